@@ -17,6 +17,8 @@ from typing import NamedTuple
 
 from firmware_runtime.ecdpp.text import lines_of
 
+WORD = re.compile(r"[\w-]+")
+"""What a name of a model or of a port is: it goes into other files, and into Python source."""
 _SECTION = re.compile(r"\[\s*([\w-]+)\s*\]")
 _DIRECTIVE = re.compile(r"\s*#\s*(include|macro|beginmacro|endmacro)\b", re.IGNORECASE)
 _CELLS = {"cell", "flat"}
@@ -112,10 +114,12 @@ def _sort(entry: Entry, section: Section, faults: list[str]) -> None:
     if kind == "components":
         for word in words:
             name, _, class_name = word.partition("@")
-            section.components.append(Entry(entry.line, name, class_name))
+            if _is_word(name, f"line {entry.line}: component", faults):
+                section.components.append(Entry(entry.line, name, class_name))
     elif kind in {"in", "out"}:
         ports = section.inputs if kind == "in" else section.outputs
-        ports.extend(Entry(entry.line, word, "") for word in words)
+        place = f"line {entry.line}: port"
+        ports += [Entry(entry.line, word, "") for word in words if _is_word(word, place, faults)]
     elif kind == "type" and entry.value.casefold() in _CELLS:
         expected = "expected coupled and atomic models only"
         fault = f"[{section.name}] is a grid of cells, which is not supported; {expected}"
@@ -126,6 +130,13 @@ def _sort(entry: Entry, section: Section, faults: list[str]) -> None:
         section.links.append(Link(entry.line, _reference(words[0]), _reference(words[1])))
     else:
         faults.append(f"line {entry.line}: Link {entry.value!r}: expected two ports")
+
+
+def _is_word(name: str, place: str, faults: list[str]) -> bool:
+    if WORD.fullmatch(name):
+        return True
+    faults.append(f"{place} {name!r}: expected letters, digits, - and _")
+    return False
 
 
 def _reference(word: str) -> Reference:

@@ -5,7 +5,6 @@ What the format has no word for is refused, all of it at once: a class that no f
 than a millisecond.
 """
 
-import re
 from collections.abc import Iterable, Iterator, Mapping
 
 from firmware_runtime.devs.component import Component
@@ -13,9 +12,8 @@ from firmware_runtime.devs.coupled import Coupled, with_all_below
 from firmware_runtime.devs.ports import AnyPort
 from firmware_runtime.ecdpp.atomic_class import AtomicClass
 from firmware_runtime.ecdpp.model_file import TOP, parse_model
+from firmware_runtime.ecdpp.model_syntax import WORD
 from firmware_runtime.errors import ConfigError
-
-_WORD = re.compile(r"[\w-]+")
 
 
 def model_text(model: Coupled, classes: Mapping[str, AtomicClass]) -> str:
@@ -43,7 +41,7 @@ def _check_names(parts: Iterable[Component], faults: list[str]) -> None:
         faults += [
             f"{part.path}: {word!r}: expected letters, digits, - and _"
             for word in (name, *(each for names in ports for each in names))
-            if not _WORD.fullmatch(word)
+            if not WORD.fullmatch(word)
         ]
         faults += [
             f"{part.path}: port {twin!r} differs from another by case alone"

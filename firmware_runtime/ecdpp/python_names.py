@@ -6,6 +6,7 @@ import re
 from collections import defaultdict
 from collections.abc import Iterable
 from importlib import import_module
+from unicodedata import normalize
 
 from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.ports import Owner
@@ -17,7 +18,7 @@ _HUMP = re.compile(r"(?<=[a-z0-9])(?=[A-Z])|(?<=[A-Z])(?=[A-Z][a-z])")
 
 def snake_case(name: str) -> str:
     """`radarController` as `radar_controller`; never a keyword, a builtin or a number."""
-    found = re.sub(r"_+", "_", _HUMP.sub("_", name.replace("-", "_"))).lower()
+    found = _spelled(re.sub(r"_+", "_", _HUMP.sub("_", name.replace("-", "_"))).lower())
     if not found.isidentifier():
         found = f"_{found}"
     return f"{found}_" if keyword.iskeyword(found) or hasattr(builtins, found) else found
@@ -26,16 +27,26 @@ def snake_case(name: str) -> str:
 def camel_case(name: str) -> str:
     """`radar_system` as `RadarSystem`, `BUF-PROC` as `BufProc`."""
     parts = [part.lower() if part.isupper() else part for part in re.split("[_-]", name)]
-    found = "".join(part[:1].upper() + part[1:] for part in parts) or "Model"
-    return found if found.isidentifier() else f"Model{found}"
+    found = _spelled("".join(part[:1].upper() + part[1:] for part in parts)) or "Model"
+    return found if found.isidentifier() and not keyword.iskeyword(found) else f"Model{found}"
+
+
+def _spelled(word: str) -> str:
+    """As Python reads it within a name: `ﬁ` is `fi`, a sign that no name has is `_`."""
+    return "".join(each if f"_{each}".isidentifier() else "_" for each in normalize("NFKC", word))
 
 
 class Names:
     """Names within one class or function."""
 
-    def __init__(self, taken: Iterable[str] = ("self", "name", "super")) -> None:
+    def __init__(self, taken: Iterable[str]) -> None:
         self._taken = set(taken)
         self._of: dict[int, str] = {}
+
+    @classmethod
+    def beside(cls, imports: "Imports") -> "Names":
+        """For variables of `__init__`: none may hide a class that is called in it."""
+        return cls({"self", "name", "super", *imports.taken})
 
     @classmethod
     def of_ports(cls, model: Coupled) -> "Names":
@@ -64,7 +75,7 @@ class Imports:
 
     def __init__(self) -> None:
         self._modules: defaultdict[str, dict[str, str]] = defaultdict(dict)
-        self._taken: set[str] = set()
+        self.taken: set[str] = set()
 
     def add(self, module: str, name: str) -> str:
         """Import a name; returns what it is called here."""
@@ -99,9 +110,9 @@ class Imports:
 
     def _free(self, name: str) -> str:
         wanted, number = name, 2
-        while wanted in self._taken:
+        while wanted in self.taken:
             wanted, number = f"{name}{number}", number + 1
-        self._taken.add(wanted)
+        self.taken.add(wanted)
         return wanted
 
 

@@ -36,8 +36,13 @@ def python_source(read: FileModel, source: str) -> str:
     bodies = [writer.coupled_class(each) for each in _inner_first(read.model)]
     if faults:
         raise ConfigError(source, faults)
-    head = f'"""The model of {source}, as a class for each of its coupled models."""\n'
+    head = f'"""The model of {_quoted(source)}, as a class for each of its coupled models."""\n'
     return "\n\n".join([f"{head}\n{imports.lines()}", *bodies])
+
+
+def _quoted(name: str) -> str:
+    """A file's name within a docstring, which it may not end."""
+    return name.replace("\\", "\\\\").replace('"', '\\"').replace("\0", "\\0")
 
 
 def _inner_first(model: Coupled) -> Iterator[Coupled]:
@@ -62,15 +67,17 @@ class _Writer:
         """The class of a coupled model whose components have theirs already."""
         name = self._imports.free_class_name(model.name)
         self._classes[model.path] = name
-        names = Names()
+        ports = list(self._ports(model))
+        parts = [(each, self._construction(each)) for each in model.components.values()]
+        names = Names.beside(self._imports)
         lines = [
             f"class {name}({self._coupled}):",
             f'    """{_contents(model)}"""',
             "",
             f'    def __init__(self, name: str = "{model.name}") -> None:',
             "        super().__init__(name)",
-            *self._ports(model),
-            *(self._add(each, names.of(each)) for each in model.components.values()),
+            *ports,
+            *(_add(names.of(each), construction) for each, construction in parts),
         ]
         if model.couplings:
             lines += ["", *(self._couple(wire, names) for wire in model.couplings)]
@@ -86,17 +93,9 @@ class _Writer:
             type_name = self._imported(port.type, port.path)
             yield f'        self.{attribute} = self.{kind}("{port.name}", {type_name})'
 
-    def _add(self, component: Component, variable: str) -> str:
-        if isinstance(component, Coupled):
-            construction = f'{self._classes[component.path]}("{component.name}")'
-        else:
-            construction = self._construction(component)
-        line = f"        {variable} = self.add({construction})"
-        if len(line) <= WIDEST:
-            return line
-        return f"        {variable} = self.add(\n            {construction}\n        )"
-
     def _construction(self, component: Component) -> str:
+        if isinstance(component, Coupled):
+            return f'{self._classes[component.path]}("{component.name}")'
         made = self._made[component.path]
         stated = [f'"{component.name}"']
         kinds = {each.keyword: each.kind for each in made.of.parameters.values()}
@@ -143,6 +142,13 @@ class _Writer:
             return f"{variable}.{attribute}"
         ports = "in_ports" if isinstance(port, InPort) else "out_ports"
         return f'{variable}.{ports}["{port.name}"]'
+
+
+def _add(variable: str, construction: str) -> str:
+    line = f"        {variable} = self.add({construction})"
+    if len(line) <= WIDEST:
+        return line
+    return f"        {variable} = self.add(\n            {construction}\n        )"
 
 
 def _contents(model: Coupled) -> str:

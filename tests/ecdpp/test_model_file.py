@@ -235,3 +235,11 @@ def test_what_is_linked_straight_through_leaves_at_once() -> None:
     text = "[top]\ncomponents : r@Relay\nin : x\nout : y\nlink : x y\nlink : x In@r\nlink : Out@r y"
     lines = run_events(parse_model(text, "a.ma", CLASSES), [Event(SECOND, "x", 3.0)])
     assert [str(line) for line in lines] == ["00:00:01:000 y 3", "00:00:01:001 y 3"]
+
+
+@pytest.mark.parametrize(
+    "line", ['components : g"""x@Relay', "in : a'b", "out : a.b", "components : g\0@Relay"]
+)
+def test_a_name_that_is_no_word_is_refused(line: str) -> None:
+    with pytest.raises(ConfigError, match=r"line 2: .*expected letters, digits, - and _"):
+        parse_model(f"[top]\n{line}\n", "x.ma", CLASSES)

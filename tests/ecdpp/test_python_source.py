@@ -1,8 +1,12 @@
 """Python source made of a model file builds the same model."""
 
+import ast
+from contextlib import suppress
 from pathlib import Path
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from boards.detective.detective import MODEL_FILE, Detective
 from firmware_runtime.ecdpp.atomic_class import AtomicClass
@@ -43,6 +47,42 @@ def test_arguments_are_those_of_the_file() -> None:
     assert source.startswith('"""The model of two.ma, as a class for')
 
 
+class relay(Relay):  # noqa: N801 -- as some people call theirs
+    pass
+
+
+def test_a_component_that_is_called_as_its_class_does_not_hide_it(tmp_path: Path) -> None:
+    read = parse_file("[top]\ncomponents : relay@relay", "x.ma", {"relay": AtomicClass(relay)})
+    model = executed(python_source(read, "x.ma"), tmp_path / "mine.py", "Top")
+    assert isinstance(model.components["relay"], relay)
+
+
+@pytest.mark.slow
+@given(st.lists(st.from_regex(r"[\w-]{1,3}", fullmatch=True), min_size=6, max_size=6))
+def test_source_of_any_names_builds_the_same_model(
+    tmp_path_factory: pytest.TempPathFactory, names: list[str]
+) -> None:
+    a, b, c, start, way, end = names
+    text = (
+        f"[top]\ncomponents : {a} {b}@Relay\nin : {start}\nout : {end}\nlink : {start} {way}@{a}\n"
+        f"link : Out@{b} {end}\n[{a}]\ncomponents : {c}@Relay\nin : {way}\nlink : {way} In@{c}\n"
+    )
+    with suppress(ConfigError):
+        read = parse_file(text, "any.ma", CLASSES)
+        path = tmp_path_factory.mktemp("source") / "any.py"
+        assert described(executed(python_source(read, "any.ma"), path, "Top")) == described(
+            read.model
+        )
+
+
+def test_a_file_name_does_not_end_the_docstring() -> None:
+    read = parse_file("[top]\nin : a", "x.ma", CLASSES)
+    source = python_source(read, 'x"""+y\\.ma')
+    docstring = ast.get_docstring(ast.parse(source))
+    assert docstring is not None
+    assert docstring.startswith('The model of x"""+y\\.ma, as')
+
+
 def test_a_class_that_cannot_be_imported_is_refused() -> None:
     classes = {"Relay": AtomicClass(lambda name: Relay(f"{name}_of_no_name"))}
     with pytest.raises(ConfigError, match=r"top\.a_of_no_name: .*<lambda> cannot be imported"):
@@ -58,6 +98,9 @@ def test_a_class_that_cannot_be_imported_is_refused() -> None:
         ("in", "in_", "In"),
         ("print", "print_", "Print"),
         ("2nd", "_2nd", "Model2nd"),
+        ("none", "none", "ModelNone"),
+        ("m²", "m2", "M2"),
+        ("𐄇", "_", "_"),
     ],
 )
 def test_names(name: str, snake: str, camel: str) -> None:
