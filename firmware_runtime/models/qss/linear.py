@@ -5,6 +5,7 @@ from collections.abc import Sequence
 
 from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.errors import ModelError
+from firmware_runtime.models.qss.finite import demand_finite
 from firmware_runtime.models.qss.function import Function
 from firmware_runtime.models.qss.segment import NANO, ZERO_SEGMENT, Segment
 
@@ -54,6 +55,8 @@ class Sum(Exact):
 
     def __init__(self, name: str, weights: Sequence[float]) -> None:
         super().__init__(name, len(weights))
+        for weight in weights:
+            demand_finite(self.path, weight=weight)
         self.weights = tuple(float(weight) for weight in weights)
 
     def _compute(self, segments: Sequence[Segment]) -> Segment:

@@ -4,6 +4,7 @@ from math import floor, inf
 
 from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.errors import ModelError
+from firmware_runtime.models.qss.finite import demand_finite
 from firmware_runtime.models.qss.roots import falls_below_zero
 from firmware_runtime.models.qss.segment import NANO, ZERO_SEGMENT, Segment, whole_after
 
@@ -166,6 +167,7 @@ class Switch(Watching):
         super().__init__(name)
         self.above = self.in_port("above", Segment)
         self.below = self.in_port("below", Segment)
+        demand_finite(self.path, threshold=threshold)
         self.threshold = threshold
         self._is_above: bool | None = None
         self._passed = {True: ZERO_SEGMENT, False: ZERO_SEGMENT}

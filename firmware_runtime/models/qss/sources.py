@@ -16,6 +16,7 @@ from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.errors import ModelError
 from firmware_runtime.devs.time import NEVER, SECOND
 from firmware_runtime.devs.time import seconds as whole_ns
+from firmware_runtime.models.qss.finite import demand_finite
 from firmware_runtime.models.qss.function import Function
 from firmware_runtime.models.qss.segment import ZERO_SEGMENT, Segment
 
@@ -175,6 +176,13 @@ class Sine(Function):
         order: int = 2,
         tolerance: float = 1e-4,
     ) -> None:
+        demand_finite(
+            name,
+            frequency_hz=frequency_hz,
+            amplitude=amplitude,
+            phase_rad=phase_rad,
+            offset=offset,
+        )
         parameters = {"a": amplitude, "f": frequency_hz, "p": phase_rad, "c": offset}
         self.parameters = {key: float(value) for key, value in parameters.items()}
         super().__init__(

@@ -12,8 +12,6 @@ import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from keyword import iskeyword
-from math import isfinite
-from numbers import Real
 from typing import Final
 
 from firmware_runtime.devs.atomic import Atomic
@@ -27,6 +25,7 @@ from firmware_runtime.models.qss.expression import (
     names_of,
     parse,
 )
+from firmware_runtime.models.qss.finite import is_finite
 from firmware_runtime.models.qss.integrator import RESOLUTION, Integrator
 from firmware_runtime.models.qss.liqss2 import LIQSS2
 from firmware_runtime.models.qss.qss1 import QSS1
@@ -151,11 +150,11 @@ class System:
         if self.method not in tuple(METHODS):  # a comparison: it may be of any kind
             yield f"method is {self.method!r}; expected one of {', '.join(METHODS)}"
         horizon_s = self.horizon_s
-        if horizon_s is not None and not (_is_finite(horizon_s) and horizon_s > 0.0):
+        if horizon_s is not None and not (is_finite(horizon_s) and horizon_s > 0.0):
             yield f"horizon_s is {self.horizon_s!r}; expected more than 0"
         for group in ("states", "discrete", "parameters"):
             for name, value in getattr(self, group).items():
-                if not _is_finite(value):
+                if not is_finite(value):
                     yield f"{group}: {name} is {value!r}; expected a finite number"
         yield from self._quantum_faults()
 
@@ -166,18 +165,18 @@ class System:
                 yield from (f"{group}: {name} is no state" for name in given.keys() - self.states)
         for name in self.states:
             quantum, least = self.quantum_of(name), self._least_quantum(name)
-            if not _is_finite(quantum) or quantum <= 0.0:
+            if not is_finite(quantum) or quantum <= 0.0:
                 yield f"quantum of {name} is {quantum!r}; expected more than 0"
             elif quantum < least:
                 yield f"quantum of {name} is {quantum!r}; expected {least:.1e} or more"
             relative = self.relative_quantum_of(name)
-            if not _is_finite(relative) or not 0.0 <= relative < 1.0:
+            if not is_finite(relative) or not 0.0 <= relative < 1.0:
                 yield f"relative_quantum of {name} is {relative!r}; expected 0 or more, below 1"
 
     def _least_quantum(self, name: str) -> float:
         """What a float resolves beside the initial value; nothing where a relative one counts."""
         initial, relative = self.states[name], self.relative_quantum_of(name)
-        if not _is_finite(initial) or (_is_finite(relative) and relative > RESOLUTION):
+        if not is_finite(initial) or (is_finite(relative) and relative > RESOLUTION):
             return 0.0
         return max(RESOLUTION * abs(initial), _LEAST_QUANTUM)
 
@@ -241,14 +240,6 @@ class System:
 
 def _is_delay(node: ast.Call) -> bool:
     return isinstance(node.func, ast.Name) and node.func.id == DELAY
-
-
-def _is_finite(value: object) -> bool:
-    """Whether it is a real number that a float can hold."""
-    try:
-        return isinstance(value, Real) and isfinite(value)
-    except OverflowError:
-        return False
 
 
 def _of(given: float | Mapping[str, float], name: str, otherwise: float) -> float:

@@ -125,6 +125,24 @@ def test_gain_and_sum_are_exact_and_a_product_is_within_its_tolerance() -> None:
     assert [product(t) for t in (0.7, 3.3)] == pytest.approx([-0.28, -18.48], abs=1e-2)
 
 
+@pytest.mark.parametrize(
+    ("block", "named"),
+    [
+        (lambda: Gain("g", math.nan), "weight is nan"),
+        (lambda: Sum("s", [1.0, math.inf]), "weight is inf"),
+        (lambda: Sum("s", ["1"]), "weight is '1'"),  # type: ignore[list-item]
+        (lambda: Switch("s", math.nan), "threshold is nan"),
+        (lambda: Sine("s", math.nan), "frequency_hz is nan"),
+        (lambda: Sine("s", 1.0, amplitude=math.inf), "amplitude is inf"),
+    ],
+)
+def test_a_number_that_is_not_finite_is_refused_by_its_name(
+    block: Callable[[], Atomic], named: str
+) -> None:
+    with pytest.raises(ModelError, match=f"{named}; expected a finite number"):
+        block()
+
+
 def test_a_hysteresis_changes_at_its_two_levels() -> None:
     diagram = Diagram()
     triangle = diagram.add(Samples("in", [(0.0, 0.0), (2.0, 2.0), (4.0, 0.0)]))
