@@ -36,7 +36,7 @@ def _sections(title: str, rows: Table, found: Summary) -> Iterator[Element]:
     yield section("What was varied", _varied(rows))
     yield section("Figures", _spreads(found), *_histograms(found))
     if scatters := list(_scatters(rows, found)):
-        yield section("By key", *scatters)
+        yield section("By key", element("div", *scatters, class_="pairs"))
     yield section("Worst", *(_cases(name, cases) for name, cases in found.worst.items()))
 
 

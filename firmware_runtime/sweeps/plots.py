@@ -12,6 +12,8 @@ from firmware_runtime.sweeps.summary import Spread
 WIDTH, HEIGHT = 340.0, 220.0
 _LEFT, _RIGHT, _TOP, _BOTTOM = 56.0, 12.0, 12.0, 40.0
 _DOT: Final = 1.8
+_LARGEST: Final = 1.35
+"""Times as large as drawn, at most: two stand side by side, and their words are the page's size."""
 
 
 def histogram(name: str, spread: Spread) -> LinePlot:
@@ -50,6 +52,7 @@ class Scatter:
             xmlns="http://www.w3.org/2000/svg",
             viewBox=f"0 0 {WIDTH:g} {HEIGHT:g}",
             width="100%",
+            style=f"max-width: {_LARGEST * WIDTH:g}px",
             role="img",
             aria_label=title,
         )
