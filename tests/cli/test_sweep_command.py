@@ -73,3 +73,11 @@ def test_what_cannot_be_is_a_sentence(
     assert (ended.status, ended.out) == (2, "")
     assert sentence in ended.error
     assert list(tmp_path.glob("t.csv*")) == []
+
+
+def test_words_that_are_none_are_said_with_all_else_that_is_wrong(command: Command) -> None:
+    varied = ("--vary", "x", "--vary", "world.mass_kg=uniform(4,2)", "--vary", "world.no=range(2)")
+    ended = command("sweep", "tachobot", *varied, "--runs", "0")
+    assert ended.status == 2
+    for sentence in ("no file for the table", "x: expected KEY", "not below", "--runs: 0"):
+        assert sentence in ended.error

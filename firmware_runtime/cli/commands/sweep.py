@@ -15,6 +15,7 @@ from firmware_runtime.cli.written import write_text
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.status import Status
 from firmware_runtime.sweeps.distributions import FORMS
+from firmware_runtime.sweeps.judged import faults_of
 from firmware_runtime.sweeps.page import sweep_page
 from firmware_runtime.sweeps.partial import partial_of
 from firmware_runtime.sweeps.plan import SAMPLINGS, Sweep
@@ -116,8 +117,6 @@ def _sweep(arguments: argparse.Namespace) -> int:
             faults.append(f"--vary {key.strip()}: stated twice; expected once")
         else:
             vary[key.strip()] = words.strip()
-    if faults:
-        raise ConfigError("sweep", faults)
     sweep = Sweep(
         board=arguments.board,
         vary=vary,
@@ -128,6 +127,8 @@ def _sweep(arguments: argparse.Namespace) -> int:
         experiment=arguments.experiment,
         sampling=arguments.sampling,
     )
+    if faults:
+        raise ConfigError("sweep", faults + (faults_of(sweep) if vary else []))
     try:
         with exit_on_signals():
             table = _carried_out(sweep, arguments)
