@@ -55,6 +55,15 @@ def test_without_friction_it_is_never_stuck_away_from_the_reference(tmp_path: Pa
     )
 
 
+def test_a_wave_that_was_over_before_the_robot_was_ready_is_no_finding(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    words = ["--set", "imu.calibration_s=30", "--stage", "simulation", "-o", str(tmp_path / "out")]
+    assert main(["experiment", "square-wave", "tachobot", *words]) == 2
+    assert "over before the IMU was ready" in capsys.readouterr().err
+    assert not (tmp_path / "out").exists()
+
+
 def test_without_friction_or_lag_the_robot_is_the_plain_model(tmp_path: Path) -> None:
     figures, data = experiment("square-wave", tmp_path / "far")
     assert figures["ours"]["model_yaw_rms_rad"] > 0.1

@@ -14,6 +14,7 @@ from xml.etree.ElementTree import Element
 from msgspec import Struct
 
 from boards.tachobot.settings import TachobotSettings
+from firmware_runtime.errors import ConfigError
 from firmware_runtime.experiments.conditions import between
 from firmware_runtime.experiments.findings import Findings
 from firmware_runtime.experiments.line_plot import Curve, LinePlot, on_common_axes
@@ -54,6 +55,9 @@ def run(trial: Trial) -> Findings:
         trial.say(f"{trial.experiment.title}: stage {stage}, {for_s:g} s")
         with trial.run(stage, for_s=for_s) as ran:
             samples = measured(ran)
+            if not any(each.command_n for each in samples):
+                why = "the wave was over before the IMU was ready; expected a later begin_s"
+                raise ConfigError.of_one(f"stage {stage}", why)
             words.append(f"{stage}: {between(ran.document)}")
         states = modelled(plain_model(settings), samples)
         apart[stage] = _apart(samples, states)
