@@ -5,7 +5,7 @@ next: that hold is in the response, friction that is not viscous is not.
 """
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Final, TypeAlias
 
 import numpy as np
@@ -16,6 +16,8 @@ from firmware_runtime.models.plant import SecondOrderPlant, State
 Frequencies: TypeAlias = NDArray[np.floating[Any]]
 Response: TypeAlias = NDArray[np.complexfloating[Any, Any]]
 
+_LOWEST: Final = 1e-6
+"""rad/s, at which any loop is large."""
 _NODES: Final = 64
 """Of the integral over a predictor's delay: enough for ten of a frequency's cycles in it."""
 
@@ -100,7 +102,10 @@ def _travelled(plant: SecondOrderPlant, state: State, elapsed_s: float) -> State
 
 @dataclass(frozen=True, slots=True)
 class Margins:
-    """How far a loop is from the edge; infinite where nothing of its kind leads there."""
+    """How far a loop is from the edge; infinite where nothing of its kind leads there.
+
+    Of an unstable loop gain and phase are below 0, and there is no delay left.
+    """
 
     gain_db: float
     """The least change of gain, up or down, that makes it unstable."""
@@ -109,6 +114,11 @@ class Margins:
     """The frequency of the phase margin."""
     delay_s: float
     """The least delay more that makes it unstable."""
+
+    @property
+    def is_stable(self) -> bool:
+        """Whether the loop is stable as it is."""
+        return self.phase_deg > 0.0
 
 
 def margins(loop: Loop, gains: Gains, predictor: Predictor | None = None) -> Margins:
@@ -125,11 +135,36 @@ def margins(loop: Loop, gains: Gains, predictor: Predictor | None = None) -> Mar
     least, place = min(phases, key=lambda each: abs(each[0]), default=(math.inf, 0.0))
     crossover = _at(frequencies, place) if phases else math.nan
     delays = [(turned % math.tau) / _at(frequencies, each) for turned, each in phases]
-    return Margins(
+    found = Margins(
         gain_db=20.0 / math.log(10.0) * gain_db,
         phase_deg=math.degrees(least),
         crossover_rad_s=crossover,
         delay_s=min(delays, default=math.inf),
+    )
+    low = loop.open(gains, np.geomspace(_LOWEST, frequencies[0], 300, endpoint=False), predictor)
+    return found if _is_stable(np.concatenate((low, response))) else _of_unstable(found)
+
+
+def _is_stable(response: Response) -> bool:
+    """By Nyquist's criterion, of an open loop with poles at 0 and left of it alone.
+
+    From its lowest frequency on, where the loop is large, 1 + L turns by what its poles at 0 had
+    turned it back, and ends at 1.
+    """
+    turned = np.unwrap(np.angle(1.0 + response))
+    begin = float(np.angle(response[0]))
+    begin -= math.tau if begin > 0.0 else 0.0  # three poles at 0 at most, and a PID that leads
+    whole = math.tau * round((begin - turned[0]) / math.tau)
+    return bool(abs(turned[-1] + whole) < math.pi)
+
+
+def _of_unstable(found: Margins) -> Margins:
+    phase = found.phase_deg
+    return replace(
+        found,
+        gain_db=-found.gain_db,
+        phase_deg=phase - 360.0 if phase > 0.0 else phase,
+        delay_s=0.0,
     )
 
 

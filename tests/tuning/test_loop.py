@@ -49,6 +49,29 @@ def test_a_loop_grows_just_beyond_its_delay_margin_and_fades_just_within() -> No
     assert swing(1.0, 0.02 + 0.97 * margin_s) < 1.0
 
 
+@pytest.mark.parametrize("delay_s", [0.35, 0.5, 1.5, 2.0])
+def test_an_unstable_loop_has_no_margin_left_however_far_its_phase_has_turned(
+    delay_s: float,
+) -> None:
+    found = margins(Loop(SecondOrderPlant(0.4 / 0.075, 0.0, 0.03), delay_s, 0.01), GAINS)
+    assert not found.is_stable
+    assert (found.gain_db < 0.0, found.phase_deg < 0.0, found.delay_s) == (True, True, 0.0)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("ki_of_kp", [0.0, 0.3])
+@pytest.mark.parametrize("kd", [0.07, 0.2, 0.55, 1.5])
+@pytest.mark.parametrize("delay_s", [0.0, 0.1, 0.4, 0.8])
+def test_a_loop_is_stable_where_its_step_comes_to_an_end(
+    delay_s: float, kd: float, ki_of_kp: float
+) -> None:
+    gains = Gains(0.75, 0.75 * ki_of_kp, kd)
+    found = margins(Loop(SecondOrderPlant(0.4 / 0.075, 0.0, 0.03), delay_s, 0.01), gains)
+    body = Body(PlantParameters(0.075, 0.0, 0.0, 0.0, delay_s), 0.03, 0.4, 1e12, 0.01)
+    positions = stepped(body, gains, Scenario(1.0, 60.0, [0.0] * 6000)).positions
+    assert found.is_stable == (max(abs(each - 1.0) for each in positions[4500:]) < 0.5)
+
+
 def test_a_predictor_of_no_delay_changes_no_margin() -> None:
     plant = SecondOrderPlant(5.3, 0.2, 0.03)
     loop = Loop(plant, 0.08, 0.01)

@@ -68,6 +68,8 @@ def execute(arguments: argparse.Namespace) -> int:
     with exit_on_signals():
         task, doubts = _task(arguments, board)
         tuned = module_of_extra("firmware_runtime.tuning.search", "tuning").tune(task)
+    if not tuned.shipped_margins.is_stable:
+        doubts = [*doubts, "the shipped gains make a loop with this plant that is not stable"]
     keys = task_module.keys_of(loop)
     if output is not None:
         values = {key: getattr(tuned.gains, name) for name, key in keys.items()}
