@@ -9,7 +9,7 @@ from collections.abc import Callable
 from time import monotonic_ns
 from typing import Final, Protocol, TypeVar
 
-from firmware_runtime.devs.time import MICROSECOND, SECOND
+from firmware_runtime.devs.time import MICROSECOND, NEVER, SECOND
 from firmware_runtime.errors import text_of
 
 T = TypeVar("T")
@@ -29,6 +29,9 @@ class Keyframes(Protocol):
 
     def capture(self) -> bytes:
         """All of it, now."""
+
+    def largest(self) -> str:
+        """The path of the field that takes most of it."""
 
 
 class KeyframeSchedule:
@@ -80,10 +83,17 @@ class KeyframeSchedule:
             self.fault = None
         return state
 
-    def taken(self, now: int, spent: int) -> None:
-        """One has been taken and written, which took `spent` ns."""
+    def largest(self) -> str:
+        """The field that takes most of the state; empty where there is none."""
+        return "" if self._keyframes is None else self._able(self._keyframes.largest) or ""
+
+    def taken(self, now: int, spent: int, *, is_large: bool = False) -> None:
+        """One has been taken and written, which took `spent` ns.
+
+        After a large one the next is due with the next chunk, so that they do not take all of it.
+        """
         self._longest = max(self._longest, spent)
-        self.due_at = now + KEYFRAME_EVERY
+        self.due_at = NEVER if is_large else now + KEYFRAME_EVERY
 
     def hasten(self, at: int) -> None:
         """Something is missing in the recording at this instant: let the next one come soon."""

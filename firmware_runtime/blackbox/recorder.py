@@ -9,6 +9,7 @@ from contextlib import contextmanager
 from typing import Any
 
 from firmware_runtime.blackbox.keyframe_schedule import Keyframes, KeyframeSchedule
+from firmware_runtime.blackbox.keyframe_warnings import LARGE, KeyframeWarnings
 from firmware_runtime.blackbox.lines import TappedBus, TappedPort, TappedTime, tapped_interlock
 from firmware_runtime.blackbox.models import tap_outputs, tapped_world, untapped_sends
 from firmware_runtime.blackbox.pending import NO_STEP, Pending
@@ -48,6 +49,7 @@ class Recorder:
         self.chance = places()
         """Where the process's generators of random numbers stood before the robot was built."""
         self._schedule = KeyframeSchedule()
+        self._warnings = KeyframeWarnings()
         self._writer = Writer(self.pending, self._schedule)
         self._make_ring: Callable[[], Ring | None] | None = None
         self._until = NEVER
@@ -113,6 +115,10 @@ class Recorder:
         self._counts = counts
         tap_outputs(atomics, self.pending.sent)
         self._fault = untapped_sends(atomics)
+
+    def warn(self, log: Callable[[str], None]) -> None:
+        """Let `log` get what will keep the run from being replayed, while it goes on."""
+        self._warnings.log, self._warnings.largest = log, self._schedule.largest
 
     def built(self) -> None:
         """The robot has been put together."""
@@ -221,11 +227,19 @@ class Recorder:
 
     def _take_keyframe(self, next_at: int) -> None:
         """Take one now, if there is time enough until the next step or the end."""
-        now, schedule = self._now(), self._schedule
+        now, schedule, ring = self._now(), self._schedule, self._writer.ring
+        if ring is None:
+            return
         left = min(next_at, self._until) - now
         if schedule.has_time(left) and (state := schedule.capture(now)) is not None:
+            is_large = LARGE * len(state) > ring.chunk_size
             self._writer.write(Kind.KEYFRAME, now, state)
-            schedule.taken(now, self._now() - now)
+            has_room = schedule.fault is None
+            schedule.taken(now, self._now() - now, is_large=is_large and has_room)
+            if has_room:
+                self._warnings.taken(now, len(state), is_large=is_large)
+                return
+        self._warnings.missed(now, schedule.fault, is_last_chunk=ring.is_in_last_chunk)
 
     def _flush(self) -> None:
         """Write what is pending: the step that is over, or something outside of any."""

@@ -36,17 +36,17 @@ class Ring:
     """
 
     __slots__ = (
-        *("begin", "chunk", "end", "memory", "path", "place"),
-        *("_chunk_size", "_chunks", "_descriptor", "_header"),
+        *("begin", "chunk", "chunk_size", "end", "memory", "path", "place"),
+        *("_chunks", "_descriptor", "_header"),
     )
 
     def __init__(self, path: Path, size: Size, header: bytes, *, reserves: bool) -> None:
         self.path = path
         self.chunk = 0
-        self._chunk_size = size.chunk_bytes
+        self.chunk_size = size.chunk_bytes
         self._chunks = size.chunks
         self._header = header
-        if 4 * (CHUNK.size + SECTION.size + len(header)) > 3 * self._chunk_size:
+        if 4 * (CHUNK.size + SECTION.size + len(header)) > 3 * self.chunk_size:
             fault = f"its header of {len(header)} bytes leaves too little room in a chunk"
             expected = "expected more recording.minutes, or fewer ports and models"
             raise ConfigError.of_one(str(path), f"{fault}; {expected}")
@@ -77,10 +77,15 @@ class Ring:
 
     def _go_on_in_next_chunk(self, content: bytes) -> None:
         least = CHUNK.size + SECTION.size + len(self._header)
-        if least + SECTION.size + len(content) > self._chunk_size:
+        if least + SECTION.size + len(content) > self.chunk_size:
             raise SectionTooLarge(f"{len(content)} bytes are more than a chunk has room for")
         self._open_chunk()
         self.write(content)
+
+    @property
+    def is_in_last_chunk(self) -> bool:
+        """Whether the next chunk is written over an older one."""
+        return self.chunk >= self._chunks
 
     @property
     def has_wrapped(self) -> bool:
@@ -97,13 +102,13 @@ class Ring:
 
     def _open_chunk(self) -> None:
         """Begin the next chunk, in the place of the oldest."""
-        begin = PREFIX_SIZE + self.chunk % self._chunks * self._chunk_size
+        begin = PREFIX_SIZE + self.chunk % self._chunks * self.chunk_size
         if self._descriptor is not None and self.chunk < self._chunks:
-            os.posix_fallocate(self._descriptor, begin, self._chunk_size)
-            _populate(self.memory, begin, self._chunk_size)
+            os.posix_fallocate(self._descriptor, begin, self.chunk_size)
+            _populate(self.memory, begin, self.chunk_size)
         CHUNK.pack_into(self.memory, begin, 0, 0)
         self.chunk += 1
-        self.begin, self.end = begin, begin + self._chunk_size
+        self.begin, self.end = begin, begin + self.chunk_size
         self.place = begin + CHUNK.size
         self.write(self._header)
 

@@ -55,6 +55,7 @@ def open_black_box(robot: RecordedRobot, path: Path, log: Callable[[str], None])
         lambda: counts_of(executive.accounts, executive.faults),
         is_real_time=is_real_time,
     )
+    recorder.warn(log)
 
 
 def header_of(robot: RecordedRobot) -> Header:

@@ -85,6 +85,9 @@ class Slow:
         self.now += 10 * MILLISECOND
         return b"state"
 
+    def largest(self) -> str:
+        return "state"
+
     def monotonic_ns(self) -> int:
         return self.now
 

@@ -110,6 +110,12 @@ class StateTable:
             raise _unread(error) from error
         return _FINGERPRINT.pack(self.fingerprint) + written
 
+    def largest(self) -> str:
+        """The path of the field that takes most of a capture."""
+        each = (pair for column in self._columns.each for pair in column.fields(column.read()))
+        sizes = {path: len(self._writer.written(value)) for path, value in each}
+        return max(sizes, key=lambda path: sizes[path], default="")
+
     def restore(self, content: bytes, *, built: bytes | None = None) -> None:
         """Let the robot be in that state. Raises ForeignState; nothing has changed then.
 
