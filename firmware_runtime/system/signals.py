@@ -2,9 +2,9 @@
 
 SIGTERM (systemd), SIGINT (Ctrl-C) and SIGHUP (terminal gone) ask for the end: the loop ends after
 the step under way, and outputs are made safe, again and again while that fails. A second SIGINT
-gives that up. So does every other signal that would end the process by default (`ENDS`), such as
-Ctrl-backslash or a timer's, unless the program handles it. Where something is driven a terminal
-halts nothing: Ctrl-Z asks for the end, and output from the background goes on.
+gives that up. Where something may be driven so does every other signal that would end the process
+by default (`ENDS`), such as Ctrl-backslash or a timer's, unless the program handles it. And a
+terminal halts nothing there: Ctrl-Z asks for the end, and output from the background goes on.
 
 SIGABRT stays as it is: by it systemd ends a run that hangs, in which no handler would be called.
 """
@@ -52,15 +52,15 @@ def stop_on_signals(
     """Within the block, call `request_stop` with a signal's name; afterwards all is as it was.
 
     With `reload`, SIGHUP calls that instead: a service has no terminal that could go. `give_up` is
-    called from the second SIGINT on. With `is_driving` a terminal does not halt this process. Main
-    thread only, as Python allows no other to handle signals.
+    called from the second SIGINT on. With `is_driving` nothing else that can be handled ends or
+    halts this process either. Main thread only, as Python allows no other to handle signals.
     """
     handle = _Handler(request_stop, reload, give_up)
     before: _Handlers = {number: signal.signal(number, handle) for number in STOPS}
-    for number in (*ENDS, signal.SIGTSTP) if is_driving else ENDS:
-        if signal.getsignal(number) is signal.SIG_DFL:
-            before[number] = signal.signal(number, handle)
     if is_driving:
+        for number in (*ENDS, signal.SIGTSTP):
+            if signal.getsignal(number) is signal.SIG_DFL:
+                before[number] = signal.signal(number, handle)
         before |= {each: signal.signal(each, signal.SIG_IGN) for each in _WRITES_AND_READS}
     try:
         yield

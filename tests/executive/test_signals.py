@@ -39,7 +39,7 @@ def test_a_signal_becomes_a_request_with_its_name(number: int) -> None:
     requests: list[str] = []
     before = signal.signal(number, signal.SIG_DFL)
     try:
-        with stop_on_signals(requests.append):
+        with stop_on_signals(requests.append, is_driving=True):
             os.kill(os.getpid(), number)
     finally:
         signal.signal(number, before)
@@ -84,9 +84,11 @@ def test_a_terminal_halts_nothing_that_drives() -> None:
     assert requests == ["SIGTSTP"]
 
 
-def test_what_drives_nothing_may_be_halted() -> None:
+def test_what_drives_nothing_may_be_halted_or_ended() -> None:
+    others = {*HALTS, *ENDS}
+    before = {number: signal.getsignal(number) for number in others}
     with stop_on_signals(lambda _name: None):
-        assert {signal.getsignal(number) for number in HALTS} == {signal.SIG_DFL}
+        assert {number: signal.getsignal(number) for number in others} == before
 
 
 @pytest.mark.real_time
