@@ -32,6 +32,7 @@ TICK_NS = 1_000_000_000 // os.sysconf("SC_CLK_TCK")
 """The grain of times in /proc/stat, ns: 10 ms."""
 _IRQ, _SOFTIRQ, _STEAL = 5, 6, 7
 _BLOCKED_TICKS = 41
+_TRACER, _UNTRACED = b"\nTracerPid:", b"\nTracerPid:\t0\n"
 _FAIR = {os.SCHED_OTHER, os.SCHED_BATCH, os.SCHED_IDLE}
 
 
@@ -107,6 +108,7 @@ class ThreadCounters:
         self._io = _open(files, f"{own}/io")
         keeps_delays = files.integer("/proc/sys/kernel/task_delayacct") == 1
         self._status = _open(files, f"{own}/stat") if keeps_delays else None
+        self._process = _open(files, f"{own}/status")
         self._machine = _open(files, "/proc/stat")
         self._disks = _open(files, DISKS)
         self._frequencies = {
@@ -142,6 +144,11 @@ class ThreadCounters:
             self._member_of,
         )
 
+    def is_traced(self) -> bool:
+        """Whether a tracer, such as strace or a debugger, has this thread now."""
+        found = _read(self._process)
+        return found is not None and _TRACER in found and _UNTRACED not in found
+
     def _follow_groups(self) -> None:
         """Open the files of other groups, if the thread was put into other ones."""
         member_of = _read(self._membership)
@@ -154,10 +161,10 @@ class ThreadCounters:
     def close(self) -> None:
         """Close the files; what is read after that is not measured."""
         kept = (self._schedule, self._io, self._status, self._machine, self._disks)
-        _close([*kept, *self._frequencies.values(), *self._groups, self._membership])
+        _close([*kept, self._process, *self._frequencies.values(), *self._groups, self._membership])
         self._schedule = self._io = self._status = self._machine = self._disks = None
         self._frequencies, self._groups, self._membership = {}, [], None
-        self._member_of = None
+        self._member_of = self._process = None
         self._frozen.close()
 
 

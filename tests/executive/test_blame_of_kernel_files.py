@@ -54,6 +54,7 @@ class FakeMachine:
         self.continued = 0
         self.is_fair = True
         self.supply = self._counters.supply
+        self.is_traced = self._counters.is_traced
         self.close = self._counters.close
 
     def show(self, files: Mapping[str, str]) -> None:

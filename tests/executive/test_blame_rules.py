@@ -204,3 +204,12 @@ def test_who_did_not_go_to_sleep_was_not_asleep() -> None:
     assert named(stolen, written_bytes=4096, disks_ns=8 * MILLISECOND) is Cause.UNKNOWN
     assert named(stolen, bus_ns=5 * MILLISECOND) is Cause.UNKNOWN
     assert named(stolen, stops=1) is Cause.STOPPED
+
+
+def test_what_a_tracer_has_may_have_been_halted_by_it() -> None:
+    assert named(LONG) is Cause.ASLEEP
+    traced = structs.replace(LONG, is_traced=True)
+    assert named(traced) is Cause.UNKNOWN
+    assert named(traced, written_bytes=4096, disks_ns=8 * MILLISECOND) is Cause.UNKNOWN
+    assert named(traced, stops=1) is Cause.STOPPED
+    assert named(traced, cpu_ns=LONG.of_ns) is Cause.MODEL

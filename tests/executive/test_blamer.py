@@ -33,6 +33,7 @@ class Counters:
 
     def __init__(self) -> None:
         self.cpu_ns = self.run_delay_ns = self.minor_faults = self.voluntary = self.reads = 0
+        self.traced = False
 
     def read(self) -> Reading:
         self.reads += 1
@@ -49,6 +50,9 @@ class Counters:
 
     def supply(self) -> int | None:
         return None
+
+    def is_traced(self) -> bool:
+        return self.traced
 
     def close(self) -> None:
         self.reads = -1
@@ -116,6 +120,16 @@ def test_a_long_step_is_its_slowest_models(blamer: Blamer, counters: Counters) -
     counters.cpu_ns += 4 * MILLISECOND
     row = blamer.explain(late(step=4300 * MICROSECOND), 101)
     assert (cause(row.cause), row.culprit) == (Cause.MODEL, 1)
+
+
+@pytest.mark.parametrize(("traced", "found"), [(False, Cause.ASLEEP), (True, Cause.UNKNOWN)])
+def test_a_step_that_slept_while_a_tracer_had_it_is_not_called_asleep(
+    blamer: Blamer, counters: Counters, found: Cause, *, traced: bool
+) -> None:
+    counters.pass_steps(1)
+    counters.voluntary += 1
+    counters.traced = traced
+    assert cause(blamer.explain(late(step=50 * MILLISECOND), 101).cause) == found
 
 
 def test_an_activation_behind_a_late_step_has_its_cause_and_costs_no_reading(

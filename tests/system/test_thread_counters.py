@@ -107,6 +107,21 @@ def test_nothing_is_read_where_nothing_is_shown(tmp_path: Path) -> None:
     counters.close()
 
 
+@pytest.mark.parametrize(
+    ("said", "is_traced"),
+    [
+        ("Name:\tx\nTracerPid:\t4711\nUid:\t0", True),
+        ("Name:\tx\nTracerPid:\t0\nUid:\t0", False),
+        ("", False),
+    ],
+)
+def test_a_tracer_is_seen(tmp_path: Path, said: str, *, is_traced: bool) -> None:
+    counters = ThreadCounters(lay_out(tmp_path, {"/proc/thread-self/status": said}))
+    assert counters.is_traced() is is_traced
+    counters.close()
+    assert not counters.is_traced()
+
+
 def test_this_machine_can_be_read_again_and_again_until_it_is_closed() -> None:
     gc.collect()  # what garbage of earlier tests has open is closed now, not while this one looks
     descriptors = len([*Path("/proc/self/fd").iterdir()])

@@ -110,6 +110,8 @@ class Blamer:
         evidence = self._evidence(late, beyond_usual(grown(before, mark), self._usual), steps)
         if min(evidence.cpu_ns, evidence.in_step_ns) >= ENOUGH * evidence.of_ns:
             evidence = structs.replace(evidence, supply=counters.supply())
+        if (evidence.slept_ns or 0) >= ENOUGH * evidence.of_ns:
+            evidence = structs.replace(evidence, is_traced=counters.is_traced())
         self._before, self._others = mark, 0
         return _row(evidence, verdict(evidence))
 

@@ -70,6 +70,7 @@ class Evidence(Struct, frozen=True, kw_only=True):
     major_faults: int = 0
     voluntary: int = 0
     may_have_slept: bool = True
+    is_traced: bool = False
     involuntary: int = 0
     interrupts: int | None = None
     retries: int = 0
@@ -94,8 +95,11 @@ class Evidence(Struct, frozen=True, kw_only=True):
 
     @property
     def slept_ns(self) -> int | None:
-        """The same, of its own accord; without a switch for that, its host may have had it."""
-        return self.asleep_ns if self.may_have_slept else 0
+        """The same, of its own accord; without a switch for that, its host may have had it.
+
+        One that a tracer has now may have been halted by it.
+        """
+        return self.asleep_ns if self.may_have_slept and not self.is_traced else 0
 
 
 class Verdict(Struct, frozen=True):
