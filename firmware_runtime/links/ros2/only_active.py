@@ -3,10 +3,10 @@
 Such a pair can come about while neither knows of the other yet, as where two networks are joined.
 What is said to one robot is said to both then, so each of the two disarms its own. An active node
 is known by a publisher that it has only while it is active, on a topic that is hidden and on which
-nothing is ever said; a node that is merely there disarms nobody.
+nothing is ever said; a node that is merely there disarms no other.
 
 The first of the two to find the other keeps its publisher for a while after it is inactive, so that
-the other, which may hear of it later, disarms too.
+the other, which may learn of it later, disarms too.
 """
 
 from time import monotonic_ns
