@@ -10,13 +10,17 @@ A subclass says how to stop (`write_stop`) and what it does while all is well (`
 
 from abc import abstractmethod
 from collections.abc import Callable, Iterable
+from typing import TypeVar
 
 from drivers.chips.step import Step
 from drivers.hardware import HardwareModel
+from firmware_runtime.devs.ports import InPort, Takes
 from firmware_runtime.devs.time import MILLISECOND, SECOND
 from firmware_runtime.hal.errors import HalError, NotReady
 from firmware_runtime.hal.interlock import POLL_PERIOD, Interlock, always_enabled
 from firmware_runtime.hal.line_time import Line
+
+T = TypeVar("T")
 
 STOP_AGAIN_AFTER = 50 * MILLISECOND
 """Ns until a stop that was not acknowledged is written again."""
@@ -51,6 +55,10 @@ class Actuator(HardwareModel):
         self.since_poll = 0
         """Ns of driving since the chip was polled; a subclass that polls counts it."""
         self._is_disabled = False
+
+    def in_port(self, name: str, type_: type[T], *, takes: Takes = "any") -> InPort[T]:
+        """Declare an input port: a command that is no number arrives, for it stops an actuator."""
+        return super().in_port(name, type_, takes=takes)
 
     # What a subclass knows ------------------------------------------------------------------------
 

@@ -16,8 +16,8 @@ class PositionInput(Atomic):
     def __init__(self, name: str, timeout: int) -> None:
         super().__init__(name)
         self.timeout = timeout
-        self.position_in = self.in_port("position", PositionFix)
-        self.pose_in = self.in_port("pose", PoseFix)
+        self.position_in = self.in_port("position", PositionFix, takes="any")
+        self.pose_in = self.in_port("pose", PoseFix, takes="any")
         self.position = self.out_port("position", PositionFix)
         self.pose = self.out_port("pose", PoseFix)
         self._positions: tuple[PositionFix, ...] = ()

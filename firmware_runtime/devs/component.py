@@ -3,7 +3,7 @@
 from typing import TypeVar
 
 from firmware_runtime.devs.errors import CouplingError
-from firmware_runtime.devs.ports import InPort, OutPort, Owner
+from firmware_runtime.devs.ports import InPort, OutPort, Owner, Takes
 
 T = TypeVar("T")
 
@@ -18,12 +18,16 @@ class Component(Owner):
             raise CouplingError(f"component {name!r}: {_NO_NAME}")
         super().__init__(name)
 
-    def in_port(self, name: str, type_: type[T]) -> InPort[T]:
-        """Declare an input port that carries values of one type."""
+    def in_port(self, name: str, type_: type[T], *, takes: Takes = "finite") -> InPort[T]:
+        """Declare an input port that carries values of one type.
+
+        A value with NaN or an infinity is withheld, and counted as a fault of this model. With
+        `takes="infinities"` only NaN is; with "any" nothing is, and the model checks for itself.
+        """
         check_constructed(self)
         if not _is_name(name) or name in self.in_ports or not isinstance(type_, type):
             raise CouplingError(self._misdeclared(name, type_))
-        port = self.in_ports[name] = InPort(self, name, type_)
+        port = self.in_ports[name] = InPort(self, name, type_, takes=takes)
         return port
 
     def out_port(self, name: str, type_: type[T]) -> OutPort[T]:

@@ -16,6 +16,7 @@ from firmware_runtime.devs.errors import (
     PortTypeError,
     TimeAdvanceError,
 )
+from firmware_runtime.devs.finite import Refuse, sieved
 from firmware_runtime.devs.functions import Instrument, Wrapped, bind
 from firmware_runtime.devs.listening import Listener, Listening
 from firmware_runtime.devs.ports import AnyPort, InPort, OutPort, Owner, carries
@@ -53,6 +54,8 @@ class Engine(ABC):
         """Which advance to the present instant is under way, from 0; a listener may read it."""
         self.on_postponed: Callable[[Atomic, int], None] | None = None
         """Called with a model whose event was postponed, and until when."""
+        self.on_refused: Refuse | None = None
+        """Called with a port and a value that it did not take, as it is not finite."""
         self.internal_transitions = 0
         self.external_transitions = 0
         self._zero_time_limit = zero_time_limit
@@ -65,7 +68,7 @@ class Engine(ABC):
             entry: OutPort(root, entry.name, entry.type) for entry in root.in_ports.values()
         }
         self._injected: list[tuple[OutPort[Any], object]] = []
-        self._connect(self._feeds(wiring))
+        self._connect(sieved(self._feeds(wiring), self._refuse))
         if checked:
             instruments = (*instruments, Checks(self))
         self._models, self.own_confluents = bind(self.atomics, instruments)
@@ -258,6 +261,10 @@ class Engine(ABC):
         if model not in self._numbers:
             raise ModelError(f"{model.path}: not an atomic model in {self.root.path}")
         return self._numbers[model]
+
+    def _refuse(self, end: InPort[Any], value: object) -> None:
+        if self.on_refused is not None:
+            self.on_refused(end, value)
 
     def _present(self) -> int:
         return self.now

@@ -9,10 +9,13 @@ on by reference: treat them as immutable.
 import builtins
 from abc import ABC, abstractmethod
 from collections.abc import Callable
-from typing import Any, Final, Generic, Protocol, TypeAlias, TypeVar
+from typing import Any, Final, Generic, Literal, Protocol, TypeAlias, TypeVar
 
 T = TypeVar("T")
 T_co = TypeVar("T_co", covariant=True)
+
+Takes: TypeAlias = Literal["finite", "infinities", "any"]
+"""Which numbers an input port takes: finite ones, all but NaN, or all."""
 
 
 class Owner:
@@ -31,15 +34,19 @@ class Owner:
 
 
 class InPort(list[T], Generic[T]):
-    """The bag of values that arrived at this instant; empty between transitions."""
+    """The bag of values that arrived at this instant; empty between transitions.
 
-    __slots__ = ("name", "owner", "type")
+    Values that it does not take by `takes` do not get into it: see `finite`.
+    """
 
-    def __init__(self, owner: Owner, name: str, type_: type[T]) -> None:
+    __slots__ = ("name", "owner", "takes", "type")
+
+    def __init__(self, owner: Owner, name: str, type_: type[T], *, takes: Takes = "finite") -> None:
         # list's own __init__ is left out: it would empty what is empty, for every port made.
         self.owner = owner
         self.name = name
         self.type = type_
+        self.takes = takes
 
     @property
     def path(self) -> str:

@@ -1,5 +1,6 @@
 """Every fault that leaves a model, counted by model and kind, whether or not its port is coupled.
 
+A value that a model misses since it is not finite (`devs.finite`) is a fault of it, too.
 Built on listening: an output port whose values are faults is listened to, so a step without faults
 costs nothing. During a step a fault is noted here; the ledger has it written after it.
 """
@@ -11,12 +12,15 @@ from msgspec import field
 
 from firmware_runtime.devs.component import below_root
 from firmware_runtime.devs.engine import Engine
-from firmware_runtime.devs.ports import OutPort
+from firmware_runtime.devs.finite import check_of
+from firmware_runtime.devs.ports import InPort, OutPort
 from firmware_runtime.hal.fault import Fault
 from firmware_runtime.statistics import fault_table
 from firmware_runtime.statistics.fault_table import KINDS, OTHER_KINDS, FaultCount
 from firmware_runtime.statistics.histogram import Cells, empty_cells
 from firmware_runtime.statistics.layout import Layout
+
+NOT_FINITE = "NotFinite"
 
 
 class CountedFault(FaultCount, kw_only=True):
@@ -37,14 +41,20 @@ class FaultLog:
         self.counted: list[CountedFault] = []
         self.pending: list[CountedFault] = []
         paths: list[str] = []
+        self._refusing: dict[InPort[Any], int] = {}
+        """The number in `models` for each port that may refuse a value."""
         for atomic in simulator.atomics:
             ports = [port for port in atomic.out_ports.values() if _carries_faults(port)]
             for port in ports:
                 simulator.listen(port, partial(self._note, len(paths)))
-            if ports:
+            refusing = [port for port in atomic.in_ports.values() if check_of(port) is not None]
+            self._refusing.update(dict.fromkeys(refusing, len(paths)))
+            if ports or refusing:
                 paths.append(below_root(atomic.path))
+        self._simulator = simulator
+        simulator.on_refused = self._note_refused
         self.models = tuple(paths)
-        """Those that have a port for faults, by path."""
+        """Those that have a port for faults, or one that may refuse a value, by path."""
         self._by_kind: list[dict[str, CountedFault]] = [{} for _ in paths]
         self._block = empty_cells(len(paths) * fault_table.MODEL_CELLS)
 
@@ -63,6 +73,11 @@ class FaultLog:
             counted.sentence = fault.reason
             counted.is_in_new_words = True
         self.pending.append(counted)
+
+    def _note_refused(self, port: InPort[Any], value: object) -> None:
+        """Count a value that is not finite as a fault of the model that misses it."""
+        sentence = f"{port.path}: {value!r}, expected finite numbers; it counts as missing"
+        self._note(self._refusing[port], self._simulator.now, Fault(NOT_FINITE, sentence, 1))
 
     def write(self) -> None:
         """Move what was noted into the file; within a section."""

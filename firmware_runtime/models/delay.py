@@ -20,7 +20,7 @@ class Delay(Atomic, Generic[T]):
         super().__init__(name)
         if (ns := whole(duration)) is None or ns < 0:
             raise ModelError(f"{self.path}: a delay of {duration!r}; expected whole ns, 0 or more")
-        self.entrance = self.in_port("in", type_)
+        self.entrance = self.in_port("in", type_, takes="any")
         self.delayed = self.out_port("out", type_)
         self.duration = ns
         self.held: deque[tuple[int, T]] = deque()

@@ -108,7 +108,7 @@ class SndDover(DoverBlock):
 
     def __init__(self, name: str, udp_port: int) -> None:
         super().__init__(name, udp_port)
-        self.value = self.in_port("value", float)
+        self.value = self.in_port("value", float, takes="any")
         self.text = self.out_port("text", str)
         self._texts: list[str] = []
 

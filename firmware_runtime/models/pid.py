@@ -4,8 +4,6 @@ The derivative acts on the measured rate, not on the error, so a step of the ref
 kick. The integral uses the time that really passed between measurements.
 """
 
-import math
-
 from msgspec import Struct
 
 from firmware_runtime.devs.atomic import Atomic
@@ -33,7 +31,7 @@ class Pid(Atomic):
 
     waiting --measurement?--> commanding (0) --command_n!--> waiting
 
-    A new `reference` takes effect with the next measurement; one that is not finite is ignored.
+    A new `reference` takes effect with the next measurement.
     """
 
     def __init__(self, name: str, gains: PidGains, reference: float) -> None:
@@ -59,9 +57,8 @@ class Pid(Atomic):
     def external(self, elapsed: int) -> None:
         """Take references and measurements in; the last of each counts."""
         self._since_measurement += elapsed
-        for reference in self.reference_in:
-            if math.isfinite(reference):
-                self.reference = reference
+        if self.reference_in:
+            self.reference = self.reference_in[-1]
         if not self.measurement:
             self.continue_(elapsed)
             return

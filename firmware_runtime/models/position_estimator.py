@@ -61,8 +61,8 @@ class PositionEstimator(Atomic):
     def __init__(self, name: str, settings: EstimatorSettings) -> None:
         super().__init__(name)
         self.inertial = self.in_port("inertial", PlanarInertial)
-        self.position = self.in_port("position", PositionFix)
-        self.pose = self.in_port("pose", PoseFix)
+        self.position = self.in_port("position", PositionFix, takes="any")
+        self.pose = self.in_port("pose", PoseFix, takes="any")
         self.state_in = self.in_port("state", PositionState)
         self.x = self.out_port("x", Motion)
         self.y = self.out_port("y", Motion)

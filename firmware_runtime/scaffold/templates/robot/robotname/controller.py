@@ -48,7 +48,7 @@ class Tracker(Atomic):
 
     def __init__(self, name: str) -> None:
         super().__init__(name)
-        self.distance = self.in_port("distance", float)
+        self.distance = self.in_port("distance", float, takes="infinities")
         self.motion_out = self.out_port("motion", Motion)
         self.motion: Motion | None = None
         self._since = 0

@@ -1,0 +1,149 @@
+"""Numbers that are not finite do not enter a model: a NaN would stay in its state for ever.
+
+NaN passes a clamp of `min` and `max` as the limit, and every sum and filter keeps it, so one
+measurement that is no number would be full command from then on. An input port therefore takes
+finite numbers only, unless its model declares otherwise: `takes="infinities"` where +inf has a
+meaning, as a sonar's "no echo" has; `takes="any"` where the model checks for itself, as an actuator
+does, which has to stop. What a port does not take is not delivered, as if it had not been sent; the
+engine reports it, and the executive counts it as a fault of the model that misses it.
+
+Which wires carry floats is known when the couplings are resolved. On all others nothing is checked.
+"""
+
+from collections.abc import Callable, Iterable, Iterator
+from functools import partial
+from itertools import groupby
+from math import isfinite
+from types import NoneType
+from typing import Any, Final, TypeAlias
+
+from firmware_runtime.devs.ports import InPort, OutPort, StandIn
+from firmware_runtime.devs.wiring import Ends, Feed
+
+Check: TypeAlias = Callable[[Any], bool]
+"""Returns whether a port takes a value. May raise TypeError for one of another type."""
+Refuse: TypeAlias = Callable[[InPort[Any], object], None]
+"""Called with a port, and a value that is not delivered to it."""
+Way: TypeAlias = tuple[OutPort[Any], Check | None, Ends]
+"""A port that sends on into these, and the check that they share."""
+
+_WITHOUT_FLOATS: Final = frozenset({int, bool, str, bytes, NoneType})
+_NAMES_WITHOUT_FLOATS: Final = frozenset({"int", "bool", "str", "bytes", "None"})
+
+
+def all_numbers(value: object, are_sound: Check = isfinite) -> bool:
+    """Return whether every float in a value is sound: alone, in a sequence or in a record."""
+    if isinstance(value, float):
+        return are_sound(value)
+    if isinstance(value, complex):
+        return are_sound(value.real) and are_sound(value.imag)
+    if isinstance(value, tuple | list):
+        return all_items(value, are_sound)
+    fields = _fields_of(type(value))
+    return all_items([getattr(value, name, None) for name in fields], are_sound)
+
+
+def all_items(values: Iterable[object], are_sound: Check = isfinite) -> bool:
+    """Return whether every float in these values is sound. One call for a record of vectors."""
+    for each in values:
+        kind = type(each)
+        if kind is float:
+            if not are_sound(each):
+                return False
+        elif kind is tuple:
+            if not _all_of(each, are_sound):  # type: ignore[arg-type]  # a tuple
+                return False
+        elif kind not in _WITHOUT_FLOATS and not all_numbers(each, are_sound):
+            return False
+    return True
+
+
+def check_of(port: InPort[Any]) -> Check | None:
+    """Return what checks the values that enter a port; None where it takes all of its type."""
+    kind = port.type
+    if port.takes == "any" or not _may_hold_floats(kind):
+        return None
+    are_sound = isfinite if port.takes == "finite" else _is_number
+    if issubclass(kind, float):
+        return are_sound
+    if issubclass(kind, tuple):
+        return partial(all_items, are_sound=are_sound)
+    return partial(all_numbers, are_sound=are_sound)
+
+
+class Sieve(StandIn[Any]):
+    """Stands in for the bags of an output port, of which some do not take every value."""
+
+    __slots__ = ("_refuse", "_ways")
+
+    def __init__(self, ways: list[Way], refuse: Refuse) -> None:
+        self._ways = ways
+        self._refuse = refuse
+
+    def append(self, value: object, /) -> None:
+        """Deliver a value on every way that takes it; report the ports of the others."""
+        for port, check, ends in self._ways:
+            try:
+                is_taken = check is None or check(value)
+            except TypeError:  # of another type than the port's: for the checked mode to find
+                is_taken = True
+            except OverflowError:  # a whole number beyond every float
+                is_taken = False
+            if is_taken:
+                port.send(value)
+            else:
+                for end in ends:
+                    self._refuse(end, value)
+
+
+def sieved(feeds: Iterable[Feed], refuse: Refuse) -> Iterator[Feed]:
+    """Give the same feeds, with a sieve in each port that sends into one that checks."""
+    for port, ends in feeds:
+        if issubclass(port.type, int) or all(check_of(end) is None for end in ends):
+            yield port, ends
+            continue
+        ways: list[Way] = []
+        for _, group in groupby(ends, key=lambda end: (end.takes, end.type)):
+            some = [*group]
+            way = OutPort(port.owner, port.name, port.type)
+            ways.append((way, check_of(some[0]), some))
+            yield way, some
+        port.bag = Sieve(ways, refuse)
+
+
+def _is_number(value: float) -> bool:
+    return value == value  # noqa: PLR0124 -- NaN alone is not
+
+
+def _all_of(values: tuple[Any, ...], are_sound: Check) -> bool:
+    try:
+        return all(map(are_sound, values))
+    except TypeError:  # not all of them are numbers
+        return all_items(values, are_sound)
+
+
+def _may_hold_floats(kind: type[Any]) -> bool:
+    if issubclass(kind, float | complex | list) or kind is tuple:
+        return True
+    if not issubclass(kind, tuple) and not _fields_of(kind):
+        return False
+    annotations = _annotations_of(kind)
+    return not annotations or not annotations <= _WITHOUT_FLOATS | _NAMES_WITHOUT_FLOATS
+
+
+def _fields_of(kind: type[Any]) -> Iterable[str]:
+    """The fields of a msgspec Struct or a dataclass; none of any other class."""
+    fields: Iterable[str] = getattr(kind, "__struct_fields__", ())
+    return fields or getattr(kind, "__dataclass_fields__", ())
+
+
+def _annotations_of(kind: type[Any]) -> set[object]:
+    """What stands behind the fields' names, of all bases; nothing where it cannot be had."""
+    try:
+        return {
+            each if getattr(each, "__hash__", None) else repr(each)
+            for base in kind.__mro__
+            for each in getattr(base, "__annotations__", {}).values()
+        }
+    except NameError:  # a name that only a type checker imports
+        return set()
