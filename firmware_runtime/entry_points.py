@@ -21,6 +21,15 @@ def installed(group: str) -> "tuple[EntryPoint, ...]":
     return tuple({each.name: each for each in reversed(_of(group))}.values())[::-1]
 
 
+def of_every_package(group: str) -> "list[tuple[str, EntryPoint]]":
+    """The entry points of a group with their packages' names; two packages may share a name."""
+    found = {}
+    for each in _of(group):
+        package = "?" if each.dist is None else each.dist.name
+        found[package, each.name] = package, each
+    return [*found.values()]
+
+
 def rivals(group: str, name: str) -> list[str]:
     """The packages that have an entry point of that name, where that is more than one."""
     found = [each.dist for each in _of(group) if each.name == name]

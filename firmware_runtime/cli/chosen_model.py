@@ -1,5 +1,6 @@
 """The model that the command line names: a board's, a model file's, or a class of any module."""
 
+import sys
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -37,5 +38,14 @@ def _of_file(path: Path) -> Component:
     # a run of a board starts without what model files take
     from firmware_runtime.ecdpp.class_catalogue import known_classes  # noqa: PLC0415
     from firmware_runtime.ecdpp.model_file import read_model  # noqa: PLC0415
+    from firmware_runtime.ecdpp.text import Warnings  # noqa: PLC0415
 
-    return read_model(path, known_classes())
+    model = read_model(path, known_classes(file=path), warnings := Warnings())
+    print_warnings(path, warnings.sentences())
+    return model
+
+
+def print_warnings(path: Path, sentences: Sequence[str]) -> None:
+    """Print what is odd in a file that was read all the same, on standard error."""
+    for sentence in sentences:
+        print(f"firmware-runtime: warning: {path}: {sentence}", file=sys.stderr)

@@ -7,13 +7,14 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from firmware_runtime.cli.chosen_board import chosen_board
-from firmware_runtime.cli.chosen_model import chosen_model, is_model
+from firmware_runtime.cli.chosen_model import chosen_model, is_model, print_warnings
 from firmware_runtime.cli.clock import clock_of
 from firmware_runtime.devs.component import Component
 from firmware_runtime.devs.time import seconds
 from firmware_runtime.ecdpp.event_file import Event, read_events
 from firmware_runtime.ecdpp.experiment import Experiment, end_of
 from firmware_runtime.ecdpp.output_file import OutputLine, OutputRecord, write_outputs
+from firmware_runtime.ecdpp.text import Warnings
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.executive.configuration import Configuration
 from firmware_runtime.executive.executive import Executive
@@ -30,7 +31,8 @@ def run_event_file(arguments: argparse.Namespace) -> Status:
     if arguments.statistics is not None:
         check_ending(arguments.statistics)
     name, model = _model(arguments)
-    events = read_events(arguments.events, model)
+    events = read_events(arguments.events, model, warnings := Warnings())
+    print_warnings(arguments.events, warnings.sentences())
     experiment = Experiment(model, events)
     configuration = Configuration(statistics_path=arguments.statistics, conditions={"board": name})
     executive = Executive(experiment, clock_of(arguments), list, configuration)

@@ -2,18 +2,29 @@
 
 As CD++ does, events are sorted by time; those of one instant stay in the order of the file. The
 value is a whole number or a decimal; a port of int takes whole numbers only, a port of bool 0 and
-1. See the package for comments and case.
+1. The value `?` of CD++ is undefined: no number, so nothing arrives, and a warning says so. See the
+package for comments and case.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
 from firmware_runtime.devs.component import Component
 from firmware_runtime.devs.ports import InPort
-from firmware_runtime.ecdpp.text import lines_of, look_up, parse_number, parse_time
+from firmware_runtime.ecdpp.text import (
+    Warnings,
+    is_carried,
+    lines_of,
+    look_up,
+    parse_number,
+    parse_time,
+    read_text,
+)
 from firmware_runtime.errors import ConfigError
-from firmware_runtime.system.whole_file import read_text
+
+UNDEFINED = "?"
+"""The value that CD++ has for a signal without one."""
 
 
 class Event(NamedTuple):
@@ -24,13 +35,17 @@ class Event(NamedTuple):
     value: float | bool
 
 
-def read_events(path: Path, model: Component) -> list[Event]:
+def read_events(path: Path, model: Component, warnings: Warnings | None = None) -> list[Event]:
     """The file's events for this model; raises ConfigError with every faulty line."""
-    return parse_events(read_text(path), str(path), model)
+    warnings = warnings or Warnings()
+    return parse_events(read_text(path, warnings), str(path), model, warnings)
 
 
-def parse_events(text: str, source: str, model: Component) -> list[Event]:
+def parse_events(
+    text: str, source: str, model: Component, warnings: Warnings | None = None
+) -> list[Event]:
     """The text's events; `source` names it in a ConfigError."""
+    warnings = warnings or Warnings()
     events: list[Event] = []
     faults: list[str] = []
     for number, line in lines_of(text):
@@ -40,18 +55,28 @@ def parse_events(text: str, source: str, model: Component) -> list[Event]:
             faults.append(f"line {number}: {fault}")
             continue
         for place in range(0, len(fields), 3):
+            time, name, value = fields[place : place + 3]
             try:
-                events.append(_event(fields[place : place + 3], model.in_ports))
+                event = _event(time, name, value, model.in_ports)
             except ValueError as error:
                 faults.append(f"line {number}: {error}")
+                continue
+            if is_carried(time):
+                warnings.note(number, f"time {time}", "what is above 59 is carried over")
+            if event is None:
+                warnings.note(number, f"{name} ?", "undefined; nothing arrives")
+            else:
+                events.append(event)
     if faults:
         raise ConfigError(source, faults)
     return sorted(events, key=lambda event: event.at)
 
 
-def _event(fields: Sequence[str], ports: Mapping[str, InPort[Any]]) -> Event:
-    """The event of three fields; raises ValueError with a sentence that says what is wrong."""
-    time, name, value = fields
+def _event(time: str, name: str, value: str, ports: Mapping[str, InPort[Any]]) -> Event | None:
+    """The event of three fields; raises ValueError with a sentence that says what is wrong.
+
+    None for a value that is undefined.
+    """
     at = parse_time(time)
     if at is None:
         raise ValueError(f"time {time!r}: expected HH:MM:SS:ms, such as 00:00:02:500")
@@ -59,7 +84,7 @@ def _event(fields: Sequence[str], ports: Mapping[str, InPort[Any]]) -> Event:
     if port is None:
         known = ", ".join(ports) or "none: the model has no inputs"
         raise ValueError(f"unknown port {name!r}; expected one of {known}")
-    return Event(at, port.name, _value(value, port))
+    return None if value == UNDEFINED else Event(at, port.name, _value(value, port))
 
 
 def _value(text: str, port: InPort[Any]) -> float | bool:

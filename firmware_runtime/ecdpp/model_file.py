@@ -1,9 +1,12 @@
 """Coupled models from E-CD++ model files (`.ma`).
 
 `components` names coupled models, which have a section of their own, and atomic ones as
-`name@Class`, which may have one for their parameters. `components`, `in` and `out` may be given
-more than once. Models and coupled ports are called as `components`, `in` and `out` write them,
-ports of an atomic model as its class declares them.
+`name@Class` or `name@PACKAGE:Class`, which may have one for their parameters. `components`, `in`
+and `out` may be given more than once, and what they list may go on in the next line; a section may
+go on further down. What is odd but has a meaning is a warning.
+
+Models and coupled ports are called as `components`, `in` and `out` write them, ports of an atomic
+model as its class declares them.
 
 The file gives ports no types: a coupled model's port takes the type of what it is linked to, or
 float if it is linked to nothing.
@@ -18,11 +21,11 @@ from firmware_runtime.devs.component import Component
 from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.errors import ModelError
 from firmware_runtime.ecdpp.atomic_class import AtomicClass, Value
+from firmware_runtime.ecdpp.class_catalogue import KnownClasses
 from firmware_runtime.ecdpp.model_links import declare_ports, draw_links
 from firmware_runtime.ecdpp.model_syntax import Entry, Section, parse_sections
-from firmware_runtime.ecdpp.text import look_up
+from firmware_runtime.ecdpp.text import Warnings, look_up, read_text
 from firmware_runtime.errors import ConfigError, text_of
-from firmware_runtime.system.whole_file import read_text
 
 TOP = "top"
 """The section of the model that all others are part of."""
@@ -46,9 +49,11 @@ class FileModel:
     made: dict[str, Made] = field(default_factory=dict)
 
 
-def read_model(path: Path, classes: Mapping[str, AtomicClass]) -> Coupled:
+def read_model(
+    path: Path, classes: Mapping[str, AtomicClass], warnings: Warnings | None = None
+) -> Coupled:
     """The file's top model, of these atomic classes; raises ConfigError with every fault found."""
-    return parse_model(read_text(path), str(path), classes)
+    return read_file(path, classes, warnings).model
 
 
 def parse_model(text: str, source: str, classes: Mapping[str, AtomicClass]) -> Coupled:
@@ -56,13 +61,27 @@ def parse_model(text: str, source: str, classes: Mapping[str, AtomicClass]) -> C
     return parse_file(text, source, classes).model
 
 
-def parse_file(text: str, source: str, classes: Mapping[str, AtomicClass]) -> FileModel:
+def read_file(
+    path: Path, classes: Mapping[str, AtomicClass], warnings: Warnings | None = None
+) -> FileModel:
+    """The file's top model and how it was made; raises ConfigError with every fault found."""
+    warnings = warnings or Warnings()
+    return parse_file(read_text(path, warnings), str(path), classes, warnings)
+
+
+def parse_file(
+    text: str,
+    source: str,
+    classes: Mapping[str, AtomicClass],
+    warnings: Warnings | None = None,
+) -> FileModel:
     """The text's top model and how it was made; `source` names it in a ConfigError."""
     faults: list[str] = []
-    sections = parse_sections(text, faults)
+    warnings = warnings or Warnings()
+    sections = parse_sections(text, faults, warnings)
     if TOP not in sections:
         raise ConfigError(source, [*faults, f"no section [{TOP}]"])
-    builder = _Builder(sections, classes, faults)
+    builder = _Builder(sections, classes, faults, warnings)
     model = builder.coupled(sections[TOP], sections[TOP].name)
     builder.note_unused()
     if faults:
@@ -78,10 +97,12 @@ class _Builder:
         sections: Mapping[str, Section],
         classes: Mapping[str, AtomicClass],
         faults: list[str],
+        warnings: Warnings,
     ) -> None:
         self._sections = sections
         self._classes = classes
         self._faults = faults
+        self._warnings = warnings
         self.made: list[tuple[Atomic, Made]] = []
         self._used: set[str] = set()
         self._depth = 0
@@ -99,14 +120,14 @@ class _Builder:
         for line, fault in (*declare_ports(model, section), *draw_links(model, section)):
             self._fault(line, fault)
         for entry in section.parameters:
-            self._fault(entry.line, f"{entry.key!r}: a coupled model has no parameters")
+            self._warnings.note(entry.line, entry.key, "a coupled model has no parameters")
         return model
 
     def note_unused(self) -> None:
-        """Every section must be a component of some model."""
+        """Note the sections that are no component of any model."""
         for name, section in self._sections.items():
             if name not in self._used:
-                self._fault(section.line, f"[{section.name}] is no model's component")
+                self._warnings.note(section.line, f"[{section.name}]", "no model's component")
 
     # Components ---------------------------------------------------------------------------------
 
@@ -130,15 +151,23 @@ class _Builder:
         self._used.add(entry.key.casefold())
         atomic_class = look_up(self._classes, entry.value)
         if atomic_class is None:
-            known = ", ".join(self._classes)
-            missing = "".join(f"; {each}" for each in getattr(self._classes, "missing", ()))
-            raise ValueError(f"unknown class {entry.value!r}; expected one of {known}{missing}")
+            raise ValueError(self._unknown(entry.value))
         if section and section.is_coupled:
             raise ValueError(f"section [{section.name}] describes a coupled model, not an atomic")
         arguments = self._arguments(section.parameters if section else (), atomic_class)
         atomic = _constructed(atomic_class, entry.key, arguments)
         self.made.append((atomic, Made(atomic_class, arguments)))
         return atomic
+
+    def _unknown(self, name: str) -> str:
+        """Why a class has no meaning here, in a sentence."""
+        if isinstance(self._classes, KnownClasses) and (
+            several := look_up(self._classes.clashes, name)
+        ):
+            return f"class {name!r} is in several packages; expected {' or '.join(several)}"
+        known = ", ".join(each for each in self._classes if ":" not in each) or "none"
+        missing = "".join(f"; {each}" for each in getattr(self._classes, "missing", ()))
+        return f"unknown class {name!r}; expected one of {known}{missing}"
 
     def _arguments(self, entries: Sequence[Entry], atomic_class: AtomicClass) -> dict[str, Value]:
         arguments: dict[str, Value] = {}

@@ -15,7 +15,7 @@ import re
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
-from firmware_runtime.ecdpp.text import lines_of
+from firmware_runtime.ecdpp.text import Warnings, lines_of
 
 WORD = re.compile(r"[\w-]+")
 """What a name of a model or of a port is: it goes into other files, and into Python source."""
@@ -23,6 +23,8 @@ _SECTION = re.compile(r"\[\s*([\w-]+)\s*\]")
 _DIRECTIVE = re.compile(r"\s*#\s*(include|macro|beginmacro|endmacro)\b", re.IGNORECASE)
 _CELLS = {"cell", "flat"}
 """Values of `type` that make a section a grid of cells."""
+_LISTS = {"components", "in", "out"}
+"""Keys whose values may go on in the next line."""
 _ENTRY = re.compile(r"([\w-]+)\s*:\s*(.*)")
 
 
@@ -79,20 +81,30 @@ class Section:
         return bool(self.components or self.inputs or self.outputs or self.links)
 
 
-def parse_sections(text: str, faults: list[str]) -> dict[str, Section]:
-    """The file's sections by name in lower case; lines that fit nowhere become faults."""
+def parse_sections(text: str, faults: list[str], warnings: Warnings) -> dict[str, Section]:
+    """The file's sections by name in lower case; lines that fit nowhere become faults.
+
+    As CD++ does, a section that comes again goes on with the first one, and a list goes on in the
+    lines that follow.
+    """
     sections: dict[str, Section] = {}
     section: Section | None = None
+    last: Entry | None = None
     _note_directives(text, faults)
     for number, line in lines_of(text):
         head, entry = _SECTION.fullmatch(line), _ENTRY.fullmatch(line)
         if head:
-            section = Section(number, head[1])
-            first = sections.setdefault(head[1].casefold(), section)
-            if first is not section:
-                faults.append(f"line {number}: [{head[1]}] again, first in line {first.line}")
+            last = None
+            section = sections.setdefault(head[1].casefold(), Section(number, head[1]))
+            if section.line != number:
+                why = "the section goes on; it began further up"
+                warnings.note(number, f"[{head[1]}] again", why)
         elif entry and section:
-            _sort(Entry(number, entry[1], entry[2]), section, faults)
+            last = Entry(number, entry[1], entry[2])
+            _sort(last, section, faults)
+        elif section and last and last.key.casefold() in _LISTS:
+            warnings.note(number, line, f"the list of {last.key} goes on")
+            _sort(Entry(number, last.key, line), section, faults)
         else:
             expected = "[name] or key : value" if section else "a section, such as [top]"
             faults.append(f"line {number}: {line!r}: expected {expected}")

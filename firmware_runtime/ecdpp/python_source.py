@@ -4,9 +4,10 @@ The source is for people, who go on with it: one component a line, one wire a li
 model that is written by hand. `python_names` finds the names.
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
+from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.component import Component
 from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.ports import AnyPort, InPort
@@ -15,17 +16,27 @@ from firmware_runtime.ecdpp.atomic_class import AtomicClass, Value
 from firmware_runtime.ecdpp.class_catalogue import known_classes
 from firmware_runtime.ecdpp.model_file import FileModel, Made, parse_file
 from firmware_runtime.ecdpp.python_names import WIDEST, Imports, Names
+from firmware_runtime.ecdpp.skeletons import TYPES, Skeleton, skeletons_of
+from firmware_runtime.ecdpp.text import Warnings, read_text
 from firmware_runtime.errors import ConfigError
-from firmware_runtime.system.whole_file import read_text
 
 
-def imported_source(path: Path) -> str:
-    """The Python source of a model file, of the classes that are installed. Raises ConfigError."""
-    read = parse_file(read_text(path), str(path), known_classes())
-    return python_source(read, path.name)
+def imported_source(
+    path: Path, warnings: Warnings | None = None, *, with_skeletons: bool = False
+) -> str:
+    """The Python source of a model file, of the classes that are installed. Raises ConfigError.
+
+    With skeletons, a class that is not known is written too, for its author to go on with.
+    """
+    text = read_text(path, warnings := warnings or Warnings())
+    classes = known_classes(file=path)
+    skeletons = skeletons_of(text, classes) if with_skeletons else {}
+    classes.update({name: each.atomic_class() for name, each in skeletons.items()})
+    read = parse_file(text, str(path), classes, warnings)
+    return python_source(read, path.name, [*skeletons.values()])
 
 
-def python_source(read: FileModel, source: str) -> str:
+def python_source(read: FileModel, source: str, skeletons: Sequence[Skeleton] = ()) -> str:
     """The source of a model that was read from a file called `source`.
 
     Raises ConfigError for classes that cannot be imported by their names.
@@ -33,7 +44,8 @@ def python_source(read: FileModel, source: str) -> str:
     imports = Imports()
     faults: list[str] = []
     writer = _Writer(read.made, imports, faults)
-    bodies = [writer.coupled_class(each) for each in _inner_first(read.model)]
+    bodies = [writer.skeleton_class(each) for each in skeletons]
+    bodies += [writer.coupled_class(each) for each in _inner_first(read.model)]
     if faults:
         raise ConfigError(source, faults)
     head = f'"""The model of {_quoted(source)}, as a class for each of its coupled models."""\n'
@@ -62,6 +74,40 @@ class _Writer:
         self._coupled = imports.name_of(Coupled)
         self._classes: dict[str, str] = {}
         self._attributes: dict[AnyPort, str] = {}
+        self._skeletons: dict[object, str] = {}
+
+    def skeleton_class(self, skeleton: Skeleton) -> str:
+        """A class with ports and parameters, which its author goes on with."""
+        atomic = self._imports.name_of(Atomic)
+        name = self._skeletons[skeleton.build] = self._imports.free_class_name(skeleton.name)
+        arguments = [
+            f"{keyword}: {TYPES[kind]} = {self._time(value) if kind == 'time' else repr(value)}"
+            for keyword, kind, value in skeleton.defaults()
+        ]
+        ports = (("in_port", skeleton.inputs), ("out_port", skeleton.outputs))
+        return "\n".join(
+            [
+                f"class {name}({atomic}):",
+                f'    """A skeleton of {skeleton.name}: it takes every value in and sends none."""',
+                "",
+                *_signature(["self", "name: str", *arguments]),
+                "        super().__init__(name)",
+                *(
+                    f'        self.{attribute} = self.{kind}("{port}", float)'
+                    for kind, attributes in ports
+                    for port, attribute in attributes.items()
+                ),
+                *(f"        self.{keyword} = {keyword}" for keyword in skeleton.keywords.values()),
+                "",
+                "    def output(self) -> None:",
+                '        """Send nothing: no state of it ends by itself yet."""',
+                "",
+                "    def external(self, elapsed: int) -> None:",
+                '        """Take what has come; go on waiting."""',
+                '        self.passivate("waiting")',
+                "",
+            ]
+        )
 
     def coupled_class(self, model: Coupled) -> str:
         """The class of a coupled model whose components have theirs already."""
@@ -105,6 +151,8 @@ class _Writer:
         return f"{self._class_of(made.of, component.path)}({', '.join(stated)})"
 
     def _class_of(self, atomic_class: AtomicClass, place: str) -> str:
+        if atomic_class.build in self._skeletons:
+            return self._skeletons[atomic_class.build]
         return self._imported(atomic_class.build, place)
 
     def _imported(self, thing: object, place: str) -> str:
@@ -142,6 +190,13 @@ class _Writer:
             return f"{variable}.{attribute}"
         ports = "in_ports" if isinstance(port, InPort) else "out_ports"
         return f'{variable}.{ports}["{port.name}"]'
+
+
+def _signature(arguments: Sequence[str]) -> list[str]:
+    line = f"    def __init__({', '.join(arguments)}) -> None:"
+    if len(line) <= WIDEST:
+        return [line]
+    return ["    def __init__(", *(f"        {each}," for each in arguments), "    ) -> None:"]
 
 
 def _add(variable: str, construction: str) -> str:

@@ -4,16 +4,53 @@ import math
 import re
 from collections.abc import Iterator, Mapping
 from decimal import Decimal
+from pathlib import Path
 from typing import TypeVar
 
 from firmware_runtime.devs.time import MILLISECOND
+from firmware_runtime.errors import ConfigError
+from firmware_runtime.system.whole_file import read_content
 
 T = TypeVar("T")
 
 _COMMENT = r"#|//|%"
-_TIME = r"(\d{1,6}):([0-5]?\d):([0-5]?\d):(\d{1,3})"
+_TIME = r"(\d{1,6}):(\d{1,6}):(\d{1,6}):(\d{1,6})"
 _NUMBER = r"[+-]?(\d+(\.\d*)?|\.\d+)"
 """Compiled when first used: most runs read no such file."""
+
+
+class Warnings:
+    """What is odd in a file and read all the same: of each kind its first line, and how many."""
+
+    def __init__(self) -> None:
+        self._kinds: dict[str, tuple[int, str, int]] = {}
+
+    def note(self, line: int, what: str, kind: str) -> None:
+        """Note `what` in a line, and why it is odd: the same for every line of its kind."""
+        first, said, count = self._kinds.get(kind, (line, what, 0))
+        self._kinds[kind] = first, said, count + 1
+
+    def sentences(self) -> list[str]:
+        """A sentence a kind, in the order in which they came."""
+        return [
+            f"line {line}: {what}: {kind}{f' (and {count - 1} more)' if count > 1 else ''}"
+            for kind, (line, what, count) in self._kinds.items()
+        ]
+
+
+def read_text(path: Path, warnings: Warnings) -> str:
+    """The text of a file, UTF-8 but for its comments. Raises ConfigError."""
+    content = read_content(path)
+    for number, line in enumerate(content.split(b"\n"), start=1):
+        try:
+            line.decode("utf-8-sig")
+        except UnicodeDecodeError:
+            said = re.split(_COMMENT.encode(), line, maxsplit=1)[0]
+            if not said.isascii():
+                fault = f"cannot be read: not UTF-8 in line {number}; expected text"
+                raise ConfigError.of_one(str(path), fault) from None
+            warnings.note(number, "a comment", "not UTF-8; it is passed over")
+    return content.decode("utf-8-sig", "replace")
 
 
 def lines_of(text: str) -> Iterator[tuple[int, str]]:
@@ -27,13 +64,20 @@ def lines_of(text: str) -> Iterator[tuple[int, str]]:
 def parse_time(text: str) -> int | None:
     """`HH:MM:SS:ms` in ns, or None; the last field is a number of ms, so `:50` is 0.050 s.
 
-    Fields of one digit are taken, as in `0:0:10:0`, which many a file of CD++ has.
+    Fields of one digit are taken, as in `0:0:10:0`, and what is above 59 is carried over, as in
+    `00:00:75:00`: CD++ reads both.
     """
     match = re.fullmatch(_TIME, text, re.ASCII)
     if match is None:
         return None
     hours, minutes, seconds, milliseconds = map(int, match.groups())
     return (((hours * 60 + minutes) * 60 + seconds) * 1000 + milliseconds) * MILLISECOND
+
+
+def is_carried(text: str) -> bool:
+    """Whether a time has more minutes or seconds than 59, or more milliseconds than 999."""
+    _, minutes, seconds, milliseconds = map(int, text.split(":"))
+    return minutes > 59 or seconds > 59 or milliseconds > 999
 
 
 def format_time(at: int) -> str:

@@ -88,11 +88,17 @@ def read_file(path: Path) -> bytes:
         return file.read(status.st_size)
 
 
+def read_content(path: Path) -> bytes:
+    """The bytes of a file that a user names. Raises ConfigError; a FIFO is not waited for."""
+    try:
+        return read_file(path)
+    except OSError as error:
+        raise ConfigError.of_one(str(path), f"cannot be read: {error.strerror}") from error
+
+
 def read_text(path: Path) -> str:
     """The text of a file that a user names. Raises ConfigError; a FIFO is not waited for."""
     try:
-        return read_file(path).decode("utf-8-sig")
-    except OSError as error:
-        raise ConfigError.of_one(str(path), f"cannot be read: {error.strerror}") from error
+        return read_content(path).decode("utf-8-sig")
     except UnicodeDecodeError as error:
         raise ConfigError.of_one(str(path), "cannot be read: not UTF-8; expected text") from error

@@ -2,9 +2,11 @@
 
 from collections.abc import Callable, Iterator
 from importlib.metadata import EntryPoint
+from pathlib import Path
 
 import pytest
 
+from boards.detective.detective import MODEL_FILE
 from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.ecdpp import class_catalogue
 from firmware_runtime.ecdpp.atomic_class import AtomicClass
@@ -69,19 +71,26 @@ def test_an_argument_that_no_file_can_give_is_refused() -> None:
         AtomicClass.of(Unsettable)
 
 
-def test_the_detectives_classes_are_known_and_ones_own_go_before_them() -> None:
+def test_a_boards_classes_are_known_to_its_own_files_and_to_others_by_their_whole_names() -> None:
     own = AtomicClass.of(Server)
     assert known_classes({"Motor": own})["Motor"] is own
-    assert {"Sonar1", "Compass2", "MovementController"} <= set(known_classes())
+    classes = {"Sonar1", "Compass2", "MovementController"}
+    assert classes <= set(known_classes(file=MODEL_FILE))
+    assert not classes & set(known_classes(file=Path("mine.ma")))
+    assert {f"firmware-runtime:{each}" for each in classes} <= set(known_classes())
 
 
 @pytest.fixture
 def entry_points(monkeypatch: pytest.MonkeyPatch) -> Iterator[Callable[..., None]]:
-    """Lets a test say what is installed, `NAME=VALUE` each."""
+    """Lets a test say what is installed, `NAME=VALUE` each, by packages a, b and so on."""
 
     def install(**values: str) -> None:
-        points = [EntryPoint(name, value, GROUP) for name, value in values.items()]
-        monkeypatch.setattr(class_catalogue, "installed", lambda _group: points)
+        points = [
+            (package, EntryPoint(name, value, GROUP))
+            for package, (name, value) in zip("abc", values.items(), strict=False)
+        ]
+        found = {GROUP: points}
+        monkeypatch.setattr(class_catalogue, "of_every_package", lambda group: found.get(group, []))
         class_catalogue._installed_classes.cache_clear()
 
     yield install
@@ -106,7 +115,7 @@ def test_a_package_that_breaks_the_contract_is_named_where_a_class_is_missing(
 ) -> None:
     entry_points(Motor=f"{__name__}:Server", **values)
     known = known_classes()
-    assert list(known) == ["Motor"]
+    assert list(known) == ["Motor", "a:Motor"]
     assert (
         parse_model("[top]\ncomponents : a@Motor\n[a]\nmean : 1\n", "top.ma", known).name == "top"
     )
@@ -114,9 +123,15 @@ def test_a_package_that_breaks_the_contract_is_named_where_a_class_is_missing(
         parse_model("[top]\ncomponents : a@Server\n", "top.ma", known)
 
 
-def test_two_packages_with_one_class_contradict_each_other(
+def test_a_name_of_two_packages_concerns_only_a_file_that_uses_it(
     entry_points: Callable[..., None],
 ) -> None:
-    entry_points(Server=f"{__name__}:Server", server=f"{__name__}:Server")
-    with pytest.raises(ConfigError, match="both have a class server"):
-        known_classes()
+    server = f"{__name__}:Server"
+    entry_points(Server=server, server=server, Queue=server)
+    known = known_classes()
+    for name in ("Queue", "a:Server", "b:server", "B:SERVER"):
+        model = parse_model(f"[top]\ncomponents : s@{name}\n[s]\nmean : 1\n", "top.ma", known)
+        assert isinstance(model.components["s"], Server)
+    with pytest.raises(ConfigError, match="in several packages; expected a:Server or b:s"):
+        parse_model("[top]\ncomponents : s@SERVER\n", "top.ma", known)
+    assert known_classes({"Server": AtomicClass.of(Server)})["Server"].build is Server

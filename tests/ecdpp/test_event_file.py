@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from firmware_runtime.devs.component import Component
 from firmware_runtime.devs.time import MILLISECOND, SECOND
 from firmware_runtime.ecdpp.event_file import Event, parse_events, read_events
-from firmware_runtime.ecdpp.text import format_time, parse_time
+from firmware_runtime.ecdpp.text import Warnings, format_time, parse_time
 from firmware_runtime.errors import ConfigError
 
 
@@ -92,9 +92,6 @@ def test_ports_are_found_without_regard_to_case_but_an_exact_name_comes_first() 
         ("In1 00:00:01:000 1", "time 'In1': expected HH:MM:SS:ms"),
         ("00:00:01 In1 1", "time '00:00:01'"),
         ("00:00:01.500 In1 1", "time '00:00:01.500'"),
-        ("00:00:61:000 In1 1", "time '00:00:61:000'"),
-        ("00:60:00:000 In1 1", "time '00:60:00:000'"),
-        ("00:00:01:1000 In1 1", "time '00:00:01:1000'"),
         ("-0:00:01:000 In1 1", "time '-0:00:01:000'"),
         ("00:00:01:000 In9 1", "unknown port 'In9'; expected one of In1, count"),
         ("00:00:01:000 In1 one", "value 'one': expected a number"),
@@ -156,6 +153,36 @@ def test_a_file_that_cannot_be_read_is_a_fault(tmp_path: Path, content: bytes | 
     path = tmp_path / "mission.ev"
     if content is not None:
         path.write_bytes(content)
-    expected = "No such file" if content is None else "not UTF-8; expected text"
+    expected = "No such file" if content is None else "not UTF-8 in line 1; expected text"
     with pytest.raises(ConfigError, match=f"cannot be read: {expected}"):
+        read_events(path, model())
+
+
+def test_what_is_above_59_is_carried_over_as_cdpp_does() -> None:
+    warnings = Warnings()
+    text = "00:00:75:00 In1 1\n00:01:10:00 In1 2\n00:90:00:1500 In1 3\n"
+    assert parse_events(text, "test.ev", model(), warnings) == [
+        Event(70 * SECOND, "In1", 2.0),
+        Event(75 * SECOND, "In1", 1.0),
+        Event(5401 * SECOND + 500 * MILLISECOND, "In1", 3.0),
+    ]
+    assert warnings.sentences() == [
+        "line 1: time 00:00:75:00: what is above 59 is carried over (and 1 more)"
+    ]
+
+
+def test_an_undefined_value_is_no_event() -> None:
+    warnings = Warnings()
+    text = "00:00:01:00 In1 ?\n00:00:02:00 count ?\n00:00:03:00 In1 1"
+    assert parse_events(text, "test.ev", model(), warnings) == [Event(3 * SECOND, "In1", 1.0)]
+    assert warnings.sentences() == ["line 1: In1 ?: undefined; nothing arrives (and 1 more)"]
+    assert "unknown port" in faults("00:00:01:00 nowhere ?")[0]
+
+
+def test_a_comment_may_be_in_another_encoding_but_nothing_else(tmp_path: Path) -> None:
+    path = tmp_path / "latin1.ev"
+    path.write_bytes("# \xe1ngulo\n00:00:01:00 In1 1 % se\xf1al\n".encode("latin-1"))
+    assert read_events(path, model()) == [Event(SECOND, "In1", 1.0)]
+    path.write_bytes("00:00:01:00 In1 1\n00:00:01:00 \xe1 1\n".encode("latin-1"))
+    with pytest.raises(ConfigError, match="not UTF-8 in line 2; expected text"):
         read_events(path, model())

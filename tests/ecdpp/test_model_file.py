@@ -9,6 +9,7 @@ from firmware_runtime.ecdpp.atomic_class import AtomicClass
 from firmware_runtime.ecdpp.event_file import Event
 from firmware_runtime.ecdpp.experiment import run_events
 from firmware_runtime.ecdpp.model_file import parse_model, read_model
+from firmware_runtime.ecdpp.text import Warnings
 from firmware_runtime.errors import ConfigError
 
 
@@ -126,7 +127,44 @@ def test_a_file_that_is_no_text_is_refused_in_a_sentence(tmp_path: Path) -> None
     path.write_bytes(TWO_RELAYS.encode("utf-16"))
     with pytest.raises(ConfigError) as refused:
         read_model(path, CLASSES)
-    assert str(refused.value) == f"{path}: cannot be read: not UTF-8; expected text"
+    assert str(refused.value) == f"{path}: cannot be read: not UTF-8 in line 1; expected text"
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        (
+            "[top]\ncomponents : a@Relay\n[a]\nfactor : 2\n[top]\nin : x\n[A]\nholdtime : 0:0:0:5",
+            "line 5: [top] again: the section goes on; it began further up (and 1 more)",
+        ),
+        (
+            "[top]\ncomponents : a@Relay\n  b@Relay c@Relay\nin : x\ny",
+            "line 3: b@Relay c@Relay: the list of components goes on",
+        ),
+        ("[top]\nspeed : 3\nmass : 4", "line 2: speed: a coupled model has no parameters (and 1"),
+        ("[top]\n[b]\nin : x", "line 2: [b]: no model's component"),
+        ("[top]\ncomponents : a@Relay\n[a]\nfactor : 2 % aqu\xed", "line 4: a comment: not UTF-8"),
+    ],
+)
+def test_what_is_odd_but_has_a_meaning_is_read_with_a_warning(
+    text: str, said: str, tmp_path: Path
+) -> None:
+    path = tmp_path / "odd.ma"
+    path.write_text(text, encoding="latin-1")
+    warnings = Warnings()
+    assert read_model(path, CLASSES, warnings).name == "top"
+    assert said in warnings.sentences()[0]
+
+
+def test_a_section_and_a_list_that_go_on_are_wholly_read() -> None:
+    model = parse(
+        "[top]\ncomponents : a@Relay\nb@Relay\nin : x\n[a]\nfactor : 2\n"
+        "[top]\nLink : x in@a\nLink : x in@b\n[a]\nholdtime : 00:00:00:5"
+    )
+    relay = model.components["a"]
+    assert isinstance(relay, Relay)
+    assert (relay.hold, relay.factor) == (5 * MILLISECOND, 2.0)
+    assert len(model.couplings) == 2
 
 
 @pytest.mark.parametrize(
@@ -134,11 +172,8 @@ def test_a_file_that_is_no_text_is_refused_in_a_sentence(tmp_path: Path) -> None
     [
         ("", "no section [top]"),
         ("in : a\n[top]", "line 1: 'in : a': expected a section, such as [top]"),
-        ("[top]\n[top]", "line 2: [top] again, first in line 1"),
         ("[top]\nLink a b", "line 2: 'Link a b': expected [name] or key : value"),
         ("[top]\nin : a\nLink : a", "line 3: Link 'a': expected two ports"),
-        ("[top]\nspeed : 3", "line 2: 'speed': a coupled model has no parameters"),
-        ("[top]\n[b]\nin : x", "line 2: [b] is no model's component"),
         ("[top]\ncomponents : a@Relay a@Relay", "line 2: component 'a': declared twice"),
         ("[top]\ncomponents : top", "line 2: component 'top': declared twice"),
         ("[top]\ncomponents : a@Motor", "component 'a': unknown class 'Motor'; expected one of R"),

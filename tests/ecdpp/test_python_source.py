@@ -9,6 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from boards.detective.detective import MODEL_FILE, Detective
+from firmware_runtime.devs.time import SECOND
 from firmware_runtime.ecdpp.atomic_class import AtomicClass
 from firmware_runtime.ecdpp.event_file import parse_events
 from firmware_runtime.ecdpp.experiment import run_events
@@ -105,3 +106,27 @@ def test_a_class_that_cannot_be_imported_is_refused() -> None:
 )
 def test_names(name: str, snake: str, camel: str) -> None:
     assert (snake_case(name), camel_case(name)) == (snake, camel)
+
+
+def test_skeletons_stand_in_for_the_classes_that_nobody_has(tmp_path: Path) -> None:
+    path = tmp_path / "factory.ma"
+    path.write_text(
+        "[top]\ncomponents : q@Queue class@my-Server p@my-server s@Motor\nin : in\nout : out\n"
+        "Link : in in@q\nLink : done@class Done@q\nLink : out@q in@class\nLink : out@class out\n"
+        "[q]\npreparation : 00:00:75:000\nsize : 4\nlaw : poisson\n[p]\nmean : 0.5\n"
+        "[class]\nmean : 3\nname : 7\n",
+        encoding="utf-8",
+    )
+    with pytest.raises(ConfigError, match="unknown class 'Queue'"):
+        imported_source(path)
+    source = imported_source(path, with_skeletons=True)
+    for argument in ("preparation: int = 75 * SECOND", "size: int = 4", "law: str = 'poisson'"):
+        assert f"        {argument},\n" in source
+    model = executed(source, tmp_path / "factory.py", "Top")
+    classes = {type(each).__name__ for each in model.components.values()}
+    assert classes == {"Queue", "MyServer", "Motor"}
+    queue, server = model.components["q"], model.components["class"]
+    assert (list(queue.in_ports), list(queue.out_ports)) == (["in", "Done"], ["out"])
+    assert vars(queue)["preparation"] == 75 * SECOND
+    assert (vars(server)["mean"], vars(model.components["p"])["mean"]) == (3, 0.5)
+    assert run_events(model, parse_events("00:00:01:00 in 1", "one", model), checked=True) == []

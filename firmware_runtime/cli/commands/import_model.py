@@ -4,15 +4,18 @@ import argparse
 from pathlib import Path
 
 from firmware_runtime.cli.arguments import SubParsers, add_verb
+from firmware_runtime.cli.chosen_model import print_warnings
 from firmware_runtime.cli.written import write_text
 from firmware_runtime.ecdpp.python_source import imported_source
+from firmware_runtime.ecdpp.text import Warnings
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.status import Status
 
 _ABOUT = """
 The classes that the file names must be installed: an entry point of the group
 firmware_runtime.ma_classes makes a package's own known. The source builds the same model, and is
-yours to go on with; what is there already is not written over.
+yours to go on with; what is there already is not written over. With --skeletons a class that is
+not known is written too: with its ports and parameters, and nothing that it does yet.
 """
 
 
@@ -29,6 +32,11 @@ def add_to(verbs: SubParsers) -> None:
         metavar="FILE.py|FOLDER",
         help="a module, or the folder of a package, which is made; default: the screen",
     )
+    verb.add_argument(
+        "--skeletons",
+        action="store_true",
+        help="write a class for each name that no installed package knows, to go on with",
+    )
 
 
 def execute(arguments: argparse.Namespace) -> int:
@@ -36,7 +44,9 @@ def execute(arguments: argparse.Namespace) -> int:
     output: Path | None = arguments.output
     if output is not None:
         _check_free(output)
-    text = imported_source(arguments.file)
+    warnings = Warnings()
+    text = imported_source(arguments.file, warnings, with_skeletons=arguments.skeletons)
+    print_warnings(arguments.file, warnings.sentences())
     write_text(text, _module(output))
     return Status.OK
 
