@@ -57,7 +57,7 @@ class MaxbotixTable(SonarKeys, frozen=True, kw_only=True, tag="maxbotix"):
     """A MaxBotix."""
 
     port: str
-    family: Literal["lv", "xl", "hrlv"] = "xl"
+    family: Literal["lv", "xl", "xl-10m", "hrlv", "hrxl-5m", "hrxl-10m"] = "xl"
 
     def chip(self, lines: Lines) -> Maxbotix:
         """The sonar on its port."""

@@ -4,6 +4,9 @@ Reads do not block. A write waits no longer than its time-out, and only when the
 some 4000 bytes is full, which is a port that stopped sending. The port is opened for one program
 alone: flock, which is advisory, so it keeps out a second program of ours or any that asks.
 
+An adapter that is unplugged may come back under the same path, an alias of udev's for instance: after
+a failure the path is opened again by the next use.
+
 Every failure of pyserial is translated once, here, into the errors of
 `firmware_runtime.hal.errors`. Parity, stop bits and flow control are left at 8N1 without any.
 Source: pyserial 3.5, serialposix.
@@ -33,44 +36,70 @@ def open_serial(
     `write_timeout_ms` bounds a write to a port that stopped sending.
     Raises BusAbsent if it is not there, may not be opened, is in use or cannot have that rate.
     """
-    try:
-        port = Serial(path, baud, timeout=0, write_timeout=write_timeout_ms / 1000, exclusive=alone)
-    except (OSError, ValueError, OverflowError, termios.error) as error:
-        raise BusAbsent(f"{name}: {path} {_what_to_do(error, baud)}") from error
-    return LinuxSerialPort(name, port)
+    return LinuxSerialPort(name, path, baud, write_timeout_ms=write_timeout_ms, alone=alone)
 
 
 class LinuxSerialPort(SerialPort):
     """A serial port of the Linux kernel, ours alone while it is open."""
 
-    def __init__(self, name: str, port: Serial) -> None:
+    def __init__(
+        self, name: str, path: str, baud: int, *, write_timeout_ms: int, alone: bool
+    ) -> None:
         self.name = name
-        self._port = port
+        self._path = path
+        self._baud = baud
+        self._write_timeout_s = write_timeout_ms / 1000
+        self._alone = alone
+        self._has_failed = False
+        self._port = self._opened()
 
     def write(self, data: bytes) -> None:
-        """Hand all bytes to the kernel; raises BusTimeout, BusFault or PortClosed."""
+        """Hand all bytes to the kernel; raises BusTimeout, BusFault, BusAbsent or PortClosed."""
         try:
-            self._port.write(data)
+            self._usable().write(data)
         except OSError as error:
             raise self._translated(error, "write", f"{len(data)} bytes to be taken") from error
 
     def read_available(self) -> bytes:
-        """Take what has arrived, 4096 bytes at most; raises BusFault or PortClosed."""
+        """Take what has arrived, 4096 bytes at most; raises BusFault, BusAbsent or PortClosed."""
         try:
-            return self._port.read(MOST_AT_ONCE)
+            return self._usable().read(MOST_AT_ONCE)
         except OSError as error:
             raise self._translated(error, "read", "bytes or none") from error
 
     def discard_input(self) -> None:
-        """Empty the kernel's input buffers; raises BusFault or PortClosed."""
+        """Empty the kernel's input buffers; raises BusFault, BusAbsent or PortClosed."""
         try:
-            self._port.reset_input_buffer()
+            self._usable().reset_input_buffer()
         except (OSError, termios.error) as error:
             raise self._translated(error, "flush", "the input buffer emptied") from error
 
     def close(self) -> None:
         """Close the device node and give up the lock; closing twice is harmless."""
+        self._has_failed = False
         self._port.close()
+
+    def _opened(self) -> Serial:
+        """The open port. Raises BusAbsent."""
+        try:
+            return Serial(
+                self._path,
+                self._baud,
+                timeout=0,
+                write_timeout=self._write_timeout_s,
+                exclusive=self._alone,
+            )
+        except (OSError, ValueError, OverflowError, termios.error) as error:
+            what = _what_to_do(error, self._baud)
+            raise BusAbsent(f"{self.name}: {self._path} {what}") from error
+
+    def _usable(self) -> Serial:
+        """The port; after a failure it is opened again: the adapter may have come back."""
+        if self._has_failed:
+            self._port.close()
+            self._port = self._opened()
+            self._has_failed = False
+        return self._port
 
     def _translated(self, error: Exception, action: str, expected: str) -> HalError:
         where = f"{self.name}: {self._port.port}"
@@ -80,6 +109,7 @@ class LinuxSerialPort(SerialPort):
             return BusTimeout(
                 f"{where} {action} timed out, expected {expected}; it stopped sending"
             )
+        self._has_failed = True
         return BusFault(
             f"{where} {action} failed, expected {expected}; unplugged, or read by another program"
         )

@@ -1,11 +1,13 @@
 import math
 from itertools import pairwise
+from typing import get_args, get_type_hints
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from drivers.chips.maxbotix import BAUD, FAMILIES, FRAME_NS, FrameDecoder, Maxbotix
+from drivers.tables.sonar import MaxbotixTable
 from firmware_runtime.errors import SettingError
 from firmware_runtime.hal.errors import NotReady
 from firmware_runtime.hal.serial import SerialPort
@@ -238,3 +240,7 @@ def test_the_longest_frame_takes_its_time_at_9600_baud() -> None:
     longest = 1 + max(max(family.digits) for family in FAMILIES.values()) + 1
     assert FRAME_NS == longest * 10 * 1_000_000_000 // BAUD == 6_250_000
     assert BAUD == 9600
+
+
+def test_a_boards_table_knows_every_family_of_the_driver() -> None:
+    assert get_args(get_type_hints(MaxbotixTable)["family"]) == tuple(FAMILIES)

@@ -146,3 +146,46 @@ def test_a_port_that_may_not_be_opened_names_its_fix(
     monkeypatch.setattr(os, "open", refuse)
     with pytest.raises(BusAbsent, match=r"add the user to the group of the device \(dialout\)"):
         open_serial("sonar", line.path)
+
+
+class Adapter:
+    """A USB adapter under an alias of udev's: unplugged it is gone, plugged in it is another node."""
+
+    def __init__(self, alias: Path) -> None:
+        self.alias = alias
+        self.line: Line | None = None
+
+    def plug_in(self) -> Line:
+        line = self.line = Line()
+        self.alias.unlink(missing_ok=True)
+        self.alias.symlink_to(line.path)
+        return line
+
+    def unplug(self) -> None:
+        assert self.line is not None
+        self.line.close()
+        self.alias.unlink()
+
+
+def test_an_adapter_that_comes_back_under_its_alias_is_opened_again(tmp_path: Path) -> None:
+    adapter = Adapter(tmp_path / "ttySonar")
+    first = adapter.plug_in()
+    port = open_serial("sonar", str(adapter.alias))
+    os.write(first.far, b"R123\r")
+    assert port.read_available() == b"R123\r"
+    adapter.unplug()
+    with pytest.raises(BusFault, match="unplugged"):
+        port.read_available()
+    for _ in range(2):
+        with pytest.raises(BusAbsent, match="does not exist"):
+            port.discard_input()
+    second = adapter.plug_in()
+    port.discard_input()
+    os.write(second.far, b"R124\r")
+    assert port.read_available() == b"R124\r"
+    port.write(b"!")
+    assert os.read(second.far, 10) == b"!"
+    port.close()
+    with pytest.raises(PortClosed):
+        port.write(b"!")
+    second.close()
