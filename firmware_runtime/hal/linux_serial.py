@@ -4,8 +4,8 @@ Reads do not block. A write waits no longer than its time-out, and only when the
 some 4000 bytes is full, which is a port that stopped sending. The port is opened for one program
 alone: flock, which is advisory, so it keeps out a second program of ours or any that asks.
 
-An adapter that is unplugged may come back under the same path, an alias of udev's for instance: after
-a failure the path is opened again by the next use.
+An adapter that is unplugged may come back under the same path, such as an alias of udev's: after a
+failure the path is opened again by the next use.
 
 Every failure of pyserial is translated once, here, into the errors of
 `firmware_runtime.hal.errors`. Parity, stop bits and flow control are left at 8N1 without any.
@@ -54,21 +54,21 @@ class LinuxSerialPort(SerialPort):
         self._port = self._opened()
 
     def write(self, data: bytes) -> None:
-        """Hand all bytes to the kernel; raises BusTimeout, BusFault, BusAbsent or PortClosed."""
+        """Hand all bytes to the kernel; raises BusTimeout, BusFault or PortClosed."""
         try:
             self._usable().write(data)
         except OSError as error:
             raise self._translated(error, "write", f"{len(data)} bytes to be taken") from error
 
     def read_available(self) -> bytes:
-        """Take what has arrived, 4096 bytes at most; raises BusFault, BusAbsent or PortClosed."""
+        """Take what has arrived, 4096 bytes at most; raises BusFault or PortClosed."""
         try:
             return self._usable().read(MOST_AT_ONCE)
         except OSError as error:
             raise self._translated(error, "read", "bytes or none") from error
 
     def discard_input(self) -> None:
-        """Empty the kernel's input buffers; raises BusFault, BusAbsent or PortClosed."""
+        """Empty the kernel's input buffers; raises BusFault or PortClosed."""
         try:
             self._usable().reset_input_buffer()
         except (OSError, termios.error) as error:
@@ -94,7 +94,10 @@ class LinuxSerialPort(SerialPort):
             raise BusAbsent(f"{self.name}: {self._path} {what}") from error
 
     def _usable(self) -> Serial:
-        """The port; after a failure it is opened again: the adapter may have come back."""
+        """The port; after a failure it is opened again: the adapter may have come back.
+
+        Raises BusAbsent if it has not, which is an OSError as those of pyserial are.
+        """
         if self._has_failed:
             self._port.close()
             self._port = self._opened()
