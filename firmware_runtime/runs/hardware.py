@@ -2,7 +2,7 @@
 
 from contextlib import suppress
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final
 
 from firmware_runtime.blackbox.recorder import Recorder
 from firmware_runtime.board.ends import BoardEnd
@@ -19,6 +19,10 @@ from firmware_runtime.runs.rigs import blamed_on_rig, of_rig, rig_for, served_do
 
 if TYPE_CHECKING:
     from firmware_runtime.hal.served.client import ServedDoubles
+
+
+SERVED_WITHIN_S: Final = 3.0
+"""How long a run waits for the doubles at a path: their server may have been started beside it."""
 
 
 class Hardware:
@@ -50,7 +54,7 @@ class Hardware:
         self.rig: Rig | None = rig_for(board, self.world_now) if is_own else None
         self._served: ServedDoubles | None = None
         if self._served_at is not None:
-            self._served = served_doubles(board, self._served_at)
+            self._served = served_doubles(board, self._served_at, wait_s=SERVED_WITHIN_S)
         self.doubles: Doubles | None = self._served if self.rig is None else self.rig
         self.lines = Lines({})
         try:

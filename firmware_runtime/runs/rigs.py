@@ -100,8 +100,10 @@ def _entry_point(board: Board) -> "EntryPoint | None":
     return next((each for each in installed(GROUP) if each.name == board.kind), None)
 
 
-def served_doubles(board: Board, path: Path, *, alone: bool = True) -> "ServedDoubles":
-    """The board's doubles that are served at a path.
+def served_doubles(
+    board: Board, path: Path, *, alone: bool = True, wait_s: float = 0.0
+) -> "ServedDoubles":
+    """The board's doubles that are served at a path, which may begin within `wait_s`.
 
     `alone` keeps out every other process that asks for the same. Raises BusAbsent if there are
     none, BusInUse if another process has them alone, ConfigError if they are another board's.
@@ -110,7 +112,7 @@ def served_doubles(board: Board, path: Path, *, alone: bool = True) -> "ServedDo
     from firmware_runtime.hal.served.client import ServedDoubles, look  # noqa: PLC0415
     from firmware_runtime.hal.served.connection import Connection  # noqa: PLC0415
 
-    connection = Connection(path)
+    connection = Connection(path, wait_s=wait_s)
     with ExitStack() as undo:
         undo.callback(connection.close)
         if alone:

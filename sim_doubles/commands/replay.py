@@ -7,7 +7,7 @@ from pathlib import Path
 from firmware_runtime.blackbox.found import find_recording
 from firmware_runtime.blackbox.reader import Recording, read_recording
 from firmware_runtime.cli.arguments import SubParsers, add_recorded, add_verb, second
-from firmware_runtime.devs.time import SECOND
+from firmware_runtime.devs.time import NEVER, SECOND
 from firmware_runtime.status import Status
 from firmware_runtime.system.signals import stop_on_signals
 from sim_doubles.recorded.deviations import Deviation, Deviations
@@ -23,8 +23,9 @@ Any program that uses served doubles, `run BOARD --doubles PATH` among them, the
 what the run got, in that order and at once: bytes, or the errno of a transaction that failed. One
 that is not the recorded one at that point is said on standard error, and refused (EPROTO) with
 nothing moved on; with --warn it is answered by the next recorded one of that device and shape.
-What switches the robot off is always taken. It ends by a signal, or when all has been asked for and
-the last client has gone. Exit status 0: all was asked for as recorded; 1: not so.
+What switches the robot off is always taken. It ends by a signal, when all has been asked for and
+the last client has gone, or when there was no program for --wait seconds. Exit status 0: all was
+asked for as recorded; 1: not so.
 """
 
 
@@ -64,6 +65,13 @@ def add_replay_to(actions: SubParsers) -> None:
         help="begin with the first transaction at this second of the run, or after it",
     )
     verb.add_argument(
+        "--wait",
+        type=second,
+        default=60 * SECOND,
+        metavar="S",
+        help="end when there was no program for so many seconds (60); 0: never",
+    )
+    verb.add_argument(
         "--log",
         type=Path,
         default=Path("/dev/null"),
@@ -91,7 +99,7 @@ def execute(arguments: argparse.Namespace) -> int:
             service.over, service.left = lambda: _say_over(traffic, deviations), server.stop
             log.event(0, "serving", run=recording.header.run, monotonic_ns=clock.started_at)
             print(_beginning(recording, traffic, arguments.socket), flush=True)
-            server.serve()
+            server.serve(arguments.wait or NEVER)
             log.event(clock(), "stopped", over=service.is_over, deviations=deviations.count)
     return _ended(service, traffic, deviations)
 

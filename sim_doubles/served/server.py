@@ -21,7 +21,7 @@ from time import monotonic_ns
 from typing import NamedTuple
 
 from firmware_runtime.closing import Closing
-from firmware_runtime.devs.time import MILLISECOND, SECOND
+from firmware_runtime.devs.time import MILLISECOND, NEVER, SECOND
 from firmware_runtime.hal.served.connection import lock_of
 from firmware_runtime.hal.served.packets import LONGEST
 from firmware_runtime.system.credentials import peer_of
@@ -80,10 +80,15 @@ class DoublesServer(Closing):
         self._resources.callback(os.close, self._wake_up)
         self._resources.callback(unlisten, self._listener, path)
 
-    def serve(self) -> None:
-        """Serve until `stop`."""
+    def serve(self, alone_for: int = NEVER) -> None:
+        """Serve until `stop`, or until there was no client for `alone_for` ns."""
+        last_client_at = self._clock()
         while not self._stopped:
             self.step()
+            if self._clients:
+                last_client_at = self._clock()
+            elif self._clock() - last_client_at >= alone_for:
+                return
 
     def step(self) -> None:
         """Wait until there is something to do, a little while at most; do it."""

@@ -68,6 +68,32 @@ def events(folder: Path, what: str) -> list[dict[str, Any]]:
 
 @pytest.mark.slow
 @pytest.mark.real_time
+def test_it_ends_when_nobody_comes(tmp_path: Path) -> None:
+    record(tmp_path / "run", "tachobot", 0.1)
+    with replaying(tmp_path, "--wait", "0.2") as server:
+        _, said = server.communicate(timeout=PATIENCE_S)
+    assert server.returncode == 1
+    assert "ended before transaction 1 of " in said
+    assert not (tmp_path / "doubles").exists()
+
+
+@pytest.mark.slow
+@pytest.mark.real_time
+def test_a_run_waits_for_doubles_that_are_served_a_moment_later(
+    command: Command, tmp_path: Path
+) -> None:
+    socket = tmp_path / "doubles"
+    line = [sys.executable, "-m", "firmware_runtime.cli", "doubles", "serve", "tachobot"]
+    with subprocess.Popen([*line, "--socket", str(socket)], stdout=subprocess.DEVNULL) as server:
+        try:
+            ended = command("run", "tachobot", "--doubles", socket, "--for", "0.1")
+        finally:
+            server.terminate()
+    assert "no doubles are served" not in ended.error
+
+
+@pytest.mark.slow
+@pytest.mark.real_time
 def test_it_ends_well_when_all_was_asked_for_and_the_last_has_gone(tmp_path: Path) -> None:
     recording = read_recording(record(tmp_path / "run", "tachobot", 0.1))
     with replaying(tmp_path) as server:

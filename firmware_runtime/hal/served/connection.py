@@ -5,6 +5,7 @@ import weakref
 from fcntl import LOCK_EX, LOCK_NB, flock
 from pathlib import Path
 from socket import AF_UNIX, SOCK_SEQPACKET, socket
+from time import monotonic, sleep
 from typing import BinaryIO, Final
 
 from msgspec import MsgspecError
@@ -22,6 +23,9 @@ from firmware_runtime.hal.served.packets import (
 ANSWER_S: Final = 1.0
 """How long an answer may take; doubles need less than a millisecond, a busy machine more."""
 
+POLL_S: Final = 0.02
+"""Between two attempts to connect to a server that does not listen yet."""
+
 
 def lock_of(path: Path) -> Path:
     """The file that a process which drives the doubles at a path holds locked."""
@@ -31,28 +35,19 @@ def lock_of(path: Path) -> Path:
 class Connection:
     """A connection to the server at a path, one question at a time, from any thread.
 
-    A server that has gone is not connected to again: another would have other chips.
-    Raises BusAbsent if no doubles are served there.
+    A server that has gone is not connected to again: another would have other chips. One that is
+    about to listen is waited for, `wait_s` at most. Raises BusAbsent if no doubles are served.
     """
 
-    def __init__(self, path: Path, answer_s: float = ANSWER_S) -> None:
+    def __init__(self, path: Path, answer_s: float = ANSWER_S, *, wait_s: float = 0.0) -> None:
         self._path = path
         self._answer_s = answer_s
         self._number = 0
         self._packet = memoryview(bytearray(LONGEST))
         self._lock = threading.Lock()
         self._lock_file: BinaryIO | None = None
-        self._socket = socket(AF_UNIX, SOCK_SEQPACKET)
+        self._socket = _connected(path, answer_s, wait_s)
         weakref.finalize(self, self._socket.close)
-        self._socket.settimeout(answer_s)
-        try:
-            self._socket.connect(str(path))
-        except OSError as error:
-            self._socket.close()
-            raise BusAbsent(
-                f"{path}: no doubles are served here ({error.strerror or error}); expected "
-                f"`firmware-runtime doubles serve BOARD --socket {path}` to run"
-            ) from error
 
     def keep_others_out(self) -> None:
         """Drive the doubles alone, until this process ends or closes the connection.
@@ -126,3 +121,25 @@ class Connection:
             if answer.number in {0, self._number}:
                 return answer.answered
         raise ConnectionResetError("end of the stream")
+
+
+def _connected(path: Path, answer_s: float, wait_s: float) -> socket:
+    """A socket that is connected to the server at a path. Raises BusAbsent."""
+    give_up_at = monotonic() + wait_s
+    while True:
+        connection = socket(AF_UNIX, SOCK_SEQPACKET)
+        connection.settimeout(answer_s)
+        try:
+            connection.connect(str(path))
+        except OSError as error:
+            connection.close()
+            if isinstance(error, FileNotFoundError | ConnectionRefusedError) and (
+                monotonic() < give_up_at
+            ):
+                sleep(POLL_S)
+                continue
+            raise BusAbsent(
+                f"{path}: no doubles are served here ({error.strerror or error}); expected "
+                f"`firmware-runtime doubles serve BOARD --socket {path}` to run"
+            ) from error
+        return connection
