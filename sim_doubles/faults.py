@@ -182,7 +182,11 @@ class BrownOut(Fault):
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class AbsentTarget(Fault):
-    """`target` is off the bus: it sees nothing, other targets at its addresses still answer."""
+    """`target` is off the bus: it sees nothing, other targets at its addresses still answer.
+
+    An AK8963 does not answer the MPU-9250's own master either, from one transaction on the bus that
+    the fault strikes to the first one that it does not.
+    """
 
     target: Target
     times: int | None = None

@@ -59,6 +59,7 @@ class I2cBusDouble(Wire, I2cBus):
         self.name = name
         self.bus_hz = bus_hz
         self.faults = faults
+        self._absent: list[Target] = []
         self.log: deque[Transaction] = deque(maxlen=log_length)
         self.transactions = self.errors = 0
         self._now = now
@@ -138,6 +139,8 @@ class I2cBusDouble(Wire, I2cBus):
             if refused_with is not None or self._closed or self._pulses_missing:
                 self._refuse(refused_with)
             if self.faults is None:
+                if self._absent:
+                    self._disconnect([])
                 answer = self._carry(at, self._targets, addresses, messages, stop_bits)
             else:
                 answer = self._with_faults(self.faults, at, addresses, messages, stop_bits)
@@ -198,6 +201,7 @@ class I2cBusDouble(Wire, I2cBus):
     ) -> bytes:
         """Carry out a transaction with what the script has due in it."""
         alteration = script.alteration(self.transactions, at, addresses[0], messages)
+        self._disconnect([] if alteration is None else alteration.absent)
         if alteration is None:
             return self._carry(at, self._targets, addresses, messages, stop_bits)
         self._fail_before_start(alteration)
@@ -217,6 +221,14 @@ class I2cBusDouble(Wire, I2cBus):
             raise os_error(self._adapter.no_completion)
         if alteration.errno is not None:
             raise os_error(alteration.errno)
+
+    def _disconnect(self, absent: list[Target]) -> None:
+        """Keep these targets off every bus, and no others, from this transaction on."""
+        for target in self._absent:
+            target.is_connected = True
+        for target in absent:
+            target.is_connected = False
+        self._absent = absent
 
     def _present(self, alteration: "Alteration") -> list[Target]:
         return [target for target in self._targets if target not in alteration.absent]

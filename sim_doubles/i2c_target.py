@@ -10,6 +10,9 @@ class Target(ABC):
     nothing from the bus. `write` and `read` follow only a `start` that was acknowledged.
     """
 
+    is_connected: bool = True
+    """False while a fault keeps it off every bus, that of another chip's own master included."""
+
     @abstractmethod
     def start(self, address: int, *, read: bool) -> bool:
         """Take a START or repeated START with its 7-bit address; True acknowledges it."""

@@ -1,5 +1,6 @@
 """What holds for every test: one hypothesis profile, a place of its own, the marks, the bounds."""
 
+import signal
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -25,7 +26,15 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 
 def pytest_configure(config: pytest.Config) -> None:
-    """Plug in what holds tests to their mark and what counts skipped ones."""
+    """Plug in what holds tests to their mark and what counts skipped ones.
+
+    A shell's script starts what runs in the background with SIGINT and SIGQUIT ignored, and a child
+    inherits that: those that tests start are to end by them.
+    """
+    if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
+        signal.signal(signal.SIGINT, signal.default_int_handler)
+    if signal.getsignal(signal.SIGQUIT) is signal.SIG_IGN:
+        signal.signal(signal.SIGQUIT, signal.SIG_DFL)
     config.pluginmanager.register(marks.Marks(), "marks")
     if config.getoption(skips.OPTION):
         config.pluginmanager.register(skips.Forbidden(), "skips")

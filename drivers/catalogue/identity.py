@@ -1,7 +1,9 @@
 """How each chip is recognised: by reading registers, and only at addresses where it lives.
 
 Reading a register takes its number to be written first. That sets a pointer, and changes the state
-of none of these chips. Nothing else is ever written.
+of none of these chips. Nothing else is ever written, and nothing at all where another usual chip
+takes the first byte for more than a pointer; but a multiplexer at 0x70 to 0x77 (TCA9548A) does, and
+closes its channels.
 """
 
 from collections.abc import Callable
@@ -10,7 +12,6 @@ from typing import Final, Protocol
 
 from drivers.catalogue.trial import Identity
 from drivers.chips import ads1115, ak8963, cmps12, hmc5883l, md25, mpu9250, pca9685, srf08
-from drivers.chips.ads1115 import Ads1115
 from drivers.chips.ak8963 import Ak8963
 from drivers.chips.cmps12 import Cmps12
 from drivers.chips.hmc5883l import Hmc5883l
@@ -99,6 +100,12 @@ def _by_address_alone(_bus: I2cBus, _address: int) -> str:
     return "it is sold as HMC5883L and lives here; no driver can read it"
 
 
+def _unasked(bus: I2cBus, address: int) -> str:
+    """Nothing is written where a PCF8591 may be: to it a register's number is its control byte."""
+    bus.read(address, 2)
+    return "by its address alone; not asked, since a PCF8591 here would switch its output off"
+
+
 AK8963_IDENTITY: Final = Identity(
     "AK8963", (ak8963.ADDRESS,), _by_driver(Ak8963, ak8963.WIA, 1, "WIA"), certain=True
 )
@@ -113,9 +120,7 @@ HMC5883L_IDENTITY: Final = Identity(
 PCA9685_IDENTITY: Final = Identity("PCA9685", (*range(0x40, 0x48), *cmps12.ADDRESSES), _pwm)
 """It can be strapped to any address from 0x40 on; where other chips that take a first byte for more
 than a pointer are usual, it is not asked."""
-ADS1115_IDENTITY: Final = Identity(
-    "ADS1115", ads1115.ADDRESSES, _by_driver(Ads1115, ads1115.CONFIG, 2, "Config")
-)
+ADS1115_IDENTITY: Final = Identity("ADS1115", ads1115.ADDRESSES, _unasked)
 MD25_IDENTITY: Final = Identity(
     "MD25", md25.ADDRESSES, _by_driver(Md25, md25.REVISION, md25.SETTINGS.size)
 )

@@ -21,8 +21,10 @@ from firmware_runtime.system.files import THIS_MACHINE
 _ABOUT = """
 Addresses are asked as i2cdetect does, by a write of no bytes, or by reading one byte where EEPROMs
 live. Then registers are read, but only at addresses where chips with a driver here live; of them
-nothing but the number of a register is written. Addresses that a driver of the kernel holds, buses
-that a run drives, and those of displays and mainboard (unless named) are left alone.
+nothing but the number of a register is written. At 0x48 to 0x4b nothing is: a PCF8591 there would
+switch its output off. A multiplexer at 0x70 to 0x77 (TCA9548A) closes its channels. Addresses that
+a driver of the kernel holds, buses that a run drives, and those of displays and mainboard (unless
+named) are left alone.
 """
 _NO_BUS = (
     "no I2C bus; on a Raspberry Pi: dtparam=i2c_arm=on in /boot/firmware/config.txt, i2c-dev in "

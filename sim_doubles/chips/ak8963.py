@@ -118,7 +118,7 @@ class Ak8963Double(Target):
 
     def start_from_mpu(self, at: int, address: int, *, read: bool) -> bool:
         """Answer the MPU's auxiliary master, whose transaction happens at `at`."""
-        if address != ADDRESS:
+        if address != ADDRESS or not self.is_connected:
             return False
         self.advance(at)
         self._is_hosts = False

@@ -1,6 +1,7 @@
 """No hint names a package that cannot be installed: the project itself is on no index."""
 
 import re
+import subprocess
 import sys
 import tomllib
 from pathlib import Path
@@ -10,15 +11,44 @@ import pytest
 from firmware_runtime.extras import install_command
 
 ROOT = Path(__file__).parents[2]
-FOLDERS = ("boards", "benchmarks", "docs", "drivers", "firmware_runtime", "sim_doubles", "tests")
-FROM_AN_INDEX = re.compile(r"install (?:[^\n]*[ '\"])?firmware-runtime\[")
+BY_NAME = re.compile(
+    r"""pip3?\s+(?:install|download)\b[^\n#&|,`]*?\s['"]?firmware[-_]runtime(?![\w./-])"""
+    r"""|^(?:dependencies|requires)\b[^\n]*['"]firmware[-_]runtime\b""",
+    re.MULTILINE,
+)
 
 
-def test_no_text_installs_the_project_from_an_index() -> None:
-    texts = [ROOT / "README.md", ROOT / "CHANGELOG.md", ROOT / "Makefile"]
-    texts += [path for folder in FOLDERS for path in (ROOT / folder).rglob("*.[mp][dy]")]
-    reported = [path for path in texts if FROM_AN_INDEX.search(path.read_text(encoding="utf-8"))]
-    assert reported == []
+def test_the_pattern_finds_an_installation_by_name_and_no_other() -> None:
+    for text in (
+        "pip install firmware-runtime",
+        "python -m pip install --upgrade 'firmware-runtime[top]' pytest",
+        'dependencies = ["firmware-runtime"]',
+        'dependencies = ["numpy", "firmware_runtime>=0.1"]',
+    ):
+        assert BY_NAME.search(text), text
+    for text in (
+        "pip install /srv/firmware-runtime",
+        "pip install wheels/firmware_runtime-*.whl pytest .",
+        "pip install pytest  # beside firmware-runtime",
+        "pip install .",
+    ):
+        assert not BY_NAME.search(text), text
+
+
+def test_no_page_program_workflow_or_generated_file_installs_it_by_its_name() -> None:
+    listed = subprocess.run(
+        ["git", "ls-files"], cwd=ROOT, capture_output=True, text=True, check=True
+    )
+    endings = {".md", ".py", ".toml", ".yml", ".yaml", ".sh", ".txt", ".cfg", ".service"}
+    found = [
+        name
+        for name in listed.stdout.splitlines()
+        if Path(name).suffix in endings
+        and Path(name) != Path(__file__).relative_to(ROOT)
+        and (ROOT / name).is_file()
+        and BY_NAME.search((ROOT / name).read_text(encoding="utf-8"))
+    ]
+    assert found == []
 
 
 def test_what_tests_and_benches_take_is_no_extra_of_an_installed_robot() -> None:

@@ -61,10 +61,17 @@ def test_nothing_but_the_number_of_a_register_is_written(address: int, chip: Tar
     recognise(bus, address)
     assert bus.log
     for each in bus.log:
-        pointer, length = each.messages
-        assert isinstance(pointer, bytes)
+        *pointers, length = each.messages
         assert isinstance(length, int)
-        assert len(pointer) == 1
+        assert [len(pointer) for pointer in pointers if isinstance(pointer, bytes)] in ([], [1])
+
+
+def test_nothing_at_all_is_written_where_a_converter_would_switch_its_output_off() -> None:
+    bus = I2cBusDouble(
+        "i2c1", now, [Ads1115Double(now, 0x48, inputs=lambda _: (0.0, 0.0, 0.0, 0.0))]
+    )
+    assert recognise(bus, 0x48).chips == ("ADS1115",)
+    assert [each.messages for each in bus.log] == [(2,)]
 
 
 def test_the_all_call_address_is_no_sonar() -> None:

@@ -5,6 +5,7 @@ import pytest
 from sim_doubles.chips.ak8963 import Ak8963Double
 from sim_doubles.chips.mpu9250 import Mpu9250Double
 from sim_doubles.clock import ManualClock
+from sim_doubles.faults import AbsentTarget, FaultScript
 from sim_doubles.i2c_bus import I2cBusDouble
 from sim_doubles.inertial_truth import InertialTruth
 from tests.support.magnetometer import BYPASS, MASTER, HostOfMagnetometer
@@ -240,3 +241,24 @@ def test_external_bytes_of_enabled_slaves_enter_the_fifo(rig: Rig) -> None:
     rig.write(0x6A, MASTER | 0x40)
     rig.wait(2)
     assert rig.read(0x74, 10) == (b"\x00\x00" + b"\x48\x9a" + b"\x9a") * 2
+
+
+def test_a_magnetometer_that_a_fault_keeps_off_the_bus_does_not_answer_the_master(rig: Rig) -> None:
+    rig.slave(0, 0x8C, 0x02, 0x88)
+    rig.measure_at_100_hz()
+    rig.wait(8)
+    answered = rig.read(0x49, 8)
+    assert answered[1:7] == DATA
+    gone = AbsentTarget(target=rig.magnetometer)
+    rig.bus.faults = FaultScript([gone])
+    rig.read(0x36)
+    rig.wait(20)
+    status, *_ = rig.read(0x36)
+    assert status & 0x01  # SLV0 was not acknowledged
+    rig.bus.faults = FaultScript()
+    rig.read(0x36)
+    rig.wait(20)
+    rig.read(0x36)
+    rig.wait(20)
+    assert rig.read(0x36)[0] & 0x01 == 0
+    assert rig.read(0x49, 8)[1:7] == DATA
