@@ -1,7 +1,7 @@
 """The same steps with the wait between them: at 100 Hz a step finds its caches cold.
 
 What the loop does from the end of one wait to the beginning of the next, by `Executive.run` with
-statistics file and flight recorder, beside a loop of nothing but a wait and `Simulator.advance`.
+statistics file, beside a loop of nothing but a wait and `Simulator.advance`.
 The two take turns; neither asks for a priority.
 """
 
@@ -64,7 +64,7 @@ def bare(count: int, steps: int) -> float:
 def loop(count: int, steps: int, directory: Path) -> float:
     """Microseconds a step of the executive."""
     clock = LapClock(steps)
-    executive = Executive(tickers(count), clock, list, configuration(directory, recorded=True))
+    executive = Executive(tickers(count), clock, list, configuration(directory))
     clock.when_done = partial(executive.request_stop, "measured")
     executive.run()
     return clock.median_us()

@@ -1,4 +1,4 @@
-"""What accounting adds to a step: the same steps taken four ways that take turns.
+"""What accounting adds to a step: the same steps taken three ways that take turns.
 
 The steps run in a row with warm caches; `accounting.cold` has them as a robot's loop finds them.
 """
@@ -29,16 +29,16 @@ def text(result: dict[str, Any]) -> list[str]:
     """The result for people."""
     lines = [
         "Microseconds a step, medians (least), all models due at once:",
-        f"  {'models':>6}{'bare':>14}{'accounted':>16}{'recorded':>16}{'whole loop':>16}",
+        f"  {'models':>6}{'bare':>14}{'accounted':>16}{'whole loop':>16}",
     ]
     for each in result["steps_of"]:
         cells = (f"{each['us'][way]:.2f} ({each['least_us'][way]:.2f})" for way in WAYS)
         lines.append(f"  {each['models']:6}" + "".join(f"{cell:>16}" for cell in cells)[2:])
     lines.append("Microseconds that accounting adds, medians of the rounds' differences:")
-    lines.append(f"  {'models':>6}{'a step':>14}{'an activation':>16}{'with recorder':>16}")
+    lines.append(f"  {'models':>6}{'a step':>14}{'an activation':>16}")
     lines += [
         f"  {each['models']:6}{each['accounting_us'] * each['models']:14.2f}"
-        f"{each['accounting_us']:16.2f}{each['recording_us']:16.2f}"
+        f"{each['accounting_us']:16.2f}"
         for each in result["steps_of"]
     ]
     lines += [
@@ -61,17 +61,13 @@ def _measure(directory: Path, count: int, repetitions: int, steps: int) -> dict[
 
 
 def summary(count: int, rounds: Sequence[dict[str, float]]) -> dict[str, Any]:
-    """What rounds of microseconds a step say; accounting and recording are by activation."""
-
-    def added(way: str) -> float:
-        return median(each[way] - each["bare"] for each in rounds) / count
-
+    """What rounds of microseconds a step say; accounting is by activation."""
+    added = median(each["accounted"] - each["bare"] for each in rounds)
     return {
         "models": count,
         "us": {way: median(each[way] for each in rounds) for way in WAYS},
         "least_us": {way: min(each[way] for each in rounds) for way in WAYS},
-        "accounting_us": added("accounted"),
-        "recording_us": added("recorded"),
+        "accounting_us": added / count,
         "ratio": median(each["accounted"] / each["bare"] for each in rounds),
     }
 

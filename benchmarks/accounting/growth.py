@@ -1,7 +1,7 @@
 """Whether the runtime's memory grows: tracemalloc over many ticks in steady state.
 
-The loop as it is, on a clock whose waits are over at once, with a statistics file, a flight
-recorder and the collector of garbage; two snapshots are compared, each after a full collection.
+The loop as it is, on a clock whose waits are over at once, with a statistics file
+and the collector of garbage; two snapshots are compared, each after a full collection.
 """
 
 import gc
@@ -49,7 +49,7 @@ def measure(directory: Path, ticks: int) -> dict[str, Any]:
     """What is there after the ticks and was not there before, in bytes and by line."""
     clock = SnapshotClock((WARM_UP, WARM_UP + ticks))
     model = tickers(MODELS)
-    executive = Executive(model, clock, list, configuration(directory, recorded=True))
+    executive = Executive(model, clock, list, configuration(directory))
     clock.enough = lambda: executive.request_stop("enough")
     tracemalloc.start()
     try:

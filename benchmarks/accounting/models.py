@@ -13,8 +13,6 @@ from firmware_runtime.executive.process import ProcessSettings
 
 PERIOD = 10 * MILLISECOND
 """TachoBot's; what the runtime does once a second falls to a hundred steps."""
-RECORDED_SPANS = 32_768
-"""The flight recorder as boards have it unless they say otherwise."""
 
 S = TypeVar("S", bound=HasDescriptor)
 
@@ -52,10 +50,9 @@ class HastyClock(MonotonicClock):
         return []
 
 
-def configuration(directory: Path, *, recorded: bool) -> Configuration:
-    """A statistics file, the collector of garbage, and the flight recorder if it is wanted."""
+def configuration(directory: Path) -> Configuration:
+    """A statistics file, and the collector of garbage."""
     return Configuration(
         process=ProcessSettings(freeze_garbage=True),
         statistics_path=directory / "tickers.stats",
-        recorded_spans=RECORDED_SPANS if recorded else 0,
     )

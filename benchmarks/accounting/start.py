@@ -1,8 +1,8 @@
 """From the start of a process to the end of TachoBot's first step, beside a bare interpreter.
 
-The first step is found in what the flight recorder has written: the exact instant, whenever it is
-read. Byte code is there already, as it is once a package has been installed. A start includes what
-the robot would not have, making the doubles; and locking all memory, where that is granted.
+The first step is found in the run's recording: the exact instant, whenever it is read. Byte code is
+there already, as it is once a package has been installed. A start includes what the robot would not
+have, making the doubles; and locking all memory, where that is granted.
 """
 
 from pathlib import Path
@@ -10,9 +10,10 @@ from statistics import median
 from typing import Any
 
 from benchmarks.shared.process import LoopError, Running, seconds_of_python, tachobot
-from firmware_runtime.statistics.companions import Companion
+from firmware_runtime.blackbox.found import recording_beside
+from firmware_runtime.blackbox.reader import read_recording
+from firmware_runtime.blackbox.section import Kind
 from firmware_runtime.statistics.layout import ELAPSED, HEARTBEAT, STEPS
-from firmware_runtime.statistics.spans import read_spans
 from firmware_runtime.statistics.statistics import Statistics
 
 GOAL_S = 0.4
@@ -45,16 +46,18 @@ def text(result: dict[str, Any]) -> list[str]:
     ]
 
 
-def first_step_ended(statistics: Statistics, spans: Path) -> int:
-    """When the first step of a run ended, on CLOCK_MONOTONIC, ns.
+def first_step_ended(statistics: Statistics, path: Path) -> int:
+    """When the first step of a run ended, on CLOCK_MONOTONIC, ns, by its recording.
 
-    Raises LoopError when the flight recorder no longer has it, or there was none.
+    Raises LoopError where that no longer has it.
     """
     began = statistics.cells[HEARTBEAT] - statistics.cells[ELAPSED]
-    steps = [each for each in read_spans(spans) if each.track == "step"]
-    if len(steps) < max(statistics.cells[STEPS], 1):
-        raise LoopError(f"{spans}: the first step is no longer recorded")
-    return began + steps[0].end_ns
+    recording = read_recording(path)
+    sections = (each for segment in recording.segments() for each in segment.sections())
+    first = next((each for each in sections if each.kind is Kind.STEP), None)
+    if first is None or not recording.is_from_start:
+        raise LoopError(f"{path}: the first step is no longer recorded")
+    return began + first.readings[-1]
 
 
 def _round(directory: Path) -> dict[str, float]:
@@ -73,5 +76,5 @@ def _start(directory: Path, assignments: tuple[str, ...] = ()) -> float:
 
 def _first_step(running: Running) -> float:
     statistics = running.read_when(lambda statistics: statistics.cells[STEPS] > 0)
-    ended = first_step_ended(statistics, Companion.SPANS.beside(running.statistics))
+    ended = first_step_ended(statistics, recording_beside(running.statistics))
     return (ended - running.spawned_at) / 1e9

@@ -1,12 +1,11 @@
-"""Four ways to take the same steps, each timed: the simulator alone up to the executive's loop.
+"""Three ways to take the same steps, each timed: the simulator alone up to the executive's loop.
 
 - bare: `Simulator.advance`, without instruments;
 - accounted: the executive's step, its instruments and its ledger with a statistics file in shared
   memory, put together as `executive.loop` does it;
-- recorded: the same with the flight recorder;
-- loop: `Executive.run` with the recorder, everything between two waits.
+- loop: `Executive.run`, everything between two waits.
 
-Every step is on time, on the real clock, which is set to the step's instant in all four. They run
+Every step is on time, on the real clock, which is set to the step's instant in all three. They run
 in a row with warm caches.
 """
 
@@ -44,18 +43,13 @@ def bare(count: int, steps: int, _directory: Path) -> float:
 
 def accounted(count: int, steps: int, directory: Path) -> float:
     """Microseconds a step, with instruments and ledger."""
-    return _timed(AccountedStep(count, directory, recorded=False), steps)
-
-
-def recorded(count: int, steps: int, directory: Path) -> float:
-    """Microseconds a step, with the flight recorder too."""
-    return _timed(AccountedStep(count, directory, recorded=True), steps)
+    return _timed(AccountedStep(count, directory), steps)
 
 
 def loop(count: int, steps: int, directory: Path) -> float:
     """Microseconds from one wait of the executive to the next."""
     clock = StopwatchClock(WARM_UP, steps)
-    executive = Executive(tickers(count), clock, list, configuration(directory, recorded=True))
+    executive = Executive(tickers(count), clock, list, configuration(directory))
     clock.when_done = partial(executive.request_stop, "measured")
     executive.run()
     return clock.spent / clock.passes / 1000
@@ -64,7 +58,6 @@ def loop(count: int, steps: int, directory: Path) -> float:
 WAYS: dict[str, Callable[[int, int, Path], float]] = {
     "bare": bare,
     "accounted": accounted,
-    "recorded": recorded,
     "loop": loop,
 }
 
@@ -72,9 +65,9 @@ WAYS: dict[str, Callable[[int, int, Path], float]] = {
 class AccountedStep:
     """One step with everything that is accounted; call it. `statistics` has what was counted."""
 
-    def __init__(self, count: int, directory: Path, *, recorded: bool) -> None:
+    def __init__(self, count: int, directory: Path) -> None:
         root, clock = tickers(count), HastyClock()
-        settings = configuration(directory, recorded=recorded)
+        settings = configuration(directory)
         profiler = Profiler(root, clock.now, settings)
         simulator = profiler.simulator
         file = profiler.open_file({"conditions": {}}, settings.statistics_path)

@@ -126,7 +126,6 @@ def _configuration(board: Board, bus: AccountedBus) -> Configuration:
             freeze_garbage=settings.freeze_garbage,
             timer_slack_ns=settings.timer_slack_ns,
         ),
-        recorded_spans=settings.recorded_spans,
     )
 
 

@@ -192,6 +192,11 @@ class Recorder:
         return errors
 
     @property
+    def is_kept(self) -> bool:
+        """Whether the run has been written into a ring."""
+        return self._writer.is_kept
+
+    @property
     def before_the_run(self) -> list[bytes]:
         """The sections from before there was a ring, until the run begins."""
         return self._writer.early

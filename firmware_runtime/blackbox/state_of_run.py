@@ -15,14 +15,13 @@ from firmware_runtime.devs.ports import InPort, OutPort, StandIn
 from firmware_runtime.hal.accounted_bus import AccountedBus
 from firmware_runtime.recording.chance import Places
 from firmware_runtime.statistics.file import StatisticsFile
-from firmware_runtime.statistics.spans import SpanRing
 
 _PARTS: Final = ("simulator", "accounting", "faults", "watches")
 """Of an executive, by which models are scheduled and counted."""
 _EDGES: Final = (
     *(TappedBus, TappedPort, TappedTime),
     *(Delivery, InPort, OutPort, StandIn),  # bags are empty between two steps
-    *(StatisticsFile, SpanRing, AccountedBus),
+    *(StatisticsFile, AccountedBus),
 )
 
 

@@ -30,12 +30,15 @@ class Writer:
         self._schedule = schedule
         self.ring: Ring | None = None
         """What it writes into: shared memory."""
+        self.is_kept = False
+        """Whether there was a ring: what has been written into it stays."""
         self._put: Callable[[bytes], bool | None] = self.early.append
         """Where sections go; returns whether this one is the first of a chunk."""
 
     def open(self, make_ring: Callable[[], Ring | None]) -> None:
         """Make the ring, and write the sections from before; without one write nothing more."""
         ring = self.ring = make_ring()
+        self.is_kept = ring is not None
         self._put = _drop if ring is None else ring.write
         for content in self.early:
             try:

@@ -182,8 +182,6 @@ class ExecutiveSettings(Settings, frozen=True):
     """Time without a finished step after which systemd ends the service, s; longer than stall_s."""
     worst: Annotated[int, Meta(ge=1, le=64)] = 16
     """How many of the worst activations are kept."""
-    recorded_spans: Annotated[int, Meta(ge=0, le=1_000_000)] = 32_768
-    """Entries of the flight recorder, one for each function of a model that ran; 0 for none."""
 
 
 class RecordingSettings(Settings, frozen=True):

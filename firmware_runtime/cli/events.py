@@ -38,7 +38,11 @@ def run_event_file(arguments: argparse.Namespace) -> Status:
     executive = Executive(experiment, clock_of(arguments), list, configuration)
     record = OutputRecord(executive.simulator)
     until = _end(arguments, events)
-    with tracing(executive.simulator, arguments.trace), stop_on_signals(executive.request_stop):
+    waits = executive.clock.speed != 0
+    with (
+        tracing(executive.simulator, arguments.trace, at_end=waits),
+        stop_on_signals(executive.request_stop),
+    ):
         outcome = executive.run(until)
     _report(arguments, name, executive, outcome, record.lines)
     return Status.OK if outcome.state is RunState.ENDED else Status.MODEL_ERROR

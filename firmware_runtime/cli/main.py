@@ -32,8 +32,8 @@ from firmware_runtime.links.errors import ControlError
 from firmware_runtime.spelling import did_you_mean
 from firmware_runtime.statistics.errors import (
     StatisticsFileError,
-    TraceEndsEarlyError,
     TraceFileError,
+    TraceNotWholeError,
 )
 from firmware_runtime.status import Status
 from firmware_runtime.system.priority import come_first
@@ -135,7 +135,7 @@ def _carried_out(parsed: argparse.Namespace) -> int:
     try:
         status = _executed(parsed) if parsed.verb in VERBS else _executed_by_another(parsed)
     except (ConfigError, StatisticsFileError, TraceFileError) as error:
-        is_done = isinstance(error, TraceEndsEarlyError)
+        is_done = isinstance(error, TraceNotWholeError)
         return _refuse(error, Status.NOT_PRINTED if is_done else Status.BAD_INPUT)
     except (HalError, ControlError) as error:
         return _refuse(error, Status.NO_DEVICE, _hint(error, parsed))

@@ -1,4 +1,4 @@
-"""Files that `run` writes along: `--trace` and `--record`, begun before the run.
+"""Files that `run` writes: `--trace` and `--record`, begun before the run.
 
 They are ended once the hardware is released: a disk that is slow holds up no bus. What did not take
 everything is said, and is a status of its own, below any of the run.
@@ -6,13 +6,14 @@ everything is said, and is a status of its own, below any of the run.
 
 import argparse
 from collections.abc import Callable
-from contextlib import ExitStack
+from contextlib import AbstractContextManager, ExitStack
 from importlib import import_module
+from pathlib import Path
 
 from firmware_runtime.cli.progress_line import Messages
 from firmware_runtime.executive.outcome import Outcome
 from firmware_runtime.runs.session import Session
-from firmware_runtime.statistics.errors import TraceEndsEarlyError
+from firmware_runtime.statistics.errors import TraceNotWholeError
 from firmware_runtime.status import Status
 
 
@@ -33,20 +34,33 @@ class RunFiles:
             recorded = module.recorded(session, arguments.record, self._not_whole)
             self.ended = self._open.enter_context(recorded)
         if arguments.trace is not None:
-            # likewise
-            module = import_module("firmware_runtime.statistics.trace_file")
-            at_end = arguments.loop is not None
-            trace = module.tracing(session.executive.simulator, arguments.trace, at_end=at_end)
-            self._open.enter_context(trace)
+            self._open.enter_context(_tracing(session, arguments.trace))
 
     def close(self) -> Status:
         """End them; return whether they took everything."""
         try:
             self._open.close()
-        except TraceEndsEarlyError as error:
+        except TraceNotWholeError as error:
             self._not_whole(str(error))
         return self._status
 
     def _not_whole(self, sentence: str) -> None:
         self._status = Status.NOT_PRINTED
         self._messages(sentence)
+
+
+def _tracing(session: Session, path: Path) -> AbstractContextManager[None]:
+    """Write a trace: in virtual time as the run goes, in real time of its recording, afterwards.
+
+    What is not recorded is kept in memory until then. Only what is needed is imported.
+    """
+    waits = session.executive.clock.speed != 0
+    if waits and session.recorder is not None:
+        recorded = import_module("firmware_runtime.exports.trace_of_run")
+        of_recording: AbstractContextManager[None] = recorded.traced_by_recording(session, path)
+        return of_recording
+    live = import_module("firmware_runtime.statistics.trace_file")
+    tracing: AbstractContextManager[None] = live.tracing(
+        session.executive.simulator, path, at_end=waits
+    )
+    return tracing

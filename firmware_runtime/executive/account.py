@@ -1,7 +1,7 @@
 """The account of one model: what became of each of its activations, in counters and histograms.
 
 During the run the account stands in the model's place: the simulator calls it, it calls the model,
-times the call, records it, and notes what the model has booked. That is one frame around a
+times the call, and notes what the model has booked. That is one frame around a
 model's function, written out for each, and the only one.
 
 What an activation is, and when it is due, is the business of the two kinds of account
@@ -37,7 +37,6 @@ from firmware_runtime.executive.policy import ActivationPolicy
 from firmware_runtime.executive.step import Step
 from firmware_runtime.statistics.histogram import Cells, Histogram, empty_cells
 from firmware_runtime.statistics.layout import MODEL, Layout
-from firmware_runtime.statistics.spans import MODELS
 
 _BY_ACTIVATION = MODEL.index("is_in_period") + 1
 _COUNTERS = Struct(f"{_BY_ACTIVATION}q")
@@ -68,7 +67,6 @@ class ModelAccount(ABC):
         "_now",
         "_pack",
         "_step",
-        "_track",
         "answers",
         "atomic",
         "booked",
@@ -120,7 +118,6 @@ class ModelAccount(ABC):
         self._call_external = functions.external
         self._step = step
         self._now = step.now
-        self._track = MODELS + number
         self.policy = policy
         self.tolerance = tolerance
         self.stop_after = policy.stop_after()
@@ -171,8 +168,6 @@ class ModelAccount(ABC):
         send()
         ended = step.lap = now()
         step.own_times[number] += ended - begun
-        if step.record is not None:
-            step.record(self._track, begun, ended)
 
     @abstractmethod
     def internal(self) -> None:

@@ -48,8 +48,6 @@ class Configuration(Struct, frozen=True):
     """How long logical time may be behind the clock without catching up, ns of real time."""
     worst: int = 16
     """How many of the worst activations are kept."""
-    recorded_spans: int = 0
-    """How many entries the flight recorder keeps beside the statistics; 0: there is none."""
     has_link: bool = False
     """Whether the model is a part, linked to the rest in another process, which is counted."""
     tap: Tap | None = None

@@ -49,8 +49,6 @@ class EventAccount(ModelAccount):
         transit()
         ended = step.lap = now()
         step.own_times[self.number] += ended - begun
-        if step.record is not None:
-            step.record(self._track, begun, ended)
         self._book_after_event(step.at)
 
     def external(self, elapsed: int) -> None:
@@ -61,8 +59,6 @@ class EventAccount(ModelAccount):
         transit(elapsed)
         ended = step.lap = now()
         step.own_times[self.number] += ended - begun
-        if step.record is not None:
-            step.record(self._track, begun, ended)
         for answer in self.answers:
             answer()
         if self.noted == NOTHING:
@@ -82,8 +78,6 @@ class EventAccount(ModelAccount):
         confluent()
         ended = step.lap = self._now()
         step.own_times[self.number] += ended - begun
-        if step.record is not None:
-            step.record(self._track, begun, ended)
         for answer in self.answers:
             answer()
         self._book_after_event(step.at)

@@ -5,8 +5,6 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 
 from firmware_runtime.devs.time import MILLISECOND
-from firmware_runtime.executive.step import Step
-from firmware_runtime.statistics.spans import GARBAGE
 
 YOUNG = 1_000
 """Objects made and not freed since the last collection, from which on one is worth while."""
@@ -19,9 +17,8 @@ EVERY_NTH_IS_FULL = 16
 class GarbageTime:
     """Adds up the time spent in collections: `spent`, ns, since a reader last set it to zero."""
 
-    def __init__(self, step: Step, now: Callable[[], int]) -> None:
+    def __init__(self, now: Callable[[], int]) -> None:
         self.spent = 0
-        self._step = step
         self._now = now
         self._started = 0
 
@@ -38,10 +35,7 @@ class GarbageTime:
         if phase == "start":
             self._started = self._now()
         else:
-            ended = self._now()
-            self.spent += ended - self._started
-            if self._step.record is not None:
-                self._step.record(GARBAGE, self._started, ended)
+            self.spent += self._now() - self._started
 
 
 class SlackCollector:

@@ -115,8 +115,6 @@ class Ledger:
         if spent > self._slow and self._blamer is not None:
             self._blamer.pass_over(ended, spent - self._usual)
         self._previous_end = ended
-        if self._step.record is not None:
-            self._step.end(ended)
         return due
 
     def arm(self, *, armed: bool, epoch: int) -> None:

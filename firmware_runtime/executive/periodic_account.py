@@ -76,8 +76,6 @@ class PeriodicAccount(ModelAccount):
         transit()
         ended = step.lap = now()
         step.own_times[self.number] += ended - begun
-        if step.record is not None:
-            step.record(self._track, begun, ended)
         at = step.at
         if at == self.due and self.noted == NOTHING:  # as `_activate` would, without the call
             step.touched.append(self.number)
@@ -106,8 +104,6 @@ class PeriodicAccount(ModelAccount):
         transit(elapsed)
         ended = step.lap = now()
         step.own_times[self.number] += ended - begun
-        if step.record is not None:
-            step.record(self._track, begun, ended)
         for answer in self.answers:
             answer()
         self._take_part()
@@ -120,8 +116,6 @@ class PeriodicAccount(ModelAccount):
         confluent()
         ended = step.lap = self._now()
         step.own_times[self.number] += ended - begun
-        if step.record is not None:
-            step.record(self._track, begun, ended)
         for answer in self.answers:
             answer()
         at = step.at

@@ -1,11 +1,10 @@
 """Everything that watches a run, one instrument: an account in the place of every model.
 
-The accounts time and record the models' functions and see what they book (`account`); what leaves
+The accounts time the models' functions and see what they book (`account`); what leaves
 a model is listened to (`fault_log`, `deadlines`); the lines have counters of their own.
 """
 
 from collections.abc import Callable, Mapping
-from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -24,7 +23,6 @@ from firmware_runtime.executive.periodic_account import PeriodicAccount
 from firmware_runtime.executive.step import Step
 from firmware_runtime.executive.untimed_account import UntimedEventAccount, answering
 from firmware_runtime.statistics.blame import BLAME, CAUSES
-from firmware_runtime.statistics.companions import Companion
 from firmware_runtime.statistics.file import StatisticsFile
 from firmware_runtime.statistics.layout import Layout
 
@@ -45,9 +43,9 @@ class Profiler:
         stands_still: bool = False,
     ) -> None:
         tap = configuration.tap
-        is_recorded = configuration.statistics_path is not None
+        is_kept = configuration.statistics_path is not None
         reading = now if tap is None else tap.reading(now)
-        self.step = Step(reading, takes_time=is_recorded or not stands_still)
+        self.step = Step(reading, takes_time=is_kept or not stands_still)
         self._policies = configuration.policies
         self._accounts: list[ModelAccount] = []
         self._actuators = {deadline.to_model for deadline in configuration.deadlines}
@@ -56,11 +54,10 @@ class Profiler:
         self.accounting = Accounting(self.step, self._accounts, self.simulator)
         self._refuse_what_names_nothing(configuration)
         self.watches = [self._watch(each) for each in configuration.deadlines]
-        self.garbage = GarbageTime(self.step, now)
+        self.garbage = GarbageTime(now)
         self.faults = FaultLog(self.simulator)
         self.buses, self.ports = configuration.buses, configuration.ports
         self._worst = configuration.worst
-        self._recorded_spans = configuration.recorded_spans
         self._has_link = configuration.has_link
 
     @property
@@ -70,18 +67,10 @@ class Profiler:
         return {name: getattr(self, name) for name in names}
 
     def open_file(self, header: Mapping[str, Any], path: Path | None) -> StatisticsFile:
-        """A statistics file at `path`, or in memory, and what the flight recorder writes beside it.
+        """A statistics file at `path`, or in memory; the models join the header.
 
-        The models join the header. Raises StatisticsFileError.
+        Raises StatisticsFileError.
         """
-        spans = None if path is None else Companion.SPANS.beside(path)
-        if spans is None:
-            self.step.record = None  # nothing could read what is recorded in memory
-        elif self._recorded_spans > 0:
-            self.step.open_recorder(self._recorded_spans, spans)
-        else:
-            with suppress(OSError):  # of a run before this one; a missing folder is the next fault
-                spans.unlink()
         models = {account.path: _stated(account) for account in self._accounts}
         return StatisticsFile(self._layout(), {"models": models, **header}, path)
 

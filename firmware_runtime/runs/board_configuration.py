@@ -50,7 +50,6 @@ def configuration_of(
         switch_off_for=seconds(settings.executive.switch_off_s),
         max_lag=seconds(settings.executive.max_lag_s),
         worst=settings.executive.worst,
-        recorded_spans=settings.executive.recorded_spans,
     )
 
 

@@ -35,6 +35,11 @@ class RecordedEdge:
         self._log = log
         self._robot: RecordedRobot | None = None
 
+    @property
+    def kept(self) -> Path | None:
+        """Where the recording of the run is, once that has begun; None where it is not recorded."""
+        return self._path if self.recorder is not None and self.recorder.is_kept else None
+
     def section(self, kind: Kind) -> AbstractContextManager[None]:
         """Within the block, what the robot does between two steps is a section of its own."""
         return nullcontext() if self.recorder is None else self.recorder.section(kind)

@@ -128,6 +128,11 @@ class Session:
         return self.hardware.rig
 
     @property
+    def recording(self) -> Path | None:
+        """Where the recording of the run is, once that has begun; None where it is not recorded."""
+        return self._edge.kept
+
+    @property
     def is_outside(self) -> bool:
         """Whether its outputs are outside of this process, on chips or on doubles that are served.
 

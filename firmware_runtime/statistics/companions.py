@@ -1,7 +1,6 @@
 """The files that a run keeps beside its statistics: one name, an ending each.
 
 tachobot.stats      the statistics, see `paths`
-tachobot.spans      the flight recorder's last entries
 tachobot.guard      what the guard has done
 tachobot.settings   the settings that the outputs are driven by
 tachobot.starts     how the last starts of the service went
@@ -23,7 +22,6 @@ from firmware_runtime.statistics.errors import StatisticsFileError
 class Companion(StrEnum):
     """What a run keeps beside its statistics, by its ending."""
 
-    SPANS = ".spans"
     TAKEOVERS = ".guard"
     SETTINGS = ".settings"
     STARTS = ".starts"

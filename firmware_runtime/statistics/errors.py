@@ -15,8 +15,8 @@ class TraceFileError(FirmwareRuntimeError):
     """A trace cannot be written to the requested place."""
 
 
-class TraceEndsEarlyError(TraceFileError):
-    """A trace could not take everything, as where the disk is full; the run went on to its end."""
+class TraceNotWholeError(TraceFileError):
+    """A trace lacks something, as where the disk is full; the run went on to its end."""
 
 
 def in_words(error: Exception) -> str:

@@ -1,18 +1,12 @@
-"""Keeps what a board's runs leave behind: their statistics, and what ran around each incident.
+"""Keeps what a board's runs leave behind: their statistics, and what happened at each incident.
 
 It reads the files that the run and the guard write anyway, in a process of its own. In its folder,
-for the board's seventh run:
-
-    tachobot-0007.stats             statistics, as they stood a minute ago at most, or at the end
-    tachobot-0007-late-1.json.gz    the seconds around an activation that was late, for Perfetto
-    tachobot-0007-guard-2.json.gz   the seconds before the guard took over
-
-What is kept of the run's recording is beside them, see `blackbox.pieces`. Old runs make room for
-new ones. Everything can be read by the verbs that read a run under way.
+for the board's seventh run, are its statistics as they stood a minute ago at most, or at the end:
+`tachobot-0007.stats`. What is kept of the run's recording is beside them, a piece for each
+activation that was late and each takeover by the guard, see `blackbox.pieces`. Old runs make room
+for new ones. Everything can be read by the verbs that read a run under way.
 """
 
-import gzip
-import json
 import re
 from collections.abc import Callable
 from contextlib import suppress
@@ -21,24 +15,19 @@ from pathlib import Path
 from typing import Protocol
 
 from firmware_runtime.devs.time import SECOND
-from firmware_runtime.statistics.companions import Companion
 from firmware_runtime.statistics.errors import StatisticsFileError
 from firmware_runtime.statistics.file import save
 from firmware_runtime.statistics.late_watch import Late, LateWatch
 from firmware_runtime.statistics.paths import SUFFIX
-from firmware_runtime.statistics.perfetto import chrome_trace, the_last
 from firmware_runtime.statistics.reader import read_statistics
-from firmware_runtime.statistics.spans import read_spans
 from firmware_runtime.statistics.statistics import RunState, Statistics
 from firmware_runtime.statistics.takeovers import takeovers_of
 
 SAVE_EVERY = 60 * SECOND
 AFTERMATH = SECOND // 2
-"""How long after an incident its trace is taken, so that it shows what came of it."""
+"""How long after an incident its piece is taken, so that it shows what came of it."""
 QUIET = 10 * SECOND
 """What is late so soon after an incident was kept is one incident, kept when this is over."""
-SHOWN = 5 * SECOND
-"""What a trace covers at most before its incident has been noticed and AFTERMATH is over."""
 MOST_LATE = 20
 """Late incidents of one run; one that is late all the time would fill the disk."""
 
@@ -145,7 +134,6 @@ class _Incident:
     """What is to be kept at `due`: of the guard, or of the latest of its late activations."""
 
     late: Late | None
-    noticed: int
     due: int
 
     @property
@@ -192,14 +180,14 @@ class _Run:
         return statistics.header.writer != self._latest.header.writer
 
     def poll(self, statistics: Statistics, now: int) -> None:
-        """Note incidents, take the traces that are due, keep the statistics now and then."""
+        """Note incidents, keep those that are due, keep the statistics now and then."""
         self._latest = statistics
         was_over, self.is_over = self.is_over, not _is_under_way(statistics)
         self._notice(statistics, now)
         if not was_over:
             self._pieces.poll(now)
         if self._incident is not None and (now >= self._incident.due or self.is_over):
-            self._keep_incident(self._incident, now)
+            self._keep_incident(self._incident)
             self._incident = None
         if self.is_over and not was_over:
             self._pieces.over()
@@ -214,9 +202,9 @@ class _Run:
             self._pieces.over()
 
     def close(self) -> None:
-        """Keep what is known of a run that is followed no more; its trace may be another's now."""
+        """Keep what is known of a run that is followed no more."""
         if self._incident is not None:
-            self._keep_piece(self._incident)
+            self._keep_incident(self._incident)
             self._incident = None
         self.keep()
 
@@ -231,42 +219,24 @@ class _Run:
         takeovers = len(takeovers_of(self._kept, statistics.header.writer))
         late = None if self._watch is None else self._watch.new_in(statistics)
         if takeovers > self._takeovers and statistics.state is RunState.RUNNING:
-            self._incident = _Incident(None, now, now + AFTERMATH)
+            self._incident = _Incident(None, now + AFTERMATH)
         elif late is not None:
             due = max(now + AFTERMATH, self._quiet_until)
-            self._incident = (self._incident or _Incident(late, now, due)).with_later(late)
+            self._incident = (self._incident or _Incident(late, due)).with_later(late)
             self._quiet_until = self._incident.due + QUIET
         self._takeovers = takeovers
 
-    def _keep_incident(self, incident: _Incident, now: int) -> None:
-        spans = Companion.SPANS.beside(self._kept)
-        if self._keep_piece(incident) and spans.is_file():
-            self._take_trace(spans, incident, now)
-
-    def _keep_piece(self, incident: _Incident) -> bool:
-        """Keep what was recorded of it; whether it is one of those that are kept."""
+    def _keep_incident(self, incident: _Incident) -> None:
+        """Keep the piece of the recording, of so many late activations."""
         if incident.late is not None and self._incidents >= MOST_LATE:
             if not self._is_full_said:
                 self._is_full_said = True
                 fault = f"{MOST_LATE} incidents are kept; no more late activations of this run are"
                 self._log(f"{self._stem}: {fault}")
-            return False
+            return
         self._incidents += 1
+        self._log(f"incident {self._incidents}: {incident.late or 'the guard took over'}")
         self._pieces.keep(incident.kind, self._incidents)
-        return True
-
-    def _take_trace(self, spans: Path, incident: _Incident, now: int) -> None:
-        since = SHOWN + max(0, now - incident.noticed - AFTERMATH)
-        trace = chrome_trace(the_last(read_spans(spans), since), self._latest, incident.late)
-        path = self._stem.with_name(f"{self._stem.name}-{incident.kind}-{self._incidents}.json.gz")
-        try:
-            path.write_bytes(gzip.compress(json.dumps(trace, allow_nan=False).encode()))
-        except OSError as error:
-            raise StatisticsFileError(
-                f"{path}: the trace cannot be kept there ({error.strerror}); expected a folder "
-                "that this user may write"
-            ) from error
-        self._log(f"{path}: {incident.late or 'the guard took over'}")
 
 
 def _watch(statistics: Statistics, late: int | None) -> LateWatch | None:

@@ -20,7 +20,7 @@ import msgspec
 from firmware_runtime.closing import Closing
 from firmware_runtime.devs.engine import Engine
 from firmware_runtime.devs.trace import trace
-from firmware_runtime.statistics.errors import TraceEndsEarlyError, TraceFileError
+from firmware_runtime.statistics.errors import TraceFileError, TraceNotWholeError
 
 _encode = msgspec.json.Encoder().encode
 
@@ -29,7 +29,7 @@ class TraceFile(Closing):
     """Writes messages to a file; a context manager that closes it.
 
     Lines are buffered: a run that is killed loses the last few. Raises TraceFileError if the file
-    cannot be made, and TraceEndsEarlyError at the end if it could not take everything: a full disk
+    cannot be made, and TraceNotWholeError at the end if it could not take everything: a full disk
     ends no run.
     """
 
@@ -53,13 +53,13 @@ class TraceFile(Closing):
             self._failure = error
 
     def close(self) -> None:
-        """Close the file. Raises TraceEndsEarlyError if it could not take everything."""
+        """Close the file. Raises TraceNotWholeError if it could not take everything."""
         try:
             self._file.close()
         except OSError as error:
             self._failure = self._failure or error
         if self._failure is not None:
-            raise TraceEndsEarlyError(
+            raise TraceNotWholeError(
                 f"{self._path}: the trace ends early ({self._failure.strerror}); expected room for "
                 "all of it; the run went on to its end"
             ) from self._failure
@@ -101,7 +101,7 @@ def _named(value: object) -> Iterable[tuple[str, object]] | None:
 def tracing(simulator: Engine, path: Path | None, *, at_end: bool = False) -> Iterator[None]:
     """Write what leaves every port to `path`, if there is one; raises TraceFileError.
 
-    `at_end` keeps it in memory until then: for a short run whose times are what is measured.
+    `at_end` keeps it in memory until then: for a run in real time that is not recorded.
     """
     if path is None:
         yield

@@ -3,6 +3,7 @@
 import json
 import tracemalloc
 from collections.abc import Callable
+from contextlib import closing
 from functools import partial
 from pathlib import Path
 from time import monotonic_ns
@@ -19,28 +20,29 @@ from benchmarks.accounting.models import PERIOD, HastyClock, configuration, tick
 from benchmarks.accounting.start import first_step_ended
 from benchmarks.accounting.steps import WAYS, AccountedStep, StopwatchClock
 from benchmarks.shared.process import LoopError, seconds_of_python, status_of_python
+from firmware_runtime.blackbox.chunk_file import Numbered, file_of
+from firmware_runtime.blackbox.found import recording_beside
+from firmware_runtime.blackbox.reader import read_recording
+from firmware_runtime.board.in_force import board_in_force
 from firmware_runtime.cli.main import main
 from firmware_runtime.devs.time import MILLISECOND
-from firmware_runtime.executive.clocks import Clock, MonotonicClock, VirtualClock
-from firmware_runtime.executive.configuration import Configuration
+from firmware_runtime.executive.clocks import MonotonicClock
 from firmware_runtime.executive.executive import Executive
-from firmware_runtime.statistics.companions import Companion
+from firmware_runtime.runs.session import Session
 from firmware_runtime.statistics.layout import STEPS
 from firmware_runtime.statistics.reader import read_statistics
-from firmware_runtime.statistics.spans import read_spans
-from tests.support.periodic_models import Robot
+from firmware_runtime.statistics.statistics import Statistics
 
 
-@pytest.mark.parametrize("recorded", [False, True])
 @pytest.mark.parametrize("count", [1, 4])
 def test_a_step_put_together_is_accounted_like_one_of_the_executive(
-    tmp_path: Path, count: int, *, recorded: bool
+    tmp_path: Path, count: int
 ) -> None:
-    step = AccountedStep(count, tmp_path, recorded=recorded)
+    step = AccountedStep(count, tmp_path)
     for _ in range(20):
         step()
     put_together = read_statistics(tmp_path / "tickers.stats").as_json()
-    run = Executive(tickers(count), HastyClock(), list, configuration(tmp_path, recorded=recorded))
+    run = Executive(tickers(count), HastyClock(), list, configuration(tmp_path))
     run.run(20 * PERIOD)
     executive = read_statistics(tmp_path / "tickers.stats").as_json()
     assert put_together["run"] == 20 * count
@@ -49,7 +51,6 @@ def test_a_step_put_together_is_accounted_like_one_of_the_executive(
     assert executive["run"] + executive["skipped"] == 20 * count
     for each in (put_together, executive):
         assert each["scheduled"] == each["run"] + each["skipped"] + each["coalesced"]
-    assert Companion.SPANS.beside(tmp_path / "tickers.stats").exists() == recorded
 
 
 def test_the_stopwatch_counts_the_steps_after_those_left_out() -> None:
@@ -71,12 +72,12 @@ def test_a_hasty_wait_is_over_at_its_deadline() -> None:
 
 def test_what_accounting_adds_is_the_median_of_the_rounds_differences() -> None:
     rounds = [
-        {"bare": 1.0, "accounted": 5.0, "recorded": 7.0, "loop": 9.0},
-        {"bare": 2.0, "accounted": 6.0, "recorded": 9.0, "loop": 9.0},
-        {"bare": 2.0, "accounted": 20.0, "recorded": 40.0, "loop": 9.0},
+        {"bare": 1.0, "accounted": 5.0, "loop": 9.0},
+        {"bare": 2.0, "accounted": 6.0, "loop": 9.0},
+        {"bare": 2.0, "accounted": 20.0, "loop": 9.0},
     ]
     found = accounting_cost.summary(2, rounds)
-    assert (found["accounting_us"], found["recording_us"]) == (2.0, 3.5)
+    assert found["accounting_us"] == 2.0
     assert (found["us"]["accounted"], found["least_us"]["accounted"]) == (6.0, 5.0)
     assert found["ratio"] == 5.0
 
@@ -118,29 +119,35 @@ def test_ticks_leave_nothing_behind(tmp_path: Path) -> None:
 # Start and memory ---------------------------------------------------------------------------------
 
 
-def run_of_a_robot(path: Path, recorded_spans: int, clock: Clock) -> None:
-    settings = Configuration(statistics_path=path, recorded_spans=recorded_spans)
-    Executive(Robot(imu=MILLISECOND), clock, list, settings).run(20 * MILLISECOND)
+def run_of_a_robot(path: Path) -> Statistics:
+    board = board_in_force("tachobot", ("executive.fifo_priority=0", "recording.minutes=0.1"))
+    recording = recording_beside(path)
+    session = Session(
+        board, MonotonicClock(), doubles=True, statistics_path=path, recording=recording
+    )
+    with closing(session):
+        session.run(20 * MILLISECOND)
+    return read_statistics(path)
 
 
+@pytest.mark.slow
+@pytest.mark.real_time
 def test_the_first_step_is_found_on_the_clock_of_the_machine(tmp_path: Path) -> None:
     path = tmp_path / "robot.stats"
     begun = monotonic_ns()
-    run_of_a_robot(path, 4096, MonotonicClock())
-    statistics = read_statistics(path)
-    ended = first_step_ended(statistics, Companion.SPANS.beside(path))
-    last = [each for each in read_spans(Companion.SPANS.beside(path)) if each.track == "step"][-1]
-    assert begun < ended < monotonic_ns()
-    assert ended < first_step_ended(statistics, Companion.SPANS.beside(path)) + last.end_ns
+    statistics = run_of_a_robot(path)
+    assert begun < first_step_ended(statistics, recording_beside(path)) < monotonic_ns()
 
 
-def test_a_first_step_that_was_overwritten_is_not_made_up(tmp_path: Path) -> None:
+@pytest.mark.slow
+@pytest.mark.real_time
+def test_a_first_step_that_was_written_over_is_not_made_up(tmp_path: Path) -> None:
     path = tmp_path / "robot.stats"
-    run_of_a_robot(path, 8, VirtualClock())
-    statistics = read_statistics(path)
-    assert statistics.cells[STEPS] == 21
+    statistics = run_of_a_robot(path)
+    first, *_ = read_recording(recording_beside(path)).chunks
+    (tmp_path / "later").write_bytes(file_of([Numbered(2, first.contents)]))
     with pytest.raises(LoopError, match="first step is no longer recorded"):
-        first_step_ended(statistics, Companion.SPANS.beside(path))
+        first_step_ended(statistics, tmp_path / "later")
 
 
 @pytest.mark.slow

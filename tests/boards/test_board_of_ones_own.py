@@ -278,7 +278,7 @@ def test_a_model_that_quits_the_program_is_a_failed_run_with_outputs_off(
     assert main(["run", "heron", "--for", "1", "--statistics", str(statistics)]) == 1
     kept = {each.suffix for each in tmp_path.glob("heron.*")}
     # no settings to switch off by: outputs are off
-    assert kept == {".recording", ".spans", ".stats"}
+    assert kept == {".recording", ".stats"}
     printed = capsys.readouterr()
     assert "off" in printed.out.splitlines()
     assert "quitting" in printed.err

@@ -13,7 +13,7 @@ from firmware_runtime.cli import plot
 from firmware_runtime.cli.commands import run
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.part_recording.sink import PipeSink
-from firmware_runtime.runs import open_board
+from firmware_runtime.runs import black_box, open_board
 from firmware_runtime.runs.hardware import Hardware
 from firmware_runtime.stages import staged_run
 from firmware_runtime.statistics.trace_file import TraceFile
@@ -91,6 +91,47 @@ def test_they_are_ended_once_the_hardware_is_released(
     assert sorted(order[1:]) == ["PipeSink", "TraceFile"]
     assert command("replay", recording).status == 0
     assert trace.stat().st_size > 0
+
+
+@pytest.mark.slow
+@pytest.mark.real_time
+def test_in_real_time_nothing_of_a_trace_is_written_while_the_run_goes_on(
+    command: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    order: list[str] = []
+    close, write = Hardware.close, TraceFile.write
+
+    def released(hardware: Hardware) -> None:
+        order.append("released")
+        close(hardware)
+
+    def written(file: TraceFile, at: int, port: str, value: object) -> None:
+        order.append("written")
+        write(file, at, port, value)
+
+    monkeypatch.setattr(Hardware, "close", released)
+    monkeypatch.setattr(TraceFile, "write", written)
+    for index, words in enumerate(((), ("--set", "recording.minutes=0"))):
+        order.clear()
+        trace = tmp_path / f"trace-{index}"
+        command("run", "tachobot", "--doubles", "--for", "2", "--trace", trace, *words)
+        assert order[0] == "released"
+        assert set(order[1:]) == {"written"}
+        assert "imu.sample" in trace.read_text()
+
+
+@pytest.mark.slow
+@pytest.mark.real_time
+def test_a_trace_of_a_run_that_could_not_be_recorded_is_not_whole(
+    command: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def full(*_: object, **__: object) -> None:
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    monkeypatch.setattr(black_box, "encoded_header", full)
+    ended = command("run", "tachobot", "--doubles", "--for", "2", "--trace", tmp_path / "trace")
+    assert ended.status == 10
+    assert "trace: the trace is not whole: the run could not be recorded" in ended.error
 
 
 @pytest.mark.parametrize(

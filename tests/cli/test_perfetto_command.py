@@ -1,6 +1,7 @@
-"""`perfetto`: a trace at once, or when an activation was late, and a sentence where there is none.
+"""`perfetto`: what ran when, of a run's recording, at once or when an activation was late.
 
-The run under way is a file that the test itself writes: whenever the command waits, time passes.
+The statistics of the run under way are a file that the test itself writes: whenever the command
+waits, time passes. Its recording is one of TachoBot.
 """
 
 import json
@@ -10,41 +11,40 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from msgspec.structs import replace
 
 from firmware_runtime.cli.commands import perfetto
 from firmware_runtime.devs.time import MILLISECOND
 from firmware_runtime.statistics.errors import BeingWrittenError
 from firmware_runtime.statistics.reader import read_statistics
-from firmware_runtime.statistics.spans import MODELS, STEP, WAKING, SpanRing
 from firmware_runtime.statistics.statistics import RunState, Statistics
+from tests.support.recorded import record
 from tests.support.trace_rules import assert_sound, slices
-from tests.support.written_run import LAYOUT, WrittenRun
+from tests.support.written_run import WrittenRun
 
 Command = Callable[..., Any]
 
 
-class RecordedRun(WrittenRun):
-    """A run under way that keeps a record of its steps."""
-
-    def __init__(self, path: Path) -> None:
-        super().__init__(path=path)
-        self._ring = SpanRing(LAYOUT.timed, 64, path.with_suffix(".spans"))
+class RunUnderWay(WrittenRun):
+    """The statistics of a run under way."""
 
     def step(self, lateness: int) -> None:
         """Ten milliseconds later, one more activation of `imu`."""
         at = self.elapsed // (10 * MILLISECOND) * (10 * MILLISECOND) + 10 * MILLISECOND
-        began = at + lateness
         self.activation(at, lateness, MILLISECOND)
         self.keep([1_000_000], t_ns=at, lateness_ns=lateness, step_ns=MILLISECOND)
-        self._ring.record(MODELS, began, began + 900_000)
-        self._ring.record(WAKING, at, began)
-        self._ring.record(STEP, began, began + MILLISECOND)
+
+
+@pytest.fixture(scope="module")
+def recorded(tmp_path_factory: pytest.TempPathFactory) -> bytes:
+    return record(tmp_path_factory.mktemp("run") / "x.recording", "tachobot", 1.0).read_bytes()
 
 
 @pytest.fixture
-def run(state_directory: Path) -> RecordedRun:
+def run(state_directory: Path, recorded: bytes) -> RunUnderWay:
     state_directory.mkdir()
-    made = RecordedRun(state_directory / "robot.stats")
+    (state_directory / "robot.recording").write_bytes(recorded)
+    made = RunUnderWay(path=state_directory / "robot.stats")
     made.step(9 * MILLISECOND)
     return made
 
@@ -54,26 +54,71 @@ def output(tmp_path: Path) -> Path:
     return tmp_path / "trace.json"
 
 
-def test_a_trace_is_taken_at_once(command: Command, run: RecordedRun, output: Path) -> None:
-    run.step(0)
-    ended = command("perfetto", "robot", "-o", output)
+@pytest.mark.usefixtures("run")
+@pytest.mark.parametrize("named", ["by board", "by statistics", "by recording", "not at all"])
+def test_a_trace_is_taken_at_once(
+    command: Command, output: Path, state_directory: Path, named: str
+) -> None:
+    words: dict[str, list[object]] = {
+        "by board": ["robot"],
+        "by statistics": [state_directory / "robot.stats"],
+        "by recording": [state_directory / "robot.recording"],
+        "not at all": [],
+    }
+    ended = command("perfetto", *words[named], "-o", output)
     assert (ended.status, ended.error) == (0, "")
-    assert ended.out == f"{output}: 6 spans, from 0.010 s to 0.031 s\n"
+    assert ended.out.startswith(f"{output}: ")
+    assert ended.out.endswith(", from 0.000 s to 1.000 s\n")
     trace = json.loads(output.read_text())
     assert_sound(trace)
-    assert [name for _, name, _, _ in slices(trace, "loop")] == ["step", "imu", "step", "imu"]
+    assert "conditions" in trace["otherData"]
+    models = {name for depth, name, _, _ in slices(trace, "loop") if depth == 1}
+    assert {"imu", "controller.yaw", "thrust_pairs"} <= models
 
 
-def test_only_the_last_seconds_are_taken(command: Command, run: RecordedRun, output: Path) -> None:
-    for _ in range(10):
-        run.step(0)
-    assert command("perfetto", "-o", output, "--last", 0.0305).status == 0
+@pytest.mark.usefixtures("run")
+def test_the_verb_of_statistics_gives_the_same(command: Command, output: Path) -> None:
+    command("perfetto", "robot", "-o", output)
+    by_perfetto = output.read_bytes()
+    assert command("stats", "robot", "--perfetto", output).status == 0
+    assert output.read_bytes() == by_perfetto
+
+
+@pytest.mark.usefixtures("run")
+def test_only_the_last_seconds_are_taken(command: Command, output: Path) -> None:
+    assert command("perfetto", "-o", output, "--last", 0.03).status == 0
     steps = [each for each in slices(json.loads(output.read_text()), "loop") if each[0] == 0]
-    assert [begin for _, _, begin, _ in steps] == [90_000, 100_000, 110_000, 120_000]
+    assert {begin for _, _, begin, _ in steps} == {970_000, 980_000, 990_000, 1_000_000}
+
+
+@pytest.mark.parametrize("is_of_it", [True, False])
+def test_of_a_piece_that_was_kept_the_conditions_are_beside_it(  # noqa: PLR0917 -- fixtures
+    command: Command,
+    run: RunUnderWay,
+    recorded: bytes,
+    output: Path,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    *,
+    is_of_it: bool,
+) -> None:
+    piece = tmp_path / "robot-0007-late-2.recording"
+    piece.write_bytes(recorded)
+    assert command("stats", "robot", "--save", tmp_path / "robot-0007.stats").status == 0
+    if not is_of_it:
+        monkeypatch.setattr(perfetto, "read_statistics", lambda _path: _of_process(run, 1))
+    assert command("perfetto", piece, "-o", output).status == 0
+    assert ("conditions" in json.loads(output.read_text())["otherData"]) == is_of_it
+
+
+def _of_process(run: RunUnderWay, pid: int) -> Statistics:
+    statistics = run.statistics()
+    writer = replace(statistics.header.writer, pid=pid)
+    return replace(statistics, header=replace(statistics.header, writer=writer))
 
 
 def test_a_late_activation_takes_the_trace_with_what_came_of_it(
-    command: Command, run: RecordedRun, output: Path, monkeypatch: pytest.MonkeyPatch
+    command: Command, run: RunUnderWay, output: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     lateness = iter([0, 3 * MILLISECOND, MILLISECOND])
     monkeypatch.setattr(perfetto, "sleep", lambda _span: run.step(next(lateness)))
@@ -83,13 +128,12 @@ def test_a_late_activation_takes_the_trace_with_what_came_of_it(
     trace = json.loads(output.read_text())
     assert_sound(trace)
     assert next(lateness, None) is None
-    assert slices(trace, "waking")[-1] == (0, "waking", 50_000, 51_000)
     (mark,) = [each for each in trace["traceEvents"] if each["ph"] == "i"]
     assert mark["ts"] == 43_000
 
 
 def test_a_run_that_is_stopped_half_way_through_its_counting_is_read_when_it_goes_on(
-    command: Command, run: RecordedRun, output: Path, monkeypatch: pytest.MonkeyPatch
+    command: Command, run: RunUnderWay, output: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     is_stopped = cycle([True, False])
 
@@ -102,12 +146,10 @@ def test_a_run_that_is_stopped_half_way_through_its_counting_is_read_when_it_goe
     monkeypatch.setattr(perfetto, "sleep", lambda _span: run.step(3 * MILLISECOND))
     ended = command("perfetto", "-o", output, "--when-late", 2000)
     assert (ended.status, ended.error) == (0, "")
-    ended = command("perfetto", "-o", output)
-    assert (ended.status, "half written" in ended.error) == (2, True)
 
 
 def test_waiting_has_an_end(
-    command: Command, run: RecordedRun, output: Path, monkeypatch: pytest.MonkeyPatch
+    command: Command, run: RunUnderWay, output: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     instants = iter([0.0, 0.1, 0.2, 5.1])
     monkeypatch.setattr(perfetto, "monotonic", lambda: next(instants))
@@ -119,7 +161,7 @@ def test_waiting_has_an_end(
 
 
 def test_waiting_ends_with_the_run(
-    command: Command, run: RecordedRun, output: Path, monkeypatch: pytest.MonkeyPatch
+    command: Command, run: RunUnderWay, output: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(perfetto, "sleep", lambda _span: run.statistics(RunState.ENDED))
     ended = command("perfetto", "-o", output, "--when-late", 2000)
@@ -128,7 +170,7 @@ def test_waiting_ends_with_the_run(
 
 
 def test_ctrl_c_ends_the_waiting_cleanly(
-    command: Command, run: RecordedRun, output: Path, monkeypatch: pytest.MonkeyPatch
+    command: Command, run: RunUnderWay, output: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def interrupt(_span: float) -> None:
         run.step(0)
@@ -141,21 +183,26 @@ def test_ctrl_c_ends_the_waiting_cleanly(
     assert not output.exists()
 
 
+@pytest.mark.usefixtures("run")
 @pytest.mark.parametrize("waiting", [[], ["--when-late", 2000]])
-def test_a_run_without_a_recorder_is_answered_with_how_to_have_one(
-    command: Command, run: RecordedRun, output: Path, state_directory: Path, waiting: list[object]
+def test_a_run_without_a_recording_is_answered_with_how_to_have_one(
+    command: Command, output: Path, state_directory: Path, waiting: list[object]
 ) -> None:
-    (state_directory / "robot.spans").unlink()
-    assert run.elapsed > 0
+    (state_directory / "robot.recording").unlink()
     ended = command("perfetto", "-o", output, *waiting)
     assert ended.status == 2
-    assert "not a copy, with recorded_spans over 0 under [executive] in board.toml" in ended.error
+    assert "expected one with recording.minutes over 0 in its board.toml" in ended.error
 
 
 def test_without_a_run_that_is_what_it_says(command: Command, output: Path) -> None:
-    ended = command("perfetto", "nosuch", "-o", output)
-    assert ended.status == 2
-    assert "no statistics of nosuch" in ended.error
+    for named, said in (
+        (["nosuch"], "no run of a board of this name has left a recording"),
+        (["nosuch", "--when-late", 2000], "no statistics of nosuch"),
+        ([], "no statistics of any board"),
+    ):
+        ended = command("perfetto", *named, "-o", output)
+        assert ended.status == 2
+        assert said in ended.error
 
 
 def test_a_limit_of_waiting_alone_is_refused(command: Command, output: Path) -> None:
@@ -165,7 +212,7 @@ def test_a_limit_of_waiting_alone_is_refused(command: Command, output: Path) -> 
 
 
 def test_a_file_that_cannot_be_written_is_said(
-    command: Command, run: RecordedRun, tmp_path: Path
+    command: Command, run: RunUnderWay, tmp_path: Path
 ) -> None:
     assert run.elapsed > 0
     ended = command("perfetto", "-o", tmp_path / "absent" / "trace.json")

@@ -5,7 +5,6 @@ import pytest
 from firmware_runtime.devs.time import MILLISECOND, NEVER, SECOND
 from firmware_runtime.executive import garbage
 from firmware_runtime.executive.garbage import EVERY_NTH_IS_FULL, GarbageTime, SlackCollector
-from firmware_runtime.executive.step import Step
 from sim_doubles.clock import ManualClock
 
 
@@ -77,7 +76,7 @@ def test_one_collection_in_sixteen_is_full(clock: ManualClock, collections: Coll
 
 @pytest.mark.slow
 def test_the_time_of_collections_adds_up_until_it_is_taken(clock: ManualClock) -> None:
-    time = GarbageTime(Step(clock), clock)
+    time = GarbageTime(clock)
 
     class Slow:
         def __del__(self) -> None:

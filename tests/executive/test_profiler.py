@@ -69,7 +69,7 @@ def test_one_frame_stands_between_the_simulator_and_a_function_of_a_model(
     root.add(seen)
     root.couple(sampler.sample, seen.into)
     deadline = PathDeadline("path", sampler.sample, seen, PERIOD)
-    watched = Configuration(deadlines=[deadline], recorded_spans=64)
+    watched = Configuration(deadlines=[deadline])
     assert Run(root, StallingClock(), watched).until(10 * PERIOD).error is None
     assert seen.around == {
         "output": {("account",)},

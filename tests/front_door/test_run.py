@@ -183,7 +183,7 @@ def test_what_is_no_model_is_refused() -> None:
         run(Sampler)  # type: ignore[arg-type]
 
 
-@pytest.mark.parametrize("name", ["sampler.spans", "", "a\0b"])
+@pytest.mark.parametrize("name", ["sampler.recording", "", "a\0b"])
 def test_statistics_go_into_a_file_of_their_own(tmp_path: Path, name: str) -> None:
     with pytest.raises(StatisticsFileError):
         virtual(Sampler("sampler"), 0.01, statistics=tmp_path / name)

@@ -5,8 +5,6 @@ import subprocess
 import sys
 from collections.abc import Iterator
 from pathlib import Path
-from random import Random
-from time import monotonic
 
 import pytest
 from hypothesis import HealthCheck, given, settings
@@ -18,9 +16,8 @@ from firmware_runtime.statistics.histogram import Histogram
 from firmware_runtime.statistics.layout import STEPS, Layout
 from firmware_runtime.statistics.mapped_file import PREFIX
 from firmware_runtime.statistics.reader import read_statistics
-from firmware_runtime.statistics.spans import MODELS, SpanRing, read_spans
 from firmware_runtime.statistics.statistics import Statistics
-from tests.support.waiting import PATIENCE_S, wait_until
+from tests.support.waiting import wait_until
 
 WRITER = """
 import sys
@@ -44,7 +41,6 @@ robot.imu.work = work
 configuration = Configuration(
     policies={"imu": ActivationPolicy("catch-up")},
     statistics_path=Path(sys.argv[1]),
-    recorded_spans=256,
     max_lag=NEVER,
 )
 Executive(robot, MonotonicClock(), lambda: [], configuration).run()
@@ -110,22 +106,6 @@ def test_a_file_written_at_full_speed_is_read_consistently_or_refused(
         assert steps[-1] > 0 or "writes without a pause" in refusal
 
 
-@pytest.mark.slow
-@pytest.mark.real_time
-def test_a_flight_recorder_at_full_speed_gives_whole_entries(written_at_full_speed: Path) -> None:
-    last = readings = 0
-    give_up_at = monotonic() + PATIENCE_S
-    while readings < 300 or (last == 0 and monotonic() < give_up_at):
-        readings += 1
-        entries = read_spans(written_at_full_speed.with_suffix(".spans"))
-        steps = [each for each in entries if each.track == "step"]
-        assert all(each.begin_ns <= each.end_ns for each in entries)
-        assert [each.begin_ns for each in steps] == sorted(each.begin_ns for each in steps)
-        assert steps == [] or steps[-1].end_ns >= last
-        last = steps[-1].end_ns if steps else last
-    assert last > 0
-
-
 @given(st.integers(0, 10_000))
 @settings(suppress_health_check=[HealthCheck.function_scoped_fixture])
 def test_a_file_cut_anywhere_is_refused(tmp_path: Path, cut: int) -> None:
@@ -155,20 +135,3 @@ def test_damage_before_the_cells_is_refused_or_makes_no_difference(
         assert read.cells.tolist() == counted.cells.tolist()
     finally:
         path.write_bytes(whole)
-
-
-@pytest.mark.parametrize("seed", range(20))
-def test_a_recorder_s_file_with_a_damaged_header_is_refused_or_whole(
-    tmp_path: Path, seed: int
-) -> None:
-    path = tmp_path / "robot.spans"
-    SpanRing(["imu"], 4, path).record(MODELS, 1, 2)
-    whole, random = bytearray(path.read_bytes()), Random(seed)  # noqa: S311 -- damage needs no secret
-    for _ in range(3):
-        whole[random.randrange(60)] = random.randrange(256)
-    path.write_bytes(whole)
-    try:
-        entries = read_spans(path)
-    except StatisticsFileError:
-        entries = []
-    assert [(each.begin_ns, each.end_ns) for each in entries] in ([], [(1, 2)])

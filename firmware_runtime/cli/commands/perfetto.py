@@ -1,37 +1,45 @@
-"""`firmware-runtime perfetto [BOARD|FILE] -o FILE.json`: what ran when, for Perfetto.
+"""`firmware-runtime perfetto [RUN] -o FILE.json`: what ran when, for Perfetto.
 
-It reads what the loop has written anyway, in a process of its own, so the loop neither stops nor
-slows down. With `--when-late` it polls the statistics ten times a second until an activation
-was late.
+It runs the recording of a run again, in a process of its own, so a loop that is under way neither
+stops nor slows down. With `--when-late` it polls the statistics ten times a second until an
+activation was late.
 """
 
 import argparse
 import json
 import math
+import re
 import sys
 from pathlib import Path
 from time import monotonic, sleep
 
-from firmware_runtime.cli.arguments import SubParsers, add_kept, add_verb, path_of, positive
-from firmware_runtime.devs.time import MICROSECOND, seconds
+from firmware_runtime.blackbox.found import find_recording, recording_beside
+from firmware_runtime.blackbox.listed import span_of
+from firmware_runtime.blackbox.reader import Recording, read_recording
+from firmware_runtime.cli.arguments import SubParsers, add_verb, path_of, positive
+from firmware_runtime.devs.time import MICROSECOND, SECOND, seconds
 from firmware_runtime.errors import ConfigError
-from firmware_runtime.statistics.companions import Companion
+from firmware_runtime.exports.observed_run import missing_in, moments_of
+from firmware_runtime.exports.perfetto import chrome_trace
+from firmware_runtime.recording.of_board import board_of
+from firmware_runtime.replay.verdict import Stretch
 from firmware_runtime.statistics.errors import BeingWrittenError, StatisticsFileError
 from firmware_runtime.statistics.late_watch import Late, LateWatch
 from firmware_runtime.statistics.number_formats import instant
-from firmware_runtime.statistics.perfetto import chrome_trace, the_last
+from firmware_runtime.statistics.paths import SUFFIX
 from firmware_runtime.statistics.reader import read_statistics
-from firmware_runtime.statistics.spans import read_spans
 from firmware_runtime.statistics.statistics import RunState, Statistics
 from firmware_runtime.status import Status
 
+LAST = 15 * SECOND
+"""How much of a run a trace shows unless that is said."""
 LOOK_EVERY_S = 0.1
 AFTERMATH_S = 0.5
 """How long to go on after a late activation, so that the trace shows what came of it."""
 
 
-STANDSTILL_S = 30.0
-"""How long a run may stand still half way through its counting, once an activation was late."""
+_INCIDENT = re.compile(r"-[a-z]+-\d+$")
+"""What follows the number of the run in the name of a piece that `record` has kept."""
 
 
 class _NothingHappened(Exception):
@@ -40,14 +48,24 @@ class _NothingHappened(Exception):
 
 def add_to(verbs: SubParsers) -> None:
     """Add this verb to the command line."""
-    about = "Write what ran when, as a trace for Perfetto; the run goes on undisturbed."
+    about = "Write what ran when, as a trace for Perfetto; a run that is under way goes on."
     verb = add_verb(verbs, "perfetto", about, execute)
-    add_kept(verb)
+    verb.add_argument(
+        "kept",
+        metavar="RUN",
+        nargs="?",
+        help="a board's name for its last run, a name that `recordings` shows, a recording's file "
+        f"or the run's statistics (FILE{SUFFIX}); default: whatever ran last",
+    )
     verb.add_argument(
         "-o", "--output", type=Path, required=True, metavar="FILE.json", help="where to write it"
     )
     verb.add_argument(
-        "--last", type=positive, metavar="SECONDS", help="only so much; default: all there is"
+        "--last",
+        type=positive,
+        default=LAST / SECOND,
+        metavar="SECONDS",
+        help="how much of the run, up to its last step (15)",
     )
     verb.add_argument(
         "--when-late",
@@ -67,10 +85,13 @@ def execute(arguments: argparse.Namespace) -> int:
     """Write the trace, at once or when an activation was late."""
     if arguments.wait is not None and arguments.when_late is None:
         raise ConfigError("perfetto", ["--wait belongs to --when-late"])
-    kept = path_of(arguments.kept)
     trigger = None
     try:
-        if arguments.when_late is not None:
+        if arguments.when_late is None:
+            path = _recording(arguments.kept)
+        else:
+            kept = path_of(arguments.kept)
+            path = recording_beside_statistics(kept)
             limit_ns = round(arguments.when_late * MICROSECOND)
             trigger = _wait(kept, limit_ns, arguments.wait or math.inf)
             sleep(AFTERMATH_S)
@@ -80,29 +101,60 @@ def execute(arguments: argparse.Namespace) -> int:
     except KeyboardInterrupt:
         print("firmware-runtime: interrupted; no trace was written", file=sys.stderr)
         return Status.INTERRUPTED
-    write_trace(kept, arguments.output, arguments.last, trigger)
+    write_trace(path, arguments.output, seconds(arguments.last), trigger)
     return Status.OK
 
 
-def write_trace(
-    kept: Path, output: Path, last_s: float | None = None, trigger: Late | None = None
-) -> None:
-    """Write the trace of the run with its statistics at `kept`, or its last part; say so."""
-    until = 0.0 if trigger is None else monotonic() + STANDSTILL_S
-    _check_recorder(kept, until)
-    recorded = read_spans(Companion.SPANS.beside(kept))
-    if last_s is not None:
-        recorded = the_last(recorded, seconds(last_s))
-    trace = chrome_trace(recorded, _read(kept, until), trigger)
+def write_trace(path: Path, output: Path, last: int = LAST, trigger: Late | None = None) -> None:
+    """Write the trace of the last so many ns of a recording; say so, and what it lacks."""
+    recording = read_recording(path)
+    begin = max(0, span_of(recording)[1] - last)
+    board = board_of(recording.header)
+    steps = [each for each in moments_of(recording, board, Stretch(begin)) if each.is_step]
+    trace = chrome_trace(board.name, steps, _statistics_of(recording), trigger)
     try:
         output.write_text(json.dumps(trace, allow_nan=False), encoding="utf-8")
     except OSError as error:
         raise ConfigError(str(output), [f"cannot be written ({error.strerror})"]) from error
-    first = min((each.begin_ns for each in recorded), default=0)
-    end = max((each.end_ns for each in recorded), default=0)
-    print(f"{output}: {len(recorded)} spans, from {instant(first)} to {instant(end)}")
+    for fault in missing_in(recording, begin):
+        print(f"firmware-runtime: not whole: {fault}", file=sys.stderr)
+    functions = sum(len(each.ran) for each in steps)
+    first, end = (steps[0].begin, steps[-1].end) if steps else (0, 0)
+    passed = f"from {instant(first)} to {instant(end)}"
+    print(f"{output}: {len(steps)} steps, {functions} functions, {passed}")
     if trigger is not None:
         print(f"taken because of {trigger}")
+
+
+def recording_beside_statistics(kept: Path) -> Path:
+    """The recording of the run with its statistics there. Raises ConfigError."""
+    path = recording_beside(kept)
+    if not path.is_file():
+        fault = f"no recording of the run beside {kept}"
+        expected = "expected one with recording.minutes over 0 in its board.toml"
+        raise ConfigError.of_one(str(path), f"{fault}; {expected}")
+    return path
+
+
+def _recording(kept: str | None) -> Path:
+    """The recording that is meant: itself, by its name or board, or by its run's statistics."""
+    if kept is None or kept.endswith(SUFFIX):
+        return recording_beside_statistics(path_of(kept))
+    return find_recording(kept)
+
+
+def _statistics_of(recording: Recording) -> Statistics | None:
+    """Of its run, beside it, or where `record` keeps them; None if those are another run's."""
+    path = recording.path
+    stems = path.stem, _INCIDENT.sub("", path.stem)
+    for each in dict.fromkeys(path.with_name(f"{stem}{SUFFIX}") for stem in stems):
+        try:
+            statistics = read_statistics(each)
+        except StatisticsFileError:
+            continue
+        if recording.header.run.endswith(f"-{statistics.header.writer.pid}"):
+            return statistics
+    return None
 
 
 def _read(kept: Path, until: float) -> Statistics:
@@ -118,21 +170,9 @@ def _read(kept: Path, until: float) -> Statistics:
                 raise
 
 
-def _check_recorder(kept: Path, until: float) -> None:
-    """Refuse a run that keeps no record."""
-    _read(kept, until)  # where there was no run, that is what to say
-    if not Companion.SPANS.beside(kept).is_file():
-        raise StatisticsFileError(
-            f"{Companion.SPANS.beside(kept)}: no flight recorder's file beside the statistics; "
-            "expected those of a run, not a copy, with recorded_spans over 0 under [executive] in "
-            "board.toml"
-        )
-
-
 def _wait(kept: Path, limit_ns: int, longest_s: float) -> Late:
     """Look until an activation is later than the limit."""
     until = monotonic() + longest_s
-    _check_recorder(kept, until)
     statistics = _read(kept, until)
     watch = LateWatch(limit_ns, statistics)
     limit = f"over {limit_ns / MICROSECOND:.10g} us late"

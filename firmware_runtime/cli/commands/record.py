@@ -24,15 +24,15 @@ LOOK_EVERY_S = 0.1
 _ABOUT = """
 It reads what the run and the guard write anyway, in a process of its own, and goes on from run to
 run until a signal comes. Each run leaves its statistics (for stats, report, --diff, --merge), and
-around each late activation and each takeover by the guard a trace for Perfetto and the piece of the
-run's recording; a run that failed or was killed leaves all that was recorded of it. `recordings`
-lists these, replay runs them again.
+for each late activation and each takeover by the guard a piece of the run's recording; a run that
+failed or was killed leaves all that was recorded of it. `recordings` lists these, replay runs them
+again, perfetto shows what ran when in them.
 """
 
 
 def add_to(verbs: SubParsers) -> None:
     """Add this verb to the command line."""
-    summary = "Keep the statistics of a board's runs, and traces of what went wrong in them."
+    summary = "Keep the statistics of a board's runs, and recordings of what went wrong in them."
     verb = add_verb(verbs, "record", summary, execute)
     verb.epilog = _ABOUT
     add_board(verb)
@@ -46,7 +46,7 @@ def add_to(verbs: SubParsers) -> None:
         "--late-us",
         type=positive,
         metavar="US",
-        help="lateness that is worth a trace; default: the least tolerance of the board's models",
+        help="lateness that is worth a piece; default: the least tolerance of the board's models",
     )
     verb.add_argument(
         "--runs", type=_count, default=50, metavar="N", help="how many runs to keep (50)"

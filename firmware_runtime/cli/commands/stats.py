@@ -8,7 +8,7 @@ from pathlib import Path
 import msgspec
 
 from firmware_runtime.cli.arguments import SubParsers, add_verb
-from firmware_runtime.cli.commands.perfetto import write_trace
+from firmware_runtime.cli.commands.perfetto import recording_beside_statistics, write_trace
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.extras import module_of_extra
 from firmware_runtime.statistics.comparison import difference, merged, same_run
@@ -96,7 +96,7 @@ def execute(arguments: argparse.Namespace) -> int:
         return Status.OK
     if arguments.perfetto is not None:
         kept = arguments.statistics or find_statistics(arguments.board)
-        write_trace(kept, arguments.perfetto)
+        write_trace(recording_beside_statistics(kept), arguments.perfetto)
         return Status.OK
     statistics = _read(arguments)
     if arguments.save is not None:
