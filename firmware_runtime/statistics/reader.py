@@ -94,13 +94,13 @@ def _busy(file: ReadableFile, header: Header, *, stopped: bool) -> BeingWrittenE
 def _copy(file: ReadableFile) -> tuple[bytes, bool]:
     """The cells, and whether no section was open while they were copied."""
     before = _sequence(file)
-    _settle()
+    settle()
     cells = file.read()
-    _settle()
+    settle()
     return cells, before % 2 == 0 and before == _sequence(file)
 
 
-def _settle() -> None:
+def settle() -> None:
     """Wait until every store that came before is visible, where that takes waiting."""
     if not STORES_IN_ORDER:
         sleep(SETTLE_S)
