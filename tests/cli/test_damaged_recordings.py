@@ -19,6 +19,7 @@ VERBS: dict[str, Callable[[Path, Path], list[object]]] = {
     "keep": lambda path, folder: ["recordings", "keep", path, "-o", folder / "kept"],
     "mcap": lambda path, folder: ["export", path, "-o", folder / "x.mcap"],
     "csv": lambda path, folder: ["export", path, "-o", folder / "x.csv"],
+    "perfetto": lambda path, folder: ["perfetto", path, "-o", folder / "x.json"],
     "recover": lambda path, folder: ["recordings", "recover", path, "-o", folder / "saved"],
 }
 
