@@ -226,7 +226,7 @@ class WorldSettings(Settings, frozen=True):
     seed: Annotated[int, Meta(ge=0)]
     solver: Literal["exact", "qss2", "qss3"] = "exact"
     """In closed form, or as a DEVS model of quantized integrators: docs/qss.md."""
-    accelerometer_noise_m_s2: NotNegative = 0.0
+    accelerometer_noise_m_s2: NotNegative = 0.03
     """Standard deviation per sample on each axis."""
     accelerometer_bias_m_s2: float = 0.0
     """What its level axes read at rest."""

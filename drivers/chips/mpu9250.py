@@ -9,22 +9,28 @@ raises. Field: the master fetches at most 100 times a second (I2C_MST_DLY) and S
 the measurement was new; otherwise the field is None. Between two fetches the chip shows the last
 one, so a reader that overtakes the chip's clock may meet the same fetch in two samples.
 
+Whether it lives. A reading that repeats itself beyond what the part's noise allows raises Stuck
+(`drivers.chips.liveness`), of acceleration and rate as of the field, which then is None. Specific
+force whose mean over 256 samples is no gravity raises Implausible. A chip that was stuck has to
+change before it is believed again, also after a new bring-up.
+
 Not used: FIFO, self-test, wake-on-motion, interrupt pin, offset registers. The gyroscope's bias is
 left in (`drivers.gyro_bias` measures it).
 """
 
-import math
 from collections.abc import Callable
 from functools import partial
 from typing import Final
 
 from drivers.chips.ak8963 import ADDRESS as AK8963_ADDRESS
 from drivers.chips.ak8963 import MEASUREMENT, ST1, Ak8963
+from drivers.chips.liveness import Liveness
 from drivers.chips.mounting import Vector, parse_mounting
 from drivers.chips.mpu9250_burst import (
+    FIELD_AXES,
+    INERTIAL_AXES,
     NO_BIAS,
     RAW_RDY_EN,
-    STANDARD_GRAVITY,
     BurstDecoder,
     FieldDecoder,
     InertialSample,
@@ -32,7 +38,7 @@ from drivers.chips.mpu9250_burst import (
 from drivers.chips.mpu9250_settings import Mpu9250Settings
 from drivers.chips.step import Step
 from firmware_runtime.errors import SettingError
-from firmware_runtime.hal.errors import NoAcknowledge, NotReady, WrongDevice
+from firmware_runtime.hal.errors import NoAcknowledge, NotReady, Stuck, WrongDevice
 from firmware_runtime.hal.i2c import I2cBus
 
 SMPLRT_DIV: Final = 0x19
@@ -61,6 +67,9 @@ FETCH_NS: Final = 1_000_000
 """More than the auxiliary master needs to end a fetch under way."""
 RESET_NS: Final = 100_000_000
 GYROSCOPE_START_NS: Final = 70_000_000
+
+FIELD_NOISE_COUNTS: Final = 1.0
+"""Fresh noise of a field: the AK8963's data sheet states none, users find 0.3 uT, two counts."""
 
 KNOWN: Final = {0x71: "MPU-9250", 0x73: "MPU-9255"}
 COMPATIBLE: Final = {
@@ -95,6 +104,13 @@ class Mpu9250:
         self.line = self._bus = bus
         self._mounting = parse_mounting(self.settings.mounting)
         self._magnetometer = Ak8963(bus)
+        self._liveness = Liveness(self.place, INERTIAL_AXES, self.settings.fresh_counts())
+        self._field_liveness = Liveness(
+            self.place,
+            FIELD_AXES,
+            (FIELD_NOISE_COUNTS,) * 3,
+            repeats=self.settings.samples_a_fetch(),
+        )
         self._decoder: BurstDecoder | None = None
 
     # Bring-up -----------------------------------------------------------------------------------
@@ -187,7 +203,7 @@ class Mpu9250:
         `rate_bias`, in rad/s and body axes, is subtracted from the rate.
         One burst of 26 bytes on the wire, 0.59 ms at 400 kHz; 20 bytes without magnetometer.
         Raises NotReady before bring-up, if there is no sample since the last read, or if the bytes
-        cannot be one; NoAcknowledge and the other errors of the bus.
+        cannot be one; Stuck or Implausible if a sensor is dead; and the errors of the bus.
         """
         decoder = self._decoder
         if decoder is None:
@@ -196,15 +212,15 @@ class Mpu9250:
         return decoder.decode(burst, rate_bias)
 
     @property
-    def field_repeats(self) -> int:
-        """Samples in a row whose magnetometer bytes did not change; see `check_magnetometer`."""
+    def stuck_field(self) -> Stuck | None:
+        """Why there is no field, where the magnetometer's last measurement stands still."""
         field = None if self._decoder is None else self._decoder.field
-        return 0 if field is None else field.repeats
+        return None if field is None else field.stuck
 
     def check_magnetometer(self) -> bool:
         """Ask whether the AK8963 still acknowledges, and go on with six axes if not; 39 bits.
 
-        Worth asking when `field_repeats` grows: the chip itself goes on showing the last field.
+        Worth asking when the field is stuck: the chip itself goes on showing the last one.
         """
         if self._read(I2C_MST_STATUS, 1)[0] & SLV0_NACK:
             self._give_up_magnetometer("its AK8963 stopped answering, expected an acknowledge")
@@ -248,14 +264,13 @@ class Mpu9250:
 
     def _start_decoding(self) -> None:
         field = None
+        self._liveness.restart()
+        self._field_liveness.restart()
         if self.has_magnetometer:
-            field = FieldDecoder(self.place, self._mounting, self._magnetometer.sensitivity)
+            sensitivity = self._magnetometer.sensitivity
+            field = FieldDecoder(self.place, self._mounting, sensitivity, self._field_liveness)
         self._decoder = BurstDecoder(
-            self.place,
-            self._mounting,
-            acceleration_range=self.settings.accel_range_g * STANDARD_GRAVITY,
-            rate_range=math.radians(self.settings.gyro_range_dps),
-            field=field,
+            self.place, self._mounting, self.settings, self._liveness, field
         )
 
     # Registers ----------------------------------------------------------------------------------

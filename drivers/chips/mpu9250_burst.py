@@ -7,12 +7,15 @@ INT_ENABLE, which shows a chip that was reset and goes on at other scales; with 
 bytes show that.
 """
 
+import math
 import struct
 from typing import Final, NamedTuple
 
 from drivers.chips.ak8963 import BITM, DRDY, HOFL, MEASUREMENT
+from drivers.chips.liveness import Liveness, MeanSquare
 from drivers.chips.mounting import Mounting, Vector
-from firmware_runtime.hal.errors import NotReady
+from drivers.chips.mpu9250_settings import COUNTS_FULL_SCALE, Mpu9250Settings
+from firmware_runtime.hal.errors import NotReady, Stuck
 from firmware_runtime.hal.i2c import Message
 
 INT_ENABLE: Final = 0x38
@@ -20,15 +23,19 @@ INT_STATUS: Final = 0x3A
 RAW_RDY_EN: Final = 0x01
 RAW_DATA_RDY: Final = 0x01
 STANDARD_GRAVITY: Final = 9.80665
-COUNTS_FULL_SCALE: Final = 32768
 TEMPERATURE_COUNTS_PER_C: Final = 333.87
 TEMPERATURE_AT_ZERO_C: Final = 21.0
 
 MAGNETOMETER_AXES: Final = Mounting((1, 0, 2), (1, 1, -1))
 """The AK8963 sits turned in the package: x and y are swapped, z points down."""
 
-STALE_AFTER: Final = 100
-"""Repeats of a field, to the last bit, that are believed: a second of them at 100 Hz."""
+INERTIAL_AXES: Final = (
+    *(f"acceleration {axis}" for axis in "xyz"),
+    *(f"rate {axis}" for axis in "xyz"),
+)
+"""Of the chip's own axes, as faults name them."""
+GRAVITY_READINGS: Final = 256
+FIELD_AXES: Final = ("field x", "field y", "field z")
 
 _INERTIAL: Final = struct.Struct(">B7h")
 _FIELD_AT: Final = _INERTIAL.size
@@ -60,20 +67,20 @@ class InertialSample(NamedTuple):
 class FieldDecoder:
     """Turns the AK8963's part of a burst into tesla in body axes.
 
-    `sensitivity` is in tesla per count of the AK8963's own axes. `repeats` counts measurements in a
-    row of which not one bit changed: the MPU-9250 keeps what it fetched last when the AK8963 stops
-    answering, or is not asked any more because its auxiliary bus hangs. A living one is never that
-    quiet, a model of a field without noise is. After `STALE_AFTER` of them there is no field until
-    a bit changes.
+    `sensitivity` is in tesla per count of the AK8963's own axes. The MPU-9250 keeps what it fetched
+    last when the AK8963 stops answering, or is not asked any more because its auxiliary bus hangs;
+    `liveness` finds that. Then there is no field until a bit changes, and `stuck` says why.
     """
 
-    def __init__(self, place: str, mounting: Mounting, sensitivity: Vector) -> None:
+    def __init__(
+        self, place: str, mounting: Mounting, sensitivity: Vector, liveness: Liveness
+    ) -> None:
         magnetometer = mounting.of(MAGNETOMETER_AXES)
-        self.repeats = 0
+        self.stuck: Stuck | None = None
         self._place = place
         self._axes = magnetometer.axes
         self._factors = magnetometer.factors(sensitivity)
-        self._last = b""
+        self._liveness = liveness
 
     def decode(self, measurement: bytes) -> tuple[Vector | None, bool]:
         """Give the field, None if there is no new one, and whether it overflowed.
@@ -81,16 +88,15 @@ class FieldDecoder:
         Raises NotReady if all is zero: ST2 echoes 16 bits as long as the AK8963 measures as brought
         up, so it or the whole chip was reset, and then ranges and axes are not what we set either.
         """
-        if measurement == self._last:
-            self.repeats += 1
-        else:
-            self.repeats = 0
-            self._last = measurement
         st1, hx, hy, hz, st2 = MEASUREMENT.unpack(measurement)
         if st1 & DRDY and st2 & (HOFL | BITM) == BITM:
-            if self.repeats > STALE_AFTER:
-                return None, False
             field = (hx, hy, hz)
+            try:
+                self._liveness.check(field)
+            except Stuck as error:
+                self.stuck = error
+                return None, False
+            self.stuck = None
             i, j, k = self._axes
             x, y, z = self._factors
             return (field[i] * x, field[j] * y, field[k] * z), False
@@ -105,30 +111,42 @@ class FieldDecoder:
 class BurstDecoder:
     """Turns bursts into samples; built once a bring-up, with all factors multiplied out.
 
-    `acceleration_range` is full scale in m/s2, `rate_range` in rad/s. Without `field`, samples
-    have none and bursts are the shorter ones; `messages` is the transaction to decode.
+    Without `field`, samples have none and bursts are the shorter ones; `messages` is the
+    transaction to decode.
     """
 
     def __init__(
         self,
         place: str,
         mounting: Mounting,
-        *,
-        acceleration_range: float,
-        rate_range: float,
+        settings: Mpu9250Settings,
+        liveness: Liveness,
         field: FieldDecoder | None,
     ) -> None:
         self.messages = SIX_AXES if field is None else NINE_AXES
         self.field = field
         self._place = place
+        self._liveness = liveness
+        count_g = settings.accel_range_g / COUNTS_FULL_SCALE
+        self._gravity = MeanSquare(
+            place,
+            "acceleration",
+            "g",
+            scale=count_g,
+            limits=settings.mean_acceleration_g,
+            readings=GRAVITY_READINGS,
+        )
         self._axes = mounting.axes
-        self._acceleration = mounting.factors((acceleration_range / COUNTS_FULL_SCALE,) * 3)
-        self._rate = mounting.factors((rate_range / COUNTS_FULL_SCALE,) * 3)
+        self._acceleration = mounting.factors((count_g * STANDARD_GRAVITY,) * 3)
+        self._rate = mounting.factors(
+            (math.radians(settings.gyro_range_dps) / COUNTS_FULL_SCALE,) * 3
+        )
 
     def decode(self, burst: bytes, rate_bias: Vector = NO_BIAS) -> InertialSample:
         """Turn one burst into a sample, its rate without a bias in rad/s, body axes.
 
-        Raises NotReady if there is none since the burst before, or none at all.
+        Raises NotReady if there is none since the burst before, or none at all; Stuck and
+        Implausible for one that shows that a sensor is dead.
         """
         enabled = RAW_RDY_EN
         if self.field is None:
@@ -146,6 +164,8 @@ class BurstDecoder:
             )
         if not status & RAW_DATA_RDY:
             raise NotReady(f"{self._place}: INT_STATUS reads {status:02x}, expected a new sample")
+        self._liveness.check((ax, ay, az, gx, gy, gz))
+        self._gravity.check(ax, ay, az)
         field, overflow = None, False
         if self.field is not None:
             field, overflow = self.field.decode(burst[_FIELD_AT:])
