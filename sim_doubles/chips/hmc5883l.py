@@ -8,8 +8,8 @@ Noise is the data sheet's, 2 mG of eight samples averaged. Not modelled: the DRD
 I2C. Assumed where the data sheet is silent: the field is taken when its measurement ends; the first
 one ends 6 ms after MODE or CRA was written, the following ones at the rate; idle after a single one
 reads as 2; the single measurement of the power-up value of MODE is carried out; RDY is 0 in the 250
-us before new data; in self-test the data are the bias alone, since the external field is subtracted;
-a reserved rate or bias measures nothing.
+us before new data; in self-test the data are the bias alone, since the external field is
+subtracted; a reserved rate or bias measures nothing.
 """
 
 import math
