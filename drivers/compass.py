@@ -68,6 +68,8 @@ class Compass(HardwareModel):
     and says so with each reading.
     """
 
+    bring_up_proves = False
+
     def __init__(self, name: str, chip: BearingSensor, settings: CompassSettings) -> None:
         super().__init__(name, chip.bring_up, chip.line, settings.period)
         if settings.period <= 0:

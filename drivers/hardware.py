@@ -26,6 +26,9 @@ class HardwareModel(Atomic, ABC):
     bring_up, a step failed --> bring_up_failed (0) --fault!--> bring_up (RETRY_AFTER)
     """
 
+    bring_up_proves = True
+    """Whether a bring-up that worked ends faults in a row; of a sensor its next reading does."""
+
     def __init__(
         self, name: str, bring_up: Callable[[], Iterable[Step]], line: Line, period: int = 0
     ) -> None:
@@ -99,7 +102,8 @@ class HardwareModel(Atomic, ABC):
             self.activate("bring_up_failed")
             return
         if wait is None:
-            self.consecutive_faults = 0
+            if self.bring_up_proves:
+                self.consecutive_faults = 0
             self.begin()
         elif wait == 0:
             self.activate("bring_up")

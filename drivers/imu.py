@@ -30,6 +30,8 @@ class Imu(HardwareModel):
     and then, which is a fault. Raises SettingError where it samples more slowly.
     """
 
+    bring_up_proves = False
+
     def __init__(self, name: str, chip: Mpu9250, period: int, bias: GyroBias) -> None:
         if chip.settings.sample_hz * period < SECOND:
             raise SettingError(
@@ -46,7 +48,7 @@ class Imu(HardwareModel):
         self._bias_measurement = bias
         self._is_calibrated = False
         self._moved = ""
-        self._has_lost_field = False
+        self._has_lost_field = self._is_bring_up_due = False
         self._periods_left = 0
 
     def unready(self) -> str | None:
@@ -87,7 +89,8 @@ class Imu(HardwareModel):
         """Read a sample, or hold for the rest of the period."""
         if self.phase != "reporting":
             self._read()
-        elif self._is_bring_up_due():
+        elif self._is_bring_up_due:
+            self._is_bring_up_due = False
             self._bring_up.restart()
             self.wait_in_bring_up(self.period)
         else:
@@ -108,10 +111,6 @@ class Imu(HardwareModel):
     def _hold(self) -> None:
         self.hold_in("sampling" if self._is_calibrated else "calibrating", self.period)
 
-    def _is_bring_up_due(self) -> bool:
-        faults = self.consecutive_faults
-        return faults > 0 and faults % FAULTS_BEFORE_BRING_UP == 0
-
     def _read(self) -> None:
         """Read one sample; it, a fault or a warning is reported."""
         try:
@@ -124,6 +123,7 @@ class Imu(HardwareModel):
                 self._calibrate(sample)
         except HalError as error:
             self.note(error)
+            self._is_bring_up_due = self.consecutive_faults % FAULTS_BEFORE_BRING_UP == 0
             has_news = True
         if has_news or self._sample is not None:
             self.activate("reporting")

@@ -1,10 +1,10 @@
 """Two sources of one quantity, compared: a gyro against a compass, encoders against a gyro.
 
 A sensor that reads too little, too much or with the wrong sign may be as lively as a sound one;
-only another source contradicts it. One source gives the quantity's rate, the other the quantity itself,
-up to an offset that does not matter. What is compared is how much each has changed of late: both
-changes fade with the time constant `window`, so the bias that every gyro has stays a small constant
-(bias times window), and a jump that was right after all is forgiven in time.
+only another source contradicts it. One source gives the quantity's rate, the other the quantity
+itself, up to an offset that does not matter. What is compared is how much each has changed of late:
+both changes fade with the time constant `window`, so the bias that every gyro has stays a small
+constant (bias times window), and a jump that was right after all is forgiven in time.
 
 Which of the two is wrong is not known: the fault names both.
 """
@@ -46,6 +46,46 @@ class Source(NamedTuple, Generic[R]):
     read: Callable[[R], float | None]
 
 
+class Comparison:
+    """How far both changes are apart: `apart`, of which `most` is believed; `agrees` says so."""
+
+    def __init__(self, settings: CrossCheckSettings) -> None:
+        self.settings = settings
+        self.agrees = True
+        self.apart = 0.0
+        """The change of the value less that of the rate, of late."""
+        self.most = settings.tolerance
+        self._turned = 0.0
+        self._rate: float | None = None
+        self._value: float | None = None
+        self._step = 0.0
+        """What the rate makes of the time since the last value."""
+
+    def take_rate(self, rate: float, elapsed: int) -> None:
+        """Take a rate, `elapsed` ns after the last one."""
+        if self._rate is None or elapsed > self.settings.window:
+            self._value = None  # what it did meanwhile is not known
+        else:
+            self._step += (self._rate + rate) / 2 * elapsed / SECOND
+        self._rate = rate
+
+    def take_value(self, value: float, elapsed: int) -> None:
+        """Take a value, `elapsed` ns after the last one, and compare."""
+        settings, last = self.settings, self._value
+        step, self._step = self._step, 0.0
+        self._value = value
+        if last is None or elapsed > settings.window or self._rate is None:
+            return
+        more = value - last - step
+        if settings.circle < math.inf:
+            more = math.remainder(more, settings.circle)
+        kept = 1.0 - elapsed / settings.window
+        self._turned = kept * self._turned + step
+        self.apart = kept * self.apart + more
+        self.most = settings.tolerance + settings.share * abs(self._turned)
+        self.agrees = abs(self.apart) <= (self.most if self.agrees else self.most / 2)
+
+
 class CrossCheck(Atomic, Generic[R, V]):
     """Compares `rate` with `value`; `agrees` says when they begin or cease to agree, with a fault.
 
@@ -65,19 +105,11 @@ class CrossCheck(Atomic, Generic[R, V]):
         self.agrees_out = self.out_port("agrees", bool)
         self.fault = self.out_port("fault", Fault)
         self.settings = settings
-        self.agrees = True
+        self.comparison = Comparison(settings)
         self._read_rate, self._read_value = rate.read, value.read
-        self._rate: float | None = None
-        self._since_rate = 0
-        self._since_value = 0
-        self._value: float | None = None
-        self._step = 0.0
-        """What the rate makes of the time since the last value."""
-        self._turned = 0.0
-        self._apart = 0.0
+        self._since_rate = self._since_value = 0
+        self._disagrees_for = self._since_fault = 0
         self._fault: Fault | None = None
-        self._disagrees_for = 0
-        self._since_fault = 0
 
     def initialize(self) -> None:
         """Wait for both sources."""
@@ -85,7 +117,7 @@ class CrossCheck(Atomic, Generic[R, V]):
 
     def output(self) -> None:
         """Send whether they agree, and the fault if they do not."""
-        self.agrees_out.send(self.agrees)
+        self.agrees_out.send(self.comparison.agrees)
         if self._fault is not None:
             self.fault.send(self._fault)
 
@@ -98,57 +130,36 @@ class CrossCheck(Atomic, Generic[R, V]):
         """Take what came; compare with every value."""
         self._since_rate += elapsed
         self._since_value += elapsed
-        if self.rate:
-            self._take_rate(self._read_rate(self.rate[-1]))
+        rate = self._read_rate(self.rate[-1]) if self.rate else None
         value = self._read_value(self.value[-1]) if self.value else None
-        if value is not None and self._take_value(value):
+        if rate is not None:
+            self.comparison.take_rate(rate, self._since_rate)
+            self._since_rate = 0
+        if value is not None and self._compare(value):
             self.activate("reporting")
         else:
             self.passivate("waiting")
 
     # ---------------------------------------------------------------------------------------------
 
-    def _take_rate(self, rate: float | None) -> None:
-        if rate is None:
-            return
-        if self._rate is None or self._since_rate > self.settings.window:
-            self._value = None  # what it did meanwhile is not known
-        else:
-            self._step += (self._rate + rate) / 2 * self._since_rate / SECOND
-        self._rate, self._since_rate = rate, 0
-
-    def _take_value(self, value: float) -> bool:
-        """Compare both changes; True if there is something to say."""
-        settings, last, elapsed = self.settings, self._value, self._since_value
-        step, self._step = self._step, 0.0
-        self._value, self._since_value = value, 0
-        if last is None or elapsed > settings.window or self._rate is None:
-            return False
-        change = value - last
-        if settings.circle < math.inf:
-            change = math.remainder(change - step, settings.circle) + step
-        kept = 1.0 - elapsed / settings.window
-        self._turned = kept * self._turned + step
-        self._apart = kept * self._apart + change - step
-        return self._judge(elapsed)
-
-    def _judge(self, elapsed: int) -> bool:
-        settings, did_agree = self.settings, self.agrees
-        most = settings.tolerance + settings.share * abs(self._turned)
-        self.agrees = abs(self._apart) <= (most if did_agree else most / 2)
-        if self.agrees:
+    def _compare(self, value: float) -> bool:
+        """Compare; True if there is something to say."""
+        comparison, elapsed, self._since_value = self.comparison, self._since_value, 0
+        did_agree = comparison.agrees
+        comparison.take_value(value, elapsed)
+        if comparison.agrees:
             self._disagrees_for = 0
             return not did_agree
         self._disagrees_for += elapsed
         self._since_fault += elapsed
-        if not did_agree and self._since_fault < settings.window:
+        if not did_agree and self._since_fault < self.settings.window:
             return False
         self._since_fault = 0
-        self._fault = self._contradiction(most)
+        self._fault = self._contradiction()
         return True
 
-    def _contradiction(self, most: float) -> Fault:
-        error = Implausible(
-            self.path, self.settings.quantity, self._apart, f"{most:.3g} at most between both"
-        )
+    def _contradiction(self) -> Fault:
+        found = self.comparison
+        expected = f"{found.most:.3g} at most between both"
+        error = Implausible(self.path, self.settings.quantity, found.apart, expected)
         return Fault.of(error, 1)._replace(duration=self._disagrees_for)
