@@ -50,8 +50,8 @@ MOST_APART: Final = 42
 MAGNETOMETER_STATE: Final = 0x03
 FIELD_AXES: Final = ("field x", "field y", "field z")
 FIELD_PERIOD_NS: Final = 50_000_000
-FRESH_STEPS: Final = 1.0
-"""Half of the field's typical noise, in the steps that it is measured in."""
+FRESH_STEPS: Final = 0.9
+"""Less than half of the field's noise, in the steps that it is measured in: no bit is one alone."""
 
 
 class Cmps12:

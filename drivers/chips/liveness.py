@@ -77,14 +77,14 @@ class Liveness:
     def check(self, counts: Counts) -> None:
         """Take one reading. Raises Stuck for one that repeats itself beyond chance."""
         last, self._last = self._last, counts
-        if last is None:
-            last = counts
-        elif True in map(eq, counts, last):
+        if last is not None and True in map(eq, counts, last):
             self._count_runs(counts, last)
-        elif self._has_run:
+        elif last is not None and self._has_run:
             self._forget_runs()
         if self._has_run and self._product() < LEAST_ODDS:
             raise self._stuck(counts)
+        if last is None:
+            return
         self._watched += 1
         if self._watched > 0:
             self._watch_bits(counts, last)
@@ -157,7 +157,7 @@ class MeanSquare:
         self._scale = scale
         least, most = limits
         self._expected = f"{least:g} to {most:g} {unit} on average of {readings} readings"
-        self._least, self._most = ((limit / scale) ** 2 for limit in limits)
+        self._least, self._most = (limit * limit / (scale * scale) for limit in limits)
         self._readings = readings
         self._left = readings
         self._sum = 0
