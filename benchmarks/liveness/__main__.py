@@ -23,9 +23,8 @@ from boards.tachobot.settings import TachobotSettings
 from boards.tachobot.wiring import chip_settings
 from drivers.chips.cmps12 import FIELD_PERIOD_NS, FRESH_STEPS
 from drivers.chips.hmc5883l import FRESH_GAUSS
-from drivers.chips.liveness import Liveness, MeanSquare
-from drivers.chips.mpu9250 import FIELD_NOISE_COUNTS
-from drivers.chips.mpu9250_burst import GRAVITY_READINGS
+from drivers.chips.liveness import Liveness
+from drivers.chips.mpu9250_burst import FIELD_NOISE_COUNTS, InertialChecks
 from firmware_runtime.board import registry
 from firmware_runtime.devs.time import MILLISECOND
 from firmware_runtime.hal.errors import DeadReading
@@ -65,20 +64,6 @@ class Found(NamedTuple):
 def chips() -> Iterator[Healthy]:
     """Every chip with a check of its noise, as the boards set it."""
     imu = chip_settings(_tachobot())
-    liveness = Liveness("MPU-9250", ("ax", "ay", "az", "gx", "gy", "gz"), imu.fresh_counts())
-    gravity = MeanSquare(
-        "MPU-9250",
-        "acceleration",
-        "g",
-        scale=imu.accel_range_g / 32768,
-        limits=imu.mean_acceleration_g,
-        readings=GRAVITY_READINGS,
-    )
-
-    def inertial(counts: tuple[int, ...]) -> None:
-        liveness.check(counts)
-        gravity.check(*counts[:3])
-
     g, dps = 32768 / imu.accel_range_g, 32768 / imu.gyro_range_dps
     bandwidth = math.sqrt(1 / (4 * 3.9e-3))  # of the double's lag at 92 Hz
     yield Healthy(
@@ -88,7 +73,7 @@ def chips() -> Iterator[Healthy]:
         (0.3 * g, 0.3 * g, 0.2 * g, 60 * dps, 60 * dps, 120 * dps),
         (300e-6 * g * bandwidth,) * 3 + (0.01 * dps * bandwidth,) * 3,
         1,
-        inertial,
+        InertialChecks("MPU-9250", imu).check,
     )
     earth = (20 / 0.15, 0.0, -40 / 0.15)
     yield Healthy(

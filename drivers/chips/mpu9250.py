@@ -18,21 +18,21 @@ Not used: FIFO, self-test, wake-on-motion, interrupt pin, offset registers. The 
 left in (`drivers.gyro_bias` measures it).
 """
 
+import math
 from collections.abc import Callable
 from functools import partial
 from typing import Final
 
 from drivers.chips.ak8963 import ADDRESS as AK8963_ADDRESS
 from drivers.chips.ak8963 import MEASUREMENT, ST1, Ak8963
-from drivers.chips.liveness import Liveness
 from drivers.chips.mounting import Vector, parse_mounting
 from drivers.chips.mpu9250_burst import (
-    FIELD_AXES,
-    INERTIAL_AXES,
     NO_BIAS,
     RAW_RDY_EN,
+    STANDARD_GRAVITY,
     BurstDecoder,
     FieldDecoder,
+    InertialChecks,
     InertialSample,
 )
 from drivers.chips.mpu9250_settings import Mpu9250Settings
@@ -68,9 +68,6 @@ FETCH_NS: Final = 1_000_000
 RESET_NS: Final = 100_000_000
 GYROSCOPE_START_NS: Final = 70_000_000
 
-FIELD_NOISE_COUNTS: Final = 1.0
-"""Fresh noise of a field: the AK8963's data sheet states none, users find 0.3 uT, two counts."""
-
 KNOWN: Final = {0x71: "MPU-9250", 0x73: "MPU-9255"}
 COMPATIBLE: Final = {
     0x70: "an MPU-6500, sold as MPU-9250 at times",
@@ -104,13 +101,7 @@ class Mpu9250:
         self.line = self._bus = bus
         self._mounting = parse_mounting(self.settings.mounting)
         self._magnetometer = Ak8963(bus)
-        self._liveness = Liveness(self.place, INERTIAL_AXES, self.settings.fresh_counts())
-        self._field_liveness = Liveness(
-            self.place,
-            FIELD_AXES,
-            (FIELD_NOISE_COUNTS,) * 3,
-            repeats=self.settings.samples_a_fetch(),
-        )
+        self._checks = InertialChecks(self.place, self.settings)
         self._decoder: BurstDecoder | None = None
 
     # Bring-up -----------------------------------------------------------------------------------
@@ -209,13 +200,13 @@ class Mpu9250:
         if decoder is None:
             raise NotReady(f"{self.place}: read before bring-up, expected it brought up first")
         burst = self._bus.transaction(self.address, decoder.messages)
-        return decoder.decode(burst, rate_bias)
+        return decoder.decode(burst, self._checks, rate_bias)
 
     @property
     def stuck_field(self) -> Stuck | None:
         """Why there is no field, where the magnetometer's last measurement stands still."""
-        field = None if self._decoder is None else self._decoder.field
-        return None if field is None else field.stuck
+        stuck = self._checks.stuck_field
+        return None if stuck is None or not self.has_magnetometer else Stuck(self.place, *stuck)
 
     def check_magnetometer(self) -> bool:
         """Ask whether the AK8963 still acknowledges, and go on with six axes if not; 39 bits.
@@ -263,14 +254,16 @@ class Mpu9250:
         self._start_decoding()
 
     def _start_decoding(self) -> None:
+        self._checks.restart()
         field = None
-        self._liveness.restart()
-        self._field_liveness.restart()
         if self.has_magnetometer:
-            sensitivity = self._magnetometer.sensitivity
-            field = FieldDecoder(self.place, self._mounting, sensitivity, self._field_liveness)
+            field = FieldDecoder(self.place, self._mounting, self._magnetometer.sensitivity)
         self._decoder = BurstDecoder(
-            self.place, self._mounting, self.settings, self._liveness, field
+            self.place,
+            self._mounting,
+            acceleration_range=self.settings.accel_range_g * STANDARD_GRAVITY,
+            rate_range=math.radians(self.settings.gyro_range_dps),
+            field=field,
         )
 
     # Registers ----------------------------------------------------------------------------------
