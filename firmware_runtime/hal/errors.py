@@ -73,7 +73,7 @@ class Stuck(DeadReading):
             axis,
             value,
             readings,
-            f"reads {value:g} {readings} times in a row, expected the part's own noise; it hangs",
+            f"reads {value:g} in {readings} readings in a row, expected some noise; it hangs",
         )
 
 
