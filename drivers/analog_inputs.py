@@ -59,6 +59,8 @@ class AnalogInputs(HardwareModel):
     A reading is sent whole or not at all.
     """
 
+    bring_up_proves = False
+
     def __init__(self, name: str, chip: Converter, settings: AnalogInputsSettings) -> None:
         super().__init__(name, chip.bring_up, chip.line)
         self._conversions = [step for (step,) in map(chip.measurement, settings.inputs)]

@@ -8,7 +8,7 @@ from drivers.chips.bearing import Bearing, in_circle
 from drivers.chips.step import Step
 from drivers.hardware import HardwareModel
 from firmware_runtime.errors import SettingError
-from firmware_runtime.hal.errors import HalError, NotReady
+from firmware_runtime.hal.errors import HalError
 from firmware_runtime.hal.line_time import Line
 
 STOP, ONCE, PERIODIC = 0, 1, 2
@@ -41,7 +41,7 @@ class BearingSensor(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class CompassSettings:
-    """How often to read, how the heading counts, and when a chip is taken to hang."""
+    """How often to read, and how the heading counts."""
 
     period: int
     """Ns from reading to reading when periodic; also until a failed reading is tried again."""
@@ -51,8 +51,6 @@ class CompassSettings:
     """Headings grow to the left, as those of a compass mounted upside down do."""
     offset_deg: float = 0.0
     """Added to the heading at last, for the direction the sensor was mounted in."""
-    stuck_after: int = 50
-    """Readings in a row, equal to the last bit, that are reported as a chip that hangs."""
 
 
 class Compass(HardwareModel):
@@ -66,18 +64,16 @@ class Compass(HardwareModel):
 
     A request stays until it is answered: one that comes while measuring is answered by that
     measurement, one that fails is tried again. `calibration` is sent when it changes, never by a
-    chip that does not judge itself. A reading equal to the last bit to many before is sent all the
-    same, with a fault: a robot at rest may give it too, but real sensors are noisy. The same again
-    counts as the next fault in a row.
+    chip that does not judge itself. A heading may stand still; a chip whose raw field does hangs,
+    and says so with each reading.
     """
 
+    bring_up_proves = False
+
     def __init__(self, name: str, chip: BearingSensor, settings: CompassSettings) -> None:
-        super().__init__(name, chip.bring_up, chip.line)
-        if settings.period <= 0 or settings.stuck_after < 2:
-            raise SettingError(
-                f"{name}: period of {settings.period} ns, stuck after {settings.stuck_after} "
-                "readings; expected more than 0 ns, and 2 or more"
-            )
+        super().__init__(name, chip.bring_up, chip.line, settings.period)
+        if settings.period <= 0:
+            raise SettingError(f"{name}: period of {settings.period} ns, expected more than 0 ns")
         kind: type[float] = int if settings.whole_degrees else float
         self.request = self.in_port("request", int)
         self.heading_out = self.out_port("heading_deg", kind)
@@ -90,8 +86,6 @@ class Compass(HardwareModel):
         self._is_calibration_new = False
         self._rest = settings.period
         self._measurement = BringUp(lambda: chip.measurement)
-        self._raw = b""
-        self._repeats = 0
 
     def begin(self) -> None:
         """Measure if a request came meanwhile, else wait for one."""
@@ -159,7 +153,6 @@ class Compass(HardwareModel):
         self.activate("reporting")
 
     def _take(self, bearing: Bearing) -> None:
-        self._look_for_repeats(bearing.raw)
         self._is_calibration_new = bearing.calibration != self.calibration
         self.calibration = bearing.calibration
         if self.wanted != STOP:
@@ -171,15 +164,3 @@ class Compass(HardwareModel):
         sense = -1 if self.settings.counterclockwise else 1
         heading = in_circle(sense * bearing_deg + self.settings.offset_deg)
         return round(heading) % 360 if self.settings.whole_degrees else heading
-
-    def _look_for_repeats(self, raw: bytes) -> None:
-        self._repeats = self._repeats + 1 if raw == self._raw else 1
-        self._raw = raw
-        if self._repeats % self.settings.stuck_after == 0:
-            self.consecutive_faults = self._repeats // self.settings.stuck_after - 1
-            self.note(
-                NotReady(
-                    f"{self.chip.place}: {self._repeats} readings are equal to the last bit, "
-                    "expected some noise; it hangs, or it lies very still"
-                )
-            )

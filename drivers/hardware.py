@@ -19,18 +19,25 @@ from firmware_runtime.hal.line_time import Line
 class HardwareModel(Atomic, ABC):
     """Brings its chip up, then leaves the phases to the subclass; sends all faults noted.
 
-    `line` is the bus or port that the chip is on.
+    `line` is the bus or port that the chip is on, `period` the ns from one reading to the next, 0
+    for a model that does not read at a period.
 
     bring_up (the steps' waits) --> the subclass's own phases
     bring_up, a step failed --> bring_up_failed (0) --fault!--> bring_up (RETRY_AFTER)
     """
 
-    def __init__(self, name: str, bring_up: Callable[[], Iterable[Step]], line: Line) -> None:
+    bring_up_proves = True
+    """Whether a bring-up that worked ends faults in a row; of a sensor its next reading does."""
+
+    def __init__(
+        self, name: str, bring_up: Callable[[], Iterable[Step]], line: Line, period: int = 0
+    ) -> None:
         super().__init__(name)
         self.fault_out = self.out_port("fault", Fault)
         self.faults: list[Fault] = []
         self.consecutive_faults = 0
         self._line = line
+        self._reading_period = period
         self._bring_up = BringUp(bring_up)
 
     @abstractmethod
@@ -84,7 +91,7 @@ class HardwareModel(Atomic, ABC):
     def note(self, error: FirmwareRuntimeError) -> None:
         """Keep a fault for the next output; the caller then enters a phase of zero time."""
         self.consecutive_faults += 1
-        self.faults.append(Fault.of(error, self.consecutive_faults))
+        self.faults.append(Fault.of(error, self.consecutive_faults, self._reading_period))
 
     def continue_bring_up(self) -> None:
         """Take the next step of the bring-up: the last one's wait is over."""
@@ -95,7 +102,8 @@ class HardwareModel(Atomic, ABC):
             self.activate("bring_up_failed")
             return
         if wait is None:
-            self.consecutive_faults = 0
+            if self.bring_up_proves:
+                self.consecutive_faults = 0
             self.begin()
         elif wait == 0:
             self.activate("bring_up")

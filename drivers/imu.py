@@ -12,9 +12,6 @@ from firmware_runtime.hal.errors import HalError, NotReady
 FAULTS_BEFORE_BRING_UP = 10
 """Failed reads in a row after which the chip is brought up again: it may have lost its supply."""
 
-REPEATS_BEFORE_CHECK = 5
-"""Magnetometer readings in a row without any change after which it is checked."""
-
 
 class Imu(HardwareModel):
     """Brings the chip up, measures the gyro's bias at rest, then sends one sample a period.
@@ -25,11 +22,15 @@ class Imu(HardwareModel):
 
     It is activated every period from the start on, so its accounting begins with the run; a wait of
     the bring-up lasts for whole periods. A read that fails is reported as a fault and nothing else:
-    no sample is made up and no old one sent again. The bias outlives a new bring-up.
+    no sample is made up and no old one sent again. The same holds for readings that no living chip
+    gives; a magnetometer that is stuck is reported once and costs the field alone. The bias
+    outlives a new bring-up.
 
     The chip has a clock of its own: one that samples no faster than it is read has nothing new now
     and then, which is a fault. Raises SettingError where it samples more slowly.
     """
+
+    bring_up_proves = False
 
     def __init__(self, name: str, chip: Mpu9250, period: int, bias: GyroBias) -> None:
         if chip.settings.sample_hz * period < SECOND:
@@ -37,7 +38,7 @@ class Imu(HardwareModel):
                 f"{name} on {chip.place}: sample_hz: {chip.settings.sample_hz}, expected more than "
                 f"{SECOND / period:g}, at which it is read"
             )
-        super().__init__(name, chip.bring_up, chip.line)
+        super().__init__(name, chip.bring_up, chip.line, period)
         self.sample = self.out_port("sample", InertialSample)
         self.chip = chip
         self.period = period
@@ -47,6 +48,7 @@ class Imu(HardwareModel):
         self._bias_measurement = bias
         self._is_calibrated = False
         self._moved = ""
+        self._has_lost_field = self._is_bring_up_due = False
         self._periods_left = 0
 
     def unready(self) -> str | None:
@@ -87,7 +89,8 @@ class Imu(HardwareModel):
         """Read a sample, or hold for the rest of the period."""
         if self.phase != "reporting":
             self._read()
-        elif self._is_bring_up_due():
+        elif self._is_bring_up_due:
+            self._is_bring_up_due = False
             self._bring_up.restart()
             self.wait_in_bring_up(self.period)
         else:
@@ -108,32 +111,35 @@ class Imu(HardwareModel):
     def _hold(self) -> None:
         self.hold_in("sampling" if self._is_calibrated else "calibrating", self.period)
 
-    def _is_bring_up_due(self) -> bool:
-        faults = self.consecutive_faults
-        return faults > 0 and faults % FAULTS_BEFORE_BRING_UP == 0
-
     def _read(self) -> None:
-        """Read one sample; a fault, a warning or the sample itself is reported."""
+        """Read one sample; it, a fault or a warning is reported."""
         try:
             sample = self.chip.read_sample(self.bias)
             self.consecutive_faults = 0
-            if self._has_lost_field() and self._note_warnings():
-                self.activate("reporting")
-            elif self._is_calibrated:
+            has_news = self._check_field()
+            if self._is_calibrated:
                 self._sample = sample
-                self.activate("reporting")
             else:
                 self._calibrate(sample)
-                self._hold()
         except HalError as error:
             self.note(error)
+            self._is_bring_up_due = self.consecutive_faults % FAULTS_BEFORE_BRING_UP == 0
+            has_news = True
+        if has_news or self._sample is not None:
             self.activate("reporting")
+        else:
+            self._hold()
 
-    def _has_lost_field(self) -> bool:
-        """True once, when the magnetometer is found dead; the chip would show its last field on."""
-        repeats = self.chip.field_repeats
-        is_suspicious = repeats > 0 and repeats % REPEATS_BEFORE_CHECK == 0
-        return is_suspicious and not self.chip.check_magnetometer()
+    def _check_field(self) -> bool:
+        """Report a magnetometer that is stuck, once; the chip would show its last field on."""
+        stuck = self.chip.stuck_field
+        has_been_lost, self._has_lost_field = self._has_lost_field, stuck is not None
+        if stuck is None or has_been_lost:
+            return False
+        if self.chip.check_magnetometer():
+            self.faults.append(Fault.of(stuck, self.consecutive_faults, self.period))
+            return True
+        return self._note_warnings()
 
     def _note_warnings(self) -> bool:
         """Keep what the chip warns of for the next output; it is no fault in a row."""
@@ -144,7 +150,7 @@ class Imu(HardwareModel):
 
     def _calibrate(self, sample: InertialSample) -> None:
         measurement = self._bias_measurement
-        measurement.add(sample.rate)
+        measurement.add(sample.rate, sample.field)
         if not measurement.is_complete:
             return
         try:

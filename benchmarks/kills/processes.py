@@ -36,6 +36,7 @@ _SETTINGS: Final = (
     "imu.max_bias_rad_s=1000",  # it still turns from the round before
     "imu.still_rad_s=1000",
     "imu.calibration_s=0.05",
+    "controller.compass_check.tolerance_rad=1000",
 )
 
 

@@ -2,10 +2,12 @@
 
 import math
 
+from boards.tachobot.settings import ControllerSettings
 from drivers.chips.mpu9250_burst import InertialSample
 from firmware_runtime.devs.atomic import Atomic
-from firmware_runtime.devs.time import SECOND
+from firmware_runtime.devs.time import SECOND, seconds
 from firmware_runtime.elementary import atan2
+from firmware_runtime.models.cross_check import CrossCheck, CrossCheckSettings, Source
 from firmware_runtime.models.motion import Motion
 
 FIELDS_AVERAGED = 100
@@ -18,6 +20,8 @@ class Attitude(Atomic):
     disabled --enable? true--> waiting --sample?--> estimating (0) --yaw!--> waiting
     waiting --enable? false--> disabled
 
+    While `trusted` is false gyro and compass contradict each other, and no yaw is sent.
+
     Yaw is zero where the first sample found the robot and counts anticlockwise seen from above.
     Rates are integrated by the trapezoid rule over the time that really passed. The compass gives
     how far the estimate has strayed from it since the start, on average of its first fields; of
@@ -28,9 +32,11 @@ class Attitude(Atomic):
         super().__init__(name)
         self.sample = self.in_port("sample", InertialSample)
         self.enable = self.in_port("enable", bool)
+        self.trusted = self.in_port("trusted", bool)
         self.yaw = self.out_port("yaw", Motion)
         self.compass_time_constant = compass_time_constant
         self.enabled = enabled
+        self.is_trusted = True
         self.motion: Motion | None = None
         self._since_sample = 0
         self._headings = 0
@@ -54,9 +60,11 @@ class Attitude(Atomic):
         self._since_sample += elapsed
         if self.enable:
             self.enabled = self.enable[-1]
+        if self.trusted:
+            self.is_trusted = self.trusted[-1]
         if not self.enabled:
             self.passivate("disabled")
-        elif self.sample:
+        elif self.sample and self.is_trusted:
             self.motion = self._estimate(self.sample[-1], self._since_sample)
             self._since_sample = 0
             self.activate("estimating")
@@ -77,10 +85,40 @@ class Attitude(Atomic):
 
     def _compass_error(self, field: tuple[float, float, float], yaw: float) -> float:
         """How far the compass stands from the estimate, within plus and minus pi; 0 at first."""
-        heading = atan2(-field[1], field[0])
+        heading = _heading_of(field)
         error = math.remainder(heading - self._heading_at_zero - yaw, math.tau)
         if self._headings == FIELDS_AVERAGED:
             return error
         self._headings += 1
         self._heading_at_zero += error / self._headings
         return 0.0
+
+
+def heading_check(settings: ControllerSettings) -> CrossCheck[InertialSample, InertialSample]:
+    """The gyro's yaw against the compass': either may read what no longer is."""
+    stated = settings.compass_check
+    return CrossCheck(
+        "heading_check",
+        CrossCheckSettings(
+            quantity="heading (rad, compass less gyro)",
+            window=seconds(stated.window_s),
+            tolerance=stated.tolerance_rad,
+            share=stated.share,
+            circle=math.tau,
+        ),
+        rate=Source(InertialSample, _yaw_rate),
+        value=Source(InertialSample, _heading),
+    )
+
+
+def _yaw_rate(sample: InertialSample) -> float:
+    return sample.rate[2]
+
+
+def _heading(sample: InertialSample) -> float | None:
+    """Of the compass, in rad; None where there is no new field."""
+    return None if sample.field is None else _heading_of(sample.field)
+
+
+def _heading_of(field: tuple[float, float, float]) -> float:
+    return atan2(-field[1], field[0])

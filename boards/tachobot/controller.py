@@ -6,7 +6,7 @@ It knows neither chips nor clocks; the same object runs in simulation and on the
 from typing import TYPE_CHECKING
 
 from boards.tachobot.allocation import Allocation
-from boards.tachobot.attitude import Attitude
+from boards.tachobot.attitude import Attitude, heading_check
 from boards.tachobot.pid_controller import PidController
 from boards.tachobot.settings import ControllerSettings, FreeSettings
 from drivers.chips.mpu9250_burst import InertialSample
@@ -51,6 +51,11 @@ class Controller(PidController[Pid]):
         timeout = POSITION_PERIODS * seconds(settings.period_s)
         allocation = self.add(Allocation("allocation", pair_thrust_n, timeout))
 
+        if settings.compass_time_constant_s:
+            check = self.add(heading_check(settings))
+            self.couple(self.sample, check.rate)
+            self.couple(self.sample, check.value)
+            self.couple(check.agrees_out, attitude.trusted)
         self.couple(self.sample, attitude.sample)
         self.couple(self.enable, attitude.enable)
         self.couple(self.yaw_reference, yaw.reference_in)

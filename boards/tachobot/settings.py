@@ -134,6 +134,17 @@ class YawSettings(PidSettings, frozen=True):
 Mode: TypeAlias = Literal["platform", "free", "track"]
 
 
+class CompassCheckSettings(Settings, frozen=True):
+    """When gyro and compass contradict each other; then there is no yaw, and outputs go off."""
+
+    window_s: Seconds = 2.0
+    """Time constant with which turns are forgotten."""
+    tolerance_rad: Positive = 0.5
+    """How far both may have turned apart: the motors' iron and currents bend a compass."""
+    share: NotNegative = 0.15
+    """And so much of the turn more, for the scales of both."""
+
+
 class ControlSettings(Settings, frozen=True, kw_only=True, tag_field="mode"):
     """The controller, as far as it is the same in all modes."""
 
@@ -142,6 +153,7 @@ class ControlSettings(Settings, frozen=True, kw_only=True, tag_field="mode"):
     compass_time_constant_s: SecondsOrNone
     """How slowly the compass corrects the gyro's yaw; 0 leaves the compass out."""
     yaw: YawSettings
+    compass_check: CompassCheckSettings = CompassCheckSettings()
 
 
 class PlatformSettings(ControlSettings, frozen=True, kw_only=True, tag="platform"):
@@ -226,7 +238,7 @@ class WorldSettings(Settings, frozen=True):
     seed: Annotated[int, Meta(ge=0)]
     solver: Literal["exact", "qss2", "qss3"] = "exact"
     """In closed form, or as a DEVS model of quantized integrators: docs/qss.md."""
-    accelerometer_noise_m_s2: NotNegative = 0.0
+    accelerometer_noise_m_s2: NotNegative = 0.03
     """Standard deviation per sample on each axis."""
     accelerometer_bias_m_s2: float = 0.0
     """What its level axes read at rest."""

@@ -9,7 +9,7 @@ command leaves, and the propellers stay off.
 from typing import Final
 
 from boards.tachobot.allocation import Allocation
-from boards.tachobot.attitude import Attitude
+from boards.tachobot.attitude import Attitude, heading_check
 from boards.tachobot.course import path_of
 from boards.tachobot.given_up import GivenUp
 from boards.tachobot.inertial import Inertial
@@ -59,6 +59,11 @@ class TrackingController(PidController[TrackingPid]):
         timeout = PERIODS * seconds(control.period_s)
         self.allocation = self.add(Allocation("allocation", settings.pair_thrust_n, timeout))
 
+        if control.compass_time_constant_s:
+            check = self.add(heading_check(control))
+            self.couple(self.sample, check.rate)
+            self.couple(self.sample, check.value)
+            self.couple(check.agrees_out, self.attitude.trusted)
         self.couple(self.sample, inertial.sample)
         self.couple(self.sample, self.attitude.sample)
         self.couple(self.enable, self.trajectory.enable)

@@ -5,6 +5,10 @@ are written with every start, and every reading brings them with it, so a chip t
 detected at once: a comparator bit that has no effect is set in ours and not at power-up. A code at
 the end of the scale is a voltage beyond it, and is no reading.
 
+A voltage that stands still is told from a converter that does by its full scale: after
+`SAME_BEFORE_PROOF` equal codes of an input one conversion has another full scale, and so another
+code. One that stays the same is stuck. A code within `NEAR_ZERO` of zero proves nothing.
+
 Responsible for: settings, start, waiting times, codes to V. Not for: continuous conversion, the
 comparator and the ALERT/RDY pin, general-call reset (it resets other chips too). An input may not
 go below GND or above VDD by more than 0.3 V, whatever the full scale is. The chip has no identity
@@ -18,7 +22,7 @@ from typing import Final
 
 from drivers.chips.step import Step
 from firmware_runtime.errors import SettingError
-from firmware_runtime.hal.errors import NoAcknowledge, NotReady, WrongDevice
+from firmware_runtime.hal.errors import NoAcknowledge, NotReady, Stuck, WrongDevice
 from firmware_runtime.hal.i2c import I2cBus, Message
 
 ADDRESSES: Final = (0x48, 0x49, 0x4A, 0x4B)
@@ -62,6 +66,12 @@ SLOWEST: Final = 1.1
 """A conversion takes a tenth longer than nominal at most."""
 LEAST: Final = -0x8000
 LARGEST: Final = 0x7FFF
+SAME_BEFORE_PROOF: Final = 64
+NEAR_ZERO: Final = 16
+OTHER_FULL_SCALES: Final = MappingProxyType(
+    {6.144: 4.096, 4.096: 6.144, 2.048: 4.096, 1.024: 2.048, 0.512: 1.024, 0.256: 0.512}
+)
+"""The one to prove by; a larger one where there is, in which every voltage fits."""
 TRAFFIC: Final[tuple[tuple[Message, ...], ...]] = (
     (bytes((CONFIG, 0, 0)),),
     (bytes((CONFIG,)), 2),
@@ -95,11 +105,11 @@ class Ads1115Settings:
             faults.append(f"rate_sps: {self.rate_sps}, expected one of {choices}")
         return tuple(faults)
 
-    def config(self, inputs: str) -> int:
-        """Give the content of Config for these inputs, OS apart."""
+    def config(self, inputs: str, full_scale_v: float | None = None) -> int:
+        """Give the content of Config for these inputs, OS apart, at its full scale or another."""
         return (
             CODES_OF_INPUTS[inputs] << 12
-            | CODES_OF_FULL_SCALES[self.full_scale_v] << 9
+            | CODES_OF_FULL_SCALES[full_scale_v or self.full_scale_v] << 9
             | SINGLE_SHOT
             | CODES_OF_RATES[self.rate_sps] << 5
             | LATCHING
@@ -126,8 +136,11 @@ class Ads1115:
             raise SettingError(f"{self.place}: {'; '.join(faults)}")
         self.line = self._bus = bus
         self.conversion_ns = conversion_ns(self.settings.rate_sps)
-        self._volts = self.settings.full_scale_v / -LEAST
-        self._config = self.settings.config("AIN0")
+        self._full_scale_v = self.settings.full_scale_v
+        self._inputs = "AIN0"
+        self._codes: dict[str, tuple[int, int]] = {}
+        """Of each input the last code, and how often in a row it came."""
+        self._config = self.settings.config(self._inputs)
         self._is_measuring = False
 
     # Bring-up -----------------------------------------------------------------------------------
@@ -172,7 +185,8 @@ class Ads1115:
 
         Two transactions of two bytes, 0.24 ms at 400 kHz.
         Raises NotReady if none was started or it is not done, if the voltage is beyond the full
-        scale, or if the chip was reset; NoAcknowledge if it is gone.
+        scale, or if the chip was reset; Stuck if the code stays the same at another full scale;
+        NoAcknowledge if it is gone.
         """
         if not self._is_measuring:
             raise NotReady(f"{self.place}: no conversion to read, expected one started, not read")
@@ -186,9 +200,10 @@ class Ads1115:
         if signed in {LEAST, LARGEST}:
             raise NotReady(
                 f"{self.place}: code reads {code:04x}, expected a voltage within "
-                f"{self.settings.full_scale_v} V"
+                f"{self._full_scale_v} V"
             )
-        return signed * self._volts
+        self._prove(signed)
+        return signed * self._full_scale_v / -LEAST
 
     # ---------------------------------------------------------------------------------------------
 
@@ -204,9 +219,32 @@ class Ads1115:
                 f"{self.place}: Config reads {found:04x}, expected {self._config:04x} as written"
             )
 
+    def _prove(self, code: int) -> None:
+        """Count codes that repeat themselves. Raises Stuck for one that must not."""
+        last, times = self._codes.get(self._inputs, (0, 0))
+        if self._full_scale_v == self.settings.full_scale_v:
+            self._codes[self._inputs] = code, times + 1 if code == last else 1
+        elif code == last:
+            self._codes[self._inputs] = code, times + 1
+            raise Stuck(self.place, self._inputs, code, times + 1)
+        else:
+            self._codes[self._inputs] = 0, 0
+
+    def _full_scale_of(self, inputs: str) -> float:
+        """The full scale of the next conversion: another one if the code stood still for long."""
+        full_scale_v = self.settings.full_scale_v
+        code, times = self._codes.get(inputs, (0, 0))
+        other_v = OTHER_FULL_SCALES[full_scale_v]
+        fits = abs(code) * full_scale_v < 0.9 * other_v * LARGEST
+        if times >= SAME_BEFORE_PROOF and abs(code) > NEAR_ZERO and fits:
+            return other_v
+        return full_scale_v
+
     def _start(self, inputs: str) -> None:
         self._is_measuring = False
-        self._config = self.settings.config(inputs)
+        self._inputs = inputs
+        self._full_scale_v = self._full_scale_of(inputs)
+        self._config = self.settings.config(inputs, self._full_scale_v)
         self._write_config(self._config | OS)
         self._is_measuring = True
 

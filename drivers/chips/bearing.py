@@ -1,16 +1,15 @@
-"""What every compass driver gives: a direction, how far to trust it, and the bytes it came from."""
+"""What every compass driver gives: a direction, and how far to trust it."""
 
 from typing import NamedTuple
 
 
 class Bearing(NamedTuple):
-    """One reading; `raw` is the whole reply: in it a hung chip differs from one at rest."""
+    """One reading."""
 
     bearing_deg: float
     """Clockwise from magnetic north, 0 up to but not including 360."""
     calibration: int | None
     """0 (none) to 3 (full), by the chip's own judgement; None if it makes none."""
-    raw: bytes
 
 
 def in_circle(angle_deg: float) -> float:

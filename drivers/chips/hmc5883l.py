@@ -9,6 +9,9 @@ The bearing is the direction of the field in the body's horizontal plane, so it 
 the robot stands level. Iron of the robot that turns with it is taken off (`hard_iron`), soft iron
 and declination are not. Not used: continuous mode, self-test, the DRDY pin.
 
+Every measurement has its noise, 2 mG in the mean of eight samples by the data sheet: data that
+repeat themselves beyond chance are reported as stuck (`drivers.chips.liveness`).
+
 Many boards sold as HMC5883L carry other chips at other addresses; if one answers it is named.
 """
 
@@ -19,6 +22,7 @@ from functools import partial
 from typing import Final
 
 from drivers.chips.bearing import Bearing, in_circle
+from drivers.chips.liveness import Liveness
 from drivers.chips.mounting import Vector, parse_mounting
 from drivers.chips.step import Step
 from firmware_runtime.elementary import atan2, hypot
@@ -61,6 +65,9 @@ COUNTS_PER_GAUSS: Final = {
 }
 """By range in gauss, in the order of the gain codes."""
 TESLA_PER_GAUSS: Final = 1e-4
+FRESH_GAUSS: Final = 1e-3
+"""Half of the typical noise of a measurement."""
+FIELD_AXES: Final = ("field x", "field y", "field z")
 LEAST_HORIZONTAL_T: Final = 2e-6
 """The Earth's horizontal field is some 10 uT near the poles, 20 in Europe, 40 at the equator."""
 
@@ -108,6 +115,8 @@ class Hmc5883l:
         self.line = self._bus = bus
         self._is_measuring = False
         self._registers = self.settings.registers()
+        fresh = FRESH_GAUSS * COUNTS_PER_GAUSS[self.settings.range_gauss]
+        self._liveness = Liveness(self.place, FIELD_AXES, (fresh,) * 3)
         scale = TESLA_PER_GAUSS / COUNTS_PER_GAUSS[self.settings.range_gauss]
         mounting = parse_mounting(self.settings.mounting)
         self._axes = mounting.axes
@@ -133,6 +142,7 @@ class Hmc5883l:
         Raises NoAcknowledge, naming what answers elsewhere, or WrongDevice.
         """
         self._is_measuring = False
+        self._liveness.restart()
         try:
             found = self._read(IDENTITY_A, len(IDENTITY))
         except NoAcknowledge as error:
@@ -155,24 +165,23 @@ class Hmc5883l:
 
         One burst of 12 bytes, 0.28 ms at 400 kHz.
         Raises NotReady if none was started or it is not done, if an axis is beyond the range, or if
-        the chip was reset; NoAcknowledge if it is gone.
+        the chip was reset; Stuck if the data stand still; NoAcknowledge if it is gone.
         """
-        field, _ = self._read_measurement()
-        return field
+        return self._read_measurement()
 
     def read_bearing(self) -> Bearing:
         """Read the same as a bearing, in degrees clockwise from magnetic north.
 
         Raises as `read_field` does, and NotReady if the field has no horizontal part to speak of.
         """
-        (forward, left, _), raw = self._read_measurement()
+        forward, left, _ = self._read_measurement()
         horizontal = hypot(forward, left)
         if horizontal < LEAST_HORIZONTAL_T:
             raise NotReady(
                 f"{self.place}: horizontal field is {horizontal * 1e6:.1f} uT, expected "
                 f"{LEAST_HORIZONTAL_T * 1e6:g} uT or more for a bearing"
             )
-        return Bearing(in_circle(math.degrees(atan2(left, forward))), None, raw)
+        return Bearing(in_circle(math.degrees(atan2(left, forward))), None)
 
     # ---------------------------------------------------------------------------------------------
 
@@ -184,8 +193,8 @@ class Hmc5883l:
     def _discard(self) -> None:
         self._read_counts()
 
-    def _read_measurement(self) -> tuple[Vector, bytes]:
-        raw, counts = self._read_counts()
+    def _read_measurement(self) -> Vector:
+        counts = self._read_counts()
         if OVERFLOW in counts:
             axes = ", ".join(
                 axis for axis, count in zip("xyz", counts, strict=True) if count == OVERFLOW
@@ -194,27 +203,27 @@ class Hmc5883l:
                 f"{self.place}: field beyond the range on sensor axis {axes}, expected within "
                 f"{self.settings.range_gauss} G"
             )
+        self._liveness.check(counts)
         x, y, z = (
             factor * counts[axis] - iron
             for factor, axis, iron in zip(
                 self._factors, self._axes, self.settings.hard_iron, strict=True
             )
         )
-        return (x, y, z), raw
+        return (x, y, z)
 
-    def _read_counts(self) -> tuple[bytes, tuple[int, int, int]]:
+    def _read_counts(self) -> tuple[int, int, int]:
         """Read a finished measurement, counts by sensor axis x, y, z."""
         if not self._is_measuring:
             raise NotReady(f"{self.place}: no measurement to read, expected one started, not read")
-        raw = self._read(CRA, READING.size)
-        cra, crb, mode, x, z, y = READING.unpack(raw)
+        cra, crb, mode, x, z, y = READING.unpack(self._read(CRA, READING.size))
         self._compare((cra, crb))
         if not mode & IDLE:
             raise NotReady(
                 f"{self.place}: MODE reads {mode:02x}, expected 02 or 03, a measurement done"
             )
         self._is_measuring = False
-        return raw, (x, y, z)
+        return (x, y, z)
 
     def _compare(self, found: tuple[int, ...]) -> None:
         if found != self._registers:

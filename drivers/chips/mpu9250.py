@@ -9,6 +9,11 @@ raises. Field: the master fetches at most 100 times a second (I2C_MST_DLY) and S
 the measurement was new; otherwise the field is None. Between two fetches the chip shows the last
 one, so a reader that overtakes the chip's clock may meet the same fetch in two samples.
 
+Whether it lives. A reading that repeats itself beyond what the part's noise allows raises Stuck
+(`drivers.chips.liveness`), of acceleration and rate as of the field, which then is None. Specific
+force whose mean over 256 samples is no gravity raises Implausible. A chip that was stuck has to
+change before it is believed again, also after a new bring-up.
+
 Not used: FIFO, self-test, wake-on-motion, interrupt pin, offset registers. The gyroscope's bias is
 left in (`drivers.gyro_bias` measures it).
 """
@@ -27,12 +32,13 @@ from drivers.chips.mpu9250_burst import (
     STANDARD_GRAVITY,
     BurstDecoder,
     FieldDecoder,
+    InertialChecks,
     InertialSample,
 )
 from drivers.chips.mpu9250_settings import Mpu9250Settings
 from drivers.chips.step import Step
 from firmware_runtime.errors import SettingError
-from firmware_runtime.hal.errors import NoAcknowledge, NotReady, WrongDevice
+from firmware_runtime.hal.errors import NoAcknowledge, NotReady, Stuck, WrongDevice
 from firmware_runtime.hal.i2c import I2cBus
 
 SMPLRT_DIV: Final = 0x19
@@ -95,6 +101,7 @@ class Mpu9250:
         self.line = self._bus = bus
         self._mounting = parse_mounting(self.settings.mounting)
         self._magnetometer = Ak8963(bus)
+        self._checks = InertialChecks(self.place, self.settings)
         self._decoder: BurstDecoder | None = None
 
     # Bring-up -----------------------------------------------------------------------------------
@@ -187,24 +194,24 @@ class Mpu9250:
         `rate_bias`, in rad/s and body axes, is subtracted from the rate.
         One burst of 26 bytes on the wire, 0.59 ms at 400 kHz; 20 bytes without magnetometer.
         Raises NotReady before bring-up, if there is no sample since the last read, or if the bytes
-        cannot be one; NoAcknowledge and the other errors of the bus.
+        cannot be one; Stuck or Implausible if a sensor is dead; and the errors of the bus.
         """
         decoder = self._decoder
         if decoder is None:
             raise NotReady(f"{self.place}: read before bring-up, expected it brought up first")
         burst = self._bus.transaction(self.address, decoder.messages)
-        return decoder.decode(burst, rate_bias)
+        return decoder.decode(burst, self._checks, rate_bias)
 
     @property
-    def field_repeats(self) -> int:
-        """Samples in a row whose magnetometer bytes did not change; see `check_magnetometer`."""
-        field = None if self._decoder is None else self._decoder.field
-        return 0 if field is None else field.repeats
+    def stuck_field(self) -> Stuck | None:
+        """Why there is no field, where the magnetometer's last measurement stands still."""
+        stuck = self._checks.stuck_field
+        return None if stuck is None or not self.has_magnetometer else Stuck(self.place, *stuck)
 
     def check_magnetometer(self) -> bool:
         """Ask whether the AK8963 still acknowledges, and go on with six axes if not; 39 bits.
 
-        Worth asking when `field_repeats` grows: the chip itself goes on showing the last field.
+        Worth asking when the field is stuck: the chip itself goes on showing the last one.
         """
         if self._read(I2C_MST_STATUS, 1)[0] & SLV0_NACK:
             self._give_up_magnetometer("its AK8963 stopped answering, expected an acknowledge")
@@ -247,6 +254,7 @@ class Mpu9250:
         self._start_decoding()
 
     def _start_decoding(self) -> None:
+        self._checks.restart()
         field = None
         if self.has_magnetometer:
             field = FieldDecoder(self.place, self._mounting, self._magnetometer.sensitivity)

@@ -11,8 +11,10 @@ import struct
 from typing import Final, NamedTuple
 
 from drivers.chips.ak8963 import BITM, DRDY, HOFL, MEASUREMENT
+from drivers.chips.liveness import Counts, Liveness, MeanSquare
 from drivers.chips.mounting import Mounting, Vector
-from firmware_runtime.hal.errors import NotReady
+from drivers.chips.mpu9250_settings import COUNTS_FULL_SCALE, Mpu9250Settings
+from firmware_runtime.hal.errors import NotReady, Stuck
 from firmware_runtime.hal.i2c import Message
 
 INT_ENABLE: Final = 0x38
@@ -20,15 +22,21 @@ INT_STATUS: Final = 0x3A
 RAW_RDY_EN: Final = 0x01
 RAW_DATA_RDY: Final = 0x01
 STANDARD_GRAVITY: Final = 9.80665
-COUNTS_FULL_SCALE: Final = 32768
 TEMPERATURE_COUNTS_PER_C: Final = 333.87
 TEMPERATURE_AT_ZERO_C: Final = 21.0
 
 MAGNETOMETER_AXES: Final = Mounting((1, 0, 2), (1, 1, -1))
 """The AK8963 sits turned in the package: x and y are swapped, z points down."""
 
-STALE_AFTER: Final = 100
-"""Repeats of a field, to the last bit, that are believed: a second of them at 100 Hz."""
+INERTIAL_AXES: Final = (
+    *(f"acceleration {axis}" for axis in "xyz"),
+    *(f"rate {axis}" for axis in "xyz"),
+)
+"""Of the chip's own axes, as faults name them."""
+GRAVITY_READINGS: Final = 256
+FIELD_NOISE_COUNTS: Final = 1.0
+"""Fresh noise of a field: the AK8963's data sheet states none, users find 0.3 uT, two counts."""
+FIELD_AXES: Final = ("field x", "field y", "field z")
 
 _INERTIAL: Final = struct.Struct(">B7h")
 _FIELD_AT: Final = _INERTIAL.size
@@ -57,40 +65,73 @@ class InertialSample(NamedTuple):
     field_overflow: bool
 
 
+class InertialChecks:
+    """Whether the sensors of one chip live; it outlasts bring-ups, so that a dead one stays dead.
+
+    The MPU-9250 keeps what it fetched last when the AK8963 stops answering, or is not asked any
+    more because its auxiliary bus hangs: then there is no field until a bit changes, and
+    `stuck_field` has axis, counts and readings.
+    """
+
+    def __init__(self, place: str, settings: Mpu9250Settings) -> None:
+        self.stuck_field: tuple[str, float, int] | None = None
+        self._inertial = Liveness(place, INERTIAL_AXES, settings.fresh_counts())
+        self._gravity = MeanSquare(
+            place,
+            "acceleration",
+            "g",
+            scale=settings.accel_range_g / COUNTS_FULL_SCALE,
+            limits=settings.mean_acceleration_g,
+            readings=GRAVITY_READINGS,
+        )
+        self._field = Liveness(
+            place, FIELD_AXES, (FIELD_NOISE_COUNTS,) * 3, repeats=settings.samples_a_fetch()
+        )
+
+    def restart(self) -> None:
+        """Go on after a bring-up: what was stuck has yet to change."""
+        self._inertial.restart()
+        self._field.restart()
+
+    def check(self, counts: Counts) -> None:
+        """Check acceleration and rate. Raises Stuck or Implausible."""
+        self._inertial.check(counts)
+        self._gravity.check(*counts[:3])
+
+    def has_field(self, counts: Counts) -> bool:
+        """Check a field; False for one that is stuck."""
+        try:
+            self._field.check(counts)
+        except Stuck as error:
+            self.stuck_field = error.axis, error.value, error.readings
+            return False
+        self.stuck_field = None
+        return True
+
+
 class FieldDecoder:
     """Turns the AK8963's part of a burst into tesla in body axes.
 
-    `sensitivity` is in tesla per count of the AK8963's own axes. `repeats` counts measurements in a
-    row of which not one bit changed: the MPU-9250 keeps what it fetched last when the AK8963 stops
-    answering, or is not asked any more because its auxiliary bus hangs. A living one is never that
-    quiet, a model of a field without noise is. After `STALE_AFTER` of them there is no field until
-    a bit changes.
+    `sensitivity` is in tesla per count of the AK8963's own axes.
     """
 
     def __init__(self, place: str, mounting: Mounting, sensitivity: Vector) -> None:
         magnetometer = mounting.of(MAGNETOMETER_AXES)
-        self.repeats = 0
         self._place = place
         self._axes = magnetometer.axes
         self._factors = magnetometer.factors(sensitivity)
-        self._last = b""
 
-    def decode(self, measurement: bytes) -> tuple[Vector | None, bool]:
-        """Give the field, None if there is no new one, and whether it overflowed.
+    def decode(self, measurement: bytes, checks: InertialChecks) -> tuple[Vector | None, bool]:
+        """Give the field, None if there is no new one that lives, and whether it overflowed.
 
         Raises NotReady if all is zero: ST2 echoes 16 bits as long as the AK8963 measures as brought
         up, so it or the whole chip was reset, and then ranges and axes are not what we set either.
         """
-        if measurement == self._last:
-            self.repeats += 1
-        else:
-            self.repeats = 0
-            self._last = measurement
         st1, hx, hy, hz, st2 = MEASUREMENT.unpack(measurement)
         if st1 & DRDY and st2 & (HOFL | BITM) == BITM:
-            if self.repeats > STALE_AFTER:
-                return None, False
             field = (hx, hy, hz)
+            if not checks.has_field(field):
+                return None, False
             i, j, k = self._axes
             x, y, z = self._factors
             return (field[i] * x, field[j] * y, field[k] * z), False
@@ -125,10 +166,13 @@ class BurstDecoder:
         self._acceleration = mounting.factors((acceleration_range / COUNTS_FULL_SCALE,) * 3)
         self._rate = mounting.factors((rate_range / COUNTS_FULL_SCALE,) * 3)
 
-    def decode(self, burst: bytes, rate_bias: Vector = NO_BIAS) -> InertialSample:
+    def decode(
+        self, burst: bytes, checks: InertialChecks, rate_bias: Vector = NO_BIAS
+    ) -> InertialSample:
         """Turn one burst into a sample, its rate without a bias in rad/s, body axes.
 
-        Raises NotReady if there is none since the burst before, or none at all.
+        Raises NotReady if there is none since the burst before, or none at all; Stuck and
+        Implausible for one that shows that a sensor is dead.
         """
         enabled = RAW_RDY_EN
         if self.field is None:
@@ -146,9 +190,10 @@ class BurstDecoder:
             )
         if not status & RAW_DATA_RDY:
             raise NotReady(f"{self._place}: INT_STATUS reads {status:02x}, expected a new sample")
+        checks.check((ax, ay, az, gx, gy, gz))
         field, overflow = None, False
         if self.field is not None:
-            field, overflow = self.field.decode(burst[_FIELD_AT:])
+            field, overflow = self.field.decode(burst[_FIELD_AT:], checks)
         acceleration, rate = (ax, ay, az), (gx, gy, gz)
         i, j, k = self._axes
         (px, py, pz), (qx, qy, qz) = self._acceleration, self._rate

@@ -6,6 +6,7 @@ from typing import Final
 from msgspec import Struct
 
 from drivers.chips.ak8963 import MEASUREMENT_HZ
+from drivers.chips.liveness import fresh_noise
 from drivers.chips.mounting import parse_mounting
 from firmware_runtime.errors import SettingError
 
@@ -14,6 +15,11 @@ GYRO_RANGES_DPS: Final = (250, 500, 1000, 2000)
 ACCEL_RANGES_G: Final = (2, 4, 8, 16)
 BANDWIDTHS_HZ: Final = (184, 92, 41, 20, 10, 5)
 """Gyroscope bandwidths of DLPF_CFG 1 to 6, the settings at which the chip samples at 1 kHz / n."""
+
+COUNTS_FULL_SCALE: Final = 32768
+ACCELERATION_NOISE_G: Final = 300e-6
+RATE_NOISE_DPS: Final = 0.01
+"""Typical noise densities per root of a hertz (PS-MPU-9250A-01 rev. 1.1, tables 1 and 2)."""
 
 
 class Mpu9250Settings(Struct, frozen=True, kw_only=True):
@@ -32,6 +38,9 @@ class Mpu9250Settings(Struct, frozen=True, kw_only=True):
     """Sensor axes along body x, y and z: see `drivers.chips.mounting`."""
     also_accept: tuple[int, ...] = ()
     """WHO_AM_I values the user vouches for, beside the known ones."""
+    mean_acceleration_g: tuple[float, float] = (0.6, 1.6)
+    """Least and most specific force on average of some seconds; a racer in its curves feels more.
+    """
 
     def faults(self) -> tuple[str, ...]:
         """List every setting the chip cannot have, a sentence each."""
@@ -46,11 +55,29 @@ class Mpu9250Settings(Struct, frozen=True, kw_only=True):
         ]
         if not 4 <= self.sample_hz <= INTERNAL_HZ or INTERNAL_HZ % self.sample_hz:
             faults.append(f"sample_hz: {self.sample_hz}, expected a divisor of 1000 from 4 to 1000")
+        least, most = self.mean_acceleration_g
+        if not 0.0 <= least < 1.0 < most < math.inf:
+            faults.append(
+                f"mean_acceleration_g: {least}, {most}, expected a number below 1 and one above"
+            )
         try:
             parse_mounting(self.mounting)
         except SettingError as error:
             faults.append(str(error))
         return tuple(faults)
+
+    def fresh_counts(self) -> tuple[float, ...]:
+        """Deviation of the fresh noise of acceleration and rate, x y z of each, in counts."""
+        acceleration, rate = (
+            fresh_noise(density * math.sqrt(self.bandwidth_hz), self.bandwidth_hz, self.sample_hz)
+            * COUNTS_FULL_SCALE
+            / full_scale
+            for density, full_scale in (
+                (ACCELERATION_NOISE_G, self.accel_range_g),
+                (RATE_NOISE_DPS, self.gyro_range_dps),
+            )
+        )
+        return (acceleration,) * 3 + (rate,) * 3
 
     def registers(self) -> bytes:
         """Contents of SMPLRT_DIV, CONFIG, GYRO_CONFIG, ACCEL_CONFIG and ACCEL_CONFIG2."""

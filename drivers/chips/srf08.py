@@ -8,6 +8,11 @@ Range and gain are forgotten with the supply and cannot be read back, so they ar
 ranging: a sonar that lost power is as set again with the next one. A short range wants a low gain,
 or a late echo of the ping before is taken for a target.
 
+A wall that stands still is told from a sonar that does by asking in another unit: after
+`SAME_BEFORE_PROOF` equal echoes one ranging is in microseconds, and a chip that ranges answers 58
+times as much. One that answers the same is stuck. No echo is 0 in every unit: whether its
+transducers still work cannot be known.
+
 Not used: further echoes, light sensor, ANN mode, broadcast ranging, change of address. The chip has
 no identity; a ranging that another program started looks like one of ours, and a chip that lost its
 supply while it ranged looks like one that received no echo.
@@ -20,7 +25,7 @@ from typing import Final
 
 from drivers.chips.step import Step
 from firmware_runtime.errors import SettingError
-from firmware_runtime.hal.errors import NoAcknowledge, NotReady, WrongDevice
+from firmware_runtime.hal.errors import NoAcknowledge, NotReady, Stuck, WrongDevice
 from firmware_runtime.hal.i2c import I2cBus, Message
 
 ADDRESSES: Final = range(0x70, 0x80)
@@ -32,6 +37,8 @@ REVISION: Final = 0x00
 GAIN: Final = 0x01
 RANGE: Final = 0x02
 RANGE_IN_CENTIMETRES: Final = 0x51
+RANGE_IN_MICROSECONDS: Final = 0x52
+SAME_BEFORE_PROOF: Final = 16
 
 RANGE_STEP_M: Final = 0.043
 RANGE_STEP_NS: Final = 250_000
@@ -47,6 +54,8 @@ FIRST_ECHO: Final = struct.Struct(">BxH")
 """Software revision, light sensor, first echo in cm: registers 0 to 3."""
 MOST_CM: Final = 1101
 """The longest range, rounded up; more cannot be an echo."""
+MICROSECONDS_PER_CM: Final = 1e-2 / 172e-6
+"""There and back at the chip's 344 m/s."""
 TRAFFIC: Final[tuple[tuple[Message, ...], ...]] = (
     *((bytes(2),) for _ in range(3)),
     (bytes((REVISION,)), FIRST_ECHO.size),
@@ -102,6 +111,9 @@ class Srf08:
         self.limits_m = (NEAREST_M, (1 + settings.range_register()) * RANGE_STEP_M)
         self._setup = ((GAIN, settings.gain), (RANGE, settings.range_register()))
         self._is_ranging = False
+        self._echo = 0
+        self._same = 0
+        """Echoes in a row that were equal to the last bit, in whatever unit."""
         self.line = self._bus = bus
 
     def bring_up(self) -> tuple[Step, ...]:
@@ -139,7 +151,7 @@ class Srf08:
         """
         self._is_ranging = False
         try:
-            for register, value in (*self._setup, (COMMAND, RANGE_IN_CENTIMETRES)):
+            for register, value in (*self._setup, (COMMAND, self._unit())):
                 self._bus.write(self.address, bytes((register, value)))
         except NoAcknowledge as error:
             raise NoAcknowledge(
@@ -152,7 +164,8 @@ class Srf08:
 
         One burst of 7 bytes, 0.17 ms at 400 kHz. Not before `ranging_ns` have passed.
         Raises NotReady if no ranging was started or the chip does not answer yet, and when it is
-        gone it never does; NotReady too if the bytes cannot be an echo.
+        gone it never does; NotReady too if the bytes cannot be an echo. Stuck if they stay the same
+        in another unit.
         """
         if not self._is_ranging:
             raise NotReady(f"{self.place}: no ranging to read, expected one started and not read")
@@ -163,11 +176,25 @@ class Srf08:
                 f"{self.place}: no answer, expected the echo {self.ranging_ns / 1e6:g} ms after "
                 "the ping; it still ranges, or is gone"
             ) from error
-        revision, centimetres = FIRST_ECHO.unpack(found)
-        if revision in NO_REVISION or centimetres > MOST_CM:
+        revision, echo = FIRST_ECHO.unpack(found)
+        in_proof = self._unit() == RANGE_IN_MICROSECONDS
+        self._same = self._same + 1 if echo == self._echo else 0
+        self._echo = echo
+        if in_proof and echo and self._same:
+            self._is_ranging = False
+            raise Stuck(self.place, "echo", echo, self._same + 1)
+        if in_proof:
+            self._same, self._echo = 0, 0
+            echo = round(echo / MICROSECONDS_PER_CM)
+        if revision in NO_REVISION or echo > MOST_CM:
             raise NotReady(
                 f"{self.place}: registers 0 to 3 read {found.hex(' ')}, expected a revision from "
                 f"01 to fe and an echo of {MOST_CM} cm at most"
             )
         self._is_ranging = False
-        return centimetres / 100 if centimetres else math.inf
+        return echo / 100 if echo else math.inf
+
+    def _unit(self) -> int:
+        """The command of a ranging: in centimetres, unless an echo stood still for long."""
+        is_due = self._echo and self._same >= SAME_BEFORE_PROOF
+        return RANGE_IN_MICROSECONDS if is_due else RANGE_IN_CENTIMETRES

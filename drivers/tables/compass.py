@@ -1,8 +1,6 @@
 """A compass on I2C: a CMPS12 (or CMPS14), or an HMC5883L at its one address."""
 
-from typing import Annotated, TypeAlias
-
-from msgspec import Meta
+from typing import TypeAlias
 
 from drivers.chips import cmps12, hmc5883l
 from drivers.chips.cmps12 import Cmps12
@@ -23,8 +21,6 @@ class CompassKeys(Settings, frozen=True, kw_only=True, tag_field="chip"):
     counterclockwise: bool = False
     """Headings grow to the left, as those of a compass mounted upside down do."""
     offset_deg: float = 0.0
-    stuck_after: Annotated[int, Meta(ge=2)] = 50
-    """Readings in a row without any change that count as a compass that hangs."""
 
     def model(self, *, whole_degrees: bool) -> CompassSettings:
         """How often to read, and how headings count."""
@@ -33,7 +29,6 @@ class CompassKeys(Settings, frozen=True, kw_only=True, tag_field="chip"):
             whole_degrees=whole_degrees,
             counterclockwise=self.counterclockwise,
             offset_deg=self.offset_deg,
-            stuck_after=self.stuck_after,
         )
 
 
@@ -44,7 +39,7 @@ class Cmps12Table(CompassKeys, frozen=True, kw_only=True, tag="cmps12"):
 
     def chip(self, lines: Lines) -> Cmps12:
         """The chip on its bus."""
-        return Cmps12(lines.buses[self.bus], self.address)
+        return Cmps12(lines.buses[self.bus], self.address, period_ns=seconds(self.period_s))
 
     def device(self, key: str) -> Device:
         """Where it is."""

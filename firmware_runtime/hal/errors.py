@@ -49,6 +49,47 @@ class NotReady(HalError):
     """The device answered, but has no valid value yet. Never replaced by zeros."""
 
 
+class DeadReading(HalError):
+    """A part answered, and its answer shows that it does not measure: never passed on as a value.
+
+    `where` names the part; `axis` says which of its quantities, in words, and `value` what that
+    reads, in counts unless the sentence has a unit; `readings` is how many in a row showed it.
+    """
+
+    def __init__(self, where: str, axis: str, value: float, readings: int, what: str) -> None:
+        self.where = where
+        self.axis = axis
+        self.value = value
+        self.readings = readings
+        super().__init__(f"{where}: {axis} {what}")
+
+
+class Stuck(DeadReading):
+    """A reading, or a bit of it, stays the same for longer than the part's own noise allows."""
+
+    def __init__(self, where: str, axis: str, value: float, readings: int) -> None:
+        super().__init__(
+            where,
+            axis,
+            value,
+            readings,
+            f"reads {value:g} in {readings} readings in a row, expected some noise; it hangs",
+        )
+
+
+class Implausible(DeadReading):
+    """A reading that no working part gives here: beyond its range, or against another source.
+
+    `expected` ends the sentence, and names the unit.
+    """
+
+    def __init__(
+        self, where: str, axis: str, value: float, expected: str, *, readings: int = 1
+    ) -> None:
+        self.expected = expected
+        super().__init__(where, axis, value, readings, f"is {value:.4g}, expected {expected}")
+
+
 _BY_ERRNO: dict[int, tuple[type[HalError], str]] = {
     # bcm2835 and designware report 121, i2c-gpio and i2c-tiny-usb 6
     errno.EREMOTEIO: (NoAcknowledge, "not acknowledged, expected a device that answers"),

@@ -7,6 +7,7 @@ or not anything is coupled to the port.
 from typing import NamedTuple
 
 from firmware_runtime.errors import FirmwareRuntimeError, text_of
+from firmware_runtime.hal.errors import DeadReading
 
 
 class Fault(NamedTuple):
@@ -18,8 +19,18 @@ class Fault(NamedTuple):
     """One sentence: where, what, expected."""
     consecutive: int
     """How many in a row of this model, this one included."""
+    axis: str = ""
+    """Which quantity is dead or implausible, of `Stuck` and `Implausible`; empty for any other."""
+    value: float = 0.0
+    """What it reads, in the unit of the sentence."""
+    duration: int = 0
+    """Ns for which it has read so; 0 where the model reads at no period."""
 
     @classmethod
-    def of(cls, error: FirmwareRuntimeError, consecutive: int) -> "Fault":
-        """The fault that an error stands for."""
-        return cls(type(error).__name__, text_of(error), consecutive)
+    def of(cls, error: FirmwareRuntimeError, consecutive: int, period: int = 0) -> "Fault":
+        """The fault that an error stands for; `period` is the ns from reading to reading."""
+        kind, reason = type(error).__name__, text_of(error)
+        if not isinstance(error, DeadReading):
+            return cls(kind, reason, consecutive)
+        value, duration = float(error.value), error.readings * period
+        return cls(kind, reason, consecutive, error.axis, value, duration)

@@ -23,6 +23,7 @@ from firmware_runtime.devs.time import MICROSECOND, MILLISECOND, NEVER
 from sim_doubles.chips.protocol_warnings import ProtocolWarnings
 from sim_doubles.clock import Now
 from sim_doubles.i2c_target import Target
+from sim_doubles.worlds.noise import part_noise
 
 Vector: TypeAlias = tuple[float, float, float]
 
@@ -62,6 +63,7 @@ START_UP = 100 * MICROSECOND
 
 COARSE, FINE = (0.6e-6, 8190), (0.15e-6, 32760)  # T per LSB and largest value, 14 and 16 bit
 OVERFLOW_T = 4912e-6
+NOISE_T = 0.3e-6  # the data sheet states none; what users measure
 SELF_TEST_T = (30 * 0.15e-6, -40 * 0.15e-6, -1800 * 0.15e-6)
 
 DATA = Struct("<3h")
@@ -71,7 +73,8 @@ NEXT = bytes([*range(1, 0x0D), 0, 0x0E, 0x0F, 0x10, 0x11, 0x12, 0x10, *range(0x1
 class Ak8963Double(Target):
     """An AK8963; `field` gives the flux density in T at an instant (ns), in the MPU's axes.
 
-    `asa` are the factory sensitivity values. `host_reaches` returns whether the host's bus is
+    `asa` are the factory sensitivity values. `noise_seed` chooses the noise; None where the field
+    is noisy already, or a test wants exact values. `host_reaches` returns whether the host's bus is
     switched through to the die, once its MPU has taken every sample due by now; `Mpu9250Double`
     sets it.
     """
@@ -82,12 +85,14 @@ class Ak8963Double(Target):
         field: Callable[[int], Vector],
         *,
         asa: tuple[int, int, int] = (176, 177, 164),
+        noise_seed: int | None = 1,
     ) -> None:
         self.host_reaches: Callable[[], bool] | None = None
         self.warnings = ProtocolWarnings("AK8963")
         self._now = now
         self._field = field
         self._asa = asa
+        self._noise = part_noise("AK8963", noise_seed, NOISE_T)
         self._registers = bytearray(256)
         self._pointer = 0
         self._in_transaction = self._expects_pointer = self._is_hosts = False
@@ -221,6 +226,9 @@ class Ak8963Double(Target):
         if registers[ASTC] & SELF and registers[CNTL1] & 0x0F == SELF_TEST:
             return SELF_TEST_T
         x, y, z = self._field(at)
+        if self._noise is not None:
+            noise_x, noise_y, noise_z = self._noise.at(at)
+            x, y, z = x + noise_x, y + noise_y, z + noise_z
         return y, x, -z
 
     def _counts(self, field: Vector, lsb: float, largest: int) -> list[int]:

@@ -12,12 +12,13 @@ sees a field of 20 uT north and 40 uT down, the accelerometer gravity. Assumed, 
 silent: x is forward, y left and z up; pitch is positive nose up, roll positive with the right side
 down.
 
-Not modelled: calibrating by motion: the test or the world sets `calibration_state`; the 10 ms
-or so between the compass's own updates; noise of the raw sensors. Assumed where the page is silent:
-values are rounded to the nearest unit and taken at START, so that the two bytes of a bearing belong
-together; the 256ths are cut off; a byte within 20 ms of the last is lost and breaks a sequence off;
-after power-up the calibration state is the stored profile's, 0 without one; registers above 30 read
-0xFF.
+The raw magnetometer has its noise, 0.6 uT (Bosch BMM150 data sheet, regular preset), new twenty
+times a second. Not modelled: calibrating by motion: the test or the world sets `calibration_state`;
+the 10 ms or so between the compass's own updates; noise of the other raw sensors. Assumed where the
+page is silent: values are rounded to the nearest unit and taken at START, so that both bytes of a
+bearing belong together; the 256ths are cut off; a byte within 20 ms of the last is lost and breaks
+a sequence off; after power-up the calibration state is the stored profile's, 0 without one;
+registers above 30 read 0xFF.
 """
 
 import math
@@ -25,7 +26,7 @@ from collections.abc import Callable
 from struct import Struct
 from typing import TypeAlias
 
-from firmware_runtime.devs.time import MILLISECOND
+from firmware_runtime.devs.time import MILLISECOND, NEVER
 from sim_doubles.chips.command_sequence import (
     CHANGE_ADDRESS,
     CommandSequence,
@@ -35,6 +36,7 @@ from sim_doubles.chips.command_sequence import (
 from sim_doubles.chips.protocol_warnings import ProtocolWarnings
 from sim_doubles.chips.register_target import RegisterTarget
 from sim_doubles.clock import Now
+from sim_doubles.worlds.noise import part_noise
 
 Vector: TypeAlias = tuple[float, float, float]
 
@@ -60,6 +62,7 @@ CALIBRATED = 0xFF  # system, gyro, accelerometer, magnetometer: 3 each
 
 NORTH_UT, DOWN_UT = 20.0, 40.0
 GRAVITY_M_S2 = 9.80665
+NOISE_UT, MAGNETOMETER_PERIOD = 0.6, 50 * MILLISECOND
 PER_UT, PER_M_S2, PER_DEGREE_S = 16, 100, 16
 LARGEST = 32767
 
@@ -79,7 +82,9 @@ class Cmps12Double(RegisterTarget):
 
     `pitch_roll_deg` gives both in degrees, `rate_rad_s` what the raw gyro measures. Each is called
     once a transaction, at an instant in ns. World face: `calibration_state` as register 30 shows
-    it, `temperature_c`; `stored_state` is the state the stored profile holds, None without one.
+    it, `temperature_c`; `stored_state` is the state the stored profile holds, None without one;
+    from `hangs_from` on, an instant in ns, no register changes. `noise_seed` chooses the noise;
+    None for exact values.
     """
 
     def __init__(  # noqa: PLR0913 (what varies between modules, one line each)
@@ -93,6 +98,7 @@ class Cmps12Double(RegisterTarget):
         calibration_state: int = CALIBRATED,
         temperature_c: float = 25.0,
         version: int = 7,
+        noise_seed: int | None = 1,
     ) -> None:
         super().__init__(now, checked_address("CMPS12", address, ADDRESSES))
         self.warnings = ProtocolWarnings(f"CMPS12 0x{address:02x}")
@@ -103,6 +109,8 @@ class Cmps12Double(RegisterTarget):
         self._pitch_roll_deg = pitch_roll_deg
         self._rate_rad_s = rate_rad_s
         self._version = version
+        self._noise = part_noise(f"CMPS12 0x{address:02x}", noise_seed, NOISE_UT)
+        self.hangs_from = NEVER
         self._registers = bytes(REGISTERS)
         self._next_command_at = self._at
         self._sequences = (
@@ -122,7 +130,8 @@ class Cmps12Double(RegisterTarget):
     # Bus face
 
     def _begin(self) -> None:
-        self._registers = self._measured()
+        if self._at < self.hangs_from:
+            self._registers = self._measured()
 
     def _read_register(self, register: int) -> int:
         return self._registers[register] if register < REGISTERS else 0xFF
@@ -168,7 +177,10 @@ class Cmps12Double(RegisterTarget):
         registers[BEARING : BEARING + 2] = tenths.to_bytes(2, "big")
         registers[PITCH] = _whole(pitch, 90) & 0xFF
         registers[ROLL] = _whole(roll, 90) & 0xFF
-        raw = raw_sensors(bearing, pitch, roll, self._rate_rad_s(self._at))
+        noise_ut = (0.0, 0.0, 0.0)
+        if self._noise is not None:
+            noise_ut = self._noise.at(self._at // MAGNETOMETER_PERIOD)
+        raw = raw_sensors(bearing, pitch, roll, self._rate_rad_s(self._at), noise_ut)
         registers[RAW : RAW + len(raw)] = raw
         registers[TEMPERATURE] = _whole(self.temperature_c, 127) & 0xFF
         sixteenths = round(bearing * 16) % 5760
@@ -183,14 +195,20 @@ def _whole(value: float, largest: int) -> int:
     return max(-largest, min(largest, round(value)))
 
 
-def raw_sensors(bearing_deg: float, pitch_deg: float, roll_deg: float, rate_rad_s: Vector) -> bytes:
+def raw_sensors(
+    bearing_deg: float,
+    pitch_deg: float,
+    roll_deg: float,
+    rate_rad_s: Vector,
+    noise_ut: Vector = (0.0, 0.0, 0.0),
+) -> bytes:
     """Magnetometer, accelerometer and gyro, x, y and z of each, as 18 register bytes."""
     bearing = math.radians(bearing_deg)
     level_ut = (NORTH_UT * math.cos(bearing), NORTH_UT * math.sin(bearing), -DOWN_UT)
     field_ut = _tilted(level_ut, pitch_deg, roll_deg)
     force_m_s2 = _tilted((0.0, 0.0, GRAVITY_M_S2), pitch_deg, roll_deg)
     return _RAW.pack(
-        *(_word(axis * PER_UT) for axis in field_ut),
+        *(_word((axis + noise) * PER_UT) for axis, noise in zip(field_ut, noise_ut, strict=True)),
         *(_word(axis * PER_M_S2) for axis in force_m_s2),
         *(_word(math.degrees(axis) * PER_DEGREE_S) for axis in rate_rad_s),
     )

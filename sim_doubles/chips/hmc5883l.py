@@ -4,14 +4,15 @@ Modelled: identity, single and continuous measuring with their times, gain, the 
 overflow (-4096) by axis, LOCK, RDY, self-test bias, both pointer loops, and that the first
 measurement after a change of gain still has the old one.
 
-Not modelled: noise, so averaging changes nothing; the DRDY pin; high-speed I2C. Assumed where the
-data sheet is silent: the field is taken when its measurement ends; the first one ends 6 ms after
-MODE or CRA was written, the following ones at the rate; idle after a single one reads as 2; the
-single measurement of the power-up value of MODE is carried out; RDY is 0 in the 250 us before new
-data; in self-test the data are the bias alone, since the external field is subtracted; a reserved
-rate or bias measures nothing.
+Noise is the data sheet's, 2 mG of eight samples averaged. Not modelled: the DRDY pin; high-speed
+I2C. Assumed where the data sheet is silent: the field is taken when its measurement ends; the first
+one ends 6 ms after MODE or CRA was written, the following ones at the rate; idle after a single one
+reads as 2; the single measurement of the power-up value of MODE is carried out; RDY is 0 in the 250
+us before new data; in self-test the data are the bias alone, since the external field is
+subtracted; a reserved rate or bias measures nothing.
 """
 
+import math
 from collections.abc import Callable
 from struct import Struct
 from typing import TypeAlias
@@ -20,6 +21,7 @@ from firmware_runtime.devs.time import MICROSECOND, MILLISECOND, NEVER
 from sim_doubles.chips.protocol_warnings import ProtocolWarnings
 from sim_doubles.chips.register_target import RegisterTarget
 from sim_doubles.clock import Now
+from sim_doubles.worlds.noise import part_noise
 
 Vector: TypeAlias = tuple[float, float, float]
 
@@ -45,6 +47,7 @@ PERIODS = (  # 0.75, 1.5, 3, 7.5, 15, 30, 75 Hz, reserved
 )
 LSB_PER_GAUSS = (1370, 1090, 820, 660, 440, 390, 330, 230)
 GAUSS_PER_T = 1e4
+NOISE_T = 2e-7  # of eight samples averaged
 SELF_TEST_GAUSS = (1.16, 1.16, 1.08)
 LEAST, LARGEST, OVERFLOW = -2048, 2047, -4096
 
@@ -58,13 +61,18 @@ class Hmc5883lDouble(RegisterTarget):
     """An HMC5883L at 0x1E; `field` gives the flux density in T at an instant (ns), in its axes.
 
     A plant whose state depends on the host's writes must see every measurement that ended before
-    it moves on: call `catch_up` first.
+    it moves on: call `catch_up` first. `noise_seed` chooses the noise; None for exact values. From
+    `hangs_from` on, an instant in ns, its data stay as they are, whatever is measured.
     """
 
-    def __init__(self, now: Now, field: Callable[[int], Vector]) -> None:
+    def __init__(
+        self, now: Now, field: Callable[[int], Vector], *, noise_seed: int | None = 1
+    ) -> None:
         super().__init__(now, ADDRESS)
         self.warnings = ProtocolWarnings("HMC5883L")
+        self.hangs_from = NEVER
         self._field = field
+        self._noise = part_noise("HMC5883L", noise_seed, NOISE_T)
         self._registers = bytearray(POWER_UP)
         self._lands_at = NEVER
         self._read = 0  # the data registers read since all six were, a bit each
@@ -166,9 +174,11 @@ class Hmc5883lDouble(RegisterTarget):
         gain, self._gain = self._gain, self._next_gain
         if self._read:
             return
+        self._ready = True
+        if at >= self.hangs_from:
+            return
         x, y, z = (_counts(gauss, gain) for gauss in self._measured_gauss(at))
         self._registers[DXRA : DYRB + 1] = DATA.pack(x, z, y)
-        self._ready = True
 
     def _measured_gauss(self, at: int) -> Vector:
         if self._bias:
@@ -176,6 +186,10 @@ class Hmc5883lDouble(RegisterTarget):
             x, y, z = SELF_TEST_GAUSS
             return sign * x, sign * y, sign * z
         x, y, z = self._field(at)
+        if self._noise is not None:
+            share = math.sqrt(8 >> (self._registers[CRA] >> 5 & 0x03))
+            noise_x, noise_y, noise_z = self._noise.at(at)
+            x, y, z = x + share * noise_x, y + share * noise_y, z + share * noise_z
         return x * GAUSS_PER_T, y * GAUSS_PER_T, z * GAUSS_PER_T
 
 

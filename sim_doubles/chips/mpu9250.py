@@ -8,7 +8,7 @@ itself; what it did is worked out when it is looked at, every sample at its own 
 order. After a silence longer than its memory the work is bounded (`mpu9250_sample_clock`).
 
 Not modelled: cycle mode and wake-on-motion (registers only), FSYNC, the interrupt pin, DMP, time on
-either bus, noise. Assumed: registers hold their power-up values during an H_RESET and writes are
+either bus. Assumed: registers hold their power-up values during an H_RESET and writes are
 lost; data registers keep the last sample in sleep.
 """
 
@@ -62,7 +62,8 @@ class Mpu9250Double(Target):
     The truth is in the chip's axes and called once a sample, in order of time. `who_am_i` 0x70
     and no magnetometer make it the MPU-6500 found on many modules. With a `magnetometer` put
     `targets` on the bus: the host reaches it at 0x0C through the bypass. `samples` counts the
-    samples taken, without those that left no trace.
+    samples taken, without those that left no trace. `noise_seed` chooses the part's noise; None
+    where the truth is noisy already, or a test wants exact values: a driver finds such a part dead.
 
     A plant whose state depends on the host's writes must see every sample taken before it moves
     on: call `catch_up` first, for example in `Pca9685Double.before_change`.
@@ -77,6 +78,7 @@ class Mpu9250Double(Target):
         who_am_i: int = 0x71,
         magnetometer: Ak8963Double | None = None,
         reset_time: int = RESET_TIME,
+        noise_seed: int | None = 1,
     ) -> None:
         self.address = address
         self.warnings = ProtocolWarnings(f"MPU-9250 0x{address:02x}")
@@ -88,7 +90,8 @@ class Mpu9250Double(Target):
         self._power_up = power_up(who_am_i)
         self._registers = bytearray(self._power_up)
         self._clock = SampleClock()
-        self._signal_path = SignalPath(self._registers)
+        self._signal_path = SignalPath(self._registers, f"MPU-9250 0x{address:02x}", noise_seed)
+        self._sampled_at = 0
         self._master = AuxiliaryMaster(self._registers, magnetometer)
         self._fifo = Fifo(self._registers, self.warnings)
         self._pointer = 0
@@ -228,7 +231,7 @@ class Mpu9250Double(Target):
 
     def _fill_data_registers(self) -> None:
         self._is_sample_due = False
-        self._registers[ACCEL_XOUT_H:EXT_SENS_DATA_00] = self._signal_path.sample()
+        self._registers[ACCEL_XOUT_H:EXT_SENS_DATA_00] = self._signal_path.sample(self._sampled_at)
 
     def _write_register(self, register: int, byte: int) -> None:
         if self._is_sample_due:  # by the settings it was taken with
@@ -286,6 +289,7 @@ class Mpu9250Double(Target):
 
     def _sample(self, at: int) -> None:
         self.samples += 1
+        self._sampled_at = at
         magnetometer = self._magnetometer
         if magnetometer is not None and at >= magnetometer.lands_at:
             magnetometer.advance(at)

@@ -5,6 +5,7 @@ late. Then scale and bias (full scale, offset, self-test deflection), rounding a
 """
 
 import math
+from collections.abc import Sequence
 from typing import TypeAlias
 
 from firmware_runtime.devs.time import MILLISECOND, NEVER
@@ -13,6 +14,7 @@ Values: TypeAlias = tuple[float, ...]
 """One for each axis."""
 
 LARGEST = 32767
+LEAST_DELAY_MS = 0.02  # of the sensors themselves, without any filter
 FORGOTTEN = 53 * math.log(2)
 """What is left of a value is below 2^-53 of it."""
 
@@ -24,6 +26,8 @@ class Sensor:
         self.ready_at = NEVER
         self._start_up = start_up
         self._gain = 1.0
+        self.noise = 0.0
+        """Standard deviation of white noise through the filter, of one of 1 in a root hertz."""
         self.memory = 0
         """How many samples back the filter remembers."""
         self._scale = self._bias = (0.0,) * axes
@@ -57,6 +61,8 @@ class Sensor:
     ) -> None:
         """Take the filter's delay, the sample period in ns, counts per SI unit, counts at 0."""
         self._gain = period / (period + delay_ms * MILLISECOND)
+        delay_s = max(delay_ms, LEAST_DELAY_MS) / 1000
+        self.noise = math.sqrt(1 / (4 * delay_s))
         lag = -math.log1p(-self._gain) if self._gain < 1 else math.inf
         self.memory = math.ceil(FORGOTTEN / lag)
         self._scale, self._bias = scale, bias
@@ -80,17 +86,26 @@ class Sensor:
         if self.values is None:
             return (0,) * len(self._scale)
         if self._counts is None:
-            counts = self._rounded(self.values, self._scale, self._bias)
-            if max(counts) > LARGEST or min(counts) < -LARGEST:
-                counts = tuple([_saturated(count) for count in counts])
-            self._counts = counts
+            self._counts = self._words(self.values)
         return self._counts
+
+    def noisy_counts(self, noise: Values) -> tuple[int, ...]:
+        """Return the output words with this noise, in SI units, on what was measured."""
+        if self.values is None:
+            return (0,) * len(self._scale)
+        return self._words([value + each for value, each in zip(self.values, noise, strict=True)])
+
+    def _words(self, values: Sequence[float]) -> tuple[int, ...]:
+        counts = self._rounded(values, self._scale, self._bias)
+        if max(counts) > LARGEST or min(counts) < -LARGEST:
+            return tuple([_saturated(count) for count in counts])
+        return counts
 
     def _closer(self, values: Values, truth: Values, gain: float) -> Values:
         """Values that have come closer to the truth by a share of the distance."""
         return tuple([old + gain * (new - old) for old, new in zip(values, truth, strict=True)])
 
-    def _rounded(self, values: Values, scales: Values, biases: Values) -> tuple[int, ...]:
+    def _rounded(self, values: Sequence[float], scales: Values, biases: Values) -> tuple[int, ...]:
         """The nearest words, beyond what a word holds as well."""
         axes = zip(values, scales, biases, strict=True)
         return tuple([round(value * scale + bias) for value, scale, bias in axes])
@@ -106,7 +121,7 @@ class TriaxialSensor(Sensor):
         (x, y, z), (to_x, to_y, to_z) = values, truth
         return x + gain * (to_x - x), y + gain * (to_y - y), z + gain * (to_z - z)
 
-    def _rounded(self, values: Values, scales: Values, biases: Values) -> tuple[int, ...]:
+    def _rounded(self, values: Sequence[float], scales: Values, biases: Values) -> tuple[int, ...]:
         (x, y, z), (scale_x, scale_y, scale_z) = values, scales
         bias_x, bias_y, bias_z = biases
         return (

@@ -1,10 +1,11 @@
 """The MPU-9250's three sensors, set up from its registers; the truth in SI goes in, bytes come out.
 
-All three follow one sample clock. No noise: the truth brings its own. An axis that is switched off
-reads 0, and so does a thermometer that is (PD_PTAT).
+All three follow one sample clock. Acceleration and rate have the data sheet's noise, 300 ug and
+0.01 degrees/s in a root hertz, in the bandwidth that the filter leaves; it belongs to a sample's
+instant. An axis that is switched off reads 0, and so does a thermometer that is (PD_PTAT).
 
 Source: InvenSense RM-MPU-9250A rev. 1.6 (its accelerometer filters differ from rev. 1.4), product
-specification for start-up, AN-MPU-9250A-03 for self-test.
+specification rev. 1.1 for noise and start-up, AN-MPU-9250A-03 for self-test.
 """
 
 import math
@@ -29,12 +30,15 @@ from sim_doubles.chips.mpu9250_registers import (
 )
 from sim_doubles.chips.mpu9250_sensor import Sensor, TriaxialSensor
 from sim_doubles.inertial_truth import Inertia
+from sim_doubles.worlds.noise import part_noise
 
 ACCEL_START_UP = 20 * MILLISECOND
 GYRO_START_UP = 35 * MILLISECOND
 
 FULL_SCALE_COUNTS = 32768
 G_M_S2 = 9.80665
+ACCEL_NOISE_M_S2 = 300e-6 * G_M_S2  # in a root hertz, as the next
+GYRO_NOISE_RAD_S = math.radians(0.01)
 TEMPERATURE_LSB, TEMPERATURE_ZERO_C = 333.87, 21.0
 SELF_TEST_LSB, SELF_TEST_STEP = 2620, 1.01
 ACCEL_OFFSET_LSB = 16  # counts at +-2 g of one offset step, 1/1024 g, printed as 0.98 mg
@@ -51,8 +55,10 @@ SAMPLE = Struct(">7h")
 class SignalPath:
     """Accelerometer, thermometer and gyroscope as the registers set them."""
 
-    def __init__(self, registers: bytearray) -> None:
+    def __init__(self, registers: bytearray, part: str, noise_seed: int | None) -> None:
         self._registers = registers
+        self._accel_noise = part_noise(f"{part} accelerometer", noise_seed)
+        self._gyro_noise = part_noise(f"{part} gyroscope", noise_seed)
         self.accelerometer = TriaxialSensor(ACCEL_START_UP)
         self.thermometer = Sensor(0, 1)
         self.gyroscope = TriaxialSensor(GYRO_START_UP)
@@ -103,11 +109,19 @@ class SignalPath:
         """How many samples back the filters remember."""
         return max(sensor.memory for sensor in self.sensors)
 
-    def sample(self) -> bytes:
-        """Return acceleration, temperature and rate as the data registers hold them."""
-        return SAMPLE.pack(
-            *self.accelerometer.counts(), *self.thermometer.counts(), *self.gyroscope.counts()
-        )
+    def sample(self, at: int) -> bytes:
+        """Return acceleration, temperature and rate of the sample of an instant, in bytes."""
+        accelerometer, gyroscope = self.accelerometer, self.gyroscope
+        if self._accel_noise is None or self._gyro_noise is None:
+            force, rate = accelerometer.counts(), gyroscope.counts()
+        else:
+            force = accelerometer.noisy_counts(
+                _scaled(self._accel_noise.at(at), ACCEL_NOISE_M_S2 * accelerometer.noise)
+            )
+            rate = gyroscope.noisy_counts(
+                _scaled(self._gyro_noise.at(at), GYRO_NOISE_RAD_S * gyroscope.noise)
+            )
+        return SAMPLE.pack(*force, *self.thermometer.counts(), *rate)
 
     def _find_ready(self) -> None:
         self._ready_at = max((sensor.ready_at for sensor in self.sensors if sensor.on), default=0)
@@ -156,6 +170,11 @@ def _with_self_test(bias: list[float], config: int, codes: tuple[int, ...]) -> l
         axis_bias + (largest * SELF_TEST_STEP ** (code - 1) if config & bit else 0.0)
         for axis_bias, code, bit in zip(bias, codes, (0x80, 0x40, 0x20), strict=True)
     ]
+
+
+def _scaled(triple: tuple[float, float, float], scale: float) -> tuple[float, float, float]:
+    x, y, z = triple
+    return (x * scale, y * scale, z * scale)
 
 
 def _axes(scale: float, bias: list[float], off: int) -> tuple[tuple[float, ...], tuple[float, ...]]:

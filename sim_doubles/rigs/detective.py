@@ -10,7 +10,7 @@ from boards.detective.wiring import DetectiveRobot
 from firmware_runtime.devs.component import Component
 from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.ports import OutPort
-from firmware_runtime.devs.time import SECOND
+from firmware_runtime.devs.time import NEVER, SECOND, seconds
 from firmware_runtime.hal.line_time import WireClock
 from firmware_runtime.hal.serial import SerialPort
 from firmware_runtime.models.state_diagram import StateDiagram
@@ -49,8 +49,19 @@ class DetectiveRig:
         self.log = ArenaLog(self.arena)
         add_sonar(settings.radar_sonar, wires, self.log.radar_echoes)
         add_sonar(settings.body_sonar, wires, self.log.body_echoes)
-        add_compass(settings.radar_compass, wires, self.arena.radar_bearing_deg)
-        add_compass(settings.body_compass, wires, self.arena.body_bearing_deg)
+        world = settings.world
+        add_compass(
+            settings.radar_compass,
+            wires,
+            self.arena.radar_bearing_deg,
+            _instant(world.radar_compass_stuck_s),
+        )
+        add_compass(
+            settings.body_compass,
+            wires,
+            self.arena.body_bearing_deg,
+            _instant(world.body_compass_stuck_s),
+        )
         self.ports: Mapping[str, SerialPort] = wires.ports
         self.buses: Mapping[str, I2cBusDouble] = wires.buses()
         self._probe = ArenaProbe(self.arena, now, self.catch_up)
@@ -141,9 +152,12 @@ class DetectiveRig:
 
 
 def _parameters(settings: DetectiveSettings) -> ArenaParameters:
-    """The arena as board.toml describes it; a compass without an instant never gets stuck."""
+    """The arena as board.toml describes it; that a compass hangs is its chip's matter."""
     table = msgspec.structs.asdict(settings.world)
-    for name in ("radar_compass_stuck_s", "body_compass_stuck_s"):
-        if table[name] is None:
-            table[name] = math.inf
+    del table["radar_compass_stuck_s"], table["body_compass_stuck_s"]
     return ArenaParameters(**table)
+
+
+def _instant(stated_s: float | None) -> int:
+    """When a compass hangs, in ns; one without an instant never does."""
+    return NEVER if stated_s is None or stated_s == math.inf else seconds(stated_s)

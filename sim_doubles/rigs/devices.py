@@ -8,6 +8,7 @@ from drivers.tables.compass import Cmps12Table, CompassTable
 from drivers.tables.sonar import MaxbotixTable, SonarTable
 from drivers.tables.treads import Md25Table, TreadTable
 from firmware_runtime.board.settings import BusSettings
+from firmware_runtime.devs.time import NEVER
 from firmware_runtime.hal.line_time import WireClock
 from firmware_runtime.hal.serial import SerialPort
 from sim_doubles.chips.cmps12 import Cmps12Double
@@ -85,13 +86,20 @@ def add_sonar(table: SonarTable, wires: Wires, echoes: Callable[[int], Sequence[
         wires.connect(table.bus, Srf08Double(wires.clock, table.address, echoes=echoes))
 
 
-def add_compass(table: CompassTable, wires: Wires, bearing_deg: Callable[[int], float]) -> None:
-    """Add a compass that points to the bearing of an instant, degrees clockwise from north."""
+def add_compass(
+    table: CompassTable, wires: Wires, bearing_deg: Callable[[int], float], hangs_from: int = NEVER
+) -> None:
+    """Add a compass that points to the bearing of an instant, degrees clockwise from north.
+
+    From `hangs_from` on, in ns, it answers the same.
+    """
     if isinstance(table, Cmps12Table):
         chip = Cmps12Double(wires.clock, table.address, bearing_deg=bearing_deg)
+        chip.hangs_from = hangs_from
         wires.connect(table.bus, chip)
     else:
         magnetometer = Hmc5883lDouble(wires.clock, lambda at: _field(bearing_deg(at)))
+        magnetometer.hangs_from = hangs_from
         wires.samplers.append(magnetometer)
         wires.connect(table.bus, magnetometer)
 

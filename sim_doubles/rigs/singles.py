@@ -74,11 +74,17 @@ def mpu9250(
     *,
     inertia: Callable[[int], InertialTruth] = _inertia,
     who_am_i: int = 0x71,
+    noise_seed: int | None = 1,
 ) -> Sequence[Target]:
     """An MPU-9250 with its magnetometer, which answers while the bypass is open."""
-    magnetometer = Ak8963Double(now, lambda at: inertia(at).field)
+    magnetometer = Ak8963Double(now, lambda at: inertia(at).field, noise_seed=noise_seed)
     return Mpu9250Double(
-        now, inertia, address, who_am_i=who_am_i, magnetometer=magnetometer
+        now,
+        inertia,
+        address,
+        who_am_i=who_am_i,
+        magnetometer=magnetometer,
+        noise_seed=noise_seed,
     ).targets
 
 
@@ -89,11 +95,15 @@ def ak8963(now: Now, address: int = 0x0C) -> Sequence[Target]:
 
 
 def hmc5883l(
-    now: Now, address: int = 0x1E, *, field: Callable[[int], Vector] = _field
+    now: Now,
+    address: int = 0x1E,
+    *,
+    field: Callable[[int], Vector] = _field,
+    noise_seed: int | None = 1,
 ) -> Hmc5883lDouble:
     """A magnetometer on a turntable that turns to and fro."""
     _only_at(0x1E, address)
-    return Hmc5883lDouble(now, field)
+    return Hmc5883lDouble(now, field, noise_seed=noise_seed)
 
 
 srf08 = partial(Srf08Double, echoes=_echoes)

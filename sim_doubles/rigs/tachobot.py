@@ -52,8 +52,10 @@ class TachobotRig:
         self.thrust.before_change = self.catch_up
         self.enable = enable_line(settings.output_enable, list(self.pwm_chips.values()))
         field, motion = self._felt()
-        self.magnetometer = Ak8963Double(now, field)
-        self.imu = Mpu9250Double(now, motion, imu.address, magnetometer=self.magnetometer)
+        self.magnetometer = Ak8963Double(now, field, noise_seed=None)
+        self.imu = Mpu9250Double(  # the world has its noise
+            now, motion, imu.address, magnetometer=self.magnetometer, noise_seed=None
+        )
         self._probe = TachobotProbe(self.world, now, self.catch_up)
         self._tracked: TrackingController | None = None
         wired[imu.bus] += self.imu.targets

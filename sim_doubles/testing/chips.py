@@ -42,7 +42,9 @@ def make(name: str, now: Now, /, **settings: object) -> object:
     An `address` of None is the chip's own as shipped.
     """
     double = chip_double(name).make
-    given = {key: value for key, value in settings.items() if value is not None}
+    given = dict(settings)
+    if given.get("address", ...) is None:
+        del given["address"]
     _check(name, double, given)
     stated = {**_AT_REST.get(name, {}), **given}
     for sense in _SENSES & stated.keys():

@@ -137,7 +137,6 @@ class Arena:
             InstantNoise(source, parameters.seed, parameters.compass_noise_deg),
             mounting=parameters.compass_mounting,
             offset_deg=getattr(parameters, f"{name}_compass_offset_deg"),
-            stuck_s=getattr(parameters, f"{name}_compass_stuck_s"),
         )
 
 

@@ -32,7 +32,6 @@ _FINITE: Final = (
     "radar_compass_offset_deg",
     "body_compass_offset_deg",
 )
-_INSTANTS: Final = ("radar_compass_stuck_s", "body_compass_stuck_s")
 _BETWEEN: Final = {
     "right_slip": (0.0, 0.9),
     "left_slip": (0.0, 0.9),
@@ -98,9 +97,6 @@ class ArenaParameters:
     radar_compass_offset_deg: float = 0.0
     """What the radar's compass shows too much."""
     body_compass_offset_deg: float = 0.0
-    radar_compass_stuck_s: float = math.inf
-    """When the radar's compass begins to show one and the same bearing."""
-    body_compass_stuck_s: float = math.inf
     seed: int = 1
     """Chooses the noise and the slip."""
     solver: Solver = "exact"
@@ -141,9 +137,6 @@ class ArenaParameters:
         return min(shape.distance(*centre) for shape in self.shapes) - self.body_radius_m
 
     def _choice_faults(self) -> Iterator[str]:
-        for name in _INSTANTS:
-            if not getattr(self, name) >= 0.0:
-                yield f"{name} is {getattr(self, name)}, expected 0 or more, inf for never"
         for name, (least, most) in _BETWEEN.items():
             if not least <= getattr(self, name) <= most:
                 yield f"{name} is {getattr(self, name)}, expected {least:g} to {most:g}"

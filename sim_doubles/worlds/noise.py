@@ -12,7 +12,7 @@ from hashlib import blake2b
 from importlib import import_module
 from typing import TypeAlias
 
-__all__ = ["InstantNoise"]
+__all__ = ["InstantNoise", "part_noise"]
 
 _CELL = 2.0**-52
 _WORDS = struct.Struct("<3Q")
@@ -54,6 +54,13 @@ class InstantNoise:
             scale * _quantile(((b >> 12) + 0.5) * _CELL, 0.0, 1.0),
             scale * _quantile(((c >> 12) + 0.5) * _CELL, 0.0, 1.0),
         )
+
+
+def part_noise(
+    part: str, seed: int | None, standard_deviation: float = 1.0
+) -> "InstantNoise | None":
+    """The noise of a part that has its own; None for no seed: the world's values are noisy."""
+    return None if seed is None else InstantNoise(part, seed, standard_deviation)
 
 
 @cache

@@ -69,7 +69,7 @@ def test_without_friction_or_lag_the_robot_is_the_plain_model(tmp_path: Path) ->
     assert figures["ours"]["model_yaw_rms_rad"] > 0.1
     assert {row["command_n"] for row in data} == {-0.2, 0.0, 0.2}
     plain = ["world.yaw_damping_nms=0", "world.coulomb_friction_nm=0", "world.static_friction_nm=0"]
-    plain += ["world.motor_lag_s=0", "world.gyro_noise_rad_s=0", "thrust_pairs.slew_per_s=1e6"]
+    plain += ["world.motor_lag_s=0", "world.gyro_noise_rad_s=0.0005", "thrust_pairs.slew_per_s=1e6"]
     words = [word for each in plain for word in ("--set", each)]
     near, _ = experiment("square-wave", tmp_path / "near", *words)
     assert near["ours"]["model_yaw_rms_rad"] < 0.02

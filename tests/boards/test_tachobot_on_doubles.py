@@ -57,7 +57,7 @@ def test_the_reported_duties_are_the_chips() -> None:
 
 def test_equation_one_holds_between_two_ticks() -> None:
     """The yaw acceleration is 2 R / Iz times the third command, once the motors have followed."""
-    robot = virtual_tachobot("world.motor_lag_s=0", "world.gyro_noise_rad_s=0")
+    robot = virtual_tachobot("world.motor_lag_s=0")
     robot.run(2)
     rates, commands = robot.values("world.yaw_rate_rad_s"), robot.values("controller.yaw.command_n")
     for n in range(1, 50):
@@ -83,9 +83,9 @@ def test_it_starts_off_and_stays_off_while_it_is_calibrated() -> None:
 
 
 def test_the_gyros_bias_is_measured_and_taken_off() -> None:
-    robot = virtual_tachobot("world.gyro_bias_rad_s=0.1", "world.gyro_noise_rad_s=0")
+    robot = virtual_tachobot("world.gyro_bias_rad_s=0.08")
     robot.run(1)
-    assert robot.model.imu.bias[2] == pytest.approx(0.1, abs=6e-4)
+    assert robot.model.imu.bias[2] == pytest.approx(0.08, abs=1e-3)
 
 
 def test_a_gyro_that_turns_at_the_start_is_not_calibrated() -> None:

@@ -125,10 +125,10 @@ def test_a_failure_is_reported_on_the_exit_line_and_in_the_statistics(
     path = tmp_path / "kept.stats"
     ended = command(*VIRTUAL, *stuck, "--json", "--statistics", path)
     assert ended.status == 1
-    assert "equal to the last bit" in ended.error
+    assert "readings in a row, expected some noise" in ended.error
     assert json.loads(ended.out)["result"]["found"] is False
     kept = json.loads(command("stats", "--statistics", path, "--json").out)
-    assert "equal to the last bit" in kept["conditions"]["run"]["reason"]
+    assert "readings in a row, expected some noise" in kept["conditions"]["run"]["reason"]
 
 
 def test_a_failure_may_leave_the_run_going_with_its_motors_stopped(

@@ -37,6 +37,7 @@ PARTS_OF_DRIVERS = {
     "__init__",
     "bearing",
     "h_bridge",
+    "liveness",
     "register_chip",
     "step",
     "setting",

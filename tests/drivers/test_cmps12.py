@@ -6,7 +6,7 @@ import pytest
 from drivers.chips.bearing import in_circle
 from drivers.chips.cmps12 import Cmps12
 from firmware_runtime.errors import SettingError
-from firmware_runtime.hal.errors import NoAcknowledge, NotReady, WrongDevice
+from firmware_runtime.hal.errors import Implausible, NoAcknowledge, NotReady, Stuck, WrongDevice
 from firmware_runtime.hal.i2c import I2cBus, Message
 
 Wire: TypeAlias = list[tuple[int, tuple[Message, ...]]]
@@ -54,11 +54,24 @@ def test_the_calibration_of_the_magnetometer_comes_with_it(
     assert chip.read_bearing().calibration == calibration
 
 
-def test_the_raw_bytes_hold_bearing_inclination_and_magnetometer(
+def test_a_bearing_whose_two_forms_differ_is_none(chip: Cmps12, registers: Registers) -> None:
+    point(registers, 1800, coarse=64)
+    with pytest.raises(Implausible) as caught:
+        chip.read_bearing()
+    assert (caught.value.axis, caught.value.value) == ("bearing", 180.0)
+
+
+def test_a_field_that_stands_still_is_no_bearing_until_a_bit_changes(
     chip: Cmps12, registers: Registers
 ) -> None:
-    registers[COMPASS][2:12] = bytes((0x0A, 0x05, 3, 252, 1, 2, 3, 4, 5, 6))
-    assert chip.read_bearing().raw == bytes((0x0A, 0x05, 3, 252, 1, 2, 3, 4, 5, 6))
+    for _ in range(100):
+        chip.read_bearing()
+    with pytest.raises(Stuck) as caught:
+        list(map(Cmps12.read_bearing, [chip] * 100))
+    assert caught.value.axis == "field x, field y, field z"
+    assert 100 < caught.value.readings < 200
+    registers[COMPASS][6:12] = bytes((1, 2, 3, 4, 5, 6))
+    chip.read_bearing()
 
 
 @pytest.mark.parametrize("tenths", [3600, 0xE2E4, 0xFFFF])

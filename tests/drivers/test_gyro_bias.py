@@ -4,15 +4,16 @@ import pytest
 
 from drivers.gyro_bias import GyroBias
 from firmware_runtime.hal.errors import NotReady
+from sim_doubles.worlds.noise import InstantNoise
 
 
 def test_the_bias_is_the_mean_of_a_robot_at_rest() -> None:
     bias = GyroBias(4)
     for z in (0.01, 0.03, 0.01, 0.03):
         assert not bias.is_complete
-        bias.add((0.1, -0.05, z))
+        bias.add((0.08, -0.05, z))
     assert bias.is_complete
-    assert bias.mean() == pytest.approx((0.1, -0.05, 0.02))
+    assert bias.mean() == pytest.approx((0.08, -0.05, 0.02))
 
 
 def test_a_robot_that_moved_is_refused_with_axis_and_spread() -> None:
@@ -60,3 +61,33 @@ def test_restarting_forgets_the_motion() -> None:
 def test_a_bias_of_one_sample_cannot_be_asked_for() -> None:
     with pytest.raises(ValueError, match="1 samples, expected 2 or more"):
         GyroBias(1)
+
+
+@pytest.mark.parametrize("rate", [0.09, 0.35])
+def test_more_than_the_part_may_have_by_its_data_sheet_is_a_turn(rate: float) -> None:
+    bias = GyroBias(2)
+    for _ in range(2):
+        bias.add((0.0, rate, 0.0))
+    with pytest.raises(NotReady, match=r"mean rate about y .* the robot turns"):
+        bias.mean()
+
+
+def test_a_field_that_turns_contradicts_a_gyro_that_hides_it() -> None:
+    """A third of a radian a second, for half a second at 100 Hz."""
+    bias = GyroBias(50)
+    for number in range(50):
+        angle = 0.35 * number / 100
+        bias.add((0.0, 0.0, 0.01), (20e-6 * math.cos(angle), -20e-6 * math.sin(angle), -40e-6))
+    with pytest.raises(NotReady, match=r"the field changed .* the robot turns, whatever its gyro"):
+        bias.mean()
+
+
+@pytest.mark.slow
+def test_a_field_with_its_noise_contradicts_nothing() -> None:
+    noise = InstantNoise("field", 1, 0.3e-6)
+    for begin in range(0, 100_000, 50):
+        bias = GyroBias(50)
+        for at in range(begin, begin + 50):
+            x, y, z = noise.at(at)
+            bias.add((0.0, 0.0, 0.01), (20e-6 + x, y, -40e-6 + z))
+        bias.mean()

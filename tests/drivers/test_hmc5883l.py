@@ -6,7 +6,7 @@ import pytest
 
 from drivers.chips.hmc5883l import Hmc5883l, Hmc5883lSettings
 from firmware_runtime.errors import SettingError
-from firmware_runtime.hal.errors import NoAcknowledge, NotReady, WrongDevice
+from firmware_runtime.hal.errors import NoAcknowledge, NotReady, Stuck, WrongDevice
 from firmware_runtime.hal.i2c import I2cBus, Message
 
 Wire: TypeAlias = list[tuple[int, tuple[Message, ...]]]
@@ -228,7 +228,20 @@ def test_the_bearing_grows_as_the_robot_turns_right(
     assert reading.bearing_deg == pytest.approx(bearing_deg, abs=0.03)
     assert 0 <= reading.bearing_deg < 360
     assert reading.calibration is None
-    assert reading.raw[-6:] == registers[CHIP][0x03:0x09]
+
+
+def test_data_that_stand_still_are_stuck(chip: Hmc5883l, registers: Registers) -> None:
+    def again() -> None:
+        measure(chip, registers, x=300, y=1, z=7)
+        chip.read_bearing()
+
+    for _ in range(10):
+        again()
+    with pytest.raises(Stuck) as caught:
+        list(iter(again, again))
+    assert caught.value.readings < 20
+    measure(chip, registers, x=301, y=2, z=8)
+    chip.read_bearing()
 
 
 def test_the_mounting_turns_sensor_axes_into_the_bodys(

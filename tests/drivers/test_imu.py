@@ -11,10 +11,10 @@ from drivers.chips.mpu9250_burst import InertialSample
 from drivers.chips.mpu9250_settings import Mpu9250Settings
 from drivers.chips.step import Step
 from drivers.gyro_bias import GyroBias
-from drivers.imu import FAULTS_BEFORE_BRING_UP, REPEATS_BEFORE_CHECK, Imu
+from drivers.imu import FAULTS_BEFORE_BRING_UP, Imu
 from firmware_runtime.devs.time import MILLISECOND
 from firmware_runtime.errors import SettingError
-from firmware_runtime.hal.errors import HalError
+from firmware_runtime.hal.errors import HalError, Implausible, Stuck
 from tests.support.atomic_bench import AtomicBench
 from tests.support.scripted_chip import SILENT, ScriptedChip
 
@@ -39,7 +39,7 @@ class ScriptedMpu9250(ScriptedChip):
         self.steps: list[HalError | None] = [None]
         self.readings: list[InertialSample | HalError] = [sample()]
         self.warnings: list[str] = []
-        self.field_repeats = 0
+        self.stuck_field: Stuck | None = None
         self.is_magnetometer_alive = True
 
     def bring_up(self) -> tuple[Step, ...]:
@@ -167,26 +167,43 @@ def test_a_bring_up_that_fails_is_begun_again_after_a_while(rig: Rig) -> None:
     assert rig.samples
 
 
+STUCK_FIELD = Stuck("MPU-9250", "field x", 7, 50)
+
+
 def test_a_magnetometer_that_died_is_reported_once_and_samples_go_on(ready: Rig) -> None:
-    ready.chip.field_repeats = REPEATS_BEFORE_CHECK - 1
     ready.run(READY_MS + PERIOD_MS)
     assert ready.chip.times("check") == []
-    ready.chip.field_repeats = REPEATS_BEFORE_CHECK
+    ready.chip.stuck_field = STUCK_FIELD
     ready.chip.is_magnetometer_alive = False
     ready.chip.warnings.append("no magnetometer")
-    ready.run(READY_MS + 2 * PERIOD_MS)
+    ready.run(READY_MS + 4 * PERIOD_MS)
     assert [(fault.kind, fault.reason) for fault in ready.faults] == [
         ("Warning", "no magnetometer")
     ]
-    ready.chip.field_repeats = 0
-    ready.run(READY_MS + 4 * PERIOD_MS)
-    assert (len(ready.faults), len(ready.samples)) == (1, 3)
+    assert len(ready.samples) == 4
 
 
-def test_a_magnetometer_that_repeats_itself_and_lives_costs_no_sample(ready: Rig) -> None:
-    ready.chip.field_repeats = REPEATS_BEFORE_CHECK
+def test_a_field_that_stands_still_is_a_fault_each_time_it_begins(ready: Rig) -> None:
+    ready.chip.stuck_field = STUCK_FIELD
     ready.run(READY_MS + 3 * PERIOD_MS)
-    assert (len(ready.chip.times("check")), len(ready.samples), ready.faults) == (3, 3, [])
+    ready.chip.stuck_field = None
+    ready.run(READY_MS + 5 * PERIOD_MS)
+    ready.chip.stuck_field = STUCK_FIELD
+    ready.run(READY_MS + 7 * PERIOD_MS)
+    assert [(fault.kind, fault.duration) for fault in ready.faults] == [
+        ("Stuck", 50 * PERIOD_MS * MILLISECOND)
+    ] * 2
+    assert len(ready.samples) == 7
+
+
+def test_a_gyro_that_is_dead_sends_no_sample_and_one_that_lives_again_does(ready: Rig) -> None:
+    dead = Implausible("MPU-9250", "rate z", 9.0, "less", readings=3)
+    ready.chip.readings = [dead, sample()]
+    ready.run(READY_MS + 2 * PERIOD_MS)
+    (fault,) = ready.faults
+    assert (fault.kind, fault.axis, fault.value) == ("Implausible", "rate z", 9.0)
+    assert fault.duration == 3 * PERIOD_MS * MILLISECOND
+    assert [at for at, _ in ready.samples] == [READY_MS + 2 * PERIOD_MS]
 
 
 def test_it_says_why_there_are_no_samples(rig: Rig) -> None:

@@ -300,19 +300,6 @@ def test_reading_before_bring_up_is_refused(chip: Mpu9250, wire: Wire) -> None:
     assert wire == []
 
 
-def test_repeats_of_the_field_are_counted_until_a_bit_changes(
-    chip: Mpu9250, show: Callable[..., None]
-) -> None:
-    assert chip.field_repeats == 0
-    bring_up(chip)
-    counts = []
-    for field in [(1, 2, 3)] * 3 + [(1, 2, 4)]:
-        show(field=field)
-        chip.read_sample()
-        counts.append(chip.field_repeats)
-    assert counts == [0, 1, 2, 0]
-
-
 def test_a_magnetometer_that_stopped_answering_is_reported_when_asked(
     chip: Mpu9250, registers: Registers
 ) -> None:

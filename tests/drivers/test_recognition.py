@@ -25,17 +25,17 @@ def now() -> int:
 
 
 def inertial(who_am_i: int) -> Target:
-    return Mpu9250Double(now, lambda _: REST, 0x68, who_am_i=who_am_i)
+    return Mpu9250Double(now, lambda _: REST, 0x68, who_am_i=who_am_i, noise_seed=None)
 
 
 CHIPS: list[tuple[int, Target, str, bool]] = [
-    (0x0C, Ak8963Double(now, lambda _: REST.field), "AK8963", True),
-    (0x1E, Hmc5883lDouble(now, lambda _: REST.field), "HMC5883L", True),
+    (0x0C, Ak8963Double(now, lambda _: REST.field, noise_seed=None), "AK8963", True),
+    (0x1E, Hmc5883lDouble(now, lambda _: REST.field, noise_seed=None), "HMC5883L", True),
     (0x40, Pca9685Double(now, 0x40), "PCA9685", False),
     (0x60, Pca9685Double(now, 0x60), "PCA9685", False),
     (0x49, Ads1115Double(now, 0x49, inputs=lambda _: (0.0, 0.0, 0.0, 0.0)), "ADS1115", False),
     (0x5B, Md25Double(now, 0x5B), "MD25", False),
-    (0x60, Cmps12Double(now, 0x60, bearing_deg=lambda _: 271.3), "CMPS12", False),
+    (0x60, Cmps12Double(now, 0x60, bearing_deg=lambda _: 271.3, noise_seed=None), "CMPS12", False),
     (0x68, inertial(0x71), "MPU-9250", True),
     (0x68, inertial(0x70), "MPU-9250", True),
     (0x70, Srf08Double(now, 0x70, echoes=lambda _: [1.0]), "SRF08", False),

@@ -56,7 +56,7 @@ class SlowCompass(ScriptedChip):
         return ()
 
     def read_bearing(self) -> Bearing:
-        return self.answer("read", [Bearing(90.0, None, b"x")])
+        return self.answer("read", [Bearing(90.0, None)])
 
 
 def bench_of(model: Sonar | Compass, chip: ScriptedChip) -> AtomicBench:

@@ -28,7 +28,7 @@ AS_THE_DIE_LIES = (FIELD[1], FIELD[0], -FIELD[2])
 def chip(virtual_time: VirtualTime, i2c_double: Callable[..., Any]) -> Mpu9250Double:
     assert virtual_time.now_s == 0
     double: Mpu9250Double = i2c_double(
-        "mpu9250", inertia=InertialTruth(ACCELERATION, RATE, FIELD, 30.0)
+        "mpu9250", inertia=InertialTruth(ACCELERATION, RATE, FIELD, 30.0), noise_seed=None
     )
     return double
 

@@ -19,7 +19,6 @@ from sim_doubles.worlds.arena import ArenaParameters
         ("head_limit_deg", -1.0, "a finite number, 0 or more"),
         ("compass_noise_deg", math.nan, "a finite number, 0 or more"),
         ("start_bearing_deg", math.inf, "a finite number"),
-        ("body_compass_stuck_s", -1.0, "0 or more, inf for never"),
         ("right_slip", 1.0, "0 to 0.9"),
         ("slip_std", 0.2, "0 to 0.1"),
         ("radar_half_angle_deg", 90.0, "0.1 to 80"),

@@ -120,20 +120,6 @@ def test_an_offset_is_added_to_what_a_compass_shows() -> None:
     assert arena.radar_bearing_deg(0) == pytest.approx(0.0)
 
 
-@pytest.mark.parametrize("reads", [(), (SECOND, 3 * SECOND)])
-def test_a_stuck_compass_keeps_what_it_showed_when_it_got_stuck(reads: tuple[int, ...]) -> None:
-    rig = ArenaRig(replace(QUIET, body_compass_stuck_s=2.0, compass_noise_deg=0.3))
-    healthy = ArenaRig(replace(QUIET, compass_noise_deg=0.3))
-    for each in (rig, healthy):
-        each.drive(0, 10, -10, step=1)
-    for at in reads:
-        rig.arena.body_bearing_deg(at)
-    rig.drive(4 * SECOND, -30, 30, step=1)
-    kept = {rig.arena.body_bearing_deg(at) for at in range(4 * SECOND, 6 * SECOND, SECOND // 7)}
-    assert kept == {healthy.arena.body_bearing_deg(2 * SECOND)}
-    assert rig.arena.radar_bearing_deg(5 * SECOND) not in kept
-
-
 # Sonars
 
 

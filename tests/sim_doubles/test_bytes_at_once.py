@@ -55,8 +55,8 @@ def mpu9250(now: ManualClock) -> Target:
         wave = (at // MILLISECOND % 17) / 10.0
         return InertialTruth((wave, 0.0, 9.8), (0.0, wave, -wave), (1e-5, wave * 1e-6, 0.0), 25.0)
 
-    magnetometer = Ak8963Double(now, lambda at: truth(at).field)
-    chip = Mpu9250Double(now, truth, magnetometer=magnetometer)
+    magnetometer = Ak8963Double(now, lambda at: truth(at).field, noise_seed=None)
+    chip = Mpu9250Double(now, truth, magnetometer=magnetometer, noise_seed=None)
     for message in (b"\x37\x02", b"\x6a\x20", b"\x25\x8c\x02\x88"):  # fetch ST1 to ST2 by itself
         chip.start(0x68, read=False)
         chip.write_bytes(message)

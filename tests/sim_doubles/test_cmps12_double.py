@@ -45,6 +45,7 @@ def compass(clock: ManualClock, attitude: Attitude) -> Cmps12Double:
         calibration_state=0x33,
         temperature_c=-4.0,
         version=7,
+        noise_seed=None,
     )
 
 
@@ -104,7 +105,9 @@ def test_raw_sensors_follow_from_the_attitude(
 
 def test_raw_gyro_is_in_sixteenths_of_a_degree_a_second(clock: ManualClock) -> None:
     turning = (0.0, math.radians(-10.0), math.radians(90.0))
-    compass = Cmps12Double(clock, ADDRESS, bearing_deg=lambda _: 0.0, rate_rad_s=lambda _: turning)
+    compass = Cmps12Double(
+        clock, ADDRESS, bearing_deg=lambda _: 0.0, rate_rad_s=lambda _: turning, noise_seed=None
+    )
     assert raw(I2cBusDouble("i2c-1", clock, [compass]))[6:] == (0, -160, 1440)
 
 
@@ -233,11 +236,13 @@ def test_unknown_commands_and_read_only_registers_are_warned_of(
 
 
 def test_a_compass_is_level_by_default(clock: ManualClock) -> None:
-    bus = I2cBusDouble("i2c-1", clock, [Cmps12Double(clock, bearing_deg=lambda _: 1.0)])
+    bus = I2cBusDouble(
+        "i2c-1", clock, [Cmps12Double(clock, bearing_deg=lambda _: 1.0, noise_seed=None)]
+    )
     assert bus.write_read(0x60, b"\x02", 4) == b"\x00\x0a\x00\x00"
     assert bus.write_read(0x60, b"\x1e", 1) == b"\xff"
 
 
 def test_an_address_outside_the_eight_is_refused(clock: ManualClock) -> None:
     with pytest.raises(ValueError, match="CMPS12: address is 0x68, expected 0x60 to 0x67"):
-        Cmps12Double(clock, 0x68, bearing_deg=lambda _: 0.0)
+        Cmps12Double(clock, 0x68, bearing_deg=lambda _: 0.0, noise_seed=None)

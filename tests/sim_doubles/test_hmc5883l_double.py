@@ -38,7 +38,7 @@ def field() -> Field:
 @pytest.fixture
 def compass(clock: ManualClock, field: Field) -> Hmc5883lDouble:
     """A compass some time after power-up, idle."""
-    double = Hmc5883lDouble(clock, field)
+    double = Hmc5883lDouble(clock, field, noise_seed=None)
     clock.advance(SECOND)
     double.catch_up()
     field.asked_at.clear()
@@ -60,13 +60,13 @@ def axes(bus: I2cBusDouble) -> tuple[int, ...]:
 
 
 def test_power_up_values(clock: ManualClock, field: Field) -> None:
-    bus = I2cBusDouble("i2c-1", clock, [Hmc5883lDouble(clock, field)])
+    bus = I2cBusDouble("i2c-1", clock, [Hmc5883lDouble(clock, field, noise_seed=None)])
     assert bus.write_read(ADDRESS, b"\x00", 9) == b"\x10\x20\x01" + bytes(6)
     assert bus.write_read(ADDRESS, b"\x09", 4) == b"\x00H43"
 
 
 def test_power_up_measures_once_and_is_idle_then(clock: ManualClock, field: Field) -> None:
-    bus = I2cBusDouble("i2c-1", clock, [Hmc5883lDouble(clock, field)])
+    bus = I2cBusDouble("i2c-1", clock, [Hmc5883lDouble(clock, field, noise_seed=None)])
     clock.advance(6 * MILLISECOND)
     assert bus.write_read(ADDRESS, b"\x02", 1) == b"\x02"
     assert bus.write_read(ADDRESS, b"\x03", 6) == DATA

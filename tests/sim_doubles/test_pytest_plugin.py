@@ -100,7 +100,7 @@ def test_a_double_of_ones_own_is_wired_as_class_or_as_object(i2c_double: Connect
 
 
 def test_a_sensor_has_had_power_for_a_while(virtual_time: VirtualTime, i2c_double: Connect) -> None:
-    i2c_double("mpu9250")
+    i2c_double("mpu9250", noise_seed=None)
     with SMBus(1) as bus:
         assert bus.read_i2c_block_data(0x68, 0x3F, 2) == [0x40, 0x00]  # 1 g, at once
     assert virtual_time.now_s < 0.001

@@ -64,7 +64,9 @@ class Cmps12Row(Row):
 
     def build(self) -> Sequence[Target]:
         self.true_deg = 200.0
-        self.double = Cmps12Double(self.clock, self.address, bearing_deg=lambda _: self.true_deg)
+        self.double = Cmps12Double(
+            self.clock, self.address, bearing_deg=lambda _: self.true_deg, noise_seed=None
+        )
         return [self.double]
 
     def steps(self) -> tuple[Step, ...]:
@@ -100,7 +102,7 @@ class Hmc5883lRow(Row):
 
     def build(self) -> Sequence[Target]:
         self.truth = (20e-6, 0.0, -40e-6)
-        self.double = Hmc5883lDouble(self.clock, lambda _: self.truth)
+        self.double = Hmc5883lDouble(self.clock, lambda _: self.truth, noise_seed=None)
         return [self.double]
 
     def steps(self) -> tuple[Step, ...]:

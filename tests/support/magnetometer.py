@@ -16,7 +16,7 @@ class Die:
         self.clock = clock
         self.field_t = (10e-6, 20e-6, -40e-6)
         self.asked: list[int] = []
-        self.chip = Ak8963Double(clock, self._field, asa=asa)
+        self.chip = Ak8963Double(clock, self._field, asa=asa, noise_seed=None)
         self.bus = I2cBusDouble("i2c-1", clock, [self.chip])
 
     def _field(self, at: int) -> tuple[float, float, float]:

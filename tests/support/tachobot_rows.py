@@ -53,9 +53,13 @@ class Mpu9250Row(Row):
 
     def build(self) -> Sequence[Target]:
         self.truth = InertialTruth((0.0, 0.0, 9.80665), (0.0, 0.0, 0.0), (20e-6, 0, -40e-6), 25.0)
-        self.magnetometer = Ak8963Double(self.clock, lambda _: self.truth.field)
+        self.magnetometer = Ak8963Double(self.clock, lambda _: self.truth.field, noise_seed=None)
         self.double = Mpu9250Double(
-            self.clock, lambda _: self.truth, self.address, magnetometer=self.magnetometer
+            self.clock,
+            lambda _: self.truth,
+            self.address,
+            magnetometer=self.magnetometer,
+            noise_seed=None,
         )
         return [self.double, self.magnetometer]
 
@@ -95,7 +99,7 @@ class Ak8963Row(Row):
 
     def build(self) -> Sequence[Target]:
         self.truth: Vector = (20e-6, 0.0, -40e-6)
-        self.double = Ak8963Double(self.clock, lambda _: self.truth)
+        self.double = Ak8963Double(self.clock, lambda _: self.truth, noise_seed=None)
         return [self.double]
 
     def steps(self) -> tuple[Step, ...]:

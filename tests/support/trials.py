@@ -33,7 +33,12 @@ _HEAD = (
 
 PATIENT = ("--set", "thrust_pairs.timeout_s=1")
 """TachoBot's own stop, where its loop is late by 50 ms, must not be taken for what is tried."""
-_TURNS = ("imu.max_bias_rad_s=1000", "imu.still_rad_s=1000", "imu.calibration_s=0.05")
+_TURNS = (
+    "imu.max_bias_rad_s=1000",
+    "imu.still_rad_s=1000",
+    "imu.calibration_s=0.05",
+    "controller.compass_check.tolerance_rad=1000",
+)
 TURNING = (*PATIENT, *(word for key in _TURNS for word in ("--set", key)))
 """It still turns from the trial before."""
 

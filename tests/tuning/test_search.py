@@ -44,8 +44,7 @@ def test_the_loop_that_is_searched_on_steps_as_the_robot_on_its_doubles_does() -
         "world.yaw_damping_nms=0.02",
         "world.coulomb_friction_nm=0.01",
         "world.static_friction_nm=0.015",
-        "world.gyro_noise_rad_s=0",
-        "world.field_noise_t=0",
+        "world.gyro_noise_rad_s=0.0005",
         "controller.yaw.delay_s=0.03",
     )
     robot.run(6)

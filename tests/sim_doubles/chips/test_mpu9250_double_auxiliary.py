@@ -22,9 +22,11 @@ class Rig(HostOfMagnetometer):
     """A chip at 1 kHz whose master can be given a magnetometer to read."""
 
     def __init__(self, clock: ManualClock, *, with_magnetometer: bool = True) -> None:
-        self.magnetometer = Ak8963Double(clock, lambda _: FIELD_T, asa=(128, 128, 128))
+        self.magnetometer = Ak8963Double(
+            clock, lambda _: FIELD_T, asa=(128, 128, 128), noise_seed=None
+        )
         present = self.magnetometer if with_magnetometer else None
-        self.chip = Mpu9250Double(clock, lambda _: TRUTH, magnetometer=present)
+        self.chip = Mpu9250Double(clock, lambda _: TRUTH, magnetometer=present, noise_seed=None)
         super().__init__(clock, I2cBusDouble("i2c-1", clock, self.chip.targets))
 
     def slave(self, number: int, address: int, register: int, control: int) -> None:

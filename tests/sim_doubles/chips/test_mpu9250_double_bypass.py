@@ -19,8 +19,10 @@ class Rig(HostOfMagnetometer):
 
     def __init__(self, clock: ManualClock) -> None:
         self.asked: list[int] = []
-        self.magnetometer = Ak8963Double(clock, self._field, asa=(128, 128, 128))
-        self.chip = Mpu9250Double(clock, self._inertia, magnetometer=self.magnetometer)
+        self.magnetometer = Ak8963Double(clock, self._field, asa=(128, 128, 128), noise_seed=None)
+        self.chip = Mpu9250Double(
+            clock, self._inertia, magnetometer=self.magnetometer, noise_seed=None
+        )
         super().__init__(clock, I2cBusDouble("i2c-1", clock, self.chip.targets))
 
     def _inertia(self, at: int) -> InertialTruth:
@@ -60,13 +62,14 @@ def test_bypass_works_while_the_chip_sleeps(rig: Rig) -> None:
 def test_two_chips_in_bypass_collide_at_0x0c(clock: ManualClock) -> None:
     chips = []
     for address, asa in ((0x68, (0xF0, 0xF0, 0xF0)), (0x69, (0x3C, 0x3C, 0x3C))):
-        magnetometer = Ak8963Double(clock, lambda _: FIELD_T, asa=asa)
+        magnetometer = Ak8963Double(clock, lambda _: FIELD_T, asa=asa, noise_seed=None)
         chips.append(
             Mpu9250Double(
                 clock,
                 lambda _: InertialTruth(FIELD_T, FIELD_T, FIELD_T, 21.0),
                 address,
                 magnetometer=magnetometer,
+                noise_seed=None,
             )
         )
     bus = I2cBusDouble("i2c-1", clock, [target for chip in chips for target in chip.targets])

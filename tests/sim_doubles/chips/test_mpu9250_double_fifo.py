@@ -21,7 +21,7 @@ class Rig:
 
     def __init__(self, clock: ManualClock) -> None:
         self.clock = clock
-        self.chip = Mpu9250Double(clock, lambda _: TRUTH)
+        self.chip = Mpu9250Double(clock, lambda _: TRUTH, noise_seed=None)
         self.bus = I2cBusDouble("i2c-1", clock, self.chip.targets)
         self.write(0x1A, 0x01)
 

@@ -15,7 +15,7 @@ REST = b"\x00\x00\x00\x00\x40\x00\x05\x37"  # 0, 0, 1 g at +-2 g; 25 degC
 
 @pytest.fixture
 def mpu(clock: ManualClock) -> Mpu9250Double:
-    return Mpu9250Double(clock, lambda _: TRUTH)
+    return Mpu9250Double(clock, lambda _: TRUTH, noise_seed=None)
 
 
 @pytest.fixture
@@ -39,7 +39,7 @@ def test_identity_and_power_up_values(bus: I2cBusDouble) -> None:
 
 @pytest.mark.parametrize("identity", [0x70, 0x73, 0x75])
 def test_modules_with_another_die_can_be_had(clock: ManualClock, identity: int) -> None:
-    mpu = Mpu9250Double(clock, lambda _: TRUTH, 0x69, who_am_i=identity)
+    mpu = Mpu9250Double(clock, lambda _: TRUTH, 0x69, who_am_i=identity, noise_seed=None)
     bus = I2cBusDouble("i2c-1", clock, mpu.targets)
     assert bus.write_read(0x69, b"\x75", 1) == bytes([identity])
     with pytest.raises(NoAcknowledge):
@@ -113,7 +113,7 @@ def test_write_during_reset_is_lost_and_warned_of(
 
 
 def test_quicker_reset_can_be_had_for_drivers_that_hardly_wait(clock: ManualClock) -> None:
-    mpu = Mpu9250Double(clock, lambda _: TRUTH, reset_time=MILLISECOND)
+    mpu = Mpu9250Double(clock, lambda _: TRUTH, reset_time=MILLISECOND, noise_seed=None)
     bus = I2cBusDouble("i2c-1", clock, mpu.targets)
     bus.write(0x68, b"\x6b\x80")
     clock.advance(MILLISECOND)
@@ -140,7 +140,7 @@ def test_sample_due_before_a_power_cycle_is_never_taken(clock: ManualClock) -> N
         asked.append(at)
         return TRUTH
 
-    mpu = Mpu9250Double(clock, inertia)
+    mpu = Mpu9250Double(clock, inertia, noise_seed=None)
     clock.advance(10 * MILLISECOND)
     mpu.power_cycle()
     clock.advance(MILLISECOND)

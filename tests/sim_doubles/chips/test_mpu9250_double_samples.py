@@ -23,7 +23,7 @@ class Rig:
         self.clock = clock
         self.inertia = inertia
         self.asked: list[int] = []
-        self.chip = Mpu9250Double(clock, self._ask)
+        self.chip = Mpu9250Double(clock, self._ask, noise_seed=None)
         self.bus = I2cBusDouble("i2c-1", clock, self.chip.targets)
         self.write(0x19, 0x00, 0x01)  # SMPLRT_DIV, CONFIG: 1 kHz, 184 Hz
 

@@ -36,8 +36,8 @@ def test_long_silence_ends_in_the_same_bytes_for_bounded_work(settings: dict[int
     answers, samples = [], []
     for looks in (1, 8):
         clock = ManualClock()
-        magnetometer = Ak8963Double(clock, lambda at: wobble(at).field)
-        chip = Mpu9250Double(clock, wobble, magnetometer=magnetometer)
+        magnetometer = Ak8963Double(clock, lambda at: wobble(at).field, noise_seed=None)
+        chip = Mpu9250Double(clock, wobble, magnetometer=magnetometer, noise_seed=None)
         bus = I2cBusDouble("i2c-1", clock, chip.targets)
         bus.write(0x68, b"\x37\x02")
         bus.write(0x0C, b"\x0a\x16")
@@ -62,7 +62,7 @@ def test_an_hour_of_silence_costs_what_the_slowest_filter_remembers(
         asked.append(at)
         return wobble(0)
 
-    chip = Mpu9250Double(clock, inertia)
+    chip = Mpu9250Double(clock, inertia, noise_seed=None)
     I2cBusDouble("i2c-1", clock, chip.targets).write(0x68, b"\x1b\x01")
     clock.advance(3_600_000 * MILLISECOND)
     chip.catch_up()
@@ -90,7 +90,7 @@ def test_only_what_can_still_be_seen_is_simulated(
     clock: ManualClock, settings: dict[int, int], first: int, last: int
 ) -> None:
     """At 8 kHz, as after power-up."""
-    chip = Mpu9250Double(clock, wobble)
+    chip = Mpu9250Double(clock, wobble, noise_seed=None)
     bus = I2cBusDouble("i2c-1", clock, chip.targets)
     for register, content in settings.items():
         bus.write(0x68, bytes([register, content]))
@@ -103,7 +103,7 @@ def test_same_accesses_at_the_same_instants_give_the_same_bytes() -> None:
     runs = []
     for _ in range(2):
         clock = ManualClock()
-        bus = I2cBusDouble("i2c-1", clock, [Mpu9250Double(clock, wobble)])
+        bus = I2cBusDouble("i2c-1", clock, [Mpu9250Double(clock, wobble, noise_seed=None)])
         answers = b""
         for step in range(50):
             clock.advance(300_000 * step)

@@ -1,0 +1,102 @@
+"""When raw counts that repeat themselves are chance, and when they are not."""
+
+import math
+
+import pytest
+
+from drivers.chips.liveness import LEAST_ODDS, Liveness, MeanSquare, fresh_noise
+from firmware_runtime.hal.errors import Implausible, Stuck
+from sim_doubles.worlds.noise import InstantNoise
+
+DEVIATION = 3.0
+
+
+def noisy(at: int) -> tuple[int, int, int]:
+    x, y, z = InstantNoise("part", 1, 2 * DEVIATION).at(at)
+    return (round(x), round(y), round(z))
+
+
+def liveness(*, repeats: int = 1) -> Liveness:
+    return Liveness("part", "xyz", (DEVIATION,) * 3, repeats=repeats)
+
+
+def readings_until_stuck(check: Liveness, axes: int) -> tuple[int, Stuck]:
+    """Readings of which that many axes stand still from the first on."""
+    for at in range(1000):
+        counts = (7,) * axes + noisy(at)[axes:]
+        try:
+            check.check(counts)
+        except Stuck as error:
+            return at + 1, error
+    pytest.fail("never stuck")
+
+
+@pytest.mark.parametrize("axes", [1, 2, 3])
+def test_axes_that_stand_still_together_are_found_by_the_product_of_their_odds(axes: int) -> None:
+    odds = 1 / (DEVIATION * math.sqrt(math.tau))
+    least = math.log(LEAST_ODDS) / math.log(odds) / axes
+    found, error = readings_until_stuck(liveness(), axes)
+    assert least < found - 1 <= least + 2
+    assert error.axis == ", ".join("xyz"[:axes])
+    assert (error.value, error.readings) == (7, found)
+
+
+def test_one_reading_that_lives_ends_it() -> None:
+    check = liveness()
+    readings_until_stuck(check, 3)
+    check.check((1, 2, 3))
+    check.check((4, 5, 6))
+
+
+def test_what_was_stuck_has_to_change_after_a_restart() -> None:
+    check = liveness()
+    readings_until_stuck(check, 3)
+    check.restart()
+    for _ in range(5):
+        with pytest.raises(Stuck):
+            check.check((0, 0, 0))
+    check.check((1, 2, 3))
+
+
+def test_measurements_that_are_read_often_repeat_themselves_honestly() -> None:
+    check = liveness(repeats=4)
+    for at in range(4000):
+        check.check(noisy(at // 4))
+
+
+@pytest.mark.parametrize("value", [0, 1])
+def test_a_bit_within_the_noise_that_never_changes_is_stuck(value: int) -> None:
+    check = liveness()
+    counts = [(x, y, z & ~2 | value << 1) for x, y, z in map(noisy, range(1000))]
+    with pytest.raises(Stuck) as caught:
+        list(map(check.check, counts))
+    assert (caught.value.axis, caught.value.value) == ("z bit 1", value)
+
+
+def test_an_axis_quieter_than_its_least_bit_is_never_called_stuck() -> None:
+    check = Liveness("part", "x", (0.3,))
+    for _ in range(10_000):
+        check.check((5,))
+
+
+def test_a_low_pass_leaves_less_that_is_new() -> None:
+    assert fresh_noise(2.0, 92.0, 10.0) == pytest.approx(1.0)
+    assert fresh_noise(2.0, 5.0, 1000.0) == pytest.approx(math.sqrt(1 - math.exp(-0.02 * math.pi)))
+
+
+def test_a_mean_beyond_its_limits_is_implausible_until_a_reading_is_within() -> None:
+    check = MeanSquare("part", "force", "g", scale=0.001, limits=(0.6, 1.6), readings=10)
+    for _ in range(9):
+        check.check(0, 0, 2000)
+    for readings in (10, 11, 12):
+        with pytest.raises(Implausible) as caught:
+            check.check(0, 0, 2000)
+        assert (caught.value.value, caught.value.readings) == (2.0, readings)
+    for _ in range(100):
+        check.check(0, 0, 1000)
+
+
+def test_a_push_is_no_mean() -> None:
+    check = MeanSquare("part", "force", "g", scale=0.001, limits=(0.6, 1.6), readings=100)
+    for at in range(1000):
+        check.check(0, 0, 4000 if at % 100 < 5 else 1000)

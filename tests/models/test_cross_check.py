@@ -1,0 +1,89 @@
+"""Two sources of one quantity: when they agree, when they do not, and when they do again."""
+
+import math
+
+import pytest
+
+from firmware_runtime.devs.time import SECOND
+from firmware_runtime.models.cross_check import CrossCheck, CrossCheckSettings, Source
+from tests.support.atomic_bench import AtomicBench
+
+SETTINGS = CrossCheckSettings(
+    quantity="heading", window=2 * SECOND, tolerance=0.5, share=0.1, circle=math.tau
+)
+
+
+def same(value: float) -> float:
+    return value
+
+
+class Bench(AtomicBench):
+    """A quantity that turns at `true` rad/s; the rate's source says something else."""
+
+    def __init__(self, settings: CrossCheckSettings = SETTINGS) -> None:
+        super().__init__(CrossCheck("check", settings, Source(float, same), Source(float, same)))
+
+    def turn(self, begin_ms: int, end_ms: int, *, true: float, said: float) -> None:
+        for at in range(begin_ms, end_ms, 10):
+            heading = math.remainder(true * (at - begin_ms) / 1000, math.tau)
+            self.put(at, rate=said, value=heading)
+
+
+@pytest.fixture
+def bench() -> Bench:
+    return Bench()
+
+
+@pytest.mark.parametrize("rate", [0.0, 0.3, -3.0, 40.0])
+def test_sources_that_say_the_same_agree_round_the_circle(bench: Bench, rate: float) -> None:
+    bench.turn(0, 5000, true=rate, said=1.05 * rate + 0.05)
+    bench.run(5000)
+    assert bench.said.get("fault", []) == []
+    assert bench.said.get("agrees", []) == []
+
+
+@pytest.mark.parametrize(
+    ("true", "said"), [(1.0, 0.0), (0.0, 1.0), (1.0, -1.0), (3.0, 6.0), (0.1, 0.8)]
+)
+def test_a_source_that_stands_still_or_turns_otherwise_is_contradicted(
+    bench: Bench, true: float, said: float
+) -> None:
+    bench.turn(0, 4000, true=true, said=said)
+    bench.run(4000)
+    at, fault = bench.said["fault"][0]
+    assert at < 2500
+    assert (fault.kind, fault.axis) == ("Implausible", "heading")
+    assert math.copysign(1.0, fault.value) == math.copysign(1.0, true - said)
+    assert bench.values("agrees")[0] is False
+
+
+def test_the_fault_is_repeated_once_a_window_and_says_for_how_long(bench: Bench) -> None:
+    bench.turn(0, 8000, true=1.0, said=0.0)
+    bench.run(8000)
+    durations = [fault.duration / SECOND for fault in bench.values("fault")]
+    assert durations == pytest.approx([0.01, 2.01, 4.01, 6.01])
+
+
+def test_they_agree_again_once_both_say_the_same(bench: Bench) -> None:
+    bench.turn(0, 1000, true=1.0, said=0.0)
+    bench.turn(1000, 9000, true=0.0, said=0.0)
+    bench.run(9000)
+    assert bench.values("agrees") == [False, True]
+
+
+def test_a_source_that_pauses_contradicts_nothing(bench: Bench) -> None:
+    bench.put(0, rate=0.0, value=0.0)
+    bench.put(10, rate=0.0, value=0.0)
+    bench.put(5000, rate=0.0, value=3.0)
+    bench.put(5010, rate=0.0, value=3.0)
+    bench.put(5020, value=3.0)
+    bench.run(6000)
+    assert bench.said.get("fault", []) == []
+
+
+def test_a_quantity_without_a_circle_may_grow_without_end() -> None:
+    bench = Bench(CrossCheckSettings(quantity="way", window=SECOND, tolerance=0.1))
+    for at in range(0, 3000, 10):
+        bench.put(at, rate=100.0, value=100.0 * at / 1000)
+    bench.run(3000)
+    assert bench.said.get("fault", []) == []
