@@ -31,6 +31,7 @@ from firmware_runtime.errors import ConfigError
 from firmware_runtime.links.age import BESIDE, age_of, note_ages
 from firmware_runtime.links.errors import ControlError
 from firmware_runtime.links.socket_file import SocketFile
+from firmware_runtime.system import credentials
 
 TIMEOUT_S = 5.0
 """How long a request waits for its answer."""
@@ -183,11 +184,12 @@ def post(path: Path, request: str) -> None:
 def ask(path: Path, request: str, timeout_s: float = TIMEOUT_S, **more: object) -> Answer:
     """Send a request to a run and return its answer. Raises ControlError when there is none."""
     with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as asking:
+        asking.setsockopt(socket.SOL_SOCKET, socket.SO_PASSCRED, 1)
         asking.bind("")  # the kernel finds a name for the answer, in no directory
         asking.settimeout(timeout_s)
         try:
             asking.sendto(written(request, **more), os.fspath(path))
-            answer: Answer = json.loads(asking.recv(LONGEST))
+            answer: Answer = json.loads(_answer_of_run(asking, path, timeout_s))
         except TimeoutError as error:
             raise ControlError(
                 f"{path}: no answer within {timeout_s:g} s; expected the run to be alive"
@@ -201,6 +203,19 @@ def ask(path: Path, request: str, timeout_s: float = TIMEOUT_S, **more: object) 
     if not isinstance(answer, dict):
         raise ControlError(f"{path}: answered with {answer!r}; expected a JSON object")
     return answer
+
+
+def _answer_of_run(asking: socket.socket, path: Path, timeout_s: float) -> bytes:
+    """The first answer that comes from the socket at a path, by a process that may speak for it.
+
+    Every program of this computer may send to a socket that has its name in no directory.
+    """
+    until = monotonic_ns() + round(timeout_s * SECOND)
+    while True:
+        asking.settimeout(max(until - monotonic_ns(), 1) / SECOND)
+        answer, beside, _, sender = asking.recvmsg(LONGEST, credentials.BESIDE)
+        if sender == os.fspath(path) and credentials.may_speak(beside, path):
+            return answer
 
 
 def written(request: str, **more: object) -> bytes:

@@ -15,7 +15,6 @@ from firmware_runtime.system import credentials
 AT_ONCE: Final = 64
 """How many datagrams are taken in a row."""
 _LONGEST: Final = 1 << 18
-_BESIDE: Final = socket.CMSG_SPACE(credentials.SIZE)
 
 
 class NoAnswer(HalError, TimeoutError):
@@ -59,8 +58,10 @@ class RobotEnd:
         """
         with suppress(BlockingIOError):
             for _ in range(AT_ONCE):
-                said, beside, *_ = self._socket.recvmsg(_LONGEST, _BESIDE, socket.MSG_DONTWAIT)
-                if any(self._is_trusted(*each) for each in beside):
+                said, beside, *_ = self._socket.recvmsg(
+                    _LONGEST, credentials.BESIDE, socket.MSG_DONTWAIT
+                )
+                if credentials.may_speak(beside, Path(self._path)):
                     yield said
 
     def forget(self) -> None:
@@ -69,17 +70,6 @@ class RobotEnd:
     def close(self) -> None:
         """Close the socket."""
         self._socket.close()
-
-    def _is_trusted(self, _level: int, kind: int, said: bytes) -> bool:
-        """Whether root, this user or that of the run has sent something, as the kernel says."""
-        if kind != socket.SCM_CREDENTIALS:
-            return False
-        user = credentials.credentials_in(said).user
-        if user in {0, os.getuid()}:
-            return True
-        with suppress(OSError):
-            return Path(self._path).stat().st_uid == user
-        return False
 
 
 class OneRunsEnd(RobotEnd):
