@@ -35,7 +35,7 @@ from firmware_runtime.runs.recorded_edge import RecordedEdge
 from firmware_runtime.runs.rigs import shown_by
 from firmware_runtime.runs.robot_here import robot_here
 from firmware_runtime.runs.sleep_watch import watch_sleep
-from firmware_runtime.runs.sockets import has_ports, serve_ports, take_requests
+from firmware_runtime.runs.sockets import has_ports, serve
 from firmware_runtime.runs.switching_off import SwitchingOff
 from firmware_runtime.runs.tuning import tuning_of
 from firmware_runtime.system.other_processors import kept_off
@@ -105,7 +105,6 @@ class Session:
             blocks = dover_blocks(self.robot.model, clock)
             is_armed = permission is None and is_here
             self.executive = self._executive(clock, is_armed=is_armed, has_link=link is not None)
-            self._hold(serve_ports(statistics_path, here.ports, self.executive))
             with kept_off(board.settings.executive.cpus):
                 self.dover = dover_link(blocks, self.executive)
             """What the model's blocks of `models.dover` send and receive; None if it has none."""
@@ -115,8 +114,8 @@ class Session:
             commanders = self._commanders(timeouts)
             self.arming = None if permission is None else self._arming(permission, commanders)
             self.tuning = tuning_of(board, end, self._retune)
-            control = self.executive, self.arming, self.tuning, log
-            self._hold(take_requests(statistics_path, *control))
+            where = statistics_path, self.executive, here.ports
+            self._hold(serve(*where, arming=self.arming, tuning=self.tuning, log=log))
             self._edge.built(self.executive, self.robot, self.hardware, end)
             watch_load(self.executive, board.settings.executive, self.supervision, log)
             self._off.asks_chips = True

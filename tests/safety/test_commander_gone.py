@@ -49,7 +49,7 @@ def commander(run: GuardedRun, where: str) -> Iterator[None]:
 def way(run: GuardedRun, tmp_path: Path, name: str) -> Iterator[str]:
     """Where the commander speaks to."""
     if name == "ports":
-        yield str(tmp_path / "tachobot.ports")
+        yield str(tmp_path / "tachobot.stats")
         return
     with run.another("bridge", "tachobot", "--listen", "127.0.0.1:0") as bridge:
         assert bridge.stdout is not None
