@@ -18,7 +18,6 @@ from benchmarks.kills.machines import Machines
 from benchmarks.kills.record import OutputRecord
 from firmware_runtime.links.control import ask
 from firmware_runtime.links.errors import ControlError
-from firmware_runtime.statistics.companions import Companion
 from firmware_runtime.statistics.reader import read_statistics
 from firmware_runtime.statistics.statistics import Statistics
 
@@ -104,11 +103,11 @@ class Processes:
     def arm(self) -> None:
         """Ask the run to drive."""
         with suppress(ControlError):  # it is not there yet, or has just ended
-            ask(Companion.CONTROL.beside(self.statistics), "arm")
+            ask(self.statistics, "arm")
 
     def disarm(self) -> None:
         """Switch its outputs off."""
-        ask(Companion.CONTROL.beside(self.statistics), "disarm")
+        ask(self.statistics, "disarm")
         self.wait_until(lambda: not self.record.is_on, "all outputs are off")
 
     def read(self) -> Statistics:

@@ -14,7 +14,6 @@ from typing import Any, Final
 from firmware_runtime.errors import ConfigError, FirmwareRuntimeError
 from firmware_runtime.links.control import ask
 from firmware_runtime.links.ports.ports_client import PortsClient
-from firmware_runtime.statistics.companions import Companion
 
 SPAN_S: Final = 2.5
 _CHECKOUT: Final = Path(__file__).parents[2]
@@ -85,9 +84,8 @@ class SeededRun:
 
     def _wait_for(self, process: "subprocess.Popen[bytes]") -> float:
         """Wait until it can be spoken to, or has ended."""
-        control = Companion.CONTROL.beside(self._statistics)
         give_up_at = monotonic() + LONGEST_S
-        while not control.exists() and process.poll() is None and monotonic() < give_up_at:
+        while not self._statistics.exists() and process.poll() is None and monotonic() < give_up_at:
             sleep(0.01)
         return monotonic()
 
@@ -121,7 +119,7 @@ class SeededRun:
         process.send_signal(signal.SIGHUP)
 
     def _send(self, _process: "subprocess.Popen[bytes]") -> None:
-        client = PortsClient(Companion.PORTS.beside(self._statistics))
+        client = PortsClient(self._statistics)
         try:
             client.put("yaw_reference", self._random.uniform(-0.5, 0.5))
         finally:
@@ -134,7 +132,7 @@ class SeededRun:
         subprocess.run(command, check=False, capture_output=True)
 
     def _ask(self, request: str, **more: Any) -> None:  # noqa: ANN401 -- what JSON has
-        ask(Companion.CONTROL.beside(self._statistics), request, **more)
+        ask(self._statistics, request, **more)
 
 
 def _end(process: "subprocess.Popen[bytes]") -> None:

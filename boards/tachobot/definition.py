@@ -176,6 +176,11 @@ BOARD = BoardDefinition(
         "thrust_pairs.timeout_s",
     ),
     optional_components=("esc", "lift", "position_input"),  # where it hovers
+    inputs={
+        "yaw_reference": "hold",
+        # each of these has a timeout of its own, in the model that takes it
+        **dict.fromkeys(("x_position", "y_position", "position", "pose"), "hold"),
+    },
     doubles_run_s=10.0,
     experiments=EXPERIMENTS,
     plant=YAW,

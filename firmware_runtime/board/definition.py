@@ -4,14 +4,15 @@ An entry point of the group `firmware_runtime.boards` names a `BoardDefinition`,
 `rover = "rover.definition:BOARD"`, in a module that has board.toml beside it. It may name the
 module instead: then `BOARD` is looked up there, or else `SETTINGS` and `build`, and whichever of
 `devices`, `serial_devices`, `loads`, `faults`, `RETUNABLE`, `OPTIONAL_COMPONENTS`,
-`DOUBLES_RUN_S`, `EXPERIMENTS`, `PLANT` and `event_model` there are.
+`DOUBLES_RUN_S`, `EXPERIMENTS`, `INPUTS`, `PLANT` and `event_model` there are.
 """
 
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
+from math import inf
 from pathlib import Path
 from types import ModuleType
-from typing import Any, Generic, TypeVar
+from typing import Any, Generic, Literal, TypeVar
 
 from msgspec import Struct, ValidationError, convert, field
 
@@ -35,6 +36,7 @@ _WORDS = {
     "OPTIONAL_COMPONENTS": "optional_components",
     "DOUBLES_RUN_S": "doubles_run_s",
     "EXPERIMENTS": "experiments",
+    "INPUTS": "inputs",
     "PLANT": "plant",
 }
 """How a module calls what is no function."""
@@ -85,6 +87,8 @@ class BoardDefinition(Struct, Generic[S], frozen=True, kw_only=True):
     """How long a run on doubles takes unless `--for` says."""
     experiments: Mapping[str, Experiment] = field(default_factory=dict)
     """What `firmware-runtime experiment` can do with this board, by name."""
+    inputs: Mapping[str, float | Literal["hold"]] = field(default_factory=dict)
+    """Input ports of the top model by name: s of silence until outputs are off, or `hold`."""
     plant: Plant | None = None
     """The body that it moves, for `identify` and `tune`; None where there is none of their kind."""
 
@@ -97,6 +101,7 @@ class BoardDefinition(Struct, Generic[S], frozen=True, kw_only=True):
         _check_values(self.retunable, self.doubles_run_s)
         _check_names(self.optional_components)
         _check_experiments(self.experiments)
+        _check_inputs(self.inputs)
         if (fault := plant_fault(self.plant)) is not None:
             raise SettingError(fault)
 
@@ -119,6 +124,16 @@ def _check_experiments(experiments: object) -> None:
     """Refuse what are no experiments by name."""
     if faults := list(experiment_faults(experiments)):
         raise SettingError("; ".join(faults))
+
+
+def _check_inputs(inputs: object) -> None:
+    """Refuse what says of no port how long it may be silent."""
+    if not isinstance(inputs, Mapping):
+        raise SettingError(f"inputs: {inputs!r}: expected timeouts by port")
+    for name, stated in inputs.items():
+        is_timeout = isinstance(stated, int | float) and 0 < stated < inf
+        if not (isinstance(name, str) and (is_timeout or stated == "hold")):
+            raise SettingError(f"inputs: {name!r}: {stated!r}: expected seconds above 0, or 'hold'")
 
 
 def _check_schema(schema: object) -> None:

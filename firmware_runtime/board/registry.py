@@ -10,7 +10,7 @@ from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from hashlib import sha256
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 from msgspec import Struct
 
@@ -72,6 +72,8 @@ class Board(Struct, frozen=True):
     """The model alone, its own or that of a `.ma` file, if event files can be run on it."""
     retunable: Sequence[str]
     """Keys that may change while the robot runs; `*` stands for any word."""
+    inputs: Mapping[str, float | Literal["hold"]]
+    """How long input ports of the top model may be silent, see `inputs`."""
     experiments: Mapping[str, Experiment]
     """What can be tried with it beside what any board can, by name."""
     plant: Plant | None
@@ -151,6 +153,7 @@ def board_of(
         build=partial(_built, defined, settings),
         event_model=_event_model(defined, settings),
         retunable=defined.retunable,
+        inputs=defined.inputs,
         experiments=defined.experiments,
         plant=defined.plant,
         fingerprint=_fingerprint(source, assignments),

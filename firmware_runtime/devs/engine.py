@@ -186,8 +186,10 @@ class Engine(ABC):
         if self.on_postponed is not None:
             self.on_postponed(atomic, at)
 
-    def listen(self, port: OutPort[T], listener: Listener[T]) -> Listening:
+    def listen(self, port: InPort[T] | OutPort[T], listener: Listener[T]) -> Listening:
         """Call `listener(now, value)` for all that leaves by an output port of any model.
+
+        Of an input port for all that comes there.
 
         Listeners are called after a value was sent on, in the order in which they were added. What
         is returned ends it. Raises ModelError for what is no port.

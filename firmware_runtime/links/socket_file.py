@@ -1,4 +1,4 @@
-"""A Unix datagram socket that has a name in the file system, for as long as it is open."""
+"""A Unix socket that has a name in the file system, for as long as it is open."""
 
 import errno
 import os
@@ -23,8 +23,9 @@ class SocketFile:
         path: Path,
         mode: int = 0o660,
         expected: str = "expected another place for the statistics",
+        kind: socket.SocketKind = socket.SOCK_DGRAM,
     ) -> None:
-        self.socket = socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM | socket.SOCK_NONBLOCK)
+        self.socket = socket.socket(socket.AF_UNIX, kind | socket.SOCK_NONBLOCK)
         try:
             os.fchmod(self.socket.fileno(), mode)  # from this mode `bind` takes the umask off
             path.parent.mkdir(parents=True, exist_ok=True)

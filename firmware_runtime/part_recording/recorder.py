@@ -193,4 +193,4 @@ def _listening(
     simulator: Simulator, port: AnyPort, listener: Callable[[int, object], None]
 ) -> Listening:
     """Listen to any port; those of a root that runs alone are input ports."""
-    return simulator.listen(port, listener)  # type: ignore[arg-type]
+    return simulator.listen(port, listener)

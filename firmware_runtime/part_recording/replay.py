@@ -180,7 +180,7 @@ class _Replay:
             form = plain(value)
             self._result.replayed.append(Event(at, name, form, pack(form)))
 
-        self._player.listen(port, left)  # type: ignore[arg-type]
+        self._player.listen(port, left)
 
 
 class _Fields:

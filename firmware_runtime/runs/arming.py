@@ -47,6 +47,10 @@ class Permission(Struct, frozen=True):
     `safe-state` that came later."""
 
 
+FREE = Permission(at_start=True, demand_guard=False, free=True)
+"""Of a run on doubles of its own, where outputs may have to go off all the same."""
+
+
 def permission_for(  # noqa: PLR0913 -- the options of the command, by the same names
     board: Board,
     *,
@@ -76,11 +80,11 @@ def permission_for(  # noqa: PLR0913 -- the options of the command, by the same 
 class Arming:
     """A hook of the run, and the interlock that its outputs obey.
 
-    Any of the `checks` that fails keeps it disarmed; `link` is that of the link to a controller in
-    another process, which holds whatever the permission. `make_safe` switches outputs off, `enable`
-    lets them through before the first write to them, and raises HalError. `last_safe_state` gives
-    the instant of the last `safe-state`: one that came while the run was starting could not find
-    it. `log` gets every change, in a sentence.
+    Any of the `checks` that fails keeps it disarmed; those of `commanded` hold whatever the
+    permission: a link to a controller in another process, and commands from outside. `make_safe`
+    switches outputs off, `enable` lets them through before the first write to them, and raises
+    HalError. `last_safe_state` gives the instant of the last `safe-state`: one that came while the
+    run was starting could not find it. `log` gets every change, in a sentence.
     """
 
     def __init__(  # noqa: PLR0913 -- put together once, by the session
@@ -90,7 +94,7 @@ class Arming:
         make_safe: Callable[[], list[str]],
         checks: Sequence[PrearmCheck] = (),
         *,
-        link: PrearmCheck | None = None,
+        commanded: Sequence[PrearmCheck] = (),
         last_safe_state: Callable[[], int] = lambda: 0,
         enable: Callable[[], None] = lambda: None,
         log: Callable[[str], None] = lambda _: None,
@@ -106,10 +110,9 @@ class Arming:
         self._make_safe = make_safe
         self._enable = enable
         self._log = log
-        self._is_quiet = self.is_free and link is None
-        self._checks = () if self.is_free else (self._check_guard, *checks)
-        if link is not None:
-            self._checks = (link, *self._checks)
+        self._is_quiet = self.is_free and not commanded
+        own = () if self.is_free else (self._check_guard, *checks)
+        self._checks = (*commanded, *own)
         self._is_suspended = False
         self._begun_at = permission.begun_at
         self._last_safe_state: Callable[[], int] | None = last_safe_state

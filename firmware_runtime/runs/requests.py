@@ -1,4 +1,4 @@
-"""What a run does on request of other processes, by the control socket.
+"""What a run does on request of other processes, by its socket.
 
 arm        arms, unless a pre-arm check fails; with `lease_s` only as long as it is renewed
 disarm     makes outputs safe and keeps them so
@@ -16,14 +16,10 @@ from time import monotonic_ns
 from firmware_runtime.devs.time import MILLISECOND
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.executive.executive import Executive
-from firmware_runtime.links.control import (
-    TIMEOUT_S,
-    Answer,
-    ControlSocket,
-    Request,
-    refuse_more,
-    why_late,
-)
+from firmware_runtime.links.control import TIMEOUT_S
+from firmware_runtime.links.ports.desk import Answer, Request, refuse_more, why_late
+from firmware_runtime.links.ports.ports import Ports
+from firmware_runtime.links.ports.run_socket import RunSocket
 from firmware_runtime.runs.arming import Arming
 from firmware_runtime.runs.leases import Leases, length
 from firmware_runtime.runs.tuning import Tuning
@@ -39,15 +35,18 @@ SLOW = {"arm": MILLISECOND // 2, "set": 5 * MILLISECOND}
 
 
 class Requests:
-    """A run's control socket and what it answers; closes with the run.
+    """A run's socket and what it answers; closes with the run.
 
-    `arming` is None for a run that may always drive. `log` gets every change of a setting.
+    `arming` is None for a run that may always drive. `log` gets every change of a setting. `ports`
+    are those that others may write and watch, None for none of them.
     """
 
-    def __init__(
+    def __init__(  # noqa: PLR0913 -- put together once, by the session
         self,
         path: Path,
         executive: Executive,
+        ports: Ports | None,
+        *,
         arming: Arming | None,
         tuning: Tuning,
         log: Callable[[str], None],
@@ -65,12 +64,11 @@ class Requests:
             "get": self._get,
             "set": self._set,
         }
-        self._socket = ControlSocket(path, answers, SLOW)
+        self._socket = RunSocket(path, executive, ports, answers=answers, slow=SLOW)
+        self._desk = self._socket.desk
         self._leases: Leases | None = None
-        executive.add_source(self._socket)
-        executive.hooks.append(self._socket)
         if arming is not None:
-            self._leases = Leases(arming, self._socket.answer_next)
+            self._leases = Leases(arming, self._socket.read_next)
             executive.hooks.append(self._leases)
 
     def close(self) -> None:
@@ -84,7 +82,7 @@ class Requests:
             length(lease_s)
         if self._arming is None:
             return {"refused": [], "armed": True}
-        was_taken = self._arming.was_taken_since(self._socket.asked_at)
+        was_taken = self._arming.was_taken_since(self._desk.asked_at)
         if (why := _TAKEN_SINCE if was_taken else self._why_outdated()) is not None:
             return {"refused": [why], "armed": self._arming.armed}
         refused = self._arming.request(self._executive.clock.now())
@@ -95,11 +93,11 @@ class Requests:
 
     def _why_outdated(self) -> str | None:
         """Why a request counts no more: a run that stood still finds it when it goes on."""
-        return why_late(monotonic_ns() - self._socket.asked_at, TIMEOUT_S)
+        return why_late(monotonic_ns() - self._desk.asked_at, TIMEOUT_S)
 
     def _disarm(self, request: Request) -> Answer:
         refuse_more(request)
-        self._socket.refuse_waiting("arm", "disarmed on request before this was judged")
+        self._desk.refuse_waiting("arm", "disarmed on request before this was judged")
         if self._arming is None:
             return {"refused": [ALWAYS_ARMED], "armed": True}
         return {"not_safe": self._arming.disarm("requested"), "armed": self._arming.armed}
@@ -107,7 +105,7 @@ class Requests:
     def _renew(self, request: Request) -> Answer:
         refuse_more(request, "lease")
         lease = request.get("lease")
-        is_leased = self._leases is None or self._leases.renew(lease, self._socket.asked_at)
+        is_leased = self._leases is None or self._leases.renew(lease, self._desk.asked_at)
         return {"lease": lease, "leased": is_leased, **self._state({})}
 
     def _state(self, request: Request) -> Answer:

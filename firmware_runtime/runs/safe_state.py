@@ -153,7 +153,7 @@ class SafeState:
         try:
             run = run_at(file, self._places)
         except StatisticsFileError:  # none; or of another version, which can be requested at least
-            post(Companion.CONTROL.beside(name), "disarm")
+            post(name, "disarm")
             return
         if run is None:
             return
@@ -162,7 +162,7 @@ class SafeState:
             self._runs[pid].close()
         self._runs[pid] = run
         if not run.take_right(by_request=True):
-            post(Companion.CONTROL.beside(name), "disarm")
+            post(name, "disarm")
         self._add_kept(name)
 
     def _add_kept(self, statistics: Path) -> None:

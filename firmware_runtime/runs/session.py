@@ -1,6 +1,6 @@
 """One robot put together for one run: board, buses or rig, model, executive."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from contextlib import ExitStack
 from functools import partial
 from pathlib import Path
@@ -11,6 +11,7 @@ from msgspec.structs import replace
 from firmware_runtime.blackbox.section import Kind
 from firmware_runtime.board.ending import Ending
 from firmware_runtime.board.ends import BoardEnd
+from firmware_runtime.board.inputs import input_timeouts
 from firmware_runtime.board.registry import Board
 from firmware_runtime.board.rig import Rig
 from firmware_runtime.devs.ports import OutPort
@@ -19,8 +20,9 @@ from firmware_runtime.executive.clocks import Clock
 from firmware_runtime.executive.executive import Executive
 from firmware_runtime.executive.outcome import Outcome
 from firmware_runtime.hal.interlock import always_enabled
-from firmware_runtime.runs.arming import Arming, Permission
+from firmware_runtime.runs.arming import FREE, Arming, Permission, PrearmCheck
 from firmware_runtime.runs.board_configuration import configuration_of
+from firmware_runtime.runs.commanders import Commanders
 from firmware_runtime.runs.dover import dover_blocks, dover_link
 from firmware_runtime.runs.hardware import Hardware
 from firmware_runtime.runs.kept_by_run import keep_clear_of_other_runs
@@ -33,7 +35,7 @@ from firmware_runtime.runs.recorded_edge import RecordedEdge
 from firmware_runtime.runs.rigs import shown_by
 from firmware_runtime.runs.robot_here import robot_here
 from firmware_runtime.runs.sleep_watch import watch_sleep
-from firmware_runtime.runs.sockets import has_ports, serve_ports, take_requests
+from firmware_runtime.runs.sockets import has_ports, serve
 from firmware_runtime.runs.switching_off import SwitchingOff
 from firmware_runtime.runs.tuning import tuning_of
 from firmware_runtime.system.other_processors import kept_off
@@ -85,6 +87,8 @@ class Session:
         self._edge = RecordedEdge(board, clock, recording, log)
         self.recorder = recorder = self._edge.recorder
         self.has_hardware = is_here = end is None or end.has_hardware
+        timeouts = {name: ns for name, ns in input_timeouts(board).items() if ns is not None}
+        permission = permission or (FREE if is_here and timeouts else None)
         interlock = always_enabled if permission is None else self._may_drive
         self.hardware = Hardware(
             board, clock, doubles, interlock, is_here=is_here, recorder=recorder
@@ -101,17 +105,17 @@ class Session:
             blocks = dover_blocks(self.robot.model, clock)
             is_armed = permission is None and is_here
             self.executive = self._executive(clock, is_armed=is_armed, has_link=link is not None)
-            self._hold(serve_ports(statistics_path, here.ports, self.executive))
             with kept_off(board.settings.executive.cpus):
                 self.dover = dover_link(blocks, self.executive)
             """What the model's blocks of `models.dover` send and receive; None if it has none."""
             self._hold(self.dover)
             self.ending: Ending | None = None
             self.linked = None if link is None else self._linked(link)
-            self.arming = None if permission is None else self._arming(permission)
+            commanders = self._commanders(timeouts)
+            self.arming = None if permission is None else self._arming(permission, commanders)
             self.tuning = tuning_of(board, end, self._retune)
-            control = self.executive, self.arming, self.tuning, log
-            self._hold(take_requests(statistics_path, *control))
+            where = statistics_path, self.executive, here.ports
+            self._hold(serve(*where, arming=self.arming, tuning=self.tuning, log=log))
             self._edge.built(self.executive, self.robot, self.hardware, end)
             watch_load(self.executive, board.settings.executive, self.supervision, log)
             self._off.asks_chips = True
@@ -276,16 +280,39 @@ class Session:
         """Output interlock of a run that may not drive of itself."""
         return self.arming is not None and self.arming.interlock()
 
-    def _arming(self, permission: Permission) -> Arming:
+    def _commanders(self, timeouts: Mapping[str, int]) -> Commanders | None:
+        """What notices that a command from outside comes no more; None where none can come."""
+        ports = self.robot.model.in_ports
+        here = {ports[name]: timeout for name, timeout in timeouts.items() if name in ports}
+        if not here:
+            return None
+        found = Commanders(self.executive, here, self._suspend)
+        if self.linked is not None and not self.has_hardware:
+            self.linked.link.why_silent = found.why_silent
+        return found
+
+    def _suspend(self, why: str) -> None:
+        """Have the outputs off for a while."""
+        if self.arming is None:
+            self._log(f"falls silent to the end with the outputs: {why}")
+        else:
+            self.arming.suspend(why)
+
+    def _arming(self, permission: Permission, commanders: Commanders | None) -> Arming:
         """What decides whether outputs may be driven."""
-        files = safe_state_files(self.board.name, self._statistics_path)
+        files = safe_state_files(self.board.name, self._statistics_path) if self.is_outside else []
+        commanded: list[PrearmCheck] = []
+        if self.linked is not None:
+            commanded.append(self.linked.link.why_not)
+        if commanders is not None:
+            commanded.append(commanders.why_silent)
         max_late_percent = self.board.settings.arming.max_late_percent
         arming = Arming(
             self.executive,
             permission,
             self.make_safe,
             prearm_checks(self.executive, max_late_percent),
-            link=None if self.linked is None else self.linked.link.why_not,
+            commanded=commanded,
             last_safe_state=partial(last_safe_state, files),
             enable=partial(self.hardware.enable, enabled=True),
             log=self._log,

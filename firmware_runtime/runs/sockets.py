@@ -1,7 +1,6 @@
-"""The sockets beside a run's statistics, by which other processes reach it.
+"""The socket beside a run's statistics, by which other processes reach it.
 
-What a socket takes is imported where there is one: virtual time, which nothing reaches, starts
-without.
+What it takes is imported where there is one: a run that keeps no statistics starts without.
 """
 
 from collections.abc import Callable
@@ -16,7 +15,6 @@ from firmware_runtime.statistics.companions import Companion
 
 if TYPE_CHECKING:
     from firmware_runtime.links.ports.ports import Ports
-    from firmware_runtime.links.ports.ports_socket import PortsSocket
     from firmware_runtime.runs.requests import Requests
 
 
@@ -25,27 +23,19 @@ def has_ports(statistics: Path | None, clock: Clock) -> bool:
     return statistics is not None and isinstance(clock, MonotonicClock)
 
 
-def serve_ports(
-    statistics: Path | None, ports: "Ports | None", executive: Executive
-) -> "PortsSocket | None":
-    """Let other processes put values in and watch, if the run has ports for them."""
-    if statistics is None or ports is None:
-        return None
-    from firmware_runtime.links.ports.ports_socket import PortsSocket  # noqa: PLC0415
-
-    return PortsSocket(Companion.PORTS.beside(statistics), ports, executive)
-
-
-def take_requests(
+def serve(  # noqa: PLR0913 -- put together once, by the session
     statistics: Path | None,
     executive: Executive,
+    ports: "Ports | None",
+    *,
     arming: Arming | None,
     tuning: Tuning,
     log: Callable[[str], None],
 ) -> "Requests | None":
-    """Let other processes arm it, disarm it and change its gains, if they can find it."""
+    """Let other processes speak with a run and its ports, if they can find it."""
     if statistics is None:
         return None
     from firmware_runtime.runs.requests import Requests  # noqa: PLC0415
 
-    return Requests(Companion.CONTROL.beside(statistics), executive, arming, tuning, log)
+    path = Companion.SOCKET.beside(statistics)
+    return Requests(path, executive, ports, arming=arming, tuning=tuning, log=log)

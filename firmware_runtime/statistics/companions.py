@@ -5,9 +5,8 @@ tachobot.guard      what the guard has done
 tachobot.settings   the settings that the outputs are driven by
 tachobot.starts     how the last starts of the service went
 tachobot.safe-state when safe-state was last called for it
-tachobot.control    a socket: requests to arm and disarm
 tachobot.recording  what entered the run, see `blackbox`
-tachobot.ports      a socket: values for input ports, and from output ports
+tachobot.socket     where other processes speak with the run and its ports
 
 tachobot-guard.starts   how the last starts of its guard went
 """
@@ -27,8 +26,7 @@ class Companion(StrEnum):
     STARTS = ".starts"
     SAFE_STATE = ".safe-state"
     RECORDING = ".recording"
-    CONTROL = ".control"
-    PORTS = ".ports"
+    SOCKET = ".socket"
 
     def beside(self, statistics: Path) -> Path:
         """Where a run keeps it that keeps its statistics at this path."""

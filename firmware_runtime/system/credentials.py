@@ -1,12 +1,12 @@
 """Which process is at the other end of a Unix socket, as the kernel says. Source: unix(7)."""
 
+import os
 import socket
 import struct
+from pathlib import Path
 from typing import Final, NamedTuple
 
 _UCRED: Final = struct.Struct("@iII")
-SIZE: Final = _UCRED.size
-"""Bytes of credentials."""
 
 
 class Credentials(NamedTuple):
@@ -17,11 +17,16 @@ class Credentials(NamedTuple):
     group: int
 
 
-def credentials_in(said: bytes) -> Credentials:
-    """Those in a message of the kind SCM_CREDENTIALS."""
+def peer_of(connection: socket.socket) -> Credentials:
+    """Those of the process at the other end. Raises OSError."""
+    said = connection.getsockopt(socket.SOL_SOCKET, socket.SO_PEERCRED, _UCRED.size)
     return Credentials(*_UCRED.unpack(said))
 
 
-def peer_of(connection: socket.socket) -> Credentials:
-    """Those of the process at the other end. Raises OSError."""
-    return credentials_in(connection.getsockopt(socket.SOL_SOCKET, socket.SO_PEERCRED, SIZE))
+def trusted_users(folder: Path) -> set[int]:
+    """The users whose processes may speak for one that is reached by a path in a folder.
+
+    Root, this process's user, and the one to whom the folder belongs, as that of a service does.
+    Raises OSError.
+    """
+    return {0, os.geteuid(), folder.stat().st_uid}

@@ -68,4 +68,4 @@ def test_the_package_is_the_command_too() -> None:
     ]
     ended = subprocess.run(module, capture_output=True, text=True, check=False)
     assert ended.returncode == 3
-    assert "none.control: No such file or directory; expected a run" in ended.stderr
+    assert "none.socket: No such file or directory; expected a run" in ended.stderr

@@ -157,7 +157,7 @@ def test_a_run_on_doubles_leaves_no_file() -> None:
         ("tachobot", {"doubles": "/no/socket", "clock": "virtual"}, ConfigError),
         ("tachobot", {"doubles": "/no/socket"}, BusAbsent),
         ("tachobot", {"set": {"buses.i2c1.device": "/dev/no-bus"}}, BusAbsent),
-        ("tachobot", {"doubles": True, "statistics": "tachobot.ports"}, StatisticsFileError),
+        ("tachobot", {"doubles": True, "statistics": "tachobot.socket"}, StatisticsFileError),
     ],
 )
 def test_what_the_command_refuses_is_refused_here(

@@ -375,6 +375,17 @@ def test_an_end_that_has_nothing_to_say_shows_that_it_is_there(ends: Ends) -> No
     assert beats in {4, 5}, "every 100 ms; one may be a greeting"
 
 
+def test_an_end_whose_commander_is_gone_falls_silent_until_there_is_one(ends: Ends) -> None:
+    ends.meet().between_steps()
+    ends.link.why_silent = lambda _now: "no value has come at input place for 0.5 s"
+    for _ in range(3):
+        ends.now += SECOND // 10
+        ends.get(ends.other.hello(ends.now))
+        assert ends.between_steps() == []
+    ends.link.why_silent = lambda _now: None
+    assert ends.between_steps() != []
+
+
 def test_what_the_other_end_says_at_its_end_is_handed_on(ends: Ends) -> None:
     ends.between_steps()
     farewell = Farewell("the target was reached", is_over=True, failed=False)

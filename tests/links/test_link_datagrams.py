@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 from firmware_runtime.links.ports.datagrams import (
     LONGEST,
     MOST_PORTS,
+    Ask,
     List,
     Put,
     Refusal,
@@ -34,6 +35,7 @@ def test_each_kind_is_understood() -> None:
     assert understood(b'{"watch": ["a.b", "c"], "every": 10}') == Watch(("a.b", "c"), 10)
     assert understood(b'{"watch": []}') == Watch((), 1)
     assert understood(b'{"list": true}') == List(list=True)
+    assert understood(b'{"request": "arm", "lease_s": 1}') == Ask("arm", {"lease_s": 1})
 
 
 @pytest.mark.slow
@@ -44,7 +46,7 @@ def test_any_bytes_are_a_request_or_refused(datagram: bytes) -> None:
         request = understood(datagram)
     except Refusal:
         return
-    assert isinstance(request, Put | Watch | List | Time)
+    assert isinstance(request, Put | Watch | List | Time | Ask)
 
 
 @pytest.mark.slow
@@ -77,6 +79,8 @@ def test_any_object_is_a_request_with_its_keys_and_types_or_refused(
         b"[]",
         b"{}",
         b'{"arm": true}',
+        b'{"request": 1}',
+        b'{"request": "arm", "port": "a"}',
         b'{"port": "a"}',
         b'{"port": "a", "value": 1, "watch": []}',
         b'{"watch": "imu.sample"}',
@@ -91,14 +95,15 @@ def test_any_object_is_a_request_with_its_keys_and_types_or_refused(
     ],
 )
 def test_everything_else_is_refused(datagram: bytes) -> None:
-    with pytest.raises(Refusal, match="expected a JSON object with one of port, watch, list, time"):
+    expected = "expected a JSON object with one of port, watch, list, time, request"
+    with pytest.raises(Refusal, match=expected):
         understood(datagram)
 
 
 def test_a_datagram_may_be_so_long_and_no_longer() -> None:
     longest = b'{"list": true}'.ljust(LONGEST)
     assert understood(longest) == List(list=True)
-    with pytest.raises(Refusal, match="too long; expected 4096 bytes at most"):
+    with pytest.raises(Refusal, match="too long; expected 16384 bytes at most"):
         understood(longest + b" ")
 
 

@@ -118,7 +118,7 @@ def test_it_is_armed_on_request_only_while_the_link_is_good(tmp_path: Path) -> N
         terms = ("--supervised", "--set", "arming.demand_guard=false")
         unjudged = ("--set", "arming.max_late_percent=100.0", "--set", "executive.fifo_priority=0")
         robot = runs.robot("--for", "600", *terms, *unjudged)
-        control = robot.statistics.with_suffix(".control")
+        control = robot.statistics
         robot.wait_until_it_has_made(steps=1)
         refused = ask(control, "arm")["refused"]
         assert any("the link is not good" in why for why in refused)

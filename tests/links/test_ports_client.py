@@ -101,8 +101,8 @@ def test_what_cannot_be_reached_is_refused_at_once(tmp_path: Path) -> None:
     with pytest.raises(ConfigError, match="not on this machine; expected a key file"):
         PortsClient("192.0.2.1:7300")
     with pytest.raises(ConfigError, match="takes no key"):
-        PortsClient(tmp_path / "robot.ports", key)
-    with PortsClient(tmp_path / "robot.ports") as client, pytest.raises(NoAnswer):
+        PortsClient(tmp_path / "robot.stats", key)
+    with PortsClient(tmp_path / "robot.stats") as client, pytest.raises(NoAnswer):
         client.put("yaw_reference", 0.5)
     with PortsClient("127.0.0.1:9") as client, pytest.raises(NoAnswer):
         client.ports()

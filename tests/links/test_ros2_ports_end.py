@@ -19,7 +19,7 @@ def test_what_is_not_understood_is_counted_and_said_and_reading_goes_on(
 ) -> None:
     monkeypatch.setattr(ports_end, "TIME_EVERY", 10 * MILLISECOND)
     logged: list[str] = []
-    with Replies(tmp_path / "robot.ports") as run:
+    with Replies(tmp_path / "robot.stats") as run:
         end = PortsEnd(run.path, ["said"], lambda *_: None, logged.append)
         end.begin(lambda _: NEVER)
         run.answer_bytes(said)

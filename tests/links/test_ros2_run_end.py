@@ -8,10 +8,10 @@ import pytest
 
 from firmware_runtime.devs.time import MILLISECOND, SECOND
 from firmware_runtime.links.errors import ControlError
-from firmware_runtime.links.ports.robot_end import OneRunsEnd
 from firmware_runtime.links.ros2 import run_end
 from firmware_runtime.links.ros2.run_end import RunEnd
 from tests.support.replies import Replies
+from tests.support.waiting import wait_until
 
 LEASE_S = 0.4
 LEASE = round(LEASE_S * SECOND)
@@ -36,7 +36,7 @@ def clock(monkeypatch: pytest.MonkeyPatch) -> Clock:
 
 @pytest.fixture
 def run(tmp_path: Path) -> Iterator[Replies]:
-    with Replies(tmp_path / "robot.control") as run:
+    with Replies(tmp_path / "robot.stats") as run:
         yield run
 
 
@@ -46,6 +46,18 @@ def armed(run: Replies) -> RunEnd:
     run.answer_in_background({"refused": [], "armed": True, "lease": "5f0c"})
     assert end.arm(LEASE_S) == []
     run.wait()
+    return met(run, end)
+
+
+def met(run: Replies, end: RunEnd) -> RunEnd:
+    """The same once the run has greeted, and has said nothing else."""
+
+    def is_met() -> bool:
+        end.tend()
+        return run.has_request()
+
+    wait_until(is_met, "the run is met")
+    run.taken()
     return end
 
 
@@ -104,35 +116,20 @@ def test_a_run_that_does_not_answer_in_time_is_asked_to_disarm(
     end = RunEnd(run.path)
     with pytest.raises(ControlError, match="no answer within"):
         end.arm(60.0)
-    asked, then = run.requests()
-    assert json.loads(asked) == {"request": "arm", "lease_s": 60.0, "within_s": 0.01}
-    assert then == "disarm"
+    wait_until(run.has_request, "it is asked")
+    *_, then = run.requests()
+    assert json.loads(then) == {"request": "disarm"}
     assert end.lease is None
     end.close()
 
 
 @pytest.mark.parametrize("said", [b"\xff", b"text", b"[]", b'{"run": "b"}', b"[" * 10_000, b"1"])
 def test_what_no_run_has_said_is_no_answer(run: Replies, said: bytes) -> None:
-    end = RunEnd(run.path)
+    end = met(run, RunEnd(run.path))
     end.tend()
     run.answer_bytes(said)
     renewed(run, end)
     end.tend()
     assert end.seen is not None
     assert end.seen.run == "a"
-    end.close()
-
-
-def test_a_value_for_a_run_that_has_gone_does_not_reach_the_next(tmp_path: Path) -> None:
-    path = tmp_path / "robot.ports"
-    end = OneRunsEnd(path)
-    with pytest.raises(FileNotFoundError):
-        end.send(b"1")
-    with Replies(path) as first:
-        end.send(b"2")
-        assert first.requests() == ["2"]
-    with Replies(path) as second:
-        with pytest.raises(ConnectionRefusedError):
-            end.send(b"3")
-        assert second.requests() == []
     end.close()

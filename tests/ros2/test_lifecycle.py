@@ -143,7 +143,7 @@ def test_a_robot_that_is_disarmed_by_another_takes_its_node_back(
     started(robot, *FREE)
     node = robot.node(*PATIENT)
     activate(user)
-    post(robot.statistics.with_suffix(".control"), "disarm")
+    post(robot.statistics, "disarm")
     assert "requested" in line(node, "the robot was disarmed")
     assert user.state(NODE) == "inactive"
 
@@ -183,7 +183,7 @@ def test_services_arm_disarm_and_say_why_not(robot: RosProcesses, user: RosUser)
     assert not is_armed(robot)
     answer = user.call(Trigger, "/tachobot/safe_state")
     assert answer.success
-    assert not ask(robot.statistics.with_suffix(".control"), "state")["armed"]
+    assert not ask(robot.statistics, "state")["armed"]
 
 
 def test_services_fail_with_a_sentence_without_a_run(robot: RosProcesses, user: RosUser) -> None:

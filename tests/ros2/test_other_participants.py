@@ -36,7 +36,7 @@ def test_a_clock_of_ros_that_stands_still_keeps_no_node_from_its_run(
     node.set_parameters([Value("use_sim_time", value=True)])
     executor = SingleThreadedExecutor()
     executor.add_node(node)
-    with Replies(tmp_path / "parrot.control") as run:
+    with Replies(tmp_path / "parrot.stats") as run:
         for _ in range(100 * PATIENCE_S):
             if run.has_request():
                 break
@@ -51,7 +51,7 @@ def test_a_topic_that_is_remapped_is_so_for_each_of_its_types(
 ) -> None:
     """Or commands that were to go past a multiplexer would drive the robot by the other type."""
     topics = topics_of_plan(node, node.plan)
-    with Replies(tmp_path / "parrot.ports"):
+    with Replies(tmp_path / "parrot.stats"):
         topics.configure()
 
         def taken(topic: str) -> list[str]:

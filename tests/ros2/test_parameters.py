@@ -28,7 +28,7 @@ def value(name: str, of: object) -> Parameter:
 
 
 def in_run(robot: RosProcesses) -> dict[str, Any]:
-    values: dict[str, Any] = ask(robot.statistics.with_suffix(".control"), "get")["values"]
+    values: dict[str, Any] = ask(robot.statistics, "get")["values"]
     return values
 
 
@@ -93,7 +93,7 @@ def test_each_has_a_range_and_a_description(user: RosUser) -> None:
 
 @pytest.mark.usefixtures("_configured")
 def test_what_is_set_in_the_run_otherwise_is_followed(robot: RosProcesses, user: RosUser) -> None:
-    assert ask(robot.statistics.with_suffix(".control"), "set", values={KP: 0.25})["refused"] == []
+    assert ask(robot.statistics, "set", values={KP: 0.25})["refused"] == []
     wait_until(lambda: in_node(user, KP) == 0.25, "the node has followed")
 
 

@@ -41,7 +41,7 @@ class Parrot:
     """The run that answers and its node, as processes of their own."""
 
     def __init__(self, directory: Path, stack: ExitStack) -> None:
-        self.path = directory / "parrot.ports"
+        self.path = directory / "parrot.stats"
         self._stack = stack
         self.run = self.start("tests.support.topics_run", str(self.path))
         found = topics(EchoRobot(), RosSettings(rate_hz=0.0))

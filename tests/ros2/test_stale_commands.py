@@ -48,7 +48,7 @@ def test_a_node_that_may_have_lost_its_lease_hands_no_command_on(
     executor = SingleThreadedExecutor()
     executor.add_node(node)
     commands = user.node.create_publisher(Float64, "/parrot/say", 10)
-    with Replies(tmp_path / "parrot.ports") as run:
+    with Replies(tmp_path / "parrot.stats") as run:
         taken = topics_of_plan(node, node.plan)
         taken.configure()
         taken.activate()
@@ -73,7 +73,7 @@ def test_a_node_that_has_stood_still_doubts_what_waited_meanwhile(
     """A request to arm that somebody has given up must not arm, nor a command that is old move."""
     now = monotonic_ns()
     monkeypatch.setattr("firmware_runtime.links.ros2.node.monotonic_ns", lambda: now)
-    with Replies(tmp_path / "parrot.control") as run:
+    with Replies(tmp_path / "parrot.stats") as run:
         run.answer_in_background(STATE)
         node.trigger_configure()
         run.wait()
@@ -98,7 +98,7 @@ def test_a_run_that_does_not_answer_when_its_settings_change_ends_no_node(
     failing = Failing()
     executor = SingleThreadedExecutor()
     executor.add_node(node)
-    with Replies(tmp_path / "parrot.control") as run:
+    with Replies(tmp_path / "parrot.stats") as run:
         run.answer_in_background(STATE)
         node.trigger_configure()
         run.wait()

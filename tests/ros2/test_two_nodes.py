@@ -41,7 +41,7 @@ def test_a_node_whose_names_another_has_arms_nothing_and_says_so(
     assert node.namesakes == ""
     user.node.create_service(Trigger, "/parrot/arm", lambda _, response: response)
     wait_until(lambda: node.namesakes != "", "the other is found")
-    with Replies(tmp_path / "parrot.control") as run:
+    with Replies(tmp_path / "parrot.stats") as run:
         run.answer_in_background(STATE)
         node.trigger_configure()
         run.wait()

@@ -1,9 +1,5 @@
 """When outputs may be driven, and when no longer."""
 
-import os
-import socket
-from pathlib import Path
-
 import pytest
 
 from firmware_runtime.devs.time import MILLISECOND, SECOND
@@ -12,8 +8,6 @@ from firmware_runtime.executive.configuration import Configuration
 from firmware_runtime.executive.executive import Executive
 from firmware_runtime.executive.outcome import OFF_AGAIN_EVERY
 from firmware_runtime.hal.errors import BusFault, HalError
-from firmware_runtime.links.control import Answer, ControlSocket, Request, ask
-from firmware_runtime.links.errors import ControlError
 from firmware_runtime.runs import arming
 from firmware_runtime.runs.arming import GUARD_TIMEOUT, Arming, Permission
 from firmware_runtime.statistics.layout import ACKNOWLEDGED, ARMED, EPOCH, GUARD
@@ -251,64 +245,6 @@ def test_a_guard_that_is_demanded_must_show_itself(monkeypatch: pytest.MonkeyPat
     assert not rig.arming.interlock()
     rig.arming.between_steps(0, 0)
     assert rig.logged[-1] == "disarmed: the guard is gone"
-
-
-@pytest.fixture
-def path(tmp_path: Path) -> Path:
-    return tmp_path / "tachobot.control"
-
-
-def test_a_request_without_a_run_is_one_sentence(path: Path) -> None:
-    with pytest.raises(ControlError, match="expected a run that listens there"):
-        ask(path, "arm")
-
-
-def test_a_run_that_does_not_answer_is_one_sentence(
-    path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr("firmware_runtime.links.control.TIMEOUT_S", 0.01)
-    control = ControlSocket(path, {})
-    with pytest.raises(ControlError, match="no answer within"):
-        ask(path, "arm")
-    control.receive()
-    control.close()
-    assert not path.exists()
-
-
-def test_a_flood_of_requests_costs_the_loop_one_answer_a_pass(path: Path) -> None:
-    answered = 0
-
-    def arm(_request: Request) -> Answer:
-        nonlocal answered
-        answered += 1
-        return {"refused": ["not yet"], "armed": False}
-
-    control = ControlSocket(path, {"arm": arm})
-    with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as flood:
-        for _ in range(5):
-            flood.sendto(b"arm", str(path))
-    for passes in range(1, 6):
-        assert control.receive() == ()
-        assert answered == passes
-    control.receive()
-    assert answered == 5
-    control.close()
-
-
-def test_the_end_of_one_run_leaves_the_socket_of_the_next(path: Path) -> None:
-    first, second = ControlSocket(path, {}), ControlSocket(path, {})
-    first.close()
-    assert path.is_socket()
-    second.close()
-    assert not path.exists()
-
-
-def test_only_its_own_user_may_ask_whatever_the_umask(path: Path) -> None:
-    before = os.umask(0)
-    socket = ControlSocket(path, {})
-    os.umask(before)
-    assert path.stat().st_mode & 0o777 == 0o600
-    socket.close()
 
 
 def test_a_pause_switches_off_and_arms_again_by_the_same_terms() -> None:

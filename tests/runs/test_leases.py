@@ -1,16 +1,11 @@
 """A robot that a process armed is disarmed when that process is gone, or stuck."""
 
-import json
-import socket
-from pathlib import Path
-
 import pytest
 
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.executive.clocks import VirtualClock
 from firmware_runtime.executive.executive import Executive
-from firmware_runtime.links.control import SLOW_PATIENCE, Answer, ControlSocket, Request
 from firmware_runtime.runs.arming import Arming, Permission
 from firmware_runtime.runs.leases import LONGEST_S, SHORTEST_S, Leases
 from tests.support.periodic_models import Robot
@@ -125,77 +120,3 @@ def test_what_names_no_lease_renews_none(robot: Leased, lease: object) -> None:
 def test_a_lease_without_a_sensible_time_is_refused(robot: Leased, lease_s: object) -> None:
     with pytest.raises(ConfigError):
         robot.leases.take(lease_s)
-
-
-NEEDS = SECOND // 100
-
-
-class Control:
-    """A control socket and a client of it."""
-
-    def __init__(self, path: Path) -> None:
-        self.seen: list[Request] = []
-        self.control = ControlSocket(
-            path, {"quick": self._note, "slow": self._note}, {"slow": NEEDS}
-        )
-        self.client = socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM | socket.SOCK_NONBLOCK)
-        self.client.bind("")
-        self._path = str(path)
-
-    def _note(self, request: Request) -> Answer:
-        self.seen.append(request)
-        return {"refused": []}
-
-    def say(self, what: bytes) -> None:
-        self.client.sendto(what, self._path)
-        self.control.receive()
-
-    def close(self) -> None:
-        self.client.close()
-        self.control.close()
-
-
-def test_a_slow_request_waits_for_time_enough(tmp_path: Path) -> None:
-    socket_ = Control(tmp_path / "x.control")
-    socket_.control.between_steps(0, 0)
-    socket_.say(b'{"request": "slow", "values": 1}')
-    socket_.control.between_steps(0, NEEDS - 1)
-    assert socket_.seen == []
-    socket_.control.between_steps(0, NEEDS)
-    assert socket_.seen == [{"values": 1}]
-    assert json.loads(socket_.client.recv(4096)) == {"refused": []}
-    socket_.close()
-
-
-def test_a_loop_that_never_has_time_enough_answers_a_slow_request_all_the_same(
-    tmp_path: Path,
-) -> None:
-    socket_ = Control(tmp_path / "x.control")
-    socket_.control.between_steps(0, 0)
-    socket_.say(b"slow")
-    socket_.control.between_steps(SLOW_PATIENCE - 1, 0)
-    assert socket_.seen == []
-    socket_.control.between_steps(SLOW_PATIENCE, 0)
-    assert socket_.seen == [{}]
-    socket_.close()
-
-
-def test_slow_requests_that_wait_are_refused_by_name(tmp_path: Path) -> None:
-    socket_ = Control(tmp_path / "x.control")
-    socket_.say(b"slow")
-    socket_.control.refuse_waiting("quick", "another name")
-    socket_.control.refuse_waiting("slow", "too late")
-    socket_.control.between_steps(0, SECOND)
-    assert socket_.seen == []
-    assert json.loads(socket_.client.recv(4096)) == {"refused": ["too late"]}
-    socket_.close()
-
-
-@pytest.mark.parametrize("what", [b"", b"{", b"{}", b"[1]", b'{"request": 1}', b"\xff", b"no"])
-def test_what_is_no_request_is_refused(tmp_path: Path, what: bytes) -> None:
-    socket_ = Control(tmp_path / "x.control")
-    socket_.say(what)
-    (refusal,) = json.loads(socket_.client.recv(4096))["refused"]
-    assert "quick, slow" in refusal
-    assert socket_.seen == []
-    socket_.close()

@@ -1,7 +1,5 @@
 """What other processes ask of a run, and when it has time for it."""
 
-import json
-import socket
 from collections.abc import Iterator
 from pathlib import Path
 from time import monotonic_ns
@@ -13,13 +11,16 @@ from firmware_runtime.devs.time import SECOND
 from firmware_runtime.executive.clocks import VirtualClock
 from firmware_runtime.executive.configuration import Configuration
 from firmware_runtime.executive.executive import Executive
-from firmware_runtime.links.control import TIMEOUT_S, Answer, ControlSocket
+from firmware_runtime.links.control import TIMEOUT_S
+from firmware_runtime.links.ports.desk import Answer
+from firmware_runtime.links.ports.run_socket import RunSocket
 from firmware_runtime.runs.arming import Arming, Permission
 from firmware_runtime.runs.leases import Leases
 from firmware_runtime.runs.requests import SLOW, Requests
 from firmware_runtime.runs.tuning import Tuning
 from firmware_runtime.statistics.layout import EPOCH
 from tests.support.periodic_models import Robot
+from tests.support.ports_rig import Speaker
 
 
 class Asked:
@@ -30,21 +31,23 @@ class Asked:
         self.executive = executive
         self.arming = Arming(executive, Permission(at_start=False, demand_guard=False), list)
         tuning = Tuning(registry.load("tachobot"), lambda _: None)
-        self.requests = Requests(path, executive, self.arming, tuning, lambda _: None)
-        [self._control] = [each for each in executive.hooks if isinstance(each, ControlSocket)]
-        self._path = path
-        self.client = socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM | socket.SOCK_NONBLOCK)
-        self.client.bind("")
+        self.requests = Requests(
+            path, executive, None, arming=self.arming, tuning=tuning, log=lambda _: None
+        )
+        [self._socket] = [each for each in executive.hooks if isinstance(each, RunSocket)]
+        self.client = Speaker(path)
+        self._socket.receive()
+        self.client.received()
 
-    def ask(self, *requests: bytes) -> None:
+    def ask(self, *requests: dict[str, object]) -> None:
         """Let the loop read these."""
         for each in requests:
-            self.client.sendto(each, str(self._path))
-            self._control.answer_next()
+            self.client.say(each)
+            self._socket.receive()
 
     def pass_by(self, left: int) -> None:
         """A pass of the loop, with so much time left until the next event."""
-        self._control.between_steps(0, left)
+        self._socket.between_steps(0, left)
 
     def pass_by_too_late(self, monkeypatch: pytest.MonkeyPatch) -> None:
         """The same with time enough, once nobody waits for an answer any more."""
@@ -54,18 +57,12 @@ class Asked:
 
     def answers(self) -> list[Answer]:
         """What has been answered since the last call."""
-        found: list[Answer] = []
-        while True:
-            try:
-                answer = self.client.recv(4096)
-            except BlockingIOError:
-                return found
-            found.append(json.loads(answer))
+        return self.client.received()
 
 
 @pytest.fixture
 def asked(tmp_path: Path) -> Iterator[Asked]:
-    found = Asked(tmp_path / "x.control")
+    found = Asked(tmp_path / "x.socket")
     found.pass_by(0)
     yield found
     found.client.close()
@@ -73,7 +70,7 @@ def asked(tmp_path: Path) -> Iterator[Asked]:
 
 
 def test_arming_waits_for_time_enough_so_that_it_makes_no_step_late(asked: Asked) -> None:
-    asked.ask(b"arm")
+    asked.ask({"request": "arm"})
     asked.pass_by(SLOW["arm"] - 1)
     assert not asked.arming.armed
     asked.pass_by(SLOW["arm"])
@@ -84,14 +81,14 @@ def test_arming_waits_for_time_enough_so_that_it_makes_no_step_late(asked: Asked
 @pytest.mark.parametrize("sign", [1, -1], ids=["by the guard", "by safe-state"])
 def test_a_request_to_arm_from_before_a_takeover_is_refused(asked: Asked, sign: int) -> None:
     """A run that stood still finds it when it goes on; who sent it was told of no answer."""
-    asked.ask(b"arm")
+    asked.ask({"request": "arm"})
     asked.executive.cells[EPOCH] = sign * monotonic_ns()
     asked.arming.between_steps(0, 0)
     asked.pass_by(SECOND)
     assert not asked.arming.armed
     [answer] = asked.answers()
     assert "before the right to drive was taken" in answer["refused"][0]
-    asked.ask(b"arm")
+    asked.ask({"request": "arm"})
     asked.pass_by(SECOND)
     assert asked.arming.armed
 
@@ -99,7 +96,7 @@ def test_a_request_to_arm_from_before_a_takeover_is_refused(asked: Asked, sign: 
 def test_a_request_to_arm_that_nothing_waits_for_any_more_is_refused(
     asked: Asked, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    asked.ask(b"arm")
+    asked.ask({"request": "arm"})
     asked.pass_by_too_late(monkeypatch)
     assert not asked.arming.armed
     assert "expected one that is still waited for" in asked.answers()[0]["refused"][0]
@@ -108,9 +105,9 @@ def test_a_request_to_arm_that_nothing_waits_for_any_more_is_refused(
 def test_a_setting_that_nothing_waits_for_any_more_is_refused(
     asked: Asked, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    asked.ask(b'{"request": "set", "values": {"controller.yaw.kp": 0.7}}')
+    asked.ask({"request": "set", "values": {"controller.yaw.kp": 0.7}})
     asked.pass_by_too_late(monkeypatch)
-    asked.ask(b"get")
+    asked.ask({"request": "get"})
     refused, found = asked.answers()
     assert "expected one that is still waited for" in refused["refused"][0]
     assert found["revision"] == 0
@@ -122,15 +119,15 @@ def test_a_request_that_says_for_how_long_it_is_waited_for_has_no_effect_later(
     asked: Asked, monkeypatch: pytest.MonkeyPatch, within_s: object
 ) -> None:
     later = monotonic_ns() + 2 * SECOND
-    asked.ask(json.dumps({"request": "arm", "lease_s": 0.4, "within_s": within_s}).encode())
-    monkeypatch.setattr("firmware_runtime.links.control.monotonic_ns", lambda: later)
+    asked.ask({"request": "arm", "lease_s": 0.4, "within_s": within_s})
+    monkeypatch.setattr("firmware_runtime.links.ports.desk.monotonic_ns", lambda: later)
     asked.pass_by(SECOND)
     assert not asked.arming.armed
     assert "expected" in asked.answers()[0]["refused"][0]
 
 
 def test_a_request_that_is_still_waited_for_is_done(asked: Asked) -> None:
-    asked.ask(b'{"request": "arm", "lease_s": 0.4, "within_s": 60}')
+    asked.ask({"request": "arm", "lease_s": 0.4, "within_s": 60})
     asked.pass_by(SECOND)
     assert asked.arming.armed
 
@@ -138,10 +135,10 @@ def test_a_request_that_is_still_waited_for_is_done(asked: Asked) -> None:
 def test_a_renewal_that_a_run_finds_late_is_no_sign_of_life(
     asked: Asked, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    asked.ask(b'{"request": "arm", "lease_s": 0.4}')
+    asked.ask({"request": "arm", "lease_s": 0.4})
     asked.pass_by(SECOND)
     [answer] = asked.answers()
-    renewal = json.dumps({"request": "renew", "lease": answer["lease"]}).encode()
+    renewal = {"request": "renew", "lease": answer["lease"]}
     [leases] = [each for each in asked.executive.hooks if isinstance(each, Leases)]
     monkeypatch.setattr(leases, "_now", lambda: monotonic_ns() + 5 * SECOND)
     asked.ask(renewal)
@@ -150,9 +147,9 @@ def test_a_renewal_that_a_run_finds_late_is_no_sign_of_life(
 
 
 def test_disarming_waits_for_nothing_and_no_request_before_it_arms(asked: Asked) -> None:
-    asked.ask(b"arm")
+    asked.ask({"request": "arm"})
     asked.pass_by(SECOND)
-    asked.ask(b"arm", b"disarm")
+    asked.ask({"request": "arm"}, {"request": "disarm"})
     assert not asked.arming.armed
     asked.pass_by(SECOND)
     assert not asked.arming.armed
@@ -162,6 +159,6 @@ def test_disarming_waits_for_nothing_and_no_request_before_it_arms(asked: Asked)
 
 
 def test_what_is_asked_after_disarming_arms_again(asked: Asked) -> None:
-    asked.ask(b"arm", b"disarm", b"arm")
+    asked.ask({"request": "arm"}, {"request": "disarm"}, {"request": "arm"})
     asked.pass_by(SECOND)
     assert asked.arming.armed

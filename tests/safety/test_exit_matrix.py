@@ -146,7 +146,7 @@ def test_a_hang_and_what_comes_back_from_it(tmp_path: Path, table: SafetyTable) 
         took = run.until_off_ms(run.signal(signal.SIGSTOP))
         run.signal(signal.SIGCONT)
         wait_until(lambda: "the guard took over" in run.errors(), "the run finds the takeover")
-        assert ask(tmp_path / "tachobot.control", "arm")["refused"]
+        assert ask(tmp_path / "tachobot.stats", "arm")["refused"]
         assert run.is_off
         assert run.run.poll() is None
     table.add("SIGSTOP (hang)", took, goal_ms=300)

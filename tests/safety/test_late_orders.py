@@ -10,7 +10,6 @@ from firmware_runtime.board import registry
 from firmware_runtime.links.control import ask
 from firmware_runtime.links.errors import ControlError
 from firmware_runtime.runs.safe_state import SafeState
-from firmware_runtime.statistics.companions import Companion
 from tests.support.guarded_run import UNHURRIED, GuardedRun, guarded_run, wait_until
 from tests.support.trials import TURNING
 from tests.support.waiting import PATIENCE_S
@@ -75,7 +74,7 @@ def test_a_request_to_arm_that_a_stopped_run_finds_after_safe_state_is_refused(
     with guarded_run(tmp_path, guard=False, words=TURNING) as run:
         run.signal(signal.SIGSTOP)
         with suppress(ControlError):
-            ask(Companion.CONTROL.beside(tmp_path / "tachobot.stats"), "arm", timeout_s=0.1)
+            ask(tmp_path / "tachobot.stats", "arm", timeout_s=0.1)
         run.safe_state("requested")
         run.signal(signal.SIGCONT)
         wait_until(lambda: "safe-state took its right" in run.errors(), "the run knows it")

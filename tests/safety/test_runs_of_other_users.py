@@ -46,7 +46,7 @@ from firmware_runtime.links.control import ask
 from firmware_runtime.runs.watched_run import WatchedRun
 path = Path(sys.argv[1])
 become_ordinary()
-for attempt in (lambda: ask(path.with_suffix(".control"), "disarm"), lambda: WatchedRun(path)):
+for attempt in (lambda: ask(path, "disarm"), lambda: WatchedRun(path)):
     try:
         attempt()
     except FirmwareRuntimeError as error:

@@ -52,10 +52,10 @@ class Talker:
 
 
 class BridgedRun:
-    """Starts processes that share a directory; `path` is the run's ports socket."""
+    """Starts processes that share a directory; `path` has the run's statistics."""
 
     def __init__(self, directory: Path, stack: ExitStack) -> None:
-        self.path = directory / "tachobot.ports"
+        self.path = directory / "tachobot.stats"
         self.environment = {**os.environ, "FIRMWARE_RUNTIME_STATE_DIRECTORY": str(directory)}
         self._stack = stack
 
@@ -79,7 +79,7 @@ class BridgedRun:
     def has_begun(self) -> bool:
         """Whether the run has made a step: then it answers."""
         try:
-            return read_statistics(self.path.with_suffix(".stats")).cells[STEPS] > 0
+            return read_statistics(self.path).cells[STEPS] > 0
         except StatisticsFileError:
             return False
 

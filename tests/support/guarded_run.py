@@ -12,7 +12,6 @@ from time import monotonic_ns
 from typing import Any
 
 from firmware_runtime.links.control import ask
-from firmware_runtime.statistics.companions import Companion
 from firmware_runtime.statistics.layout import STEPS
 from firmware_runtime.statistics.reader import read_statistics
 from tests.support.waiting import PATIENCE_S, wait_until
@@ -175,7 +174,7 @@ class GuardedRun:
         wait_until(lambda: not self.is_off, "the motors are driven again", self.errors)
 
     def _arms(self) -> bool:
-        answer = ask(Companion.CONTROL.beside(self.log.with_name(f"{self.robot}.stats")), "arm")
+        answer = ask(self.log.with_name(f"{self.robot}.stats"), "arm")
         return bool(answer.get("armed"))
 
     def safe_state(self, reason: str) -> str:

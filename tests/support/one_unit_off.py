@@ -131,7 +131,7 @@ class _Off(_Replay):
             form = plain(nudged(value, self._spot.path) if is_there else value)
             self._result.replayed.append(Event(at, name, form, pack(form)))
 
-        self._player.listen(port, left)  # type: ignore[arg-type]
+        self._player.listen(port, left)
 
 
 def nudged(value: Any, path: Path) -> Any:  # noqa: ANN401 -- whatever a port carries

@@ -1,41 +1,75 @@
-"""A run's socket that answers what a test wants, when it wants."""
+"""A run's socket, and its statistics, that answers what a test wants, when it wants."""
 
 import json
+import select
 import socket
+from collections import deque
+from contextlib import suppress
 from pathlib import Path
-from select import select
+from queue import Empty, Queue
 from threading import Thread
 
 from firmware_runtime.closing import Closing
+from firmware_runtime.links.ports.datagrams import GREETING
+from firmware_runtime.statistics.companions import Companion
+from firmware_runtime.statistics.file import StatisticsFile
+from firmware_runtime.statistics.layout import Layout
 from tests.support.waiting import PATIENCE_S
 
 
-class Replies(Closing):
-    """Bound to a path from construction on; the path is free again when it is closed."""
+def state_run(statistics: Path) -> None:
+    """Keep statistics there, as a run of this process does."""
+    StatisticsFile(Layout(), {"models": {}, "conditions": {}}, statistics)
 
-    def __init__(self, path: Path) -> None:
-        self.path = path
-        self._socket = socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM)
-        self._socket.settimeout(PATIENCE_S)
-        self._socket.bind(str(path))
+
+class Replies(Closing):
+    """Listens from construction on, and greets; the path is free again when it is closed."""
+
+    def __init__(self, statistics: Path) -> None:
+        self.path = statistics
+        state_run(statistics)
+        self._socket = Companion.SOCKET.beside(statistics)
+        self._listener = socket.socket(socket.AF_UNIX, socket.SOCK_SEQPACKET)
+        self._listener.bind(str(self._socket))
+        self._listener.listen()
+        self._end, self._ended = socket.socketpair()
+        self._said: Queue[tuple[bytes, socket.socket]] = Queue()
+        self._connections: list[socket.socket] = []
+        self._listening = Thread(target=self._listen)
+        self._listening.start()
         self._thread: Thread | None = None
 
     def close(self) -> None:
         """Wait until what is to be answered was, and free the path."""
         self.wait()
-        self._socket.close()
-        self.path.unlink()
+        if not self._listening.is_alive():
+            return
+        self._socket.unlink()
+        self._end.send(b".")
+        self._listening.join()
+        for each in (self._listener, self._end, self._ended, *self._connections):
+            each.close()
 
     def has_request(self) -> bool:
         """Whether one waits to be read."""
-        return bool(select([self._socket], (), (), 0)[0])
+        return not self._said.empty()
+
+    def taken(self) -> list[tuple[bytes, socket.socket]]:
+        """What waits to be read, and the way back to who said it."""
+        found: deque[tuple[bytes, socket.socket]] = deque()
+        while True:
+            try:
+                found.append(self._said.get_nowait())
+            except Empty:
+                return list(found)
 
     def requests(self) -> list[str]:
         """What waits to be read."""
-        found = []
-        while self.has_request():
-            found.append(self._socket.recv(1 << 16).decode())
-        return found
+        return [said.decode() for said, _ in self.taken()]
+
+    def next(self) -> tuple[bytes, socket.socket]:
+        """Wait for a message; it, and the way back to who said it."""
+        return self._said.get(timeout=PATIENCE_S)
 
     def answer(self, answer: dict[str, object]) -> None:
         """Wait for a request, and answer it."""
@@ -43,8 +77,8 @@ class Replies(Closing):
 
     def answer_bytes(self, answer: bytes) -> str:
         """The same with bytes that need not be JSON; the request."""
-        request, sender = self._socket.recvfrom(1 << 16)
-        self._socket.sendto(answer, sender)
+        request, back = self.next()
+        back.send(answer)
         return request.decode()
 
     def answer_in_background(self, answer: dict[str, object]) -> None:
@@ -57,3 +91,29 @@ class Replies(Closing):
         if self._thread is not None:
             self._thread.join()
             self._thread = None
+
+    def _listen(self) -> None:
+        """Greet each that comes, and keep what it says."""
+        open_ones = [self._listener, self._ended]
+        while True:
+            ready, _, _ = select.select(open_ones, (), ())
+            for each in ready:
+                if each is self._ended:
+                    return
+                if each is self._listener:
+                    accepted, _ = each.accept()
+                    self._connections.append(accepted)
+                    open_ones.append(accepted)
+                    with suppress(ConnectionError):  # it has gone already
+                        accepted.send(GREETING)
+                elif said := _received(each):
+                    self._said.put((said, each))
+                else:
+                    open_ones.remove(each)
+
+
+def _received(connection: socket.socket) -> bytes:
+    try:
+        return connection.recv(1 << 16)
+    except ConnectionError:
+        return b""

@@ -1,6 +1,6 @@
 """A run of a model that answers every value it is sent, with its ports on a socket.
 
-python -m tests.support.topics_run PATH
+python -m tests.support.topics_run STATISTICS
 """
 
 import sys
@@ -14,8 +14,9 @@ from firmware_runtime.executive.clocks import MonotonicClock
 from firmware_runtime.executive.configuration import Configuration
 from firmware_runtime.executive.executive import Executive
 from firmware_runtime.links.ports.ports import Ports
-from firmware_runtime.links.ports.ports_socket import PortsSocket
+from firmware_runtime.links.ports.run_socket import RunSocket
 from firmware_runtime.models.motion import Motion
+from firmware_runtime.statistics.companions import Companion
 
 
 class Echo(Atomic):
@@ -69,8 +70,9 @@ class EchoRobot(Coupled):
 def main(path: Path) -> None:
     """Run until it is killed."""
     model = EchoRobot()
-    executive = Executive(model, MonotonicClock(), list, Configuration())
-    PortsSocket(path, Ports(model), executive)
+    configuration = Configuration(statistics_path=path)
+    executive = Executive(model, MonotonicClock(), list, configuration)
+    RunSocket(Companion.SOCKET.beside(path), executive, Ports(model))
     executive.run(NEVER)
 
 

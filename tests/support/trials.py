@@ -17,7 +17,6 @@ from typing import NamedTuple
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.links.control import ask
 from firmware_runtime.links.errors import ControlError
-from firmware_runtime.statistics.companions import Companion
 from tests.support.guarded_run import GuardedRun
 from tests.support.safety_table import DOCUMENT, machine, written_between
 from tests.support.waiting import wait_until
@@ -95,7 +94,7 @@ def _drives(run: GuardedRun, keep_others: Callable[[], None]) -> bool:
         run.run_again()
     elif run.is_off:
         with suppress(ControlError):  # it has just ended
-            ask(Companion.CONTROL.beside(run.log.with_name(f"{run.robot}.stats")), "arm")
+            ask(run.log.with_name(f"{run.robot}.stats"), "arm")
     return not run.is_off
 
 

@@ -117,6 +117,7 @@ BOARD = BoardDefinition(
         "controller.lean_per_speed_rad",
         "controller.lean_per_place_rad_s",
     ),
+    inputs={"place": "hold"},
     doubles_run_s=10.0,
     experiments={"place-step": PLACE_STEP},
 )

@@ -6,7 +6,6 @@ from pathlib import Path
 
 from firmware_runtime.cli.arguments import SubParsers, add_verb
 from firmware_runtime.links.control import ask
-from firmware_runtime.statistics.companions import Companion
 from firmware_runtime.statistics.paths import find_statistics
 from firmware_runtime.status import Status
 
@@ -30,7 +29,7 @@ def add_to(verbs: SubParsers) -> None:
 def execute(arguments: argparse.Namespace) -> int:
     """Ask, and print the answer; ControlError says why there is none."""
     statistics = arguments.statistics or find_statistics(arguments.board)
-    answer = ask(Companion.CONTROL.beside(statistics), arguments.request)
+    answer = ask(statistics, arguments.request)
     for reason in answer.get("refused", ()):
         print(f"firmware-runtime: {arguments.request} refused: {reason}", file=sys.stderr)
     for failure in answer.get("not_safe", ()):

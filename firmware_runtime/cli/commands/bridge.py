@@ -13,7 +13,6 @@ from firmware_runtime.links.bridge.route import Route
 from firmware_runtime.links.endpoint import endpoint
 from firmware_runtime.links.key_file import read_key
 from firmware_runtime.links.ports.datagrams import LARGEST_EVERY
-from firmware_runtime.statistics.companions import Companion
 from firmware_runtime.statistics.paths import default_path
 from firmware_runtime.status import Status
 from firmware_runtime.system.notices import Notices
@@ -114,7 +113,7 @@ def _route(arguments: argparse.Namespace, statistics: Path) -> Route:
         fault = f"{listen} is open to other machines; expected --key FILE, or a loopback address"
         raise ConfigError.of_one("--listen", fault)
     return Route(
-        robot=Companion.PORTS.beside(statistics),
+        robot=statistics,
         listen=listen,
         peers=[endpoint("--peer", peer) for peer in arguments.peer],
         watch=watch,

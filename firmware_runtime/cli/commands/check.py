@@ -4,6 +4,7 @@ import argparse
 
 from firmware_runtime.blackbox.size import seconds_held, size_for
 from firmware_runtime.board.ends import check_ends
+from firmware_runtime.board.inputs import described, input_timeouts
 from firmware_runtime.board.registry import Board
 from firmware_runtime.board.ros.topics import topics_of
 from firmware_runtime.cli.arguments import SubParsers, add_board, add_verb
@@ -37,6 +38,8 @@ def execute(arguments: argparse.Namespace) -> int:
         recurring = dict.fromkeys((each.what, each.period_ns) for each in load.transactions)
         for what, period_ns in recurring:
             print(f"    {what} every {period_ns / 1e6:g} ms")
+    for name, timeout in input_timeouts(board).items():
+        print(f"  {described(name, timeout)}")
     print(f"  recording: {_recording(board)}")
     counts = f"{len(topics.publications)} published, {len(topics.subscriptions)} taken"
     print(f"  ros2 topics: {counts}")

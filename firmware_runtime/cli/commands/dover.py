@@ -11,7 +11,6 @@ from firmware_runtime.cli.readers_gone import print_line
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.links.dover.bridge import DoverBridge
 from firmware_runtime.models.dover import HIGHEST_PORT
-from firmware_runtime.statistics.companions import Companion
 from firmware_runtime.statistics.paths import default_path
 from firmware_runtime.status import Status
 from firmware_runtime.system.other_processors import keep_off
@@ -58,7 +57,7 @@ def execute(arguments: argparse.Namespace) -> int:
         fault = f"port {min(both)} is in --send and in --take, so the robot would receive its own"
         raise ConfigError.of_one("dover", f"{fault}; expected two ports")
     path = arguments.statistics or _statistics_of(arguments.board)
-    bridge = DoverBridge(Companion.PORTS.beside(path), sends, takes, _say)
+    bridge = DoverBridge(path, sends, takes, _say)
     print(f"dover: carries {len(sends)} numbers out and {len(takes)} in", flush=True)
     try:
         with until_signal() as signal:

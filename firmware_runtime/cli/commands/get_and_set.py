@@ -15,7 +15,6 @@ from firmware_runtime.cli.chosen_board import chosen_run
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.links.control import ask
 from firmware_runtime.spelling import did_you_mean
-from firmware_runtime.statistics.companions import Companion
 from firmware_runtime.statistics.paths import default_path
 from firmware_runtime.status import Status
 
@@ -47,7 +46,7 @@ def _add_run(verb: argparse.ArgumentParser) -> None:
 def _get(arguments: argparse.Namespace) -> int:
     """Print what the run answers; ControlError says why there is no answer."""
     board, run = chosen_run(arguments.board)
-    values = ask(_socket(arguments, run), "get")["values"]
+    values = ask(_statistics(arguments, run), "get")["values"]
     _refuse_unknown("get", arguments.keys, values, board)
     wanted = {key: values[key] for key in arguments.keys or values}
     if arguments.json:
@@ -63,11 +62,11 @@ def _get(arguments: argparse.Namespace) -> int:
 def _set(arguments: argparse.Namespace) -> int:
     """Have the run take up the values, and print them as they are then."""
     board, run = chosen_run(arguments.board)
-    values, path = dict(_assignments(arguments.values)), _socket(arguments, run)
-    known = ask(path, "get")["values"]
+    values, statistics = dict(_assignments(arguments.values)), _statistics(arguments, run)
+    known = ask(statistics, "get")["values"]
     fixed = {key for key in values if has_key(board.settings, key)}  # why not, says the run
     _refuse_unknown("set", [key for key in values if key not in fixed], known, board)
-    answer = ask(path, "set", values=values)
+    answer = ask(statistics, "set", values=values)
     for reason in answer["refused"]:
         print(f"firmware-runtime: set refused: {reason}", file=sys.stderr)
     if answer["refused"]:
@@ -84,8 +83,9 @@ def _where(board: Board) -> str:
     return "its board's definition names none as `retunable`"
 
 
-def _socket(arguments: argparse.Namespace, run: str) -> Path:
-    return Companion.CONTROL.beside(arguments.statistics or default_path(run))
+def _statistics(arguments: argparse.Namespace, run: str) -> Path:
+    found: Path = arguments.statistics or default_path(run)
+    return found
 
 
 def _refuse_unknown(

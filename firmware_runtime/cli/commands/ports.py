@@ -16,7 +16,6 @@ from firmware_runtime.cli.words import is_json
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.links.ports.datagrams import LARGEST_EVERY, message_of
 from firmware_runtime.links.ports.ports_client import PortsClient
-from firmware_runtime.statistics.companions import Companion
 from firmware_runtime.statistics.paths import default_path
 from firmware_runtime.status import Status
 
@@ -95,8 +94,7 @@ def _watch(arguments: argparse.Namespace) -> int:
 def _connected(arguments: argparse.Namespace) -> Iterator[PortsClient]:
     where: str | Path = arguments.place
     if not _ADDRESS.fullmatch(arguments.place):
-        path = arguments.statistics or default_path(chosen_run(arguments.place)[1])
-        where = Companion.PORTS.beside(path)
+        where = arguments.statistics or default_path(chosen_run(arguments.place)[1])
     elif arguments.statistics is not None:
         fault = "belongs to a BOARD of this computer; expected none with ADDRESS:PORT"
         raise ConfigError.of_one("--statistics", fault)

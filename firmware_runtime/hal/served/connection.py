@@ -19,6 +19,7 @@ from firmware_runtime.hal.served.packets import (
     encode,
     read_answer,
 )
+from firmware_runtime.system.credentials import peer_of, trusted_users
 
 ANSWER_S: Final = 1.0
 """How long an answer may take; doubles need less than a millisecond, a busy machine more."""
@@ -142,4 +143,10 @@ def _connected(path: Path, answer_s: float, wait_s: float) -> socket:
                 f"{path}: no doubles are served here ({error.strerror or error}); expected "
                 f"`firmware-runtime doubles serve BOARD --socket {path}` to run"
             ) from error
+        if (user := peer_of(connection).user) not in trusted_users(path.parent):
+            connection.close()
+            raise BusAbsent(
+                f"{path}: user {user} serves here, and so may anybody; expected doubles of root, "
+                "of this user, or of the user to whom the folder belongs"
+            )
         return connection

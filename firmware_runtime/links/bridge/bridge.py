@@ -1,10 +1,11 @@
 """The bridge: ports of a running robot over UDP, carried by a process of its own.
 
-    UDP sender <--> socket of this process <--> a RobotEnd of its own <--> the run's ports socket
+    UDP sender <--> socket of this process <--> a RobotEnd of its own <--> the run's socket
 
-A datagram is handed on as it is, in both directions. Each UDP sender has an end of its own at the
-robot, so the run can distinguish them, and what it answers one of them goes to no other. How many
-there may be, and when one is forgotten, `senders` says.
+A datagram is handed on as it is, in both directions, but for requests to arm, disarm or set: it may
+come from anywhere, and this process is the run's own user's. Each UDP sender has an end of its own
+at the robot, so the run can distinguish them, and what it answers one of them goes to no other. How
+many there may be, and when one is forgotten, `senders` says.
 
 With a key, only what is signed with it is taken, and answers are signed (`admission`).
 
@@ -25,7 +26,7 @@ from firmware_runtime.links.bridge.envelope import Refused
 from firmware_runtime.links.bridge.route import Carried, Route
 from firmware_runtime.links.bridge.senders import Sender, Senders, UdpAddress
 from firmware_runtime.links.endpoint import bound, written
-from firmware_runtime.links.ports.datagrams import message_of
+from firmware_runtime.links.ports.datagrams import Ask, Refusal, message_of, understood
 from firmware_runtime.links.ports.robot_end import AT_ONCE, RobotEnd
 
 POLL_EVERY: Final = 250 * MILLISECOND
@@ -110,6 +111,9 @@ class Bridge:
     def _carry(self, name: str, datagram: bytes, address: UdpAddress) -> None:
         sender = self._senders.find(address) or self._welcome(address)
         sender.spoke_at, sender.name = monotonic_ns(), name
+        if _is_request(datagram):
+            self._refuse(sender, "a bridge carries no requests; expected port, watch, list or time")
+            return
         try:
             sender.end.send(datagram)
         except BlockingIOError:
@@ -150,6 +154,14 @@ class Bridge:
     def _forget(self, sender: Sender) -> None:
         self._selector.unregister(sender.end)
         sender.end.close()
+
+
+def _is_request(datagram: bytes) -> bool:
+    """Whether the run would do something itself; what it would not understand it says itself."""
+    try:
+        return isinstance(understood(datagram), Ask)
+    except Refusal:
+        return False
 
 
 def _nothing() -> None:

@@ -29,6 +29,8 @@ class BridgeEnd:
         self._bridge = bridge
         self._acquaintance = None if key is None else Acquaintance(key)
         self._last = b""
+        self.why_not_believed = ""
+        """As of `RobotEnd`: what is not believed is left out here."""
         self._socket = socket.socket(bridge.family, socket.SOCK_DGRAM | socket.SOCK_NONBLOCK)
         try:
             self._socket.connect(bridge.where)

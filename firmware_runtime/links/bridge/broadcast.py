@@ -12,7 +12,7 @@ from firmware_runtime.errors import ConfigError
 from firmware_runtime.links.bridge.route import Carried, Route
 from firmware_runtime.links.endpoint import Endpoint
 from firmware_runtime.links.ports.datagrams import message_of
-from firmware_runtime.links.ports.robot_end import RobotEnd, why_absent
+from firmware_runtime.links.ports.robot_end import RobotEnd
 
 RENEW_EVERY: Final = 2 * SECOND
 """Ns from one request to watch to the next: a run that has just begun knows nothing of the last."""
@@ -34,7 +34,6 @@ class Broadcast:
 
     def __init__(self, route: Route, carried: Carried, log: Callable[[str], None]) -> None:
         self.is_there: bool | None = None
-        self._robot = route.robot
         self._peers = [_connected(peer) for peer in route.peers]
         self._request = message_of(watch=route.watch, every=route.every) if route.watch else b""
         self._end = RobotEnd(route.robot)
@@ -49,11 +48,11 @@ class Broadcast:
 
     def poll(self, now: int) -> None:
         """Find the run, and ask it again before it forgets."""
-        absent = why_absent(self._robot)
+        absent = self._end.why_absent()
         if self.is_there is not (absent == ""):
             self.is_there, self._refusal, self._renew_at = absent == "", "", now
             what = f"no run listens ({absent}); waiting for one" if absent else "a run listens"
-            self._log(f"{self._robot}: {what}")
+            self._log(f"{self._end.path}: {what}")
         if self.is_there and self._request and now >= self._renew_at:
             self._renew_at = now + RENEW_EVERY
             with suppress(OSError):  # gone since, or busy: the next time, then
@@ -68,6 +67,8 @@ class Broadcast:
             elif said.error not in ("", self._refusal):
                 self._refusal = said.error
                 self._log(f"the run refuses: {said.error}")
+        if not self._end.is_connected:  # the next one knows nothing
+            self.is_there = None
 
     def close(self) -> None:
         """Close the sockets."""

@@ -12,7 +12,7 @@ class Route:
     """What a bridge carries: from where to where."""
 
     robot: Path
-    """The run's ports socket."""
+    """The run's statistics: its socket is beside them."""
     listen: Endpoint
     peers: Sequence[Endpoint] = ()
     watch: Sequence[str] = ()

@@ -65,6 +65,9 @@ class Link(EventSource):
         self.on_bad: Callable[[str], None] = lambda _: None
         self.on_bye: Callable[[Farewell], None] = lambda _: None
         self.on_closed: Callable[[], None] = lambda: None
+        self.why_silent: Callable[[int], str | None] = lambda _now: None
+        """Why this end is to fall silent at an instant of the run, so that the other switches off;
+        None while it is not."""
         self._executive = executive
         self._time = time
         self._channel = channel
@@ -125,7 +128,8 @@ class Link(EventSource):
         clock = self._time()
         if sender.departures:
             sender.collect(clock - now)
-        is_there = self.peer.is_good(clock)
+        may_speak = self.why_silent(now) is None
+        is_there = may_speak and self.peer.is_good(clock)
         lacks_at = self.lacks_at(clock)
         is_good = is_there and clock < min(sender.unaccepted_at, lacks_at)
         if self._was_good and not is_good:
@@ -140,7 +144,8 @@ class Link(EventSource):
             sender.send_steps(clock, counts)
         else:
             sender.outbox.expire(clock)
-        sender.show_presence(clock, counts, is_good=is_there)
+        if may_speak:
+            sender.show_presence(clock, counts, is_good=is_there)
         self._count()
         self._meter.write(counts, is_good=is_good, silences=self.peer.silences)
 

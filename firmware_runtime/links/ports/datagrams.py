@@ -1,4 +1,4 @@
-"""What may be said to the ports of a running robot: one JSON object a datagram.
+"""What may be said to a running robot: one JSON object a message.
 
     {"port": "yaw_reference", "value": 1.0}            put a value into an input port of the model
     {"port": "yaw_reference", "value": 1.0, "confirm": true}   the same, answered when it is in
@@ -6,6 +6,7 @@
     {"watch": []}                                      send none any more
     {"list": true}                                     which ports there are, and what was counted
     {"time": true}                                     the run's time and the machine's, now
+    {"request": "arm", "lease_s": 0.4}                 something that the run itself does (`desk`)
 
 A value that has waited for more than 2 s, as where the run stood still, is refused.
 
@@ -26,8 +27,10 @@ class Refusal(FirmwareRuntimeError):
     """A datagram is not obeyed, and nothing else happens; the text goes back to its sender."""
 
 
-LONGEST: Final = 4096
-"""Bytes of the longest datagram that is read."""
+LONGEST: Final = 1 << 14
+"""Bytes of the longest message that is read."""
+GREETING: Final = b'{"greets":"firmware-runtime"}'
+"""What a run says first: it has taken the connection."""
 MOST_PORTS: Final = 64
 """How many ports one sender may watch."""
 LARGEST_EVERY: Final = 1_000_000
@@ -63,11 +66,19 @@ class Time(Struct, frozen=True, forbid_unknown_fields=True):
     time: bool
 
 
-Request: TypeAlias = Put | Watch | List | Time
+class Ask(Struct, frozen=True):
+    """A request to the run itself, and what was stated with it."""
 
-_EXPECTED = "expected a JSON object with one of port, watch, list, time"
+    name: str
+    stated: dict[str, Any]
+
+
+Request: TypeAlias = Put | Watch | List | Time | Ask
+
+_EXPECTED = "expected a JSON object with one of port, watch, list, time, request"
+_asked = msgspec.json.Decoder(dict[str, Any]).decode
 _keys = msgspec.json.Decoder(dict[str, Raw]).decode
-_READERS: Final[dict[str, msgspec.json.Decoder[Request]]] = {
+_READERS: Final[dict[str, msgspec.json.Decoder[Put | Watch | List | Time]]] = {
     "port": msgspec.json.Decoder(Put),
     "watch": msgspec.json.Decoder(Watch),
     "list": msgspec.json.Decoder(List),
@@ -85,9 +96,18 @@ def understood(datagram: bytes) -> Request:
         for key, reader in _READERS.items():
             if key in keys:
                 return reader.decode(datagram)
+        if "request" in keys:
+            return _ask_of(_asked(datagram))
     except (msgspec.MsgspecError, UnicodeDecodeError, RecursionError) as error:
         raise Refusal(f"{error}; {_EXPECTED}") from error
     raise Refusal(f"the datagram asks for nothing known; {_EXPECTED}")
+
+
+def _ask_of(said: dict[str, Any]) -> Ask:
+    name = said.pop("request")
+    if not isinstance(name, str):
+        raise Refusal(f"request: {name!r}: expected a name; {_EXPECTED}")
+    return Ask(name, said)
 
 
 def message_of(**what: Any) -> bytes:  # noqa: ANN401 -- whatever a model sends

@@ -5,7 +5,7 @@
         for message in robot.watch(["controller.yaw.command_n"], every=10):
             print(message.t_ns, message.value)
 
-Through a bridge, signed with its key; on the robot itself also by the run's own socket, a Path.
+Through a bridge, signed with its key; on the robot itself also by the Path of its statistics.
 """
 
 from collections import deque
@@ -59,7 +59,8 @@ _said = msgspec.json.Decoder(_Said).decode
 class PortsClient(Closing):
     """Speaks with the ports of one run; a context manager.
 
-    `where` is a bridge's ADDRESS:PORT, or the path of a run's ports socket. Raises ConfigError for
+    `where` is a bridge's ADDRESS:PORT, or the path of the statistics of a run on
+    this machine. Raises ConfigError for
     an address or a key that is none, for one of another machine without a key, and for what the run
     refuses; NoAnswer if it does not answer.
     """
@@ -137,11 +138,13 @@ class PortsClient(Closing):
             if said is not None and getattr(said, key):
                 return said
             self._keep(said)
+        why = self._end.why_not_believed
         self._end.forget()
         expected = "expected a run that listens there"
         if self._may_need_key:
             expected += "; a bridge with a key answers only what is signed with it: --key FILE"
-        raise NoAnswer(f"{self.where}: no answer within {TIMEOUT // SECOND} s; {expected}")
+        fault = why or f"no answer within {TIMEOUT // SECOND} s"
+        raise NoAnswer(f"{self.where}: {fault}; {expected}")
 
     def _keep(self, said: _Said | None) -> None:
         """A message that comes while something else is waited for."""

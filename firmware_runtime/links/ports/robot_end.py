@@ -1,21 +1,29 @@
-"""The other end of the ports socket: how a process of its own speaks with a running robot."""
+"""The other end of a run's socket: how a process of its own speaks with a running robot."""
 
-import os
+import select
 import socket
-import struct
+from collections import deque
 from collections.abc import Iterator
 from contextlib import suppress
-from errno import ECONNREFUSED
+from errno import EBADF, ECONNREFUSED
 from pathlib import Path
+from time import monotonic_ns
 from typing import Final
 
+from firmware_runtime.devs.time import SECOND
 from firmware_runtime.hal.errors import HalError
-from firmware_runtime.system import credentials
+from firmware_runtime.links.ports.datagrams import GREETING
+from firmware_runtime.links.ports.speaker_of_run import why_not_of_run
+from firmware_runtime.statistics.companions import Companion
+from firmware_runtime.system.credentials import peer_of
 
 AT_ONCE: Final = 64
-"""How many datagrams are taken in a row."""
+"""How many messages are taken in a row."""
+ROOM: Final = 16
+"""How many messages wait for the run to take the connection."""
+WAITS_FOR: Final = SECOND // 4
+"""Ns for which they do: a value that is older is not sent."""
 _LONGEST: Final = 1 << 18
-_BESIDE: Final = socket.CMSG_SPACE(credentials.SIZE)
 
 
 class NoAnswer(HalError, TimeoutError):
@@ -23,92 +31,137 @@ class NoAnswer(HalError, TimeoutError):
 
 
 class RobotEnd:
-    """A socket that speaks with whatever run listens at a path: with this one, and the next.
+    """Speaks with whatever run keeps its statistics at a path: with this one, and the next.
 
-    `timeout_s` is how long it waits for room to say something in, 0 for not at all. Raises OSError
-    if there is no descriptor left for it.
+    What listens beside the statistics is believed once it has greeted, if it is the process that
+    they name. Nothing waits. Raises OSError if there is no descriptor left for it.
     """
 
-    def __init__(self, path: Path, timeout_s: float = 0.0) -> None:
-        self._path = os.fspath(path)
-        self._socket = _made()
-        self._socket.setsockopt(socket.SOL_SOCKET, socket.SO_PASSCRED, 1)
-        self._socket.bind("")  # the kernel finds a name for the answers, in no directory
-        if timeout_s > 0:
-            self._socket.setblocking(True)
-            whole, part = divmod(round(timeout_s * 1e6), 10**6)
-            timeout = struct.pack("@ll", whole, part)
-            self._socket.setsockopt(socket.SOL_SOCKET, socket.SO_SNDTIMEO, timeout)
+    def __init__(self, statistics: Path) -> None:
+        self.path = Companion.SOCKET.beside(statistics)
+        self.why_not_believed = ""
+        """What is wrong with the process that listens; empty if nothing is."""
+        self.is_greeted = False
+        self._statistics = statistics
+        self._socket: socket.socket | None = None
+        self._waiting: deque[tuple[int, bytes]] = deque()
+        self._poll = select.epoll()
 
     def fileno(self) -> int:
         """The descriptor that becomes readable when the robot has said something."""
-        return self._socket.fileno()
+        return self._poll.fileno()
 
-    def send(self, datagram: bytes) -> None:
-        """Say something, without waiting longer than its timeout.
+    @property
+    def is_connected(self) -> bool:
+        """Whether a run, or what takes its place, listens and has not gone."""
+        return self._socket is not None
+
+    def why_absent(self) -> str:
+        """Why there is no run to speak with, empty if there is one; connects to it."""
+        try:
+            self.connect()
+        except OSError as error:
+            return error.strerror or str(error)
+        return self.why_not_believed
+
+    def connect(self) -> None:
+        """Connect to the run, unless that is done. Raises OSError if none listens."""
+        if self._socket is not None:
+            return
+        if self._poll.closed:
+            raise OSError(EBADF, "this end is closed")
+        made = socket.socket(socket.AF_UNIX, socket.SOCK_SEQPACKET | socket.SOCK_NONBLOCK)
+        try:
+            made.connect(str(self.path))
+        except OSError:
+            made.close()
+            raise
+        self._poll.register(made, select.EPOLLIN)
+        self._socket = made
+
+    def send(self, message: bytes) -> None:
+        """Say something, without waiting; it leaves when the run has greeted.
 
         Raises BlockingIOError if there is no room for it, another OSError if no run listens.
         """
-        self._socket.sendto(datagram, self._path)
+        self.connect()
+        if not self.is_greeted:
+            if len(self._waiting) >= ROOM:
+                raise BlockingIOError
+            self._waiting.append((monotonic_ns(), message))
+            return
+        assert self._socket is not None  # noqa: S101 -- it is connected
+        try:
+            self._socket.send(message)
+        except BlockingIOError:
+            raise
+        except OSError:  # that run has gone: there may be another
+            self._disconnect()
+            self.connect()
+            self._waiting.append((monotonic_ns(), message))
 
     def received(self) -> Iterator[bytes]:
-        """What the robot has said, without waiting.
-
-        Every program of this computer may send to a socket that has its name in no directory: what
-        one sends that might not write to the run's socket either is dropped.
-        """
-        with suppress(BlockingIOError):
-            for _ in range(AT_ONCE):
-                said, beside, *_ = self._socket.recvmsg(_LONGEST, _BESIDE, socket.MSG_DONTWAIT)
-                if any(self._is_trusted(*each) for each in beside):
-                    yield said
+        """What the robot has said, without waiting."""
+        for _ in range(AT_ONCE):
+            if self._socket is None:
+                return
+            try:
+                said = self._socket.recv(_LONGEST)
+            except BlockingIOError:
+                return
+            except OSError:
+                said = b""
+            if not said:
+                self._disconnect()
+            elif self.is_greeted:
+                yield said
+            else:
+                self._believe(said)
 
     def forget(self) -> None:
-        """Nothing is to be forgotten: whatever run listens is the right one."""
+        """Connect again before the next is sent: this run has not answered."""
+        self._disconnect()
 
     def close(self) -> None:
         """Close the socket."""
-        self._socket.close()
+        self._disconnect()
+        self._poll.close()
 
-    def _is_trusted(self, _level: int, kind: int, said: bytes) -> bool:
-        """Whether root, this user or that of the run has sent something, as the kernel says."""
-        if kind != socket.SCM_CREDENTIALS:
-            return False
-        user = credentials.credentials_in(said).user
-        if user in {0, os.getuid()}:
-            return True
+    def _believe(self, greeting: bytes) -> None:
+        """Let what waits leave, to the run that the statistics name and to no other process."""
+        assert self._socket is not None  # noqa: S101 -- it has said something
+        if greeting == GREETING:
+            self.why_not_believed = why_not_of_run(peer_of(self._socket), self._statistics)
+        else:
+            self.why_not_believed = "greets as no run does"
+        if self.why_not_believed:
+            self._disconnect()
+            return
+        self.is_greeted = True
+        oldest = monotonic_ns() - WAITS_FOR
         with suppress(OSError):
-            return Path(self._path).stat().st_uid == user
-        return False
+            while self._waiting:
+                at, message = self._waiting.popleft()
+                if at >= oldest:
+                    self._socket.send(message)
+
+    def _disconnect(self) -> None:
+        self.is_greeted = False
+        self._waiting.clear()
+        if self._socket is not None:
+            self._poll.unregister(self._socket)
+            self._socket.close()
+            self._socket = None
 
 
 class OneRunsEnd(RobotEnd):
-    """The same with one run: the first that it says something to, and none that comes after it.
+    """The same with one run: the first that it connects to, and none that comes after it."""
 
-    It knows that run by its socket's file, and is not connected: a run answers from another socket.
-    """
+    _had_one = False
 
-    _listens: tuple[int, ...] | None = None
-
-    def send(self, datagram: bytes) -> None:
-        """Say something to that run; what `RobotEnd` raises, also once another listens there."""
-        found = Path(self._path).stat()
-        listens = found.st_dev, found.st_ino, found.st_ctime_ns
-        if self._listens not in (None, listens):
-            raise ConnectionRefusedError(ECONNREFUSED, "another run listens there")
-        super().send(datagram)
-        self._listens = listens
-
-
-def why_absent(path: Path) -> str:
-    """Why there is no run to speak with at a path, empty if there is one; it does not notice."""
-    with _made() as probe:
-        try:
-            probe.connect(os.fspath(path))
-        except OSError as error:
-            return error.strerror or str(error)
-    return ""
-
-
-def _made() -> socket.socket:
-    return socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM | socket.SOCK_NONBLOCK)
+    def connect(self) -> None:
+        """Raises ConnectionRefusedError once that run has gone, otherwise as `RobotEnd`."""
+        if self._socket is None and self._had_one:
+            raise ConnectionRefusedError(ECONNREFUSED, "the run that was spoken with has gone")
+        super().connect()
+        self._had_one = True

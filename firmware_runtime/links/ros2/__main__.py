@@ -21,7 +21,6 @@ from firmware_runtime.links.ros2.plan import Plan, read_plan
 from firmware_runtime.links.ros2.services import Services
 from firmware_runtime.links.ros2.spinning import spin_once
 from firmware_runtime.links.ros2.topics import RobotTopics
-from firmware_runtime.statistics.companions import Companion
 from firmware_runtime.status import Status
 from firmware_runtime.system.notices import Notices
 from firmware_runtime.system.until_signal import until_signal
@@ -44,7 +43,7 @@ def robot_node(plan: Plan) -> RobotNode:
 def topics_of_plan(node: RobotNode, plan: Plan) -> RobotTopics:
     """Its topics. Raises ConfigError if a package with conventions of its own is not here."""
     found = topics_in(plan.topics, conventions()) if plan.topics else Topics()
-    ports = Companion.PORTS.beside(plan.statistics_path)
+    ports = plan.statistics_path
 
     def holds_robot() -> bool:
         return node.run.holds_robot and not node.has_stood_still()

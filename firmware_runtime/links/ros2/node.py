@@ -25,7 +25,6 @@ from firmware_runtime.links.errors import ControlError
 from firmware_runtime.links.ros2.part import Part
 from firmware_runtime.links.ros2.plan import Plan
 from firmware_runtime.links.ros2.run_end import RunEnd
-from firmware_runtime.statistics.companions import Companion
 
 SUCCESS, FAILURE = TransitionCallbackReturn.SUCCESS, TransitionCallbackReturn.FAILURE
 SIGNS: Final = 4
@@ -53,7 +52,7 @@ class RobotNode(LifecycleNode):  # type: ignore[misc] # rclpy has no types
         super().__init__(plan.node, namespace=f"/{plan.node}")
         self.plan = plan
         self.parts: list[Part] = []
-        self.run = RunEnd(Companion.CONTROL.beside(plan.statistics_path))
+        self.run = RunEnd(plan.statistics_path)
         self.refusal = ""
         """Why the last transition was refused."""
         self._of_run = ""

@@ -1,7 +1,7 @@
 """What the run's ports send, read by a thread of the node; and values for its input ports.
 
-    the run's ports socket --> watched ports, its time, its refusals --> publish
-    subscriptions --> values --> the run's ports socket
+    the run's socket --> watched ports, its time, its refusals --> publish
+    subscriptions --> values --> the run's socket
 
 rclpy waits for no descriptor of ours, hence the thread. It asks for the ports again every few
 seconds, as every watcher does. Values go to one run: a command for a robot that has gone must not
@@ -28,8 +28,6 @@ from firmware_runtime.links.ros2.stamps import Stamps
 
 WATCH_EVERY: Final = 4 * SECOND
 TIME_EVERY: Final = SECOND
-TIMEOUT_S: Final = 0.05
-"""How long a value waits for room in the run's socket; then it is dropped, and counted."""
 
 _decode = msgspec.json.Decoder().decode
 
@@ -42,7 +40,7 @@ class PortsEnd:
 
     def __init__(
         self,
-        path: Path,
+        statistics: Path,
         ports: Sequence[str],
         receive: Callable[[str, int, Any], None],
         log: Callable[[str], None],
@@ -53,9 +51,9 @@ class PortsEnd:
         self._receive = receive
         self._log_once = SaidOnce(log)
         self._requests = list(_requests(ports))
-        self._ends = [RobotEnd(path) for _ in self._requests]
-        self._time = RobotEnd(path)
-        self._values = OneRunsEnd(path, timeout_s=TIMEOUT_S)
+        self._ends = [RobotEnd(statistics) for _ in self._requests]
+        self._time = RobotEnd(statistics)
+        self._values = OneRunsEnd(statistics)
         self._all = (*self._ends, self._time, self._values)
         self._wake, self._woken = socketpair()
         self._is_open = True

@@ -1,4 +1,4 @@
-"""The run, as its node speaks with it: the control socket. No wait is longer than TIMEOUT_S.
+"""The run, as its node speaks with it: by its socket. No wait is longer than TIMEOUT_S.
 
 The sign of life (`tend`) waits for nothing: it sends one request and reads what has been answered
 since the last.
@@ -12,8 +12,10 @@ from time import monotonic_ns
 from typing import Final
 
 from firmware_runtime.devs.time import SECOND
-from firmware_runtime.links.control import Answer, ask, post, written
+from firmware_runtime.links.control import ask, post
 from firmware_runtime.links.errors import ControlError
+from firmware_runtime.links.ports.datagrams import message_of
+from firmware_runtime.links.ports.desk import Answer
 from firmware_runtime.links.ports.robot_end import RobotEnd
 
 TIMEOUT_S: Final = 1.0
@@ -36,23 +38,23 @@ class Seen:
 
 
 class RunEnd:
-    """The node's end of the control socket; speaks with this run, and with the next."""
+    """The node's end of the run's socket; speaks with this run, and with the next."""
 
-    def __init__(self, path: Path) -> None:
-        self.path = path
+    def __init__(self, statistics: Path) -> None:
+        self.statistics = statistics
         self.seen: Seen | None = None
         """What is known of a run that is there."""
         self.why_gone = "no run was looked for yet"
         self.lease: str | None = None
         """The lease that keeps the robot armed."""
         self.has_lost_lease = False
-        self._end = RobotEnd(path)
+        self._end = RobotEnd(statistics)
         self._received_at = self._sent_at = monotonic_ns()
         self._lease_ns = self._held_until = 0
 
     def ask(self, request: str, **more: object) -> Answer:
         """The answer to a request, which has no effect later. Raises ControlError without one."""
-        return ask(self.path, request, TIMEOUT_S, within_s=TIMEOUT_S, **more)
+        return ask(self.statistics, request, TIMEOUT_S, **more)
 
     def arm(self, lease_s: float) -> list[str]:
         """Arm, for as long as `tend` goes on; return why it is refused.
@@ -63,7 +65,7 @@ class RunEnd:
         try:
             answer = self.ask("arm", lease_s=lease_s)
         except ControlError:
-            post(self.path, "disarm")
+            post(self.statistics, "disarm")
             raise
         self.lease, self.has_lost_lease = answer.get("lease"), False
         self._held_until = self._sent_at + self._lease_ns
@@ -72,7 +74,7 @@ class RunEnd:
     def disarm(self) -> Answer:
         """Disarm, also if the run comes to it late. Raises ControlError without an answer."""
         self.lease = None
-        return ask(self.path, "disarm", TIMEOUT_S)
+        return ask(self.statistics, "disarm", TIMEOUT_S)
 
     @property
     def has_lost_robot(self) -> bool:
@@ -95,14 +97,16 @@ class RunEnd:
         now = monotonic_ns()
         for datagram in self._end.received():
             self._take(datagram, now)
-        request = written("state") if self.lease is None else written("renew", lease=self.lease)
+        said = {"request": "state"} if self.lease is None else _renewal(self.lease)
         self._sent_at = now
         try:
-            self._end.send(request)
+            self._end.send(message_of(**said))
         except BlockingIOError:
             pass
         except OSError as error:
             self._gone(f"no run listens ({error.strerror})")
+        if self._end.why_not_believed:
+            self._gone(self._end.why_not_believed)
         if self.seen is not None and now - self._received_at > SILENCE:
             self._gone(f"the run has not answered for {SILENCE // SECOND} s")
 
@@ -125,3 +129,7 @@ class RunEnd:
     def _gone(self, why: str) -> None:
         self.seen = None
         self.why_gone = why
+
+
+def _renewal(lease: str) -> dict[str, str]:
+    return {"request": "renew", "lease": lease}

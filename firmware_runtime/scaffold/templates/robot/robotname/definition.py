@@ -86,5 +86,6 @@ BOARD = BoardDefinition(
     loads=loads,
     faults=faults,
     retunable=("controller.kp", "controller.ki", "controller.kd", "controller.max_drive"),
+    inputs={"distance_m": "hold"},
     doubles_run_s=20.0,
 )

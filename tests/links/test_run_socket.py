@@ -1,4 +1,4 @@
-"""The ports socket of a run in virtual time: real datagrams, the loop's own passes."""
+"""The socket of a run in virtual time: real connections, the loop's own passes."""
 
 import os
 import socket
@@ -15,7 +15,7 @@ from firmware_runtime.errors import ConfigError
 from firmware_runtime.executive.clocks import VirtualClock
 from firmware_runtime.links.ports.datagrams import TIMEOUT
 from firmware_runtime.links.ports.ports import Ports
-from firmware_runtime.links.ports.ports_socket import AT_ONCE, RESERVE, PortsSocket
+from firmware_runtime.links.ports.run_socket import AT_ONCE, RESERVE, RunSocket
 from firmware_runtime.links.ports.watchers import MOST, WATCHED_FOR
 from firmware_runtime.models.motion import Motion
 from firmware_runtime.statistics.companions import Companion
@@ -31,7 +31,7 @@ def robot() -> Robot:
 
 @pytest.fixture
 def rig(tmp_path: Path, robot: Robot) -> Iterator[PortsRig]:
-    with PortsRig(tmp_path / "robot.ports", robot) as rig:
+    with PortsRig(tmp_path / "robot.socket", robot) as rig:
         yield rig
 
 
@@ -76,7 +76,7 @@ def test_a_value_that_a_run_which_stood_still_finds_is_refused_and_a_new_one_is_
     speaker = rig.speaker()
     speaker.say({"port": "command", "value": 70, "confirm": True})
     later = time_ns() + TIMEOUT + 1
-    monkeypatch.setattr("firmware_runtime.links.age.time_ns", lambda: later)
+    monkeypatch.setattr("firmware_runtime.links.local_socket.time_ns", lambda: later)
     rig.run.until(PERIOD)
     (answer,) = speaker.received()
     assert answer["error"].startswith("command: sent 2.0 s before it was read; expected a value")
@@ -92,7 +92,7 @@ def test_a_value_that_has_waited_as_long_as_its_sender_waits_is_taken(
 ) -> None:
     later = time_ns() + TIMEOUT
     rig.speaker().say({"port": "command", "value": 70})
-    monkeypatch.setattr("firmware_runtime.links.age.time_ns", lambda: later)
+    monkeypatch.setattr("firmware_runtime.links.local_socket.time_ns", lambda: later)
     rig.run.until(PERIOD)
     assert 70 in robot.thrust.received
 
@@ -125,7 +125,7 @@ def test_a_pass_takes_so_many_datagrams_and_no_more(rig: PortsRig) -> None:
                 "shows; did you mean imu.sample?"
             ),
         ),
-        (b"x" * 5000, "the datagram is too long; expected 4096 bytes at most"),
+        (b"x" * 20000, "the datagram is too long; expected 16384 bytes at most"),
     ],
 )
 def test_what_cannot_be_obeyed_is_counted_and_answered(
@@ -139,15 +139,6 @@ def test_what_cannot_be_obeyed_is_counted_and_answered(
     assert robot.thrust.received == [0, 1]
 
 
-def test_a_sender_without_an_address_may_put_but_not_ask(rig: PortsRig, robot: Robot) -> None:
-    with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as unnamed:
-        for datagram in (b'{"port": "command", "value": 9}', b'{"list": true}', b"?"):
-            unnamed.sendto(datagram, os.fspath(rig.path))
-    rig.run.until(PERIOD)
-    assert robot.thrust.received == [9, 0, 1]
-    assert counts(rig) == (3, 2, 0, 0)
-
-
 class OddPorts(Coupled):
     """Input ports of types that a datagram can bear, and of one that it cannot."""
 
@@ -158,7 +149,7 @@ class OddPorts(Coupled):
 
 
 def test_a_port_whose_type_says_too_little_is_not_written(tmp_path: Path) -> None:
-    with PortsRig(tmp_path / "odd.ports", odd := OddPorts()) as rig:
+    with PortsRig(tmp_path / "odd.socket", odd := OddPorts()) as rig:
         speaker = rig.speaker()
         speaker.say({"port": "anything", "value": [1]})
         speaker.say({"port": "motion", "value": {"position": 1, "rate": -0.5}})
@@ -240,22 +231,6 @@ def test_a_reader_that_never_reads_costs_it_its_messages_and_no_other_reader(rig
     assert dropped >= 2000 - len(lazy.received())
 
 
-def test_who_is_connected_cannot_be_seen_and_takes_no_other_any_room(
-    rig: PortsRig, robot: Robot
-) -> None:
-    # What a connected reader leaves unread is limited by its sender's room alone.
-    connected, eager = rig.speaker(), rig.speaker()
-    connected.socket.connect(os.fspath(rig.path))
-    for speaker in (connected, eager):
-        speaker.say({"watch": ["imu.sample"]})
-    received: list[Any] = []
-    robot.imu.work = lambda _number: received.extend(eager.received())
-    rig.run.until(2000 * PERIOD)
-    assert len(received) > 1990
-    assert connected.received() == []
-    assert counts(rig) == (2, 1, 2001, 1)
-
-
 def test_so_many_may_watch_and_the_next_is_answered_why_not(rig: PortsRig) -> None:
     for _ in range(MOST):
         rig.speaker().say({"watch": ["imu.sample"]})
@@ -310,8 +285,8 @@ def test_the_list_names_every_port_and_the_counts(rig: PortsRig) -> None:
 # The socket's file --------------------------------------------------------------------------------
 
 
-def ports_of(robot: Robot, path: Path) -> PortsSocket:
-    return PortsSocket(path, Ports(robot), Run(robot, VirtualClock()).executive)
+def ports_of(robot: Robot, path: Path) -> RunSocket:
+    return RunSocket(path, Run(robot, VirtualClock()).executive, Ports(robot))
 
 
 @pytest.mark.parametrize(
@@ -322,16 +297,16 @@ def test_its_mode_follows_the_umask_and_never_lets_everybody_in(
 ) -> None:
     before = os.umask(umask)
     try:
-        ports = ports_of(robot, tmp_path / "robot.ports")
+        ports = ports_of(robot, tmp_path / "robot.socket")
     finally:
         os.umask(before)
-    assert (tmp_path / "robot.ports").stat().st_mode & 0o7777 == mode
+    assert (tmp_path / "robot.socket").stat().st_mode & 0o7777 == mode
     ports.close()
 
 
 def test_it_is_beside_the_statistics_and_removed_at_the_end(tmp_path: Path, robot: Robot) -> None:
-    path = Companion.PORTS.beside(tmp_path / "robot.stats")
-    assert path == tmp_path / "robot.ports"
+    path = Companion.SOCKET.beside(tmp_path / "robot.stats")
+    assert path == tmp_path / "robot.socket"
     ports = ports_of(robot, path)
     assert path.is_socket()
     ports.close()
@@ -340,16 +315,16 @@ def test_it_is_beside_the_statistics_and_removed_at_the_end(tmp_path: Path, robo
 
 
 def test_a_later_run_takes_its_place_and_keeps_it(tmp_path: Path, robot: Robot) -> None:
-    earlier = ports_of(robot, tmp_path / "robot.ports")
-    later = ports_of(Robot(), tmp_path / "robot.ports")
+    earlier = ports_of(robot, tmp_path / "robot.socket")
+    later = ports_of(Robot(), tmp_path / "robot.socket")
     earlier.close()
-    assert (tmp_path / "robot.ports").is_socket()
+    assert (tmp_path / "robot.socket").is_socket()
     later.close()
-    assert not (tmp_path / "robot.ports").exists()
+    assert not (tmp_path / "robot.socket").exists()
 
 
 def test_a_place_for_no_socket_is_refused_in_a_sentence(tmp_path: Path, robot: Robot) -> None:
-    path = tmp_path / ("x" * 120 + ".ports")
+    path = tmp_path / ("x" * 120 + ".socket")
     with pytest.raises(ConfigError, match="no socket can be made here"):
         ports_of(robot, path)
 
