@@ -95,6 +95,18 @@ def test_cold_laps_leave_out_the_first_ones() -> None:
     assert (found["bare_us"], found["loop_us"], found["added_us"]) == (10.0, 30.0, 20.0)
 
 
+@pytest.mark.slow
+@pytest.mark.real_time
+def test_a_machine_that_stood_still_has_its_laps_measured_all_the_same(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    def late(clock: MonotonicClock, at: int) -> None:
+        MonotonicClock.start(clock, at + 50 * PERIOD)
+
+    monkeypatch.setattr(accounting_cold.LapClock, "start", late)
+    assert accounting_cold.bare(1, 2) > 0
+
+
 # Growth -------------------------------------------------------------------------------------------
 
 
