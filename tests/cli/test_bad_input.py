@@ -281,7 +281,7 @@ def test_a_file_that_is_no_statistics_file_is_refused(
     assert str(path) in ended.error
 
 
-@pytest.mark.parametrize("ending", ["guard", "settings", "recording", "control", "ports"])
+@pytest.mark.parametrize("ending", ["guard", "settings", "recording", "socket"])
 def test_statistics_where_something_beside_them_would_stand_are_refused(
     command: Callable[..., Any], tmp_path: Path, ending: str
 ) -> None:
