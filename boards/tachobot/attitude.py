@@ -18,6 +18,8 @@ class Attitude(Atomic):
     disabled --enable? true--> waiting --sample?--> estimating (0) --yaw!--> waiting
     waiting --enable? false--> disabled
 
+    Disabled again, it goes on estimating and says nothing: the robot may turn meanwhile.
+
     Yaw is zero where the first sample found the robot and counts anticlockwise seen from above.
     Rates are integrated by the trapezoid rule over the time that really passed. The compass gives
     how far the estimate has strayed from it since the start, on average of its first fields; of
@@ -54,11 +56,13 @@ class Attitude(Atomic):
         self._since_sample += elapsed
         if self.enable:
             self.enabled = self.enable[-1]
+        has_begun = self.enabled or self.motion is not None
+        if self.sample and has_begun:
+            self.motion = self._estimate(self.sample[-1], self._since_sample)
+            self._since_sample = 0
         if not self.enabled:
             self.passivate("disabled")
         elif self.sample:
-            self.motion = self._estimate(self.sample[-1], self._since_sample)
-            self._since_sample = 0
             self.activate("estimating")
         else:
             self.passivate("waiting")

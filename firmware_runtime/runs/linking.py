@@ -154,6 +154,14 @@ def _came(refused: "Mapping[Reason, int]") -> str:
     return f": {total} datagrams came, and all were refused ({counts})"
 
 
+def _applied_ports(part: "Part") -> list[str]:
+    """The ports that say what actuators apply: said once, and wanted by whatever end comes later."""
+    from firmware_runtime.models.applied import Applied  # noqa: PLC0415 -- runs with a link only
+
+    ports = {**part.leaving, **part.entering}
+    return [name for name, port in ports.items() if port.type is Applied]
+
+
 def _open_link(
     linked: LinkedPart, open_channel: "OpenChannel", log: Callable[[str], None]
 ) -> "Link":
@@ -173,7 +181,7 @@ def _open_link(
         timeout=seconds(stated.timeout_s),
         good=seconds(stated.good_s),
         keep=stated.keep,
-        retain=frozenset(stated.retain),
+        retain=frozenset((*stated.retain, *_applied_ports(part))),
         ordered=frozenset(stated.ordered),
     )
     with kept_off(board.settings.executive.cpus):
