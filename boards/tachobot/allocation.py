@@ -105,9 +105,7 @@ class Allocation(Atomic):
         return cosine * x + sine * y, cosine * y - sine * x
 
 
-def allocate(
-    x_n: float, y_n: float, yaw_n: float, pair_thrust_n: float
-) -> tuple[Forces, float]:
+def allocate(x_n: float, y_n: float, yaw_n: float, pair_thrust_n: float) -> tuple[Forces, float]:
     """Forces for body commands in N, none beyond `pair_thrust_n`; x and y give way to yaw.
 
     And the share of x and y that is left.

@@ -23,8 +23,8 @@ class TrajectorySource(Atomic):
     `enabled` is how it begins; while it is not, nothing is sent. The first setpoint is the body's
     own motion, and from there it goes to the path, as it does after it braked. Braking, the
     setpoint of x and y is wherever the body is taken to be, at rest, so that speed alone is
-    controlled, and yaw stays; the path waits, and so it does while actuators apply nothing. A period that the executive skips holds the path up
-    for as long.
+    controlled, and yaw stays; the path waits, and so it does while actuators apply nothing. A
+    period that the executive skips holds the path up for as long.
     """
 
     def __init__(

@@ -14,6 +14,7 @@ from firmware_runtime.board.ending import Ending
 from firmware_runtime.board.ends import BoardEnd
 from firmware_runtime.board.registry import Board
 from firmware_runtime.devs.part import Part
+from firmware_runtime.devs.ports import AnyPort
 from firmware_runtime.devs.time import seconds
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.executive.clocks import Clock, MonotonicClock
@@ -154,11 +155,11 @@ def _came(refused: "Mapping[Reason, int]") -> str:
     return f": {total} datagrams came, and all were refused ({counts})"
 
 
-def _applied_ports(part: "Part") -> list[str]:
-    """The ports that say what actuators apply: said once, and wanted by whatever end comes later."""
+def _applied_ports(part: Part) -> list[str]:
+    """The ports that say what actuators apply: sent once, and an end that comes later needs it."""
     from firmware_runtime.models.applied import Applied  # noqa: PLC0415 -- runs with a link only
 
-    ports = {**part.leaving, **part.entering}
+    ports: dict[str, AnyPort] = {**part.leaving, **part.entering}
     return [name for name, port in ports.items() if port.type is Applied]
 
 

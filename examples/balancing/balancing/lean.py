@@ -14,7 +14,8 @@ class Lean(Atomic):
     waiting --drive?, begin?--> leaning (0) --pitch_rad!--> waiting
 
     There is no encoder: the mean drive stands for the speed, and its integral for the way, as far
-    as the motors apply it. Both begin again when balancing begins. `place` is where to stand from now on, m from there.
+    as the motors apply it. Both begin again when balancing begins. `place` is where to stand from
+    now on, m from there.
     """
 
     def __init__(
