@@ -68,3 +68,20 @@ def test_a_sonar_that_falls_silent_on_the_way_stops_it() -> None:
         robot.run(20.0)
         assert robot.result["distance_m"] == pytest.approx(1.5, abs=0.3)
         assert robot.world.speed_m_s == pytest.approx(0.0, abs=1e-6)
+
+
+def answer_after(disarmed_s: float) -> list[float]:
+    """The distances of a robot that was kept from driving for so long, from then on."""
+    gains = {"controller.ki": 0.5, "world.start_m": 1.5}
+    with open_board("robotname", doubles=True, clock="virtual", set=gains) as robot:
+        robot.model.components["motor"].interlock = lambda: robot.now >= disarmed_s * SECOND
+        robot.run(disarmed_s)
+        seen = []
+        for _ in range(50):
+            robot.run(0.1)
+            seen.append(robot.world.distance_m)
+        return seen
+
+
+def test_time_spent_disarmed_changes_no_later_answer() -> None:
+    assert answer_after(50.0) == pytest.approx(answer_after(1.0), rel=0.01)
