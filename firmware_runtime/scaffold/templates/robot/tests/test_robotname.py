@@ -2,6 +2,7 @@
 
 import pytest
 
+from drivers.dc_motor import DcMotor
 from firmware_runtime import SECOND, ConfigError, OpenBoard, open_board, run
 from sim_doubles.faults import FaultScript, NackAddress
 
@@ -74,7 +75,9 @@ def answer_after(disarmed_s: float) -> list[float]:
     """The distances of a robot that was kept from driving for so long, from then on."""
     gains = {"controller.ki": 0.5, "world.start_m": 1.5}
     with open_board("robotname", doubles=True, clock="virtual", set=gains) as robot:
-        robot.model.components["motor"].interlock = lambda: robot.now >= disarmed_s * SECOND
+        motor = robot.model.components["motor"]
+        assert isinstance(motor, DcMotor)
+        motor.interlock = lambda: robot.now >= disarmed_s * SECOND
         robot.run(disarmed_s)
         seen = []
         for _ in range(50):
