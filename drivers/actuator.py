@@ -6,6 +6,9 @@ interlock disables outputs, a model that keeps its command waits and checks it p
 
 A subclass says how to stop (`write_stop`) and what it does while all is well (`settle`, `drive_on`,
 `external`). It writes inside `try` and hands every HalError to `fail`.
+
+What it applies of its commands leaves at the port `applied`, whenever that changes: controllers go
+by it (`firmware_runtime.models.applied`).
 """
 
 from abc import abstractmethod
@@ -19,6 +22,7 @@ from firmware_runtime.devs.time import MILLISECOND, SECOND
 from firmware_runtime.hal.errors import HalError, NotReady
 from firmware_runtime.hal.interlock import POLL_PERIOD, Interlock, always_enabled
 from firmware_runtime.hal.line_time import Line
+from firmware_runtime.models.applied import Applied
 
 T = TypeVar("T")
 
@@ -38,6 +42,7 @@ class Actuator(HardwareModel):
         the chip lost its settings --> bring_up
         disabled by the interlock --> disabled (POLL_PERIOD) --> the same, or resumed
         none --> the subclass's own, by `settle`
+    hold_applying --> applying (0), if what is applied has changed --applied!--> that phase
     """
 
     def __init__(
@@ -48,6 +53,12 @@ class Actuator(HardwareModel):
         interlock: Interlock = always_enabled,
     ) -> None:
         super().__init__(name, bring_up, line)
+        self.applied_out = self.out_port("applied", Applied)
+        self.applied = Applied.NOTHING
+        """What it applies of its commands now."""
+        self._applied_sent: Applied | None = None
+        self._held: tuple[str, int] | None = None
+        """The phase that `applying` leads to, and its duration."""
         self.interlock = interlock
         self.is_stop_due = False
         """The last stop was not acknowledged, and nothing was written since."""
@@ -97,6 +108,17 @@ class Actuator(HardwareModel):
 
     # The DEVS functions ---------------------------------------------------------------------------
 
+    def output(self) -> None:
+        """Send the faults noted since the last time, and what is applied where that is new."""
+        super().output()
+        if self.applied is not self._applied_sent:
+            self.applied_out.send(self.applied)
+
+    def internal(self) -> None:
+        """Go on; what is applied has been sent."""
+        self._applied_sent = self.applied
+        super().internal()
+
     def begin(self) -> None:
         """The chip is up, and its outputs are off."""
         self.is_stop_due = self.is_bring_up_due = False
@@ -109,6 +131,8 @@ class Actuator(HardwareModel):
             self._settle()
         elif self.phase == "stopping":
             self.stop()
+        elif self.phase == "applying" and self._held is not None:
+            self.hold_in(*self._held)
         elif self.phase != "disabled":
             self.drive_on()
         elif self.interlock():
@@ -131,6 +155,7 @@ class Actuator(HardwareModel):
 
     def stop(self) -> None:
         """Write a stop, and report; it is repeated until it is acknowledged."""
+        self.applied = Applied.NOTHING
         try:
             self.write_stop()
         except HalError as error:
@@ -157,10 +182,19 @@ class Actuator(HardwareModel):
         """Wait, stopped as it is, and check the interlock again after POLL_PERIOD."""
         self.hold_in("disabled", POLL_PERIOD)
 
-    def note_success(self) -> None:
-        """Take in that the chip acknowledged a command: the faults in a row are over."""
+    def note_success(self, applied: Applied = Applied.ALL) -> None:
+        """Take in that the chip acknowledged a command, or how much of it: faults are over."""
         self.consecutive_faults = 0
         self.is_stop_due = False
+        self.applied = applied
+
+    def hold_applying(self, phase: str, duration: int) -> None:
+        """Stay in a phase for `duration` ns; first send what is applied, if that has changed."""
+        if self.applied is self._applied_sent:
+            self.hold_in(phase, duration)
+        else:
+            self._held = phase, duration
+            self.activate("applying")
 
     # ----------------------------------------------------------------------------------------------
 

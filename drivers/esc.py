@@ -17,6 +17,7 @@ from firmware_runtime.devs.time import NEVER, SECOND
 from firmware_runtime.errors import SettingError
 from firmware_runtime.hal.errors import HalError
 from firmware_runtime.hal.interlock import POLL_PERIOD, Interlock, always_enabled
+from firmware_runtime.models.applied import Applied
 
 
 class EscSettings(Struct, frozen=True):
@@ -172,11 +173,13 @@ class Esc(Actuator):
             self.fail(HalError(f"{self.path}: throttle {throttle}, expected a number from 0 to 1"))
             return
         self._since_throttle = 0
+        within = max(0.0, min(1.0, throttle))
         try:
-            self._set_throttle(max(0.0, min(1.0, throttle)))
+            self._set_throttle(within)
         except HalError as error:
             self.fail(error)
         else:
+            self.applied = Applied.ALL if within == throttle else Applied.PART
             self._stay_armed()
 
     def _stay_armed(self) -> None:
@@ -194,7 +197,7 @@ class Esc(Actuator):
         if self.interlock():
             until_poll = POLL_EVERY - self.since_poll
             until_look = until_poll if self.interlock is always_enabled else POLL_PERIOD
-            self.hold_in("armed", min(until_look, until_late))
+            self.hold_applying("armed", min(until_look, until_late))
         else:
             self.stop()
 

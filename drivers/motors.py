@@ -13,8 +13,9 @@ from drivers.chips.step import Step
 from firmware_runtime.devs.time import NEVER, SECOND
 from firmware_runtime.errors import FirmwareRuntimeError
 from firmware_runtime.hal.errors import HalError, NotReady
-from firmware_runtime.hal.interlock import Interlock, always_enabled
+from firmware_runtime.hal.interlock import POLL_PERIOD, Interlock, always_enabled
 from firmware_runtime.hal.line_time import Line
+from firmware_runtime.models.applied import Applied
 
 CLOCKWISE, COUNTERCLOCKWISE, STILL = 1, 2, 0
 """Motor signals, as in the detective robot's paper."""
@@ -31,6 +32,9 @@ class Motors(Actuator):
     the chip silent, or reset --> stopped --> reporting (0) --fault!--> bring_up --> obeying (0)
     obeying, driving with outputs disabled --> stopped --> reporting (0) --> disabled
     disabled, then enabled --> obeying (0)
+
+    While driving, the interlock is polled every POLL_PERIOD: outputs that are disabled in between
+    are off, and the command has to be written again.
 
     The other phases are those of `Actuator`. A refusal forgets the command, and so do
     FAULTS_BEFORE_FORGETTING faults in a row. Once a command has failed, faults are in a row until
@@ -54,6 +58,7 @@ class Motors(Actuator):
         self._has_command = False
         self._refusal: NotReady | None = None
         self._since_command = 0
+        self._since_refresh = 0
         self._is_repeated = False
         self._has_taken_command = False
         self._is_doubtful = False
@@ -76,6 +81,10 @@ class Motors(Actuator):
     @abstractmethod
     def write_command(self) -> None:
         """Write the command to the chip. Raises HalError."""
+
+    def written_of_command(self) -> Applied:
+        """How much of the command was written: all of it, where nothing limits it."""
+        return Applied.ALL
 
     # The DEVS functions -------------------------------------------------------------------------
 
@@ -106,7 +115,7 @@ class Motors(Actuator):
         if self._has_command:
             self.activate("obeying")
         elif self.is_moving():
-            self.hold_in("driving", self._until_next_write())
+            self.hold_in("driving", self._until_due())
         else:
             self.passivate("still")
 
@@ -146,6 +155,7 @@ class Motors(Actuator):
         self._has_command = False
         if not self._is_repeated:
             self._since_command = 0
+        self._since_refresh = 0
         self._is_repeated = False
         if self._refusal is None:
             self._write_command()
@@ -154,19 +164,23 @@ class Motors(Actuator):
 
     def _refresh(self) -> None:
         self._since_command += self.sigma
+        self._since_refresh += self.sigma
         if self._since_command >= self.command_timeout:
             seconds = self.command_timeout / SECOND
             self._refuse(NotReady(f"{self.path}: no command for {seconds:g} s; stopped"))
-        else:
+        elif self._since_refresh >= self.refresh:
             self._write_command()
+        else:
+            self.settle()
 
     def _write_command(self) -> None:
+        self._since_refresh = 0
         try:
             self.write_command()
         except HalError as error:
             self.fail(error)
             return
-        self.note_success()
+        self.note_success(self.written_of_command())
         if self._has_taken_command:
             self._is_doubtful = False
             self._faults_in_a_row = 0
@@ -179,7 +193,11 @@ class Motors(Actuator):
         self.forget_command()
         self.stop()
 
-    def _until_next_write(self) -> int:
-        if self.command_timeout == NEVER:
-            return self.refresh
-        return min(self.refresh, self.command_timeout - self._since_command)
+    def _until_due(self) -> int:
+        """Ns until a write, the end of the command's time, or a poll of the interlock is due."""
+        due = NEVER if self.interlock is always_enabled else POLL_PERIOD
+        if self.refresh != NEVER:
+            due = min(due, self.refresh - self._since_refresh)
+        if self.command_timeout != NEVER:
+            due = min(due, self.command_timeout - self._since_command)
+        return due

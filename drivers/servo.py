@@ -20,6 +20,7 @@ from firmware_runtime.errors import SettingError
 from firmware_runtime.hal.errors import NotReady
 from firmware_runtime.hal.i2c import Message
 from firmware_runtime.hal.interlock import Interlock, always_enabled
+from firmware_runtime.models.applied import Applied
 
 SLOWEST_HZ: Final = 24
 FASTEST_HZ: Final = 400
@@ -152,6 +153,8 @@ class Servos(Motors):
         """The angles last commanded, in rad, within the limits."""
         self.written: dict[str, float] = {}
         """The angles that pulses stand for now; a limp servo has none."""
+        self._beyond: set[str] = set()
+        """The servos whose command was cut to their limits."""
         self._since_write = 0
 
     def external(self, elapsed: int) -> None:
@@ -172,7 +175,7 @@ class Servos(Motors):
             if port := self.angle[servo.name]:
                 if not math.isfinite(port[-1]):
                     raise NotReady(f"{port.path}: {port[-1]} rad, expected a number; all limp")
-                self.targets[servo.name] = servo.limited(port[-1])
+                self._take(servo, port[-1])
 
     def forget_command(self) -> None:
         """Command all servos to be limp."""
@@ -195,12 +198,26 @@ class Servos(Motors):
                 self.written[servo.name] = angle_rad
         self._since_write = 0
 
+    def written_of_command(self) -> Applied:
+        """Part while a servo is on its way or at a limit; nothing while all are limp."""
+        if not self.targets:
+            return Applied.NOTHING
+        is_whole = self.written == self.targets and self._beyond.isdisjoint(self.targets)
+        return Applied.ALL if is_whole else Applied.PART
+
     def write_stop(self) -> None:
         """Turn all sixteen outputs of the chip full-off, right in any state of it."""
         self.written.clear()
         self.chip.stop_all()
 
     # ---------------------------------------------------------------------------------------------
+
+    def _take(self, servo: Servo, angle_rad: float) -> None:
+        target = self.targets[servo.name] = servo.limited(angle_rad)
+        if target == angle_rad:
+            self._beyond.discard(servo.name)
+        else:
+            self._beyond.add(servo.name)
 
     def _next(self, servo: Servo) -> float:
         """The angle to write now, on the way to the target."""

@@ -15,6 +15,7 @@ from drivers.chips.pca9685 import Pca9685
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.hal.errors import HalError, NotReady
 from firmware_runtime.hal.interlock import Interlock, always_enabled
+from firmware_runtime.models.applied import Applied
 
 PAIRS = 4
 MOTORS = 2 * PAIRS
@@ -118,22 +119,28 @@ class ThrustPairs(Actuator):
             self.note(NotReady(f"{self.path}: forces {tuple(forces)} N, expected finite numbers"))
             self.stop()
         elif self.interlock():
-            self._drive(duties_of(forces, self.settings.pair_thrust_n))
+            self._drive(forces)
         elif any(self.duties) or self.is_stop_due:
             self.stop()
 
-    def _drive(self, wanted: tuple[float, ...]) -> None:
+    def _drive(self, forces: Forces) -> None:
+        most = self.settings.pair_thrust_n
+        wanted = duties_of(forces, most)
+        slewed = self._slewed(wanted)
         try:
-            self.duties = self.chip.set_duties(self.settings.first_channel, self._slewed(wanted))
+            self.duties = self.chip.set_duties(self.settings.first_channel, slewed)
             self.poll_if_due()
         except HalError as error:
             self.fail(error)
         else:
-            self.note_success()
+            is_whole = slewed == wanted and -most <= min(forces) and max(forces) <= most
+            self.note_success(Applied.ALL if is_whole else Applied.PART)
         self._since_write = 0
 
     def _slewed(self, wanted: tuple[float, ...]) -> tuple[float, ...]:
-        step = self.settings.slew_per_s * self._since_write / SECOND
+        """The duties of this write; of the time spent off, no more counts than `timeout`."""
+        elapsed = min(self._since_write, self.settings.timeout)
+        step = self.settings.slew_per_s * elapsed / SECOND
         if step >= 1.0:  # the whole range of a duty
             return wanted
         return tuple(

@@ -13,6 +13,7 @@ from firmware_runtime.errors import SettingError
 from firmware_runtime.hal.errors import NotReady
 from firmware_runtime.hal.interlock import Interlock, always_enabled
 from firmware_runtime.hal.line_time import Line
+from firmware_runtime.models.applied import Applied
 
 
 class TreadSpeeds(NamedTuple):
@@ -112,6 +113,7 @@ class Treads(Motors):
         self.settings = settings
         self.command = STANDING
         self.report: Md25Report | None = None
+        self._is_clipped = False
 
     def output(self) -> None:
         """Send what the driver said, and faults."""
@@ -126,8 +128,10 @@ class Treads(Motors):
 
     def take_command(self) -> None:
         """Read the ports: speeds for both, then signals for one side each."""
+        self._is_clipped = False
         if self.speeds:
             self.command = self._clipped(self.speeds[-1])
+            self._is_clipped = self.command != self.speeds[-1]
         if self.left:
             self.command = self.command._replace(left=self._speed_of(self.left))
         if self.right:
@@ -148,6 +152,10 @@ class Treads(Motors):
             -left if self.settings.left_reversed else left,
             -right if self.settings.right_reversed else right,
         )
+
+    def written_of_command(self) -> Applied:
+        """Part where speeds beyond -1 to 1 were clipped."""
+        return Applied.PART if self._is_clipped else Applied.ALL
 
     def write_stop(self) -> None:
         """Stop both."""

@@ -71,6 +71,7 @@ def extended(
             state.duration,
             *instead.get(state.name, state.arrows),
             *arrows.get(state.name, ()),
+            moving=state.moving,
         )
         for state in states
     )
@@ -161,6 +162,7 @@ AVOIDING_MOVEMENT: Final = extended(
         "aside",
         Arrow("move_out1!1 move_out2!0 move_out3!0", "Look for target"),
         Arrow("move_in4?blocked", "Ask to stop aside"),
+        moving=True,
     ),
     State(
         "Ask to stop aside",

@@ -3,7 +3,8 @@
 In1 starts; In2 and In3 are Sonar1's and Compass1's readings, In4 and In5 Compass2's and Sonar2's.
 Out1 commands the radar's motor, Out2 the right tread, Out3 the left (0 stop, 1 clockwise, 2
 counterclockwise). Inputs are float, whether an event file or the chips' drivers feed them.
-With `avoid_obstacles` In2 is 2 for an object within reach, and Out4 is 1 at the target.
+With `avoid_obstacles` In2 is 2 for an object within reach, and Out4 is 1 at the target. With
+`has_motors` two more ports take what the motors apply of their commands.
 """
 
 from pathlib import Path
@@ -23,6 +24,7 @@ from boards.detective.radar_system import RadarController, RadarSystem
 from boards.detective.sensors import Compass1, Compass2, Sonar1, Sonar2
 from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.ecdpp.atomic_class import AtomicClass
+from firmware_runtime.models.applied import Applied
 
 MODEL_FILE: Final = Path(__file__).with_name("detective.ma")
 """The same model as `Detective`, in E-CD++'s format."""
@@ -80,5 +82,10 @@ class Detective(Coupled):
         self.couple(radar.rs_out1, self.out1)
         self.couple(movement.ms_out2, self.out2)
         self.couple(movement.ms_out3, self.out3)
+        if parameters.has_motors:
+            self.head_applied = self.in_port("head_applied", Applied)
+            self.treads_applied = self.in_port("treads_applied", Applied)
+            self.couple(self.head_applied, radar.head_applied)
+            self.couple(self.treads_applied, movement.treads_applied)
         if isinstance(movement, AvoidingMovementSystem):
             self.couple(movement.ms_out4, self.out_port("Out4", int))

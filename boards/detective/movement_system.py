@@ -13,6 +13,7 @@ from boards.detective.parameters import HOP, Parameters
 from boards.detective.sensors import Compass2, Sonar2
 from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.time import NEVER
+from firmware_runtime.models.applied import Applied
 from firmware_runtime.models.state_diagram import StateDiagram
 from firmware_runtime.models.state_table import Arrow, Kept, State
 
@@ -111,6 +112,7 @@ class MovementController(StateDiagram):
         self.move_in2 = self.in_port("move_in2", Message)
         self.move_in3 = self.in_port("move_in3", Message)
         self.move_in4 = self.in_port("move_in4", int)
+        self.applied_in = self.in_port("applied", Applied)
         self.move_out1 = self.out_port("move_out1", int)
         self.move_out2 = self.out_port("move_out2", int)
         self.move_out3 = self.out_port("move_out3", int)
@@ -155,6 +157,9 @@ class MovementSystem(Coupled):
         self.couple(controller.move_out5, sonar2.request)
         self.couple(motor2.spin, self.ms_out2)
         self.couple(motor3.spin, self.ms_out3)
+        if parameters.has_motors:
+            self.treads_applied = self.in_port("treads_applied", Applied)
+            self.couple(self.treads_applied, controller.in_ports["applied"])
 
     def controller(self, parameters: Parameters) -> MovementController:
         """The Movement controller."""

@@ -25,3 +25,5 @@ class Parameters:
     """Whether Sonar2 looks ahead on every drive: see avoidance.py. Not in the paper's tables."""
     aside: int = ASIDE
     """Ns that the vehicle drives past an obstacle before the radar looks for the target again."""
+    has_motors: bool = False
+    """Whether there are ports for what the motors apply; event files have no motors."""

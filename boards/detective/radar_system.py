@@ -12,6 +12,7 @@ from boards.detective.parameters import HALF_SWEEP, HOP, Parameters
 from boards.detective.sensors import Compass1, Sonar1
 from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.time import NEVER
+from firmware_runtime.models.applied import Applied
 from firmware_runtime.models.state_diagram import StateDiagram
 from firmware_runtime.models.state_table import Arrow, State
 
@@ -31,12 +32,14 @@ RADAR_CONTROLLER: Final = (
         "half_sweep",
         Arrow("radar_out1!2", "Ask motor1 to turn left"),
         Arrow("radar_in2?1", "Ask motor1 and MC to stop"),
+        moving=True,
     ),
     State(
         "Ask motor1 to turn left",
         "half_sweep",
         Arrow("radar_out1!1", "Ask motor1 to turn right"),
         Arrow("radar_in2?1", "Ask motor1 and MC to stop"),
+        moving=True,
     ),
     State(
         "Ask motor1 and MC to stop",
@@ -63,6 +66,8 @@ class RadarController(StateDiagram):
 
     Y: radar_out1 Motor1 (0 stop, 1 clockwise, 2 counterclockwise), radar_out2 Movement System
     (1 stop, or the target's angle), radar_out3 Compass1 (1 detect the angle).
+
+    Half a sweep is one of the head: its time stands still while the motor applies nothing.
     """
 
     def __init__(self, name: str, hop: int = HOP, half_sweep: int = HALF_SWEEP) -> None:
@@ -72,6 +77,7 @@ class RadarController(StateDiagram):
         self.radar_in1 = self.in_port("radar_in1", int)
         self.radar_in2 = self.in_port("radar_in2", int)
         self.radar_in3 = self.in_port("radar_in3", Degree)
+        self.applied_in = self.in_port("applied", Applied)
         self.radar_out1 = self.out_port("radar_out1", int)
         self.radar_out2 = self.out_port("radar_out2", Message)
         self.radar_out3 = self.out_port("radar_out3", int)
@@ -110,3 +116,6 @@ class RadarSystem(Coupled):
         self.couple(controller.radar_out2, self.rs_out2)
         self.couple(controller.radar_out3, compass1.request)
         self.couple(motor1.spin, self.rs_out1)
+        if parameters.has_motors:
+            self.head_applied = self.in_port("head_applied", Applied)
+            self.couple(self.head_applied, controller.in_ports["applied"])

@@ -72,6 +72,8 @@ class DetectiveRobot(Coupled):
         self._add_gate("radar_gate", model.out1, self.radar_motor.turn)
         self._add_gate("right_gate", model.out2, self.treads.right)
         self._add_gate("left_gate", model.out3, self.treads.left)
+        self.couple(self.radar_motor.applied_out, model.head_applied)
+        self.couple(self.treads.applied_out, model.treads_applied)
         self.couple(model.out2, mission.right)
         self.couple(model.out3, mission.left)
         if settings.mission.avoid_obstacles:
@@ -137,4 +139,5 @@ def _parameters(settings: DetectiveSettings) -> Parameters:
         event_parameters(settings),
         half_sweep=seconds(mission.half_sweep_s),
         tolerance_deg=mission.tolerance_deg,
+        has_motors=True,
     )

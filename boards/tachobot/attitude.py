@@ -20,7 +20,8 @@ class Attitude(Atomic):
     disabled --enable? true--> waiting --sample?--> estimating (0) --yaw!--> waiting
     waiting --enable? false--> disabled
 
-    While `trusted` is false gyro and compass contradict each other, and no yaw is sent.
+    While `trusted` is false gyro and compass contradict each other, and no yaw is sent. Disabled
+    again, it goes on estimating and says nothing: the robot may turn meanwhile.
 
     Yaw is zero where the first sample found the robot and counts anticlockwise seen from above.
     Rates are integrated by the trapezoid rule over the time that really passed. The compass gives
@@ -62,11 +63,13 @@ class Attitude(Atomic):
             self.enabled = self.enable[-1]
         if self.trusted:
             self.is_trusted = self.trusted[-1]
-        if not self.enabled:
-            self.passivate("disabled")
-        elif self.sample and self.is_trusted:
+        is_sound = bool(self.sample) and self.is_trusted
+        if is_sound and (self.enabled or self.motion is not None):
             self.motion = self._estimate(self.sample[-1], self._since_sample)
             self._since_sample = 0
+        if not self.enabled:
+            self.passivate("disabled")
+        elif is_sound:
             self.activate("estimating")
         else:
             self.passivate("waiting")

@@ -25,7 +25,7 @@ POSITION_PERIODS = 10
 
 
 class Controller(PidController[Pid]):
-    """sample -> attitude (-> smith) -> yaw (-> delay) -> allocation -> forces.
+    """sample -> attitude (-> smith) -> yaw (-> delay) -> allocation -> forces; applied -> all.
 
     A wave stands in for yaw where the settings have one; x and y join in mode `free`. `yaw_plant`
     is what the Smith predictor takes yaw to be, if there is to be one.
@@ -47,7 +47,7 @@ class Controller(PidController[Pid]):
         compass = seconds(settings.compass_time_constant_s)
 
         attitude = self.attitude = self.add(Attitude("attitude", compass, enabled=not is_free))
-        yaw = self.add(Pid("yaw", self._gains(settings.yaw), settings.yaw.reference_rad))
+        yaw = self.yaw = self.add(Pid("yaw", self._gains(settings.yaw), settings.yaw.reference_rad))
         timeout = POSITION_PERIODS * seconds(settings.period_s)
         allocation = self.add(Allocation("allocation", pair_thrust_n, timeout))
 
@@ -66,9 +66,11 @@ class Controller(PidController[Pid]):
         self.couple(allocation.forces_out, self.forces)
         if self._smith is not None:
             self.couple(yaw.command, self._smith.command)
+            self.couple(self.applied, self._smith.applied_in)
         self._pids["yaw"] = yaw
         if isinstance(settings, FreeSettings):
             self._add_position(settings, allocation)
+        self._couple_applied(allocation)
 
     def _predicted(self, settings: ControllerSettings, plant: SecondOrderPlant) -> OutPort[Motion]:
         """The port at which the yaw leaves that is controlled: predicted, or as estimated."""
@@ -93,6 +95,7 @@ class Controller(PidController[Pid]):
         wave = Wave(stated.amplitude_n, period, begin, stated.cycles)
         source = self.add(SquareWave("yaw_wave", Motion, wave))
         self.couple(self.attitude.yaw, source.tick)
+        self.couple(self.applied, source.applied_in)
         return source.level_out
 
     def _add_position(self, settings: FreeSettings, allocation: Allocation) -> None:

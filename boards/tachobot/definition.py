@@ -60,7 +60,7 @@ def build(settings: TachobotSettings, lines: Lines) -> Robot:
         ),
         stop=tuple(chip.stop_all for chip in pwm),
         still_on=tuple(chip.still_on for chip in pwm),
-        result=lambda: _result(settings, model),
+        result=lambda: _result(model),
         ended=_ended(model),
         ends_on_failure=True,
         retune=model.retune,
@@ -146,13 +146,14 @@ def _track_faults(settings: TachobotSettings) -> list[str]:
     ]
 
 
-def _result(settings: TachobotSettings, model: Tachobot) -> dict[str, object]:
+def _result(model: Tachobot) -> dict[str, object]:
     """How it ended by what the robot itself knows."""
-    if isinstance(model.controller, Controller):
-        return yaw_result(settings, model.controller.attitude.motion)
+    controller = model.controller
+    if isinstance(controller, Controller):
+        return yaw_result(controller.yaw.reference, controller.attitude.motion)
     from boards.tachobot.track_result import own_track_result  # noqa: PLC0415 -- mode track
 
-    return own_track_result(model.controller)
+    return own_track_result(controller)
 
 
 def _ended(model: Tachobot) -> OutPort[Ending] | None:

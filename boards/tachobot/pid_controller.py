@@ -2,21 +2,24 @@
 
 from typing import Generic, Protocol, TypeVar
 
+from boards.tachobot.allocation import Allocation
 from boards.tachobot.settings import PidSettings, TachobotSettings
 from firmware_runtime.devs.coupled import Coupled
-from firmware_runtime.devs.ports import OutPort
+from firmware_runtime.devs.ports import InPort, OutPort
 from firmware_runtime.devs.time import seconds
+from firmware_runtime.models.applied import Applied
 from firmware_runtime.models.delay import Delay
 from firmware_runtime.models.pid import PidGains
 
 
-class HasGains(Protocol):
+class AnyPid(Protocol):
     """A PID of either kind."""
 
     gains: PidGains
+    applied_in: InPort[Applied]
 
 
-P = TypeVar("P", bound=HasGains)
+P = TypeVar("P", bound=AnyPid)
 
 
 class PidController(Coupled, Generic[P]):
@@ -24,6 +27,8 @@ class PidController(Coupled, Generic[P]):
 
     def __init__(self, name: str, pair_thrust_n: float) -> None:
         super().__init__(name)
+        self.applied = self.in_port("applied", Applied)
+        """What the thrust pairs apply."""
         self._pids: dict[str, P] = {}
         self._limit_n = 2 * pair_thrust_n
 
@@ -31,6 +36,15 @@ class PidController(Coupled, Generic[P]):
         """Take up new gains; integrals stay, so nothing jumps."""
         for name, pid in self._pids.items():
             pid.gains = self._gains(getattr(settings.controller, name))
+
+    def _couple_applied(self, allocation: Allocation) -> None:
+        """What the pairs apply to each PID: to those of x and y by way of the allocation."""
+        self.couple(self.applied, allocation.pairs_applied)
+        for name, pid in self._pids.items():
+            if name == "yaw":
+                self.couple(self.applied, pid.applied_in)
+            else:
+                self.couple(allocation.position_applied, pid.applied_in)
 
     def _gains(self, settings: PidSettings) -> PidGains:
         return PidGains(settings.kp, settings.ki, settings.kd, self._limit_n, settings.anti_windup)

@@ -5,7 +5,6 @@ Mode `track` has a result of its own (`track_result`).
 
 from typing import Final
 
-from boards.tachobot.settings import TachobotSettings
 from firmware_runtime.models.motion import Motion
 
 SETTLED_RAD: Final = 0.02
@@ -14,20 +13,23 @@ NEVER_BEGAN: Final = "control never began"
 
 
 def yaw_result(
-    settings: TachobotSettings, yaw: Motion | None, *, has_begun: bool = True
+    reference_rad: float, yaw: Motion | None, *, has_begun: bool = True
 ) -> dict[str, object]:
     """Yaw, its error (reference minus yaw), and whether both error and rate are small.
 
-    If they are not, `settled_reason` says why. Without any yaw the numbers are None; control that
-    has not begun settles nothing, wherever the robot happens to point.
+    The reference is the one in force at the end, and stated. If error or rate are not small,
+    `settled_reason` says why. Without any yaw the numbers are None; control that has not begun
+    settles nothing, wherever the robot happens to point.
     """
+    reference = {"yaw_reference_rad": reference_rad}
     if yaw is None:
-        nothing = {"yaw_rad": None, "yaw_error_rad": None}
+        nothing = {"yaw_rad": None, **reference, "yaw_error_rad": None}
         return {**nothing, "settled": False, "settled_reason": NEVER_BEGAN}
-    error = settings.controller.yaw.reference_rad - yaw.position
+    error = reference_rad - yaw.position
     reason = _why_not_settled(error, yaw.rate) if has_begun else NEVER_BEGAN
     result: dict[str, object] = {
         "yaw_rad": yaw.position,
+        **reference,
         "yaw_error_rad": error,
         "settled": reason is None,
     }

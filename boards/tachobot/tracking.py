@@ -75,7 +75,9 @@ class TrackingController(PidController[TrackingPid]):
         self.couple(self.watch.state, self.estimator.state_in)
         self.couple(self.watch.state, self.trajectory.state_in)
         self.couple(self.watch.state, self.given_up.state)
+        self.couple(self.applied, self.trajectory.applied_in)
         self._couple_axes(control)
+        self._couple_applied(self.allocation)
         self.couple(self.allocation.forces_out, self.forces)
 
     def _couple_axes(self, control: TrackSettings) -> None:

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 
 class Tachobot(Coupled):
-    """imu -> controller -> thrust_pairs; hovering, the esc lifts, then enables the controller.
+    """imu -> controller <-> thrust_pairs; hovering, the esc lifts, then enables the controller.
 
     Only what is coupled is there: on the platform no second PCA9685, whatever the file says.
 
@@ -49,6 +49,7 @@ class Tachobot(Coupled):
 
         self.couple(self.imu.sample, self.controller.sample)
         self.couple(self.controller.forces, self.thrust_pairs.forces)
+        self.couple(self.thrust_pairs.applied_out, self.controller.applied)
         if not isinstance(self.controller, Controller):
             self._couple_position(self.controller, seconds(settings.position.brake_after_s))
         else:

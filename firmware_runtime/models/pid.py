@@ -2,12 +2,16 @@
 
 The derivative acts on the measured rate, not on the error, so a step of the reference gives no
 kick. The integral uses the time that really passed between measurements.
+
+The integral follows what actuators apply (port `applied`, `models.applied`): while that is nothing
+it stands still, so that time spent disarmed changes no later answer.
 """
 
 from msgspec import Struct
 
 from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.time import SECOND
+from firmware_runtime.models.applied import Applied
 from firmware_runtime.models.motion import Motion
 
 
@@ -23,7 +27,15 @@ class PidGains(Struct, frozen=True):
     limit: float
     """The command is kept within plus and minus this many N."""
     anti_windup: bool = True
-    """Freeze the integral while the command is at its limit and the error pushes it further."""
+    """Freeze the integral while the command is at its limit, or applied in part, and the error
+    pushes it further."""
+
+    def winds_up(self, applied: Applied, wanted: float, error: float) -> bool:
+        """Whether the integral has to stand still, with a command that was to be `wanted`."""
+        if applied is Applied.NOTHING:
+            return True
+        is_limited = applied is Applied.PART or not -self.limit < wanted < self.limit
+        return is_limited and self.anti_windup and wanted * error > 0.0
 
 
 class Pid(Atomic):
@@ -32,15 +44,18 @@ class Pid(Atomic):
     waiting --measurement?--> commanding (0) --command_n!--> waiting
 
     A new `reference` takes effect with the next measurement.
+    Couple the actuator's `applied`: without it every command counts as applied.
     """
 
     def __init__(self, name: str, gains: PidGains, reference: float) -> None:
         super().__init__(name)
         self.measurement = self.in_port("measurement", Motion)
         self.reference_in = self.in_port("reference", float)
+        self.applied_in = self.in_port("applied", Applied)
         self.command = self.out_port("command_n", float)
         self.gains = gains
         self.reference = reference
+        self.applied = Applied.ALL
         self.integral_n = 0.0
         self.command_n = 0.0
         self._since_measurement = 0
@@ -59,6 +74,8 @@ class Pid(Atomic):
         self._since_measurement += elapsed
         if self.reference_in:
             self.reference = self.reference_in[-1]
+        if self.applied_in:
+            self.applied = self.applied_in[-1]
         if not self.measurement:
             self.continue_(elapsed)
             return
@@ -78,7 +95,6 @@ class Pid(Atomic):
         command, limit = wanted, gains.limit
         if not -limit < wanted < limit:
             command = max(-limit, min(limit, wanted))
-        winding_up = command != wanted and (wanted - command) * error > 0.0
-        if not (gains.anti_windup and winding_up):
+        if not gains.winds_up(self.applied, wanted, error):
             self.integral_n = integral
         return command

@@ -17,6 +17,7 @@ from collections.abc import Iterator
 from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.errors import ModelError
 from firmware_runtime.devs.time import SECOND, whole
+from firmware_runtime.models.applied import Applied
 from firmware_runtime.models.motion import Motion
 from firmware_runtime.models.plant import PlantModel, State, travelled
 
@@ -27,7 +28,9 @@ class SmithPredictor(Atomic):
     waiting --measurement?--> predicting (0) --predicted!--> waiting; command? is kept meanwhile
 
     Couple `predicted` to the controller's measurement, and the controller's command to `command` as
-    well as to the plant. Before the first command it was 0.
+    well as to the plant. Before the first command it was 0, and so it is while an actuator says at
+    `applied` that it applies nothing: what it says is as old as the delay, as is what it is about,
+    so it holds for all commands that are kept.
 
     With `from_measurement` the model of one delay ago is put where the plant was measured, so that
     it never drifts away: for a plant that integrates, as a body without a spring does, nothing else
@@ -44,6 +47,7 @@ class SmithPredictor(Atomic):
             raise ModelError(f"{self.path}: a delay of {delay!r}; expected whole ns, 0 or more")
         self.measurement = self.in_port("measurement", Motion)
         self.command = self.in_port("command", float)
+        self.applied_in = self.in_port("applied", Applied)
         self.predicted = self.out_port("predicted", Motion)
         self.plant = plant
         self.delay = ns
@@ -51,6 +55,7 @@ class SmithPredictor(Atomic):
         self.prediction: Motion | None = None
         self.commands: deque[tuple[int, float]] = deque([(-ns, 0.0)])
         """When each of the last `delay` was given, and the one in force before."""
+        self.applied = Applied.ALL
         self._now = 0
         self._was: State = plant.rest
         self._was_at = -ns
@@ -67,6 +72,8 @@ class SmithPredictor(Atomic):
     def external(self, elapsed: int) -> None:
         """Answer a measurement; keep a command. The last of each counts."""
         self._now += elapsed
+        if self.applied_in:
+            self.applied = self.applied_in[-1]
         if self.measurement:
             self.prediction = self._predict(self.measurement[-1])
         if self.command:
@@ -95,6 +102,9 @@ class SmithPredictor(Atomic):
 
     def _held(self, begin: int, end: int) -> Iterator[tuple[float, float]]:
         """Each command, and for how many seconds between these instants it was held."""
+        if self.applied is Applied.NOTHING:
+            yield 0.0, (end - begin) / SECOND
+            return
         until = [given for given, _ in self.commands][1:]
         for (given, command), over in zip(self.commands, [*until, end], strict=True):
             first, last = max(begin, given), min(end, over)

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from firmware_runtime.devs.atomic import Atomic
+from firmware_runtime.models.applied import Applied
 
 
 @dataclass(frozen=True, slots=True)
@@ -18,7 +19,7 @@ class Wave:
     period: int
     """Ns."""
     begin: int
-    """Ns since the start."""
+    """Ns since the start; later, where nothing is applied by then."""
     cycles: int
 
     def level(self, at: int) -> float:
@@ -34,14 +35,19 @@ class SquareWave(Atomic):
     """Answers every tick with the wave's level then, at the same instant.
 
     waiting --tick?--> sending (0) --level!--> waiting
+
+    Once it has begun, its time stands still while an actuator says at `applied` that it applies
+    nothing: otherwise it would be over before the robot is armed.
     """
 
     def __init__(self, name: str, ticks: type[Any], wave: Wave) -> None:
         super().__init__(name)
         self.tick = self.in_port("tick", ticks)
+        self.applied_in = self.in_port("applied", Applied)
         self.level_out = self.out_port("level", float)
         self.wave = wave
         self.level = 0.0
+        self.applied = Applied.ALL
         self._at = 0
 
     def output(self) -> None:
@@ -54,6 +60,15 @@ class SquareWave(Atomic):
 
     def external(self, elapsed: int) -> None:
         """Look the level up."""
-        self._at += elapsed
-        self.level = self.wave.level(self._at)
-        self.activate("sending")
+        begin = self.wave.begin
+        if self.applied is not Applied.NOTHING:
+            self._at += elapsed
+        elif self._at < begin:
+            self._at = min(begin, self._at + elapsed)
+        if self.applied_in:
+            self.applied = self.applied_in[-1]
+        if self.tick:
+            self.level = self.wave.level(self._at)
+            self.activate("sending")
+        else:
+            self.continue_(elapsed)

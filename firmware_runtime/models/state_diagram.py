@@ -7,6 +7,10 @@ An input that the present state does not name has no effect and leaves the state
 running. Inputs of one instant are taken one after the other, ports in order of declaration, each
 by the state that is then the present one. An arrow that leads back to its own state restarts its
 duration.
+
+A diagram that commands something that moves for a time sets `applied_in` to an input port of
+`Applied`, which is no input of the table: the durations of states that are `moving` stand still
+while nothing is applied.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -16,6 +20,8 @@ from typing import Any, NamedTuple
 
 from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.ports import InPort
+from firmware_runtime.devs.time import NEVER
+from firmware_runtime.models.applied import Applied
 from firmware_runtime.models.state_labels import Accepted, Labels, Sent, Words
 from firmware_runtime.models.state_table import Arrow, Kept, State, StateTableError, check
 
@@ -56,9 +62,14 @@ class StateDiagram(Atomic):
         self.states: Sequence[State] = ()
         self.durations: dict[str, int] = {}
         self.kept: Kept = {}
+        self.applied_in: InPort[Applied] | None = None
+        self.applied = Applied.ALL
         self.watch: Callable[[str], None] | None = None
         """Called with every state that is entered, for a picture of a run; it may only read."""
         self._rows: dict[str, _Row] = {}
+        self._moving: frozenset[str] = frozenset()
+        self._left = NEVER
+        """What is left of the duration of a moving state that stands still."""
 
     def follow(self, states: Sequence[State], words: Words = _NO_WORDS, **durations: int) -> None:
         """Take the table to follow, in place of any before; called after the ports were declared.
@@ -68,6 +79,7 @@ class StateDiagram(Atomic):
         try:
             check(states)
             self.states = states
+            self._moving = frozenset(state.name for state in states if state.moving)
             self.durations = {state.name: _duration(state, durations) for state in states}
             labels = Labels(self, words)
             self._rows = {state.name: self._row(state, labels) for state in states}
@@ -95,15 +107,28 @@ class StateDiagram(Atomic):
         """Offer every input to the state that is then the present one."""
         self.continue_(elapsed)
         for port in self.in_ports.values():
-            for value in port:
-                self._offer(port, value)
+            if port is self.applied_in and port:
+                self._follow_applied(port[-1])
+            else:
+                for value in port:
+                    self._offer(port, value)
 
     # ---------------------------------------------------------------------------------------------
 
     def _enter(self, state: str) -> None:
         self.hold_in(state, self.durations[state])
+        self._left = NEVER
+        self._follow_applied(self.applied)
         if self.watch is not None:
             self.watch(state)
+
+    def _follow_applied(self, applied: Applied) -> None:
+        """Stop the time of a moving state while nothing is applied, and go on with it after."""
+        self.applied = applied
+        if applied is Applied.NOTHING and self.phase in self._moving and self.sigma != NEVER:
+            self._left, self.sigma = self.sigma, NEVER
+        elif applied is not Applied.NOTHING and self._left != NEVER:
+            self.sigma, self._left = self._left, NEVER
 
     def _due(self) -> _Internal:
         for internal in self._rows[self.phase].internal:

@@ -71,12 +71,19 @@ class Arrow:
 
 
 class State:
-    """A state, how long it lasts, and the arrows that leave it, those for inputs in any order."""
+    """A state, how long it lasts, and the arrows that leave it, those for inputs in any order.
 
-    def __init__(self, name: str, duration: int | str, *arrows: Arrow) -> None:
+    The duration of a state that is `moving` is one of motion: it stands still while the actuators
+    apply nothing (`StateDiagram.applied_in`).
+    """
+
+    def __init__(
+        self, name: str, duration: int | str, *arrows: Arrow, moving: bool = False
+    ) -> None:
         self.name = name
         self.duration = duration
         self.arrows = arrows
+        self.moving = moving
 
     @property
     def external(self) -> tuple[Arrow, ...]:

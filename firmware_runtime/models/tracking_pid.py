@@ -6,6 +6,7 @@ setpoints the last one goes on with its rate and acceleration.
 
 from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.time import SECOND
+from firmware_runtime.models.applied import Applied
 from firmware_runtime.models.motion import Motion
 from firmware_runtime.models.pid import PidGains
 from firmware_runtime.models.trajectory import Setpoint
@@ -17,17 +18,20 @@ class TrackingPid(Atomic):
     waiting --measurement?--> commanding (0) --command_n!--> waiting
 
     `inertia` is the command in N that an acceleration of 1 m/s2 or rad/s2 takes. `kd` acts on the
-    difference of the rates. A setpoint older than `timeout` ns is none.
+    difference of the rates. A setpoint older than `timeout` ns is none. The integral follows
+    `applied` as that of `Pid` does.
     """
 
     def __init__(self, name: str, gains: PidGains, inertia: float, timeout: int) -> None:
         super().__init__(name)
         self.measurement = self.in_port("measurement", Motion)
         self.setpoint = self.in_port("setpoint", Setpoint)
+        self.applied_in = self.in_port("applied", Applied)
         self.command = self.out_port("command_n", float)
         self.gains = gains
         self.inertia = inertia
         self.timeout = timeout
+        self.applied = Applied.ALL
         self.integral_n = 0.0
         self.command_n = 0.0
         self._setpoint: Setpoint | None = None
@@ -48,6 +52,8 @@ class TrackingPid(Atomic):
         self._since_setpoint += elapsed
         if self.setpoint:
             self._setpoint, self._since_setpoint = self.setpoint[-1], 0
+        if self.applied_in:
+            self.applied = self.applied_in[-1]
         if not self.measurement:
             self.continue_(elapsed)
         elif self._setpoint is None or self._since_setpoint > self.timeout:
@@ -67,7 +73,6 @@ class TrackingPid(Atomic):
         integral = self.integral_n + gains.ki * error * self._since_measurement / SECOND
         wanted = gains.kp * error + integral + gains.kd * slip + self.inertia * acceleration
         command = max(-gains.limit, min(gains.limit, wanted))
-        winding_up = command != wanted and (wanted - command) * error > 0.0
-        if not (gains.anti_windup and winding_up):
+        if not gains.winds_up(self.applied, wanted, error):
             self.integral_n = integral
         return command

@@ -4,6 +4,7 @@ import math
 
 from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.time import SECOND
+from firmware_runtime.models.applied import Applied
 from firmware_runtime.models.motion import Motion
 from firmware_runtime.models.position_fix import PositionState
 from firmware_runtime.models.trajectory import Path, PoseSetpoint, Setpoint, at_rest
@@ -14,16 +15,16 @@ class TrajectorySource(Atomic):
     """Sends the setpoints of x, y and yaw every period, as long as there is a position.
 
     waiting (period) --state? TRACKING--> following (period) --x!, y!, yaw!--> following
-    following --state? LOST--> braking (period) --x!, y!, yaw!--> braking
-    braking --state? TRACKING--> following
+    following --state? LOST, applied? NOTHING--> braking (period) --x!, y!, yaw!--> braking
+    braking --state? TRACKING, applied? PART, ALL--> following
     following, braking --enable? false--> waiting
     any --state? SAFE--> given up (period)
 
     `enabled` is how it begins; while it is not, nothing is sent. The first setpoint is the body's
     own motion, and from there it goes to the path, as it does after it braked. Braking, the
     setpoint of x and y is wherever the body is taken to be, at rest, so that speed alone is
-    controlled, and yaw stays; the path waits. A period that the executive skips holds the path up
-    for as long.
+    controlled, and yaw stays; the path waits, and so it does while actuators apply nothing. A
+    period that the executive skips holds the path up for as long.
     """
 
     def __init__(
@@ -32,6 +33,7 @@ class TrajectorySource(Atomic):
         super().__init__(name)
         self.enable = self.in_port("enable", bool)
         self.state_in = self.in_port("state", PositionState)
+        self.applied_in = self.in_port("applied", Applied)
         self.x_now = self.in_port("x_now", Motion)
         self.y_now = self.in_port("y_now", Motion)
         self.yaw_now = self.in_port("yaw_now", Motion)
@@ -43,6 +45,7 @@ class TrajectorySource(Atomic):
         self.limits = limits
         self.enabled = enabled
         self.state = PositionState.NO_POSITION
+        self.applied = Applied.ALL
         self.setpoint: PoseSetpoint | None = None
         """What is sent at the end of this period."""
         self.goal: PoseSetpoint | None = None
@@ -85,7 +88,9 @@ class TrajectorySource(Atomic):
             self.enabled = self.enable[-1]
         if self.state_in:
             self.state = self.state_in[-1]
-        if self.phase != "given up" and (self.state_in or self.enable):
+        if self.applied_in:
+            self.applied = self.applied_in[-1]
+        if self.phase != "given up" and (self.state_in or self.enable or self.applied_in):
             self._obey()
         if self.phase == "braking":
             self._brake()
@@ -97,10 +102,12 @@ class TrajectorySource(Atomic):
             self.phase, self.setpoint = "given up", None
         elif not self.enabled:
             self.phase, self.setpoint = "waiting", None
-        elif self.state is PositionState.TRACKING and self.phase != "following":
-            self._begin()
         elif self.state is PositionState.LOST and self.phase == "following":
             self.phase = "braking"
+        elif self.state is PositionState.TRACKING and self.phase != "following":
+            self._begin()
+        if self.phase == "following" and self.applied is Applied.NOTHING:
+            self.phase = "braking"  # commands still leave: an actuator begins with the first
 
     def _begin(self) -> None:
         """Go to the path from where the body is."""

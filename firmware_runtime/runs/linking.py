@@ -14,6 +14,7 @@ from firmware_runtime.board.ending import Ending
 from firmware_runtime.board.ends import BoardEnd
 from firmware_runtime.board.registry import Board
 from firmware_runtime.devs.part import Part
+from firmware_runtime.devs.ports import AnyPort
 from firmware_runtime.devs.time import seconds
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.executive.clocks import Clock, MonotonicClock
@@ -154,6 +155,14 @@ def _came(refused: "Mapping[Reason, int]") -> str:
     return f": {total} datagrams came, and all were refused ({counts})"
 
 
+def _applied_ports(part: Part) -> list[str]:
+    """The ports that say what actuators apply: sent once, and an end that comes later needs it."""
+    from firmware_runtime.models.applied import Applied  # noqa: PLC0415 -- runs with a link only
+
+    ports: dict[str, AnyPort] = {**part.leaving, **part.entering}
+    return [name for name, port in ports.items() if port.type is Applied]
+
+
 def _open_link(
     linked: LinkedPart, open_channel: "OpenChannel", log: Callable[[str], None]
 ) -> "Link":
@@ -173,7 +182,7 @@ def _open_link(
         timeout=seconds(stated.timeout_s),
         good=seconds(stated.good_s),
         keep=stated.keep,
-        retain=frozenset(stated.retain),
+        retain=frozenset((*stated.retain, *_applied_ports(part))),
         ordered=frozenset(stated.ordered),
     )
     with kept_off(board.settings.executive.cpus):

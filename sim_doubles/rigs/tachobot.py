@@ -105,7 +105,8 @@ class TachobotRig:
     def result(self, elapsed: int, own: Mapping[str, object]) -> dict[str, object]:  # noqa: ARG002
         """The true yaw, or pose, however long the run took and whatever the robot takes it for.
 
-        Whether control has begun is the robot's word: without a yaw it has not.
+        Whether control has begun is the robot's word: without a yaw it has not. So is its reference
+        at the end; an end of a cut robot that does not have the controller goes by the board file.
         """
         if self._tracked is not None:
             from boards.tachobot.track_result import track_result  # noqa: PLC0415 -- mode track
@@ -115,7 +116,10 @@ class TachobotRig:
         self.catch_up()
         state = self.world.state(self._now())
         yaw = Motion(state.yaw_rad, state.yaw_rate_rad_s)
-        return yaw_result(self._settings, yaw, has_begun=own.get("yaw_rad", ...) is not None)
+        reference_rad = own.get("yaw_reference_rad")
+        if not isinstance(reference_rad, float):
+            reference_rad = self._settings.controller.yaw.reference_rad
+        return yaw_result(reference_rad, yaw, has_begun=own.get("yaw_rad", ...) is not None)
 
     @property
     def outputs(self) -> dict[str, int]:

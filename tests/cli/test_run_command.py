@@ -35,6 +35,14 @@ def test_a_run_ends_settled_at_one_radian(command: Callable[..., Any]) -> None:
     assert document["outputs_on"] == {"thrust_pairs": 0}
 
 
+@pytest.mark.slow
+def test_a_result_is_judged_by_the_reference_that_was_sent(command: Callable[..., Any]) -> None:
+    sent = ("--for", 20, "--input", "8:yaw_reference=0.5")
+    result = json.loads(command(*VIRTUAL, *sent, "--json").out)["result"]
+    assert result["yaw_rad"] == pytest.approx(0.5, abs=0.02)
+    assert (result["yaw_reference_rad"], result["settled"]) == (0.5, True)
+
+
 def test_the_statistics_have_the_keys_others_rely_on(command: Callable[..., Any]) -> None:
     statistics = json.loads(command(*VIRTUAL, "--for", 1, "--json").out)["statistics"]
     assert statistics["schema"] == 1

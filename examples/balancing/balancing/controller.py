@@ -1,6 +1,6 @@
 """The controller: it waits to be raised, balances, and lets go of the motors when it falls.
 
-It begins when its outputs are enabled: against a hand that holds it, it would wind up.
+It begins when its outputs are enabled: a hand that holds it waits for its motors to push.
 
 It knows neither chips nor clocks; the same object runs in simulation and on the robot.
 """
@@ -13,6 +13,7 @@ from drivers.chips.mpu9250_burst import InertialSample
 from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.time import NEVER, seconds
+from firmware_runtime.models.applied import Applied
 from firmware_runtime.models.pid import Pid, PidGains
 from firmware_runtime.models.state_diagram import StateDiagram
 from firmware_runtime.models.state_table import Arrow, State
@@ -42,22 +43,34 @@ class Helm(Atomic):
     """Passes the PID's command on to the motors while the robot balances; stops them once after.
 
     waiting --command?, balance?--> driving (0) --drive!--> waiting
+    waiting --applied?, balance?--> driving (0) --effect!--> waiting
+
+    `effect` is what becomes of the PID's commands, for its integral: what the motors apply, or
+    nothing where they are not passed on.
     """
 
     def __init__(self, name: str) -> None:
         super().__init__(name)
         self.balance = self.in_port("balance", int)
         self.command = self.in_port("command", float)
+        self.applied_in = self.in_port("applied", Applied)
         self.drive_out = self.out_port("drive", float)
+        self.effect_out = self.out_port("effect", Applied)
         self.is_balancing = False
-        self.drive = 0.0
+        self.drive: float | None = None
+        self.by_motors = Applied.NOTHING
+        self.effect: Applied | None = None
 
     def output(self) -> None:
         """Send the drive, a share of full voltage, forward positive."""
-        self.drive_out.send(self.drive)
+        if self.drive is not None:
+            self.drive_out.send(self.drive)
+        if self.effect is not None:
+            self.effect_out.send(self.effect)
 
     def internal(self) -> None:
         """Wait for the next command."""
+        self.drive = self.effect = None
         self.passivate("waiting")
 
     def external(self, elapsed: int) -> None:
@@ -66,18 +79,22 @@ class Helm(Atomic):
             self.is_balancing = self.balance[-1] == 1
         if self.is_balancing and self.command:
             self.drive = -self.command[-1]
-            self.activate("driving")
         elif self.balance and not self.is_balancing:
             self.drive = 0.0
-            self.activate("driving")
-        else:
+        if self.applied_in:
+            self.by_motors = self.applied_in[-1]
+        if self.applied_in or self.balance:
+            self.effect = self.by_motors if self.is_balancing else Applied.NOTHING
+        if self.drive is None and self.effect is None:
             self.continue_(elapsed)
+        else:
+            self.activate("driving")
 
 
 class Controller(Coupled):
     """sample -> tilt -> pid -> helm -> drive, while mode says so; lean gives the pitch to hold.
 
-    tilt's upright, enabled -> ready -> mode
+    tilt's upright, enabled -> ready -> mode; what the motors apply -> helm -> pid, lean
     """
 
     def __init__(self, name: str, settings: ControllerTable) -> None:
@@ -85,6 +102,7 @@ class Controller(Coupled):
         self.sample = self.in_port("sample", InertialSample)
         self.enabled = self.in_port("enabled", int)
         self.place = self.in_port("place", float)
+        self.applied = self.in_port("applied", Applied)
         self.drive = self.out_port("drive", float)
         filtering = seconds(settings.tilt_time_constant_s)
         lean = settings.lean_per_speed_rad, settings.lean_per_place_rad_s, settings.full_speed_m_s
@@ -107,6 +125,9 @@ class Controller(Coupled):
         self.couple(self.helm.drive_out, self.lean.drive)
         self.couple(self.lean.pitch_out, self.pid.reference_in)
         self.couple(self.helm.drive_out, self.drive)
+        self.couple(self.applied, self.helm.applied_in)
+        self.couple(self.helm.effect_out, self.pid.applied_in)
+        self.couple(self.helm.effect_out, self.lean.applied_in)
 
     def retune(self, settings: ControllerTable) -> None:
         """Take up new gains; the integral stays, so nothing jumps."""

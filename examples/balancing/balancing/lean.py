@@ -2,6 +2,7 @@
 
 from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.time import SECOND
+from firmware_runtime.models.applied import Applied
 
 SMOOTHING_S = 0.2
 """Time constant over which the drive is averaged: it is the speed that the motors hold."""
@@ -10,10 +11,11 @@ SMOOTHING_S = 0.2
 class Lean(Atomic):
     """Answers every drive with the pitch to hold from now on, rad.
 
-    waiting --drive?--> leaning (0) --pitch_rad!--> waiting
+    waiting --drive?, begin?--> leaning (0) --pitch_rad!--> waiting
 
-    There is no encoder: the mean drive stands for the speed, and its integral for the way. Both
-    begin again when balancing begins. `place` is where to stand from now on, m from there.
+    There is no encoder: the mean drive stands for the speed, and its integral for the way, as far
+    as the motors apply it. Both begin again when balancing begins. `place` is where to stand from
+    now on, m from there.
     """
 
     def __init__(
@@ -23,6 +25,7 @@ class Lean(Atomic):
         self.drive = self.in_port("drive", float)
         self.begin = self.in_port("begin", int)
         self.place_in = self.in_port("place", float)
+        self.applied_in = self.in_port("applied", Applied)
         self.pitch_out = self.out_port("pitch_rad", float)
         self.per_speed_rad = per_speed_rad
         self.per_place_rad_s = per_place_rad_s
@@ -32,6 +35,7 @@ class Lean(Atomic):
         """Seconds of full speed."""
         self.full_speed_m_s = full_speed_m_s
         self.reference_m = 0.0
+        self.applied = Applied.ALL
         self._since_drive = 0
 
     def output(self) -> None:
@@ -50,10 +54,16 @@ class Lean(Atomic):
             self.speed = self.place_s = 0.0
         if self.place_in:
             self.reference_m = self.place_in[-1]
-        if not self.drive:
+        if self.applied_in:
+            self.applied = self.applied_in[-1]
+        if self.drive:
+            self._go_on(self.drive[-1] if self.applied is not Applied.NOTHING else 0.0)
+        if self.drive or self.begin:
+            self.activate("leaning")
+        else:
             self.continue_(elapsed)
-            return
+
+    def _go_on(self, drive: float) -> None:
         seconds, self._since_drive = self._since_drive / SECOND, 0
-        self.speed += (self.drive[-1] - self.speed) * min(1.0, seconds / SMOOTHING_S)
+        self.speed += (drive - self.speed) * min(1.0, seconds / SMOOTHING_S)
         self.place_s += self.speed * seconds
-        self.activate("leaning")

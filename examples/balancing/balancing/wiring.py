@@ -14,6 +14,7 @@ from drivers.output_state import OutputState
 from firmware_runtime.board.lines import Lines
 from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.time import seconds
+from firmware_runtime.models.applied import LeastApplied
 
 
 class Balancing(Coupled):
@@ -39,6 +40,7 @@ class Balancing(Coupled):
         self.sides = self.add(Sides("sides", wheels.left.is_reversed, wheels.right.is_reversed))
         self.left = self.add(motor("left", wheels.left))
         self.right = self.add(motor("right", wheels.right))
+        self.applied = self.add(LeastApplied("applied", ["left", "right"]))
 
         self.place = self.in_port("place", float)
         self.couple(self.place, self.controller.place)
@@ -47,6 +49,9 @@ class Balancing(Coupled):
         self.couple(self.controller.drive, self.sides.drive)
         self.couple(self.sides.left, self.left.drive)
         self.couple(self.sides.right, self.right.drive)
+        self.couple(self.left.applied_out, self.applied.applied["left"])
+        self.couple(self.right.applied_out, self.applied.applied["right"])
+        self.couple(self.applied.least, self.controller.applied)
 
 
 def chip_settings(settings: BalancingSettings) -> Mpu9250Settings:

@@ -6,6 +6,7 @@ It knows neither chips nor clocks; the same object runs in simulation and on the
 from drivers.analog_inputs import Voltages
 from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.time import NEVER, seconds
+from firmware_runtime.models.applied import Applied
 from firmware_runtime.models.pid import Pid, PidGains
 from firmware_runtime.models.state_diagram import StateDiagram
 from firmware_runtime.models.state_table import Arrow, State
@@ -35,11 +36,15 @@ class Mode(StateDiagram):
 
 
 class Controller(Coupled):
-    """voltages -> sight -> pan and tilt PIDs -> head -> angles; mode says when to follow."""
+    """voltages -> sight -> pan and tilt PIDs -> head -> angles; mode says when to follow.
+
+    What the servos apply comes back: applied -> head -> PIDs.
+    """
 
     def __init__(self, name: str, settings: PanTiltSettings) -> None:
         super().__init__(name)
         self.voltages = self.in_port("voltages", Voltages)
+        self.applied = self.in_port("applied", Applied)
         self.pan_angle = self.out_port("pan", float)
         self.tilt_angle = self.out_port("tilt", float)
         control, servos = settings.controller, settings.servos
@@ -60,6 +65,9 @@ class Controller(Coupled):
         self.couple(self.sight.above, self.tilt.measurement)
         self.couple(self.pan.command, self.head.pan_rate)
         self.couple(self.tilt.command, self.head.tilt_rate)
+        self.couple(self.applied, self.head.applied_in)
+        self.couple(self.head.pan_effect, self.pan.applied_in)
+        self.couple(self.head.tilt_effect, self.tilt.applied_in)
         self.couple(self.head.pan, self.pan_angle)
         self.couple(self.head.tilt, self.tilt_angle)
 

@@ -2,6 +2,7 @@
 
 from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.time import MILLISECOND, SECOND
+from firmware_runtime.models.applied import Applied
 
 SWEEP_PERIOD = 20 * MILLISECOND
 
@@ -12,6 +13,11 @@ class Head(Atomic):
     sweeping (SWEEP_PERIOD) --pan! tilt!--> sweeping
     sweeping --follow? 1--> following;  following --follow? 0--> sweeping
     following --pan_rate?, tilt_rate?--> turning (0) --pan! tilt!--> following
+    any --applied?--> telling (0) --pan_effect! tilt_effect!--> sweeping, following
+
+    While the servos apply nothing the angles stay, and are sent: a servo begins with the first. At
+    `pan_effect` and `tilt_effect` leaves what becomes of the rates, where that is new: what the
+    servos apply, and no more than PART at the end of a way.
     """
 
     def __init__(
@@ -21,12 +27,17 @@ class Head(Atomic):
         self.follow = self.in_port("follow", int)
         self.pan_rate = self.in_port("pan_rate", float)
         self.tilt_rate = self.in_port("tilt_rate", float)
+        self.applied_in = self.in_port("applied", Applied)
         self.pan = self.out_port("pan", float)
         self.tilt = self.out_port("tilt", float)
+        self.pan_effect = self.out_port("pan_effect", Applied)
+        self.tilt_effect = self.out_port("tilt_effect", Applied)
         self.limits = limits
         self.angles = [0.0, 0.0]
         """Pan and tilt as commanded, rad."""
         self.is_following = False
+        self.applied = Applied.NOTHING
+        self.effects_sent: list[Applied] = [Applied.ALL, Applied.ALL]
         self._sweep_rad_s = sweep_rad_s
         self._since = 0
 
@@ -35,42 +46,49 @@ class Head(Atomic):
         self.hold_in("sweeping", SWEEP_PERIOD)
 
     def output(self) -> None:
-        """Send both angles."""
-        if self.phase == "sweeping":
-            self._sweep()
-        self.pan.send(self.angles[0])
-        self.tilt.send(self.angles[1])
+        """Send both angles, and what has changed of their effects."""
+        if self.phase != "telling":
+            self.pan.send(self.angles[0])
+            self.tilt.send(self.angles[1])
+        for axis, port in enumerate((self.pan_effect, self.tilt_effect)):
+            if (effect := self._effect(axis)) is not self.effects_sent[axis]:
+                port.send(effect)
 
     def internal(self) -> None:
         """Go on with the sweep, or wait for the next rates."""
-        if self.is_following:
-            self.passivate("following")
-        else:
-            self.hold_in("sweeping", SWEEP_PERIOD)
+        self.effects_sent = [self._effect(axis) for axis in range(2)]
+        if self.phase == "sweeping" and self.applied is not Applied.NOTHING:
+            self._sweep()
+        self._wait()
 
     def external(self, elapsed: int) -> None:
         """Take up or give up following; turn by the rates over the time that passed."""
         self._since += elapsed
+        if self.applied_in:
+            self.applied = self.applied_in[-1]
         if self.follow:
-            self._take_up(self.follow[-1] == 1)
+            self.is_following = self.follow[-1] == 1
+            self._since = 0
+            self._wait()
         elif self.is_following and (self.pan_rate or self.tilt_rate):
             self._turn()
+        elif self.applied_in:
+            self.activate("telling")
         else:
             self.continue_(elapsed)
 
-    def _take_up(self, is_following: bool) -> None:  # noqa: FBT001 -- the value of a port
-        self.is_following = is_following
-        self._since = 0
-        if is_following:
+    def _wait(self) -> None:
+        if self.is_following:
             self.passivate("following")
         else:
             self.hold_in("sweeping", SWEEP_PERIOD)
 
     def _turn(self) -> None:
         seconds, self._since = self._since / SECOND, 0
-        for axis, rates in enumerate((self.pan_rate, self.tilt_rate)):
-            if rates:
-                self._set(axis, self.angles[axis] + rates[-1] * seconds)
+        if self.applied is not Applied.NOTHING:
+            for axis, rates in enumerate((self.pan_rate, self.tilt_rate)):
+                if rates:
+                    self._set(axis, self.angles[axis] + rates[-1] * seconds)
         self.activate("turning")
 
     def _sweep(self) -> None:
@@ -85,3 +103,8 @@ class Head(Atomic):
     def _set(self, axis: int, angle: float) -> None:
         least, most = self.limits[axis]
         self.angles[axis] = max(least, min(most, angle))
+
+    def _effect(self, axis: int) -> Applied:
+        least, most = self.limits[axis]
+        is_at_an_end = not least < self.angles[axis] < most
+        return min(self.applied, Applied.PART) if is_at_an_end else self.applied

@@ -17,7 +17,7 @@ INPUTS = ("AIN0", "AIN1", "AIN2", "AIN3")
 
 
 class PanTilt(Coupled):
-    """eyes -> controller -> servos.
+    """eyes -> controller <-> servos.
 
     Chips are built here and not touched: the models bring them up, one step at a time.
     """
@@ -44,6 +44,7 @@ class PanTilt(Coupled):
         self.couple(self.voltages, self.controller.voltages)
         self.couple(self.controller.pan_angle, self.servos.angle["pan"])
         self.couple(self.controller.tilt_angle, self.servos.angle["tilt"])
+        self.couple(self.servos.applied_out, self.controller.applied)
 
 
 def chip_settings(eyes: EyesTable) -> Ads1115Settings:

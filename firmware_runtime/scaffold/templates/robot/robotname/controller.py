@@ -8,6 +8,7 @@ import math
 from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.time import SECOND, seconds
+from firmware_runtime.models.applied import Applied
 from firmware_runtime.models.motion import Motion
 from firmware_runtime.models.pid import Pid, PidGains
 from firmware_runtime.models.state_diagram import StateDiagram
@@ -82,22 +83,34 @@ class Helm(Atomic):
 
     waiting, following --command?--> steering (0) --drive!--> waiting
     waiting --follow? 0--> steering (0) --drive! 0--> waiting
+    waiting --applied?, follow?--> steering (0) --effect!--> waiting
+
+    `effect` is what becomes of the PID's commands, for its integral: what the motor applies, or
+    nothing where they are not passed on.
     """
 
     def __init__(self, name: str) -> None:
         super().__init__(name)
         self.follow = self.in_port("follow", int)
         self.command = self.in_port("command", float)
+        self.applied_in = self.in_port("applied", Applied)
         self.drive_out = self.out_port("drive", float)
+        self.effect_out = self.out_port("effect", Applied)
         self.is_following = False
-        self.drive = 0.0
+        self.drive: float | None = None
+        self.by_motor = Applied.NOTHING
+        self.effect: Applied | None = None
 
     def output(self) -> None:
         """Send the drive, as a share of full voltage; forward is towards the wall."""
-        self.drive_out.send(self.drive)
+        if self.drive is not None:
+            self.drive_out.send(self.drive)
+        if self.effect is not None:
+            self.effect_out.send(self.effect)
 
     def internal(self) -> None:
         """Wait for the next command."""
+        self.drive = self.effect = None
         self.passivate("waiting")
 
     def external(self, elapsed: int) -> None:
@@ -106,22 +119,30 @@ class Helm(Atomic):
             self.is_following = self.follow[-1] == 1
         if self.is_following and self.command:
             self.drive = -self.command[-1]
-            self.activate("steering")
         elif self.follow and not self.is_following:
             self.drive = 0.0
-            self.activate("steering")
-        else:
+        if self.applied_in:
+            self.by_motor = self.applied_in[-1]
+        if self.applied_in or self.follow:
+            self.effect = self.by_motor if self.is_following else Applied.NOTHING
+        if self.drive is None and self.effect is None:
             self.continue_(elapsed)
+        else:
+            self.activate("steering")
 
 
 class Controller(Coupled):
-    """distance -> tracker -> pid -> helm -> drive, while mode sees the wall."""
+    """distance -> tracker -> pid -> helm -> drive, while mode sees the wall.
+
+    What the motor applies of it comes back: applied -> helm -> pid.
+    """
 
     def __init__(self, name: str, settings: ControllerTable) -> None:
         super().__init__(name)
         self.distance = self.in_port("distance", float)
         self.wall = self.in_port("wall", int)
         self.reference = self.in_port("reference", float)
+        self.applied = self.in_port("applied", Applied)
         self.sonar = self.out_port("sonar", int)
         self.drive = self.out_port("drive", float)
         self.mode = self.add(Mode("mode", seconds(settings.lost_s)))
@@ -137,6 +158,8 @@ class Controller(Coupled):
         self.couple(self.reference, self.pid.reference_in)
         self.couple(self.pid.command, self.helm.command)
         self.couple(self.helm.drive_out, self.drive)
+        self.couple(self.applied, self.helm.applied_in)
+        self.couple(self.helm.effect_out, self.pid.applied_in)
 
     def retune(self, settings: ControllerTable) -> None:
         """Take up new gains; the integral stays, so nothing jumps."""

@@ -9,7 +9,7 @@ SLOW_M_S = 0.05
 def result(asked_m: float, motion: Motion | None) -> dict[str, object]:
     """The distance in m, None without an echo, and whether it has settled where it was asked to."""
     if motion is None:
-        return {"distance_m": None, "settled": False}
+        return {"distance_m": None, "asked_m": asked_m, "settled": False}
     error = motion.position - asked_m
     settled = abs(error) <= NEAR_M and abs(motion.rate) <= SLOW_M_S
-    return {"distance_m": motion.position, "settled": settled}
+    return {"distance_m": motion.position, "asked_m": asked_m, "settled": settled}

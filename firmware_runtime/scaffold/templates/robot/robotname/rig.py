@@ -1,6 +1,6 @@
 """The rig: the robot's chips as doubles on their bus, tied to its world."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 
 from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.ports import OutPort
@@ -27,7 +27,6 @@ class RobotNameRig:
         motor, sonar = settings.motor, settings.sonar
         self._settings = settings
         self._now = clock
-        self._asked_m: Callable[[], float] = lambda: settings.controller.distance_m
         self.pwm = Pca9685Double(clock, motor.address, true_osc_hz=motor.osc_hz)
         self.sonar = Srf08Double(clock, sonar.address, echoes=self._echoes)
         self.world = World(settings.world, self._drive)
@@ -52,7 +51,6 @@ class RobotNameRig:
     def attach(self, robot: Coupled) -> None:
         """Add the world's probe; it looks whenever the sonar has."""
         assert isinstance(robot, RobotName)  # noqa: S101 -- a rig belongs to its board
-        self._asked_m = lambda: robot.controller.pid.reference
         robot.add(self._probe)
         robot.couple(robot.sonar.distance_out, self._probe.tick)
 
@@ -61,10 +59,15 @@ class RobotNameRig:
         self.world.advance(self._now())
 
     def result(self, elapsed: int, own: Mapping[str, object]) -> dict[str, object]:  # noqa: ARG002
-        """The true distance now, whatever the robot takes it for."""
+        """The true distance now, whatever the robot takes it for; what it was asked for, it says.
+
+        An end of it that does not have the controller goes by the board file.
+        """
         self.catch_up()
-        motion = Motion(self.world.distance_m, -self.world.speed_m_s)
-        return result(self._asked_m(), motion)
+        asked_m = own.get("asked_m")
+        if not isinstance(asked_m, float):
+            asked_m = self._settings.controller.distance_m
+        return result(asked_m, Motion(self.world.distance_m, -self.world.speed_m_s))
 
     @property
     def outputs(self) -> dict[str, int]:

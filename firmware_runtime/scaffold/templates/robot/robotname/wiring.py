@@ -14,7 +14,7 @@ from robotname.settings import RobotNameSettings
 
 
 class RobotName(Coupled):
-    """sonar -> controller -> motor; `distance_m` asks for another distance while it runs.
+    """sonar -> controller <-> motor; `distance_m` asks for another distance while it runs.
 
     Chips are built here and not touched: the models bring them up, one step at a time.
     """
@@ -40,3 +40,4 @@ class RobotName(Coupled):
         self.couple(self.sonar.detected_out, self.controller.wall)
         self.couple(self.distance_m, self.controller.reference)
         self.couple(self.controller.drive, self.motor.drive)
+        self.couple(self.motor.applied_out, self.controller.applied)
