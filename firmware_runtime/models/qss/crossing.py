@@ -8,9 +8,9 @@ from typing import Final, Literal
 from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.errors import ModelError
 from firmware_runtime.devs.time import NEVER, format_time
-from firmware_runtime.models.qss.evaluation import Wires, leaves_side, settle, side_of
+from firmware_runtime.models.qss.evaluation import Watch, Wires, side_of
 from firmware_runtime.models.qss.expression import parse
-from firmware_runtime.models.qss.program import Condition, Layout, compile_expression
+from firmware_runtime.models.qss.program import Layout, compile_condition
 from firmware_runtime.models.qss.segment import NANO, Segment, whole_after
 
 __all__ = ["Crossing", "Direction"]
@@ -50,7 +50,6 @@ class Crossing(Atomic):
         inputs: Sequence[str],
         *,
         direction: Direction = "both",
-        longest_s: float = 0.1,
         at_zero: bool = True,
         parameters: Mapping[str, float] | None = None,
         counts: Mapping[str, int] | None = None,
@@ -62,15 +61,13 @@ class Crossing(Atomic):
             )
         counts = {each: (counts or {}).get(each, 4) for each in inputs}
         layout = Layout(counts, parameters or {})
-        program = compile_expression(parse(expression), layout, 6)
+        conditions = compile_condition(parse(expression), layout, at_zero=at_zero)
         self.expression, self.direction = expression, direction
         self.inputs = {each: self.in_port(each, Segment) for each in inputs}
         self.event = self.out_port("event", bool)
         self.out = self.out_port("out", Segment)
         self._wires = Wires(counts, {})
-        self._difference = Condition(program.value, at_zero=at_zero, is_exact=program.is_linear)
-        self._inner, self._inner_sides = program.conditions, [False] * len(program.conditions)
-        self._longest_s = longest_s
+        self._watch, self._difference = Watch(conditions, has_own=True), conditions[-1]
         self._at = 0
         self._side: bool | None = None
         self._has_crossed = False
@@ -128,10 +125,10 @@ class Crossing(Atomic):
             self._look()
 
     def _look(self) -> None:
-        t, flat, sides = self._at * NANO, self._wires.flat, self._inner_sides
+        t, flat = self._at * NANO, self._wires.flat
         try:
-            leaves = settle(self._inner, t, sides, flat, self._longest_s)
-            g = self._difference.code(t, sides, flat)
+            leaves = self._watch.settle(t, flat)
+            g = self._difference.code(t, self._watch.sides, flat)
         except (ValueError, ArithmeticError) as error:
             raise self._wires.no_value(self, self.expression, self._at, error) from error
         if self._side is None:
@@ -139,7 +136,7 @@ class Crossing(Atomic):
         side = self._side_at_start(g) if self._is_poised else side_of(self._difference, g)
         if self._side is not None and not self._is_poised:
             side = self._side_as_led(g, side, was=self._side)
-        leaves = min(leaves, leaves_side(self._difference, g, self._longest_s, side=side))
+        leaves = min(leaves, self._watch.clear_for(-1, t, flat, g, side=side))
         if self._is_poised:
             leaves = max(leaves, NANO)
         self._leaves, self._value, self._moves = leaves, abs(g[0]), any(g)

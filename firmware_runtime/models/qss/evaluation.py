@@ -1,15 +1,16 @@
 """An expression over wires at an instant: its inputs then, and the sides of its conditions."""
 
-from collections.abc import Mapping, Sequence
-from math import inf, sqrt
+from collections.abc import Callable, Mapping, Sequence
+from math import inf
 
 from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.errors import ModelError
 from firmware_runtime.devs.time import format_time
 from firmware_runtime.models.qss.program import Condition, Program
 from firmware_runtime.models.qss.roots import falls_below_zero
-from firmware_runtime.models.qss.segment import NANO, Segment
+from firmware_runtime.models.qss.segment import LONGEST_S, NANO, Segment
 
+_FIRST_SPAN_S = 1.0
 _INSTANT_S = 2e-9
 """A value that is, or was, zero within this time is at zero: events come at whole ns."""
 
@@ -86,45 +87,72 @@ def side_of(condition: Condition, g: Sequence[float]) -> bool:
     return condition.at_zero
 
 
-def leaves_side(condition: Condition, g: Sequence[float], longest_s: float, *, side: bool) -> float:
-    """In how many seconds the value goes to the other side, or must be looked at again.
+class Watch:
+    """Conditions of wires: their sides, and for how long none of them can change.
 
-    A polynomial that is cut off is trusted only as far as the two terms left out move the root by
-    less than a nanosecond.
+    `spans` holds for each over how long a stretch it is bounded next: a guess, from the last time.
+    The side of the last one is its owner's matter if `has_own`.
     """
-    a, b, c, d = g[0], g[1], g[2], g[3]
-    if not side:
-        a, b, c, d = -a, -b, -c, -d
-    root = falls_below_zero(a, b, c, d)
-    if condition.is_exact or root <= _INSTANT_S:
-        return root
-    left_out = abs(g[4]) + abs(g[5]) * min(root, longest_s)
-    if b == 0.0 and c == 0.0 and d == 0.0 and left_out == 0.0:
-        return inf
-    if root < longest_s:
-        slope = abs(b + root * (2.0 * c + 3.0 * d * root)) + 1e-300
-        moved = left_out * root * root * root * root / slope
-        if moved <= NANO:
-            return root
-        return root * (1.0 - min(sqrt(sqrt(NANO / moved)), 0.5))
-    turns = sqrt(sqrt(abs(a) / left_out)) if left_out > 0.0 else longest_s
-    return min(longest_s, max(turns, longest_s / 256.0))
+
+    def __init__(self, conditions: Sequence[Condition], *, has_own: bool = False) -> None:
+        self.conditions = tuple(conditions)
+        self._settled = tuple(enumerate(conditions))[: -1 if has_own else None]
+        self.sides = [False] * len(conditions)
+        self.spans = [_FIRST_SPAN_S] * len(conditions)
+
+    def settle(self, t: float, flat: Sequence[float]) -> float:
+        """Bring the sides up to date, inner ones first; for how many seconds they hold."""
+        leaves = inf
+        for number, condition in self._settled:
+            g = condition.code(t, self.sides, flat)
+            side = self.sides[number] = side_of(condition, g)
+            leaves = min(leaves, self.clear_for(number, t, flat, g, side=side))
+        return leaves
+
+    def clear_for(
+        self, number: int, t: float, flat: Sequence[float], g: Sequence[float], *, side: bool
+    ) -> float:
+        """For how many seconds a condition's value surely stays on its side, if the others do.
+
+        Up to its root where it is a cubic. Else the cubic that begins as it does, less all that the
+        higher powers may take from it within some stretch of time, is below it there: up to the
+        root of that, or the end of the stretch. The nearer the root, the less they take.
+        """
+        sign = 1.0 if side else -1.0
+        a, b, c, d = sign * g[0], sign * g[1], sign * g[2], sign * g[3]
+        bound = self.conditions[number].bound
+        fourth, fifth = abs(g[4]), abs(g[5])
+        if bound is None and fourth == fifth == 0.0:
+            return falls_below_zero(a, b, c, d)
+        sides, root = self.sides, falls_below_zero(a, b, c, d)
+        if bound is not None and b == c == d == 0.0 and bound(t, sides, flat, LONGEST_S) == 0.0:
+            return inf
+
+        def safe(span: float) -> float:
+            most = bound(t, sides, flat, span) if bound else fourth + fifth * span
+            return falls_below_zero(a, b, c, d - most * span) if most < inf else 0.0
+
+        clear, self.spans[number] = furthest(self.spans[number], safe, enough=root)
+        return max(clear, NANO)
 
 
-def settle(
-    conditions: Sequence[Condition],
-    t: float,
-    sides: list[bool],
-    flat: Sequence[float],
-    longest_s: float,
-) -> float:
-    """Bring the sides up to date, inner ones first; in how many seconds one must be looked at."""
-    leaves = inf
-    for number, condition in enumerate(conditions):
-        g = condition.code(t, sides, flat)
-        side = sides[number] = side_of(condition, g)
-        leaves = min(leaves, leaves_side(condition, g, longest_s, side=side))
-    return leaves
+def furthest(
+    span: float, safe: Callable[[float], float], *, enough: float = inf
+) -> tuple[float, float]:
+    """For how long something is safe, and over which stretch to begin the search next time.
+
+    `safe` says for how much of a stretch it is, by bounds over all of it: the shorter the stretch,
+    the longer, until it is all of it. Half of the best, or of `enough`, will do.
+    """
+    first, longest = span, 0.0
+    while True:
+        found = safe(span)
+        if found >= span:
+            return max(span, longest), 4.0 * span
+        longest = max(longest, found)
+        if longest >= 0.5 * min(span, enough) or span <= NANO:
+            return longest, max(2.0 * longest, 0.25 * first)
+        span = max(2.0 * found, span / 16.0, NANO)
 
 
 def worth(program: Program, t: float, flat: Sequence[float]) -> float:

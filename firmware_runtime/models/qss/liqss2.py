@@ -46,6 +46,7 @@ class LIQSS2(QSS2):
         above from a change of something else, as at an event, is none.
         """
         self._short = 0
+        self._may_correct = self._corrects = False
 
     def _quantized_after(self, seconds: float) -> Segment:
         q0, q1 = self._line(seconds)
@@ -62,7 +63,8 @@ class LIQSS2(QSS2):
         q0, q1 = self._line(seconds)
         self._a = self._slope_after(seconds)
         self._advance(seconds)
-        self._change = q0 - self._q0
+        self._change, self._may_correct = q0 - self._q0, not self._corrects
+        self._corrects = False
         self._q0, self._q1 = q0, q1
         self._width = self._quantum_at(self._x)
         self.steps += 1
@@ -90,7 +92,19 @@ class LIQSS2(QSS2):
         self._change = 0.0
         if self.reset:
             self._restart(self.reset[-1][0])
+        elif elapsed == 0 and self._may_correct and self.derivative:
+            self._correct()
+        self._may_correct = False
         self._plan(self._leaves())
+
+    def _correct(self) -> None:
+        """Let q be renewed once more if it holds much longer with what the answer has taught."""
+        if self._a == 0.0: return
+        q0, q1 = self._line(0.0)
+        u0, u1 = self._u0 + self._a * (q0 - self._q0), self._u1 + self._a * (q1 - self._q1)
+        longer = _leaves(self._x - q0, u0 - q1, 0.5 * u1, self._width)
+        if longer > 4.0 * self._leaves():
+            self._restarts = self._corrects = True
 
     def _slope_after(self, seconds: float) -> float:
         """`a`, or nothing if so many seconds have brought no answer to a change of q."""
@@ -127,9 +141,14 @@ class LIQSS2(QSS2):
 
     def _leaves(self) -> float:
         """When q has to be renewed: where it meets x, or at the edge of the quantum."""
-        c0, c1, c2 = self._x - self._q0, self._u0 - self._q1, 0.5 * self._u1
-        edge = leaves_band(c0, c1, c2, self._width)
-        if c0 * c2 > 0.0 > c1 * c2:
-            nearest = -c1 / (2.0 * c2)
-            return min(nearest, edge)
-        return edge
+        return _leaves(
+            self._x - self._q0, self._u0 - self._q1, 0.5 * self._u1, self._width
+        )
+
+
+def _leaves(c0: float, c1: float, c2: float, width: float) -> float:
+    edge = leaves_band(c0, c1, c2, width)
+    if c0 * c2 > 0.0 > c1 * c2 and c1 * c1 > 0.4 * abs(c2) * width:
+        nearest = -c1 / (2.0 * c2)
+        return min(nearest, edge)
+    return edge

@@ -129,7 +129,6 @@ class SystemModel(Coupled):
             inputs,
             order=self._order,
             tolerance=compile_allowance(tree, Layout(counts, parameters), allowed),
-            longest_s=horizon_s / 50.0,
             parameters=parameters,
             counts=counts,
             quanta=quanta,
@@ -207,7 +206,6 @@ class SystemModel(Coupled):
                 self._names(crossed),
                 direction=direction,
                 at_zero=not event.is_strict(),
-                longest_s=self._horizon_s / 50.0,
                 **options,
             )
         )

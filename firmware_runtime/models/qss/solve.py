@@ -1,7 +1,6 @@
 """A system solved: its blocks simulated, and its outputs read from their polynomials."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import replace
 from numbers import Integral, Real
 from typing import Final
 
@@ -82,8 +81,6 @@ def solve(
     instants = [whole_ns(each) for each in at]
     if instants != sorted(instants) or any(each < 0 for each in instants):
         raise ConfigError.of_one("solve", "times do not ascend; expected instants from 0 s on")
-    if system.horizon_s is None and at and at[-1] > 0.0:
-        system = replace(system, horizon_s=at[-1])
     simulation = Simulation(system)
     values: dict[str, list[float]] = {text: [] for text in system.shown}
     for done, instant in enumerate(instants, 1):

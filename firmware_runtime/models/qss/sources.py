@@ -190,7 +190,6 @@ class Sine(Function):
             "c + a * sin(tau * f * t + p)",
             order=order,
             tolerance=tolerance,
-            longest_s=0.125 / abs(frequency_hz) if frequency_hz else 1.0,
             parameters=self.parameters,
         )
 
