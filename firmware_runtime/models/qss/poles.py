@@ -22,7 +22,7 @@ class Poles:
             number: compile_allowance(tree, layout, Quanta(quanta, 0.0))
             for number, tree in program.poles.items()
         }
-        self._above: dict[int, bool] = {}
+        self.above: dict[int, bool] = {}
 
     def __bool__(self) -> bool:
         """Whether there is any."""
@@ -37,7 +37,7 @@ class Poles:
         set to the other side, and has not gone through.
         """
         for number, text in self._texts.items():
-            was, self._above[number] = self._above.get(number, sides[number]), sides[number]
+            was, self.above[number] = self.above.get(number, sides[number]), sides[number]
             if was is sides[number]:
                 continue
             (near,) = self._near[number](t, sides, flat)

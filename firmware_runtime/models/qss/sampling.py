@@ -46,40 +46,6 @@ class Hold(Atomic):
             self.hold_in("waiting", 0)
 
 
-class SampleHold(Atomic):
-    """Sends its input's value at each `trigger`, and holds it until the next.
-
-    waiting --trigger?--> sending (0) --out!--> waiting; --in?--> waiting
-    """
-
-    def __init__(self, name: str, initial: float = 0.0) -> None:
-        super().__init__(name)
-        self.entrance = self.in_port("in", Segment)
-        self.trigger = self.in_port("trigger", bool)
-        self.out = self.out_port("out", Segment)
-        self.value = float(initial)
-        self._segment = Segment(float(initial))
-
-    def initialize(self) -> None:
-        """Send the initial value at once."""
-        self.activate("sending")
-
-    def output(self) -> None:
-        """Send the value held."""
-        self.out.send(Segment(self.value))
-
-    def external(self, elapsed: int) -> None:
-        """Keep the input, and sample it at a trigger."""
-        self._segment = self._segment.after(elapsed * NANO)
-        if self.entrance:
-            self._segment = self.entrance[-1]
-        if self.trigger:
-            self.value = self._segment[0]
-            self.activate("sending")
-        else:
-            self.continue_(elapsed)
-
-
 class SegmentDelay(Delay[Segment]):
     """Its input `duration` ns later, exactly; `initial` until the first segment has come through.
 

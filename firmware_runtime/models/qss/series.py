@@ -233,7 +233,9 @@ class Writer:
         for k in range(1, self.order + 1):
             terms = [(self._scaled(self.at(a, i), i), grown[k - i]) for i in range(1, k + 1)]
             result.append(self.total(terms, k))
-            square = self.total([(self.at(result, i), self.at(result, k - i)) for i in range(k + 1)])
+            square = self.total(
+                [(self.at(result, i), self.at(result, k - i)) for i in range(k + 1)]
+            )
             grown.append(self._scaled(square, sign))
         return result
 

@@ -16,8 +16,6 @@ from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.errors import ModelError
 from firmware_runtime.devs.time import NEVER, SECOND
 from firmware_runtime.devs.time import seconds as whole_ns
-from firmware_runtime.models.qss.finite import demand_finite
-from firmware_runtime.models.qss.function import Function
 from firmware_runtime.models.qss.segment import ZERO_SEGMENT, Segment
 
 _Planned: TypeAlias = tuple[int, Segment]
@@ -160,43 +158,6 @@ class Square(Schedule):
         periods, place = divmod(number, len(in_a_period))
         after, segment = in_a_period[place]
         return round(periods * period + after), segment
-
-
-class Sine(Function):
-    """`offset + amplitude * sin(2 pi frequency_hz t + phase_rad)`, off by `tolerance` at most."""
-
-    def __init__(  # noqa: PLR0913 -- all but two have defaults
-        self,
-        name: str,
-        frequency_hz: float,
-        *,
-        amplitude: float = 1.0,
-        phase_rad: float = 0.0,
-        offset: float = 0.0,
-        order: int = 2,
-        tolerance: float = 1e-4,
-    ) -> None:
-        demand_finite(
-            name,
-            frequency_hz=frequency_hz,
-            amplitude=amplitude,
-            phase_rad=phase_rad,
-            offset=offset,
-        )
-        parameters = {"a": amplitude, "f": frequency_hz, "p": phase_rad, "c": offset}
-        self.parameters = {key: float(value) for key, value in parameters.items()}
-        super().__init__(
-            name,
-            "c + a * sin(tau * f * t + p)",
-            order=order,
-            tolerance=tolerance,
-            parameters=self.parameters,
-        )
-
-    def at(self, time: str) -> str:
-        """Its value at an instant, in s, as an expression."""
-        c, a, f, p = (repr(self.parameters[key]) for key in "cafp")
-        return f"({c} + {a} * sin(tau * {f} * ({time}) + {p}))"
 
 
 class Samples(Schedule):

@@ -26,24 +26,13 @@ from firmware_runtime.models.qss.expression import (
     parse,
 )
 from firmware_runtime.models.qss.finite import is_finite
-from firmware_runtime.models.qss.integrator import RESOLUTION, Integrator
-from firmware_runtime.models.qss.liqss2 import LIQSS2
-from firmware_runtime.models.qss.qss1 import QSS1
-from firmware_runtime.models.qss.qss2 import QSS2
-from firmware_runtime.models.qss.qss3 import QSS3
+from firmware_runtime.models.qss.methods import METHODS, RESOLUTION, State
 from firmware_runtime.models.qss.shape import shape_faults
-from firmware_runtime.models.qss.sources import Sine
+from firmware_runtime.models.qss.blocks import Sine
 from firmware_runtime.models.qss.when import When
 
 _LEAST_QUANTUM: Final = 1e-100
 """Of a state that begins at 0."""
-METHODS: Final[dict[str, type[Integrator]]] = {
-    "QSS1": QSS1,
-    "QSS2": QSS2,
-    "QSS3": QSS3,
-    "LIQSS2": LIQSS2,
-}
-
 _TAKEN: Final = {*FUNCTIONS, *CONSTANTS, TIME, DELAY, "trigger"}
 _NAME = re.compile(r"[A-Za-z]\w*")
 
@@ -92,8 +81,8 @@ class System:
             object.__setattr__(self, "horizon_s", float(self.horizon_s))
 
     @property
-    def integrator(self) -> type[Integrator]:
-        """The class of its integrators."""
+    def integrator(self) -> type[State]:
+        """The class of its states."""
         return METHODS[self.method]
 
     def quantum_of(self, state: str) -> float:

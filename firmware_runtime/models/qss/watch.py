@@ -1,85 +1,22 @@
-"""An expression over wires at an instant: its inputs then, and the sides of its conditions."""
+"""The conditions of an expression: on which side of zero they are, and for how long surely."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from math import inf
+from typing import Final
 
-from firmware_runtime.devs.atomic import Atomic
-from firmware_runtime.devs.errors import ModelError
-from firmware_runtime.devs.time import format_time
 from firmware_runtime.models.qss.program import Condition, Program
 from firmware_runtime.models.qss.roots import falls_below_zero
-from firmware_runtime.models.qss.segment import LONGEST_S, NANO, Segment
+from firmware_runtime.models.qss.segment import LONGEST_S, NANO
 
-_FIRST_SPAN_S = 1.0
-_INSTANT_S = 2e-9
+FIRST_SPAN_S: Final = 1.0
+INSTANT_S: Final = 2e-9
 """A value that is, or was, zero within this time is at zero: events come at whole ns."""
-
-
-class Wires:
-    """The coefficients of several inputs one after another, as compiled code takes them."""
-
-    def __init__(self, counts: Mapping[str, int], initial: Mapping[str, float]) -> None:
-        self.flat: list[float] = []
-        self.missing = {name for name in counts if name not in initial}
-        self._places: dict[str, tuple[int, int]] = {}
-        for name, count in counts.items():
-            self._places[name] = (len(self.flat), count)
-            self.flat += [float(initial.get(name, 0.0)), *[0.0] * (count - 1)]
-        self._curved = [place for place in self._places.values() if place[1] > 1]
-
-    def advance(self, seconds: float) -> None:
-        """Let time pass."""
-        flat = self.flat
-        for place, count in self._curved:
-            if count == 2:
-                flat[place] += seconds * flat[place + 1]
-            elif count == 3:
-                b, c = flat[place + 1], flat[place + 2]
-                flat[place] += seconds * (b + seconds * c)
-                flat[place + 1] = b + 2.0 * seconds * c
-            else:
-                flat[place : place + 4] = Segment(*flat[place : place + 4]).after(seconds)
-
-    def put(self, block: Atomic, name: str, segment: Segment) -> None:
-        """Take a segment that starts now. Raises ModelError for a degree that would be lost."""
-        place, count = self._places[name]
-        if count < 4 and segment[count] != 0.0:
-            raise ModelError(
-                f"{block.path}: input {name!r} received a segment of degree {count}; "
-                f"expected {count} coefficients: give the block a higher order"
-            )
-        if count == 2:
-            self.flat[place] = segment[0]
-            self.flat[place + 1] = segment[1]
-        else:
-            self.flat[place : place + count] = segment[:count]
-        if self.missing:
-            self.missing.discard(name)
-
-    def no_value(self, block: Atomic, expression: str, at: int, error: Exception) -> ModelError:
-        """Where an expression has no value: at which instant, and of what."""
-        return ModelError(
-            f"{block.path}: {expression} has no value at {self.shown(at)}: {error}; "
-            "expected finite real numbers all the way"
-        )
-
-    def shown(self, at: int) -> str:
-        """An instant, and what was read there."""
-        read = (f"{name} = {self.flat[k]:.6g}" for name, (k, _) in self._places.items())
-        return ", ".join((format_time(at), *read))
-
-    @property
-    def are_moving(self) -> bool:
-        """Whether any input changes between events."""
-        return any(
-            self.flat[place + k] != 0.0 for place, count in self._curved for k in range(1, count)
-        )
 
 
 def side_of(condition: Condition, g: Sequence[float]) -> bool:
     """On which side the condition's value is, or is about to be: its first derivative says that."""
     value, slope = g[0], g[1]
-    if abs(value) > _INSTANT_S * abs(slope):
+    if abs(value) > INSTANT_S * abs(slope):
         return value > 0.0
     for each in (*g[1:], value):
         if each != 0.0:
@@ -88,7 +25,7 @@ def side_of(condition: Condition, g: Sequence[float]) -> bool:
 
 
 class Watch:
-    """Conditions of wires: their sides, and for how long none of them can change.
+    """Conditions of signals: their sides, and for how long none of them can change.
 
     `spans` holds for each over how long a stretch it is bounded next: a guess, from the last time.
     The side of the last one is its owner's matter if `has_own`.
@@ -98,7 +35,7 @@ class Watch:
         self.conditions = tuple(conditions)
         self._settled = tuple(enumerate(conditions))[: -1 if has_own else None]
         self.sides = [False] * len(conditions)
-        self.spans = [_FIRST_SPAN_S] * len(conditions)
+        self.spans = [FIRST_SPAN_S] * len(conditions)
 
     def settle(self, t: float, flat: Sequence[float]) -> float:
         """Bring the sides up to date, inner ones first; for how many seconds they hold."""
