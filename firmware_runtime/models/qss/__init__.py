@@ -1,7 +1,8 @@
 """Quantized state systems: continuous systems as DEVS models, from equations or in blocks.
 
-One engine runs both: a `System` becomes one atomic model, and so does each block of a diagram, which
-is a system of one part. `solve` runs a system. A wire carries a `Segment`, a polynomial in time that holds until the next one is sent.
+One engine runs both: a `System` becomes one atomic model, and so does each block of a diagram,
+which is a system of one part. `solve` runs a system. A wire carries a `Segment`, a polynomial in
+time that holds until the next one is sent.
 """
 
 from firmware_runtime.models.qss.blocks import (

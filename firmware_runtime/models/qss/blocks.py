@@ -106,7 +106,7 @@ class Function(Block):
     what it divides by passes zero.
     """
 
-    def __init__(
+    def __init__(  # noqa: PLR0913 -- half of them have defaults
         self,
         name: str,
         expression: str,
@@ -204,7 +204,7 @@ class Crossing(Block):
     What counts as a crossing: as for a `When` of a system.
     """
 
-    def __init__(
+    def __init__(  # noqa: PLR0913 -- half of them have defaults
         self,
         name: str,
         expression: str,

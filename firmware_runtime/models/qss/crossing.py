@@ -2,17 +2,15 @@
 
 from collections.abc import Sequence
 from itertools import pairwise
-from typing import TYPE_CHECKING, ClassVar, Final, Literal
+from typing import ClassVar, Final, Literal
 
 from firmware_runtime.devs.errors import ModelError
 from firmware_runtime.devs.time import NEVER, format_time
 from firmware_runtime.models.qss.expression import parse
 from firmware_runtime.models.qss.program import Layout, compile_condition
 from firmware_runtime.models.qss.segment import NANO, whole_after
+from firmware_runtime.models.qss.signals import Readings
 from firmware_runtime.models.qss.watch import Watch, side_of
-
-if TYPE_CHECKING:
-    from firmware_runtime.models.qss.engine import Readings
 
 __all__ = ["Crossing", "Direction"]
 
@@ -48,7 +46,7 @@ class Crossing:
 
     def __init__(
         self,
-        readings: "Readings",
+        readings: Readings,
         layout: Layout,
         *,
         direction: Direction,
@@ -106,7 +104,7 @@ class Crossing:
         if self.is_poised:
             leaves = max(leaves, NANO)
         self.side = side
-        after = whole_after(leaves)
+        after = max(whole_after(leaves), 1)
         due = NEVER if after >= NEVER else now + after
         if was is None:
             is_at_once = self.is_poised and g[1] != 0.0

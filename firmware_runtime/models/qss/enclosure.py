@@ -203,7 +203,7 @@ def _tangent(low: float, high: float) -> _Range:
 
 
 def _arc_cosine(low: float, high: float) -> _Range:
-    return (math.acos(high), math.acos(low)) if -1.0 <= low and high <= 1.0 else _ALL
+    return (math.acos(high), math.acos(low)) if low >= -1.0 and high <= 1.0 else _ALL
 
 
 _TURNS: Final = (0.5 * math.pi, -0.5 * math.pi)

@@ -16,10 +16,10 @@ functions, then events, until nothing is due any more. What has changed is sent 
 `System` becomes one engine, and so does each block of a diagram.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from math import inf
-from typing import Any, ClassVar, Final
+from functools import partial
+from typing import Any, Final
 
 from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.errors import ModelError
@@ -31,86 +31,11 @@ from firmware_runtime.models.qss.function import Function
 from firmware_runtime.models.qss.methods import State
 from firmware_runtime.models.qss.program import Layout, compile_expression
 from firmware_runtime.models.qss.segment import NANO, Segment
+from firmware_runtime.models.qss.signals import Readings, Signal
 from firmware_runtime.models.qss.watch import worth
 
 _MOST_ROUNDS: Final = 10_000
 """So many rounds at one instant are a livelock."""
-
-
-class Signal:
-    """A polynomial in time, as far as its readers take it, and when it was brought to the present."""
-
-    kept: ClassVar = ("coefficients", "at", "is_missing")
-
-    def __init__(self, name: str, count: int, initial: float | None) -> None:
-        self.name, self.count = name, count
-        self.coefficients = [initial or 0.0, *[0.0] * (count - 1)]
-        self.at = 0
-        self.is_missing = initial is None
-        self.state: State | None = None
-        """Whose exact value it is."""
-        self.functions: list[int] = []
-        self.crossings: list[int] = []
-
-    def bring(self, now: int) -> list[float]:
-        """Its coefficients at an instant."""
-        a = self.coefficients
-        if self.state is not None:
-            self.coefficients = a = list(self.state.segment_at(now)[: self.count])
-        elif now != self.at and self.count > 1:
-            seconds = (now - self.at) * NANO
-            if self.count == 2:
-                a[0] += seconds * a[1]
-            elif self.count == 3:
-                b, c = a[1], a[2]
-                a[0] += seconds * (b + seconds * c)
-                a[1] = b + 2.0 * seconds * c
-            else:
-                a[:] = Segment(*a).after(seconds)
-        self.at = now
-        return a
-
-    def value_at(self, now: int) -> float:
-        """Its value at an instant; nothing changes by that."""
-        if self.state is not None:
-            return self.state.segment_at(now)[0]
-        return Segment(*self.coefficients).at((now - self.at) * NANO)
-
-
-class Readings:
-    """The signals that an expression reads, and what to say where it has no value."""
-
-    def __init__(self, path: Callable[[], str], text: str, signals: Sequence[Signal]) -> None:
-        self.path, self.text, self.signals = path, text, tuple(signals)
-
-    @property
-    def are_missing(self) -> bool:
-        """Whether one of them has had no value yet."""
-        return any(each.is_missing for each in self.signals)
-
-    @property
-    def are_moving(self) -> bool:
-        """Whether one of them changes between events."""
-        return any(any(each.coefficients[1:]) for each in self.signals)
-
-    def at(self, now: int) -> list[float]:
-        """Their coefficients at an instant, one after another, as compiled code takes them."""
-        flat: list[float] = []
-        for signal in self.signals:
-            flat += signal.bring(now)
-        return flat
-
-    def no_value(self, now: int, error: Exception) -> ModelError:
-        """Where the expression has no value: at which instant, and of what."""
-        return ModelError(
-            f"{self.path()}: {self.text} has no value at {self.shown(now)}: {error}; "
-            "expected finite real numbers all the way"
-        )
-
-    def shown(self, now: int) -> str:
-        """An instant, and what was read there."""
-        read = (f"{each.name} = {each.coefficients[0]:.6g}" for each in self.signals)
-        return ", ".join((format_time(now), *read))
 
 
 @dataclass(frozen=True, slots=True)
@@ -130,13 +55,14 @@ class Engine(Atomic):
     def __init__(self, name: str, *, is_inner: bool = False) -> None:
         super().__init__(name)
         self.signals: dict[str, Signal] = {}
-        """By the names that expressions have for them: inputs, discrete values, quantized states."""
+        """By their names in expressions: inputs, discrete values, quantized states."""
         self.exact_signals: dict[str, Signal] = {}
         """The same for events, which read the exact states."""
         self.states: dict[str, State] = {}
         self.held: dict[str, Signal] = {}
         """The discrete values."""
         self._is_inner = is_inner
+        self._has_missing = False
         self._at = 0
         self._names: list[str] = []
         """Of the states, in order."""
@@ -156,27 +82,24 @@ class Engine(Atomic):
         self._triggers: list[tuple[InPort[bool], int]] = []
         self._value_ports: dict[str, OutPort[Segment]] = {}
         self._state_ports: dict[str, OutPort[Segment]] = {}
-        self._pending: list[tuple[str, str, Any]] = []
+        self._pending: list[tuple[str, Any]] = []
 
     # Parts ---------------------------------------------------------------------------------------
 
-    def path_of(self, name: str) -> Callable[[], str]:
-        """What says where a part is, when it is asked."""
-
-        def path() -> str:
-            if not self._is_inner or self.parent is None:
-                return self.path
-            return f"{self.parent.path}.{name}"
-
-        return path
+    def path_of(self, part: str) -> str:
+        """Where a part is, for errors."""
+        if self._is_inner and self.parent is not None:
+            return f"{self.parent.path}.{part}"
+        return self.path
 
     def add_input(
         self, name: str, count: int, initial: float | None = None, port: str | None = None
     ) -> InPort[Segment]:
-        """A signal that comes by a port, in so many coefficients; without an initial value, late."""
+        """A signal that comes by a port, in so many coefficients."""
         self.signals[name] = self.exact_signals[name] = signal = Signal(name, count, initial)
         entrance = self.in_port(port or name, Segment)
         self._wired.append((entrance, signal))
+        self._note_missing()
         return entrance
 
     def add_held(self, name: str, initial: float) -> None:
@@ -188,7 +111,7 @@ class Engine(Atomic):
         self, name: str, method: type[State], initial: float, quantum: float, relative: float
     ) -> State:
         """A quantized state, as yet without a derivative."""
-        state = method(self.path_of(name), initial, quantum, relative)
+        state = method(partial(self.path_of, name), initial, quantum, relative)
         self.signals[name] = Signal(name, method.order, float(initial))
         self.exact_signals[name] = Signal(name, method.order + 1, float(initial))
         self.exact_signals[name].state = state
@@ -206,7 +129,7 @@ class Engine(Atomic):
     ) -> None:
         """The derivative of a state, by its name, or what is sent."""
         read = [self.signals[each] for each in names_of(parse(text)) if each in self.signals]
-        readings = Readings(self.path_of(name), text, read)
+        readings = Readings(partial(self.path_of, name), text, read)
         number = len(self._functions)
         for signal in read:
             signal.functions.append(number)
@@ -214,7 +137,7 @@ class Engine(Atomic):
         self._targets.append(self._names.index(target) if isinstance(target, str) else target)
         self._due_functions.insert(-1, 0)
 
-    def add_crossing(  # noqa: PLR0913 -- an expression, and what it is for
+    def add_crossing(
         self,
         name: str,
         text: str,
@@ -258,7 +181,7 @@ class Engine(Atomic):
             self.exact_signals[each] for each in names_of(parse(text)) if each in self.exact_signals
         ]
         layout = Layout({each.name: each.count for each in read}, parameters)
-        return Readings(self.path_of(name), text, read), layout
+        return Readings(partial(self.path_of, name), text, read), layout
 
     def set_by(self, port: InPort[Segment], name: str) -> None:
         """Let a port set a state or a discrete value."""
@@ -301,7 +224,7 @@ class Engine(Atomic):
 
     def external(self, elapsed: int) -> None:
         """Take inputs in."""
-        now = self._at = self._at + elapsed
+        self._at += elapsed
         for port, signal in self._wired:
             if port:
                 self._put(signal, port[-1])
@@ -339,6 +262,7 @@ class Engine(Atomic):
         self._due_states, self._due_functions, self._due_crossings = map(list, state["due"])
         self._at, self.phase, self.sigma, pending = state["own"]
         self._pending = [tuple(each) for each in pending]
+        self._note_missing()
 
     def _parts(self) -> list[Any]:
         signals = {
@@ -369,14 +293,11 @@ class Engine(Atomic):
                 break
         else:
             raise ModelError(
-                f"{self.path}: {_MOST_ROUNDS} rounds of events at {format_time(now)}; "
-                "expected events that do not cause each other without end"
+                f"{self.path}: {_MOST_ROUNDS} rounds at {format_time(now)}; "
+                "expected steps and events that do not cause each other without end"
             )
-        self.sigma = 0 if self._pending else self._wait()
-
-    def _wait(self) -> int:
-        due = min(min(self._due_states), min(self._due_functions), min(self._due_crossings))
-        return NEVER if due >= NEVER else due - self._at
+        due = now if self._pending else min(min(states), min(functions), min(crossings))  # noqa: PLW3301 -- it is quicker so
+        self.sigma = NEVER if due >= NEVER else due - now
 
     def _requantize(self, number: int) -> None:
         name = self._names[number]
@@ -390,7 +311,7 @@ class Engine(Atomic):
 
     def _evaluate(self, number: int) -> None:
         now, function = self._at, self._functions[number]
-        if function.readings.are_missing:
+        if self._has_missing and function.readings.are_missing:
             self._due_functions[number] = NEVER
             return
         is_continuous = self._due_functions[number] >= 0
@@ -409,7 +330,7 @@ class Engine(Atomic):
     def _look(self, number: int) -> bool:
         """Whether the event of this number happens."""
         now, crossing = self._at, self._crossings[number]
-        if crossing.readings.are_missing:
+        if self._has_missing and crossing.readings.are_missing:
             self._due_crossings[number] = NEVER
             return False
         was = crossing.side
@@ -453,7 +374,9 @@ class Engine(Atomic):
             self._pending.append((name, Segment(value)))
 
     def _put(self, signal: Signal, segment: Segment) -> None:
-        signal.is_missing = False
+        if signal.is_missing:
+            signal.is_missing = False
+            self._note_missing()
         self._renew(signal, list(self._checked(segment, signal.count, signal.name)))
 
     def _checked(self, segment: Segment, count: int, name: str = "") -> Sequence[float]:
@@ -463,9 +386,12 @@ class Engine(Atomic):
             degree = max(power for power in range(4) if segment[power] != 0.0)
             raise ModelError(
                 f"{self.path}: {received} a segment of degree {degree}; expected {count} "
-                f"coefficients: give the block that sends it order={count}, or this one a higher one"
+                f"coefficients: give the block that feeds it order={count}"
             )
         return segment[:count]
+
+    def _note_missing(self) -> None:
+        self._has_missing = any(each.is_missing for each in self.signals.values())
 
     def _renew(self, signal: Signal, coefficients: list[float]) -> None:
         signal.coefficients, signal.at = coefficients, self._at
@@ -478,14 +404,14 @@ class Engine(Atomic):
         for number in self.exact_signals[name].crossings:
             self._due_crossings[number] = -1
         if name in self._state_ports:
-            segment = self.states[name].segment_at(self._at)
-            self._pending.append((self._state_ports[name].name, segment))
+            self._send(name, self._state_ports, self.states[name].segment_at(self._at))
 
     def _send(
         self, name: str, ports: Mapping[str, OutPort[Segment]], coefficients: Sequence[float]
     ) -> None:
-        if name in ports:
-            self._pending.append((ports[name].name, Segment(*coefficients)))
+        port = ports.get(name)
+        if port is not None and port.leads_somewhere:
+            self._pending.append((port.name, Segment(*coefficients)))
 
 
 def _copied(value: Any) -> Any:  # noqa: ANN401 -- a number, or lists of them

@@ -1,15 +1,15 @@
 """A static function of signals and time, by an expression such as `-g * sin(a)`.
 
 The result is the function's Taylor polynomial: exact for sums and multiples of straight lines and
-parabolas. Of anything else the polynomial holds for a while only: what it leaves out is bounded over
-a stretch of time, which says for how long the error is below the tolerance; then the function is
-evaluated again without input. Comparisons, `abs`, `sign`, `min` and `max` change at the zero
+parabolas. Of anything else the polynomial holds for a while only: what it leaves out is bounded
+over a stretch of time, which says for how long the error is below the tolerance; then the function
+is evaluated again without input. Comparisons, `abs`, `sign`, `min` and `max` change at the zero
 crossings of what they compare. So do denominators: there the expression has no value.
 """
 
 from collections.abc import Callable, Mapping, Sequence
 from math import inf
-from typing import TYPE_CHECKING, ClassVar, Final
+from typing import ClassVar, Final
 
 from firmware_runtime.devs.errors import ModelError
 from firmware_runtime.devs.time import NEVER
@@ -17,10 +17,8 @@ from firmware_runtime.models.qss.expression import TIME, names_of, parse
 from firmware_runtime.models.qss.poles import Poles
 from firmware_runtime.models.qss.program import Layout, compile_bound, compile_expression
 from firmware_runtime.models.qss.segment import NANO, whole_after
+from firmware_runtime.models.qss.signals import Readings
 from firmware_runtime.models.qss.watch import FIRST_SPAN_S, Watch, furthest
-
-if TYPE_CHECKING:
-    from firmware_runtime.models.qss.engine import Readings
 
 TOLERANCE: Final = 1e-4
 """By how much, by default, a polynomial may be off what it stands for."""
@@ -45,7 +43,7 @@ class Function:
 
     def __init__(
         self,
-        readings: "Readings",
+        readings: Readings,
         *,
         order: int,
         tolerance: Tolerance = TOLERANCE,
@@ -84,16 +82,17 @@ class Function:
         """The polynomial from now on, and the instant at which it has to be renewed."""
         t, flat, sides = now * NANO, self.readings.at(now), self._watch.sides
         try:
-            leaves = self._watch.settle(t, flat)
-            if self._poles:
+            leaves = self._watch.settle(t, flat) if sides else inf
+            has_poles = sides and self._poles
+            if has_poles:
                 self._poles.check(t, sides, flat, is_continuous=is_continuous)
             coefficients = self._value(t, sides, flat)
-            is_at_pole = self._poles and leaves < _AT_A_POLE_S
+            is_at_pole = has_poles and leaves < _AT_A_POLE_S
             if not (self._is_exact or is_at_pole):
                 leaves = min(leaves, self._lasts(now, flat, coefficients))
         except (ValueError, ArithmeticError) as error:
             raise self.readings.no_value(now, error) from error
-        after = whole_after(leaves)
+        after = max(whole_after(leaves), 1)
         return coefficients[: self.order], NEVER if after >= NEVER else now + after
 
     def _lasts(self, now: int, flat: Sequence[float], coefficients: Sequence[float]) -> float:

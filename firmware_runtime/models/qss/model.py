@@ -11,7 +11,7 @@ from firmware_runtime.devs.ports import OutPort
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.models.qss.allowance import Quanta, compile_allowance
-from firmware_runtime.models.qss.engine import Engine, Signal
+from firmware_runtime.models.qss.engine import Engine
 from firmware_runtime.models.qss.expression import (
     DELAY,
     TIME,
@@ -23,6 +23,7 @@ from firmware_runtime.models.qss.methods import State
 from firmware_runtime.models.qss.program import Layout, compile_expression
 from firmware_runtime.models.qss.sampling import SegmentDelay
 from firmware_runtime.models.qss.segment import Segment
+from firmware_runtime.models.qss.signals import Signal
 from firmware_runtime.models.qss.system import System
 
 _HORIZON_S: Final = 100.0

@@ -92,34 +92,45 @@ def compile_bound(tree: ast.expr, layout: Layout, power: int) -> Bound:
 
 
 def degree_of(node: ast.expr, layout: Layout) -> float:
-    """The degree of the polynomial in time that an expression is between two events, or infinity."""
+    """The degree of the polynomial in time that an expression is between two events.
+
+    Infinity for what is no polynomial.
+    """
     match node:
         case ast.Name(id=name):
             return 1 if name == TIME else layout.variables.get(name, 1) - 1
-        case ast.Compare() | ast.BoolOp() | ast.UnaryOp(op=ast.Not()) | ast.Constant():
+        case ast.Compare() | ast.BoolOp() | ast.UnaryOp(op=ast.Not()):
             return 0
         case ast.IfExp(body=body, orelse=otherwise):
-            return max(degree_of(body, layout), degree_of(otherwise, layout))
+            parts = [degree_of(each, layout) for each in (body, otherwise)]
         case ast.Call(func=ast.Name(id="sign")):
             return 0
-    parts = [
-        degree_of(each, layout)
-        for each in ast.iter_child_nodes(node)
-        if isinstance(each, ast.expr) and not (isinstance(node, ast.Call) and each is node.func)
-    ]
-    most = max(parts, default=0)
+        case ast.Call(args=arguments):
+            parts = [degree_of(each, layout) for each in arguments]
+        case _:
+            children = ast.iter_child_nodes(node)
+            parts = [degree_of(each, layout) for each in children if isinstance(each, ast.expr)]
+    return _degree_of_parts(node, parts)
+
+
+def _degree_of_parts(node: ast.expr, parts: Sequence[float]) -> float:
+    if not any(parts):
+        return 0
     match node:
         case ast.BinOp(op=ast.Mult()):
             return sum(parts)
+        case ast.BinOp(op=ast.Pow(), right=ast.Constant(value=int(power))) if 0 <= power <= 64:
+            return parts[0] * power if power > 0 else 0
+        case (
+            ast.BinOp(op=ast.Add() | ast.Sub())
+            | ast.UnaryOp()
+            | ast.IfExp()
+            | ast.Call(func=ast.Name(id="abs" | "min" | "max"))
+        ):
+            return max(parts)
         case ast.BinOp(op=ast.Div()) if parts[1] == 0:
             return parts[0]
-        case ast.BinOp(op=ast.Pow(), right=ast.Constant(value=int(power))) if 0 <= power <= 64:
-            return parts[0] * power
-        case ast.BinOp(op=ast.Add() | ast.Sub()) | ast.UnaryOp():
-            return most
-        case ast.Call(func=ast.Name(id="abs" | "min" | "max")):
-            return most
-    return math.inf if most > 0 else 0
+    return math.inf
 
 
 class Conditions:
@@ -181,7 +192,10 @@ class Body:
         space: dict[str, Any] = {
             **_USABLE,
             **RANGES,
-            **{"abs": abs, "min": min, "max": max, "__builtins__": {}},
+            "abs": abs,
+            "min": min,
+            "max": max,
+            "__builtins__": {},
         }
         exec("\n".join(lines), space)  # noqa: S102 -- written here, of names and numbers alone
         return space["code"]

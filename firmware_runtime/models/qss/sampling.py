@@ -23,6 +23,8 @@ class Hold(Atomic):
             raise ModelError(f"{self.path}: a period of {period!r}; expected whole ns, 1 or more")
         self.entrance = self.in_port("in", Segment)
         self.out = self.out_port("out", Segment)
+        self.direct = (self.entrance,)
+        """What the output answers at once: `loops`."""
         self.period = ns
         self._segment = ZERO_SEGMENT
         self._has_input = False
@@ -55,6 +57,8 @@ class SegmentDelay(Delay[Segment]):
     def __init__(self, name: str, duration: int, initial: float = 0.0) -> None:
         super().__init__(name, Segment, duration)
         self.out = self.delayed
+        self.direct = () if self.duration > 0 else (self.entrance,)
+        """What the output answers at once: `loops`."""
         self.initial = float(initial)
 
     def initialize(self) -> None:
@@ -81,6 +85,8 @@ class VariableDelay(Atomic):
         self.entrance = self.in_port("in", Segment)
         self.delay = self.in_port("delay", Segment)
         self.out = self.out_port("out", Segment)
+        self.direct = (self.delay,)
+        """What the output answers at once: `loops`."""
         self.longest_s, self.order = longest_s, order
         self._at = 0
         self._begins = [-(1 << 62)]

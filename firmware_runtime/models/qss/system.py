@@ -16,6 +16,7 @@ from typing import Final
 
 from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.errors import ConfigError
+from firmware_runtime.models.qss.blocks import Sine
 from firmware_runtime.models.qss.expression import (
     CONSTANTS,
     DELAY,
@@ -28,7 +29,6 @@ from firmware_runtime.models.qss.expression import (
 from firmware_runtime.models.qss.finite import is_finite
 from firmware_runtime.models.qss.methods import METHODS, RESOLUTION, State
 from firmware_runtime.models.qss.shape import shape_faults
-from firmware_runtime.models.qss.blocks import Sine
 from firmware_runtime.models.qss.when import When
 
 _LEAST_QUANTUM: Final = 1e-100

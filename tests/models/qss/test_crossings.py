@@ -130,8 +130,8 @@ def test_a_ball_bounces_where_it_must(method: str, slack_ns: float) -> None:
     assert bounces.pop(0) == 0  # as it was sent at first
     fall_s = math.sqrt(2.0 / 9.81)
     at_s = fall_s
-    for number, bounce in enumerate(bounces):
-        assert bounce == pytest.approx(at_s * SECOND, abs=slack_ns * (number + 1))
+    for number, at in enumerate(bounces):
+        assert at == pytest.approx(at_s * SECOND, abs=slack_ns * (number + 1))
         at_s += 2.0 * fall_s * 0.8 ** (number + 1)
     assert len(bounces) == 6
 
