@@ -59,7 +59,7 @@ class QuantizedVehicle:
     @property
     def collided(self) -> bool:
         """Whether it has touched anything, up to the latest instant read."""
-        return self._simulation.model.held["touched"].value_at(self._simulation.now) > 0.0
+        return self._simulation.model.engine.signals["touched"].coefficients[0] > 0.0
 
     def pose(self, at: int) -> Pose:
         """Where it is, or was, at an instant."""

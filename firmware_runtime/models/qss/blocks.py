@@ -1,18 +1,20 @@
 """The blocks of a diagram: each is an engine with one part, wired as any atomic model."""
 
 from collections.abc import Mapping, Sequence
+from functools import partial
 from math import floor, inf
 from typing import ClassVar
 
 from firmware_runtime.devs.errors import ModelError
 from firmware_runtime.devs.ports import InPort
 from firmware_runtime.models.qss.crossing import Direction
-from firmware_runtime.models.qss.engine import Engine
+from firmware_runtime.models.qss.engine import Engine, Setting
 from firmware_runtime.models.qss.finite import demand_finite
 from firmware_runtime.models.qss.function import TOLERANCE, Tolerance
 from firmware_runtime.models.qss.loops import refuse_loop
 from firmware_runtime.models.qss.methods import METHODS
 from firmware_runtime.models.qss.segment import Segment
+from firmware_runtime.models.qss.signals import Signal
 from firmware_runtime.models.qss.watch import INSTANT_S
 
 _ALL: int = 4
@@ -30,7 +32,7 @@ class Block(Engine):
     @property
     def direct(self) -> tuple[InPort[Segment], ...]:
         """The ports that the output answers at once."""
-        return tuple(port for port, _ in self._wired)
+        return tuple(self.in_ports.values())
 
 
 class Integrator(Engine):
@@ -53,15 +55,14 @@ class Integrator(Engine):
     ) -> None:
         super().__init__(name)
         method = METHODS[type(self).__name__]
-        self._state = self.add_state("x", method, initial, quantum, relative_quantum)
-        self.derivative = self.in_port("derivative", Segment)
-        self.reset = self.in_port("reset", Segment)
+        self._state = method(partial(self.path_of, name), initial, quantum, relative_quantum)
         self.out = self.out_port("out", Segment)
-        self.exact = self.out_port("exact", Segment)
-        self.derive_by(self.derivative, "x")
-        self.set_by(self.reset, "x")
-        self.send_value("x", self.out)
-        self.send_state("x", self.exact)
+        self.add_state("x", self._state, self.out)
+        self.exact = self.exact_signals["x"].way = self.out_port("exact", Segment)
+        self.derivative = self.take(
+            self.in_port("derivative", Segment), partial(self.derive_by, "x")
+        )
+        self.reset = self.take(self.in_port("reset", Segment), partial(self.set_by, "x"))
 
     @property
     def steps(self) -> int:
@@ -221,7 +222,7 @@ class Crossing(Block):
         self.inputs = {each: self.add_input(each, _ALL) for each in inputs}
         self.event = self.out_port("event", bool)
         self.out = self.out_port("out", Segment)
-        self.add_crossing(
+        self.add_event(
             name,
             expression,
             parameters or {},
@@ -254,11 +255,10 @@ class Hysteresis(Block):
         self.entrance = self.add_input("u", _ALL, port="in")
         self.out = self.out_port("out", Segment)
         limits = {"lower": lower, "upper": upper, "low": low, "high": high}
-        self.add_held("value", high if is_on else low)
+        self.add_held("value", high if is_on else low, self.out)
         for text, value in (("u - upper", "high"), ("lower - u", "low")):
-            self.add_crossing(name, text, limits, direction="rising", happens_at_start=True)
-            self.add_assignment(name, {"value": value}, f"value != {value}", limits)
-        self.send_value("value", self.out)
+            then = self.setting(name, {"value": value}, limits, f"value != {value}")
+            self.add_event(name, text, limits, then, direction="rising", happens_at_start=True)
 
 
 class Switch(Block):
@@ -296,20 +296,35 @@ class Quantizer(Block):
         self._offset = 0.5 * step if nearest else 0.0
         self.entrance = self.add_input("u", _ALL, port="in")
         self.out = self.out_port("out", Segment)
-        self.add_held("bottom", inf)
+        self._bottom = self._add_signal(Signal("bottom", 1, inf))
         text = "max(bottom - slack - u, u - bottom - step)"
         limits = {"slack": slack * step, "step": step}
-        self.add_crossing(name, text, limits, direction="rising", happens_at_start=True)
+        self.add_event(name, text, limits, direction="rising", happens_at_start=True)
 
-    def _happen(self, numbers: Sequence[int]) -> None:  # noqa: ARG002 -- there is one
+    def _happen(self, settings: Sequence[Setting]) -> None:  # noqa: ARG002 -- there is one event
         value, slope, *_ = self.signals["u"].bring(self._at)
         number = (value + self._offset) / self.step
         near = round(number)
         if abs(number - near) * self.step <= INSTANT_S * abs(slope):
             number = near if slope >= 0.0 else near - 1
         bottom = floor(number) * self.step
-        self._renew(self.held["bottom"], [bottom - self._offset])
-        self._pending.append((self.out.name, Segment(bottom)))
+        self._renew(self._bottom, [bottom - self._offset])
+        self._send(self.out, [bottom])
+
+
+class SampleHold(Engine):
+    """Sends its input's value at each `trigger`, and holds it until the next.
+
+    waiting --trigger?--> sending (0) --out!--> waiting; --in?--> waiting
+    """
+
+    def __init__(self, name: str, initial: float = 0.0) -> None:
+        super().__init__(name)
+        self.entrance = self.add_input("u", _ALL, float(initial), port="in")
+        self.out = self.out_port("out", Segment)
+        self.add_held("value", initial, self.out)
+        then = partial(self._trigger, self.setting(name, {"value": "u"}, {}))
+        self.trigger = self.take(self.in_port("trigger", bool), then)
 
 
 class Held(Engine):
@@ -320,11 +335,9 @@ class Held(Engine):
 
     def __init__(self, name: str, initial: float) -> None:
         super().__init__(name)
-        self.set = self.in_port("set", Segment)
         self.out = self.out_port("out", Segment)
-        self.add_held("value", initial)
-        self.set_by(self.set, "value")
-        self.send_value("value", self.out)
+        self.add_held("value", initial, self.out)
+        self.set = self.take(self.in_port("set", Segment), partial(self.set_by, "value"))
 
 
 class Assignment(Engine):
@@ -346,25 +359,7 @@ class Assignment(Engine):
         parameters: Mapping[str, float] | None = None,
     ) -> None:
         super().__init__(name)
-        self.trigger = self.in_port("trigger", bool)
         self.inputs = {each: self.add_input(each, _ALL) for each in inputs}
         self.outputs = {target: self.out_port(target, Segment) for target in values}
-        self.add_assignment(name, values, only_if, parameters or {})
-        self.trigger_by(self.trigger, 0)
-
-
-class SampleHold(Engine):
-    """Sends its input's value at each `trigger`, and holds it until the next.
-
-    waiting --trigger?--> sending (0) --out!--> waiting; --in?--> waiting
-    """
-
-    def __init__(self, name: str, initial: float = 0.0) -> None:
-        super().__init__(name)
-        self.entrance = self.add_input("u", _ALL, float(initial), port="in")
-        self.trigger = self.in_port("trigger", bool)
-        self.out = self.out_port("out", Segment)
-        self.add_held("value", initial)
-        self.add_assignment(name, {"value": "u"}, None, {})
-        self.trigger_by(self.trigger, 0)
-        self.send_value("value", self.out)
+        then = partial(self._trigger, self.setting(name, values, parameters or {}, only_if))
+        self.trigger = self.take(self.in_port("trigger", bool), then)

@@ -16,10 +16,9 @@ functions, then events, until nothing is due any more. What has changed is sent 
 `System` becomes one engine, and so does each block of a diagram.
 """
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
-from typing import Any, Final
+from typing import Any, Final, NamedTuple, TypeAlias
 
 from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.errors import ModelError
@@ -29,7 +28,7 @@ from firmware_runtime.models.qss.crossing import Crossing
 from firmware_runtime.models.qss.expression import names_of, parse
 from firmware_runtime.models.qss.function import Function
 from firmware_runtime.models.qss.methods import State
-from firmware_runtime.models.qss.program import Layout, compile_expression
+from firmware_runtime.models.qss.program import Program, compile_expression
 from firmware_runtime.models.qss.segment import NANO, Segment
 from firmware_runtime.models.qss.signals import Readings, Signal
 from firmware_runtime.models.qss.watch import worth
@@ -37,51 +36,43 @@ from firmware_runtime.models.qss.watch import worth
 _MOST_ROUNDS: Final = 10_000
 """So many rounds at one instant are a livelock."""
 
+Setting: TypeAlias = Mapping[str, tuple[Program, Readings]]
+"""What an event sets, by name; by the name "" the condition on which it does."""
 
-@dataclass(frozen=True, slots=True)
-class Setting:
-    """What an event sets: expressions by the name of a state or a discrete value."""
 
-    programs: Mapping[str, tuple[Any, Readings]]
-    only_if: tuple[Any, Readings] | None
+class _Event(NamedTuple):
+    crossing: Crossing
+    setting: Setting
+    event: OutPort[bool] | None
+    side: OutPort[Segment] | None
 
 
 class Engine(Atomic):
-    """One quantized system; subclasses add its parts in `__init__`.
+    """One quantized system; its parts are added before it runs.
 
     idle (until a part is due) --> sending (0) --what has changed!--> idle; --any port?--> sending
+
+    `signals` are what equations read, by name: inputs, discrete values, quantized states. Events
+    read `exact_signals`, with the exact states in their place.
     """
 
     def __init__(self, name: str, *, is_inner: bool = False) -> None:
         super().__init__(name)
         self.signals: dict[str, Signal] = {}
-        """By their names in expressions: inputs, discrete values, quantized states."""
         self.exact_signals: dict[str, Signal] = {}
-        """The same for events, which read the exact states."""
         self.states: dict[str, State] = {}
-        self.held: dict[str, Signal] = {}
-        """The discrete values."""
         self._is_inner = is_inner
         self._has_missing = False
         self._at = 0
-        self._names: list[str] = []
-        """Of the states, in order."""
-        self._functions: list[Function] = []
-        self._targets: list[int | OutPort[Segment]] = []
-        """For each function the number of the state whose derivative it is, or where it is sent."""
-        self._crossings: list[Crossing] = []
-        self._assignments: list[Setting] = []
-        self._events: list[OutPort[bool] | None] = []
-        self._sides: list[OutPort[Segment] | None] = []
+        self._entrances: list[tuple[InPort[Any], Callable[[Any], None]]] = []
+        self._quantized: list[tuple[State, Signal, Signal]] = []
+        """The states with their signals, of q and of x."""
+        self._functions: list[tuple[Function, Callable[[Sequence[float]], None]]] = []
+        """With what takes their results."""
+        self._events: list[_Event] = []
         self._due_states: list[int] = [NEVER]
         self._due_functions: list[int] = [NEVER]
-        self._due_crossings: list[int] = [NEVER]
-        self._wired: list[tuple[InPort[Segment], Signal]] = []
-        self._derivatives: list[tuple[InPort[Segment], int]] = []
-        self._setters: list[tuple[InPort[Segment], str]] = []
-        self._triggers: list[tuple[InPort[bool], int]] = []
-        self._value_ports: dict[str, OutPort[Segment]] = {}
-        self._state_ports: dict[str, OutPort[Segment]] = {}
+        self._due_events: list[int] = [NEVER]
         self._pending: list[tuple[str, Any]] = []
 
     # Parts ---------------------------------------------------------------------------------------
@@ -96,29 +87,25 @@ class Engine(Atomic):
         self, name: str, count: int, initial: float | None = None, port: str | None = None
     ) -> InPort[Segment]:
         """A signal that comes by a port, in so many coefficients."""
-        self.signals[name] = self.exact_signals[name] = signal = Signal(name, count, initial)
-        entrance = self.in_port(port or name, Segment)
-        self._wired.append((entrance, signal))
-        self._note_missing()
-        return entrance
+        signal = self._add_signal(Signal(name, count, initial))
+        return self.take(self.in_port(port or name, Segment), partial(self._put, signal))
 
-    def add_held(self, name: str, initial: float) -> None:
-        """A value that changes at events only."""
-        self.signals[name] = self.exact_signals[name] = Signal(name, 1, float(initial))
-        self.held[name] = self.signals[name]
+    def add_held(self, name: str, initial: float, way: OutPort[Segment]) -> None:
+        """A value that changes at events only, and is sent then."""
+        self._add_signal(Signal(name, 1, initial, way))
 
-    def add_state(
-        self, name: str, method: type[State], initial: float, quantum: float, relative: float
-    ) -> State:
-        """A quantized state, as yet without a derivative."""
-        state = method(partial(self.path_of, name), initial, quantum, relative)
-        self.signals[name] = Signal(name, method.order, float(initial))
-        self.exact_signals[name] = Signal(name, method.order + 1, float(initial))
-        self.exact_signals[name].state = state
+    def add_state(self, name: str, state: State, way: OutPort[Segment]) -> None:
+        """A quantized state, as yet without a derivative; q is sent whenever it is renewed."""
+        self._add_signal(Signal(name, state.order, state.x, way))
+        self.exact_signals[name] = Signal(name, state.order + 1, state.x, state=state)
         self.states[name] = state
-        self._names.append(name)
+        self._quantized.append((state, self.signals[name], self.exact_signals[name]))
         self._due_states.insert(-1, 0)
-        return state
+
+    def _add_signal(self, signal: Signal) -> Signal:
+        self.signals[signal.name] = self.exact_signals[signal.name] = signal
+        self._has_missing |= signal.is_missing
+        return signal
 
     def add_function(
         self,
@@ -128,87 +115,67 @@ class Engine(Atomic):
         **options: Any,  # noqa: ANN401 -- those of `Function`
     ) -> None:
         """The derivative of a state, by its name, or what is sent."""
-        read = [self.signals[each] for each in names_of(parse(text)) if each in self.signals]
-        readings = Readings(partial(self.path_of, name), text, read)
-        number = len(self._functions)
-        for signal in read:
-            signal.functions.append(number)
-        self._functions.append(Function(readings, **options))
-        self._targets.append(self._names.index(target) if isinstance(target, str) else target)
+        readings = self._readings(name, text, self.signals)
+        for signal in readings.signals:
+            signal.functions.append(len(self._functions))
+        if isinstance(target, str):
+            deliver = partial(self._derive, list(self.states).index(target))
+        else:
+            deliver = partial(self._send, target)
+        self._functions.append((Function(readings, **options), deliver))
         self._due_functions.insert(-1, 0)
 
-    def add_crossing(
+    def add_event(  # noqa: PLR0913 -- all but three have defaults
         self,
         name: str,
         text: str,
         parameters: Mapping[str, float],
+        setting: Setting | None = None,
         *,
         event: OutPort[bool] | None = None,
         side: OutPort[Segment] | None = None,
         **options: Any,  # noqa: ANN401 -- those of `Crossing`
     ) -> None:
-        """An event that happens where an expression of exact states crosses zero."""
-        readings, layout = self._readings(name, text, parameters)
-        number = len(self._crossings)
+        """What happens where an expression of exact states crosses zero, and where that is sent."""
+        readings = self._readings(name, text, self.exact_signals)
         for signal in readings.signals:
-            signal.crossings.append(number)
-        self._crossings.append(Crossing(readings, layout, **options))
-        self._events.append(event)
-        self._sides.append(side)
-        self._due_crossings.insert(-1, 0)
+            signal.events.append(len(self._events))
+        crossing = Crossing(readings, readings.layout(parameters), **options)
+        self._events.append(_Event(crossing, setting or {}, event, side))
+        self._due_events.insert(-1, 0)
 
-    def add_assignment(
+    def setting(
         self,
         name: str,
         values: Mapping[str, str],
-        only_if: str | None,
         parameters: Mapping[str, float],
-    ) -> None:
-        """What the event of the same number sets."""
+        only_if: str | None = None,
+    ) -> Setting:
+        """Expressions for states, discrete values or ports, and a condition."""
+        condition = {} if only_if is None else {"": f"1.0 if {only_if} else 0.0"}
+        setting = {}
+        for target, text in {**condition, **values}.items():
+            readings = self._readings(name, text, self.exact_signals)
+            program = compile_expression(parse(text), readings.layout(parameters), 1)
+            setting[target] = program, readings
+        return setting
 
-        def compiled(text: str) -> tuple[Any, Readings]:
-            readings, layout = self._readings(name, text, parameters)
-            return compile_expression(parse(text), layout, 1), readings
+    def _readings(self, name: str, text: str, signals: Mapping[str, Signal]) -> Readings:
+        read = [signals[each] for each in names_of(parse(text)) if each in signals]
+        return Readings(partial(self.path_of, name), text, read)
 
-        programs = {target: compiled(text) for target, text in values.items()}
-        condition = None if only_if is None else compiled(f"1.0 if {only_if} else 0.0")
-        self._assignments.append(Setting(programs, condition))
-
-    def _readings(
-        self, name: str, text: str, parameters: Mapping[str, float]
-    ) -> tuple[Readings, Layout]:
-        read = [
-            self.exact_signals[each] for each in names_of(parse(text)) if each in self.exact_signals
-        ]
-        layout = Layout({each.name: each.count for each in read}, parameters)
-        return Readings(partial(self.path_of, name), text, read), layout
-
-    def set_by(self, port: InPort[Segment], name: str) -> None:
-        """Let a port set a state or a discrete value."""
-        self._setters.append((port, name))
-
-    def derive_by(self, port: InPort[Segment], name: str) -> None:
-        """Let a port bring the derivative of a state."""
-        self._derivatives.append((port, self._names.index(name)))
-
-    def trigger_by(self, port: InPort[bool], number: int) -> None:
-        """Let whatever comes by a port be the event of an assignment."""
-        self._triggers.append((port, number))
-
-    def send_value(self, name: str, port: OutPort[Segment]) -> None:
-        """Send a quantized state or a discrete value whenever it is new."""
-        self._value_ports[name] = port
-
-    def send_state(self, name: str, port: OutPort[Segment]) -> None:
-        """Send an exact state whenever its polynomial is new."""
-        self._state_ports[name] = port
+    def take(self, port: InPort[Any], action: Callable[[Any], None]) -> InPort[Any]:
+        """Let an action take the last value that a port has got."""
+        self._entrances.append((port, action))
+        return port
 
     # The DEVS functions --------------------------------------------------------------------------
 
     def initialize(self) -> None:
         """Begin at once."""
-        for name in self.held:
-            self._send(name, self._value_ports, self.held[name].coefficients)
+        for signal in self.signals.values():
+            if signal.way is not None and signal.name not in self.states:
+                self._pending.append((signal.way.name, Segment(*signal.coefficients)))
         self.activate("idle")
 
     def output(self) -> None:
@@ -225,20 +192,9 @@ class Engine(Atomic):
     def external(self, elapsed: int) -> None:
         """Take inputs in."""
         self._at += elapsed
-        for port, signal in self._wired:
+        for port, action in self._entrances:
             if port:
-                self._put(signal, port[-1])
-        for derivative, number in self._derivatives:
-            if derivative:
-                self._derive(
-                    number, self._checked(derivative[-1], self.states[self._names[number]].order)
-                )
-        triggered = [number for trigger, number in self._triggers if trigger]
-        if triggered:
-            self._happen(triggered)
-        for setter, name in self._setters:
-            if setter:
-                self._set(name, setter[-1][0])
+                action(port[-1])
         self._settle()
 
     def confluent(self) -> None:
@@ -249,32 +205,37 @@ class Engine(Atomic):
 
     def state(self) -> dict[str, Any]:
         """What changes, as plain values."""
-        parts = [[_copied(getattr(part, name)) for name in part.kept] for part in self._parts()]
-        due = [self._due_states, self._due_functions, self._due_crossings]
-        own = [self._at, self.phase, self.sigma, [list(each) for each in self._pending]]
-        return {"parts": parts, "due": [list(each) for each in due], "own": own}
+        return {
+            "parts": [
+                {key: _copied(getattr(part, key)) for key in part.kept} for part in self._parts
+            ],
+            "due": _copied([self._due_states, self._due_functions, self._due_events]),
+            "own": [self._at, self.phase, self.sigma, [list(each) for each in self._pending]],
+        }
 
     def restore(self, state: Mapping[str, Any]) -> None:
         """Go on from there."""
-        for part, values in zip(self._parts(), state["parts"], strict=True):
-            for name, value in zip(part.kept, values, strict=True):
-                setattr(part, name, _copied(value))
-        self._due_states, self._due_functions, self._due_crossings = map(list, state["due"])
+        for part, values in zip(self._parts, state["parts"], strict=True):
+            for key, value in values.items():
+                setattr(part, key, _copied(value))
+        self._due_states, self._due_functions, self._due_events = _copied(state["due"])
         self._at, self.phase, self.sigma, pending = state["own"]
         self._pending = [tuple(each) for each in pending]
         self._note_missing()
 
+    @property
     def _parts(self) -> list[Any]:
-        signals = {
-            id(each): each for each in (*self.signals.values(), *self.exact_signals.values())
-        }
-        return [*signals.values(), *self.states.values(), *self._functions, *self._crossings]
+        functions, crossings = (
+            (each for each, _ in self._functions),
+            (each[0] for each in self._events),
+        )
+        return [*self.signals.values(), *self.states.values(), *functions, *crossings]
 
     # One instant ---------------------------------------------------------------------------------
 
     def _settle(self) -> None:
         now = self._at
-        states, functions, crossings = self._due_states, self._due_functions, self._due_crossings
+        states, functions, events = self._due_states, self._due_functions, self._due_events
         for _ in range(_MOST_ROUNDS):
             while (due := min(states)) <= now:
                 self._requantize(states.index(due))
@@ -283,79 +244,70 @@ class Engine(Atomic):
             if min(states) <= now:
                 continue
             happened = []
-            while (due := min(crossings)) <= now:
-                number = crossings.index(due)
+            while (due := min(events)) <= now:
+                number = events.index(due)
                 if self._look(number):
                     happened.append(number)
-            if happened:
-                self._happen(sorted(happened))
-            elif min(crossings) > now:
+            if not happened:
                 break
+            self._happen([self._events[number].setting for number in sorted(happened)])
         else:
             raise ModelError(
                 f"{self.path}: {_MOST_ROUNDS} rounds at {format_time(now)}; "
                 "expected steps and events that do not cause each other without end"
             )
-        due = now if self._pending else min(min(states), min(functions), min(crossings))  # noqa: PLW3301 -- it is quicker so
+        due = now if self._pending else min(min(states), min(functions), min(events))  # noqa: PLW3301 -- it is quicker so
         self.sigma = NEVER if due >= NEVER else due - now
 
     def _requantize(self, number: int) -> None:
-        name = self._names[number]
-        state = self.states[name]
+        state, signal, _ = self._quantized[number]
         self._due_states[number] = state.requantize(self._at)
-        q = [state.q0, state.q1, state.q2][: state.order]
-        self._renew(self.signals[name], q)
-        self._send(name, self._value_ports, q)
+        self._renew(signal, [state.q0, state.q1, state.q2][: state.order])
         if state.steps == 1:
-            self._change_exact(name)
+            self._change_exact(number)
 
     def _evaluate(self, number: int) -> None:
-        now, function = self._at, self._functions[number]
+        function, deliver = self._functions[number]
         if self._has_missing and function.readings.are_missing:
             self._due_functions[number] = NEVER
             return
         is_continuous = self._due_functions[number] >= 0
-        segment, self._due_functions[number] = function.evaluate(now, is_continuous=is_continuous)
-        target = self._targets[number]
-        if isinstance(target, int):
-            self._derive(target, segment)
-        else:
-            self._pending.append((target.name, Segment(*segment)))
+        result, due = function.evaluate(self._at, is_continuous=is_continuous)
+        self._due_functions[number] = due
+        deliver(result)
 
     def _derive(self, number: int, derivative: Sequence[float]) -> None:
-        name = self._names[number]
-        self._due_states[number] = self.states[name].derive(self._at, derivative)
-        self._change_exact(name)
+        self._due_states[number] = self._quantized[number][0].derive(self._at, derivative)
+        self._change_exact(number)
 
     def _look(self, number: int) -> bool:
         """Whether the event of this number happens."""
-        now, crossing = self._at, self._crossings[number]
+        crossing, _, event, side = self._events[number]
         if self._has_missing and crossing.readings.are_missing:
-            self._due_crossings[number] = NEVER
+            self._due_events[number] = NEVER
             return False
         was = crossing.side
-        happens, self._due_crossings[number] = crossing.look(now)
-        event, side = self._events[number], self._sides[number]
-        if side is not None and crossing.side is not was:
-            self._pending.append((side.name, Segment(1.0 if crossing.side else 0.0)))
+        happens, self._due_events[number] = crossing.look(self._at)
+        if crossing.side is not was:
+            self._send(side, [1.0 if crossing.side else 0.0])
         if event is not None and happens:
             self._pending.append((event.name, bool(crossing.side)))
         return happens
 
-    def _happen(self, numbers: Sequence[int]) -> None:
-        """The assignments of events: all are evaluated before any is made."""
+    def _happen(self, settings: Sequence[Setting]) -> None:
+        """Evaluate all before any is made; the last one counts."""
         values: dict[str, float] = {}
-        for number in numbers:
-            if number < len(self._assignments):
-                assignment = self._assignments[number]
-                if assignment.only_if is None or self._worth(assignment.only_if) != 0.0:
-                    found = assignment.programs.items()
-                    values |= {name: self._worth(program) for name, program in found}
+        for setting in settings:
+            found = {}
+            for name, (program, readings) in setting.items():
+                found[name] = self._worth(program, readings)
+                if name == "" and found.pop(name) == 0.0:
+                    break
+            values |= found
         for name, value in values.items():
             self._set(name, value)
 
-    def _worth(self, compiled: tuple[Any, Readings]) -> float:
-        program, readings = compiled
+    def _worth(self, program: Program, readings: Readings) -> float:
         try:
             return worth(program, self._at * NANO, readings.at(self._at))
         except (ValueError, ArithmeticError) as error:
@@ -365,13 +317,26 @@ class Engine(Atomic):
 
     def _set(self, name: str, value: float) -> None:
         if name in self.states:
-            self._due_states[self._names.index(name)] = self.states[name].reset(self._at, value)
-            self._change_exact(name)
-        elif name in self.held:
-            self._renew(self.held[name], [value])
-            self._send(name, self._value_ports, [value])
+            number = list(self.states).index(name)
+            self._due_states[number] = self.states[name].reset(self._at, value)
+            self._change_exact(number)
+        elif name in self.signals:
+            self._renew(self.signals[name], [value])
         else:
-            self._pending.append((name, Segment(value)))
+            self._send(self.out_ports[name], [value])
+
+    def set_by(self, name: str, segment: Segment) -> None:
+        """Take the value of a state or a discrete value from a port."""
+        self._set(name, segment[0])
+
+    def _trigger(self, setting: Setting, _: object) -> None:
+        """Take whatever comes by a port for an event."""
+        self._happen([setting])
+
+    def derive_by(self, name: str, segment: Segment) -> None:
+        """Take the derivative of a state from a port."""
+        number = list(self.states).index(name)
+        self._derive(number, self._checked(segment, self.states[name].order, "derivative"))
 
     def _put(self, signal: Signal, segment: Segment) -> None:
         if signal.is_missing:
@@ -379,14 +344,13 @@ class Engine(Atomic):
             self._note_missing()
         self._renew(signal, list(self._checked(segment, signal.count, signal.name)))
 
-    def _checked(self, segment: Segment, count: int, name: str = "") -> Sequence[float]:
+    def _checked(self, segment: Segment, count: int, name: str) -> Sequence[float]:
         """Its coefficients. Raises ModelError for one that would be lost."""
         if any(segment[count:]):
-            received = f"input {name!r} received" if name else "received"
             degree = max(power for power in range(4) if segment[power] != 0.0)
             raise ModelError(
-                f"{self.path}: {received} a segment of degree {degree}; expected {count} "
-                f"coefficients: give the block that feeds it order={count}"
+                f"{self.path}: input {name!r} received a segment of degree {degree}; expected "
+                f"{count} coefficients: give the block that feeds it order={count}"
             )
         return segment[:count]
 
@@ -397,24 +361,23 @@ class Engine(Atomic):
         signal.coefficients, signal.at = coefficients, self._at
         for number in signal.functions:
             self._due_functions[number] = -1
-        for number in signal.crossings:
-            self._due_crossings[number] = -1
+        for number in signal.events:
+            self._due_events[number] = -1
+        self._send(signal.way, coefficients)
 
-    def _change_exact(self, name: str) -> None:
-        for number in self.exact_signals[name].crossings:
-            self._due_crossings[number] = -1
-        if name in self._state_ports:
-            self._send(name, self._state_ports, self.states[name].segment_at(self._at))
+    def _change_exact(self, number: int) -> None:
+        state, _, signal = self._quantized[number]
+        for event in signal.events:
+            self._due_events[event] = -1
+        if signal.way is not None:
+            self._send(signal.way, state.segment_at(self._at))
 
-    def _send(
-        self, name: str, ports: Mapping[str, OutPort[Segment]], coefficients: Sequence[float]
-    ) -> None:
-        port = ports.get(name)
-        if port is not None and port.leads_somewhere:
-            self._pending.append((port.name, Segment(*coefficients)))
+    def _send(self, way: OutPort[Segment] | None, coefficients: Sequence[float]) -> None:
+        if way is not None and way.leads_somewhere:
+            self._pending.append((way.name, Segment(*coefficients)))
 
 
-def _copied(value: Any) -> Any:  # noqa: ANN401 -- a number, or lists of them
+def _copied(value: Any) -> Any:  # noqa: ANN401 -- a number, or lists or dictionaries of them
     if isinstance(value, list):
         return [_copied(each) for each in value]
     if isinstance(value, dict):

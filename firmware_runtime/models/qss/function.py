@@ -15,7 +15,7 @@ from firmware_runtime.devs.errors import ModelError
 from firmware_runtime.devs.time import NEVER
 from firmware_runtime.models.qss.expression import TIME, names_of, parse
 from firmware_runtime.models.qss.poles import Poles
-from firmware_runtime.models.qss.program import Layout, compile_bound, compile_expression
+from firmware_runtime.models.qss.program import compile_bound, compile_expression
 from firmware_runtime.models.qss.segment import NANO, whole_after
 from firmware_runtime.models.qss.signals import Readings
 from firmware_runtime.models.qss.watch import FIRST_SPAN_S, Watch, furthest
@@ -52,7 +52,7 @@ class Function:
     ) -> None:
         self.readings, self.order = readings, order
         tree = parse(readings.text)
-        layout = Layout({each.name: each.count for each in readings.signals}, parameters or {})
+        layout = readings.layout(parameters or {})
         program = compile_expression(tree, layout, order)
         self._is_exact = program.degree < order
         self._bound = None

@@ -4,6 +4,7 @@ import ast
 from collections.abc import Iterator
 from contextlib import contextmanager
 from copy import deepcopy
+from functools import partial
 from typing import Final
 
 from firmware_runtime.devs.coupled import Coupled
@@ -23,7 +24,6 @@ from firmware_runtime.models.qss.methods import State
 from firmware_runtime.models.qss.program import Layout, compile_expression
 from firmware_runtime.models.qss.sampling import SegmentDelay
 from firmware_runtime.models.qss.segment import Segment
-from firmware_runtime.models.qss.signals import Signal
 from firmware_runtime.models.qss.system import System
 
 _HORIZON_S: Final = 100.0
@@ -35,8 +35,7 @@ class SystemModel(Coupled):
     """A system as a model: its engine, with its sources and delays around it.
 
     Its output ports are the quantized states and the discrete values, its input ports set the
-    discrete values; `exact(name)` is a port that carries the exact state. `states` and `held` hold
-    the states and the discrete values by name.
+    discrete values; `exact(name)` is a port that carries the exact state; `states` are by name.
     """
 
     def __init__(self, system: System) -> None:
@@ -64,22 +63,16 @@ class SystemModel(Coupled):
         return self.engine.states
 
     @property
-    def held(self) -> dict[str, Signal]:
-        """The discrete values."""
-        return self.engine.held
-
-    @property
     def steps(self) -> int:
         """How many polynomials of q there have been after each state's first."""
         return sum(max(each.steps - 1, 0) for each in self.states.values())
 
     def exact(self, name: str) -> OutPort[Segment]:
         """The port that carries a state's exact polynomial; declared before the model is run."""
-        wire = f"{name} exact"
-        if wire not in self.engine.out_ports:
-            self.engine.send_state(name, self.engine.out_port(wire, Segment))
-        port: OutPort[Segment] = self.engine.out_ports[wire]
-        return port
+        signal = self.engine.exact_signals[name]
+        if signal.way is None:
+            signal.way = self.engine.out_port(f"{name} exact", Segment)
+        return signal.way
 
     @contextmanager
     def _faults_of(self, where: str) -> Iterator[None]:
@@ -94,20 +87,20 @@ class SystemModel(Coupled):
     def _add_state(self, name: str) -> None:
         system = self.system
         width = self._quanta[name] = system.quantum_of(name), system.relative_quantum_of(name)
-        self.engine.add_state(name, system.integrator, system.states[name], *width)
-        self._export(name)
+        path = partial(self.engine.path_of, name)
+        state = system.integrator(path, system.states[name], *width)
+        self.engine.add_state(name, state, self._way(name))
 
     def _add_discrete(self, name: str, value: float) -> None:
-        self.engine.add_held(name, value)
+        self.engine.add_held(name, value, self._way(name))
         setter = self.engine.in_port(f"set {name}", Segment)
-        self.engine.set_by(setter, name)
+        self.engine.take(setter, partial(self.engine.set_by, name))
         self.couple(self.in_port(name, Segment), setter)
-        self._export(name)
 
-    def _export(self, name: str) -> None:
+    def _way(self, name: str) -> OutPort[Segment]:
         wire = self.engine.out_port(name, Segment)
-        self.engine.send_value(name, wire)
         self.couple(wire, self.out_port(name, Segment))
+        return wire
 
     def _add_inputs(self) -> None:
         for name, source in self.system.inputs.items():
@@ -210,16 +203,17 @@ class SystemModel(Coupled):
     def _event(self, number: int) -> None:
         event, parameters = self.system.events[number], self.system.parameters
         text, direction = event.crossing()
-        self.engine.add_crossing(
+        crossed = self._put_in(text)
+        values = {name: self._put_in(text) for name, text in event.values.items()}
+        only_if = None if event.only_if is None else self._put_in(event.only_if)
+        self.engine.add_event(
             f"when {number + 1}",
-            self._put_in(text),
+            crossed,
             parameters,
+            self.engine.setting(f"then {number + 1}", values, parameters, only_if),
             direction=direction,
             at_zero=not event.is_strict(),
         )
-        values = {name: self._put_in(text) for name, text in event.values.items()}
-        only_if = None if event.only_if is None else self._put_in(event.only_if)
-        self.engine.add_assignment(f"then {number + 1}", values, only_if, parameters)
 
     def _put_in(self, text: str) -> str:
         return ast.unparse(self._delayed(self.system.tree_of(text), text))

@@ -1,11 +1,13 @@
 """Signals, which expressions read, and what an expression reads of them at an instant."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import ClassVar
 
 from firmware_runtime.devs.errors import ModelError
+from firmware_runtime.devs.ports import OutPort
 from firmware_runtime.devs.time import format_time
 from firmware_runtime.models.qss.methods import State
+from firmware_runtime.models.qss.program import Layout
 from firmware_runtime.models.qss.segment import NANO, Segment
 
 
@@ -14,21 +16,31 @@ class Signal:
 
     kept: ClassVar = ("coefficients", "at", "is_missing")
 
-    def __init__(self, name: str, count: int, initial: float | None) -> None:
+    def __init__(
+        self,
+        name: str,
+        count: int,
+        initial: float | None,
+        way: OutPort[Segment] | None = None,
+        state: State | None = None,
+    ) -> None:
         self.name, self.count = name, count
-        self.coefficients = [initial or 0.0, *[0.0] * (count - 1)]
+        self.coefficients = [float(initial or 0.0), *[0.0] * (count - 1)]
         self.at = -1
         self.is_missing = initial is None
-        self.state: State | None = None
+        self.way = way
+        """Where it is sent whenever it is new."""
+        self._state = state
         """Whose exact value it is."""
         self.functions: list[int] = []
-        self.crossings: list[int] = []
+        self.events: list[int] = []
+        """The numbers of those that read it."""
 
     def bring(self, now: int) -> Sequence[float]:
         """Its coefficients at an instant."""
         a = self.coefficients
-        if self.state is not None:
-            return self.state.segment_at(now)[: self.count]
+        if self._state is not None:
+            return self._state.segment_at(now)[: self.count]
         if self.count > 1:
             seconds = (now - self.at) * NANO
             if self.count == 2:
@@ -44,8 +56,8 @@ class Signal:
 
     def value_at(self, now: int) -> float:
         """Its value at an instant; nothing changes by that."""
-        if self.state is not None:
-            return self.state.segment_at(now)[0]
+        if self._state is not None:
+            return self._state.segment_at(now)[0]
         return Segment(*self.coefficients).at((now - self.at) * NANO)
 
 
@@ -64,6 +76,10 @@ class Readings:
     def are_moving(self) -> bool:
         """Whether one of them changes between events."""
         return any(any(each.coefficients[1:]) for each in self.signals)
+
+    def layout(self, parameters: Mapping[str, float]) -> Layout:
+        """What the expression may read, for its compilation."""
+        return Layout({each.name: each.count for each in self.signals}, parameters)
 
     def at(self, now: int) -> list[float]:
         """Their coefficients at an instant, one after another, as compiled code takes them."""
