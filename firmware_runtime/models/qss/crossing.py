@@ -40,7 +40,7 @@ class Crossing:
 
     kept: ClassVar = (
         *("side", "beyond", "beyond_at", "has_turned", "returns", "rests", "is_poised"),
-        *("rises", "falls", "least_rises", "least_falls", "sides", "spans"),
+        *("past", "least"),
     )
     """The attributes that change."""
 
@@ -56,42 +56,23 @@ class Crossing:
         self.readings, self.direction = readings, direction
         self._happens_at_start = happens_at_start
         conditions = compile_condition(parse(readings.text), layout, at_zero=at_zero)
-        self._watch, self._difference = Watch(conditions, has_own=True), conditions[-1]
+        self.watch, self._difference = Watch(conditions, has_own=True), conditions[-1]
         self.side: bool | None = None
         self.beyond, self.beyond_at = 0.0, -1
         """How far past zero it was at its last event, and when that was."""
         self.has_turned = self.returns = self.rests = False
         self.is_poised = False
         """Whether it has been zero ever since the start."""
-        self.rises: list[int] = []
-        self.falls: list[int] = []
-        """The instants of its last events."""
-        self.least_rises = self.least_falls = 0
-
-    @property
-    def sides(self) -> list[bool]:
-        """Of the conditions within."""
-        return self._watch.sides
-
-    @sides.setter
-    def sides(self, sides: list[bool]) -> None:
-        self._watch.sides = sides
-
-    @property
-    def spans(self) -> list[float]:
-        """Over how long its conditions are bounded next."""
-        return self._watch.spans
-
-    @spans.setter
-    def spans(self, spans: list[float]) -> None:
-        self._watch.spans = spans
+        self.past: list[list[int]] = [[], []]
+        """The instants of its last falls and rises, and how many had the least gap."""
+        self.least = [0, 0]
 
     def look(self, now: int) -> tuple[bool, int]:
         """Whether its event happens now, and at which instant to look next."""
         t, flat = now * NANO, self.readings.at(now)
         try:
-            leaves = self._watch.settle(t, flat)
-            g = self._difference.code(t, self._watch.sides, flat)
+            leaves = self.watch.settle(t, flat)
+            g = self._difference.code(t, self.watch.sides, flat)
         except (ValueError, ArithmeticError) as error:
             raise self.readings.no_value(now, error) from error
         was, self.has_turned = self.side, False
@@ -100,7 +81,7 @@ class Crossing:
         side = self._side_at_start(g) if self.is_poised else side_of(self._difference, g)
         if was is not None and not self.is_poised:
             side = self._side_as_led(now, g, side, was=was)
-        leaves = min(leaves, self._watch.clear_for(-1, t, flat, g, side=side))
+        leaves = min(leaves, self.watch.clear_for(-1, t, flat, g, side=side))
         if self.is_poised:
             leaves = max(leaves, NANO)
         self.side = side
@@ -150,13 +131,11 @@ class Crossing:
 
     def _note_event(self, now: int, *, rises: bool) -> None:
         """Refuse events of one direction whose gaps shrink to nothing: time would stand still."""
-        past = self.rises if rises else self.falls
+        past = self.past[rises]
         past[:] = [*past[-3:], now]
         gaps = [later - sooner for sooner, later in pairwise(past)]
         is_least = gaps[-1:] != [] and gaps[-1] <= _LEAST_GAP
-        name = "least_rises" if rises else "least_falls"
-        least = getattr(self, name) + 1 if is_least else 0
-        setattr(self, name, least)
+        least = self.least[rises] = self.least[rises] + 1 if is_least else 0
         shrinks = (
             len(gaps) == 3
             and gaps[2] < _ZENO_GAP

@@ -225,11 +225,12 @@ class Engine(Atomic):
 
     @property
     def _parts(self) -> list[Any]:
-        functions, crossings = (
-            (each for each, _ in self._functions),
-            (each[0] for each in self._events),
-        )
-        return [*self.signals.values(), *self.states.values(), *functions, *crossings]
+        functions = [each for each, _ in self._functions]
+        crossings = [each.crossing for each in self._events]
+        watches = [each.watch for each in functions] + [each.watch for each in crossings]
+        poles = [each.poles for each in functions]
+        own = [*self.signals.values(), *self.states.values()]
+        return [*own, *functions, *crossings, *watches, *poles]
 
     # One instant ---------------------------------------------------------------------------------
 

@@ -38,7 +38,7 @@ class Function:
     divides by passes zero.
     """
 
-    kept: ClassVar = ("span", "unbounded", "sides", "spans", "above")
+    kept: ClassVar = ("span", "unbounded")
     """The attributes that change."""
 
     def __init__(
@@ -60,32 +60,22 @@ class Function:
             program = compile_expression(tree, layout, order + 2)
         elif not self._is_exact:
             self._bound = compile_bound(tree, layout, order)
-        self._value, self._watch = program.value, Watch(program.conditions)
-        self._poles = Poles(program, layout, quanta or {})
+        self._value, self.watch = program.value, Watch(program.conditions)
+        self.poles = Poles(program, layout, quanta or {})
         self._reads_time = TIME in names_of(tree)
         self._tolerance = tolerance if callable(tolerance) else float(tolerance)
         self.span = FIRST_SPAN_S
         """Over how long a stretch what is left out is bounded next: a guess, from the last time."""
         self.unbounded = 0
 
-    sides = property(
-        lambda self: self._watch.sides, lambda self, sides: setattr(self._watch, "sides", sides)
-    )
-    spans = property(
-        lambda self: self._watch.spans, lambda self, spans: setattr(self._watch, "spans", spans)
-    )
-    above = property(
-        lambda self: self._poles.above, lambda self, above: setattr(self._poles, "above", above)
-    )
-
     def evaluate(self, now: int, *, is_continuous: bool) -> tuple[Sequence[float], int]:
         """The polynomial from now on, and the instant at which it has to be renewed."""
-        t, flat, sides = now * NANO, self.readings.at(now), self._watch.sides
+        t, flat, sides = now * NANO, self.readings.at(now), self.watch.sides
         try:
-            leaves = self._watch.settle(t, flat) if sides else inf
-            has_poles = sides and self._poles
+            leaves = self.watch.settle(t, flat) if sides else inf
+            has_poles = sides and self.poles
             if has_poles:
-                self._poles.check(t, sides, flat, is_continuous=is_continuous)
+                self.poles.check(t, sides, flat, is_continuous=is_continuous)
             coefficients = self._value(t, sides, flat)
             is_at_pole = has_poles and leaves < _AT_A_POLE_S
             if not (self._is_exact or is_at_pole):
@@ -99,7 +89,7 @@ class Function:
         """For how many seconds what is left out stays below the tolerance."""
         tolerance, order = self._tolerance, self.order
         if not isinstance(tolerance, float):
-            (tolerance,) = tolerance(now * NANO, self._watch.sides, flat)
+            (tolerance,) = tolerance(now * NANO, self.watch.sides, flat)
         if self._bound is not None:
             seconds = self._lasts_within(tolerance, now * NANO, flat)
         else:
@@ -121,7 +111,7 @@ class Function:
 
         A ns at a time where there is none for any stretch, as just before a pole; not for long.
         """
-        bound, order, sides = self._bound, self.order, self._watch.sides
+        bound, order, sides = self._bound, self.order, self.watch.sides
         if bound is None or not (self._reads_time or self.readings.are_moving):
             return inf
 

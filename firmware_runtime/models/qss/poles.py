@@ -2,6 +2,7 @@
 
 import ast
 from collections.abc import Mapping, Sequence
+from typing import ClassVar
 
 from firmware_runtime.models.qss.allowance import Quanta, compile_allowance
 from firmware_runtime.models.qss.program import Layout, Program
@@ -12,6 +13,9 @@ _NEAR = 8.0
 
 class Poles:
     """The denominators of one expression; each is a condition too, so that its root is found."""
+
+    kept: ClassVar = ("above",)
+    """The attributes that change."""
 
     def __init__(
         self, program: Program, layout: Layout, quanta: Mapping[str, tuple[float, float]]

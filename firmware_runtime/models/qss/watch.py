@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from math import inf
-from typing import Final
+from typing import ClassVar, Final
 
 from firmware_runtime.models.qss.program import Condition, Program
 from firmware_runtime.models.qss.roots import falls_below_zero
@@ -30,6 +30,9 @@ class Watch:
     `spans` holds for each over how long a stretch it is bounded next: a guess, from the last time.
     The side of the last one is its owner's matter if `has_own`.
     """
+
+    kept: ClassVar = ("sides", "spans")
+    """The attributes that change."""
 
     def __init__(self, conditions: Sequence[Condition], *, has_own: bool = False) -> None:
         self.conditions = tuple(conditions)

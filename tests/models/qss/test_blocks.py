@@ -14,13 +14,11 @@ from firmware_runtime.devs.simulator import Simulator
 from firmware_runtime.devs.time import MILLISECOND, SECOND
 from firmware_runtime.diagram.draw import diagram
 from firmware_runtime.models.qss import (
-    Assignment,
     Constant,
     Crossing,
     FromFile,
     Function,
     Gain,
-    Held,
     Hold,
     Hysteresis,
     Product,
@@ -211,20 +209,6 @@ def test_a_variable_delay_looks_back_as_far_as_the_signal_says() -> None:
 
     for t in (0.1, 0.19, 0.21, 1.0, 2.1, 2.3, 4.1, 4.3):
         assert at(t) == pytest.approx(exact(t), abs=1e-8)
-
-
-def test_a_held_value_changes_by_an_assignment_that_may_be_kept_back() -> None:
-    diagram = Diagram()
-    ramp = diagram.add(Ramp("ramp", 1.0))
-    crossing = diagram.top.add(Crossing("crossing", "x - 2", ["x"]))
-    then = diagram.top.add(Assignment("then", {"y": "3 * x"}, ["x"], only_if="x < 5"))
-    held = diagram.top.add(Held("held", 1.0))
-    diagram.top.couple(ramp.out_ports["out"], crossing.inputs["x"])
-    diagram.top.couple(ramp.out_ports["out"], then.inputs["x"])
-    diagram.top.couple(crossing.event, then.trigger)
-    diagram.top.couple(then.outputs["y"], held.set)
-    at = diagram.run(held)
-    assert [at(t) for t in (1.0, 3.0)] == pytest.approx([1.0, 6.0])
 
 
 def test_a_function_waits_until_each_input_has_a_value() -> None:
