@@ -121,6 +121,6 @@ class Function:
                 return span
             return (tolerance / most) ** (1.0 / order) if most < inf else 0.0
 
-        seconds, self.span = furthest(self.span, safe)
+        seconds, self.span = furthest(self.span, safe, lambda: inf)
         self.unbounded = self.unbounded + 1 if seconds == 0.0 else 0
         return NANO if 0 < self.unbounded < _MOST_UNBOUNDED else seconds

@@ -64,20 +64,25 @@ class Watch:
         fourth, fifth = abs(g[4]), abs(g[5])
         if bound is None and fourth == fifth == 0.0:
             return falls_below_zero(a, b, c, d)
-        sides, root = self.sides, falls_below_zero(a, b, c, d)
+        sides = self.sides
         if bound is not None and b == c == d == 0.0 and bound(t, sides, flat, LONGEST_S) == 0.0:
             return inf
 
         def safe(span: float) -> float:
             most = bound(t, sides, flat, span) if bound else fourth + fifth * span
+            if a > span * (abs(b) + span * (abs(c) + span * (abs(d) + most * span))):
+                return span
             return falls_below_zero(a, b, c, d - most * span) if most < inf else 0.0
 
-        clear, self.spans[number] = furthest(self.spans[number], safe, enough=root)
+        def enough() -> float:
+            return falls_below_zero(a, b, c, d)
+
+        clear, self.spans[number] = furthest(self.spans[number], safe, enough)
         return max(clear, NANO)
 
 
 def furthest(
-    span: float, safe: Callable[[float], float], *, enough: float = inf
+    span: float, safe: Callable[[float], float], enough: Callable[[], float]
 ) -> tuple[float, float]:
     """For how long something is safe, and over which stretch to begin the search next time.
 
@@ -90,7 +95,7 @@ def furthest(
         if found >= span:
             return max(span, longest), 4.0 * span
         longest = max(longest, found)
-        if longest >= 0.5 * min(span, enough) or span <= NANO:
+        if longest >= 0.5 * span or span <= NANO or longest >= 0.5 * enough():
             return longest, max(2.0 * longest, 0.25 * first)
         span = max(2.0 * found, span / 16.0, NANO)
 
