@@ -1,4 +1,4 @@
-"""A system by its states' names and equations, as text: what becomes a model of blocks.
+"""A system by its states' names and equations, as text: what becomes an engine.
 
 System(
     states={"x": 1.0, "v": 0.0},
@@ -50,7 +50,7 @@ class System:
     `method` is QSS1, QSS2, QSS3 or LIQSS2. `quantum`, in the unit of each state, and
     `relative_quantum` are one number for all states or a mapping; the larger one counts. Within
     `horizon_s` the errors of functions cut off, of time above all, add up to less than a quantum;
-    without one that is 100 s, or as long as `solve` solves.
+    without one that is 100 s, however long one solves.
     """
 
     states: Mapping[str, float]

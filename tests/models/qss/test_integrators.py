@@ -217,6 +217,7 @@ def test_the_quantized_state_is_never_further_off_than_the_quantum(
     assert 0.4 * quantum < max(far) <= quantum * (1.0 + 1e-6)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", METHODS)
 def test_checked_mode_finds_nothing_and_changes_nothing(method: str) -> None:
     plain, checked = oscillation(method, 1e-2), oscillation(method, 1e-2, checked=True)
