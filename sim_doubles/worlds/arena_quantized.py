@@ -59,7 +59,7 @@ class QuantizedVehicle:
     @property
     def collided(self) -> bool:
         """Whether it has touched anything, up to the latest instant read."""
-        return self._simulation.model.held["touched"].value > 0.0
+        return self._simulation.model.engine.signals["touched"].coefficients[0] > 0.0
 
     def pose(self, at: int) -> Pose:
         """Where it is, or was, at an instant."""
@@ -105,12 +105,11 @@ class QuantizedVehicle:
 
     def _past(self, name: str) -> Past[_Stretch]:
         past: Past[_Stretch] = Past()
-        integrator = self._simulation.model.integrators[name]
-        integrator.sends_state = True
+        model = self._simulation.model
         self._simulation.simulator.listen(
-            integrator.state, lambda at, segment: past.add(_Stretch(at, segment))
+            model.exact(name), lambda at, segment: past.add(_Stretch(at, segment))
         )
-        past.add(_Stretch(0, Segment(integrator.value_at(0))))
+        past.add(_Stretch(0, model.states[name].segment_at(0)))
         return past
 
 

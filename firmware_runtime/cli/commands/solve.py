@@ -11,7 +11,7 @@ from firmware_runtime.cli.own_terminal import OwnTerminal
 from firmware_runtime.cli.written import check_output, write_text
 from firmware_runtime.experiments.line_plot import Curve, LinePlot
 from firmware_runtime.models.qss import System, solve
-from firmware_runtime.models.qss.system import METHODS
+from firmware_runtime.models.qss.methods import METHODS
 from firmware_runtime.status import Status
 
 FORMS = (".csv", ".svg")

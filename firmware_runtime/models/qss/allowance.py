@@ -5,7 +5,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from firmware_runtime.models.qss.expression import names_of
-from firmware_runtime.models.qss.program import Body, Code, Layout
+from firmware_runtime.models.qss.program import Body, Code, Conditions, Layout
+from firmware_runtime.models.qss.series import Writer
 
 
 @dataclass(frozen=True, slots=True)
@@ -24,7 +25,8 @@ def compile_allowance(tree: ast.expr, layout: Layout, quanta: Quanta) -> Code:
 
     A quarter of that, to first order: the sum of |partial derivative| times quantum.
     """
-    body, least, share = Body(layout, 2, []), float(quanta.least), float(quanta.relative)
+    body = Body(layout, Writer(1), Conditions(layout))
+    least, share = float(quanta.least), float(quanta.relative)
     total = "0.0"
     for name, width_of in quanta.of_inputs.items():
         absolute, relative = map(float, width_of)

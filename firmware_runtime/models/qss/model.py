@@ -1,18 +1,18 @@
-"""From a `System` to a coupled model: an integrator a state, a function an equation, and so on."""
+"""From a `System` to a model: one engine, and the sources and delays that it is wired to."""
 
 import ast
 from collections.abc import Iterator
 from contextlib import contextmanager
 from copy import deepcopy
-from typing import Any, Final
+from functools import partial
+from typing import Final
 
 from firmware_runtime.devs.coupled import Coupled
-from firmware_runtime.devs.ports import InPort, OutPort
+from firmware_runtime.devs.ports import OutPort
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.models.qss.allowance import Quanta, compile_allowance
-from firmware_runtime.models.qss.assignment import Assignment, Held
-from firmware_runtime.models.qss.crossing import Crossing
+from firmware_runtime.models.qss.engine import Engine
 from firmware_runtime.models.qss.expression import (
     DELAY,
     TIME,
@@ -20,8 +20,7 @@ from firmware_runtime.models.qss.expression import (
     names_of,
     parse,
 )
-from firmware_runtime.models.qss.function import Function
-from firmware_runtime.models.qss.integrator import Integrator
+from firmware_runtime.models.qss.methods import State
 from firmware_runtime.models.qss.program import Layout, compile_expression
 from firmware_runtime.models.qss.sampling import SegmentDelay
 from firmware_runtime.models.qss.segment import Segment
@@ -33,25 +32,23 @@ _OF_A_SOURCE: Final = 3
 
 
 class SystemModel(Coupled):
-    """The blocks of a system, wired.
+    """A system as a model: its engine, with its sources and delays around it.
 
-    Its output ports are the quantized states, its input ports set the discrete variables.
-
-    `integrators` and `held` hold the blocks of states and discrete variables by name.
+    Its output ports are the quantized states and the discrete values, its input ports set the
+    discrete values; `exact(name)` is a port that carries the exact state; `states` are by name.
     """
 
     def __init__(self, system: System) -> None:
         super().__init__(system.name)
         self.system = system
-        self._horizon_s = _HORIZON_S if system.horizon_s is None else system.horizon_s
+        self.engine = self.add(Engine("engine", is_inner=True))
         self._order = system.integrator.order
-        self.wires: dict[str, OutPort[Segment]] = {}
-        """What carries each state (quantized), discrete variable, input and delayed signal."""
         self._quanta: dict[str, tuple[float, float]] = {}
-        self._counts: dict[str, int] = {}
-        self._initial: dict[str, float] = {}
-        self.integrators = {name: self._integrator(name) for name in system.states}
-        self.held = {name: self._held(name) for name in system.discrete}
+        """Of each state, and of what is delayed of one."""
+        for name in system.states:
+            self._add_state(name)
+        for name, value in system.discrete.items():
+            self._add_discrete(name, value)
         self._add_inputs()
         for name, text in system.equations.items():
             with self._faults_of(f"equations: {name}"):
@@ -61,9 +58,21 @@ class SystemModel(Coupled):
                 self._event(number)
 
     @property
+    def states(self) -> dict[str, State]:
+        """The quantized states."""
+        return self.engine.states
+
+    @property
     def steps(self) -> int:
-        """How many segments its integrators have sent after the first."""
-        return sum(max(each.steps - 1, 0) for each in self.integrators.values())
+        """How many polynomials of q there have been after each state's first."""
+        return sum(max(each.steps - 1, 0) for each in self.states.values())
+
+    def exact(self, name: str) -> OutPort[Segment]:
+        """The port that carries a state's exact polynomial; declared before the model is run."""
+        signal = self.engine.exact_signals[name]
+        if signal.way is None:
+            signal.way = self.engine.out_port(f"{name} exact", Segment)
+        return signal.way
 
     @contextmanager
     def _faults_of(self, where: str) -> Iterator[None]:
@@ -73,75 +82,53 @@ class SystemModel(Coupled):
         except ExpressionError as error:
             raise ConfigError(self.name, [f"{where}: {error}"]) from error
 
-    def _integrator(self, name: str) -> Integrator:
-        system = self.system
-        width = system.quantum_of(name), system.relative_quantum_of(name)
-        block = self.add(
-            system.integrator(name, system.states[name], width[0], relative_quantum=width[1])
-        )
-        self._wire(name, block.out, self._order, system.states[name])
-        self._quanta[name] = width
-        port = self.out_port(name, Segment)
-        self.couple(block.out, port)
-        return block
+    # Signals -------------------------------------------------------------------------------------
 
-    def _held(self, name: str) -> Held:
-        block = self.add(Held(name, self.system.discrete[name]))
-        self.couple(self.in_port(name, Segment), block.set)
-        self._wire(name, block.out, 1, block.value)
-        return block
+    def _add_state(self, name: str) -> None:
+        system = self.system
+        width = self._quanta[name] = system.quantum_of(name), system.relative_quantum_of(name)
+        path = partial(self.engine.path_of, name)
+        state = system.integrator(path, system.states[name], *width)
+        self.engine.add_state(name, state, self._way(name))
+
+    def _add_discrete(self, name: str, value: float) -> None:
+        self.engine.add_held(name, value, self._way(name))
+        setter = self.engine.in_port(f"set {name}", Segment)
+        self.engine.take(setter, partial(self.engine.set_by, name))
+        self.couple(self.in_port(name, Segment), setter)
+
+    def _way(self, name: str) -> OutPort[Segment]:
+        wire = self.engine.out_port(name, Segment)
+        self.couple(wire, self.out_port(name, Segment))
+        return wire
 
     def _add_inputs(self) -> None:
         for name, source in self.system.inputs.items():
-            if self.system.sine(name) is not None:
-                continue
-            block = deepcopy(source)
-            block.name = name
-            self.add(block)
-            self._wire(name, block.out_ports["out"], _OF_A_SOURCE, 0.0)
+            if self.system.sine(name) is None:
+                block = deepcopy(source)
+                block.name = name
+                self.add(block)
+                self.couple(block.out_ports["out"], self.engine.add_input(name, _OF_A_SOURCE))
 
-    def _wire(self, name: str, port: OutPort[Segment], count: int, initial: float) -> None:
-        self.wires[name], self._counts[name], self._initial[name] = port, count, initial
-
-    # Equations ----------------------------------------------------------------------------------
+    # Equations -----------------------------------------------------------------------------------
 
     def _equation(self, name: str, text: str) -> None:
-        derivative = self.integrators[name].derivative
-        tree = self._delayed(self.system.tree_of(text), text)
-        is_wire = isinstance(tree, ast.Name) and self._counts.get(tree.id, 9) <= self._order
-        if isinstance(tree, ast.Name) and is_wire and tree.id != name:
-            self.couple(self.wires[tree.id], derivative)
-            return
-        block = self.add(self._function(f"{name}'", tree, self._quanta[name]))
-        self._feed(block.inputs)
-        self.couple(block.out, derivative)
-
-    def _function(self, name: str, tree: ast.expr, width: tuple[float, float]) -> Function:
-        """A function whose error is allowed what the quanta of its inputs cause anyway."""
-        inputs = [each for each in names_of(tree) if each in self.wires]
-        counts = {each: self._counts[each] for each in inputs}
-        horizon_s, parameters = self._horizon_s, self.system.parameters
-        quanta = {each: self._quanta[each] for each in inputs if each in self._quanta}
-        allowed = Quanta(quanta, width[0] / horizon_s, width[1])
-        return Function(
-            name,
+        tree, system = self._delayed(self.system.tree_of(text), text), self.system
+        signals = self.engine.signals
+        counts = {each: signals[each].count for each in names_of(tree) if each in signals}
+        quanta = {each: self._quanta[each] for each in counts if each in self._quanta}
+        horizon_s = _HORIZON_S if system.horizon_s is None else system.horizon_s
+        absolute, relative = self._quanta[name]
+        allowed = Quanta(quanta, absolute / horizon_s, relative)
+        self.engine.add_function(
+            f"{name}'",
             ast.unparse(tree),
-            inputs,
+            name,
             order=self._order,
-            tolerance=compile_allowance(tree, Layout(counts, parameters), allowed),
-            longest_s=horizon_s / 50.0,
-            parameters=parameters,
-            counts=counts,
+            tolerance=compile_allowance(tree, Layout(counts, system.parameters), allowed),
+            parameters=system.parameters,
             quanta=quanta,
         )
-
-    def _feed(self, ports: dict[str, InPort[Segment]], *, exact: bool = False) -> None:
-        for name, port in ports.items():
-            wire = self.wires[name]
-            if exact and name in self.integrators:
-                self.integrators[name].sends_state = True
-                wire = self.integrators[name].state
-            self.couple(wire, port)
 
     def output(self, text: str) -> ast.expr:
         """The tree of an expression that is read at instants; its delays are of exact states."""
@@ -167,7 +154,7 @@ class SystemModel(Coupled):
             if not 2 <= len(node.args) <= 3:
                 raise ExpressionError(ast.unparse(node))
             signal, duration_s, *before = node.args
-            known = {*self.wires, *self.system.inputs}
+            known = {*self.engine.signals, *self.system.inputs}
             if not isinstance(signal, ast.Name) or signal.id not in known:
                 raise ExpressionError(ast.unparse(node))
             numbers = [self._number(each) for each in (duration_s, *before)]
@@ -176,63 +163,57 @@ class SystemModel(Coupled):
         except ValueError as error:
             expected = "expected delay(NAME, SECONDS) or delay(NAME, SECONDS, VALUE BEFORE)"
             raise ConfigError(self.name, [f"{text!r}: {error}; {expected}"]) from error
-        initial = numbers[1] if before else self._initial.get(signal.id, 0.0)
-        sine = self.system.sine(signal.id)
+        return self._delay_of(signal.id, *numbers, exact=exact)
+
+    def _delay_of(
+        self, signal: str, duration_s: float, before: float | None = None, *, exact: bool
+    ) -> ast.expr:
+        sine = self.system.sine(signal)
+        if before is None:
+            known = {**self.system.states, **self.system.discrete}
+            before = known.get(signal, 0.0)
         if sine is not None:
-            then = f"{TIME} - {numbers[0]!r}"
-            return parse(f"{sine.at(then)} if {then} >= 0 else {initial!r}")
-        name = f"{signal.id}_{len(self.components)}_delayed"
-        block = self.add(SegmentDelay(name, round(numbers[0] * SECOND), initial))
-        self._wire(name, block.out, self._counts[signal.id], initial)
-        if signal.id in self._quanta:
-            self._quanta[name] = self._quanta[signal.id]
-        self._feed({signal.id: block.entrance}, exact=exact)
+            then = f"{TIME} - {duration_s!r}"
+            return parse(f"{sine.at(then)} if {then} >= 0 else {before!r}")
+        exact = exact and signal in self.states
+        wire = self.exact(signal) if exact else self._wire(signal)
+        name = f"{signal}_{len(self.components)}_delayed"
+        block = self.add(SegmentDelay(name, round(duration_s * SECOND), before))
+        self.couple(wire, block.entrance)
+        count = (self.engine.exact_signals if exact else self.engine.signals)[signal].count
+        self.couple(block.out, self.engine.add_input(name, count))
+        if signal in self._quanta:
+            self._quanta[name] = self._quanta[signal]
         return ast.Name(name)
+
+    def _wire(self, signal: str) -> OutPort[Segment]:
+        wires = self.engine.out_ports
+        if signal in wires:
+            return wires[signal]
+        source = self.components[signal]
+        port: OutPort[Segment] = source.out_ports["out" if "out" in source.out_ports else "delayed"]
+        return port
 
     def _number(self, tree: ast.expr) -> float:
         layout = Layout({}, self.system.parameters)
         return float(compile_expression(tree, layout, 1).value(0.0, [], [])[0])
 
-    # Events -------------------------------------------------------------------------------------
+    # Events --------------------------------------------------------------------------------------
 
     def _event(self, number: int) -> None:
-        event, system = self.system.events[number], self.system
+        event, parameters = self.system.events[number], self.system.parameters
         text, direction = event.crossing()
         crossed = self._put_in(text)
-        options: dict[str, Any] = {"parameters": system.parameters, "counts": self._exact_counts()}
-        crossing = self.add(
-            Crossing(
-                f"when {number + 1}",
-                crossed,
-                self._names(crossed),
-                direction=direction,
-                at_zero=not event.is_strict(),
-                longest_s=self._horizon_s / 50.0,
-                **options,
-            )
-        )
-        self._feed(crossing.inputs, exact=True)
         values = {name: self._put_in(text) for name, text in event.values.items()}
         only_if = None if event.only_if is None else self._put_in(event.only_if)
-        read = self._names(*values.values(), *([] if only_if is None else [only_if]))
-        then = self.add(Assignment(f"then {number + 1}", values, read, only_if=only_if, **options))
-        self.couple(crossing.event, then.trigger)
-        self._feed(then.inputs, exact=True)
-        for name, port in then.outputs.items():
-            target = self.held[name].set if name in self.held else self.integrators[name].reset
-            self.couple(port, target)
+        self.engine.add_event(
+            f"when {number + 1}",
+            crossed,
+            parameters,
+            self.engine.setting(f"then {number + 1}", values, parameters, only_if),
+            direction=direction,
+            at_zero=not event.is_strict(),
+        )
 
     def _put_in(self, text: str) -> str:
         return ast.unparse(self._delayed(self.system.tree_of(text), text))
-
-    def _names(self, *texts: str) -> list[str]:
-        trees = (ast.parse(text, mode="eval").body for text in texts)
-        found = dict.fromkeys(name for tree in trees for name in names_of(tree))
-        return [name for name in found if name in self.wires]
-
-    def _exact_counts(self) -> dict[str, int]:
-        """With the integrators' wires `state`, which bring one coefficient more."""
-        return {
-            name: count + 1 if name in self.integrators else count
-            for name, count in self._counts.items()
-        }

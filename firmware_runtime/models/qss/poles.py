@@ -2,6 +2,7 @@
 
 import ast
 from collections.abc import Mapping, Sequence
+from typing import ClassVar
 
 from firmware_runtime.models.qss.allowance import Quanta, compile_allowance
 from firmware_runtime.models.qss.program import Layout, Program
@@ -13,6 +14,9 @@ _NEAR = 8.0
 class Poles:
     """The denominators of one expression; each is a condition too, so that its root is found."""
 
+    kept: ClassVar = ("above",)
+    """The attributes that change."""
+
     def __init__(
         self, program: Program, layout: Layout, quanta: Mapping[str, tuple[float, float]]
     ) -> None:
@@ -22,7 +26,7 @@ class Poles:
             number: compile_allowance(tree, layout, Quanta(quanta, 0.0))
             for number, tree in program.poles.items()
         }
-        self._above: dict[int, bool] = {}
+        self.above: dict[int, bool] = {}
 
     def __bool__(self) -> bool:
         """Whether there is any."""
@@ -37,7 +41,7 @@ class Poles:
         set to the other side, and has not gone through.
         """
         for number, text in self._texts.items():
-            was, self._above[number] = self._above.get(number, sides[number]), sides[number]
+            was, self.above[number] = self.above.get(number, sides[number]), sides[number]
             if was is sides[number]:
                 continue
             (near,) = self._near[number](t, sides, flat)

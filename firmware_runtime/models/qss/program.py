@@ -7,10 +7,12 @@ sides, so that the instant at which it changes can be found, and a flag that the
 
 import ast
 import math
+import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Final, TypeAlias
 
+from firmware_runtime.models.qss.enclosure import RANGES, Enclosures
 from firmware_runtime.models.qss.expression import (
     CONSTANTS,
     TIME,
@@ -18,11 +20,16 @@ from firmware_runtime.models.qss.expression import (
     factors_of,
     names_of,
 )
-from firmware_runtime.models.qss.series import Series, Writer, is_flat, is_known
+from firmware_runtime.models.qss.series import Series, Writer
 
 Code: TypeAlias = Callable[[float, Sequence[bool], Sequence[float]], tuple[float, ...]]
 """Called with time in s, the conditions' sides, and the inputs' coefficients one after another."""
 
+Bound: TypeAlias = Callable[[float, Sequence[bool], Sequence[float], float], float]
+"""Called with a duration in s too: the bound of a coefficient's magnitude from now to then."""
+
+CONDITION: Final = 4
+"""Conditions are bounded by their coefficient of this power of time."""
 _USABLE: Final = {
     name: getattr(math, name)
     for name in (
@@ -38,8 +45,8 @@ class Condition:
 
     code: Code
     at_zero: bool
-    is_exact: bool
-    """Whether four coefficients are all there are."""
+    bound: Bound | None
+    """Of its coefficient of the fourth power; None if the coefficients are all there are."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,26 +65,107 @@ class Program:
     conditions: tuple[Condition, ...]
     poles: Mapping[int, ast.expr]
     """What must not pass zero, such as a denominator, by the number of its condition."""
-    is_linear: bool
-    """Whether no coefficient beyond those of the inputs can occur."""
-    reads_time: bool
+    degree: float
+    """Of the polynomial in time that it is; infinite if it is none."""
 
 
 def compile_expression(tree: ast.expr, layout: Layout, length: int) -> Program:
     """Compile to so many coefficients. Raises ExpressionError for what cannot be."""
     _check_names(tree, layout)
-    conditions: list[Condition] = []
-    body = Body(layout, length, conditions)
-    result = body.series(tree)
-    value, reads_time = body.code(result), TIME in names_of(tree)
-    return Program(value, tuple(conditions), body.poles, body.writer.is_linear, reads_time)
+    conditions = Conditions(layout)
+    body = Body(layout, Writer(length - 1), conditions)
+    value = body.code(body.series(tree))
+    return Program(value, tuple(conditions.found), body.poles, degree_of(tree, layout))
+
+
+def compile_condition(tree: ast.expr, layout: Layout, *, at_zero: bool) -> tuple[Condition, ...]:
+    """The condition that an expression is above zero, last, and those that it reads before it."""
+    _check_names(tree, layout)
+    conditions = Conditions(layout)
+    conditions.number(tree, at_zero=at_zero)
+    return tuple(conditions.found)
+
+
+def compile_bound(tree: ast.expr, layout: Layout, power: int) -> Bound:
+    """The bound of one coefficient over a stretch of time; its sides are those of the program."""
+    return _bound(tree, layout, power, Conditions(layout))
+
+
+def degree_of(node: ast.expr, layout: Layout) -> float:
+    """The degree of the polynomial in time that an expression is between two events.
+
+    Infinity for what is no polynomial.
+    """
+    match node:
+        case ast.Name(id=name):
+            return 1 if name == TIME else layout.variables.get(name, 1) - 1
+        case ast.Compare() | ast.BoolOp() | ast.UnaryOp(op=ast.Not()):
+            return 0
+        case ast.IfExp(body=body, orelse=otherwise):
+            parts = [degree_of(each, layout) for each in (body, otherwise)]
+        case ast.Call(func=ast.Name(id="sign")):
+            return 0
+        case ast.Call(args=arguments):
+            parts = [degree_of(each, layout) for each in arguments]
+        case _:
+            children = ast.iter_child_nodes(node)
+            parts = [degree_of(each, layout) for each in children if isinstance(each, ast.expr)]
+    return _degree_of_parts(node, parts)
+
+
+def _degree_of_parts(node: ast.expr, parts: Sequence[float]) -> float:
+    if not any(parts):
+        return 0
+    match node:
+        case ast.BinOp(op=ast.Mult()):
+            return sum(parts)
+        case ast.BinOp(op=ast.Pow(), right=ast.Constant(value=int(power))) if 0 <= power <= 64:
+            return parts[0] * power if power > 0 else 0
+        case (
+            ast.BinOp(op=ast.Add() | ast.Sub())
+            | ast.UnaryOp()
+            | ast.IfExp()
+            | ast.Call(func=ast.Name(id="abs" | "min" | "max"))
+        ):
+            return max(parts)
+        case ast.BinOp(op=ast.Div()) if parts[1] == 0:
+            return parts[0]
+    return math.inf
+
+
+class Conditions:
+    """The conditions that one expression reads, each once; those within others come first."""
+
+    def __init__(self, layout: Layout) -> None:
+        self.found: list[Condition] = []
+        self._layout = layout
+        self._numbers: dict[tuple[str, bool], int] = {}
+
+    def number(self, difference: ast.expr, *, at_zero: bool) -> int:
+        """The number of the flag that says whether something is above zero."""
+        key = ast.unparse(difference), at_zero
+        if key not in self._numbers:
+            layout = self._layout
+            body = Body(layout, Writer(5), self)
+            code = body.code(body.series(difference))
+            is_known = degree_of(difference, layout) <= 5
+            bound = None if is_known else _bound(difference, layout, CONDITION, self)
+            self._numbers[key] = len(self.found)
+            self.found.append(Condition(code, at_zero, bound))
+        return self._numbers[key]
+
+
+def _bound(tree: ast.expr, layout: Layout, power: int, conditions: Conditions) -> Bound:
+    body = _BoundBody(layout, Enclosures(power), conditions)
+    result = body.series(tree)[-1]
+    return body.function("t, s, z, h", str(result), is_straight=True)  # type: ignore[no-any-return]
 
 
 class Body:
     """The code of one function; conditions found on the way get functions of their own."""
 
-    def __init__(self, layout: Layout, length: int, conditions: list[Condition]) -> None:
-        self.writer = Writer(length)
+    def __init__(self, layout: Layout, writer: Writer, conditions: Conditions) -> None:
+        self.writer = writer
         self.moving: str | None = None
         """For a partial derivative: the one variable that changes, at rate 1."""
         self.poles: dict[int, ast.expr] = {}
@@ -87,17 +175,30 @@ class Body:
 
     def code(self, result: Series) -> Code:
         """The function whose lines have been written."""
+        answer = ", ".join(str(each) for each in result)
+        return self.function("t, s, z", f"({answer},)")  # type: ignore[no-any-return]
+
+    def function(self, arguments: str, answer: str, *, is_straight: bool = False) -> Any:  # noqa: ANN401 -- as it is written
+        """The compiled function; of straight lines those are left out that nothing reads."""
         variables = self._layout.variables
         unpacked = [f"{name}_{k}" for name, count in variables.items() for k in range(count)]
-        lines = ["def code(t, s, z):"]
+        written = self.writer.lines
+        if is_straight:
+            written = _needed(written, answer)
+        lines = [f"def code({arguments}):"]
         if unpacked:
             lines.append(f"    {', '.join(unpacked)}, = z")
-        answer = ", ".join(str(each) for each in result)
-        lines += [*self.writer.lines, f"    return ({answer},)"]
-        space: dict[str, Any] = {**_USABLE, "abs": abs, "max": max, "__builtins__": {}}
+        lines += [*written, f"    return {answer}"]
+        space: dict[str, Any] = {
+            **_USABLE,
+            **RANGES,
+            "abs": abs,
+            "min": min,
+            "max": max,
+            "__builtins__": {},
+        }
         exec("\n".join(lines), space)  # noqa: S102 -- written here, of names and numbers alone
-        compiled: Code = space["code"]
-        return compiled
+        return space["code"]
 
     def series(self, node: ast.expr) -> Series:  # noqa: PLR0911 -- one for each kind of node
         """Write the lines for a tree; return where its coefficients are."""
@@ -120,17 +221,14 @@ class Body:
         raise ExpressionError(f"{ast.unparse(node)}: not understood")
 
     def _variable(self, name: str) -> Series:
-        length, variables = self.writer.length, self._layout.variables
+        variables = self._layout.variables
+        if self.moving is not None and (name in variables or name == TIME):
+            rate = 1.0 if name == self.moving else 0.0
+            return [TIME if name == TIME else f"{name}_0", rate]
         if name in variables:
-            count = 1 if self.moving is not None else min(variables[name], length)
-            series: Series = [*(f"{name}_{k}" for k in range(count)), *[0.0] * (length - count)]
-            if name == self.moving:
-                series[1] = 1.0
-            return series
+            return self.writer.variable(name, variables[name])
         if name == TIME:
-            rate = 0.0 if self.moving is not None else 1.0
-            time: Series = ["t", rate, *[0.0] * (length - 2)]
-            return time[:length]
+            return self.writer.time()
         known = self._layout.parameters.get(name, CONSTANTS.get(name))
         return self.writer.constant(float(known if known is not None else math.nan))
 
@@ -147,7 +245,7 @@ class Body:
                 case ast.Div():
                     self._note_poles(node.right)
                     return writer.divide(left, right)
-            if is_known(right) and float(right[0]) < 0.0:
+            if writer.is_known(right) and float(right[0]) < 0.0:
                 self._note_poles(node.left)
             return writer.power(left, right)
         except (ArithmeticError, ValueError) as error:
@@ -190,7 +288,7 @@ class Body:
 
     def _choice(self, test: str, body: ast.expr, otherwise: ast.expr) -> Series:
         """Code that computes one of two, and leaves it in the same variables."""
-        writer, length = self.writer, self.writer.length
+        writer, length = self.writer, self.writer.order + 1
         names: list[str] = [writer.assign("0.0") for _ in range(length)]
         flat = True
         self._branches += 1
@@ -198,7 +296,7 @@ class Body:
             writer.lines.append(f"{writer.indent}{opening}")
             outer, writer.indent = writer.indent, f"{writer.indent}    "
             result = self.series(branch)
-            flat = flat and is_flat(result)
+            flat = flat and writer.is_flat(result)
             writer.lines += [
                 f"{writer.indent}{name} = {value}"
                 for name, value in zip(names, result, strict=True)
@@ -236,15 +334,7 @@ class Body:
         difference = ast.BinOp(left, ast.Sub(), right)
         if self.moving is not None:
             return f"({self.series(difference)[0]} > 0.0)"
-        return f"s[{self._condition(difference, at_zero=sign in {'<=', '>='})}]"
-
-    def _condition(self, difference: ast.expr, *, at_zero: bool) -> int:
-        """The number of the flag that says whether something is above zero."""
-        body = Body(self._layout, 6, self._conditions)
-        code = body.code(body.series(difference))
-        is_exact = body.writer.is_linear
-        self._conditions.append(Condition(code, at_zero=at_zero, is_exact=is_exact))
-        return len(self._conditions) - 1
+        return f"s[{self._conditions.number(difference, at_zero=sign in {'<=', '>='})}]"
 
     def _note_poles(self, node: ast.expr) -> None:
         """Watch what is divided by, if it can change; not within a branch that may not be taken."""
@@ -253,12 +343,38 @@ class Body:
             return
         for factor in factors_of(node):
             if any(name == TIME or name in variables for name in names_of(factor)):
-                self.poles[self._condition(factor, at_zero=True)] = factor
+                self.poles[self._conditions.number(factor, at_zero=True)] = factor
 
     def _is_steady(self, node: ast.expr) -> bool:
         """Whether it changes at events only."""
         counts = self._layout.variables
         return all(name != TIME and counts.get(name, 1) == 1 for name in names_of(node))
+
+
+class _BoundBody(Body):
+    """The code of a bound: both branches of a choice are computed, without a jump."""
+
+    writer: Enclosures
+
+    def _choice(self, test: str, body: ast.expr, otherwise: ast.expr) -> Series:
+        return self.writer.choice(test, self.series(body), self.series(otherwise))
+
+    def _note_poles(self, node: ast.expr) -> None:
+        """None: the program has them."""
+
+
+_NAMES: Final = re.compile(r"[A-Za-z_]\w*")
+
+
+def _needed(lines: Sequence[str], answer: str) -> list[str]:
+    """Those of some assignments, one after another, that an answer depends on."""
+    read, kept = set(_NAMES.findall(answer)), []
+    for line in reversed(lines):
+        targets, value = line.split(" = ", 1)
+        if not read.isdisjoint(_NAMES.findall(targets)):
+            read.update(_NAMES.findall(value))
+            kept.append(line)
+    return kept[::-1]
 
 
 class _Flag(ast.expr):

@@ -23,6 +23,8 @@ class Hold(Atomic):
             raise ModelError(f"{self.path}: a period of {period!r}; expected whole ns, 1 or more")
         self.entrance = self.in_port("in", Segment)
         self.out = self.out_port("out", Segment)
+        self.direct = (self.entrance,)
+        """What the output answers at once: `loops`."""
         self.period = ns
         self._segment = ZERO_SEGMENT
         self._has_input = False
@@ -46,40 +48,6 @@ class Hold(Atomic):
             self.hold_in("waiting", 0)
 
 
-class SampleHold(Atomic):
-    """Sends its input's value at each `trigger`, and holds it until the next.
-
-    waiting --trigger?--> sending (0) --out!--> waiting; --in?--> waiting
-    """
-
-    def __init__(self, name: str, initial: float = 0.0) -> None:
-        super().__init__(name)
-        self.entrance = self.in_port("in", Segment)
-        self.trigger = self.in_port("trigger", bool)
-        self.out = self.out_port("out", Segment)
-        self.value = float(initial)
-        self._segment = Segment(float(initial))
-
-    def initialize(self) -> None:
-        """Send the initial value at once."""
-        self.activate("sending")
-
-    def output(self) -> None:
-        """Send the value held."""
-        self.out.send(Segment(self.value))
-
-    def external(self, elapsed: int) -> None:
-        """Keep the input, and sample it at a trigger."""
-        self._segment = self._segment.after(elapsed * NANO)
-        if self.entrance:
-            self._segment = self.entrance[-1]
-        if self.trigger:
-            self.value = self._segment[0]
-            self.activate("sending")
-        else:
-            self.continue_(elapsed)
-
-
 class SegmentDelay(Delay[Segment]):
     """Its input `duration` ns later, exactly; `initial` until the first segment has come through.
 
@@ -89,6 +57,8 @@ class SegmentDelay(Delay[Segment]):
     def __init__(self, name: str, duration: int, initial: float = 0.0) -> None:
         super().__init__(name, Segment, duration)
         self.out = self.delayed
+        self.direct = () if self.duration > 0 else (self.entrance,)
+        """What the output answers at once: `loops`."""
         self.initial = float(initial)
 
     def initialize(self) -> None:
@@ -115,6 +85,8 @@ class VariableDelay(Atomic):
         self.entrance = self.in_port("in", Segment)
         self.delay = self.in_port("delay", Segment)
         self.out = self.out_port("out", Segment)
+        self.direct = (self.delay,)
+        """What the output answers at once: `loops`."""
         self.longest_s, self.order = longest_s, order
         self._at = 0
         self._begins = [-(1 << 62)]

@@ -1,19 +1,18 @@
 """A system solved: its blocks simulated, and its outputs read from their polynomials."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import replace
 from numbers import Integral, Real
 from typing import Final
 
-from firmware_runtime.devs.ports import OutPort
 from firmware_runtime.devs.simulator import Simulator
 from firmware_runtime.devs.time import seconds as whole_ns
 from firmware_runtime.errors import ConfigError
-from firmware_runtime.models.qss.evaluation import worth
+from firmware_runtime.models.qss.expression import names_of
 from firmware_runtime.models.qss.model import SystemModel
 from firmware_runtime.models.qss.program import Layout, compile_expression
-from firmware_runtime.models.qss.segment import NANO, ZERO_SEGMENT, Segment
+from firmware_runtime.models.qss.segment import NANO
 from firmware_runtime.models.qss.system import System
+from firmware_runtime.models.qss.watch import worth
 
 _MOST_S: Final = 1e9
 """Thirty years; beyond 292 of them, nanoseconds are more than 64 bits hold."""
@@ -30,16 +29,12 @@ class Simulation:
         trees = {text: self.model.output(text) for text in system.shown}
         self.simulator = Simulator(self.model, checked=checked)
         self.now = 0
-        self._others: dict[str, tuple[int, Segment]] = {}
-        for name, port in self.model.wires.items():
-            if name not in self.model.integrators:
-                self._keep(name, port)
-        self._layout = Layout(
-            dict.fromkeys((*self.model.integrators, *self._others), 1), system.parameters
-        )
-        self._outputs = {
-            text: compile_expression(tree, self._layout, 1) for text, tree in trees.items()
-        }
+        signals = self.model.engine.exact_signals
+        self._outputs = {}
+        for text, tree in trees.items():
+            read = [signals[name] for name in names_of(tree) if name in signals]
+            layout = Layout({each.name: 1 for each in read}, system.parameters)
+            self._outputs[text] = compile_expression(tree, layout, 1), read
 
     def advance(self, until: int) -> None:
         """Work off everything up to an instant, in ns."""
@@ -50,16 +45,10 @@ class Simulation:
     def values(self) -> dict[str, float]:
         """The outputs now, by their expressions."""
         now = self.now
-        flat = [each.value_at(now) for each in self.model.integrators.values()]
-        flat += [segment.at((now - since) * NANO) for since, segment in self._others.values()]
-        return {text: worth(program, now * NANO, flat) for text, program in self._outputs.items()}
-
-    def _keep(self, name: str, port: OutPort[Segment]) -> None:
-        def listener(at: int, segment: Segment) -> None:
-            self._others[name] = (at, segment)
-
-        self._others[name] = (0, ZERO_SEGMENT)
-        self.simulator.listen(port, listener)
+        return {
+            text: worth(program, now * NANO, [each.value_at(now) for each in read])
+            for text, (program, read) in self._outputs.items()
+        }
 
 
 def solve(
@@ -82,8 +71,6 @@ def solve(
     instants = [whole_ns(each) for each in at]
     if instants != sorted(instants) or any(each < 0 for each in instants):
         raise ConfigError.of_one("solve", "times do not ascend; expected instants from 0 s on")
-    if system.horizon_s is None and at and at[-1] > 0.0:
-        system = replace(system, horizon_s=at[-1])
     simulation = Simulation(system)
     values: dict[str, list[float]] = {text: [] for text in system.shown}
     for done, instant in enumerate(instants, 1):

@@ -5,7 +5,6 @@ units of values are the signal's.
 """
 
 import csv
-from abc import abstractmethod
 from collections.abc import Sequence
 from itertools import pairwise
 from math import isfinite, nan
@@ -16,26 +15,25 @@ from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.errors import ModelError
 from firmware_runtime.devs.time import NEVER, SECOND
 from firmware_runtime.devs.time import seconds as whole_ns
-from firmware_runtime.models.qss.finite import demand_finite
-from firmware_runtime.models.qss.function import Function
 from firmware_runtime.models.qss.segment import ZERO_SEGMENT, Segment
 
-_Planned: TypeAlias = tuple[int, Segment]
+Planned: TypeAlias = tuple[int, Segment]
 """An instant in ns, and the segment that begins there."""
 
 
 class Schedule(Atomic):
-    """Sends segments at instants known beforehand: subclasses list them, in order of time.
+    """Sends segments at instants known beforehand: `planned`, in order of time, from 0 on.
 
     sending (0) --out!--> waiting (until the next) --> sending
     """
 
-    def __init__(self, name: str) -> None:
+    def __init__(self, name: str, planned: Sequence[tuple[float, Segment]] = ()) -> None:
         super().__init__(name)
         self.out = self.out_port("out", Segment)
+        self._planned = [(whole_ns(at_s), segment) for at_s, segment in planned]
         self._number = 0
         self._at = 0
-        self._next: _Planned = (0, ZERO_SEGMENT)
+        self._next: Planned = (0, ZERO_SEGMENT)
 
     def initialize(self) -> None:
         """Take the first of its segments."""
@@ -58,17 +56,24 @@ class Schedule(Atomic):
         self._number += 1
         self.sigma = NEVER if self._next[0] >= NEVER else self._next[0] - self._at
 
-    @abstractmethod
-    def _segment(self, number: int) -> _Planned | None:
-        """An instant in ns, and what begins there; None after the last.
+    def _segment(self, number: int) -> Planned | None:
+        """The segment of a number, from 0; None after the last.
 
-        By its number, from 0, whose instant is 0; instants ascend. A generator would be shorter,
-        but where it stands cannot be kept with a recording.
+        A generator would be shorter, but where it stands cannot be kept with a recording.
         """
+        return self._planned[number] if number < len(self._planned) else None
 
-    def _require(self, name: str, value: float, *, is_met: bool, expected: str) -> None:
-        if not (isfinite(value) and is_met):
-            raise ModelError(f"{self.path}: {name} is {value!r}; expected {expected}")
+
+def _require(name: str, what: str, value: float, *, is_met: bool, expected: str) -> None:
+    if not (isfinite(value) and is_met):
+        raise ModelError(f"{name}: {what} is {value!r}; expected {expected}")
+
+
+def _from(
+    at_s: float, before: float, *planned: tuple[float, Segment]
+) -> list[tuple[float, Segment]]:
+    """What is planned, from an instant on, and `before` until then."""
+    return [*([(0.0, Segment(before))] if at_s > 0.0 else []), *planned]
 
 
 class Step(Schedule):
@@ -77,12 +82,8 @@ class Step(Schedule):
     def __init__(
         self, name: str, at_s: float = 0.0, *, before: float = 0.0, after: float = 1.0
     ) -> None:
-        super().__init__(name)
-        self._require("at_s", at_s, is_met=at_s >= 0.0, expected="0 or more")
-        self.at_s, self.before, self.after = at_s, before, after
-
-    def _segment(self, number: int) -> _Planned | None:
-        return _nth(number, Segment(self.before), [(self.at_s, Segment(self.after))])
+        _require(name, "at_s", at_s, is_met=at_s >= 0.0, expected="0 or more")
+        super().__init__(name, _from(at_s, before, (at_s, Segment(after))))
 
 
 class Constant(Step):
@@ -104,18 +105,13 @@ class Ramp(Schedule):
         until_s: float | None = None,
         start: float = 0.0,
     ) -> None:
-        super().__init__(name)
-        self._require("at_s", at_s, is_met=at_s >= 0.0, expected="0 or more")
+        _require(name, "at_s", at_s, is_met=at_s >= 0.0, expected="0 or more")
+        planned = [(at_s, Segment(start, slope))]
         if until_s is not None:
-            self._require("until_s", until_s, is_met=until_s > at_s, expected=f"more than {at_s}")
-        self.slope, self.at_s, self.until_s, self.start = slope, at_s, until_s, start
-
-    def _segment(self, number: int) -> _Planned | None:
-        planned = [(self.at_s, Segment(self.start, self.slope))]
-        if self.until_s is not None:
-            end = self.start + self.slope * (self.until_s - self.at_s)
-            planned.append((self.until_s, Segment(end)))
-        return _nth(number, Segment(self.start), planned)
+            is_met = until_s > at_s
+            _require(name, "until_s", until_s, is_met=is_met, expected=f"more than {at_s}")
+            planned.append((until_s, Segment(start + slope * (until_s - at_s))))
+        super().__init__(name, _from(at_s, start, *planned))
 
 
 class Pulse(Schedule):
@@ -124,15 +120,11 @@ class Pulse(Schedule):
     def __init__(
         self, name: str, at_s: float, duration_s: float, *, low: float = 0.0, high: float = 1.0
     ) -> None:
-        super().__init__(name)
-        self._require("at_s", at_s, is_met=at_s >= 0.0, expected="0 or more")
-        self._require("duration_s", duration_s, is_met=duration_s > 0.0, expected="more than 0")
-        self.at_s, self.duration_s, self.low, self.high = at_s, duration_s, low, high
-
-    def _segment(self, number: int) -> _Planned | None:
-        end_s = self.at_s + self.duration_s
-        planned = [(self.at_s, Segment(self.high)), (end_s, Segment(self.low))]
-        return _nth(number, Segment(self.low), planned)
+        _require(name, "at_s", at_s, is_met=at_s >= 0.0, expected="0 or more")
+        is_met = duration_s > 0.0
+        _require(name, "duration_s", duration_s, is_met=is_met, expected="more than 0")
+        end = (at_s + duration_s, Segment(low))
+        super().__init__(name, _from(at_s, low, (at_s, Segment(high)), end))
 
 
 class Square(Schedule):
@@ -147,12 +139,12 @@ class Square(Schedule):
         low: float = 0.0,
         high: float = 1.0,
     ) -> None:
+        _require(name, "period_s", period_s, is_met=period_s >= 4e-9, expected="4e-9 or more")
+        _require(name, "duty", duty, is_met=0.0 <= duty <= 1.0, expected="0 to 1")
         super().__init__(name)
-        self._require("period_s", period_s, is_met=period_s >= 4e-9, expected="4e-9 or more")
-        self._require("duty", duty, is_met=0.0 <= duty <= 1.0, expected="0 to 1")
         self.period_s, self.duty, self.low, self.high = period_s, duty, low, high
 
-    def _segment(self, number: int) -> _Planned | None:
+    def _segment(self, number: int) -> Planned | None:
         period, on = self.period_s * SECOND, self.duty * self.period_s * SECOND
         in_a_period = [(0.0, Segment(self.high))] if on >= 1.0 else []
         if on < period - 1.0:
@@ -160,44 +152,6 @@ class Square(Schedule):
         periods, place = divmod(number, len(in_a_period))
         after, segment = in_a_period[place]
         return round(periods * period + after), segment
-
-
-class Sine(Function):
-    """`offset + amplitude * sin(2 pi frequency_hz t + phase_rad)`, off by `tolerance` at most."""
-
-    def __init__(  # noqa: PLR0913 -- all but two have defaults
-        self,
-        name: str,
-        frequency_hz: float,
-        *,
-        amplitude: float = 1.0,
-        phase_rad: float = 0.0,
-        offset: float = 0.0,
-        order: int = 2,
-        tolerance: float = 1e-4,
-    ) -> None:
-        demand_finite(
-            name,
-            frequency_hz=frequency_hz,
-            amplitude=amplitude,
-            phase_rad=phase_rad,
-            offset=offset,
-        )
-        parameters = {"a": amplitude, "f": frequency_hz, "p": phase_rad, "c": offset}
-        self.parameters = {key: float(value) for key, value in parameters.items()}
-        super().__init__(
-            name,
-            "c + a * sin(tau * f * t + p)",
-            order=order,
-            tolerance=tolerance,
-            longest_s=0.125 / abs(frequency_hz) if frequency_hz else 1.0,
-            parameters=self.parameters,
-        )
-
-    def at(self, time: str) -> str:
-        """Its value at an instant, in s, as an expression."""
-        c, a, f, p = (repr(self.parameters[key]) for key in "cafp")
-        return f"({c} + {a} * sin(tau * {f} * ({time}) + {p}))"
 
 
 class Samples(Schedule):
@@ -209,26 +163,16 @@ class Samples(Schedule):
     def __init__(
         self, name: str, samples: Sequence[tuple[float, float]], *, holds: bool = False
     ) -> None:
-        super().__init__(name)
         instants = [at_s for at_s, _ in samples]
         fits = samples and instants[0] >= 0.0
         if not fits or any(later <= sooner for sooner, later in pairwise(instants)):
-            raise ModelError(f"{self.path}: expected instants of 0 s or more, each after the last")
-        self.samples, self.holds = tuple(samples), holds
-
-    def _segment(self, number: int) -> _Planned | None:
-        first_s, first = self.samples[0]
-        if first_s > 0.0:
-            number -= 1
-        if number < 0:
-            return 0, Segment(first)
-        if number >= len(self.samples):
-            return None
-        at_s, value = self.samples[number]
-        if self.holds or number == len(self.samples) - 1:
-            return whole_ns(at_s), Segment(value)
-        next_s, following = self.samples[number + 1]
-        return whole_ns(at_s), Segment(value, (following - value) / (next_s - at_s))
+            raise ModelError(f"{name}: expected instants of 0 s or more, each after the last")
+        planned = [
+            (at_s, Segment(value, 0.0 if holds else (after - value) / (next_s - at_s)))
+            for (at_s, value), (next_s, after) in pairwise(samples)
+        ]
+        first, last = samples[0], samples[-1]
+        super().__init__(name, _from(*first, *planned, (last[0], Segment(last[1]))))
 
 
 class FromFile(Samples):
@@ -236,18 +180,6 @@ class FromFile(Samples):
 
     def __init__(self, name: str, path: Path | str, *, holds: bool = False) -> None:
         super().__init__(name, _read(Path(path)), holds=holds)
-
-
-def _nth(number: int, before: Segment, planned: Sequence[tuple[float, Segment]]) -> _Planned | None:
-    """The segment of this number: those planned, and `before` where the first is not at 0."""
-    if planned[0][0] > 0.0:
-        number -= 1
-    if number < 0:
-        return 0, before
-    if number >= len(planned):
-        return None
-    at_s, segment = planned[number]
-    return whole_ns(at_s), segment
 
 
 def _read(path: Path) -> list[tuple[float, float]]:

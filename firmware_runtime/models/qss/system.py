@@ -1,4 +1,4 @@
-"""A system by its states' names and equations, as text: what becomes a model of blocks.
+"""A system by its states' names and equations, as text: what becomes an engine.
 
 System(
     states={"x": 1.0, "v": 0.0},
@@ -16,6 +16,7 @@ from typing import Final
 
 from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.errors import ConfigError
+from firmware_runtime.models.qss.blocks import Sine
 from firmware_runtime.models.qss.expression import (
     CONSTANTS,
     DELAY,
@@ -26,24 +27,12 @@ from firmware_runtime.models.qss.expression import (
     parse,
 )
 from firmware_runtime.models.qss.finite import is_finite
-from firmware_runtime.models.qss.integrator import RESOLUTION, Integrator
-from firmware_runtime.models.qss.liqss2 import LIQSS2
-from firmware_runtime.models.qss.qss1 import QSS1
-from firmware_runtime.models.qss.qss2 import QSS2
-from firmware_runtime.models.qss.qss3 import QSS3
+from firmware_runtime.models.qss.methods import METHODS, RESOLUTION, State
 from firmware_runtime.models.qss.shape import shape_faults
-from firmware_runtime.models.qss.sources import Sine
 from firmware_runtime.models.qss.when import When
 
 _LEAST_QUANTUM: Final = 1e-100
 """Of a state that begins at 0."""
-METHODS: Final[dict[str, type[Integrator]]] = {
-    "QSS1": QSS1,
-    "QSS2": QSS2,
-    "QSS3": QSS3,
-    "LIQSS2": LIQSS2,
-}
-
 _TAKEN: Final = {*FUNCTIONS, *CONSTANTS, TIME, DELAY, "trigger"}
 _NAME = re.compile(r"[A-Za-z]\w*")
 
@@ -61,7 +50,7 @@ class System:
     `method` is QSS1, QSS2, QSS3 or LIQSS2. `quantum`, in the unit of each state, and
     `relative_quantum` are one number for all states or a mapping; the larger one counts. Within
     `horizon_s` the errors of functions cut off, of time above all, add up to less than a quantum;
-    without one that is 100 s, or as long as `solve` solves.
+    without one that is 100 s, however long one solves.
     """
 
     states: Mapping[str, float]
@@ -92,8 +81,8 @@ class System:
             object.__setattr__(self, "horizon_s", float(self.horizon_s))
 
     @property
-    def integrator(self) -> type[Integrator]:
-        """The class of its integrators."""
+    def integrator(self) -> type[State]:
+        """The class of its states."""
         return METHODS[self.method]
 
     def quantum_of(self, state: str) -> float:

@@ -9,7 +9,13 @@ import pytest
 
 from firmware_runtime.models.qss.allowance import Quanta, compile_allowance
 from firmware_runtime.models.qss.expression import FUNCTIONS, ExpressionError, parse
-from firmware_runtime.models.qss.program import Layout, compile_expression
+from firmware_runtime.models.qss.program import (
+    Layout,
+    Program,
+    compile_bound,
+    compile_expression,
+)
+from firmware_runtime.models.qss.segment import Segment
 
 TEXTS = [
     *(f"{name}(0.3 + 0.2 * x)" for name, (least, _) in FUNCTIONS.items() if least == 1),
@@ -63,17 +69,61 @@ def test_the_coefficients_are_those_of_the_function_along_its_inputs(text: str) 
         assert sum(coefficients[:2]) != pytest.approx(coefficients[0]) or text.startswith("sign")
 
 
+@pytest.mark.parametrize("text", TEXTS)
+@pytest.mark.parametrize("power", [1, 2, 3, 4])
+def test_a_coefficient_stays_within_its_bound_over_the_whole_stretch(text: str, power: int) -> None:
+    generator = random.Random(text)  # noqa: S311
+    layout = Layout({"x": 3, "y": 3}, {"k": 4.0})
+    tree = parse(text)
+    program, bound = compile_expression(tree, layout, 5), compile_bound(tree, layout, power)
+    for _ in range(40):
+        x, y = ([generator.uniform(-0.9, 0.9) for _ in range(3)] for _ in "xy")
+        t, span = generator.uniform(0.0, 2.0), 10.0 ** generator.uniform(-3.0, 0.5)
+        try:
+            sides = sides_at(program, t, [*x, *y])
+            most = bound(t, sides, [*x, *y], span)
+        except (ValueError, ArithmeticError):
+            continue  # it has no value there
+        for share in (0.0, 0.1, 0.35, 0.5, 0.8, 1.0):
+            later = [each for a in (x, y) for each in Segment(*a).after(share * span)[:3]]
+            try:
+                if sides_at(program, t + share * span, later) != sides:
+                    break
+                coefficient = program.value(t + share * span, sides, later)[power]
+            except (ValueError, ArithmeticError):
+                assert not most < math.inf
+                break
+            assert not abs(coefficient) > most * (1.0 + 1e-9) + 1e-12
+
+
+def test_a_bound_comes_near_the_coefficient_as_the_stretch_shrinks() -> None:
+    layout = Layout({"x": 3, "y": 3}, {})
+    for text in ("sin(x) * exp(y)", "x / (2 + y)", "sqrt(2 + x)", "exp(-((t - 5) / 0.01) ** 2)"):
+        tree = parse(text)
+        program, bound = compile_expression(tree, layout, 4), compile_bound(tree, layout, 3)
+        x, y = [0.3, 1.0, 0.2], [0.1, 0.7, 0.4]
+        exact = abs(program.value(1.0, [], [*x, *y])[3])
+        assert exact <= bound(1.0, [], [*x, *y], 1e-6) <= 20.0 * exact + 1e-9
+
+
+def sides_at(program: Program, t: float, flat: list[float]) -> list[bool]:
+    sides: list[bool] = []
+    for condition in program.conditions:
+        sides.append(condition.code(t, sides, flat)[0] > 0.0)
+    return sides
+
+
 @pytest.mark.parametrize(
     "text", ["3 * x - y / 4", "k * x", "x if y > 0 else 2 * x", "x - sin(0.5)", "m * x", "t + x"]
 )
 def test_what_is_linear_is_known_to_be(text: str) -> None:
     layout = Layout({"x": 3, "y": 3, "m": 1}, {"k": 4.0})
-    assert compile_expression(parse(text), layout, 5).is_linear
+    assert compile_expression(parse(text), layout, 3).degree <= 2
 
 
 @pytest.mark.parametrize("text", ["x * y", "sin(x)", "1 / x", "x ** 2", "sqrt(t)", "abs(x) * x"])
 def test_what_is_not_linear_is_not_taken_for_it(text: str) -> None:
-    assert not compile_expression(parse(text), Layout({"x": 3, "y": 3}, {}), 5).is_linear
+    assert compile_expression(parse(text), Layout({"x": 3, "y": 3}, {}), 3).degree > 2
 
 
 def test_the_allowance_is_a_quarter_of_what_the_quanta_of_the_inputs_cause() -> None:

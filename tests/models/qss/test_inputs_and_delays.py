@@ -37,6 +37,7 @@ def test_a_sine_of_an_input_is_within_the_quantum_however_small(
     assert values["x"] == pytest.approx(exact, abs=quantum)
 
 
+@pytest.mark.slow
 def test_a_sine_is_read_in_outputs_events_and_delays_as_it_is() -> None:
     system = System(
         states={"x": 0.0},

@@ -151,6 +151,27 @@ def test_the_steps_of_liqss2_do_not_grow_with_the_stiffness(stiffness: float) ->
     assert simulation.values["fast"] == pytest.approx(math.exp(-3.0), abs=3e-3)
 
 
+ROBERTSON = {
+    "a": "-0.04 * a + 1e4 * b * c",
+    "b": "0.04 * a - 1e4 * b * c - 3e7 * b * b",
+    "c": "3e7 * b * b",
+}
+
+
+def test_the_steps_of_a_stiff_reaction_grow_as_the_quantum_shrinks() -> None:
+    """Robertson's, whose equilibrium drifts: b follows a and c within a millisecond."""
+    steps = []
+    for share in (1.0, 0.3, 0.1):
+        quantum = {"a": 1e-3 * share, "b": 1e-8 * share, "c": 1e-3 * share}
+        system = System({"a": 1.0, "b": 0.0, "c": 0.0}, ROBERTSON, "LIQSS2", quantum)
+        simulation = Simulation(system)
+        simulation.advance(400 * SECOND)
+        steps.append(simulation.model.steps)
+        assert simulation.values["a"] == pytest.approx(0.450519, abs=1e-3 * share)
+    assert steps == sorted(steps)
+    assert steps[0] < 600
+
+
 STUCK = System(
     states={"x": 0.0, "v": 0.0},
     discrete={"slides": 0},
@@ -196,6 +217,7 @@ def test_the_quantized_state_is_never_further_off_than_the_quantum(
     assert 0.4 * quantum < max(far) <= quantum * (1.0 + 1e-6)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", METHODS)
 def test_checked_mode_finds_nothing_and_changes_nothing(method: str) -> None:
     plain, checked = oscillation(method, 1e-2), oscillation(method, 1e-2, checked=True)
