@@ -52,8 +52,6 @@ class Recorder:
         self._warnings = KeyframeWarnings()
         self._writer = Writer(self.pending, self._schedule)
         self._make_ring: Callable[[], Ring | None] | None = None
-        self.has_ring = False
-        """Whether the run has begun, and there is a recording of it."""
         self._until = NEVER
         """The instant that the run goes on to."""
         self._is_armed: bool | None = None
@@ -171,7 +169,6 @@ class Recorder:
             self._writer.open(self._make_ring)
             self._make_ring = None
             if (ring := self._writer.ring) is not None:
-                self.has_ring = True
                 written = self.pending, ring, self._writer, self._schedule
                 self.end = end_of_step(*written, self._take_keyframe)
         self._writer.write(Kind.GO_ON, until)

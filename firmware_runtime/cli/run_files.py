@@ -39,7 +39,10 @@ class RunFiles:
         return self._status
 
     def _keep(self, session: Session, into: Path) -> None:
-        if (fault := session.keep_recording(into)) is not None:
+        # what keeps is imported only if there is something to keep
+        module = import_module("firmware_runtime.runs.keeping")
+        fault = module.keep_recording(session.recording, into)
+        if fault is not None:
             self._not_whole(f"--record {fault}")
 
     def _not_whole(self, sentence: str) -> None:

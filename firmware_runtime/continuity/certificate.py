@@ -16,7 +16,7 @@ from typing import Any, Final
 import msgspec
 
 from firmware_runtime.blackbox.header import Header
-from firmware_runtime.continuity.stage_run import Plan, StageRun
+from firmware_runtime.continuity.stage_run import Plan, StageRun, all_of
 from firmware_runtime.recording.code import digest_of
 from firmware_runtime.system.conditions import system_conditions
 
@@ -35,13 +35,19 @@ class Certificate:
         """In a word or two."""
         if not self._run:
             return "no stage was run"
+        if self.is_identical is None:
+            return "not all of it was compared"
         return "identical" if self.is_identical else "not identical"
 
     @property
-    def is_identical(self) -> bool:
-        """Whether stages were run, each is its replay, and code and settings were the same."""
-        every = bool(self._run) and all(each.is_identical for each in self._run)
-        return every and self.has_same_code and self.has_same_settings
+    def is_identical(self) -> bool | None:
+        """Whether stages were run, each is its replay, and code and settings were the same.
+
+        None where nothing differs, but not all of it was compared.
+        """
+        if not (self._run and self.has_same_code and self.has_same_settings):
+            return False
+        return all_of(each.is_identical for each in self._run)
 
     @property
     def has_same_code(self) -> bool:

@@ -4,7 +4,7 @@ import json
 import os
 import subprocess
 import sys
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -64,8 +64,17 @@ class End:
     verdict: Verdict
 
     @property
+    def is_identical(self) -> bool | None:
+        """Whether the whole run is its replay; None where that could not all be compared."""
+        if self.recording.is_from_start or self.verdict.is_identical is False:
+            return self.verdict.is_identical
+        return None
+
+    @property
     def fault(self) -> str | None:
         """Why it is not shown that the whole run is its replay, a sentence; None if it is."""
+        if self.verdict.is_identical is False:
+            return self.verdict.reason
         if not self.recording.is_from_start:
             begin = self.recording.segments()[0].first_at / SECOND
             room = "expected a shorter run, or more recording.minutes"
@@ -104,9 +113,11 @@ class StageRun:
         return later / SECOND
 
     @property
-    def is_identical(self) -> bool:
-        """Whether the run ended well, and each end is its replay."""
-        return bool(self.ends) and self.fault is None
+    def is_identical(self) -> bool | None:
+        """Whether the run ended well, and each end is its replay; None as for an end."""
+        if self.failed is not None or not self.ends:
+            return False
+        return all_of(end.is_identical for end in self.ends.values())
 
     @property
     def fault(self) -> str | None:
@@ -131,6 +142,12 @@ class StageRun:
     def first_difference(self) -> Difference | None:
         """The first, of the first end that has one."""
         return next((each.verdict.first for each in self.ends.values() if each.verdict.first), None)
+
+
+def all_of(found: Iterable[bool | None]) -> bool | None:
+    """False if any is, else None if any is, else True."""
+    every = list(found)
+    return False if False in every else None if None in every else True
 
 
 def recording_in(folder: Path, stage: Stage) -> Path:

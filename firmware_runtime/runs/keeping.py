@@ -11,8 +11,13 @@ from firmware_runtime.errors import ConfigError, text_of
 from firmware_runtime.system.whole_file import keep_file
 
 
-def keep_recording(path: Path, into: Path) -> str | None:
-    """Write what is used of the recording at `path`; return why it could not be, a sentence."""
+def keep_recording(path: Path | None, into: Path) -> str | None:
+    """Write what is used of the recording at `path`; return why it could not be, a sentence.
+
+    Call it once the hardware is released: it may be slow. The path is None if there is none.
+    """
+    if path is None:
+        return f"{into}: nothing of this run was recorded"
     try:
         keep_file(into, used_of(read_recording(path)))
     except (OSError, ConfigError) as error:

@@ -6,6 +6,7 @@ guard and sockets. What differs is that it can be run in stretches and looked at
 
 from collections.abc import Callable, Mapping
 from dataclasses import replace
+from importlib import import_module
 from os import PathLike
 from pathlib import Path
 from types import MappingProxyType
@@ -152,7 +153,12 @@ class OpenBoard(OpenRun):
     def _keep(self) -> None:
         """Keep the recording, once."""
         into, self._record = self._record, None
-        if into is not None and (fault := self._session.keep_recording(into)) is not None:
+        if into is None:
+            return
+        # what keeps is imported only if there is something to keep
+        module = import_module("firmware_runtime.runs.keeping")
+        fault = module.keep_recording(self._session.recording, into)
+        if fault is not None:
             self._log(f"warning: {fault}")
 
     def _switch_off(self) -> None:

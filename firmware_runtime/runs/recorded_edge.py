@@ -71,18 +71,6 @@ class RecordedEdge:
         if self.recorder is not None:
             self.recorder.retuned(settings)
 
-    def keep(self, into: Path) -> str | None:
-        """Write what was recorded into a file of its own; return why it could not be, a sentence.
-
-        Call it once the run is over and the hardware is released: it may be slow.
-        """
-        if self._path is None or self.recorder is None or not self.recorder.has_ring:
-            return f"{into}: nothing of this run was recorded"
-        # as above
-        from firmware_runtime.runs.keeping import keep_recording  # noqa: PLC0415
-
-        return keep_recording(self._path, into)
-
     def close(self) -> None:
         """Write no more; the recording stays where it is."""
         if self.recorder is not None:

@@ -214,13 +214,6 @@ class Session:
         """
         return self._off.all_of(self.robot)
 
-    def keep_recording(self, into: Path) -> str | None:
-        """Write this run's recording into a file of its own, once it is closed.
-
-        Returns why that could not be, a sentence.
-        """
-        return self._edge.keep(into)
-
     def close(self) -> None:
         """Release buses, sockets and doubles that are served, with outputs off.
 

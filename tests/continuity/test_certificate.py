@@ -11,7 +11,7 @@ from firmware_runtime.board.registry import load
 from firmware_runtime.continuity.certificate import CLAIM, Certificate
 from firmware_runtime.continuity.page import certificate_page
 from firmware_runtime.continuity.signals import numbers_in, signals_of
-from firmware_runtime.continuity.stage_run import End, Plan, StageRun, run_stage
+from firmware_runtime.continuity.stage_run import End, Plan, StageRun, all_of, run_stage
 from firmware_runtime.recording.of_board import board_of
 from firmware_runtime.replay.verdict import replay
 from firmware_runtime.stages.stage import Stage
@@ -86,7 +86,13 @@ def test_a_run_whose_beginning_was_written_over_is_not_shown_as_a_whole(
     of_late = _with(run, End(late, replay(late, board_of(late.header))))
     assert of_late.fault is not None
     assert "its beginning was written over" in of_late.fault
-    assert not certificate(of_late).is_identical
+    assert (of_late.is_identical, certificate(of_late).is_identical) == (None, None)
+    assert certificate(of_late).as_json()["identical"] is None
+    assert certificate(of_late).verdict == "not all of it was compared"
+
+
+def test_what_differs_outweighs_what_was_not_compared() -> None:
+    assert (all_of([True, None]), all_of([None, False]), all_of([True])) == (None, False, True)
 
 
 def test_code_that_was_changed_between_two_stages_or_since_is_no_pass(
