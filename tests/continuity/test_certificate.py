@@ -76,6 +76,7 @@ def test_of_two_ends_the_one_that_is_not_its_replay_is_named(run: StageRun, end:
     assert both.events == 2 * end.verdict.events
 
 
+@pytest.mark.slow
 def test_a_run_whose_beginning_was_written_over_is_not_shown_as_a_whole(
     run: StageRun, tmp_path: Path
 ) -> None:
