@@ -337,6 +337,7 @@ def test_what_cannot_be_recorded_is_refused_with_nothing_held(tmp_path: Path) ->
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.slow
 def test_a_recording_beside_statistics_is_kept_in_a_file_of_its_own_too(tmp_path: Path) -> None:
     kept = tmp_path / "kept.recording"
     with virtual(record=kept, statistics=tmp_path / "run.stats") as robot:
