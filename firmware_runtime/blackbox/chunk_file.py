@@ -5,6 +5,7 @@ from typing import NamedTuple
 from zlib import crc32
 
 from firmware_runtime.blackbox.layout import CHUNK, PREFIX_SIZE, SECTION, prefix
+from firmware_runtime.blackbox.reader import Recording
 from firmware_runtime.blackbox.spare import spare_of
 
 
@@ -24,6 +25,11 @@ def file_of(chunks: Sequence[Numbered]) -> bytes:
     end = PREFIX_SIZE + size * len(full) + len(last)
     spare = spare_of(size, len(written), end, chunks[0].contents[0])
     return b"".join((prefix(size, len(written)), *padded, last, spare))
+
+
+def used_of(recording: Recording) -> bytes:
+    """The bytes of a recording without the part of its memory that is not in use."""
+    return file_of([Numbered(each.number, each.contents) for each in recording.chunks])
 
 
 def _chunk(chunk: Numbered) -> bytes:

@@ -12,7 +12,6 @@ from pathlib import Path
 from firmware_runtime.blackbox.file_content import check_file
 from firmware_runtime.blackbox.layout import MAGIC
 from firmware_runtime.errors import ConfigError
-from firmware_runtime.recording.file_kind import begins_with
 from firmware_runtime.statistics.companions import Companion
 from firmware_runtime.statistics.paths import default_path, directories, places
 
@@ -97,5 +96,11 @@ def _escaped(name: str) -> str:
 
 
 def is_black_box(path: Path) -> bool:
-    """Whether a file begins as a recording of the black box does."""
-    return begins_with(path, MAGIC)
+    """Whether it is a regular file that begins as a recording does; False if it cannot be read."""
+    try:
+        if not path.is_file():  # a device is not even opened, a pipe not waited for
+            return False
+        with path.open("rb") as file:
+            return file.read(len(MAGIC)) == MAGIC
+    except (OSError, ValueError):
+        return False

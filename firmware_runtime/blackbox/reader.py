@@ -27,16 +27,11 @@ from firmware_runtime.blackbox.layout import (
 from firmware_runtime.blackbox.section import Kind, Section, decode
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.errors import ConfigError
-from firmware_runtime.recording.file_kind import PART_MAGIC
 
 BEGINNINGS: Final = frozenset({Kind.BUILD, Kind.KEYFRAME})
 """Sections at which a replay can begin."""
 _LOST: Final = Kind.LOST.value
 _MOST_NAMED: Final = 3
-_OF_A_PART: Final = (
-    "a file of `run --record`, of one role's values alone, which `replay` and `certify` take; "
-    "expected the recording that every run leaves: a board, or a name that `recordings` shows"
-)
 _NO_HEADER: Final = (
     "damaged: no chunk of it begins with a whole header; expected a recording of a run "
     "(`recordings recover` saves what is whole)"
@@ -170,8 +165,6 @@ def another_format(path: Path, content: bytes) -> ConfigError:
 
 def recording_in(content: bytes, path: Path) -> Recording:
     """What the bytes of the file at `path` hold. Raises ConfigError as `read_recording`."""
-    if content.startswith(PART_MAGIC):
-        raise ConfigError.of_one(str(path), _OF_A_PART)
     if content.startswith(MAGIC[:-1]) and not content.startswith(MAGIC):
         raise another_format(path, content)
     if len(content) < PREFIX_SIZE or content[: len(MAGIC)] != MAGIC:

@@ -58,7 +58,6 @@ VERBS = {
     "debug": "debug",
     "recordings": "recordings",
     "continuity": "continuity",
-    "certify": "certify",
     "arm": "arm",
     "disarm": "arm",
     "get": "get_and_set",

@@ -1,38 +1,32 @@
-"""Files that `run` writes: `--trace` and `--record`, begun before the run.
+"""Files that `run` leaves: `--trace`, begun before the run, and `--record`.
 
 They are ended once the hardware is released: a disk that is slow holds up no bus. What did not take
 everything is said, and is a status of its own, below any of the run.
 """
 
 import argparse
-from collections.abc import Callable
 from contextlib import AbstractContextManager, ExitStack
 from importlib import import_module
 from pathlib import Path
 
 from firmware_runtime.cli.progress_line import Messages
-from firmware_runtime.executive.outcome import Outcome
 from firmware_runtime.runs.session import Session
 from firmware_runtime.statistics.errors import TraceNotWholeError
 from firmware_runtime.status import Status
 
 
 class RunFiles:
-    """The files of one run; call `ended` with how that ended."""
+    """The files of one run."""
 
     def __init__(self, messages: Messages) -> None:
-        self.ended: Callable[[Outcome], None] = lambda _outcome: None
         self._messages = messages
         self._open = ExitStack()
         self._status = Status.OK
 
     def begin(self, session: Session, arguments: argparse.Namespace) -> None:
-        """Begin those that are named. Raises ConfigError, TraceFileError."""
+        """Begin those that are named. Raises TraceFileError."""
         if arguments.record is not None:
-            # what records is imported only if there is something to record
-            module = import_module("firmware_runtime.runs.recorded_run")
-            recorded = module.recorded(session, arguments.record, self._not_whole)
-            self.ended = self._open.enter_context(recorded)
+            self._open.callback(self._keep, session, arguments.record)
         if arguments.trace is not None:
             self._open.enter_context(_tracing(session, arguments.trace))
 
@@ -43,6 +37,13 @@ class RunFiles:
         except TraceNotWholeError as error:
             self._not_whole(str(error))
         return self._status
+
+    def _keep(self, session: Session, into: Path) -> None:
+        # what keeps is imported only if there is something to keep
+        module = import_module("firmware_runtime.runs.keeping")
+        fault = module.keep_recording(session.recording, into)
+        if fault is not None:
+            self._not_whole(f"--record {fault}")
 
     def _not_whole(self, sentence: str) -> None:
         self._status = Status.NOT_PRINTED

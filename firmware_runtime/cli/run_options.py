@@ -72,7 +72,7 @@ def _add_files(verb: argparse.ArgumentParser) -> None:
         "--record",
         type=Path,
         metavar="FILE",
-        help="record what enters the board's controller and what leaves it, for `replay`",
+        help="keep the recording that every run leaves in this file too, once the run is over",
     )
     verb.add_argument(
         "--statistics",

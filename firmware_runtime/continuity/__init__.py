@@ -1,4 +1,4 @@
-"""The certificate that a board's controller did the same in every stage, and its page.
+"""The certificate that a board's run in each stage replays bit for bit, and its page.
 
 stage_run   one stage as a process of its own, recorded, then replayed
 certificate what all stages gave, as JSON

@@ -1,10 +1,11 @@
-"""The certificate: what every stage's run and its replay have in common, as JSON.
+"""The certificate: that each stage's run replays bit for bit, on the same code and settings.
 
-    {"board": "tachobot", "equal": true,
-     "stages": {"simulation": {"events": 923, "differences": 0, "first_difference": null, ...}},
+    {"board": "tachobot", "identical": true, "same_code": true, "same_settings": true,
+     "stages": {"simulation": {"identical": true, "events": 2007, "ends": {"whole": {...}}, ...}},
      "not_run": {"remote": "..."}, "code_sha256": ..., "settings": {...}, "versions": {...}}
 
-A certificate without a stage that was run is no pass, nor is one with a stage that differs.
+Stages are not compared with one another: other samples enter in each. A certificate without a stage
+that was run is no pass, nor is one with a stage that differs.
 """
 
 import hashlib
@@ -14,10 +15,12 @@ from typing import Any, Final
 
 import msgspec
 
-from firmware_runtime.continuity.stage_run import Plan, StageRun
-from firmware_runtime.part_recording.comparison import Comparison
-from firmware_runtime.part_recording.records import Header
+from firmware_runtime.blackbox.header import Header
+from firmware_runtime.continuity.stage_run import Plan, StageRun, all_of
+from firmware_runtime.recording.code import digest_of
 from firmware_runtime.system.conditions import system_conditions
+
+CLAIM: Final = "each stage's run replays bit for bit, on the same code and settings"
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,64 +33,92 @@ class Certificate:
     @property
     def verdict(self) -> str:
         """In a word or two."""
-        if not any(each.has_run for each in self.runs):
+        if not self._run:
             return "no stage was run"
-        return "equal" if self.is_equal else "not equal"
+        if self.is_identical is None:
+            return "not all of it was compared"
+        return "identical" if self.is_identical else "not identical"
 
     @property
-    def is_equal(self) -> bool:
-        """Whether at least one stage was run, and all that were are equal to their replays."""
-        run = [each for each in self.runs if each.has_run]
-        return bool(run) and all(each.is_equal for each in run) and len(self.codes()) == 1
+    def is_identical(self) -> bool | None:
+        """Whether stages were run, each is its replay, and code and settings were the same.
 
-    def codes(self) -> set[str]:
-        """Hashes of the code that ran; more than one if it was changed meanwhile."""
-        return {header.code_sha256 for header in self._headers()}
+        None where nothing differs, but not all of it was compared.
+        """
+        if not (self._run and self.has_same_code and self.has_same_settings):
+            return False
+        return all_of(each.is_identical for each in self._run)
+
+    @property
+    def has_same_code(self) -> bool:
+        """Whether no module of the robot had another source in some run, or in its replay."""
+        known: dict[str, str] = {}
+        is_same = all(
+            known.setdefault(name, digest) == digest
+            for header in self._headers()
+            for name, digest in header.code.items()
+        )
+        ends = (end for run in self._run for end in run.ends.values())
+        return is_same and not any(end.verdict.code_changed for end in ends)
+
+    @property
+    def has_same_settings(self) -> bool:
+        """Whether every run had the same table of settings."""
+        return len({_sha256(header.table) for header in self._headers()}) < 2
+
+    def code(self) -> dict[str, str]:
+        """SHA-256 of every module of the robot, in whichever stage and end it ran."""
+        found: dict[str, str] = {}
+        for header in self._headers():
+            found |= header.code
+        return dict(sorted(found.items()))
 
     def as_json(self) -> dict[str, Any]:
         """For a program."""
-        board = self.plan.board
+        board, code = self.plan.board, self.code()
         headers = self._headers()
-        header = headers[0] if headers else None
         return {
             "board": board.name,
-            "equal": self.is_equal,
-            "stages": {each.stage: _stage(each) for each in self.runs if each.has_run},
+            "identical": self.is_identical,
+            "claim": CLAIM,
+            "same_code": self.has_same_code,
+            "same_settings": self.has_same_settings,
+            "stages": {each.stage: _stage(each) for each in self._run},
             "not_run": {each.stage: each.why_not for each in self.runs if not each.has_run},
             "for_s": self.plan.for_s,
-            "role": None if header is None else header.role,
-            "components": None if header is None else header.components,
-            "code_sha256": None if header is None else header.code_sha256,
-            "code": None if header is None else header.code,
+            "code_sha256": digest_of(code) if code else None,
+            "code": code,
             "settings": {
                 "source": str(board.source),
                 "overrides": list(board.assignments),
                 "sha256": board.fingerprint,
                 "table_sha256": _sha256(board.table),
             },
-            "versions": None if header is None else header.versions,
+            "versions": headers[0].versions if headers else None,
             "conditions": system_conditions(),
         }
 
+    @property
+    def _run(self) -> list[StageRun]:
+        return [each for each in self.runs if each.has_run]
+
     def _headers(self) -> list[Header]:
-        return [each.recording.header for each in self.runs if each.recording is not None]
-
-
-NOTHING: Final = Comparison(0, 0, 0, None, None, "nothing was recorded")
+        return [end.recording.header for run in self._run for end in run.ends.values()]
 
 
 def _stage(run: StageRun) -> dict[str, Any]:
-    found = NOTHING.as_json() if run.comparison is None else run.comparison.as_json()
-    found["fault"] = run.failed or found["fault"]
-    ended = run.document.get("ended")
+    difference = run.first_difference
     return {
-        **found,
-        "equal": run.is_equal,
-        "ended": ended,
+        "identical": run.is_identical,
+        "events": run.events,
+        "differences": run.differences,
+        "first_difference": None if difference is None else difference.as_json(),
+        "fault": run.fault,
+        "ends": {role: end.verdict.as_json() for role, end in run.ends.items()},
+        "ended": run.document.get("ended"),
         "clock": run.document.get("clock"),
         "result": run.document.get("result"),
         "link": run.document.get("link"),
-        "sample_age_us": run.ages_us,
     }
 
 

@@ -1,55 +1,69 @@
-"""What a recording shows over time: the board's shown value, the commands, the age of samples."""
+"""What a stage's recordings show over time: the board's shown value, and the commands."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Mapping
 from itertools import islice
-from typing import Any, Final
+from typing import Final, NamedTuple
 
-from firmware_runtime.devs.time import MILLISECOND, SECOND
-from firmware_runtime.part_recording.recording import Recording
-from firmware_runtime.part_recording.records import Entered, Left, Shown
-from firmware_runtime.recording.values import UnknownValue, made
-from firmware_runtime.statistics.quantile import quantile
-from firmware_runtime.statistics.trace_file import plain as shown_form
+from firmware_runtime.blackbox.reader import Recording
+from firmware_runtime.board.ends import role_without_hardware
+from firmware_runtime.board.registry import Board
+from firmware_runtime.board.roles import components_of, crossings
+from firmware_runtime.devs.component import below_root
+from firmware_runtime.devs.senders import Senders
+from firmware_runtime.devs.time import NEVER, SECOND
+from firmware_runtime.executive.clocks import WorldClock
+from firmware_runtime.exports.typed_values import (
+    Sent,
+    model_of,
+    ports_of,
+    sections_between,
+    values_in,
+)
+from firmware_runtime.recording.of_board import board_of
+from firmware_runtime.runs.rigs import rig_for, shown_by
+from firmware_runtime.statistics.trace_file import plain
 
 Points = list[tuple[float, float]]
 
 MOST_CURVES: Final = 4
 
 
-def shown(recording: Recording) -> Points:
-    """The values of the port that a person wants to see: s, and the port's unit."""
-    return [(each.at / SECOND, each.value) for each in recording.records if isinstance(each, Shown)]
+class Signals(NamedTuple):
+    """Ports of a board by path below the root, as they go by in its recordings."""
+
+    shown: str | None
+    """What a person wants to see over time; None where the board's rig shows nothing."""
+    commands: tuple[str, ...]
+    """What leaves the role that computes; none of a board without roles."""
 
 
-def commands(recording: Recording) -> dict[str, Points]:
-    """What left the controller, a curve for each number in it, each held until the next."""
-    short = _short(list(recording.header.leaving))
-    curves: dict[str, Points] = {}
-    for record in recording.records:
-        if isinstance(record, Left):
-            for leaf, value in numbers_in(_value(record), short[record.name]):
-                _hold(curves.setdefault(leaf, []), record.at / SECOND, value)
+def signals_of(board: Board) -> Signals:
+    """What is drawn of a board. Raises ConfigError for one without a rig."""
+    model, roles = board.unconnected().model, board.settings.roles
+    senders, own = Senders(model), list[str]()
+    if roles:
+        own += components_of(roles, model, role_without_hardware(board))
+    leaving = (each for each in sorted(crossings(roles, model)) if each.partition(".")[0] in own)
+    commands = dict.fromkeys(sender for each in leaving for sender in senders.of(each))
+    rig = rig_for(board, WorldClock())
+    rig.attach(model)
+    port = shown_by(rig, board)
+    return Signals(None if port is None else below_root(port.path), tuple(commands))
+
+
+def shown(recording: Recording, port: str | None) -> Points:
+    """What the shown port sent: s, and the port's unit."""
+    sent = _sent(recording, {port} if port is not None else ())
+    return [(each.at / SECOND, each.value) for each in sent if isinstance(each.value, float)]
+
+
+def commands(recording: Recording, ports: Collection[str]) -> dict[str, Points]:
+    """What these ports sent, a curve for each number in it, each held until the next."""
+    short, curves = _short(list(ports)), dict[str, Points]()
+    for each in _sent(recording, ports):
+        for leaf, value in numbers_in(plain(each.value), short[each.port]):
+            _hold(curves.setdefault(leaf, []), each.at / SECOND, value)
     return dict(islice(curves.items(), MOST_CURVES))
-
-
-def ages(recording: Recording) -> dict[str, Points]:
-    """How old samples were when they entered, ms, by crossing; none without a link."""
-    crossings = recording.header.crossings
-    curves: dict[str, Points] = {}
-    for record in recording.records:
-        if isinstance(record, Entered) and record.age is not None:
-            points = curves.setdefault(crossings[record.name], [])
-            points.append((record.at / SECOND, record.age / MILLISECOND))
-    return curves
-
-
-def quantiles_us(recording: Recording) -> dict[str, dict[str, float]] | None:
-    """Age of samples when they entered, by crossing: p50, p99 and the greatest; None without."""
-    found = {
-        name: _quantiles(sorted(value for _, value in points))
-        for name, points in ages(recording).items()
-    }
-    return found or None
 
 
 def numbers_in(value: object, name: str) -> Iterator[tuple[str, float]]:
@@ -64,27 +78,23 @@ def numbers_in(value: object, name: str) -> Iterator[tuple[str, float]]:
         yield name, float(value)
 
 
-def _short(names: list[str]) -> list[str]:
+def _sent(recording: Recording, wanted: Collection[str]) -> Iterator[Sent]:
+    """What these ports sent, in order."""
+    header = recording.header
+    ports = ports_of(model_of(header, board_of(header)))
+    for section in sections_between(recording, 0, NEVER):
+        for each in values_in(section, header.ports, ports):
+            if each.port in wanted:
+                yield each
+
+
+def _short(names: list[str]) -> Mapping[str, str]:
     """Names of ports without their components, where they are unique without."""
     ports = [name.rpartition(".")[2] for name in names]
-    return ports if len(set(ports)) == len(ports) else names
+    return dict(zip(names, ports if len(set(ports)) == len(ports) else names, strict=True))
 
 
 def _hold(points: Points, at: float, value: float) -> None:
     if points and points[-1][1] != value:
         points.append((at, points[-1][1]))
     points.append((at, value))
-
-
-def _quantiles(ages_ms: Sequence[float]) -> dict[str, float]:
-    shares = {"p50": 0.5, "p99": 0.99, "max": 1.0}
-    found = {name: quantile(ages_ms, share) for name, share in shares.items()}
-    measured = {name: round(1000 * age, 1) for name, age in found.items() if age is not None}
-    return {**measured, "count": len(ages_ms)}
-
-
-def _value(record: Left) -> Any:  # noqa: ANN401 -- whatever left
-    try:
-        return shown_form(made(record.value))
-    except UnknownValue:
-        return None

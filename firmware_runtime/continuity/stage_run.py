@@ -4,20 +4,20 @@ import json
 import os
 import subprocess
 import sys
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Final
 
+from firmware_runtime.blackbox.reader import Recording, read_recording
 from firmware_runtime.board.registry import Board
 from firmware_runtime.board.roles import CONTROLLER, ROBOT
-from firmware_runtime.continuity.signals import quantiles_us
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.errors import ConfigError
-from firmware_runtime.part_recording.comparison import Comparison
-from firmware_runtime.part_recording.of_board import replay_of
-from firmware_runtime.part_recording.recording import Recording, read_recording
+from firmware_runtime.recording.of_board import board_of
+from firmware_runtime.replay.difference import Difference
+from firmware_runtime.replay.verdict import Verdict, replay
 from firmware_runtime.stages.stage import Stage
 from firmware_runtime.stages.staged_run import beside
 from firmware_runtime.status import Status
@@ -57,18 +57,44 @@ class Plan:
 
 
 @dataclass(frozen=True, slots=True)
+class End:
+    """What one process of a stage recorded, and the verdict of its replay."""
+
+    recording: Recording
+    verdict: Verdict
+
+    @property
+    def is_identical(self) -> bool | None:
+        """Whether the whole run is its replay; None where that could not all be compared."""
+        if self.recording.is_from_start or self.verdict.is_identical is False:
+            return self.verdict.is_identical
+        return None
+
+    @property
+    def fault(self) -> str | None:
+        """Why it is not shown that the whole run is its replay, a sentence; None if it is."""
+        if self.verdict.is_identical is False:
+            return self.verdict.reason
+        if not self.recording.is_from_start:
+            begin = self.recording.segments()[0].first_at / SECOND
+            room = "expected a shorter run, or more recording.minutes"
+            return (
+                f"its beginning was written over, and only what follows {begin:g} s is left; {room}"
+            )
+        return self.verdict.reason
+
+
+@dataclass(frozen=True, slots=True)
 class StageRun:
     """What became of a stage; `why_not` says that it cannot be run here, and why.
 
-    One that should have run and left nothing has `failed` and no comparison.
+    One that should have run and left nothing has `failed` and no ends.
     """
 
     stage: Stage
     why_not: str | None = None
-    comparison: Comparison | None = None
-    recording: Recording | None = None
-    robot: Recording | None = None
-    """That of the other end, in a stage of two ends."""
+    ends: Mapping[str, End] = field(default_factory=dict)
+    """By role, or `whole` for a stage of one process."""
     document: Mapping[str, Any] = field(default_factory=dict)
     """What `run --json` printed."""
     failed: str | None = None
@@ -76,7 +102,7 @@ class StageRun:
 
     @property
     def has_run(self) -> bool:
-        """Whether it was run and compared."""
+        """Whether it was run."""
         return self.why_not is None
 
     @property
@@ -87,24 +113,54 @@ class StageRun:
         return later / SECOND
 
     @property
-    def ages_us(self) -> dict[str, dict[str, float]] | None:
-        """How old samples were when they entered; None where no link was between."""
-        return None if self.recording is None else quantiles_us(self.recording)
+    def is_identical(self) -> bool | None:
+        """Whether the run ended well, and each end is its replay; None as for an end."""
+        if self.failed is not None or not self.ends:
+            return False
+        return all_of(end.is_identical for end in self.ends.values())
 
     @property
-    def is_equal(self) -> bool:
-        """Whether the run ended well and every output event is that of the replay."""
-        return self.comparison is not None and self.comparison.is_equal and self.failed is None
+    def fault(self) -> str | None:
+        """What keeps it from that, a sentence; None if nothing does."""
+        if self.failed is not None:
+            return self.failed
+        ends = ((role, end.fault) for role, end in self.ends.items())
+        said = [f"{role}: {fault}" for role, fault in ends if fault is not None]
+        return "; ".join(said) or None
+
+    @property
+    def events(self) -> int:
+        """Values that left ports, at all ends."""
+        return sum(end.verdict.events for end in self.ends.values())
+
+    @property
+    def differences(self) -> int:
+        """Whatever is not the same in the replays of all ends."""
+        return sum(end.verdict.differences for end in self.ends.values())
+
+    @property
+    def first_difference(self) -> Difference | None:
+        """The first, of the first end that has one."""
+        return next((each.verdict.first for each in self.ends.values() if each.verdict.first), None)
+
+
+def all_of(found: Iterable[bool | None]) -> bool | None:
+    """False if any is, else None if any is, else True."""
+    every = list(found)
+    return False if False in every else None if None in every else True
 
 
 def recording_in(folder: Path, stage: Stage) -> Path:
-    """Where a stage's recording is kept."""
+    """Where a stage's recording is kept: the controller's in a stage of two ends."""
     return folder / f"{stage}.recording"
 
 
 def run_stage(plan: Plan, stage: Stage, folder: Path) -> StageRun:
-    """Run a stage to its end, and its replay. A stage that this machine cannot run says why."""
+    """Run a stage to its end, then replay it. A stage that this machine cannot run says why."""
     timeout = max(_AT_LEAST_S, _TIMES * plan.for_s)
+    path = recording_in(folder, stage)
+    for each in (path, beside(path)):
+        each.unlink(missing_ok=True)  # of another run, in a folder that is kept
     with _process(plan.words(stage, folder)) as process:
         try:
             out, error = process.communicate(timeout=timeout)
@@ -112,16 +168,26 @@ def run_stage(plan: Plan, stage: Stage, folder: Path) -> StageRun:
             return StageRun(stage, failed=f"it did not end within {timeout:g} s")
     document = _document(out)
     try:
-        recording = read_recording(recording_in(folder, stage))
-        comparison = replay_of(recording, plan.board)
+        ends = _ends(stage, path)
     except ConfigError as fault:
         said = _last_line(error) or str(fault)
         if process.returncode in _CANNOT:
             return StageRun(stage, said)
         return StageRun(stage, document=document, failed=said)
     failed = _failed(process.returncode, document, error)
-    robot = _robot_end(folder, stage)
-    return StageRun(stage, None, comparison, recording, robot, document, failed)
+    return StageRun(stage, None, ends, document, failed)
+
+
+def _ends(stage: Stage, path: Path) -> dict[str, End]:
+    """Every process of the stage, replayed. Raises ConfigError for a recording that is missing."""
+    if not stage.has_two_ends:
+        return {"whole": _end_of(path)}
+    return {CONTROLLER: _end_of(path), ROBOT: _end_of(beside(path))}
+
+
+def _end_of(path: Path) -> End:
+    recording = read_recording(path)
+    return End(recording, replay(recording, board_of(recording.header)))
 
 
 @contextmanager
@@ -155,14 +221,6 @@ def _end(process: "subprocess.Popen[str]") -> None:
         except subprocess.TimeoutExpired:
             process.kill()
             process.communicate()
-
-
-def _robot_end(folder: Path, stage: Stage) -> Recording | None:
-    """The robot end's recording, for what it shows; None in a stage of one process."""
-    try:
-        return read_recording(beside(recording_in(folder, stage)))
-    except ConfigError:
-        return None
 
 
 def _document(out: str) -> dict[str, Any]:

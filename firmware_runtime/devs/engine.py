@@ -1,7 +1,7 @@
 """What the parallel and the classic simulator share: the flat model, its agenda, its entrances."""
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from typing import Any, NoReturn, TypeVar
 
@@ -52,8 +52,6 @@ class Engine(ABC):
         self.now = 0
         self.visit = -1
         """Which advance to the present instant is under way, from 0; a listener may read it."""
-        self.on_postponed: Callable[[Atomic, int], None] | None = None
-        """Called with a model whose event was postponed, and until when."""
         self.on_refused: Refuse | None = None
         """Called with a port and a value that it did not take, as it is not finite."""
         self.internal_transitions = 0
@@ -183,8 +181,6 @@ class Engine(ABC):
         number = self._number(atomic)
         atomic.sigma = at - self.last_at[number]
         self._agenda.book(number, at)
-        if self.on_postponed is not None:
-            self.on_postponed(atomic, at)
 
     def listen(self, port: InPort[T] | OutPort[T], listener: Listener[T]) -> Listening:
         """Call `listener(now, value)` for all that leaves by an output port of any model.

@@ -56,7 +56,7 @@ class Traced:
     shown: str | None
     """The port whose values a person wants to see over time."""
     recording: Path | None = None
-    """Of what entered and left the controller, for `replay`; None for a board without [roles]."""
+    """Of the run, or its controller's end, for `replay`; None for a loop in place of the board."""
     picture: str = ""
     """The run as the rig draws it, SVG; empty where that was not asked for."""
     senders: Senders | None = None

@@ -82,7 +82,7 @@ class Trial:
             how=self.choices.how,
             is_over_ros=self.choices.is_over_ros,
             inputs=inputs,
-            record=recording if board.settings.roles else None,
+            record=recording,
             is_drawn=is_drawn and not stage.has_two_ends,
         )
         return traced(setup, stage, self.say)

@@ -1,4 +1,4 @@
-"""What left which port in a run: of a recording, the kept one or that of `--record`, or a trace."""
+"""What left which port in a run, of its recording or a trace."""
 
 import json
 from collections.abc import Iterator
@@ -6,17 +6,16 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from firmware_runtime.blackbox import reader
-from firmware_runtime.blackbox.found import find_recording, is_black_box
+from firmware_runtime.blackbox.found import find_recording
 from firmware_runtime.devs.time import NEVER
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.exports.typed_values import (
+    entered_in,
     model_of,
     ports_of,
     sections_between,
     values_in,
 )
-from firmware_runtime.part_recording.recording import read_recording
-from firmware_runtime.part_recording.records import Entered, Left
 from firmware_runtime.recording.of_board import board_of
 
 
@@ -37,30 +36,17 @@ def file_of(run: str) -> Path:
     return path if path.is_file() else find_recording(run)
 
 
-def is_kept_recording(path: Path) -> bool:
-    """Whether it is the recording that every run leaves."""
-    return is_black_box(path)
-
-
-def kept(path: Path) -> Iterator[Event]:
-    """Of the recording that every run leaves. Raises ConfigError."""
+def recorded(path: Path) -> Iterator[Event]:
+    """Of the recording that every run leaves, with what came in over a link. Raises ConfigError."""
     recording = reader.read_recording(path)
     header = recording.header
-    ports = ports_of(model_of(header, board_of(header)))
+    model = model_of(header, board_of(header))
+    ports = ports_of(model)
     for section in sections_between(recording, 0, NEVER):
-        for sent in values_in(section, header.ports, ports):
-            yield Event(sent.at / 1e9, sent.port, sent.value)
-
-
-def recorded(path: Path) -> Iterator[Event]:
-    """Of a file of `run --record`. Raises ConfigError."""
-    recording = read_recording(path)
-    header = recording.header
-    entering, leaving = list(header.entering), list(header.leaving)
-    for record in recording.records:
-        if isinstance(record, Entered | Left):
-            names = entering if isinstance(record, Entered) else leaving
-            yield Event(record.at / 1e9, names[record.name], record.value)
+        for each in entered_in(section, model.in_ports):
+            yield Event(each.at / 1e9, each.port, each.value)
+        for each in values_in(section, header.ports, ports):
+            yield Event(each.at / 1e9, each.port, each.value)
 
 
 def traced(path: Path) -> Iterator[Event]:

@@ -13,21 +13,13 @@ from typing import Any, Final, NamedTuple
 
 import numpy as np
 
+from firmware_runtime.blackbox.found import is_black_box
 from firmware_runtime.board.plants import Plant, Signal
 from firmware_runtime.board.registry import Board
 from firmware_runtime.devs.senders import Senders
 from firmware_runtime.errors import ConfigError
-from firmware_runtime.identification.events import (
-    Event,
-    file_of,
-    is_kept_recording,
-    kept,
-    recorded,
-    traced,
-)
+from firmware_runtime.identification.events import Event, file_of, recorded, traced
 from firmware_runtime.identification.series import Quantity, Series, checked
-from firmware_runtime.recording.file_kind import is_of_part
-from firmware_runtime.recording.values import UnknownValue, made
 
 COLUMNS: Final = ("time_s", "input", "output")
 
@@ -46,10 +38,8 @@ def read_series(run: str | Path, board: Board, since_s: float | None = None) -> 
     except OSError as error:
         fault = f"cannot be read ({error.strerror}); expected a recording, a trace or a table"
         raise ConfigError.of_one(str(path), fault) from error
-    if is_of_part(path):
+    if is_black_box(path):
         pair = _of_events(path, list(recorded(path)), board, plant)
-    elif is_kept_recording(path):
-        pair = _of_events(path, list(kept(path)), board, plant)
     elif begin == b"{":
         pair = _of_events(path, list(traced(path)), board, plant)
     else:
@@ -83,8 +73,7 @@ def _of_events(path: Path, events: Sequence[Event], board: Board, plant: Plant) 
     chosen = [_present(signal, sent, board) for signal in (plant.input, plant.output)]
     faults = [
         f"nothing of {' or '.join(signal.ports)}, which {plant.title} is identified by; expected "
-        "it, as in the recording that each run leaves (`recordings`): `run --record` and a link "
-        "have only what enters and leaves a role"
+        "it, as in the recording of a whole run: that of one end has its own ports only"
         for signal, names in zip((plant.input, plant.output), chosen, strict=True)
         if not names
     ]
@@ -114,7 +103,7 @@ def _number(path: Path, signal: Signal, value: Any) -> float:  # noqa: ANN401 --
     for place, weight in signal.terms.items():
         try:
             found = float(_at_place(value, place))
-        except (LookupError, AttributeError, TypeError, ValueError, UnknownValue) as error:
+        except (LookupError, AttributeError, TypeError, ValueError) as error:
             fault = f"no number at {place or 'a value'} of {signal.ports[0]}; expected one"
             raise ConfigError.of_one(str(path), fault) from error
         total += weight * found
@@ -122,7 +111,6 @@ def _number(path: Path, signal: Signal, value: Any) -> float:  # noqa: ANN401 --
 
 
 def _at_place(value: Any, place: str) -> Any:  # noqa: ANN401
-    value = made(value) if _is_tagged(value) else value
     for word in filter(None, place.split(".")):
         if isinstance(value, Mapping):
             value = value[word]
@@ -131,11 +119,6 @@ def _at_place(value: Any, place: str) -> Any:  # noqa: ANN401
         else:
             value = getattr(value, word)
     return value
-
-
-def _is_tagged(value: object) -> bool:
-    """Whether this is how a recording writes an object of a class."""
-    return isinstance(value, dict) and len(value) == 1 and ":" in next(iter(value))
 
 
 def _of_table(path: Path) -> _Pair:

@@ -1,8 +1,7 @@
-"""What every recording has, that of a run (`blackbox`) and that of a part (`part_recording`).
+"""What a recording (`blackbox`) says of its run, and how its values are written.
 
 header        which robot, by which settings, code and versions
 of_board      that board again, also with other settings (`changed_settings`)
 values        how a value is written, and made again
 code, versions, chance  what else a replay depends on
-file_kind     which of the two a file is
 """

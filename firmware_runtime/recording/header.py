@@ -14,7 +14,7 @@ from firmware_runtime.system.conditions import versions_here
 
 
 class RecordedBoard(Struct, frozen=True, kw_only=True):
-    """What the header of either recording has."""
+    """What the header of a recording says of the board, its settings and its code."""
 
     board: str
     """The board's own name."""

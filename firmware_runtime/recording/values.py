@@ -119,12 +119,6 @@ def numbers_in(form: Plain) -> Any:  # noqa: ANN401 -- whatever a port carries
     return {key: numbers_in(each) for key, each in form.items()}
 
 
-def field_names(name: str) -> tuple[str, ...]:
-    """The fields of a class as a recording names it. Raises UnknownValue."""
-    kind = _class_named(name)
-    return () if issubclass(kind, Enum) else tuple(_field_names(kind))
-
-
 def pack(structure: Plain) -> bytes:
     """Plain values as bytes."""
     return _encode(structure)

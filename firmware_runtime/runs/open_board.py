@@ -57,13 +57,14 @@ class OpenBoard(OpenRun):
         self,
         session: Session,
         default_for_s: float | None,
-        keep: Callable[[Outcome | None], None] = lambda _: None,
+        record: Path | None = None,
+        log: Callable[[str], None] = lambda _: None,
     ) -> None:
         super().__init__(session.executive)
         self._session = session
         self._default_for_s = default_for_s
-        self._keep = keep
-        self._outcome: Outcome | None = None
+        self._record = record
+        self._log = log
 
     @property
     def board(self) -> Board:
@@ -145,9 +146,20 @@ class OpenBoard(OpenRun):
             try:
                 self._session.close()
             finally:
-                self._keep(self._outcome)  # a file: not before the hardware is released
+                self._keep()  # a file: not before the hardware is released
 
     # ---------------------------------------------------------------------------------------------
+
+    def _keep(self) -> None:
+        """Keep the recording, once."""
+        into, self._record = self._record, None
+        if into is None:
+            return
+        # what keeps is imported only if there is something to keep
+        module = import_module("firmware_runtime.runs.keeping")
+        fault = module.keep_recording(self._session.recording, into)
+        if fault is not None:
+            self._log(f"warning: {fault}")
 
     def _switch_off(self) -> None:
         """Switch off what never ran: something before it may have left outputs on."""
@@ -156,13 +168,10 @@ class OpenBoard(OpenRun):
             raise self._failure("; ".join(failed))
 
     def _run_to(self, until: int) -> Outcome:
-        self._outcome = self._session.run_on(until)
-        return self._outcome
+        return self._session.run_on(until)
 
     def _end(self) -> Outcome | None:
-        outcome = self._session.end()
-        self._outcome = outcome or self._outcome
-        return outcome
+        return self._session.end()
 
     def _result(self, outcome: Outcome) -> RunResult:
         result = super()._result(outcome)
@@ -198,10 +207,9 @@ def open_board(  # noqa: PLR0913 -- the options of the command, by the same name
     with the rest, in another process, see docs/two-machines.md; a role without hardware has no
     doubles. `statistics` are kept in a file where it is given, and where outputs are outside this
     process: the guard looks there, and beside them is what entered the run, for `firmware-runtime
-    replay`. `record` is a file that gets what enters and leaves the
-    controller, or the role's part, for `firmware-runtime replay`; it is whole once the robot is
-    closed. `log` gets what the command would print on the way. Raises ConfigError, and HalError
-    when a bus or chip is missing.
+    replay`. `record` is a file that has this recording once the robot is closed. `log` gets what
+    the command would print on the way. Raises ConfigError, and HalError when a bus or chip is
+    missing.
     """
     name = clock_name(clock, speed)
     where = _doubles(doubles)
@@ -229,37 +237,13 @@ def open_board(  # noqa: PLR0913 -- the options of the command, by the same name
         clock_of(clock, speed),
         doubles=where,
         statistics_path=statistics_path,
-        recording=None if statistics_path is None else recording_beside(statistics_path),
+        recording=recording if statistics_path is None else recording_beside(statistics_path),
         permission=permission_for(found, doubles=where, arm=arm, supervised=supervised, end=end),
         end=end,
         link=way_of(link),
         log=log,
     )
-    keep = _recording(session, recording, log)
-    return OpenBoard(session, found.doubles_run_s if where else None, keep)
-
-
-def _recording(
-    session: Session, path: Path | None, log: Callable[[str], None]
-) -> Callable[[Outcome | None], None]:
-    """What closes the recording with how the run ended. Raises ConfigError, with nothing held.
-
-    What records is imported only if there is something to record.
-    """
-    if path is None:
-        return lambda _outcome: None
-    module = import_module("firmware_runtime.runs.recorded_run")
-    try:
-        run = module.RecordedRun(session, path)
-    except BaseException:
-        session.close()
-        raise
-
-    def keep(outcome: Outcome | None) -> None:
-        if (fault := run.close(outcome)) is not None:
-            log(f"warning: {fault}")
-
-    return keep
+    return OpenBoard(session, found.doubles_run_s if where else None, recording, log)
 
 
 def _board(board: str, settings: Settings, log: Callable[[str], None]) -> Board:

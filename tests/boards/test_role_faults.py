@@ -1,11 +1,7 @@
 """What is wrong in the tables [roles] and [link] is named, all of it, with its key."""
 
-from pathlib import Path
-
 import pytest
 
-from firmware_runtime import open_board
-from firmware_runtime.blackbox.reader import read_recording as read_recording_of_run
 from firmware_runtime.board.definition import BoardDefinition
 from firmware_runtime.board.ends import role_without_hardware
 from firmware_runtime.board.registry import load
@@ -13,10 +9,6 @@ from firmware_runtime.board.robot import Robot
 from firmware_runtime.board.settings import BoardSettings
 from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.errors import ConfigError, SettingError
-from firmware_runtime.part_recording.of_board import replay_of
-from firmware_runtime.part_recording.recording import read_recording
-from firmware_runtime.recording.file_kind import PART_MAGIC
-from firmware_runtime.recording.of_board import board_of
 
 
 def faults_of(*assignments: str) -> tuple[str, ...]:
@@ -93,20 +85,3 @@ def test_the_role_without_hardware_goes_by_any_name(assignment: list[str], role:
 def test_a_cut_that_leaves_hardware_at_both_ends_has_no_such_role() -> None:
     with pytest.raises(ConfigError, match="hardware at both ends"):
         role_without_hardware(load("tachobot", ['roles={eye=["imu"]}', "link={}"]))
-
-
-@pytest.mark.slow
-def test_what_a_role_of_any_name_did_is_recorded_and_replayed(tmp_path: Path) -> None:
-    kept, mind = tmp_path / "mind.recording", {"roles.mind": ["controller"]}
-    with open_board("tachobot", doubles=True, clock="virtual", set=mind, record=kept) as robot:
-        robot.run(1.5)
-    recording = read_recording(kept)
-    assert recording.header.role == "mind"
-    assert replay_of(recording, board_of(recording.header)).is_equal
-
-
-def test_what_a_role_left_is_no_recording_of_a_run(tmp_path: Path) -> None:
-    path = tmp_path / "of_a_role.recording"
-    path.write_bytes(PART_MAGIC + bytes(5000))
-    with pytest.raises(ConfigError, match="of one role's values alone"):
-        read_recording_of_run(path)

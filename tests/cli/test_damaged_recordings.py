@@ -107,7 +107,6 @@ def made_closed_in_itself(path: Path) -> None:
 STRANGE = [made_pipe, made_device, made_folder, made_sparse, made_closed_in_itself]
 READERS: dict[str, Callable[[Path, Path], list[object]]] = {
     **VERBS,
-    "certify": lambda path, folder: ["certify", path, "-o", folder / "x.html"],
     "debug": lambda path, _: ["debug", path, "--at", "0"],
     "doubles": lambda path, folder: ["doubles", "replay", path, "--socket", folder / "socket"],
 }
@@ -197,7 +196,7 @@ def test_a_file_that_ends_before_its_last_chunks_is_not_whole(
     assert ended.out.splitlines()[0] == said
 
 
-@pytest.mark.parametrize("verb", ["replay", "certify", "debug", "mcap"])
+@pytest.mark.parametrize("verb", ["replay", "debug", "mcap"])
 def test_a_recording_of_another_format_is_named_as_one(
     command: Callable[..., Any], tmp_path: Path, whole: bytes, verb: str
 ) -> None:

@@ -9,11 +9,11 @@ from typing import Any
 import pytest
 
 import firmware_runtime
+from firmware_runtime.blackbox import chunk_file
 from firmware_runtime.cli import plot
 from firmware_runtime.cli.commands import run
 from firmware_runtime.errors import ConfigError
-from firmware_runtime.part_recording.sink import PipeSink
-from firmware_runtime.runs import black_box, open_board
+from firmware_runtime.runs import black_box, keeping, open_board
 from firmware_runtime.runs.hardware import Hardware
 from firmware_runtime.stages import staged_run
 from firmware_runtime.statistics.trace_file import TraceFile
@@ -64,14 +64,12 @@ def test_a_program_is_refused_likewise(tmp_path: Path) -> None:
         firmware_runtime.open_board("tachobot", record=tmp_path / "no" / "file")
 
 
-def _noted(
-    order: list[str], name: str, close: Callable[[object], object]
-) -> Callable[[object], object]:
-    """A close that notes when it is called."""
+def _noted(order: list[str], name: str, called: Callable[[Any], object]) -> Callable[[Any], object]:
+    """A function that notes when it is called."""
 
-    def noting(closed: object) -> object:
+    def noting(argument: object) -> object:
         order.append(name)
-        return close(closed)
+        return called(argument)
 
     return noting
 
@@ -81,14 +79,15 @@ def test_they_are_ended_once_the_hardware_is_released(
     command: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     order: list[str] = []
-    closed: list[type[Any]] = [Hardware, PipeSink, TraceFile]
+    closed: list[type[Any]] = [Hardware, TraceFile]
     for each in closed:
         monkeypatch.setattr(each, "close", _noted(order, each.__name__, each.close))
+    monkeypatch.setattr(keeping, "used_of", _noted(order, "recording", chunk_file.used_of))
     trace, recording = tmp_path / "trace", tmp_path / "recording"
     words = ("--trace", trace, "--record", recording)
     command("run", "tachobot", *BRIEFLY[:-1], "3", *words)
     assert order[0] == "Hardware"
-    assert sorted(order[1:]) == ["PipeSink", "TraceFile"]
+    assert sorted(order[1:]) == ["TraceFile", "recording"]
     assert command("replay", recording).status == 0
     assert trace.stat().st_size > 0
 
@@ -154,16 +153,22 @@ def test_statistics_take_the_place_of_no_pipe_or_device(
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("option", ["--trace", "--record"])
+@pytest.mark.parametrize(
+    ("option", "why"),
+    [
+        ("--trace", "ends early (No space left on device); expected room for all of it"),
+        ("--record", "cannot be kept there (no regular file); it is in "),
+    ],
+)
 def test_a_file_that_did_not_take_everything_is_a_status_of_its_own(
-    command: Command, option: str
+    command: Command, option: str, why: str
 ) -> None:
     ended = command("run", "tachobot", *BRIEFLY[:-1], "3", option, "/dev/full")
     assert ended.status == 10
     assert "outputs still on: thrust_pairs 0" in ended.out
     (said,) = ended.error.splitlines()
     assert "/dev/full: the " in said
-    assert "ends early (No space left on device); expected room for all of it" in said
+    assert why in said
 
 
 @pytest.mark.slow

@@ -1,4 +1,4 @@
-"""A certificate is a pass only if stages were run and every one of them is equal."""
+"""A certificate is a pass only if stages were run and each of them is its replay."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -6,40 +6,28 @@ from pathlib import Path
 import msgspec
 import pytest
 
+from firmware_runtime.blackbox.reader import Recording, read_recording
 from firmware_runtime.board.registry import load
-from firmware_runtime.continuity.certificate import Certificate
+from firmware_runtime.continuity.certificate import CLAIM, Certificate
 from firmware_runtime.continuity.page import certificate_page
-from firmware_runtime.continuity.signals import numbers_in, quantiles_us
-from firmware_runtime.continuity.stage_run import Plan, StageRun
-from firmware_runtime.executive.clocks import VirtualClock
-from firmware_runtime.part_recording.comparison import Comparison
-from firmware_runtime.part_recording.of_board import replay_of
-from firmware_runtime.part_recording.recording import Recording, read_recording
-from firmware_runtime.part_recording.records import Entered
+from firmware_runtime.continuity.signals import numbers_in, signals_of
+from firmware_runtime.continuity.stage_run import End, Plan, StageRun, all_of, run_stage
 from firmware_runtime.recording.of_board import board_of
-from firmware_runtime.runs.recorded_run import recorded
-from firmware_runtime.runs.session import Session
+from firmware_runtime.replay.verdict import replay
 from firmware_runtime.stages.stage import Stage
+from tests.support.recorded import in_chunks, record
 
 
 @pytest.fixture(scope="module")
-def recording(tmp_path_factory: pytest.TempPathFactory) -> Recording:
-    path = tmp_path_factory.mktemp("recorded") / "run.recording"
-    session = Session(load("tachobot"), VirtualClock(), doubles=True, statistics_path=None)
-    with recorded(session, path, print) as ended:
-        ended(session.run(1_000_000_000))
-    session.close()
-    return read_recording(path)
-
-
-@pytest.fixture(scope="module")
-def comparison(recording: Recording) -> Comparison:
-    return replay_of(recording, board_of(recording.header))
+def end(tmp_path_factory: pytest.TempPathFactory) -> End:
+    path = record(tmp_path_factory.mktemp("recorded") / "run.recording", "tachobot", 1)
+    recording = read_recording(path)
+    return End(recording, replay(recording, board_of(recording.header)))
 
 
 @pytest.fixture
-def run(recording: Recording, comparison: Comparison) -> StageRun:
-    return StageRun(Stage.SIMULATION, None, comparison, recording)
+def run(end: End) -> StageRun:
+    return StageRun(Stage.SIMULATION, None, {"whole": end})
 
 
 def certificate(*runs: StageRun) -> Certificate:
@@ -48,7 +36,7 @@ def certificate(*runs: StageRun) -> Certificate:
 
 def test_no_stage_at_all_is_no_pass() -> None:
     of_none = certificate(StageRun(Stage.SIMULATION, "no rig"), StageRun(Stage.EMBEDDED, "no rig"))
-    assert not of_none.is_equal
+    assert not of_none.is_identical
     assert of_none.as_json()["not_run"] == {"simulation": "no rig", "embedded": "no rig"}
     assert of_none.verdict == "no stage was run"
     assert "no stage was run" in certificate_page(of_none)
@@ -57,41 +45,98 @@ def test_no_stage_at_all_is_no_pass() -> None:
 def test_a_stage_that_was_not_run_is_said_and_the_others_count(run: StageRun) -> None:
     of_one = certificate(run, StageRun(Stage.EMBEDDED, "left out"))
     said = of_one.as_json()
-    assert of_one.is_equal
-    assert of_one.verdict == "equal"
+    assert of_one.is_identical
+    assert of_one.verdict == "identical"
     assert list(said["stages"]) == ["simulation"]
-    assert said["stages"]["simulation"]["differences"] == 0
-    assert said["stages"]["simulation"]["first_difference"] is None
-    assert said["stages"]["simulation"]["events"] > 0
+    stage = said["stages"]["simulation"]
+    assert (stage["differences"], stage["first_difference"], stage["fault"]) == (0, None, None)
+    assert stage["events"] == stage["ends"]["whole"]["events"] > 0
     assert len(said["code_sha256"]) == len(said["settings"]["sha256"]) == 64
 
 
 def test_a_stage_that_differs_went_wrong_or_is_not_whole_is_no_pass(
-    run: StageRun, comparison: Comparison
+    run: StageRun, end: End
 ) -> None:
     for changed in (
-        replace(run, comparison=replace(comparison, differences=1)),
-        replace(run, comparison=replace(comparison, fault="records were dropped")),
+        _with(run, replace(end, verdict=replace(end.verdict, faults=["a section is missing"]))),
+        _with(run, replace(end, verdict=replace(end.verdict, steps=0, writes=0))),
         replace(run, failed="the run ended with status 1"),
         StageRun(Stage.EMBEDDED, failed="it did not end within 120 s"),
     ):
-        assert not certificate(run, replace(changed, stage=Stage.EMBEDDED)).is_equal
+        other = replace(changed, stage=Stage.EMBEDDED)
+        assert other.fault is not None
+        assert not certificate(run, other).is_identical
 
 
-def test_code_that_was_changed_between_two_stages_is_no_pass(
-    run: StageRun, recording: Recording
+def test_of_two_ends_the_one_that_is_not_its_replay_is_named(run: StageRun, end: End) -> None:
+    cut = replace(end, verdict=replace(end.verdict, faults=["a section is missing"]))
+    both = replace(run, stage=Stage.NETWORK, ends={"controller": end, "robot": cut})
+    assert not both.is_identical
+    assert both.fault == "robot: not whole: a section is missing"
+    assert both.events == 2 * end.verdict.events
+
+
+@pytest.mark.slow
+def test_a_run_whose_beginning_was_written_over_is_not_shown_as_a_whole(
+    run: StageRun, tmp_path: Path
 ) -> None:
-    header = recording.header
-    other = msgspec.structs.replace(header, code_sha256="another")
-    changed = Recording(other, recording.records, 0, recording.ended)
-    assert not certificate(run, replace(run, stage=Stage.EMBEDDED, recording=changed)).is_equal
+    path = record(tmp_path / "run.recording", "tachobot", 6, ["recording.minutes=10"])
+    path.write_bytes(in_chunks(path, 100))
+    recording = read_recording(path)
+    late = Recording(path, recording.header, recording.chunks[1:])
+    of_late = _with(run, End(late, replay(late, board_of(late.header))))
+    assert of_late.fault is not None
+    assert "its beginning was written over" in of_late.fault
+    assert (of_late.is_identical, certificate(of_late).is_identical) == (None, None)
+    assert certificate(of_late).as_json()["identical"] is None
+    assert certificate(of_late).verdict == "not all of it was compared"
 
 
-def test_the_page_shows_both_stages_and_the_shown_value(run: StageRun) -> None:
+def test_what_differs_outweighs_what_was_not_compared() -> None:
+    assert (all_of([True, None]), all_of([None, False]), all_of([True])) == (None, False, True)
+
+
+def test_code_that_was_changed_between_two_stages_or_since_is_no_pass(
+    run: StageRun, end: End
+) -> None:
+    header = end.recording.header
+    name = next(iter(header.code))
+    other = msgspec.structs.replace(header, code={**header.code, name: "another"})
+    between = replace(end, recording=replace(end.recording, header=other))
+    since = replace(end, verdict=replace(end.verdict, code_changed=[name]))
+    for changed in (between, since):
+        of_both = certificate(run, replace(_with(run, changed), stage=Stage.EMBEDDED))
+        assert (of_both.is_identical, of_both.as_json()["same_code"]) == (False, False)
+        assert of_both.as_json()["same_settings"]
+
+
+def test_settings_that_were_changed_between_two_stages_are_no_pass(run: StageRun, end: End) -> None:
+    header = msgspec.structs.replace(end.recording.header, table={"board": "tachobot"})
+    changed = replace(end, recording=replace(end.recording, header=header))
+    of_both = certificate(run, replace(_with(run, changed), stage=Stage.EMBEDDED))
+    assert (of_both.is_identical, of_both.as_json()["same_settings"]) == (False, False)
+
+
+def test_an_end_that_has_a_part_of_the_code_has_the_same_code(run: StageRun, end: End) -> None:
+    header = end.recording.header
+    some = dict(list(header.code.items())[:3])
+    part = replace(
+        end, recording=replace(end.recording, header=msgspec.structs.replace(header, code=some))
+    )
+    of_both = certificate(run, replace(_with(run, part), stage=Stage.NETWORK))
+    assert of_both.is_identical
+
+
+def test_the_page_shows_both_stages_and_says_what_was_checked(run: StageRun) -> None:
     page = certificate_page(certificate(run, replace(run, stage=Stage.EMBEDDED)))
     assert page.count("<polyline") == 2 * (1 + 4)  # the yaw and four forces
-    assert "tachobot.world.yaw_rad" in page
-    assert "no link" in page
+    assert "world.yaw_rad" in page
+    assert CLAIM[1:] in page
+    assert "not compared with one another" in page
+
+
+def test_what_is_drawn_goes_by_the_names_it_has_in_recordings() -> None:
+    assert signals_of(load("tachobot")) == ("world.yaw_rad", ("controller.allocation.forces",))
 
 
 def test_numbers_of_a_value_are_named_by_where_they_are() -> None:
@@ -103,15 +148,6 @@ def test_numbers_of_a_value_are_named_by_where_they_are() -> None:
     ]
 
 
-def test_ages_that_are_not_known_are_not_shown_as_zero(recording: Recording) -> None:
-    assert quantiles_us(recording) is None
-    entered = [Entered(at, 0, 0, 0, age, 1.0) for at, age in enumerate([3000, None, 1000, 2000])]
-    aged = Recording(recording.header, list(entered), 0, None)
-    assert quantiles_us(aged) == {
-        "imu.sample": {"p50": 2.0, "p99": 3.0, "max": 3.0, "count": 3},
-    }
-
-
 def test_a_plan_says_where_everything_is_kept(tmp_path: Path) -> None:
     plan = Plan(load("tachobot", ["world.seed=3"]), "tachobot", 2.0)
     words = plan.words(Stage.SIMULATION, tmp_path)
@@ -120,10 +156,26 @@ def test_a_plan_says_where_everything_is_kept(tmp_path: Path) -> None:
     assert str(tmp_path / "simulation.recording") in words
 
 
+@pytest.mark.slow
+def test_a_recording_of_another_run_in_the_folder_is_not_taken_for_this_one(
+    tmp_path: Path, end: End
+) -> None:
+    (tmp_path / "simulation.recording").write_bytes(end.recording.path.read_bytes())
+    plan = Plan(load("tachobot"), str(tmp_path / "no_board.toml"), 1.0)
+    found = run_stage(plan, Stage.SIMULATION, tmp_path)
+    assert not found.has_run
+    assert found.why_not is not None
+    assert "no such file" in found.why_not
+
+
 def test_a_stage_that_left_nothing_is_shown_with_no_event_and_its_fault() -> None:
     of_none = certificate(StageRun(Stage.NETWORK, failed="it did not end within 120 s"))
     stage = of_none.as_json()["stages"]["network"]
-    assert (stage["events"], stage["equal"]) == (0, False)
+    assert (stage["events"], stage["identical"]) == (0, False)
     assert stage["fault"] == "it did not end within 120 s"
-    assert of_none.verdict == "not equal"
+    assert of_none.verdict == "not identical"
     assert "did not end within 120 s" in certificate_page(of_none)
+
+
+def _with(run: StageRun, end: End) -> StageRun:
+    return replace(run, ends={"whole": end})

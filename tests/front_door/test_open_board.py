@@ -16,14 +16,14 @@ from firmware_runtime import (
     VirtualClock,
     open_board,
 )
+from firmware_runtime.blackbox.reader import read_recording
 from firmware_runtime.board import kinds, registry
 from firmware_runtime.board.assignments import assignments_of
 from firmware_runtime.board.in_force import PLACE
 from firmware_runtime.board.registry import Board, load
 from firmware_runtime.hal.served.client import ServedDoubles
-from firmware_runtime.part_recording.of_board import replay_of
-from firmware_runtime.part_recording.recording import read_recording
 from firmware_runtime.recording.of_board import board_of
+from firmware_runtime.replay.verdict import replay
 from firmware_runtime.runs import hardware
 from firmware_runtime.runs.arming import Permission
 from firmware_runtime.runs.lines import open_lines
@@ -313,9 +313,9 @@ def test_a_run_in_stretches_leaves_one_recording_that_replays(tmp_path: Path) ->
         robot.run(1.0)
         robot.run(0.5)
     recording = read_recording(path)
-    compared = replay_of(recording, board_of(recording.header))
-    assert compared.is_equal
-    assert compared.events > 70  # a tick every 10 ms once the gyro is calibrated, 0.77 s on
+    verdict = replay(recording, board_of(recording.header))
+    assert verdict.is_identical
+    assert verdict.events > 70  # a tick every 10 ms once the gyro is calibrated, 0.77 s on
 
 
 def test_a_folder_whose_name_is_no_text_does_not_keep_its_board_from_being_recorded(
@@ -337,8 +337,17 @@ def test_what_cannot_be_recorded_is_refused_with_nothing_held(tmp_path: Path) ->
     assert list(tmp_path.iterdir()) == []
 
 
-def test_a_recording_of_a_robot_that_never_ran_says_so(tmp_path: Path) -> None:
-    virtual(record=tmp_path / "run.recording").close()
-    ended = read_recording(tmp_path / "run.recording").ended
-    assert ended is not None
-    assert ended.reason == "the run did not begin"
+@pytest.mark.slow
+def test_a_recording_beside_statistics_is_kept_in_a_file_of_its_own_too(tmp_path: Path) -> None:
+    kept = tmp_path / "kept.recording"
+    with virtual(record=kept, statistics=tmp_path / "run.stats") as robot:
+        robot.run(0.1)
+    beside, copy = read_recording(tmp_path / "run.recording"), read_recording(kept)
+    assert (beside.header, beside.chunks) == (copy.header, copy.chunks)
+
+
+def test_of_a_robot_that_never_ran_there_is_no_recording(tmp_path: Path) -> None:
+    said: list[str] = []
+    virtual(record=tmp_path / "run.recording", log=said.append).close()
+    assert said == [f"warning: {tmp_path}/run.recording: nothing of this run was recorded"]
+    assert list(tmp_path.iterdir()) == []

@@ -98,6 +98,18 @@ def test_a_run_is_the_same_by_its_board_s_name_by_its_trace_and_by_run_record(
         assert np.array_equal(by_name.at, other.at)
 
 
+@pytest.mark.slow
+@pytest.mark.real_time
+def test_the_recording_of_the_end_that_computes_has_what_came_in_too(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("FIRMWARE_RUNTIME_STATE_DIRECTORY", str(tmp_path))
+    words = ["run", "tachobot", "--stage", "network", "--for", "3", "--json"]
+    assert main([*words, "--record", str(tmp_path / "run.recording")]) == 0
+    series = read_series(tmp_path / "run.recording", load("tachobot"))
+    assert min(len(series.given), len(series.measured)) > 20
+
+
 def test_a_run_that_is_none_is_refused(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

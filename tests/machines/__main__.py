@@ -1,20 +1,28 @@
 """`python -m tests.machines`: recordings of every machine, replayed on every machine.
 
-Prints how many output events differ, a row for the machine that recorded and a column for the one
-that replayed, and leaves the page in build/machines. What cannot be had here is named. Exit status
-0: nothing differs; 1: something does, or fewer than two machines were there to compare; 2: an
-environment could not be made.
+Prints how many values differ, a row for the machine that recorded and a column for the one that
+replayed, and leaves what `replay --json` said in build/machines. What cannot be had here is named.
+Exit status 0: nothing differs; 1: something does, or fewer than two machines were there to compare;
+2: an environment could not be made.
 `--only WORD` takes machines with this word in their name; may be repeated.
 """
 
 import argparse
+import json
 import platform
 import sys
 from pathlib import Path
 
 from tests.machines.environments import environment_of, wheels_of_the_project
 from tests.machines.interpreters import Interpreter, interpreters
-from tests.machines.matrix import Machine, certified, compared_functions, matrix_of, recorded
+from tests.machines.matrix import (
+    Machine,
+    compared_functions,
+    is_same,
+    matrix_of,
+    recorded,
+    replayed,
+)
 from tests.vm.commands import Unbuildable, show
 
 HOME = Path(__file__).parents[2] / "build" / "machines"
@@ -47,10 +55,13 @@ def _compared(only: list[str]) -> int:
         return 1
     show(compared_functions(machines))
     runs = [run for each in machines for run in recorded(each, HOME / "recordings", show)]
-    document = certified(machines, runs, HOME, show)
-    show(matrix_of(machines, document))
-    show(f"{'identical' if document['identical'] else 'NOT IDENTICAL'}: {HOME}/certificate.html")
-    return 0 if document["identical"] and len(machines) > 1 else 1
+    verdicts = {each.name: replayed(each, runs, show) for each in machines}
+    path = HOME / "verdicts.json"
+    path.write_text(json.dumps(verdicts, indent=1), encoding="utf-8")
+    show(matrix_of(verdicts))
+    is_identical = all(is_same(each) for found in verdicts.values() for each in found.values())
+    show(f"{'identical' if is_identical else 'NOT IDENTICAL'}: {path}")
+    return 0 if is_identical and len(machines) > 1 else 1
 
 
 if __name__ == "__main__":

@@ -3,13 +3,15 @@
 import json
 import os
 import subprocess
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import Any, Final, NamedTuple
+from typing import Any, Final, NamedTuple, TypeAlias
 
 from tests.machines import functions
 from tests.vm.commands import Unbuildable
 
+Verdict: TypeAlias = dict[str, Any]
+"""What `replay --json` prints."""
 LIMIT_S: Final = 3600.0
 _VIRTUAL: Final = ("--clock", "virtual")
 _CIRCLE: Final = ("--set", "controller.mode=track", "--set", "trajectory.kind=circle")
@@ -22,8 +24,6 @@ RUNS: Final = {
     REAL_TIME: ("tachobot", "--for", "3"),
 }
 """Words of `run` for each recording, which is made on doubles."""
-_JUDGED: Final = (0, 1)
-"""Exit statuses of a certificate that was made."""
 COUNT: Final = 20_000
 """Arguments at which each elementary function is compared."""
 
@@ -37,60 +37,50 @@ class Machine(NamedTuple):
 
 
 def recorded(machine: Machine, folder: Path, say: Callable[[str], None]) -> Iterator[Path]:
-    """Run every board of `RUNS` on a machine: what entered its controller, and the whole run."""
+    """Run every board of `RUNS` on a machine; yield the recording of each run."""
     folder.mkdir(parents=True, exist_ok=True)
     say(f"recording: {machine.name}")
     for name, words in RUNS.items():
         if machine.is_emulated and name == REAL_TIME:  # too slow for it
             continue
-        part, whole = (
-            folder / f"{machine.name}.{each}.recording" for each in (name, f"{name}-whole")
-        )
-        run = ("run", *words, "--doubles", "--record", str(part))
-        for command in (run, ("recordings", "keep", words[0], "-o", str(whole))):
-            done = _command(machine, *command)
-            if done.returncode:
-                raise Unbuildable(f"{machine.name}: {' '.join(command)}: {done.stderr}")
-        yield part
-        yield whole
+        path = folder / f"{machine.name}.{name}.recording"
+        done = _command(machine, "run", *words, "--doubles", "--record", str(path))
+        if done.returncode:
+            raise Unbuildable(f"{machine.name}: run {' '.join(words)}: {done.stderr}")
+        yield path
 
 
-def certified(
-    machines: Sequence[Machine],
-    recordings: Sequence[Path],
-    folder: Path,
-    say: Callable[[str], None],
-) -> dict[str, Any]:
-    """The certificate of all machines; each makes its own, the first one merges them."""
-    parts = []
-    for machine in machines:
-        parts.append(folder / f"{machine.name}.json")
-        parts[-1].unlink(missing_ok=True)
-        say(f"replaying: {machine.name}")
-        done = _command(machine, "certify", *map(str, recordings), "-o", str(parts[-1]))
-        if not parts[-1].exists():
-            raise Unbuildable(f"{machine.name}: {done.stderr}")
-    for name in ("certificate.html", "certificate.json"):
-        done = _command(machines[0], "certify", *map(str, parts), "-o", str(folder / name))
-        if done.returncode not in _JUDGED:
-            raise Unbuildable(done.stderr)
-    found: dict[str, Any] = json.loads((folder / name).read_text(encoding="utf-8"))
+def replayed(
+    machine: Machine, recordings: Sequence[Path], say: Callable[[str], None]
+) -> dict[str, Verdict]:
+    """What `replay --json` says on a machine of each recording, by the file's name."""
+    say(f"replaying: {machine.name}")
+    found: dict[str, Verdict] = {}
+    for path in recordings:
+        done = _command(machine, "replay", str(path), "--json")
+        try:
+            found[path.name] = json.loads(done.stdout)
+        except ValueError as error:
+            raise Unbuildable(f"{machine.name}: replay {path}: {done.stderr}") from error
     return found
 
 
-def matrix_of(machines: Sequence[Machine], document: dict[str, Any]) -> str:
-    """The matrix: differing and compared output events, by who recorded and who replayed."""
-    names = [machine.name for machine in machines]
-    wide = max(map(len, names))
-    lines = [f"{'recorded on / replayed on':{wide}}  {'  '.join(names)}"]
-    for maker in names:
-        cells = [_cell(maker, each["findings"]) for each in document["machines"]]
-        padded = (f"{cell:>{len(name)}}" for cell, name in zip(cells, names, strict=True))
+def matrix_of(verdicts: Mapping[str, Mapping[str, Verdict]]) -> str:
+    """The matrix: differences and compared values, by who recorded and who replayed."""
+    wide = max(map(len, verdicts))
+    lines = [f"{'recorded on / replayed on':{wide}}  {'  '.join(verdicts)}"]
+    for maker in verdicts:
+        padded = (f"{_cell(maker, found):>{len(name)}}" for name, found in verdicts.items())
         lines.append(f"{maker:{wide}}  {'  '.join(padded)}")
-    every = [found for each in document["machines"] for found in each["findings"]]
-    events, fields = (sum(found[key] for found in every) for key in ("events", "fields"))
-    lines.append(f"{len(every)} replays, {events} output events and {fields} fields compared")
+    every = [each for found in verdicts.values() for each in found.values()]
+    values, transfers = (sum(each[key] for each in every) for key in ("events", "transfers"))
+    lines.append(f"{len(every)} replays, {values} values and {transfers} transfers compared")
     return "\n".join(lines)
+
+
+def is_same(verdict: Verdict) -> bool:
+    """Whether the replay was the run, by the code that had made it."""
+    return verdict["identical"] is True and not verdict["code_changed"]
 
 
 def compared_functions(machines: Sequence[Machine]) -> str:
@@ -107,12 +97,11 @@ def compared_functions(machines: Sequence[Machine]) -> str:
     )
 
 
-def _cell(maker: str, findings: Sequence[dict[str, Any]]) -> str:
-    of_maker = [each for each in findings if each["recording"].startswith(f"{maker}.")]
-    differing = sum(each["differences"] for each in of_maker)
-    lost = sum(each["first"] is not None or each["fault"] is not None for each in of_maker)
-    events = sum(each["events"] for each in of_maker)
-    return f"{differing} of {events}" + (f", {lost} not identical" if lost else "")
+def _cell(maker: str, found: Mapping[str, Verdict]) -> str:
+    of_maker = [each for name, each in found.items() if name.startswith(f"{maker}.")]
+    differing, values = (sum(each[key] for each in of_maker) for key in ("differences", "events"))
+    lost = sum(not is_same(each) for each in of_maker)
+    return f"{differing} of {values}" + (f", {lost} not identical" if lost else "")
 
 
 def _command(machine: Machine, *words: str) -> "subprocess.CompletedProcess[str]":

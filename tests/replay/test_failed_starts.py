@@ -158,7 +158,7 @@ def test_verbs_take_it(
         *("tachobot", "start", "failed"),
         True,
     )
-    status, out = ended("certify", "tachobot", "--json")
+    status, out = ended("replay", "tachobot", "--json")
     assert (status, json.loads(out)["identical"]) == (0, True)
     assert row["file"] == str(state / "tachobot.start.recording")
 

@@ -142,7 +142,7 @@ class _Place:
             self._wanted = None if option is None or option.nargs in {0, "?"} else option
         elif self._positionals:
             first, *left = self._positionals
-            if first.dest not in {"compared", "runs"}:  # of `gate` and `certify`: many
+            if first.dest != "compared":  # of `gate`: many
                 self._positionals = left
             if first.dest == "board":
                 self._board = word
@@ -153,7 +153,7 @@ class _Place:
     def _values(self, action: argparse.Action) -> Iterable[str]:
         if action.choices is not None:
             return map(str, action.choices)
-        if not action.option_strings and action.dest in {"run", "runs"}:
+        if not action.option_strings and action.dest == "run":
             return _recordings(known_names())
         if action.dest in {"board", "compared"}:
             return [*known_names(), *self._beside_boards()]

@@ -1,4 +1,4 @@
-"""`firmware-runtime continuity BOARD`: every stage run, recorded, replayed and compared."""
+"""`firmware-runtime continuity BOARD`: every stage run, recorded and replayed."""
 
 import argparse
 import json
@@ -7,15 +7,14 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from firmware_runtime.board.ends import role_without_hardware
 from firmware_runtime.cli.arguments import SubParsers, add_board, add_verb, positive
 from firmware_runtime.cli.chosen_board import chosen_board
 from firmware_runtime.cli.readers_gone import print_line
+from firmware_runtime.cli.replayed_run import difference_in_words
 from firmware_runtime.cli.written import check_output
-from firmware_runtime.continuity.certificate import NOTHING, Certificate
+from firmware_runtime.continuity.certificate import Certificate
 from firmware_runtime.continuity.page import certificate_page
 from firmware_runtime.continuity.stage_run import Plan, StageRun, run_stage
-from firmware_runtime.devs.time import format_time
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.links.cut.impairment import impairment
 from firmware_runtime.recording.chance import UNKEPT
@@ -26,16 +25,18 @@ from firmware_runtime.system.own_folder import own_folder
 from firmware_runtime.system.whole_file import keep_output
 
 _ABOUT = """
-Each stage runs on doubles, in a process of its own. What entered the board's controller in it
-enters the same controller again in virtual time, and every output event is compared, floats to the
-bit. Exit status 0: all stages that were run are equal, 1: one differs or went wrong, or none ran.
+Each stage runs on doubles, in processes of its own. What entered them enters the same drivers and
+models again in virtual time, and all that leaves these is compared with the run's, floats to the
+bit. Stages are not compared with one another: other samples enter in each. Exit status 0: each
+stage that was run is its replay, on the same code and settings; 1: one is not, went wrong, or none
+ran.
 """
 _SUFFIXES = (".json", ".html")
 
 
 def add_to(verbs: SubParsers) -> None:
     """Add this verb to the command line."""
-    summary = "Certify that a board's controller does the same in every stage."
+    summary = "Run a board in every stage; certify that each run replays bit for bit."
     verb = add_verb(verbs, "continuity", summary, execute)
     verb.epilog = _ABOUT
     add_board(verb)
@@ -95,7 +96,6 @@ def execute(arguments: argparse.Namespace) -> int:
         impairment(arguments.impair)  # what cannot be read is refused before anything runs
     _refuse_without_effect(arguments)
     board = chosen_board(arguments.board, arguments.assignments)
-    role_without_hardware(board)  # one without roles is refused before anything runs
     duration_s = arguments.duration_s or board.doubles_run_s
     link = None if arguments.link == "udp" else arguments.link
     plan = Plan(board, arguments.board, duration_s, arguments.impair, link)
@@ -104,8 +104,8 @@ def execute(arguments: argparse.Namespace) -> int:
         certificate = Certificate(plan, runs)
         _write(certificate, output)
     verdict = certificate.verdict
-    print(f"{verdict if certificate.is_equal else verdict.upper()}: {output}")
-    return Status.OK if certificate.is_equal else Status.MODEL_ERROR
+    print(f"{verdict if certificate.is_identical else verdict.upper()}: {output}")
+    return Status.OK if certificate.is_identical else Status.MODEL_ERROR
 
 
 def _refuse_without_effect(arguments: argparse.Namespace) -> None:
@@ -149,18 +149,20 @@ def _runs(plan: Plan, stages: list[str], folder: Path) -> Iterator[StageRun]:
 
 
 def _said(run: StageRun) -> Iterator[str]:
-    comparison = run.comparison or NOTHING
     if not run.has_run:
         yield f"{run.stage}: not run: {run.why_not}"
         return
-    if fault := run.failed or comparison.fault:
-        yield f"{run.stage}: {fault}"
-    yield f"{run.stage}: {comparison.events} output events, {comparison.differences} differ"
-    if comparison.first is not None:
-        said = comparison.first.as_json(comparison.state)
-        yield f"  first at {format_time(comparison.first.at)}: {json.dumps(said)}"
-        if comparison.has_drawn:
-            yield f"  {UNKEPT}"
+    if run.failed is not None:
+        yield f"{run.stage}: {run.failed}"
+    for role, end in run.ends.items():
+        verdict = end.verdict
+        yield f"{run.stage}, {role}: {verdict.events} values left, {verdict.differences} differ"
+        if end.fault is not None:
+            yield f"  {end.fault}"
+        if verdict.first is not None:
+            yield from difference_in_words(verdict.first)
+            if verdict.has_drawn:
+                yield f"  {UNKEPT}"
 
 
 def _write(certificate: Certificate, output: Path) -> None:

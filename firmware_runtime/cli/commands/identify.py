@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 _ABOUT = """
 RUN is a recording, as `replay` takes it: a file, or a board for its last run; or a file of
-`run --record` or `run --trace`; or a CSV table with the columns time_s, input (N, or N m) and
+`run --trace`; or a CSV table with the columns time_s, input (N, or N m) and
 output. What the board's input and output are, its definition says. The run should push the body
 both ways, quickly and slowly, and let it come to rest.
 """

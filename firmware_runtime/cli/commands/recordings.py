@@ -5,7 +5,7 @@ import json
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
-from firmware_runtime.blackbox.chunk_file import Numbered, file_of
+from firmware_runtime.blackbox.chunk_file import used_of
 from firmware_runtime.blackbox.file_content import whole_content_of
 from firmware_runtime.blackbox.found import find_recording, kept_recordings, last_recordings
 from firmware_runtime.blackbox.layout import PREFIX_SIZE, is_of_another_format
@@ -107,7 +107,7 @@ def _keep(run: str, output: Path | None) -> int:
     """Write what of a recording is used, in order."""
     recording = read_recording(find_recording(run))
     path = Path(f"{recording.header.run}.recording") if output is None else output
-    content = file_of([Numbered(each.number, each.contents) for each in recording.chunks])
+    content = used_of(recording)
     keep_output(path, content)
     begin, until = span_of(recording)
     print(f"{path}: {begin / SECOND:.3f} s to {until / SECOND:.3f} s, {_size(content)}")

@@ -158,7 +158,6 @@ def _run(
                 outcome = session.run(report.until)
                 if reports is not None:
                     reports.keep_signals_off()
-                files.ended(outcome)
             if isinstance(outcome.error, StatisticsFileError):
                 raise outcome.error  # the run never began: bad input, like a board's
             status: int = _status(outcome, session)
@@ -239,6 +238,9 @@ def _recording_path(
 ) -> Path | None:
     """Where it is kept what enters the run; a loop's delay is measured without."""
     if arguments.loop is not None:
+        if arguments.record is not None:
+            fault = "--loop measures a delay, and nothing is recorded of it"
+            raise ConfigError.of_one("run", f"{fault}; expected it without --record")
         return None
     if statistics is not None:
         return recording_beside(statistics)

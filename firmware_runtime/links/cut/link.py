@@ -59,9 +59,6 @@ class Link(EventSource):
         self.cut = cut
         self.terms = terms
         self.counts = Counts()
-        self.ages: dict[str, int] = {}
-        """By crossing, how old its latest value was when it arrived, ns; none before the clocks of
-        both ends have been compared."""
         self.on_bad: Callable[[str], None] = lambda _: None
         self.on_bye: Callable[[Farewell], None] = lambda _: None
         self.on_closed: Callable[[], None] = lambda: None
@@ -205,19 +202,16 @@ class Link(EventSource):
 
     def _take_step(self, frame: Frame) -> None:
         """Raises Refused."""
-        known = self.peer.clock.age(self._time(), frame.origin)
-        age = known or 0
+        age = self.peer.clock.age(self._time(), frame.origin) or 0
         try:
             names = self._delivery.take(frame, age)
         except Refused as refusal:
             if refusal.reason is Reason.TOO_OLD:
                 self._interrupt(str(refusal))
             raise
-        for name in names:
-            if self._meter is not None:
+        if self._meter is not None:
+            for _ in names:
                 self._meter.note_age(age)
-            if known is not None:
-                self.ages[name] = known
 
     def _why_bad(self, clock: int) -> str | None:
         """Why the link is not good; None if it is."""

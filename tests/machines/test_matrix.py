@@ -10,26 +10,30 @@ import pytest
 from tests.machines.environments import _script
 from tests.machines.functions import digests_of_the_library
 from tests.machines.interpreters import Interpreter, interpreters
-from tests.machines.matrix import Machine, matrix_of
-
-MACHINES = [Machine("old", Path("old"), is_emulated=False), Machine("new", Path("new"), True)]
+from tests.machines.matrix import is_same, matrix_of
 
 
-def finding(recording: str, **changed: object) -> dict[str, object]:
-    same = {"differences": 0, "events": 10, "fields": 7, "first": None, "fault": None}
-    return {"recording": recording, **same, **changed}
+def verdict(**changed: object) -> dict[str, object]:
+    same = {"identical": True, "differences": 0, "events": 10, "transfers": 7, "code_changed": []}
+    return {**same, **changed}
 
 
 def test_the_matrix_has_a_row_for_who_recorded_and_a_column_for_who_replayed() -> None:
-    of_old = [finding("old.a.recording"), finding("old.b.recording"), finding("new.a.recording")]
-    of_new = [*of_old[:2], finding("new.a.recording", differences=3, first={"field": "x"})]
-    head, old, new, counts = matrix_of(
-        MACHINES, {"machines": [{"findings": of_old}, {"findings": of_new}]}
-    ).splitlines()
+    of_old = dict.fromkeys(("old.a.recording", "old.b.recording", "new.a.recording"), verdict())
+    of_new = {**of_old, "new.a.recording": verdict(differences=3, identical=False)}
+    head, old, new, counts = matrix_of({"old": of_old, "new": of_new}).splitlines()
     assert head.split()[-2:] == ["old", "new"]
     assert old.split() == ["old", "0", "of", "20", "0", "of", "20"]
     assert new.split() == ["new", "0", "of", "10", "3", "of", "10,", "1", "not", "identical"]
-    assert counts == "6 replays, 60 output events and 42 fields compared"
+    assert counts == "6 replays, 60 values and 42 transfers compared"
+
+
+@pytest.mark.parametrize("changed", [{"code_changed": ["x"]}, {"identical": None}])
+def test_other_code_and_what_was_not_wholly_compared_are_not_the_same(
+    changed: dict[str, object],
+) -> None:
+    assert is_same(verdict())
+    assert not is_same(verdict(**changed))
 
 
 @pytest.mark.slow
