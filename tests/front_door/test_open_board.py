@@ -342,3 +342,11 @@ def test_a_recording_of_a_robot_that_never_ran_says_so(tmp_path: Path) -> None:
     ended = read_recording(tmp_path / "run.recording").ended
     assert ended is not None
     assert ended.reason == "the run did not begin"
+
+
+def test_a_sound_robot_that_still_comes_up_has_not_failed() -> None:
+    with open_board("tachobot", doubles=True, clock="virtual") as robot:
+        first = robot.run(0.05)
+        assert first.state is RunState.ENDED
+        assert first.reason.endswith("; so far imu is not up yet")
+        assert "so far" not in robot.run(5.0).reason
