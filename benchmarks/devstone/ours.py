@@ -14,7 +14,7 @@ def main() -> None:
     begun = process_time()
     model = devstone(shape, width, depth)
     modelled = process_time()
-    simulator = Simulator(model)
+    simulator = Simulator(model, checked=False)
     prepared = process_time()
     simulator.run(0)
     ended = process_time()

@@ -15,7 +15,7 @@ from firmware_runtime.executive.outcome import Outcome
 from firmware_runtime.runs.session import Session
 from firmware_runtime.statistics.figures import Figures
 from firmware_runtime.statistics.statistics import RunState
-from firmware_runtime.statistics.text.sentences import periods_not_kept
+from firmware_runtime.statistics.text.sentences import outputs_text, periods_not_kept
 from firmware_runtime.statistics.text.statistics import statistics_text
 from firmware_runtime.status import Status
 
@@ -116,8 +116,7 @@ class Report:
             yield f"{name} {value:.4f}" if isinstance(value, float) else f"{name} {value}"
         outputs_on = self._asked(session.outputs)
         if outputs_on is not None:
-            on = ", ".join(f"{name} {count}" for name, count in outputs_on.items())
-            yield f"outputs still on: {on or 'none is known'}"
+            yield outputs_text(outputs_on)
         yield ""
         yield from statistics_text(figures)
 

@@ -27,6 +27,7 @@ from firmware_runtime.stages.staged_run import (
 )
 from firmware_runtime.stages.way import WIFI
 from firmware_runtime.statistics.number_formats import NOT_KNOWN, microseconds, milliseconds
+from firmware_runtime.statistics.text.sentences import outputs_text
 from firmware_runtime.status import Status
 from firmware_runtime.system.process_identity import started_at
 
@@ -163,8 +164,7 @@ def _text(document: Mapping[str, Any]) -> Iterator[str]:
     for name, value in (document["result"] or {}).items():
         yield f"{name} {value:.4f}" if isinstance(value, float) else f"{name} {value}"
     if "outputs_on" in document:
-        on = ", ".join(f"{name} {count}" for name, count in document["outputs_on"].items())
-        yield f"outputs still on: {on or 'none is known'}"
+        yield outputs_text(document["outputs_on"])
     yield ""
     impaired = link["impairment"]
     how = f", {impaired['how']} by {impaired['by']}" if impaired is not None else ""

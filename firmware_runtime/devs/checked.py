@@ -1,7 +1,11 @@
-"""Checked mode: the laws that the fast loops trust a model to keep, watched at every step."""
+"""The laws that the fast loops trust a model to keep, watched at every step.
 
-from collections.abc import Callable, Iterable, Iterator
-from functools import partial
+That values are sent in output functions only, and of the port's type, is watched in virtual time
+unless it is switched off. That an output function leaves the state alone takes a copy of the state
+around every output, and is watched when asked for.
+"""
+
+from collections.abc import Iterable, Iterator
 from itertools import chain
 from typing import Any, Protocol
 
@@ -9,39 +13,31 @@ from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.component import Component
 from firmware_runtime.devs.errors import OutputChangedState, PortTypeError, SentOutsideOutput
 from firmware_runtime.devs.functions import Functions, Wrapped
-from firmware_runtime.devs.ports import AnyPort, InPort, OutPort, carries
+from firmware_runtime.devs.ports import AnyPort, InPort, OutPort, StandIn, carries
 
 _DEPTH = 4
 """How deep the state is looked into; what lies below is taken as unchanged."""
 
 
-class Clocked(Protocol):
-    """What the checks need of a simulator: the instant, for their messages."""
+class Sending(Protocol):
+    """What the checks need of a simulator: the instant, and which model's output is under way."""
 
     now: int
+    sending: int
 
 
-class Checks:
-    """An instrument: outputs may not change the state, sends happen in outputs, types fit."""
+class StateCheck:
+    """An instrument: an output function that changes its model's state is an error."""
 
-    def __init__(self, simulator: Clocked) -> None:
+    def __init__(self, simulator: Sending) -> None:
         self._simulator = simulator
-        self._sending: Atomic | None = None
 
     def __call__(self, atomic: Atomic, functions: Functions) -> Functions:
         """Watch one model."""
-        for port in atomic.out_ports.values():
-            port.wrap(partial(self._checked_send, atomic, port))
-        output = self._checked_output(atomic, functions.output)
-        rest = functions.internal, functions.external, functions.confluent
-        return Wrapped(atomic, output, *rest)
 
-    def _checked_output(self, atomic: Atomic, output: Callable[[], None]) -> Callable[[], None]:
         def checked_output() -> None:
             before = snapshot(atomic)
-            self._sending = atomic
-            output()
-            self._sending = None
+            functions.output()
             after = snapshot(atomic)
             if after != before:
                 names = before.keys() | after.keys()
@@ -49,20 +45,33 @@ class Checks:
                 fault = f"its output function changed {', '.join(changed)}; it may only send"
                 raise OutputChangedState(atomic.path, self._simulator.now, fault)
 
-        return checked_output
+        rest = functions.internal, functions.external, functions.confluent
+        return Wrapped(atomic, checked_output, *rest)
 
-    def _checked_send(
-        self, atomic: Atomic, port: OutPort[Any], send: Callable[[Any], None]
-    ) -> Callable[[Any], None]:
-        def checked_send(value: object) -> None:
-            if self._sending is not atomic:
-                fault = f"sent on port {port.name!r} outside its output function"
-                raise SentOutsideOutput(atomic.path, self._simulator.now, fault)
-            if not carries(port.type, type(value)):
-                raise PortTypeError(atomic.path, self._simulator.now, wrong_type(port, value))
-            send(value)
 
-        return checked_send
+class CheckedBag(StandIn[Any]):
+    """In the place of a port's bag: takes what its model's output sends, of the port's type."""
+
+    __slots__ = ("_entry", "_inner", "_kind", "_number", "_port", "_register", "_simulator")
+
+    def __init__(self, port: OutPort[Any], number: int, simulator: Sending) -> None:
+        inner = port.taken_over_by(self)
+        self._number = number
+        self._port, self._kind, self._simulator = port, port.type, simulator
+        self._inner, self._register, self._entry = inner.bag, inner.register, inner.entry
+
+    def append(self, value: object, /) -> None:
+        """Put one value into the bag. Raises SentOutsideOutput, PortTypeError."""
+        if self._simulator.sending != self._number:
+            fault = f"sent on port {self._port.name!r} outside its output function"
+            raise SentOutsideOutput(self._port.owner.path, self._simulator.now, fault)
+        if type(value) is not self._kind and not carries(self._kind, type(value)):
+            fault = wrong_type(self._port, value)
+            raise PortTypeError(self._port.owner.path, self._simulator.now, fault)
+        inner = self._inner
+        if not inner:
+            self._register.append(self._entry)
+        inner.append(value)
 
 
 def wrong_type(port: AnyPort, value: object) -> str:

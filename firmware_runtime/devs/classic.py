@@ -22,6 +22,7 @@ from collections.abc import Callable, Iterable, Sequence
 from functools import partial
 from typing import Any
 
+from firmware_runtime.devs.agenda import NO_MODEL
 from firmware_runtime.devs.component import Component
 from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.engine import Engine
@@ -68,7 +69,9 @@ class ClassicSimulator(Engine):
     def _activate(self, number: int) -> None:
         model = self._models[number]
         self.internal_transitions += 1
+        self.sending = number
         self._call(number, model.output)
+        self.sending = NO_MODEL
         self._call(number, model.internal)
 
     def _deliver(self, at: int, imminent: list[int]) -> None:

@@ -5,9 +5,9 @@ from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from typing import Any, NoReturn, TypeVar
 
-from firmware_runtime.devs.agenda import Agenda
+from firmware_runtime.devs.agenda import NO_MODEL, Agenda
 from firmware_runtime.devs.atomic import Atomic
-from firmware_runtime.devs.checked import Checks, wrong_type
+from firmware_runtime.devs.checked import CheckedBag, StateCheck, wrong_type
 from firmware_runtime.devs.component import Component
 from firmware_runtime.devs.errors import (
     IllegitimateModel,
@@ -33,18 +33,19 @@ ZERO_TIME_LIMIT = 100_000
 class Engine(ABC):
     """A flat model ready to run from time zero; `now` is the instant worked off last, in ns.
 
-    `instruments` may wrap each model's functions. With `checked`, an output function that changes
-    its model's state, a send outside an output function, and a value of another type than its
-    port's are errors too. `own_confluents` are those functions by number of the models that define
-    one. `internal_transitions` and `external_transitions` count; a confluent transition is one of
-    each. After an error the run is over: only `exit` may follow.
+    `instruments` may wrap each model's functions. A send outside an output function and a value of
+    another type than its port's are errors; with `checked` so is an output function that changes
+    its model's state; with `checked=False`, for real time, none of these is looked for.
+    `own_confluents` are those functions by number of the models that define one.
+    `internal_transitions` and `external_transitions` count; a confluent transition is one of each.
+    After an error the run is over: only `exit` may follow.
     """
 
     def __init__(
         self,
         root: Component,
         *,
-        checked: bool = False,
+        checked: bool | None = None,
         instruments: Sequence[Instrument] = (),
         zero_time_limit: int = ZERO_TIME_LIMIT,
     ) -> None:
@@ -67,8 +68,15 @@ class Engine(ABC):
         }
         self._injected: list[tuple[OutPort[Any], object]] = []
         self._connect(sieved(self._feeds(wiring), self._refuse))
+        self.sending = NO_MODEL
+        """The number of the model whose output function is under way: only it may send."""
+        if checked is not False:
+            for number, atomic in enumerate(self.atomics):
+                for port in atomic.out_ports.values():
+                    if port.leads_somewhere or checked:
+                        CheckedBag(port, number, self)
         if checked:
-            instruments = (*instruments, Checks(self))
+            instruments = (*instruments, StateCheck(self))
         self._models, self.own_confluents = bind(self.atomics, instruments)
         self.last_at = [0] * len(self.atomics)
         """When each model had its last transition, by number."""

@@ -138,11 +138,6 @@ class OutPort(Generic[T]):
         """Whether it is coupled or listened to: if not, a value need not even be made."""
         return self.bag is not NOWHERE
 
-    def wrap(self, around: Callable[[Callable[[T], None]], Callable[[T], None]]) -> None:
-        """Put a function around `send`: `around` makes it, given the `send` there was."""
-        inner = self._as_it_was()
-        self.bag = Relay(around(inner.send))
-
     def taken_over_by(self, bag: StandIn[T]) -> "OutPort[T]":
         """Send into `bag` from now on; returns a port that sends where this one did."""
         inner = self._as_it_was()

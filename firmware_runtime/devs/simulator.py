@@ -69,7 +69,9 @@ class Simulator(Engine):
                 taken = True
                 at = self.now = agenda.due_at[number]
                 model = models[number]
+                self.sending = number
                 model.output()
+                self.sending = NO_MODEL
                 if reached:
                     imminent = agenda.take_first(number)
                     self._work_off(at, self._transit(at, imminent, reached), rounds=1)
@@ -104,7 +106,9 @@ class Simulator(Engine):
                 self.round = rounds
                 rounds += 1
                 for number in imminent:
+                    self.sending = number
                     models[number].output()
+                self.sending = NO_MODEL
                 imminent = self._transit(at, imminent, reached)
         except ModelError:
             raise

@@ -246,7 +246,7 @@ class Executive:
         self.reached = self._ended_at()
         self._ledger.pause(self.reached)
         self._paused = outcome
-        return self.readiness.judged(outcome)
+        return self.readiness.so_far(outcome)
 
     def _ended_at(self) -> int:
         """The present instant; that of the last event where virtual time waited for nothing."""

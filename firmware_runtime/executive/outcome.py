@@ -97,6 +97,14 @@ class Readiness:
             reason = f"a model's unready raised {type(error).__name__}: {text_of(error)}"
             return Outcome(RunState.FAILED, reason, outcome.error or error)
 
+    def so_far(self, outcome: Outcome) -> Outcome:
+        """The outcome of a run that pauses: devices that are still coming up have not failed."""
+        judged = self.judged(outcome)
+        if judged.state is not RunState.FAILED or judged.error is not None or self._have_failed():
+            return judged
+        waiting = "; ".join(f"{path} {device.unready()}" for path, device in self.waiting)
+        return replace(outcome, reason=f"{outcome.reason}; so far {waiting}")
+
     def _judged(self, outcome: Outcome) -> Outcome:
         self.poll()
         reason = "; ".join(self._sentences())

@@ -50,7 +50,8 @@ class Profiler:
         self._accounts: list[ModelAccount] = []
         self._actuators = {deadline.to_model for deadline in configuration.deadlines}
         instruments = [self._open_account] if tap is None else [tap.instrument, self._open_account]
-        self.simulator = Simulator(root, instruments=instruments)
+        checked = None if stands_still else False
+        self.simulator = Simulator(root, checked=checked, instruments=instruments)
         self.accounting = Accounting(self.step, self._accounts, self.simulator)
         self._refuse_what_names_nothing(configuration)
         self.watches = [self._watch(each) for each in configuration.deadlines]

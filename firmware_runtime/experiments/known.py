@@ -10,17 +10,10 @@ from firmware_runtime.stages.stage import Stage
 LOOP: Final = "loop-delay"
 LOOP_DELAY: Final = OwnExperiment(
     title="Delay of a loop: a ramp out and back",
-    figure="Figures 12 and 13",
-    published=(
-        "Pecker Marcosig, Giribet, Castro: DEVS-over-ROS (DoveR), 2018, Figures 12 and 13.",
-        "Local, with both ROS nodes on one PC: in the order of 7 ms, almost constant.",
-        "Remote, with both nodes on a Raspberry Pi over WiFi: in the order of 80 ms, varying more.",
-    ),
-    paper={"local_delay_ms": 7.0, "remote_delay_ms": 80.0},
     stages=(Stage.NETWORK, Stage.REMOTE),
     run="firmware_runtime.experiments.loop_experiment:run_loop",
 )
-"""Of any board with a table [roles]."""
+"""Of any board with a table [roles]; one with published figures has its own of this name."""
 
 
 def experiments_of(board: Board) -> Mapping[str, Experiment]:

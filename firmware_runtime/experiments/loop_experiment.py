@@ -45,7 +45,7 @@ class StageDelays(Struct, frozen=True):
 
     delays: Delays
     every_s: float
-    published_ms: float
+    published_ms: float | None
     lateness_p50_us: float | None
     """Of the controller's run: how long after its instant a value was sent, within the delay."""
     carried_p50_us: float | None
@@ -90,7 +90,7 @@ class LoopRuns:
         head = ("stage", "published", "p50", "p99", "least", "most", "out p50", "return p50")
         more = ("every", "sent late p50", "carried p50", "sent", "back")
         rows = [
-            (stage.value, f"about {each.published_ms:g} ms", *_cells(each))
+            (stage.value, _published(each.published_ms), *_cells(each))
             for stage, each in self.figures.items()
         ]
         return table("Loop delay by stage", (*head, *more), rows)
@@ -114,9 +114,11 @@ class LoopRuns:
         """The figures for a terminal, beside the published one."""
         for stage, each in self.figures.items():
             delays = each.delays
+            published = each.published_ms
+            beside = "" if published is None else f"; published: {_published(published)}"
             yield (
-                f"{stage}: p50 {_ms(delays.p50_ms)}, p99 {_ms(delays.p99_ms)}; published: about "
-                f"{each.published_ms:g} ms; {delays.back} of {delays.sent} came back, "
+                f"{stage}: p50 {_ms(delays.p50_ms)}, p99 {_ms(delays.p99_ms)}{beside}; "
+                f"{delays.back} of {delays.sent} came back, "
                 f"one every {each.every_s * 1e3:g} ms; "
                 f"{each.between}"
             )
@@ -158,7 +160,7 @@ def _measured(trial: Trial, stage: Stage) -> tuple[Sequence[Round], StageDelays]
     found = [each for each in every if since_s <= each.sent_s <= last_s - SETTLING_S]
     late = document["controller"]["statistics"]["models"]["ramp"]["lateness_us"]["p50"]
     carried = document["link"]["back"].get("round_trip_us", {}).get("p50")
-    published_ms = LOOP_DELAY.paper[PUBLISHED[stage]]
+    published_ms = trial.experiment.paper.get(PUBLISHED[stage])
     delays = delays_of(found)
     if not delays.back:
         fault = f"no value of the ramp came back in {for_s:g} s, the first and last second left out"
@@ -183,6 +185,10 @@ def _cells(figures: StageDelays) -> list[str]:
         str(delays.sent),
         str(delays.back),
     ]
+
+
+def _published(delay_ms: float | None) -> str:
+    return NOTHING if delay_ms is None else f"about {delay_ms:g} ms"
 
 
 def _us(span_us: float | None) -> str:

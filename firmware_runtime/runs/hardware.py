@@ -13,7 +13,7 @@ from firmware_runtime.board.robot import Robot
 from firmware_runtime.executive.clocks import Clock, OutsideClock, WorldClock
 from firmware_runtime.hal.errors import HalError
 from firmware_runtime.hal.interlock import Interlock
-from firmware_runtime.runs.lines import close_lines, open_lines
+from firmware_runtime.runs.lines import close_lines, open_lines, soon_free
 from firmware_runtime.runs.outputs import switched_off
 from firmware_runtime.runs.rigs import blamed_on_rig, of_rig, rig_for, served_doubles
 
@@ -53,8 +53,8 @@ class Hardware:
         self.world_now = WorldClock() if is_own else OutsideClock(clock.now)
         self.rig: Rig | None = rig_for(board, self.world_now) if is_own else None
         self._served: ServedDoubles | None = None
-        if self._served_at is not None:
-            self._served = served_doubles(board, self._served_at, wait_s=SERVED_WITHIN_S)
+        if (path := self._served_at) is not None:
+            self._served = soon_free(lambda: served_doubles(board, path, wait_s=SERVED_WITHIN_S))
         self.doubles: Doubles | None = self._served if self.rig is None else self.rig
         self.lines = Lines({})
         try:

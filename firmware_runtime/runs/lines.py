@@ -1,7 +1,8 @@
 """A board's buses and ports, opened: the real ones, or those of its doubles."""
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, TypeVar
+from time import monotonic, sleep
+from typing import TYPE_CHECKING, Final, TypeVar
 
 from msgspec import Struct
 
@@ -13,7 +14,7 @@ from firmware_runtime.hal.absent import AbsentBus, AbsentPort
 from firmware_runtime.hal.accounted_bus import AccountedBus
 from firmware_runtime.hal.accounted_port import AccountedPort
 from firmware_runtime.hal.enable_line import EnableLine
-from firmware_runtime.hal.errors import HalError
+from firmware_runtime.hal.errors import BusInUse, HalError
 from firmware_runtime.hal.i2c import I2cBus
 from firmware_runtime.hal.interlock import Interlock, always_enabled
 from firmware_runtime.hal.line_time import NO_TIME, LineTime
@@ -25,6 +26,12 @@ if TYPE_CHECKING:  # safe-state has none, and is not to wait for what it imports
     from firmware_runtime.blackbox.recorder import Recorder
 
 Line = TypeVar("Line", I2cBus, SerialPort)
+T = TypeVar("T")
+
+FREE_WITHIN_S: Final = 1.0
+"""How long a run waits for a line that another process has."""
+AGAIN_S: Final = 0.02
+"""Between two attempts to open it."""
 
 
 def open_lines(
@@ -101,7 +108,12 @@ class _Opening(Struct, frozen=True):
 
     def bus(self, name: str) -> I2cBus:
         stated, doubles = self.board.settings.buses[name], self.doubles
-        inner = doubles.buses[name] if doubles else open_i2c(name, stated.device, alone=self.alone)
+        if doubles:
+            inner = doubles.buses[name]
+        elif self.alone:
+            inner = soon_free(lambda: open_i2c(name, stated.device, alone=True))
+        else:
+            inner = open_i2c(name, stated.device, alone=False)
         return AccountedBus(
             inner if self.recorder is None else self.recorder.bus(inner),
             round(stated.speed_hz),
@@ -118,6 +130,21 @@ class _Opening(Struct, frozen=True):
             inner = open_serial(name, stated.device, stated.baud, alone=self.alone)
         tapped = inner if self.recorder is None else self.recorder.port(inner)
         return AccountedPort(tapped, stated.baud, self.time)
+
+
+def soon_free(take: Callable[[], T]) -> T:
+    """What `take` opens; tried again for FREE_WITHIN_S while another process has it.
+
+    A run that has just ended lets its lines go a moment later. Raises BusInUse.
+    """
+    give_up_at = monotonic() + FREE_WITHIN_S
+    while True:
+        try:
+            return take()
+        except BusInUse:
+            if monotonic() >= give_up_at:
+                raise
+        sleep(AGAIN_S)
 
 
 def _enable_line(board: Board) -> EnableLine | None:

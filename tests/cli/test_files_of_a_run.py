@@ -165,7 +165,7 @@ def test_a_file_that_did_not_take_everything_is_a_status_of_its_own(
 ) -> None:
     ended = command("run", "tachobot", *BRIEFLY[:-1], "3", option, "/dev/full")
     assert ended.status == 10
-    assert "outputs still on: thrust_pairs 0" in ended.out
+    assert "outputs still on: none" in ended.out
     (said,) = ended.error.splitlines()
     assert "/dev/full: the " in said
     assert why in said

@@ -25,7 +25,7 @@ def test_a_world_that_breaks_costs_its_result_and_nothing_else(
     ended = command(*RUN)
     assert ended.status == Status.BAD_INPUT
     assert "KeyError: 'wheels'" in ended.error
-    assert "outputs still on: thrust_pairs 0" in ended.out
+    assert "outputs still on: none" in ended.out
     assert "activations run, 0 skipped" in ended.out
 
 

@@ -351,3 +351,11 @@ def test_of_a_robot_that_never_ran_there_is_no_recording(tmp_path: Path) -> None
     virtual(record=tmp_path / "run.recording", log=said.append).close()
     assert said == [f"warning: {tmp_path}/run.recording: nothing of this run was recorded"]
     assert list(tmp_path.iterdir()) == []
+
+
+def test_a_sound_robot_that_still_comes_up_has_not_failed() -> None:
+    with open_board("tachobot", doubles=True, clock="virtual") as robot:
+        first = robot.run(0.05)
+        assert first.state is RunState.ENDED
+        assert first.reason.endswith("; so far imu is not up yet")
+        assert "so far" not in robot.run(5.0).reason

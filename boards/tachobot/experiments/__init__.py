@@ -147,6 +147,19 @@ SMITH: Final = OwnExperiment(
     run="boards.tachobot.experiments.smith:run",
 )
 
+LOOP_DELAY: Final = OwnExperiment(
+    title="Delay of a loop: a ramp out and back",
+    figure="Figures 12 and 13",
+    published=(
+        f"{PAPER}, Figures 12 and 13.",
+        "Local, with both ROS nodes on one PC: in the order of 7 ms, almost constant.",
+        "Remote, with both nodes on a Raspberry Pi over WiFi: in the order of 80 ms, varying more.",
+    ),
+    paper={"local_delay_ms": 7.0, "remote_delay_ms": 80.0},
+    stages=("network", "remote"),
+    run="firmware_runtime.experiments.loop_experiment:run_loop",
+)
+
 EXPERIMENTS: Final[Mapping[str, Experiment]] = {
     "yaw-step": YAW_STEP,
     "network-yaw-step": NETWORK_YAW_STEP,
@@ -155,4 +168,5 @@ EXPERIMENTS: Final[Mapping[str, Experiment]] = {
     "smith": SMITH,
     "embedded-step-friction": EMBEDDED_STEP_FRICTION,
     "circle": CIRCLE,
+    "loop-delay": LOOP_DELAY,
 }

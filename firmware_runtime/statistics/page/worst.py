@@ -50,7 +50,11 @@ _ABOUT = (
 def worst_activations(worst: Sequence[WorstActivation]) -> list[Element]:
     """A list of them, the worst first."""
     if not worst:
-        return [element("p", "No activation has been kept: none took any time.")]
+        return [
+            element(
+                "p", "No activation has been kept: what only answers inputs has none of its own."
+            )
+        ]
     colours = Colours()
     bars = (_activation(number, each, colours) for number, each in enumerate(worst))
     return [element("p", _ABOUT), element("ol", *bars, class_="worst-list")]

@@ -1,6 +1,6 @@
 """What went wrong in a run, in sentences: faults, periods not kept, requests refused."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 
 from firmware_runtime.statistics.conditions import Settings
 from firmware_runtime.statistics.figures import FaultFigures, Figures
@@ -45,3 +45,11 @@ def _when(counted: FaultFigures) -> str:
         return f" at {seconds(last)}"
     begun = "" if first is None else f" from {seconds(first)}"
     return f"{begun} to {seconds(last)}"
+
+
+def outputs_text(outputs_on: Mapping[str, int]) -> str:
+    """How many outputs of each chip are on after a run; "none is known" where no chip can say."""
+    if not outputs_on:
+        return "outputs still on: none is known"
+    on = ", ".join(f"{name} {count}" for name, count in outputs_on.items() if count)
+    return f"outputs still on: {on or 'none'}"

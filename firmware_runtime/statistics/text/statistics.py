@@ -69,8 +69,14 @@ def _story(figures: Figures) -> str:
     return (
         f"{state} {seconds(run.elapsed_s)}: {figures.run} of "
         f"{figures.scheduled} activations run, {figures.skipped} skipped, "
-        f"{figures.coalesced} coalesced{_waiting(figures)}{_overruns(figures)}"
+        f"{figures.coalesced} coalesced{_waiting(figures)}{_reactions(figures)}{_overruns(figures)}"
     )
+
+
+def _reactions(figures: Figures) -> str:
+    """How often models answered an input at once, which is no activation of their own."""
+    reactions = sum(model.reactions for model in figures.models.values())
+    return f"; {_counted(reactions, 'reaction')} to inputs" if reactions else ""
 
 
 def _overruns(figures: Figures) -> str:
@@ -109,13 +115,14 @@ def _models(figures: Figures) -> list[str]:
     if not figures.models:
         return []
     if figures.is_virtual:
-        head: tuple[str, ...] = ("activations of", "rate", "run", "skipped")
+        head: tuple[str, ...] = ("activations of", "rate", "run", "reactions", "skipped")
         rows: list[tuple[str, ...]] = [
-            (path, rate(model.period_us), str(model.run), str(model.skipped))
+            (path, rate(model.period_us), *_counts(model), str(model.skipped))
             for path, model in figures.models.items()
         ]
         return _table([head, *rows])
-    head = ("lateness of", "rate", "run", "p50", "p99", "max", "budget", "load", "late", "skipped")
+    head = ("lateness of", "rate", "run", "reactions", "p50", "p99", "max")
+    head += ("budget", "load", "late", "skipped")
     rows = [(path, *_model(model)) for path, model in figures.models.items()]
     return [*_table([(*head, "last"), *rows]), ""]
 
@@ -124,7 +131,7 @@ def _model(model: ModelFigures) -> tuple[str, ...]:
     late, last = model.lateness_us, model.last_late_t_ns
     return (
         rate(model.period_us),
-        str(model.run),
+        *_counts(model),
         *map(microseconds, (late.p50, late.p99, late.max)),
         microseconds(model.tolerance_us),
         percent(model.load),
@@ -132,6 +139,12 @@ def _model(model: ModelFigures) -> tuple[str, ...]:
         str(model.skipped),
         "-" if last is None else f"at {seconds(last / 1e9)}",
     )
+
+
+def _counts(model: ModelFigures) -> tuple[str, str]:
+    """Activations that were run, and answers to inputs; a dash for what such a model has not."""
+    is_reactive = model.reactions > 0 and model.run == 0
+    return "-" if is_reactive else str(model.run), str(model.reactions) if model.reactions else "-"
 
 
 def _times(figures: Figures) -> list[str]:
