@@ -24,7 +24,7 @@ from contextlib import contextmanager
 from errno import EAGAIN, EBADF, EBUSY, EIO, ENODEV, EREMOTEIO, ETIMEDOUT
 from functools import lru_cache
 from types import ModuleType
-from typing import Final, Generic, TypeVar
+from typing import Final, Generic, Never, TypeVar
 
 from drivers.chips.step import Step
 from drivers.hardware import HardwareModel
@@ -146,6 +146,13 @@ class CircuitPythonSensor(HardwareModel, Generic[Driver, Value]):
         else:
             self._sample = None
             self.begin()
+
+    def state(self) -> Never:
+        """Raise TypeError: what such a driver holds is its own."""
+        raise TypeError("what a driver of CircuitPython holds is its own")
+
+    def restore(self, state: object) -> None:
+        """There is nothing to restore; a replay begins at the start of the run."""
 
     def _steps(self) -> tuple[Step, ...]:
         return (Step("driver made", self._bring_up_driver, 0),)

@@ -8,6 +8,7 @@ bytes show that.
 """
 
 import struct
+from dataclasses import dataclass
 from typing import Final, NamedTuple
 
 from drivers.chips.ak8963 import BITM, DRDY, HOFL, MEASUREMENT
@@ -109,11 +110,16 @@ class InertialChecks:
         return True
 
 
+@dataclass(init=False, eq=False, slots=True)
 class FieldDecoder:
     """Turns the AK8963's part of a burst into tesla in body axes.
 
     `sensitivity` is in tesla per count of the AK8963's own axes.
     """
+
+    _place: str
+    _axes: tuple[int, int, int]
+    _factors: Vector
 
     def __init__(self, place: str, mounting: Mounting, sensitivity: Vector) -> None:
         magnetometer = mounting.of(MAGNETOMETER_AXES)
@@ -143,12 +149,20 @@ class FieldDecoder:
         return None, bool(st1 & DRDY and st2 & HOFL)
 
 
+@dataclass(init=False, eq=False, slots=True)
 class BurstDecoder:
     """Turns bursts into samples; built once a bring-up, with all factors multiplied out.
 
     `acceleration_range` is full scale in m/s2, `rate_range` in rad/s. Without `field`, samples
     have none and bursts are the shorter ones; `messages` is the transaction to decode.
     """
+
+    messages: tuple[Message, ...]
+    field: FieldDecoder | None
+    _place: str
+    _axes: tuple[int, int, int]
+    _acceleration: Vector
+    _rate: Vector
 
     def __init__(
         self,

@@ -121,19 +121,20 @@ class Pca9685:
         runs is verified and nothing else, so that the outputs of the others stay as they are.
         Raises SettingError at its first step if the chip runs at another rate.
         """
-        return SharedBringUp(self._turn, partial(self._steps_of_one, frequency_hz))
+        return SharedBringUp(
+            self._turn,
+            lambda: self.is_running,
+            partial(self.bring_up, frequency_hz),
+            lambda: (Step("verify", partial(self._verify_at, frequency_hz), 0),),
+        )
 
-    def _steps_of_one(self, frequency_hz: float, bring_up: SharedBringUp) -> tuple[Step, ...]:
-        prescale = prescale_for(frequency_hz, self._osc_hz)
-        if not self.is_running:
-            self._turn.holder = bring_up
-            return self.bring_up(frequency_hz)
-        if prescale != self._prescale:
+    def _verify_at(self, frequency_hz: float) -> None:
+        if prescale_for(frequency_hz, self._osc_hz) != self._prescale:
             raise SettingError(
                 f"{self.place}: runs at {self.frequency_hz:.1f} Hz, and {frequency_hz} Hz is "
                 "wanted as well; expected one rate for all its outputs"
             )
-        return (Step("verify", self.verify, 0),)
+        self.verify()
 
     def silence(self) -> None:
         """Turn all outputs off and leave the ALLCALL address; 87 bits.

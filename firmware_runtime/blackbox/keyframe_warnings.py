@@ -29,11 +29,12 @@ class KeyframeWarnings:
         self.largest: Callable[[], str] = str
         self._first_size = 0
         self._taken_at: int | None = None
-        self._has_said_growth = self._has_said_missing = False
+        self._has_said_growth = self._has_said_missing = self._has_said_never = False
 
     def taken(self, now: int, size: int, *, is_large: bool) -> None:
         """A keyframe of so many bytes has been written."""
         self._taken_at = now
+        self._has_said_missing = False
         self._first_size = self._first_size or size
         if is_large and size >= 2 * self._first_size and not self._has_said_growth:
             self._has_said_growth = True
@@ -43,6 +44,15 @@ class KeyframeWarnings:
                 f"warning: the state has grown, a keyframe from {self._first_size} to {size} bytes"
                 f"{most}: the recording reaches less far back, and this run cannot be "
                 "replayed any more when no chunk has room for one"
+            )
+
+    def cannot(self, why: str) -> None:
+        """None can be taken as the run begins."""
+        if not self._has_said_never:
+            self._has_said_never = True
+            self.log(
+                f"warning: the recording can have no keyframe: {why}; as long as that is so this "
+                "run can be replayed from its start only, and not once that is written over"
             )
 
     def missed(self, now: int, why: str | None, *, is_last_chunk: bool) -> None:

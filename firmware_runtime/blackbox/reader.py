@@ -231,7 +231,7 @@ def _chunk(content: bytes, size: int) -> Chunk | None:
 def _is_section(content: bytes) -> bool:
     try:
         decode(content)
-    except (msgspec.MsgspecError, RecursionError):
+    except msgspec.MsgspecError:
         return False
     return True
 

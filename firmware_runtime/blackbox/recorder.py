@@ -173,6 +173,8 @@ class Recorder:
                 self.end = end_of_step(*written, self._take_keyframe)
         self._writer.write(Kind.GO_ON, until)
         self._schedule.open()
+        if self._schedule.cannot is not None:
+            self._warnings.cannot(self._schedule.cannot)
 
     def arm(self, *, armed: bool) -> None:
         """Outputs may be driven from now on, or may not; what is so already is not said again."""
@@ -236,14 +238,15 @@ class Recorder:
         if ring is None:
             return
         left = min(next_at, self._until) - now
-        if schedule.has_time(left) and (state := schedule.capture(now)) is not None:
+        if schedule.has_time(now, left) and (state := schedule.capture(now)) is not None:
             is_large = LARGE * len(state) > ring.chunk_size
             self._writer.write(Kind.KEYFRAME, now, state)
-            has_room = schedule.fault is None
-            schedule.taken(now, self._now() - now, is_large=is_large and has_room)
-            if has_room:
+            spent = self._now() - now
+            if schedule.fault is None:
+                schedule.taken(now, spent, is_large=is_large)
                 self._warnings.taken(now, len(state), is_large=is_large)
                 return
+            schedule.failed(now, spent)  # no chunk has room for it
         self._warnings.missed(now, schedule.fault, is_last_chunk=ring.is_in_last_chunk)
 
     def _flush(self) -> None:

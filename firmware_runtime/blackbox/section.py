@@ -6,13 +6,13 @@ order in which they came, so a replay that asks for the same, in the same order,
 
 from collections.abc import Callable, Iterable, Sequence
 from enum import IntEnum
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
 import msgspec
 
 from firmware_runtime.devs.tapped_ports import Sent
 from firmware_runtime.errors import ConfigError, text_of
-from firmware_runtime.recording.values import UnknownValue, encoded, legible, plain
+from firmware_runtime.recording.values import UnknownValue, encoded, legible, plain, shallow
 
 
 class Kind(IntEnum):
@@ -46,6 +46,14 @@ class Kind(IntEnum):
     """A section could not be written; `extra` is why. What follows begins at a keyframe."""
 
 
+if TYPE_CHECKING:
+    Messages: TypeAlias = Any
+    Answer: TypeAlias = Any
+else:  # of a file anything else is refused when it is read
+    Messages = list[int | bytes] | bytes
+    Answer = bytes | tuple[str, str]
+
+
 class Transfer(msgspec.Struct, array_like=True, frozen=True):
     """One transfer: a transaction on a bus, or a use of a serial port."""
 
@@ -53,9 +61,9 @@ class Transfer(msgspec.Struct, array_like=True, frozen=True):
     """Place in the header's `lines`."""
     address: int
     """Of the device, 7 bits; of a port what was done: `WRITE`, `READ` or `DISCARD`."""
-    messages: Any
+    messages: Messages
     """As `hal.i2c.Message`, a list; bytes for a port."""
-    answer: Any
+    answer: Answer
     """What was read; name and sentence of the error if it failed."""
     at: int
     """When it had ended, ns since the start of the run; 0 for one before it."""
@@ -170,7 +178,12 @@ def decode(content: bytes) -> Section:
 
     Before the run the clock counts from another moment; the run's start sets it again.
     """
-    section = _decode(content)
+    try:
+        section = _decode(content)
+        if section.entered or isinstance(section.extra, list | dict):
+            shallow([section.entered, section.extra])
+    except (UnicodeDecodeError, RecursionError) as error:  # of a text, or too deep
+        raise msgspec.DecodeError(text_of(error)) from error
     if section.kind is Kind.PROBE:
         section.at = 0
         section.transfers = [msgspec.structs.replace(each, at=0) for each in section.transfers]
@@ -180,8 +193,8 @@ def decode(content: bytes) -> Section:
 def sent_of(section: Section) -> list[tuple[int, Any]]:
     """Number of the port and value, for all that was sent. Raises ConfigError."""
     try:
-        found = pairs_of(_SENT(bytes(section.sent)))
-    except (msgspec.MsgspecError, ValueError) as error:
+        found = pairs_of(shallow(_SENT(bytes(section.sent))))
+    except (msgspec.MsgspecError, ValueError, RecursionError) as error:
         raise _unreadable(str(error)) from error
     if not all(type(number) is int for number, _ in found):
         raise _unreadable("a port that is no number")

@@ -4,14 +4,13 @@ from collections.abc import Iterable, Mapping
 from typing import Any, Final
 
 from firmware_runtime.blackbox.lines import TappedBus, TappedPort, TappedTime
-from firmware_runtime.blackbox.state.keyframes import StateTable
+from firmware_runtime.blackbox.state.keyframes import StateTable, UnkeepableState
 from firmware_runtime.board.lines import Lines
 from firmware_runtime.board.robot import Robot
 from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.component import Component
 from firmware_runtime.devs.coupled import Coupled
-from firmware_runtime.devs.delivery import Delivery
-from firmware_runtime.devs.ports import InPort, OutPort, StandIn
+from firmware_runtime.errors import text_of
 from firmware_runtime.hal.accounted_bus import AccountedBus
 from firmware_runtime.recording.chance import Places
 from firmware_runtime.statistics.file import StatisticsFile
@@ -20,7 +19,6 @@ _PARTS: Final = ("simulator", "accounting", "faults", "watches")
 """Of an executive, by which models are scheduled and counted."""
 _EDGES: Final = (
     *(TappedBus, TappedPort, TappedTime),
-    *(Delivery, InPort, OutPort, StandIn),  # bags are empty between two steps
     *(StatisticsFile, AccountedBus),
 )
 
@@ -41,16 +39,22 @@ def state_of_run(  # noqa: PLR0913 -- parts of a run
     """
     parts = {name: executive_state[name] for name in _PARTS}
     accounts, step = parts["accounting"].accounts, executive_state["step"]
-    strange = [each for account in accounts if account.atomic not in own for each in _of(account)]
+    strange = [each for each in accounts if each.atomic not in own]
     world = [each for each in robot.model.components.values() if not _is_own(each, own)]
-    functions = parts["simulator"].functions
-    own_edges = (step, step.now, lines.interlock, *functions, *strange, *world, *edges)
+    atomics = (each.atomic for each in strange)
+    listener = parts["simulator"].on_postponed  # of a trace
+    own_edges = (step, step.now, lines.interlock, *strange, *atomics, *world, listener, *edges)
     parts["began_at"] = step.began_at  # all else of it is set again by each step
     return StateTable({"robot": robot, **parts}, (*_EDGES, *own_edges), Places(chance))
 
 
-def _of(account: Any) -> tuple[object, ...]:  # noqa: ANN401 -- a model's account
-    return account, account.atomic
+def why_unkeepable(robot: Robot, lines: Lines) -> str | None:
+    """Which attribute of which model cannot be kept, in a sentence; None where all can."""
+    try:
+        StateTable({"robot": robot}, (*_EDGES, lines.interlock)).capture()
+    except UnkeepableState as error:
+        return text_of(error)
+    return None
 
 
 def _is_own(component: Component, own: frozenset[Atomic]) -> bool:

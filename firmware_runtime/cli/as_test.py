@@ -19,7 +19,7 @@ from firmware_runtime.status import Status
 from firmware_runtime.system.whole_file import keep_file
 from firmware_runtime.what_if.checkout import ask, checked_folder
 from firmware_runtime.what_if.piece import Cutter, Piece, Shows
-from firmware_runtime.what_if.question import Question, answer, with_state_as_built
+from firmware_runtime.what_if.question import Question, answer
 
 _WIDTH = 88
 _TEST = '''\
@@ -94,7 +94,7 @@ def _difference(
     )
     if arguments.checkout is None:
         return answer(question).first_difference
-    return ask(with_state_as_built(question), checked_folder(arguments.checkout)).first_difference
+    return ask(question, checked_folder(arguments.checkout)).first_difference
 
 
 def _shows(arguments: argparse.Namespace) -> Shows:

@@ -18,7 +18,7 @@ from firmware_runtime.recording.changed_settings import settings_said
 from firmware_runtime.replay.what_if import WhatIf
 from firmware_runtime.status import Status
 from firmware_runtime.what_if.checkout import ask, checked_folder
-from firmware_runtime.what_if.question import Question, answer, with_state_as_built
+from firmware_runtime.what_if.question import Question, answer
 from firmware_runtime.what_if.text import what_if_text
 
 
@@ -36,10 +36,7 @@ def what_if_run(arguments: argparse.Namespace, path: Path) -> int:
         question.plots = _plots(arguments.output)
     if arguments.watch:
         return _watch(arguments, question, folder)
-    if folder is None:
-        found = _here(arguments, question)
-    else:
-        found = ask(with_state_as_built(question), folder)
+    found = _here(arguments, question) if folder is None else ask(question, folder)
     _say(arguments, found)
     return Status.OK
 

@@ -9,8 +9,7 @@ from typing import Any, Final
 from firmware_runtime.blackbox.no_instant import damage, no_instant
 from firmware_runtime.blackbox.reader import Recording, Segment, kind_of
 from firmware_runtime.blackbox.section import Kind, Section, decode
-from firmware_runtime.blackbox.state.keyframes import ForeignState
-from firmware_runtime.blackbox.state.layouts import UnkeepableState
+from firmware_runtime.blackbox.state.keyframes import ForeignState, UnkeepableState
 from firmware_runtime.board.registry import Board
 from firmware_runtime.devs.functions import Instrument
 from firmware_runtime.devs.time import NEVER, SECOND

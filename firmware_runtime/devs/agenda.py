@@ -108,6 +108,11 @@ class Agenda:
             due.sort()
         return due
 
+    def restore(self, due_at: list[int]) -> None:
+        """Have these bookings in place of those there are."""
+        self.due_at[:] = due_at
+        self._drop_stale()
+
     def _pop(self) -> tuple[int, list[int]]:
         pair = heappop(self._heap)
         if pair[1] is self.open:

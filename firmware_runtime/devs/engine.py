@@ -20,7 +20,7 @@ from firmware_runtime.devs.finite import Refuse, sieved
 from firmware_runtime.devs.functions import Instrument, Wrapped, bind
 from firmware_runtime.devs.listening import Listener, Listening
 from firmware_runtime.devs.ports import AnyPort, InPort, OutPort, Owner, carries
-from firmware_runtime.devs.time import NEVER, format_time, whole
+from firmware_runtime.devs.time import NEVER, format_time, kept, whole
 from firmware_runtime.devs.wiring import Feed, Wiring, sources_of
 from firmware_runtime.errors import text_of
 
@@ -28,6 +28,7 @@ T = TypeVar("T")
 
 ZERO_TIME_LIMIT = 100_000
 """Steps at one instant after which a model counts as illegitimate."""
+_COUNTED = ("now", "visit", "internal_transitions", "external_transitions")
 
 
 class Engine(ABC):
@@ -169,10 +170,20 @@ class Engine(ABC):
         """When each model's next internal event is due, by number; NEVER where none is."""
         return self._agenda.due_at
 
-    @property
-    def functions(self) -> tuple[object, ...]:
-        """What is called for the models, in two objects that are no state of theirs."""
-        return self._models, self.own_confluents
+    def state(self) -> dict[str, Any]:
+        """What it keeps between two advances, of plain values; the models have their own."""
+        counted = {name: getattr(self, name) for name in _COUNTED}
+        return counted | {"last_at": list(self.last_at), "due_at": list(self.booked_at)}
+
+    def restore(self, state: dict[str, Any]) -> None:
+        """Be where that was. Raises ValueError for the state of another model."""
+        last_at, due_at = state["last_at"], state["due_at"]
+        if not len(last_at) == len(due_at) == len(self.atomics):
+            raise ValueError(f"{len(last_at)} models; expected {len(self.atomics)}")
+        for name in _COUNTED:
+            setattr(self, name, kept(state[name]))
+        self.last_at[:] = map(kept, last_at)
+        self._agenda.restore([*map(kept, due_at)])
 
     def due_at(self, atomic: Atomic) -> int:
         """The instant of the model's next internal event, or NEVER."""

@@ -33,6 +33,19 @@ def whole(number: object) -> int | None:
         return None
 
 
+def kept(number: object) -> int:
+    """A count or an instant of a state that was kept; there is room for more beyond it.
+
+    Raises ValueError for anything else, as may stand in a file.
+    """
+    if isinstance(number, int) and (-_MOST <= number <= _MOST or number == NEVER):
+        return number
+    raise ValueError(f"{number!r:.40}; expected a whole number of less than 63 bits")
+
+
+_MOST: Final = 1 << 62
+
+
 def seconds(value: float) -> int:
     """Seconds as the nearest whole number of nanoseconds. Raises SettingError for no number."""
     if not (isinstance(value, Real) and isfinite(value)):

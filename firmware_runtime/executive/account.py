@@ -29,10 +29,11 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable
 from functools import partial
 from struct import Struct
+from typing import Any
 
 from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.functions import Functions
-from firmware_runtime.devs.time import NEVER, whole
+from firmware_runtime.devs.time import NEVER, kept, whole
 from firmware_runtime.executive.policy import ActivationPolicy
 from firmware_runtime.executive.step import Step
 from firmware_runtime.statistics.histogram import Cells, Histogram, empty_cells
@@ -98,6 +99,12 @@ class ModelAccount(ABC):
     )
     kind: str
     period: int = NEVER
+    kept: tuple[str, ...] = (
+        *("due", "booked", "lateness", "noted", "run", "skipped", "coalesced", "overruns"),
+        *("episodes", "irregular", "reactions", "sigma", "_last_late", "in_episode"),
+        *("is_in_period", "latest_in_episode", "missed_in_episode"),
+    )
+    """What `state` has of it; a cause is the system's, and a replay has none."""
 
     def __init__(
         self,
@@ -157,6 +164,17 @@ class ModelAccount(ABC):
     def begin(self, due: int) -> None:
         """Take over the model's first booking, NEVER if it has none."""
         self.due = due
+
+    def state(self) -> dict[str, Any]:
+        """What it has counted, and what it waits for; its histograms have a state of their own."""
+        counted = {name: getattr(self, name) for name in self.kept}
+        return counted | {"cells": self.cells.tobytes()}
+
+    def restore(self, state: dict[str, Any]) -> None:
+        """Have counted that. Raises ValueError or KeyError for what is no such state."""
+        for name in self.kept:
+            setattr(self, name, kept(state[name]))
+        self.cells.cast("B")[:] = state["cells"]
 
     # In the model's place, during a step ---------------------------------------------------------
 

@@ -70,6 +70,14 @@ class Accounting:
         if not step.takes_time:
             simulator.involved = self._involved
 
+    def state(self) -> dict[str, str]:
+        """Why the run must stop, if it must; each account has its own state."""
+        return {"overrun": self.overrun}
+
+    def restore(self, state: dict[str, str]) -> None:
+        """Have found that."""
+        self.overrun = str(state["overrun"])
+
     def unknown(self, policies: Mapping[str, ActivationPolicy]) -> list[str]:
         """Policies that no model falls under, as faults."""
         paths = sorted(policies.keys() - {account.path for account in self.periodic})

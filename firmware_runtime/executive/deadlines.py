@@ -23,7 +23,7 @@ from msgspec import Struct
 from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.engine import Engine
 from firmware_runtime.devs.ports import OutPort
-from firmware_runtime.devs.time import NEVER
+from firmware_runtime.devs.time import NEVER, kept
 from firmware_runtime.errors import SettingError
 
 
@@ -73,6 +73,14 @@ class DeadlineWatch:
         self.samples += 1
         if self.answers == 0 or self._left_at == NEVER or self._is_missed():
             self._left_at = at
+
+    def state(self) -> tuple[int, ...]:
+        """Misses, samples, answers, and when the oldest sample on its way left."""
+        return self.misses, self.samples, self.answers, self._left_at
+
+    def restore(self, state: tuple[int, ...]) -> None:
+        """Have counted that. Raises ValueError for what is no such state."""
+        self.misses, self.samples, self.answers, self._left_at = map(kept, state)
 
     def answer(self) -> None:
         """The actuator's model has read input and written its outputs."""

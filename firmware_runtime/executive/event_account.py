@@ -23,6 +23,7 @@ class EventAccount(ModelAccount):
 
     __slots__ = ("_put_off", "_written_due")
     kind = "event"
+    kept = (*ModelAccount.kept, "_written_due", "_put_off")
 
     def __init__(
         self,

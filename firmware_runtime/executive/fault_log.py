@@ -14,6 +14,7 @@ from firmware_runtime.devs.component import below_root
 from firmware_runtime.devs.engine import Engine
 from firmware_runtime.devs.finite import check_of
 from firmware_runtime.devs.ports import InPort, OutPort
+from firmware_runtime.devs.time import kept
 from firmware_runtime.hal.fault import Fault
 from firmware_runtime.statistics import fault_table
 from firmware_runtime.statistics.fault_table import KINDS, OTHER_KINDS, FaultCount
@@ -78,6 +79,29 @@ class FaultLog:
         """Count a value that is not finite as a fault of the model that misses it."""
         sentence = f"{port.path}: {value!r}, expected finite numbers; it counts as missing"
         self._note(self._refusing[port], self._simulator.now, Fault(NOT_FINITE, sentence, 1))
+
+    def state(self) -> list[tuple[Any, ...]]:
+        """Each kind of each model as it was counted, in the order in which they came."""
+        names = {path: number for number, path in enumerate(self.models)}
+        return [
+            (names[each.path], each.kind, each.count, each.first_at, each.last_at, each.sentence)
+            for each in self.counted
+        ]
+
+    def restore(self, state: list[tuple[Any, ...]]) -> None:
+        """Have counted that, in the file as well."""
+        self.counted.clear()
+        self.pending.clear()
+        for kinds in self._by_kind:
+            kinds.clear()
+        self._block[:] = empty_cells(len(self._block))
+        for number, kind, *counts in state:
+            *numbers, sentence = counts
+            counted = self._open(number, str(kind))
+            counted.count, counted.first_at, counted.last_at = map(kept, numbers)
+            counted.sentence = str(sentence)
+        self.pending += self.counted
+        self.write()
 
     def write(self) -> None:
         """Move what was noted into the file; within a section."""

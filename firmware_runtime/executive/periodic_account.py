@@ -41,6 +41,10 @@ class PeriodicAccount(ModelAccount):
         "spent",
     )
     kind = "periodic"
+    kept = (
+        *(*ModelAccount.kept, "spent", "_slip", "_came_back_after"),
+        *("_is_answering", "_is_by_input", "_moved_at"),
+    )
 
     def __init__(
         self, atomic: Atomic, functions: Functions, step: Step, policy: ActivationPolicy

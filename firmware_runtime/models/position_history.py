@@ -10,6 +10,8 @@ import math
 from collections import deque
 from typing import NamedTuple
 
+from msgspec import Struct
+
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.elementary import cos_sin
 from firmware_runtime.models.position_filter import (
@@ -46,18 +48,15 @@ class Taken(NamedTuple):
     """Whether it begins the filter again where it is not what was expected."""
 
 
-class Span:
+class Span(Struct, eq=False):
     """From one inertial sample to the next, with the mean of both, which holds in its middle."""
 
-    __slots__ = ("begin", "end", "fixes", "mean", "state")
-
-    def __init__(self, begin: int, end: int, mean: PlanarInertial) -> None:
-        self.begin = begin
-        self.end = end
-        self.mean = mean
-        self.state: Estimate | None = None
-        """At its beginning; None before any fix."""
-        self.fixes: list[Taken] = []
+    begin: int
+    end: int
+    mean: PlanarInertial
+    state: Estimate | None = None
+    """At its beginning; None before any fix."""
+    fixes: list[Taken] = []
 
 
 class PositionHistory:

@@ -8,6 +8,8 @@ time runs at a pace from 0 to 1.
 from collections.abc import Sequence
 from typing import NamedTuple
 
+from msgspec import Struct
+
 from firmware_runtime.elementary import hypot
 from firmware_runtime.models.trajectory import PoseSetpoint, Setpoint
 from firmware_runtime.models.trajectory_paths import PEAK_SPEED, smooth, smooth_duration_s
@@ -28,29 +30,27 @@ class RejoinLimits(NamedTuple):
     """From standing still to the path's own speed."""
 
 
-class Rejoin:
+class Rejoin(Struct, frozen=True):
     """From a motion to a path's setpoint, which stands still until it is reached."""
 
-    def __init__(
-        self, offsets: Sequence[tuple[float, float]], limits: RejoinLimits, along_s: float
-    ) -> None:
-        """`offsets` are x, y and yaw less the path's, with their rates; `along_s` where on it."""
-        self._offsets = offsets
-        self._along_s = along_s
-        self._ramp_s = limits.ramp_s
-        self.duration_s = _duration_s(offsets, limits)
+    offsets: tuple[tuple[float, float], ...]
+    """x, y and yaw less the path's, with their rates."""
+    along_s: float
+    """Where on the path."""
+    ramp_s: float
+    duration_s: float
 
     def along(self, t_s: float) -> Setpoint:
         """The path's own time (s), its pace and the pace's rate, `t_s` after the beginning."""
-        moved_s, ramp_s = t_s - self.duration_s, self._ramp_s
+        moved_s, ramp_s = t_s - self.duration_s, self.ramp_s
         if moved_s <= 0.0:
-            return Setpoint(self._along_s, 0.0, 0.0)
+            return Setpoint(self.along_s, 0.0, 0.0)
         if moved_s >= ramp_s:
-            return Setpoint(self._along_s + moved_s - ramp_s / 2, 1.0, 0.0)
+            return Setpoint(self.along_s + moved_s - ramp_s / 2, 1.0, 0.0)
         u = moved_s / ramp_s
         pace = smooth(moved_s, ramp_s)
         gone_s = ramp_s * (u * u * u * u) * (2.5 - u * (3.0 - u))
-        return Setpoint(self._along_s + gone_s, pace.position, pace.rate)
+        return Setpoint(self.along_s + gone_s, pace.position, pace.rate)
 
     def added_to(self, setpoint: PoseSetpoint, t_s: float) -> PoseSetpoint:
         """The setpoint with what is left of the offset."""
@@ -59,7 +59,7 @@ class Rejoin:
         return PoseSetpoint(
             *(
                 Setpoint(*(of + by for of, by in zip(each, self._left(offset, t_s), strict=True)))
-                for each, offset in zip(setpoint, self._offsets, strict=True)
+                for each, offset in zip(setpoint, self.offsets, strict=True)
             )
         )
 
@@ -74,6 +74,11 @@ class Rejoin:
             (speed + u * u * (3.0 * third + u * (4.0 * fourth + 5.0 * u * fifth))) / span,
             u * (6.0 * third + u * (12.0 * fourth + 20.0 * u * fifth)) / (span * span),
         )
+
+
+def rejoin(offsets: Sequence[tuple[float, float]], limits: RejoinLimits, along_s: float) -> Rejoin:
+    """The way back from so far off, within these limits, to where on the path it is."""
+    return Rejoin(tuple(offsets), along_s, limits.ramp_s, _duration_s(offsets, limits))
 
 
 def _duration_s(offsets: Sequence[tuple[float, float]], limits: RejoinLimits) -> float:

@@ -8,7 +8,7 @@ from firmware_runtime.models.applied import Applied
 from firmware_runtime.models.motion import Motion
 from firmware_runtime.models.position_fix import PositionState
 from firmware_runtime.models.trajectory import Path, PoseSetpoint, Setpoint, at_rest
-from firmware_runtime.models.trajectory_rejoin import Rejoin, RejoinLimits
+from firmware_runtime.models.trajectory_rejoin import Rejoin, RejoinLimits, rejoin
 
 
 class TrajectorySource(Atomic):
@@ -121,7 +121,7 @@ class TrajectorySource(Atomic):
             (motion.position - goal, motion.rate)
             for motion, goal in zip(self._motions, goals, strict=True)
         ]
-        self._rejoin = Rejoin(offsets, self.limits, along_s)
+        self._rejoin = rejoin(offsets, self.limits, along_s)
         self._since_rejoin = 0
         self.setpoint = self._following(self.sigma)
 

@@ -44,6 +44,13 @@ def digest_of(code: Mapping[str, str]) -> str:
     return sha256("".join(lines).encode()).hexdigest()
 
 
+def packages_used(modules: Iterable[str]) -> frozenset[str]:
+    """The packages of these modules and of what their names come from, Python's own left out."""
+    found = [sys.modules[name] for name in modules if name in sys.modules]
+    names = {each.__name__ for each in found}.union(*map(_used_by, found))
+    return frozenset(name.partition(".")[0] for name in names) - sys.stdlib_module_names
+
+
 def _modules_of(atomic: Atomic) -> Iterator[str]:
     """The modules of a model's class, and of the coupled models that it is in, below the root.
 

@@ -7,7 +7,7 @@ from typing import Any
 
 from firmware_runtime.board.kept import load_table
 from firmware_runtime.board.registry import Board
-from firmware_runtime.errors import ConfigError
+from firmware_runtime.errors import ConfigError, text_of
 from firmware_runtime.recording.header import RecordedBoard
 
 
@@ -18,9 +18,14 @@ def board_of(header: RecordedBoard) -> Board:
 
 def board_of_table(source: str, table: dict[str, Any]) -> Board:
     """The board by a recorded table of settings. Raises ConfigError."""
+    try:
+        text = json.dumps({"source": source, "table": table})
+    except (TypeError, ValueError, RecursionError) as error:
+        fault = f"{text_of(error)}; expected numbers, texts, lists and tables"
+        raise ConfigError.of_one("settings of the recorded run", fault) from error
     with TemporaryDirectory() as folder:
         kept = Path(folder) / "recording.settings"
-        kept.write_text(json.dumps({"source": source, "table": table}))
+        kept.write_text(text)
         try:
             return load_table(kept)
         except ConfigError as error:

@@ -3,64 +3,49 @@
 None, truth values, whole numbers of 64 bits, floats, texts and bytes are themselves; a tuple is an
 array; everything else is a map of one key, which says what it is:
 
-    {"list": [...]}                         its items
-    {"dict": [[key, value], ...]}
+    {"list": [...]}                         its items; so "set", "frozenset" and "bytearray"
+    {"dict": [[key, value], ...]}           so "ordered", an OrderedDict
+    {"deque": [[...], 3]}                   its items, and the most it holds or None
     {"int": ["18446744073709551616"]}       one too large for 64 bits
+    {"complex": [1.0, 2.0]}
+    {"numbers": ["q", bytes]}               an array.array
     {"array": ["<f8", [3], bytes]}          of numpy; with "scalar" one of its numbers
+    {"random": [3, bytes, None]}            where a random.Random stands
+    {"generator": ["PCG64", {"dict": ...}]} where a generator of numpy stands
     {"drivers.thrust_pairs:Forces": [...]}  fields of a named tuple, dataclass or Struct
     {"package.module:Colour": ["RED"]}      a member of an enumeration; of a Flag also its number
 
-Nothing of a file is run: a class is looked up among the modules that the model has imported, must
-be one that only holds fields, and is made without its own functions.
+and in the state of a robot
+
+    {"known": [12]}                         an object that the robot had from the start
+    {"same": [3]}                           what has been made as the fourth, met again
+
+This list is closed. Nothing of a file is run: a class is looked up in a module that the model has
+imported, must be defined there and hold fields alone, and is made without its own functions
+(`records`).
 """
 
-import sys
-from collections.abc import Callable, Sequence
 from enum import Enum
-from functools import cache
-from operator import attrgetter
-from types import ModuleType
-from typing import Any, Final, TypeAlias
+from typing import Any, Final
 
 import msgspec
 
 from firmware_runtime.errors import ConfigError, text_of
-from firmware_runtime.recording.members import member_of, written_member
-from firmware_runtime.recording.structs import struct_of
+from firmware_runtime.recording.records import UnknownValue, class_named, name_of, record_of
+from firmware_runtime.recording.value_reader import Reader
+from firmware_runtime.recording.value_writer import DEEPEST, GENERATORS, Plain, Writer, encode
 
-Plain: TypeAlias = Any
-"""What MessagePack has words for."""
+__all__ = ["GENERATORS", "Plain", "Reader", "UnknownValue", "Writer"]
 
-_encode: Final = msgspec.msgpack.Encoder().encode
 _decode: Final = msgspec.msgpack.Decoder().decode
-_SAME: Final = frozenset({type(None), bool, float, str, bytes})
 _NUMPY: Final = frozenset({"array", "scalar"})
-_EXPECTED: Final = (
-    "expected a number, text, tuple, list, dict, enumeration, named tuple or dataclass"
-)
-_SMALL: Final = range(-(1 << 63), 1 << 63)
-
-
-class UnknownValue(ValueError):
-    """A value that cannot be recorded, or not be made of a recording."""
+_DEEPEST_FORM: Final = 3 * DEEPEST
+"""A dictionary is written as a map of a list of pairs."""
 
 
 def plain(value: object) -> Plain:
     """A value in MessagePack's types. Raises UnknownValue."""
-    kind = type(value)
-    if kind in _SAME:
-        return value
-    if kind is int:
-        return value if value in _SMALL else {"int": [str(value)]}
-    try:
-        if kind is tuple:
-            return [plain(each) for each in value]  # type: ignore[attr-defined]
-        return _tagged(kind)(value)  # type: ignore[arg-type]  # a class has a hash
-    except UnknownValue:
-        raise
-    except Exception as error:  # too deep, or a function of the model's
-        why = f"cannot be recorded ({type(error).__name__}: {text_of(error)}); {_EXPECTED}"
-        raise UnknownValue(f"{kind.__module__}:{kind.__qualname__} {why}") from error
+    return Writer().plain(value)
 
 
 def encoded(value: object) -> bytes:
@@ -69,11 +54,11 @@ def encoded(value: object) -> bytes:
     Raises UnknownValue, also for a text that UTF-8 has not.
     """
     try:
-        return _encode(plain(value))
+        return encode(plain(value))
     except UnknownValue:
         raise
     except Exception as error:
-        fault = f"{_name_of(type(value))} cannot be recorded; {type(error).__name__}: {error}"
+        fault = f"{name_of(type(value))} cannot be recorded; {type(error).__name__}: {error}"
         raise UnknownValue(legible(fault)) from error
 
 
@@ -84,17 +69,7 @@ def legible(text: str) -> str:
 
 def made(of: Plain) -> Any:  # noqa: ANN401 -- whatever a port carries
     """The value that `plain` was made of. Raises UnknownValue."""
-    if isinstance(of, list):
-        return tuple(made(each) for each in of)
-    if not isinstance(of, dict):
-        return of
-    try:
-        ((name, parts),) = of.items()
-        return _BUILTIN[name](parts) if name in _BUILTIN else _of_class(name, parts)
-    except UnknownValue:
-        raise
-    except Exception as error:  # whatever stands in a file
-        raise UnknownValue(f"{of!r:.80}: {type(error).__name__}: {error}") from error
+    return Reader().made(of)
 
 
 def made_for(name: str, form: Plain) -> Any:  # noqa: ANN401 -- whatever a port carries
@@ -119,110 +94,35 @@ def numbers_in(form: Plain) -> Any:  # noqa: ANN401 -- whatever a port carries
     return {key: numbers_in(each) for key, each in form.items()}
 
 
+def field_names(name: str) -> tuple[str, ...]:
+    """The fields of a class as a recording names it. Raises UnknownValue."""
+    kind = class_named(name)
+    return () if issubclass(kind, Enum) else record_of(kind).names
+
+
 def pack(structure: Plain) -> bytes:
     """Plain values as bytes."""
-    return _encode(structure)
+    return encode(structure)
 
 
 def unpack(content: bytes) -> Plain:
     """Plain values of bytes. Raises msgspec.DecodeError."""
-    return _decode(content)
+    try:
+        return shallow(_decode(content))
+    except (UnicodeDecodeError, RecursionError) as error:  # of a text, or too deep
+        raise msgspec.DecodeError(text_of(error)) from error
 
 
-@cache
-def _tagged(kind: type[object]) -> Callable[[Any], Plain]:
-    """How values of a class are written. Raises UnknownValue."""
-    if issubclass(kind, Enum):
-        name = _name_of(kind)
-        return lambda value: {name: [written_member(value)]}
-    if kind is list:
-        return lambda value: {"list": [*map(plain, value)]}
-    if kind is dict:
-        return lambda value: {"dict": [[plain(k), plain(v)] for k, v in value.items()]}
-    if kind.__module__.partition(".")[0] == "numpy" and hasattr(kind, "tobytes"):
-        return _of_numpy
-    return _record(kind)
+def shallow(form: Plain) -> Plain:
+    """The same, which nothing that goes through it has to fear for its stack.
 
-
-def _record(kind: type[object]) -> Callable[[Any], Plain]:
-    names, name = _field_names(kind), _name_of(kind)
-    if len(names) < 2:
-        return lambda value: {name: [plain(getattr(value, each)) for each in names]}
-    get = attrgetter(*names)
-    return lambda value: {name: [*map(plain, get(value))]}
-
-
-def _field_names(kind: Any) -> Sequence[str]:  # noqa: ANN401 -- any class
-    """The fields of a class that holds them and nothing else. Raises UnknownValue."""
-    if issubclass(kind, tuple) and hasattr(kind, "_fields"):
-        names: tuple[str, ...] = kind._fields
-        return names
-    if issubclass(kind, msgspec.Struct):
-        struct: tuple[str, ...] = kind.__struct_fields__
-        return struct
-    from dataclasses import fields, is_dataclass  # noqa: PLC0415 -- not every robot has some
-
-    if is_dataclass(kind):
-        return tuple(field.name for field in fields(kind))
-    raise UnknownValue(f"{_name_of(kind)} cannot be recorded; {_EXPECTED}")
-
-
-def _name_of(kind: type[object]) -> str:
-    return f"{kind.__module__}:{kind.__qualname__}"
-
-
-def _of_numpy(value: Any) -> Plain:  # noqa: ANN401 -- numpy takes long to import
-    if value.dtype.hasobject:
-        raise UnknownValue("an array of objects cannot be recorded; expected one of numbers")
-    shape = list(value.shape) if hasattr(value, "flags") and value.shape else []
-    word = "array" if type(value).__name__ == "ndarray" else "scalar"
-    return {word: [value.dtype.str, shape, value.tobytes()]}
-
-
-def _array(parts: list[Any]) -> Any:  # noqa: ANN401 -- numpy takes long to import
-    numpy: Any = sys.modules.get("numpy")
-    if numpy is None:
-        raise UnknownValue("an array of numpy; expected a model that imports it")
-    kind, shape, content = parts
-    return numpy.frombuffer(content, numpy.dtype(kind)).reshape(shape).copy()
-
-
-_BUILTIN: Final[dict[str, Callable[[list[Any]], object]]] = {
-    "int": lambda parts: int(parts[0]),
-    "list": lambda parts: [made(each) for each in parts],
-    "dict": lambda parts: {made(key): made(value) for key, value in parts},
-    "array": _array,
-    "scalar": lambda parts: _array(parts)[()],
-}
-
-
-def _of_class(name: str, parts: list[Any]) -> object:
-    kind = _class_named(name)
-    if issubclass(kind, Enum):
-        (said,) = parts
-        return member_of(kind, said)
-    names, values = _field_names(kind), [made(each) for each in parts]
-    if len(names) != len(values):
-        raise UnknownValue(f"{name}: {len(values)} fields; expected {', '.join(names)}")
-    if issubclass(kind, tuple):
-        return tuple.__new__(kind, values)
-    if issubclass(kind, msgspec.Struct):
-        return struct_of(kind, dict(zip(names, values, strict=True)))
-    record = object.__new__(kind)
-    for field, value in zip(names, values, strict=True):
-        object.__setattr__(record, field, value)
-    return record
-
-
-@cache
-def _class_named(name: str) -> type[Any]:
-    """A class of a module that is there already. Raises UnknownValue."""
-    module, _, path = name.partition(":")
-    found: Any = sys.modules.get(module)
-    for word in path.split("."):
-        # not through a module into another: `module:os.path` names nothing
-        is_module = isinstance(found, ModuleType)
-        found = vars(found).get(word) if is_module or isinstance(found, type) else None
-    if not isinstance(found, type):
-        raise UnknownValue(f"{name}: the model has no such class")
-    return found
+    Raises msgspec.DecodeError.
+    """
+    level = [form]
+    for _ in range(_DEEPEST_FORM):
+        inner = [each for each in level if isinstance(each, list | dict | tuple)]
+        if not inner:
+            return form
+        level = [part for each in inner for part in each]
+        level += [part for each in inner if isinstance(each, dict) for part in each.values()]
+    raise msgspec.DecodeError(f"over {_DEEPEST_FORM} lists within each other")

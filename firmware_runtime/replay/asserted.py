@@ -15,12 +15,8 @@ from firmware_runtime.devs.time import format_time
 from firmware_runtime.recording.changed_settings import changed_board
 from firmware_runtime.replay.difference import where_of
 from firmware_runtime.replay.open_player import Change
-from firmware_runtime.replay.verdict import WHOLE, replay
-from firmware_runtime.replay.what_if import (
-    needs_state_as_built,
-    state_as_built,
-    what_if,
-)
+from firmware_runtime.replay.verdict import replay
+from firmware_runtime.replay.what_if import what_if
 
 
 def assert_replays(recording: "str | PathLike[str]", *, settings: Sequence[str] = ()) -> None:
@@ -47,9 +43,7 @@ def difference_of(
     if not settings:
         verdict = replay(recording, recorded)
         return None if verdict.first is None else verdict.first.as_json(), verdict.faults
-    needs = needs_state_as_built(recording, WHOLE)
-    built = state_as_built(header, recorded) if needs else None
-    found = what_if(recording, Change(changed_board(header, settings), recorded, built))
+    found = what_if(recording, Change(changed_board(header, settings), recorded))
     return found.first_difference, found.faults
 
 

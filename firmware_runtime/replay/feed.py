@@ -130,7 +130,12 @@ class Feed:
         return otherwise
 
     def _named(self, transfer: Transfer) -> tuple[str, str]:
-        return device_name(self.lines[transfer.line], transfer.address), "transfer"
+        return self.device(transfer.line, transfer.address), "transfer"
+
+    def device(self, line: int, address: int) -> str:
+        """The name of a device, also on a line that the recording does not name."""
+        is_named = 0 <= line < len(self.lines)
+        return device_name(self.lines[line] if is_named else f"line {line}", address)
 
     def _differs(
         self, what: str, model: str, field: str, recorded: object, replayed: object

@@ -12,14 +12,11 @@ import msgspec
 
 from firmware_runtime.blackbox.header import Header
 from firmware_runtime.blackbox.section import Section, encode_sent, pairs_of, sent_of
-from firmware_runtime.blackbox.state.keyframes import ForeignState
 from firmware_runtime.board.registry import Board
-from firmware_runtime.errors import ConfigError
 from firmware_runtime.hal.errors import HalError
 from firmware_runtime.recording.values import unpack
 from firmware_runtime.replay.difference import NOTHING, Difference
-from firmware_runtime.replay.feed import Feed, device_name
-from firmware_runtime.replay.foreign_keyframe import foreign_keyframe
+from firmware_runtime.replay.feed import Feed
 from firmware_runtime.replay.open_feed import OpenFeed
 from firmware_runtime.replay.outputs import Outputs, compare_in_order
 from firmware_runtime.replay.player import Player
@@ -33,15 +30,13 @@ class Change:
     """What is tried on a recording.
 
     Of a keyframe, what the robot had changed since it was built is taken up, and what a changed
-    setting or line of code has made otherwise stays so; that takes `built`.
+    setting or line of code has made otherwise stays so.
     """
 
     board: Board
     """By the settings that are tried."""
     recorded: Board
     """By those of the run."""
-    built: bytes | None = None
-    """The state in which the run's robot was built."""
 
 
 class OpenPlayer(Player):
@@ -57,17 +52,6 @@ class OpenPlayer(Player):
 
     def _new_feed(self) -> Feed:
         return OpenFeed(self.header, self._note)
-
-    def _restore(self, keyframe: Section) -> None:
-        built = self._change.built
-        if self.table is None or built is None or not isinstance(keyframe.extra, bytes):
-            expected = "expected the recording's start"
-            raise ConfigError.of_one("replay", f"its keyframes are of no use here; {expected}")
-        try:
-            self.table.restore(keyframe.extra, built=built)
-        except ForeignState as error:
-            raise foreign_keyframe(error, self.code_changed) from error
-        self.at = keyframe.at
 
     def _compare_state(self, section: Section) -> None:
         """A changed robot has another state."""
@@ -154,7 +138,7 @@ class OpenPlayer(Player):
                 device = each.line, each.address
                 by_device.setdefault(device, ([], []))[side].append(each.messages)
         for (line, address), (were, are) in by_device.items():
-            name = device_name(self.feed.lines[line], address)
+            name = self.feed.device(line, address)
             self.outputs.compare_writes(name, section.at, were, are)  # the feed has reported them
 
     def _report(self) -> None:

@@ -32,9 +32,6 @@ _ENDS: Final = {state.name.lower(): state for state in RunState}
 _ORDER: Final = ("step", "state", "value", "write", "asked", "count", "end")
 """Of differences at one instant."""
 
-_OF_THE_SYSTEM: Final = ".cause"
-"""What of an account says what the system did, of which a replay knows nothing."""
-
 
 class _End(msgspec.Struct):
     """What a section ENDED says."""
@@ -229,6 +226,7 @@ class Player:
         except ForeignState as error:
             raise foreign_keyframe(error, self.code_changed) from error
         self.at = keyframe.at
+        self._compare_state(keyframe)
 
     def _compare_state(self, section: Section) -> None:
         """Compare what every model has become with what it was then."""
@@ -261,9 +259,7 @@ class Player:
         self._noted += differences_of_sent(section, self._sent, self.ports)
 
     def _note_state(self, at: int, path: str, *pair: object) -> None:
-        model, field = model_and_field(path, self._models)
-        if model in self._models or not field.endswith(_OF_THE_SYSTEM):
-            self._note(Difference(at, "state", model, field, *pair))
+        self._note(Difference(at, "state", *model_and_field(path, self._models), *pair))
 
     def _note(self, difference: Difference) -> None:
         self._noted.append(difference)

@@ -6,21 +6,14 @@ from typing import Any
 
 from msgspec import Struct, field
 
-from firmware_runtime.blackbox.header import Header
 from firmware_runtime.blackbox.reader import Recording
 from firmware_runtime.blackbox.section import Kind, Section
-from firmware_runtime.blackbox.state_of_run import state_of_run
-from firmware_runtime.board.registry import Board
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.errors import text_of
 from firmware_runtime.recording.changed_settings import changed_settings
 from firmware_runtime.recording.versions import changed_versions
-from firmware_runtime.replay.difference import Difference
-from firmware_runtime.replay.feed import Feed
-from firmware_runtime.replay.lines import REPLAYED
 from firmware_runtime.replay.open_player import Change, OpenPlayer
 from firmware_runtime.replay.outputs import Curves, OutputDifference, Outputs
-from firmware_runtime.replay.rebuilt import rebuilt
 from firmware_runtime.replay.verdict import WHOLE, Stretch, began_earlier, segments_of, stretch_of
 
 
@@ -119,23 +112,3 @@ def most_different(found: WhatIf, count: int) -> Sequence[str]:
     """Outputs that are worth a plot, most different first."""
     numbers = [name for name, each in found.outputs.items() if each.max is not None]
     return numbers[:count]
-
-
-def needs_state_as_built(recording: Recording, stretch: Stretch) -> bool:
-    """Whether an open loop begins at a keyframe."""
-    segments = [each for each in recording.segments() if each.last_at >= stretch.begin]
-    firsts = [next(each.from_instant(stretch.begin).sections()) for each in segments]
-    return any(each.kind is not Kind.BUILD for each in firsts)
-
-
-def state_as_built(header: Header, board: Board) -> bytes:
-    """The state of the run's robot when it has been built, with nothing to ask its chips."""
-
-    def ignored(_: Difference) -> None:
-        """How a robot is built for a replay was never recorded."""
-
-    found = rebuilt(header, board, Feed(header, ignored))
-    state = found.profiler.state
-    return state_of_run(
-        found.robot, found.lines, state, found.own, (*REPLAYED, found.rig), chance=header.chance
-    ).capture()

@@ -35,6 +35,8 @@ LARGEST_CELL, SUM_CELL = BUCKETS, BUCKETS + 1
 CELLS = BUCKETS + 2
 """What a histogram takes in a file: its buckets, then the largest value, then the sum of all."""
 
+_STRETCH = 512
+_ZEROS = bytes(8 * CELLS)
 RANKS = (500, 900, 990, 999)
 """Of the percentiles of a distribution, in thousandths of the samples."""
 
@@ -104,6 +106,24 @@ class Histogram:
             cells[bucket] += samples
         self.largest = cells[LARGEST_CELL] = max(self.largest, other.largest)
         self.sum = cells[SUM_CELL] = self.sum + other.sum
+
+    def state(self) -> dict[int, bytes]:
+        """Its cells that are not zero, in stretches of bytes, by where these begin."""
+        content = self._cells.tobytes()
+        if content == _ZEROS:
+            return {}
+        stretches = {at: content[at : at + _STRETCH] for at in range(0, 8 * CELLS, _STRETCH)}
+        return {at: each for at, each in stretches.items() if not _ZEROS.startswith(each)}
+
+    def restore(self, state: dict[int, bytes]) -> None:
+        """Have these samples. Raises ValueError or TypeError for those of no histogram."""
+        content = bytearray(8 * CELLS)
+        for at, each in state.items():
+            content[at : at + len(each)] = each
+        self._cells.cast("B")[:] = content
+        if not 0 <= min(self._cells) <= max(self._cells) <= 1 << 62:
+            raise ValueError("counts of no histogram")
+        self.largest, self.sum = self._cells[LARGEST_CELL], self._cells[SUM_CELL]
 
     @property
     def buckets(self) -> Cells:

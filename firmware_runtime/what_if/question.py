@@ -13,13 +13,7 @@ from firmware_runtime.errors import ConfigError
 from firmware_runtime.recording.changed_settings import changed_board
 from firmware_runtime.replay.open_player import Change
 from firmware_runtime.replay.verdict import Stretch
-from firmware_runtime.replay.what_if import (
-    WhatIf,
-    most_different,
-    needs_state_as_built,
-    state_as_built,
-    what_if,
-)
+from firmware_runtime.replay.what_if import WhatIf, most_different, what_if
 
 
 class Question(Struct, kw_only=True):
@@ -32,17 +26,6 @@ class Question(Struct, kw_only=True):
     until: int = NEVER
     plots: int = 0
     """Of how many outputs curves are wanted."""
-    built: bytes | None = None
-    """The state in which the code of the run builds its robot, where it is needed."""
-
-
-def with_state_as_built(question: Question) -> Question:
-    """The question with what only the present code can say, for a process with other code."""
-    recording = read_recording(Path(question.recording))
-    if needs_state_as_built(recording, Stretch(question.begin, question.until)):
-        header = recording.header
-        question.built = state_as_built(header, changed_board(header, ()))
-    return question
 
 
 def answer(
@@ -56,7 +39,7 @@ def answer(
     """
     recording = read_recording(Path(question.recording))
     stretch = Stretch(question.begin, question.until)
-    change = _change(question, recording, stretch, board)
+    change = _change(question, recording, board)
     found = what_if(recording, change, stretch, before=before)
     found.settings = question.assignments
     if question.plots and not found.identical:
@@ -65,15 +48,9 @@ def answer(
     return found
 
 
-def _change(
-    question: Question, recording: Recording, stretch: Stretch, board: Board | None
-) -> Change:
+def _change(question: Question, recording: Recording, board: Board | None) -> Change:
     header = recording.header
     if board is not None and board.kind != header.kind:
         fault = f"a recording of a {header.kind}; expected settings of one, not of a {board.kind}"
         raise ConfigError.of_one("replay", fault)
-    recorded = changed_board(header, ())
-    built = question.built
-    if built is None and needs_state_as_built(recording, stretch):
-        built = state_as_built(header, recorded)
-    return Change(board or changed_board(header, question.assignments), recorded, built)
+    return Change(board or changed_board(header, question.assignments), changed_board(header, ()))

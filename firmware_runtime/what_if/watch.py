@@ -12,7 +12,7 @@ from firmware_runtime.errors import ConfigError
 from firmware_runtime.replay.outputs import OutputDifference
 from firmware_runtime.replay.what_if import WhatIf
 from firmware_runtime.what_if.checkout import ask, import_path
-from firmware_runtime.what_if.question import Question, with_state_as_built
+from firmware_runtime.what_if.question import Question
 from firmware_runtime.what_if.text import number
 
 _EVERY_S: Final = 0.2
@@ -56,7 +56,6 @@ class Watched:
 
 def watch(question: Question, watched: Watched, reporter: Reporter) -> None:
     """Ask, report, and wait for a save, until it is interrupted."""
-    question = with_state_as_built(question)
     before: WhatIf | None = None
     while True:
         state, begun = watched.state(), monotonic_ns()

@@ -1,6 +1,5 @@
 """A small network without hardware: set back in the middle, it goes on to the bit."""
 
-import itertools
 import os
 import random
 import subprocess
@@ -26,15 +25,14 @@ Trace: TypeAlias = list[tuple[int, str, object]]
 
 
 class Noise(Atomic):
-    """Sends a rate at random instants; its generators, iterators and closures are its state."""
+    """Sends a rate at random instants; its generators and a closure are its state."""
 
     def __init__(self, name: str) -> None:
         super().__init__(name)
         self.rate = self.out_port("rate", float)
         self._random = random.Random(14)  # noqa: S311 -- to be repeated
         self._normal = np.random.default_rng(14)
-        self._count = itertools.count(1)
-        self._phases = iter(("first", "second", "third"))
+        self._count = 0
         self._draw = self._drawing()
 
     def initialize(self) -> None:
@@ -44,9 +42,8 @@ class Noise(Atomic):
         self.rate.send(self._draw())
 
     def internal(self) -> None:
-        number = next(self._count)
-        phase = next(self._phases, f"round {number}")
-        self.hold_in(phase, self._random.randrange(1, 5) * MILLISECOND)
+        self._count += 1
+        self.hold_in(f"round {self._count}", self._random.randrange(1, 5) * MILLISECOND)
 
     def _drawing(self) -> Callable[[], float]:
         drawn = 0.0

@@ -87,10 +87,6 @@ def given() -> Given:
     return made
 
 
-def never_known(_: object) -> bool:
-    return False
-
-
 KINDS: list[Callable[[], object]] = [Plain, Slotted, fields, Same, Asked, Bag, given, Given]
 
 
@@ -99,7 +95,7 @@ def test_all_are_found_whatever_the_class(make: Callable[[], object]) -> None:
     thing, twin = make(), make()
     assert attributes_of(thing) == vars(twin)
     assert list(attributes_of(thing)) == sorted(vars(twin))
-    assert dict(reader_of(make(), never_known)()) == vars(twin)
+    assert dict(reader_of(make())()) == vars(twin)
 
 
 @pytest.mark.parametrize("make", [Plain, fields, Given])
@@ -110,13 +106,13 @@ def test_no_dictionary_is_made_where_the_code_names_all(
     monkeypatch.setattr(attributes, "_DICTIONARIES_ARE_FREE", False)
     thing = make()
     attributes_of(thing)
-    reader_of(thing, never_known)()
+    reader_of(thing)()
     assert dict not in {type(each) for each in gc.get_referents(thing)}
 
 
 def test_a_reader_sees_what_is_set_and_deleted_later() -> None:
     thing = Plain()
-    read = reader_of(thing, never_known)
+    read = reader_of(thing)
     thing.first = 7
     assert read() == {"first": 7, "second": [2], "limit": 2.0}
     thing.grow()
@@ -127,7 +123,7 @@ def test_a_reader_sees_what_is_set_and_deleted_later() -> None:
 
 def test_a_reader_sees_one_set_in_the_place_of_another() -> None:
     thing = Plain()
-    read = reader_of(thing, never_known)
+    read = reader_of(thing)
     del thing.second
     thing.unforeseen = 1  # type: ignore[attr-defined]
     assert read() == {"first": 1, "limit": 2.0, "unforeseen": 1}
@@ -135,7 +131,7 @@ def test_a_reader_sees_one_set_in_the_place_of_another() -> None:
 
 def test_a_reader_sees_the_default_again_once_its_own_is_deleted() -> None:
     thing = Plain()
-    read = reader_of(thing, never_known)
+    read = reader_of(thing)
     del thing.limit
     thing.unforeseen = 1  # type: ignore[attr-defined]
     assert read() == {"first": 1, "second": [2], "unforeseen": 1}

@@ -66,6 +66,24 @@ def test_after_a_large_one_the_next_is_due_with_the_next_chunk() -> None:
     assert schedule.due_at == NEVER
 
 
+def test_keyframes_that_end_again_are_said_again(
+    warnings: KeyframeWarnings, said: list[str]
+) -> None:
+    for at in (SECOND, 100 * SECOND):
+        warnings.taken(at, 1000, is_large=False)
+        warnings.missed(at + MISSING, "busy", is_last_chunk=False)
+    assert len(said) == 2
+
+
+def test_a_run_that_will_have_none_says_so_at_once(
+    warnings: KeyframeWarnings, said: list[str]
+) -> None:
+    for _ in range(2):
+        warnings.cannot("controller.line: a socket")
+    (found,) = said
+    assert "controller.line: a socket" in found
+
+
 @pytest.mark.slow
 def test_the_field_that_grows_is_named(
     tmp_path: Path, said: list[str], monkeypatch: pytest.MonkeyPatch

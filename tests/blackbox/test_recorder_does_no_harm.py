@@ -1,5 +1,7 @@
 """A recorder changes nothing of a robot, ends no run, and makes none late."""
 
+from collections.abc import Callable
+from itertools import pairwise
 from typing import Any
 
 import pytest
@@ -8,32 +10,11 @@ from firmware_runtime.blackbox import keyframe_schedule
 from firmware_runtime.blackbox.keyframe_schedule import RESERVE, KeyframeSchedule
 from firmware_runtime.blackbox.models import tap_outputs, untapped_sends
 from firmware_runtime.blackbox.recorder import Recorder
-from firmware_runtime.blackbox.state.keyframes import StateTable
 from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.coupled import Coupled
-from firmware_runtime.devs.time import MILLISECOND
+from firmware_runtime.devs.errors import ModelError
+from firmware_runtime.devs.time import MICROSECOND, MILLISECOND, SECOND
 from firmware_runtime.executive.clocks import VirtualClock
-from tests.support.nodes import Node
-
-
-class Sharing:
-    """Objects that share their attributes, as `Borg` of the Python Cookbook does."""
-
-    shared: dict[str, Any] = {}
-
-    def __init__(self) -> None:
-        self.__dict__ = self.shared
-
-
-def test_objects_that_share_their_attributes_go_on_to() -> None:
-    one, other = Sharing(), Sharing()
-    one.first, one.second = 1, 2  # type: ignore[attr-defined]
-    table = StateTable({"node": Node(one=one, other=other)})
-    state = table.capture()
-    one.first = 3  # type: ignore[attr-defined]
-    assert other.first == 3  # type: ignore[attr-defined]
-    table.restore(state)
-    assert other.first == one.first == 1  # type: ignore[attr-defined]
 
 
 class Speaker(Atomic):
@@ -73,16 +54,21 @@ def test_a_value_too_deep_to_be_written_ends_no_run() -> None:
     assert recorder.warning.startswith("listener.any: ")
 
 
-class Slow:
-    """Keyframes that take 10 ms each."""
+class Captures:
+    """Keyframes that take so long each, ns; one that takes None fails after 100 ms."""
 
-    def __init__(self) -> None:
+    def __init__(self, *takes: int | None, then: int | None) -> None:
         self.now = 0
         self.captured = 0
+        self._takes = [*takes]
+        self._then = then
 
     def capture(self) -> bytes:
         self.captured += 1
-        self.now += 10 * MILLISECOND
+        takes = self._takes.pop(0) if self._takes else self._then
+        self.now += 100 * MILLISECOND if takes is None else takes
+        if takes is None:
+            raise ModelError("a lock")
         return b"state"
 
     def largest(self) -> str:
@@ -92,26 +78,88 @@ class Slow:
         return self.now
 
 
+@pytest.fixture(name="run_with")
+def _run_with(monkeypatch: pytest.MonkeyPatch) -> Callable[..., list[int]]:
+    """The instants at which keyframes were taken, of a run with a pause after each step."""
+
+    def run_with(captures: Captures, *, pause: int, until: int) -> list[int]:
+        monkeypatch.setattr(keyframe_schedule, "monotonic_ns", captures.monotonic_ns)
+        schedule, taken = KeyframeSchedule(), list[int]()
+        schedule.plan(lambda: captures, is_real_time=True)
+        schedule.open()
+        for at in range(0, until, pause):
+            if at < schedule.due_at or not schedule.has_time(at, pause):
+                continue
+            begun = captures.now
+            if schedule.capture(at) is not None:
+                schedule.taken(at, captures.now - begun)
+                taken.append(at)
+            assert captures.now - begun <= pause, "an activation waited for a keyframe"
+        return taken
+
+    return run_with
+
+
+PAUSE = 10 * MILLISECOND
+
+
+def test_one_slow_keyframe_does_not_end_keyframes(run_with: Callable[..., list[int]]) -> None:
+    usual = 300 * MICROSECOND
+    captures = Captures(*[usual] * 5, 6 * MILLISECOND, then=usual)
+    taken = run_with(captures, pause=PAUSE, until=75 * SECOND)
+    assert len(taken) >= 14
+    assert max(after - before for before, after in pairwise(taken)) < 7 * SECOND
+
+
+def test_a_first_one_that_is_slow_is_no_measure(run_with: Callable[..., list[int]]) -> None:
+    captures = Captures(9 * MILLISECOND, then=MILLISECOND)
+    assert run_with(captures, pause=PAUSE, until=SECOND) == [0]
+
+
+def test_one_for_which_there_is_never_time_is_not_taken(
+    run_with: Callable[..., list[int]],
+) -> None:
+    captures = Captures(then=12 * MILLISECOND)
+    assert run_with(captures, pause=PAUSE, until=60 * SECOND) == []
+    assert captures.captured == 2
+
+
+def test_keyframes_that_fail_are_tried_ever_later(run_with: Callable[..., list[int]]) -> None:
+    captures = Captures(then=None)
+    assert run_with(captures, pause=SECOND, until=600 * SECOND) == []
+    assert captures.captured < 20
+    captures = Captures(*[None] * 8, then=MILLISECOND)
+    assert run_with(captures, pause=SECOND, until=600 * SECOND) != []
+
+
+def test_one_that_fails_is_not_tried_where_there_is_no_time_for_it(
+    run_with: Callable[..., list[int]],
+) -> None:
+    captures = Captures(then=None)
+    assert run_with(captures, pause=PAUSE, until=60 * SECOND) == []
+    assert captures.captured == 2
+
+
 def test_how_long_a_keyframe_takes_is_known_before_the_first(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    slow = Slow()
-    monkeypatch.setattr(keyframe_schedule, "monotonic_ns", slow.monotonic_ns)
+    captures = Captures(then=10 * MILLISECOND)
+    monkeypatch.setattr(keyframe_schedule, "monotonic_ns", captures.monotonic_ns)
     schedule = KeyframeSchedule()
-    schedule.plan(lambda: slow, is_real_time=True)
+    schedule.plan(lambda: captures, is_real_time=True)
     schedule.open()
-    assert schedule.has_time(20 * MILLISECOND + RESERVE)
+    assert schedule.has_time(0, 20 * MILLISECOND + RESERVE)
     assert schedule.fault is None
-    assert not schedule.has_time(20 * MILLISECOND)
+    assert not schedule.has_time(0, 20 * MILLISECOND)
     assert schedule.fault == "it takes longer than there was until the next event"
     schedule.open()
-    assert slow.captured == 1
+    assert captures.captured == 2
 
 
 def test_in_virtual_time_there_is_time_for_any() -> None:
-    slow = Slow()
+    captures = Captures(then=10 * MILLISECOND)
     schedule = KeyframeSchedule()
-    schedule.plan(lambda: slow, is_real_time=False)
+    schedule.plan(lambda: captures, is_real_time=False)
     schedule.open()
-    assert schedule.has_time(0)
-    assert slow.captured == 0
+    assert schedule.has_time(0, 0)
+    assert captures.captured == 0

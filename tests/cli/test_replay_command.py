@@ -13,7 +13,7 @@ from firmware_runtime.blackbox.chunk_file import Numbered, file_of
 from firmware_runtime.blackbox.found import recording_of_virtual_run
 from firmware_runtime.blackbox.reader import read_recording
 from firmware_runtime.blackbox.section import Kind
-from firmware_runtime.blackbox.state.pickled import StateWriter
+from firmware_runtime.blackbox.state import keyframes
 from firmware_runtime.board.in_force import PLACE, board_in_force
 from firmware_runtime.board.kinds import shipped_file
 from firmware_runtime.cli import replayed_run
@@ -189,10 +189,10 @@ def test_a_state_that_there_is_no_memory_for_is_no_difference(
 ) -> None:
     run = record(tmp_path / "whole.recording", "tachobot", 0.1)
 
-    def written(*_: object) -> bytes:
+    def pack(_: object) -> bytes:
         raise MemoryError
 
-    monkeypatch.setattr(StateWriter, "written", written)
+    monkeypatch.setattr(keyframes, "pack", pack)
     ended = command("replay", run)
     assert (ended.status, ended.out) == (Status.MODEL_ERROR, "")
     assert "Cannot allocate memory; expected more" in ended.error
@@ -202,10 +202,10 @@ def test_a_state_that_there_is_no_memory_for_is_no_difference(
 def test_a_run_without_memory_for_a_keyframe_goes_on_and_says_so(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def written(*_: object) -> bytes:
+    def pack(_: object) -> bytes:
         raise MemoryError
 
-    monkeypatch.setattr(StateWriter, "written", written)
+    monkeypatch.setattr(keyframes, "pack", pack)
     found = read_recording(record(tmp_path / "whole.recording", "tachobot", 0.1))
     assert found.no_keyframe() == "MemoryError"
 

@@ -76,7 +76,7 @@ def test_zero_and_minus_zero_are_not_the_same() -> None:
     assert encoded(1) != encoded(1.0)
 
 
-@pytest.mark.parametrize("value", [object(), lambda: 1, {1, 2}, np.array([object()])])
+@pytest.mark.parametrize("value", [object(), lambda: 1, {object()}, np.array([object()])])
 def test_what_cannot_be_written_down_is_refused(value: object) -> None:
     with pytest.raises(UnknownValue):
         encoded(value)

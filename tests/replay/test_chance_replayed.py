@@ -19,12 +19,11 @@ from firmware_runtime.debugger.travel import Travel
 from firmware_runtime.devs.time import MILLISECOND, SECOND
 from firmware_runtime.recording import chance
 from firmware_runtime.recording.of_board import board_of_table
+from firmware_runtime.recording.values import unpack
 from firmware_runtime.replay.verdict import Stretch, replay
 from tests.support.recorded import every_section, record
 from tests.support.replayed import check_identical, replayed
 
-_WORDS = b"B" + (625 * 4).to_bytes(4, "little")
-"""How the state of `random` begins where it is pickled."""
 SPAN_S = 1.6
 EVERY = 300 * MILLISECOND
 BEGINS = (0.35, 0.95, 1.25, 1.55)
@@ -167,7 +166,7 @@ def _drawn_from(path: Path) -> list[bool]:
     """Of each keyframe whether it says where the generators stood."""
     keyframes = [each for each in map(decode, every_section(path)) if each.kind is Kind.KEYFRAME]
     assert len(keyframes) > 3
-    return [_WORDS in each.extra for each in keyframes]
+    return [unpack(each.extra)[-1] is not None for each in keyframes]
 
 
 def _sent(path: Path) -> list[object]:

@@ -70,5 +70,5 @@ def test_an_attribute_of_a_model_is_compared_whatever_it_is_called(
     assert first is not None
     assert (first.what, first.model, first.field) == (
         *("state", "controller.allocation"),
-        "cause['a.b']",
+        "cause",
     )

@@ -1,7 +1,7 @@
-"""The whole state of a running robot: captured as bytes, compared, and set back in place.
+"""The state of a running robot as plain values: captured as bytes, compared, and set back in place.
 
-    known (objects, numbered)  ->  columns (what they hold)  ->  pickled  ->  bytes
+    walk (objects that have state)  ->  rows (what is not as built)  ->  plain forms  ->  bytes
 
-It knows nothing of recordings. What an object consists of is in `layouts`; what was made after the
-robot was built is kept by value (`later`, `making`).
+It knows nothing of recordings. A file's state is data: what values it may hold, and how they are
+made, is in `recording.values` and `recording.records`.
 """

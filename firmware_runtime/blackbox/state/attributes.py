@@ -29,16 +29,13 @@ def attributes_of(thing: Thing) -> Attributes:
     return dict(sorted(vars(thing).items())) if found is None else found
 
 
-def reader_of(thing: Thing, is_known: Callable[[object], bool]) -> Callable[[], Attributes]:
-    """Reads the attributes of one object, again and again, in no stated order.
-
-    `is_known` says of a dictionary that another object leads to it: that one stays what it is.
-    """
+def reader_of(thing: Thing) -> Callable[[], Attributes]:
+    """Reads the attributes of one object, again and again, in no stated order."""
     if _DICTIONARIES_ARE_FREE:
         return lambda: thing.__dict__
     found = _without_dictionary(thing)
     if found is None:
-        if _is_its_alone(thing) and not is_known(vars(thing)):
+        if _is_its_alone(thing):
             # a plain one is read in less time than an object's own
             object.__setattr__(thing, "__dict__", dict(vars(thing)))
         return lambda: thing.__dict__

@@ -1,50 +1,37 @@
 """The whole state of a running robot between two steps, as bytes; and set back, in place.
 
-How it works. When the table is made, everything that can be reached from the roots is numbered
-(`known`). A capture is the fingerprint of this table, then one pickle of what each of these objects
-holds (`columns`). In it they stand by their numbers: the pickler's memo holds them from the start,
-so it takes them for written already (`pickled`). What was made since then is written by value
-(`later`).
+How it works. When the table is made, the robot as it was built is walked (`walk`): each object that
+has state gets a row and a number. A capture is the fingerprint of this table, checks of what was
+built with a number or text, and what of each row is not as built (`rows`), as plain values in the
+one encoding that recordings have (`recording.values`). A known object stands in it by its number.
 
-To set it back, everything is read, checked and made before the first object is changed. Then each
-known object gets its attributes, slots and content in place, so that closures and bound methods
-such as `bag.append` still lead to the same objects.
+To set it back, everything is read, checked and made before the first object is changed: then each
+object gets its attributes or content in place. What the state does not name is as this robot was
+built; so a robot of other settings takes up what the run had changed, and keeps its own settings.
 """
 
+import gc
 import zlib
 from collections.abc import Iterable, Iterator, Mapping
 from struct import Struct
-from threading import Lock, RLock
 from typing import Any, Final, Protocol
 
-from firmware_runtime.blackbox.state.carried import carried
-from firmware_runtime.blackbox.state.columns import Column, columns_of
-from firmware_runtime.blackbox.state.known import KnownObjects, edges_of
-from firmware_runtime.blackbox.state.later import NoValue
-from firmware_runtime.blackbox.state.layouts import Thing, UnkeepableState
-from firmware_runtime.blackbox.state.making import Making, deep_calls
-from firmware_runtime.blackbox.state.pickled import StateReader, StateWriter
-from firmware_runtime.blackbox.state.state_differences import (
-    ABSENT,
-    FieldDifference,
-    StateComparison,
-)
-from firmware_runtime.errors import ConfigError, text_of
+import msgspec
+
+from firmware_runtime.blackbox.state.differences import ABSENT, FieldDifference, between
+from firmware_runtime.blackbox.state.rows import ABSENT as ABSENT_FORM
+from firmware_runtime.blackbox.state.rows import Declared, Forms, Row, rows_of
+from firmware_runtime.blackbox.state.unkeepable import OTHER_ROBOT, ForeignState, UnkeepableState
+from firmware_runtime.blackbox.state.walk import found_in
+from firmware_runtime.errors import text_of
+from firmware_runtime.recording.code import packages_used
+from firmware_runtime.recording.records import UnknownValue
+from firmware_runtime.recording.values import Reader, Writer, pack, unpack
 
 __all__ = ["ABSENT", "FieldDifference", "ForeignState", "StateTable", "UnkeepableState"]
 
-_FINGERPRINT: Final = Struct("<I")
-LOCKS = (type(Lock()), type(RLock()))
-"""Edges of every table: between two steps they are free."""
 
-
-class ForeignState(ConfigError):
-    """A file's state that is none of this robot, or is damaged, or cannot be set back."""
-
-    @property
-    def is_of_another_robot(self) -> bool:
-        """Whether it is the state of other models."""
-        return _OTHER_ROBOT in self.faults
+_CHECK: Final = Struct("<H")
 
 
 class Aside(Protocol):
@@ -62,9 +49,9 @@ class StateTable:
 
     Make it where every process that builds the same robot has it in the same state, such as before
     the first step. Objects, and objects of classes, in `edges` are kept as they are: lines, clocks,
-    sockets, functions that print. Raises UnkeepableState for anything else whose state Python
-    cannot read and set. Attributes of classes and names of modules are not part of it. What is
-    `aside` is kept and set too, and not compared.
+    sockets, functions that print. Raises UnkeepableState for anything else whose state is no plain
+    value. Attributes of classes and names of modules are not part of it. What is `aside` is kept
+    and set too, and not compared.
     """
 
     def __init__(
@@ -75,75 +62,68 @@ class StateTable:
     ) -> None:
         self._aside = aside
         try:
-            self._known = KnownObjects(roots, edges_of((*LOCKS, *edges)))
-            self._columns = columns_of(self._known)
+            self._rows = [row for each in found_in(roots, edges) for row in rows_of(each)]
         except (UnkeepableState, MemoryError):
             raise
-        except Exception as error:  # of a function of the model's, such as __repr__
-            raise _unread(error) from error
-        self._stateful = [self._known.things[number] for number in self._known.with_state]
-        self._kinds = [*map(type, self._stateful)]
-        names = self._columns.attributes.names
-        self.objects = len(self._known.things)
-        """How many objects have a number."""
-        self.fingerprint = zlib.crc32("\n".join(names).encode(), self._known.fingerprint)
+        except Exception as error:  # of a function of the model's, such as a property
+            raise UnkeepableState("state", f"{type(error).__name__}: {text_of(error)}") from error
+        self._numbers = {id(row.thing): n for n, row in reversed([*enumerate(self._rows)])}
+        self._checks = [
+            (number, each.path, _CHECK.pack(each.check & 0xFFFF))
+            for number, row in enumerate(self._rows)
+            for each in row.keep_built(self._number_of)
+        ]
+        self._built = b"".join(check for *_, check in self._checks)
+        self._packages = packages_used({row.kind.__module__ for row in self._rows})
+        signature = "\n".join(row.signature for row in self._rows)
+        self.objects = len(self._rows)
+        """How many objects have state."""
+        self.fingerprint = zlib.crc32(signature.encode())
         """The same for robots that can exchange states."""
-        self._writer = StateWriter(self._known.things, names, self._columns.views.part)
-        self._reader = StateReader(self.objects, names)
 
     def capture(self) -> bytes:
-        """The state now. Raises UnkeepableState for an object that was made since and has none.
+        """The state now. Raises UnkeepableState for a part of it that is no plain value.
 
         Raises MemoryError where there is no room for it, as every other function here does.
         """
-        if [*map(type, self._stateful)] != self._kinds:
-            raise self._of_another_class()
-        aside = None if self._aside is None else self._aside.read()
-        held = [] if aside is None else [aside]
+        is_collecting = gc.isenabled()
+        gc.disable()  # of all that is made here nothing is left
         try:
-            written = self._writer.written([*(each.read() for each in self._columns.each), *held])
-        except NoValue as error:
-            raise self._blamed(error) from error
-        except MemoryError:  # says nothing of the state
-            raise
-        except Exception as error:  # as above
-            raise _unread(error) from error
-        return _FINGERPRINT.pack(self.fingerprint) + written
+            return self._captured()
+        finally:
+            if is_collecting:
+                gc.enable()
 
     def largest(self) -> str:
         """The path of the field that takes most of a capture."""
-        each = (pair for column in self._columns.each for pair in column.fields(column.read()))
-        sizes = {path: len(self._writer.written(value)) for path, value in each}
+        _, forms, _ = self._read(self.capture())
+        sizes = {
+            path: len(pack(form))
+            for number, row in enumerate(self._rows)
+            if number in forms
+            for path, form in row.fields(forms[number], self._number_of)
+        }
         return max(sizes, key=lambda path: sizes[path], default="")
 
-    def restore(self, content: bytes, *, built: bytes | None = None) -> None:
+    def restore(self, content: bytes) -> None:
         """Let the robot be in that state. Raises ForeignState; nothing has changed then.
 
-        What is an edge stays as it is. Objects made since the robot was built are made again. With
-        `built`, the state in which the recorded robot was built, what that had not changed since
-        then stays as it is here: see `carried`.
+        What is an edge stays as it is, and what the state does not name is as this robot was built.
         """
-        aside, read = self._read(content)
-        if built is not None:
-            read = self._carried(read, self._read(built)[1])
+        _, forms, aside = self._read(content)
+        reader = Reader(self._known, self._packages)
         try:
-            with deep_calls():
-                made = Making(self._known.things, self._known.modules).of(read)
-        except (NoValue, IndexError) as error:
-            raise _foreign(f"{error}") from error
-        for thing, kind in zip(self._stateful, self._kinds, strict=True):
-            if type(thing) is not kind:
-                thing.__class__ = kind
-        before = self._columns.copied()
+            made = [row.made(forms.get(n), reader) for n, row in enumerate(self._rows)]
+        except (UnknownValue, TypeError, ValueError, AttributeError) as error:
+            raise ForeignState(text_of(error)) from error
+        before = [row.present() for row in self._rows]
         try:
-            self._columns.fill(made)
-        except Exception as error:  # whatever stands in a file
-            self._columns.fill(before)
+            self._put(made)
+        except Exception as error:  # of a model's restore, whatever stands in a file
+            self._put(before)
             if isinstance(error, MemoryError):
                 raise
-            raise _foreign(f"{type(error).__name__}: {error}") from error
-        del before
-        self._columns.fill(made)  # again: what has gone with `before` may have changed others
+            raise ForeignState(f"{type(error).__name__}: {text_of(error)}") from error
         if self._aside is not None:
             self._aside.put(aside)
 
@@ -151,74 +131,97 @@ class StateTable:
         """Each field that is another now than it was recorded. Raises as `capture` and `restore`.
 
         Floats are the same if they are so to the bit, known objects if they are the same objects.
+        Of what was built otherwise than in the run only the object is known.
         """
-        (_, recorded), (_, present) = self._read(content), self._read(self.capture())
-        comparison = StateComparison(self._known)
-        for column, old, new in zip(self._columns.each, recorded, present, strict=True):
-            before, after = _fields(column, old), _fields(column, new)
-            for path in [*before, *(path for path in after if path not in before)]:
-                pair = before.get(path, ABSENT), after.get(path, ABSENT)
-                yield from comparison.between(path, *pair)
-
-    def _carried(self, recorded: list[list[Thing]], built: list[list[Thing]]) -> list[list[Thing]]:
-        """The columns of a robot that was built otherwise, in the recorded state."""
-        comparison = StateComparison(self._known)
-
-        def same(one: Thing, other: Thing) -> bool:
-            return next(comparison.between("", one, other), None) is None
-
-        _, present = self._read(self.capture())
-        merged: list[list[Thing]] = carried(recorded, built, present, same)
-        return merged
-
-    def _read(self, content: bytes) -> tuple[Any, list[list[Thing]]]:
-        """What is aside, and the columns of a file."""
-        columns: list[list[Thing]]
-        if content[: _FINGERPRINT.size] != _FINGERPRINT.pack(self.fingerprint):
-            raise _foreign(_OTHER_ROBOT)  # where an object would take the place of another
-        try:
-            columns = [*self._reader.read(content[_FINGERPRINT.size :])]
-        except (NoValue, TypeError) as error:
-            raise _foreign(f"{error}") from error
-        aside = columns.pop() if len(columns) == len(self._columns.each) + 1 else None
-        if len(columns) != len(self._columns.each):
-            raise _foreign(f"{len(columns)} columns; expected {len(self._columns.each)}")
-        return aside, columns
-
-    def _of_another_class(self) -> UnkeepableState:
-        each = zip(self._known.with_state, self._stateful, self._kinds, strict=True)
-        number, thing, kind = next(found for found in each if type(found[1]) is not found[2])
-        path = self._known.paths[number]
-        became = f"a {kind.__qualname__} that has become a {type(thing).__qualname__}"
-        return UnkeepableState(path, f"{became}; expected an object of one class")
-
-    def _blamed(self, error: NoValue) -> UnkeepableState:
-        """The error, with the path of the field that cannot be written."""
-        for column in self._columns.each:
-            for path, value in column.fields(column.read()):
+        built, recorded, _ = self._read(content)
+        _, present, _ = self._read(self.capture())
+        yield from self._built_otherwise(built, recorded, present)
+        for number, row in enumerate(self._rows):
+            pair = recorded.get(number), present.get(number)
+            if pack(pair[0]) != pack(pair[1]):
                 try:
-                    self._writer.written(value)
-                except NoValue as found:
-                    return UnkeepableState(path, f"{found}; {EXPECTED}")
-        return UnkeepableState("state", f"{error}; {EXPECTED}")
+                    yield from [*self._between(row, *pair)]
+                except (UnknownValue, TypeError, ValueError, RecursionError) as error:
+                    raise ForeignState(text_of(error)) from error
 
+    # ---------------------------------------------------------------------------------------------
 
-EXPECTED = "expected numbers, texts, containers, arrays and objects made of these"
+    def _captured(self) -> bytes:
+        writer = Writer(self._number_of)
+        forms: dict[int, Forms] = {}
+        for number, row in enumerate(self._rows):
+            if type(row.thing) is not row.kind:
+                became = f"has become a {type(row.thing).__qualname__}"
+                raise UnkeepableState(row.path, f"a {row.kind.__qualname__} that {became}")
+            try:
+                found = row.read(writer)
+            except (UnkeepableState, MemoryError):
+                raise
+            except Exception as error:  # a function of the model's
+                raise UnkeepableState(row.path, f"{type(error).__name__}: {error}") from error
+            if found is not None:
+                forms[number] = found
+        aside = None if self._aside is None else self._aside.read()
+        try:
+            return pack([self.fingerprint, self._built, forms, aside])
+        except UnicodeEncodeError as error:
+            raise self._blamed(forms, error) from error
 
+    def _built_otherwise(
+        self, built: bytes, recorded: Mapping[int, Forms], present: Mapping[int, Forms]
+    ) -> Iterator[FieldDifference]:
+        """What was built with another number or text than in the run, and not changed since."""
+        if built == self._built:
+            return
+        for place, (number, path, check) in enumerate(self._checks):
+            begin = place * _CHECK.size
+            is_told = self._rows[number].is_told
+            if built[begin : begin + _CHECK.size] != check and not (
+                is_told(path, recorded.get(number)) and is_told(path, present.get(number))
+            ):
+                yield FieldDifference(path, "built otherwise", "as it is built here")
 
-def _unread(error: Exception) -> UnkeepableState:
-    return UnkeepableState("state", f"{type(error).__name__}: {text_of(error)}; {EXPECTED}")
+    def _between(self, row: Row, recorded: Forms, present: Forms) -> Iterator[FieldDifference]:
+        before, after = (dict(row.fields(each, self._number_of)) for each in (recorded, present))
+        for path in [*before, *(each for each in after if each not in before)]:
+            forms = before.get(path, ABSENT_FORM), after.get(path, ABSENT_FORM)
+            yield from between(path, *forms)
 
+    def _put(self, made: list[Any]) -> None:
+        """Let each object hold what was made: what a model does in `restore` comes first."""
+        pairs = [*zip(self._rows, made, strict=True)]
+        for row, each in sorted(pairs, key=lambda pair: not isinstance(pair[0], Declared)):
+            row.put(each)
 
-def _fields(column: Column, read: list[Thing]) -> dict[str, Thing]:
-    try:
-        return dict(column.fields(read))
-    except (TypeError, ValueError, AttributeError) as error:
-        raise _foreign(f"{type(error).__name__}: {error}") from error
+    def _number_of(self, thing: object) -> int | None:
+        return self._numbers.get(id(thing))
 
+    def _known(self, number: object) -> object:
+        if type(number) is not int or not 0 <= number < len(self._rows):
+            raise UnknownValue(f"{number!r:.40}; expected the number of an object")
+        return self._rows[number].thing
 
-_OTHER_ROBOT: Final = "it is of another robot; expected one of this board and these settings"
+    def _read(self, content: bytes) -> tuple[bytes, dict[int, Forms], Any]:
+        """Checks of what was built, the forms of a file by number, and what is aside."""
+        try:
+            fingerprint, built, forms, aside = unpack(content)
+            numbers = set(forms)
+        except (msgspec.MsgspecError, TypeError, ValueError) as error:
+            raise ForeignState(f"{type(error).__name__}: {error}") from error
+        if fingerprint != self.fingerprint:
+            raise ForeignState(OTHER_ROBOT)  # where an object would take the place of another
+        if not isinstance(forms, dict) or not numbers <= set(range(len(self._rows))):
+            raise ForeignState("it names objects that are not there")
+        if not isinstance(built, bytes):
+            raise ForeignState("it does not say what the robot was built with")
+        return built, forms, aside
 
-
-def _foreign(fault: str) -> ForeignState:
-    return ForeignState("state", [fault], f"state: {fault}")
+    def _blamed(self, forms: Mapping[int, Forms], error: Exception) -> UnkeepableState:
+        """The error, with the path of the field that cannot be written."""
+        for number, each in forms.items():
+            for path, form in self._rows[number].fields(each, self._number_of):
+                try:
+                    pack(form)
+                except UnicodeEncodeError:
+                    return UnkeepableState(path, "a text that UTF-8 has not")
+        return UnkeepableState("state", text_of(error))

@@ -3,6 +3,7 @@
 import argparse
 
 from firmware_runtime.blackbox.size import seconds_held, size_for
+from firmware_runtime.blackbox.state_of_run import why_unkeepable
 from firmware_runtime.board.ends import check_ends
 from firmware_runtime.board.inputs import described, input_timeouts
 from firmware_runtime.board.registry import Board
@@ -27,6 +28,8 @@ def execute(arguments: argparse.Namespace) -> int:
     """Print what the board asks of its buses; ConfigError lists the faults if there are any."""
     board = chosen_board(arguments.board, arguments.assignments)
     _put_together(board)
+    lines = board.absent_lines()
+    unkept = why_unkeepable(board.build(lines), lines)
     check_ends(board)
     topics = topics_of(board)
     warnings = [*board.warnings, *named_in_vain(board)]
@@ -43,6 +46,8 @@ def execute(arguments: argparse.Namespace) -> int:
     print(f"  recording: {_recording(board)}")
     counts = f"{len(topics.publications)} published, {len(topics.subscriptions)} taken"
     print(f"  ros2 topics: {counts}")
+    if unkept is not None:
+        warnings.append(f"its runs have no keyframes and are replayed from their start: {unkept}")
     for warning in warnings:
         print(f"  warning: {warning}")
     return Status.OK

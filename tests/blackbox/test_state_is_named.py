@@ -1,0 +1,72 @@
+"""A model whose state cannot be kept is named by `check` and as its run starts."""
+
+import socket
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from boards.tachobot.allocation import Allocation
+from firmware_runtime.blackbox.section import Kind, decode
+from firmware_runtime.board.in_force import board_in_force
+from firmware_runtime.cli.main import main
+from firmware_runtime.devs.time import SECOND
+from firmware_runtime.executive.clocks import VirtualClock
+from firmware_runtime.runs.session import Session
+from tests.support.recorded import every_section
+from tests.support.replayed import check_identical
+
+
+@pytest.fixture(name="line")
+def _line() -> Iterator[socket.socket]:
+    with socket.socket() as line:
+        yield line
+
+
+@pytest.fixture(name="holding")
+def _holding(monkeypatch: pytest.MonkeyPatch, line: socket.socket) -> None:
+    """Let TachoBot's allocation hold a socket."""
+    build = Allocation.__init__
+
+    def built(self: Any, *given: Any) -> None:  # noqa: ANN401 -- any model
+        build(self, *given)
+        self.line = line
+
+    monkeypatch.setattr(Allocation, "__init__", built)
+
+
+@pytest.mark.usefixtures("holding")
+def test_check_names_the_attribute(capsys: pytest.CaptureFixture[str]) -> None:
+    main(["check", "tachobot"])
+    (said,) = [each for each in capsys.readouterr().out.splitlines() if "keyframes" in each]
+    assert "controller.allocation.line: a socket:socket" in said
+
+
+@pytest.mark.slow
+@pytest.mark.usefixtures("holding")
+def test_its_run_says_so_at_once_and_is_replayed_from_its_start(tmp_path: Path) -> None:
+    said: list[str] = []
+    path = tmp_path / "run.recording"
+    session = Session(
+        board_in_force("tachobot", ("recording.minutes=0.1",)),
+        VirtualClock(),
+        doubles=True,
+        statistics_path=None,
+        recording=path,
+        log=said.append,
+    )
+    session.run(SECOND // 2)
+    session.close()
+    (warning,) = [each for each in said if "keyframe" in each]
+    assert "controller.allocation.line" in warning
+    assert Kind.KEYFRAME not in {decode(each).kind for each in every_section(path)}
+    check_identical(path)
+
+
+@pytest.mark.parametrize("board", ["tachobot", "detective", "balancing", "pan_tilt"])
+def test_of_our_robots_every_state_can_be_kept(
+    board: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    main(["check", board])
+    assert "keyframes" not in capsys.readouterr().out

@@ -1,0 +1,67 @@
+"""A recording of a stranger, with right checksums: one sentence, whatever stands in it."""
+
+import subprocess
+import sys
+from itertools import islice
+from pathlib import Path
+
+import pytest
+
+from firmware_runtime.blackbox import keyframe_schedule
+from firmware_runtime.blackbox.chunk_file import Numbered, file_of
+from firmware_runtime.blackbox.reader import read_recording
+from firmware_runtime.blackbox.section import Kind, encode
+from firmware_runtime.devs.time import MILLISECOND
+from firmware_runtime.errors import ConfigError
+from firmware_runtime.recording.of_board import board_of_table
+from tests.support.mutated import VERBS, fault_of, mutations
+from tests.support.recorded import every_section, in_chunks, record
+
+MUTATIONS = 12
+
+
+@pytest.fixture(name="recording", scope="module")
+def _recording(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """0.4 s of TachoBot in two chunks, with a keyframe every 0.15 s."""
+    path = tmp_path_factory.mktemp("hostile") / "tachobot.recording"
+    with pytest.MonkeyPatch.context() as patched:
+        patched.setattr(keyframe_schedule, "KEYFRAME_EVERY", 150 * MILLISECOND)
+        record(path, "tachobot", 0.4)
+    path.write_bytes(in_chunks(path, 400))
+    return path
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", range(len(VERBS)))
+def test_a_mutated_recording_is_one_sentence(recording: Path, tmp_path: Path, seed: int) -> None:
+    file = tmp_path / "mutated.recording"
+    for number, content in enumerate(islice(mutations(recording, seed), MUTATIONS)):
+        file.write_bytes(content)
+        assert fault_of(VERBS[seed], file) is None, f"seed {seed}, mutation {number}"
+
+
+def test_settings_that_are_no_table_of_texts_and_numbers_are_refused() -> None:
+    with pytest.raises(ConfigError, match="settings of the recorded run"):
+        board_of_table("board.toml", {"board": "tachobot", "imu": {"address": b"\0"}})
+
+
+DEEPEST = 400
+
+
+@pytest.mark.slow
+def test_values_within_values_are_one_sentence_on_a_small_stack(
+    recording: Path, tmp_path: Path
+) -> None:
+    """On a stack of 1 MB, as in a container or a thread."""
+    header = read_recording(recording).chunks[0].contents[0]
+    deep: object = 1
+    for _ in range(DEEPEST):
+        deep = [deep]
+    file = tmp_path / "deep.recording"
+    section = encode((Kind.STEP.value, 0, [], [], [], [], [0, deep], [], [["in", deep]], deep))
+    build = every_section(recording)[0]
+    file.write_bytes(file_of([Numbered(1, [header, build, section])]))
+    program = f"ulimit -s 1024; exec {sys.executable} -m firmware_runtime.cli replay {file}"
+    ended = subprocess.run(["bash", "-c", program], capture_output=True, text=True, check=False)
+    assert ended.returncode in {1, 2}
+    assert "Traceback" not in ended.stderr
