@@ -14,7 +14,7 @@ from time import time_ns
 from typing import Final, NamedTuple
 
 from firmware_runtime.devs.time import SECOND
-from firmware_runtime.system.credentials import Credentials, peer_of
+from firmware_runtime.hal.peer import Credentials, peer_of
 
 _SO_TIMESTAMPNS: Final = 35
 _TIMESTAMP: Final = struct.Struct("@ll")  # struct timespec

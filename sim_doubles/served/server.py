@@ -22,9 +22,9 @@ from typing import NamedTuple
 
 from firmware_runtime.closing import Closing
 from firmware_runtime.devs.time import MILLISECOND, NEVER, SECOND
+from firmware_runtime.hal.peer import peer_of
 from firmware_runtime.hal.served.connection import lock_of
 from firmware_runtime.hal.served.packets import LONGEST
-from firmware_runtime.system.credentials import peer_of
 from sim_doubles.clock import ManualClock
 from sim_doubles.served.errors import ServingError
 from sim_doubles.served.event_log import EventLog

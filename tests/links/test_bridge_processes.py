@@ -1,7 +1,6 @@
 """A robot on doubles and its bridge as processes, spoken with over UDP."""
 
 import json
-import os
 import re
 import signal
 import socket
@@ -15,6 +14,8 @@ from typing import Any
 
 import pytest
 
+from firmware_runtime.links.ports.datagrams import GREETING
+from firmware_runtime.statistics.companions import Companion
 from tests.support.bridged_run import BridgedRun, address, bridged, line, stop
 from tests.support.waiting import PATIENCE_S
 
@@ -123,12 +124,13 @@ def test_ten_thousand_datagrams_and_a_deaf_watcher_leave_the_run_as_it_is(
     run, bridge = robot.run(), robot.bridge()
     talker = robot.talker(address(bridge))
     line(bridge, "a run listens")
-    with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as deaf:
-        deaf.bind("")
+    with socket.socket(socket.AF_UNIX, socket.SOCK_SEQPACKET) as deaf:
         deaf.settimeout(PATIENCE_S)
+        deaf.connect(str(Companion.SOCKET.beside(robot.path)))
+        assert deaf.recv(100) == GREETING
         said: dict[str, object] = {"watch": ["imu.sample", "controller.forces"]}
         for number in range(10_001):
-            deaf.sendto(json.dumps(said).encode(), os.fspath(robot.path))
+            deaf.send(json.dumps(said).encode())
             value = number / 1e5 if number % 2 else "not a number"
             said = {"port": "yaw_reference", "value": value}
         counts = talker.insist({"list": True}, "counts")

@@ -28,8 +28,11 @@ with socket.socket(socket.AF_UNIX, socket.SOCK_SEQPACKET) as listener:
     accepted = []
     while True:
         accepted.append(listener.accept()[0])
-        accepted[-1].send(greeting)
-        accepted[-1].send(b'{"refused": [], "armed": false}')
+        try:
+            accepted[-1].send(greeting)
+            accepted[-1].send(b'{"refused": [], "armed": false}')
+        except OSError:  # whoever it was has gone
+            pass
 """
 GREETS = '{"greets":"firmware-runtime"}'
 

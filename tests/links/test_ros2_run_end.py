@@ -123,6 +123,18 @@ def test_a_run_that_does_not_answer_in_time_is_asked_to_disarm(
     end.close()
 
 
+def test_a_run_that_was_found_is_known_before_it_answers_a_sign_of_life(run: Replies) -> None:
+    end = RunEnd(run.path)
+    state = {"run": "a", "armed": False, "reason": "not requested yet", "revision": 3}
+    run.answer_in_background(state)
+    assert end.find().run == "a"
+    end.tend()
+    assert end.seen is not None
+    assert end.seen.revision == 3
+    run.wait()
+    end.close()
+
+
 @pytest.mark.parametrize("said", [b"\xff", b"text", b"[]", b'{"run": "b"}', b"[" * 10_000, b"1"])
 def test_what_no_run_has_said_is_no_answer(run: Replies, said: bytes) -> None:
     end = met(run, RunEnd(run.path))

@@ -11,6 +11,7 @@ from typing import BinaryIO, Final
 from msgspec import MsgspecError
 
 from firmware_runtime.hal.errors import BusAbsent, BusFault, BusInUse, BusTimeout
+from firmware_runtime.hal.peer import peer_of, trusted_users
 from firmware_runtime.hal.served.packets import (
     LONGEST,
     Answered,
@@ -19,7 +20,6 @@ from firmware_runtime.hal.served.packets import (
     encode,
     read_answer,
 )
-from firmware_runtime.system.credentials import peer_of, trusted_users
 
 ANSWER_S: Final = 1.0
 """How long an answer may take; doubles need less than a millisecond, a busy machine more."""

@@ -12,10 +12,10 @@ from typing import Final
 
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.hal.errors import HalError
+from firmware_runtime.hal.peer import peer_of
 from firmware_runtime.links.ports.datagrams import GREETING
 from firmware_runtime.links.ports.speaker_of_run import why_not_of_run
 from firmware_runtime.statistics.companions import Companion
-from firmware_runtime.system.credentials import peer_of
 
 AT_ONCE: Final = 64
 """How many messages are taken in a row."""

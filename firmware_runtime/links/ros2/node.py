@@ -142,8 +142,7 @@ class RobotNode(LifecycleNode):  # type: ignore[misc] # rclpy has no types
     # ----------------------------------------------------------------------------------------------
 
     def _find_run(self) -> None:
-        answer = self.run.ask("state")
-        self._of_run = answer["run"]
+        self._of_run = self.run.find().run
         self.run.tend()
 
     def _arm(self) -> None:

@@ -13,7 +13,7 @@ from hashlib import sha256
 from pathlib import Path
 
 from firmware_runtime.errors import ConfigError
-from firmware_runtime.system.credentials import peer_of
+from firmware_runtime.hal.peer import peer_of
 
 
 @contextmanager

@@ -56,6 +56,10 @@ class RunEnd:
         """The answer to a request, which has no effect later. Raises ControlError without one."""
         return ask(self.statistics, request, TIMEOUT_S, **more)
 
+    def find(self) -> Seen:
+        """Wait for what a run says of itself. Raises ControlError without one."""
+        return self._note(self.ask("state"), monotonic_ns())
+
     def arm(self, lease_s: float) -> list[str]:
         """Arm, for as long as `tend` goes on; return why it is refused.
 
@@ -117,14 +121,16 @@ class RunEnd:
     def _take(self, datagram: bytes, now: int) -> None:
         with suppress(KeyError, TypeError, ValueError, RecursionError):  # a refusal, or no run's
             answer = json.loads(datagram)
-            self.seen = Seen(
-                answer["run"], answer["armed"], answer["reason"] or "", answer["revision"]
-            )
-            self._received_at = now
+            self._note(answer, now)
             if self.lease is not None and answer.get("lease") == self.lease:
                 self.has_lost_lease = not (answer["leased"] and answer["armed"])
                 if not self.has_lost_lease:  # as of when it was asked, which is the time before
                     self._held_until = self._sent_at + self._lease_ns
+
+    def _note(self, answer: Answer, now: int) -> Seen:
+        self.seen = Seen(answer["run"], answer["armed"], answer["reason"] or "", answer["revision"])
+        self._received_at = now
+        return self.seen
 
     def _gone(self, why: str) -> None:
         self.seen = None
