@@ -44,6 +44,8 @@ class Kind(IntEnum):
     """Something else used the lines, such as a check before arming; it is not run again."""
     LOST = 12
     """A section could not be written; `extra` is why. What follows begins at a keyframe."""
+    CLASSES = 13
+    """It did nothing: `extra` is `NotedClasses.state`, which stands behind each keyframe."""
 
 
 class Transfer(msgspec.Struct, array_like=True, frozen=True):
@@ -91,6 +93,7 @@ class Section(msgspec.Struct, array_like=True):
     entered: list[tuple[str, Any]]
     """Input port of the root model and value, as `recording.values.plain` has it."""
     extra: Any = None
+    """What the kind says; of a step what `NotedClasses.note` found in what was sent, or None."""
 
     @property
     def has_instant(self) -> bool:

@@ -78,7 +78,7 @@ class RecordedEdge:
                 self._log(f"warning: this run cannot be replayed as a whole: {why}")
             self.recorder.close()
 
-    def keep_start(self, why: str) -> None:
+    def keep_start(self, error: BaseException) -> None:
         """Keep what was recorded of a run that has not begun, and will not; once.
 
         It writes a file, which may take long: outputs are off by then, and the hardware released.
@@ -89,4 +89,4 @@ class RecordedEdge:
             # as above
             from firmware_runtime.runs.failed_start import keep_failed_start  # noqa: PLC0415
 
-            keep_failed_start(robot, path, why, self._log)
+            keep_failed_start(robot, path, error, self._log)

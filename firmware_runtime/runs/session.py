@@ -15,7 +15,6 @@ from firmware_runtime.board.inputs import input_timeouts
 from firmware_runtime.board.registry import Board
 from firmware_runtime.board.rig import Rig
 from firmware_runtime.devs.ports import OutPort
-from firmware_runtime.errors import text_of
 from firmware_runtime.executive.clocks import Clock
 from firmware_runtime.executive.executive import Executive
 from firmware_runtime.executive.outcome import Outcome
@@ -238,7 +237,7 @@ class Session:
             self.close()
         finally:
             if has_asked and error is not None:
-                self._edge.keep_start(text_of(error) or type(error).__name__)
+                self._edge.keep_start(error)
 
     def _parted(self, outcome: Outcome) -> Outcome:
         """The run is over: the other end learns of it, and why."""
