@@ -38,7 +38,7 @@ class ComparedValues:
         """Of these, those that were compared as a whole, and are the same or differ."""
         self.played_back = 0
         self._ports = ports
-        self._played = played
+        self.played = played
         self._noted: ReadClasses | None = ReadClasses()
         self._unsure: Counter[tuple[int, Word]] = Counter()
 
@@ -60,7 +60,7 @@ class ComparedValues:
         """What was not compared, a sentence for each port and class."""
         for (number, word), count in self._unsure.most_common(_MOST_NAMED):
             values = "1 value" if count == 1 else f"{count} values"
-            yield f"{values} of {self._name(number)}: {word.removeprefix(SHALLOW)}"
+            yield f"{values} of {self.name(number)}: {word.removeprefix(SHALLOW)}"
         if len(self._unsure) > _MOST_NAMED:
             others = sum(count for _, count in self._unsure.most_common()[_MOST_NAMED:])
             yield f"{others} other values"
@@ -98,7 +98,7 @@ class ComparedValues:
         self, at: int, number: int, word: Word | None, value: object
     ) -> Iterator[Difference]:
         """Compare the classes of a value that has the form of the recorded one; count it."""
-        if number in self._played:
+        if number in self.played:
             self.played_back += 1
             return
         self.values += 1
@@ -108,18 +108,19 @@ class ComparedValues:
             return
         self.compared += 1
         if found is Found.OTHER and word is not None:
-            model, _, port = self._name(number).rpartition(".")
+            model, _, port = self.name(number).rpartition(".")
             yield Difference(at, "class", model, port, word.removeprefix(SHALLOW), now)
 
     def count(self, number: int) -> None:
         """Count a recorded value that differs, or was not sent."""
-        if number in self._played:
+        if number in self.played:
             self.played_back += 1
         else:
             self.values += 1
             self.compared += 1
 
-    def _name(self, number: int) -> str:
+    def name(self, number: int) -> str:
+        """The path of a port; its number where the recording has none."""
         return self._ports[number] if 0 <= number < len(self._ports) else f"port {number}"
 
 

@@ -54,8 +54,6 @@ class OpenPlayer(Player):
         self.structure: Counter[str] = Counter()
         self._change = change
         super().__init__(header, change.board, beginning)
-        world = set(header.world)
-        self._is_world = [path.rpartition(".")[0] in world for path in self.ports]
 
     def _new_feed(self) -> Feed:
         return OpenFeed(self.header, self._note)
@@ -114,7 +112,7 @@ class OpenPlayer(Player):
         finally:
             self._ledger.commit(step.now(), lambda: self.simulator.next_at)
         for number in self._sent[::2]:
-            if not self._is_world[number]:
+            if number not in self.values.played:
                 self.outputs.missing(self.ports[number], at, replayed=True)
         self._sent.clear()
 
@@ -142,8 +140,8 @@ class OpenPlayer(Player):
             for number, form in sent:
                 by_port.setdefault(number, ([], []))[side].append(form)
         for number, (were, are) in by_port.items():
-            if not self._is_world[number]:
-                path = self.ports[number]
+            if number not in self.values.played:
+                path = self.values.name(number)
                 model, _, port = path.rpartition(".")
                 for was, now in compare_in_order(self.outputs, path, section.at, were, are):
                     self._note(Difference(section.at, "value", model, port, was, now))

@@ -12,7 +12,7 @@ from firmware_runtime.blackbox.state_of_run import state_of_run
 from firmware_runtime.board.registry import Board
 from firmware_runtime.devs.component import below_root
 from firmware_runtime.devs.coupled import with_all_below
-from firmware_runtime.errors import ConfigError, raised_words, text_of
+from firmware_runtime.errors import ConfigError, FirmwareRuntimeError, raised_words, text_of
 from firmware_runtime.executive.account import ModelAccount
 from firmware_runtime.executive.accounting import counts_of
 from firmware_runtime.executive.outcome import Outcome
@@ -76,7 +76,7 @@ class Player:
         self.feed = self._new_feed()
         if beginning.kind is Kind.BUILD:
             self.feed.load(beginning)
-        found = rebuilt(header, board, self.feed)
+        found = self._rebuilt(board)
         self.robot, self.own, self.profiler = found.robot, found.own, found.profiler
         self.lines, self.simulator = found.lines, found.profiler.simulator
         self._ledger, self._sent, self.ports = found.ledger, found.sent, found.ports
@@ -134,11 +134,24 @@ class Player:
             self.failure = None
         try:
             getattr(self, play)(section)
-        except SystemExit as error:  # of a model, which ended the run so
+        except FirmwareRuntimeError:
+            raise
+        except (Exception, SystemExit) as error:  # noqa: BLE001 -- of a model, which ended the run
             self.failure = error
         self.feed.check_all_taken()
         self._compare_sent(section)
         self._report()
+
+    def _rebuilt(self, board: Board) -> Rebuilt:
+        """The robot. Raises ConfigError where its code fails on what is recorded."""
+        try:
+            return rebuilt(self.header, board, self.feed)
+        except FirmwareRuntimeError:
+            raise
+        except Exception as error:
+            fault = f"the robot cannot be put together on this recording ({raised_words(error)})"
+            expected = "expected the code of the run, and a recording that nothing has changed"
+            raise ConfigError.of_one("replay", f"{fault}; {expected}") from error
 
     def _new_feed(self) -> Feed:
         return Feed(self.header, self._note)

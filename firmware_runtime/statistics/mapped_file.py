@@ -32,6 +32,7 @@ from msgspec import Struct
 
 from firmware_runtime.statistics.errors import StatisticsFileError, in_words
 from firmware_runtime.statistics.histogram import Cells
+from firmware_runtime.system.file_owner import foreign_owner, refused
 
 T = TypeVar("T", bound=msgspec.Struct)
 PREFIX = struct.Struct("=8s3q")
@@ -106,6 +107,8 @@ class ReadableFile:
         status = os.fstat(descriptor)
         if not stat.S_ISREG(status.st_mode):
             raise self.damaged("it is no regular file")
+        if (owner := foreign_owner(status)) is not None:
+            raise StatisticsFileError(refused(path, owner))
         self._size, header_size = self._read_prefix()
         if status.st_size != self._size:
             raise self.damaged(f"{status.st_size} bytes, expected {self._size}")
