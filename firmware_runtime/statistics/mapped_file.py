@@ -30,7 +30,13 @@ from typing import Any, TypeVar
 import msgspec
 from msgspec import Struct
 
-from firmware_runtime.statistics.errors import StatisticsFileError, in_words
+from firmware_runtime.statistics.errors import (
+    OF_THE_MACHINE,
+    ROOM_EXPECTED,
+    NoRoomError,
+    StatisticsFileError,
+    in_words,
+)
 from firmware_runtime.statistics.histogram import Cells
 from firmware_runtime.system.file_owner import foreign_owner, refused
 
@@ -68,6 +74,8 @@ class Kind(Struct, frozen=True):
             memory = mmap.mmap(-1, size) if path is None else _publish(path, size, start)
         except OSError as error:
             fault = f"{path}: the {self.name} cannot be made ({error.strerror})"
+            if error.errno in OF_THE_MACHINE:
+                raise NoRoomError(f"{fault}; {ROOM_EXPECTED}") from error
             raise StatisticsFileError(
                 f"{fault}; expected a directory that this user may write"
             ) from error
