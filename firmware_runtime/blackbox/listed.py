@@ -15,6 +15,7 @@ from firmware_runtime.blackbox.section import Kind, decode
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.statistics.companions import Companion
+from firmware_runtime.statistics.dates import utc
 from firmware_runtime.statistics.errors import StatisticsFileError
 from firmware_runtime.statistics.paths import SUFFIX, directories
 from firmware_runtime.statistics.reader import read_statistics
@@ -51,6 +52,8 @@ class Listed:
     faults: tuple[str, ...] = ()
     """What is not whole in it."""
     fault: str | None = None
+    began: int | None = None
+    """The date of the run's start, ns since 1970."""
 
     def as_json(self) -> dict[str, Any]:
         """For a program."""
@@ -59,6 +62,7 @@ class Listed:
             "file": str(self.path),
             "board": self.board,
             "run": self.run,
+            "began": None if self.began is None else utc(self.began),
             "from_s": self.begin / SECOND,
             "to_s": self.until / SECOND,
             "bytes": self.size,
@@ -90,6 +94,7 @@ def listed(path: Path) -> Listed:
         _end(recording, why),
         why,
         tuple(recording.faults()),
+        began=recording.dates().of(0),
     )
 
 

@@ -8,7 +8,7 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 from zlib import crc32
 
 import msgspec
@@ -28,6 +28,7 @@ from firmware_runtime.blackbox.section import Kind, Section, decode
 from firmware_runtime.devs.time import NEVER, SECOND
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.recording.file_kind import PART_MAGIC
+from firmware_runtime.statistics.dates import Dates
 
 BEGINNINGS: Final = frozenset({Kind.BUILD, Kind.KEYFRAME})
 """Sections at which a replay can begin."""
@@ -149,10 +150,26 @@ class Recording:
             expected = chunk.number + 1 if chunk.damage is None else None
         return [each for segment in found if (each := segment.from_beginning()) is not None]
 
+    def dates(self) -> Dates:
+        """When it was."""
+        noted = [
+            (section.at, section.extra[1])
+            for chunk in self.chunks
+            for content in chunk.contents
+            if kind_of(content) == Kind.DATE and _is_date((section := decode(content)).extra)
+        ]
+        began = self.header.began
+        return Dates(None if began is None else began[1], noted, self.header.speed)
+
     @property
     def is_from_start(self) -> bool:
         """Whether it has the beginning of the run."""
         return self.chunks[0].number == 1
+
+
+def _is_date(extra: Any) -> bool:  # noqa: ANN401 -- what is in a file
+    is_pair = isinstance(extra, list) and len(extra) == 2
+    return is_pair and all(type(each) is int for each in extra)
 
 
 def _missing(first: int, last: int) -> str:

@@ -6,6 +6,7 @@ one section (`section`), which is copied into shared memory (`writer`).
 
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from time import monotonic_ns, time_ns
 from typing import Any
 
 from firmware_runtime.blackbox.keyframe_schedule import Keyframes, KeyframeSchedule
@@ -252,6 +253,8 @@ class Recorder:
         now, schedule, ring = self._now(), self._schedule, self._writer.ring
         if ring is None:
             return
+        if not isinstance(self._clock, VirtualClock):
+            self._writer.write(Kind.DATE, now, [monotonic_ns(), time_ns()])
         left = min(next_at, self._until) - now
         if schedule.has_time(left) and (state := schedule.capture(now)) is not None:
             is_large = LARGE * len(state) > ring.chunk_size

@@ -46,6 +46,8 @@ class Kind(IntEnum):
     """A section could not be written; `extra` is why. What follows begins at a keyframe."""
     CLASSES = 13
     """It did nothing: `extra` is `NotedClasses.state`, which stands behind each keyframe."""
+    DATE = 14
+    """It did nothing: `extra` is CLOCK_MONOTONIC and the system's time at the instant `at`, ns."""
 
 
 class Transfer(msgspec.Struct, array_like=True, frozen=True):

@@ -17,6 +17,7 @@ from firmware_runtime.recording.of_board import board_of
 from firmware_runtime.recording.versions import versions_said
 from firmware_runtime.replay.difference import Difference
 from firmware_runtime.replay.verdict import NOTHING_AGAIN, Stretch, Verdict, replay
+from firmware_runtime.statistics.dates import NO_DATES, Dates
 
 
 def replay_run(arguments: argparse.Namespace, path: Path) -> int:
@@ -91,7 +92,7 @@ def _as_text(recording: Recording, verdict: Verdict, spent: int) -> Iterator[str
         yield f"not whole: {fault}"
     if verdict.first is not None:
         yield f"{verdict.differences} differences; the first:"
-        yield from difference_in_words(verdict.first)
+        yield from difference_in_words(verdict.first, recording.dates())
         if verdict.has_drawn:
             yield f"  {UNKEPT}"
     elif verdict.is_something and (verdict.not_compared or not verdict.faults):
@@ -102,7 +103,8 @@ def _as_text(recording: Recording, verdict: Verdict, spent: int) -> Iterator[str
     duration, times = verdict.duration / SECOND, verdict.duration / max(spent, 1)
     digits = 0 if times >= 10 else 1
     speed = f"{times:.{digits}f} times real time"
-    yield f"  {verdict.steps} steps, {duration:.3f} s of the run, {speed}"
+    span = f"{duration:.3f} s of the run"
+    yield f"  {verdict.steps} steps, {span}{recording.dates().said(0)}, {speed}"
     yield from _notes(verdict)
 
 
@@ -123,9 +125,10 @@ def _notes(verdict: Verdict) -> Iterator[str]:
         yield f"  versions that are others than in the run: {said}"
 
 
-def difference_in_words(difference: Difference) -> Iterator[str]:
+def difference_in_words(difference: Difference, dates: Dates = NO_DATES) -> Iterator[str]:
     """When, where, and both values."""
     said = difference.as_json()
-    yield f"  at {format_time(difference.at)}, {difference.what} of {difference.where}"
+    at = f"{format_time(difference.at)}{dates.said(difference.at)}"
+    yield f"  at {at}, {difference.what} of {difference.where}"
     yield f"    recorded: {json.dumps(said['recorded'])}"
     yield f"    replayed: {json.dumps(said['replayed'])}"

@@ -134,7 +134,7 @@ class Player:
             self.failure = None
         try:
             getattr(self, play)(section)
-        except FirmwareRuntimeError:
+        except (FirmwareRuntimeError, MemoryError):
             raise
         except (Exception, SystemExit) as error:  # noqa: BLE001 -- of a model, which ended the run
             self.failure = error

@@ -6,7 +6,7 @@ Imported only by runs that are recorded.
 import os
 from collections.abc import Callable
 from pathlib import Path
-from time import monotonic_ns
+from time import monotonic_ns, time_ns
 
 from msgspec import to_builtins
 from msgspec.structs import asdict
@@ -68,6 +68,7 @@ def header_of(robot: RecordedRobot) -> Header:
     return Header(
         **(recorded | {"board": name}),
         run=f"{name}-{monotonic_ns():x}-{os.getpid()}",
+        began=(monotonic_ns(), time_ns()),
         role=None if end is None else end.role,
         has_world=robot.rig is not None,
         speed=executive.clock.speed,

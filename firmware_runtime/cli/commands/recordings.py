@@ -15,6 +15,7 @@ from firmware_runtime.blackbox.salvage import save
 from firmware_runtime.cli.arguments import SubParsers, add_verb
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.errors import ConfigError
+from firmware_runtime.statistics.dates import local
 from firmware_runtime.status import Status
 from firmware_runtime.system.whole_file import keep_output
 
@@ -92,15 +93,18 @@ def _paths(board: str | None, folder: Path | None) -> list[Path]:
 
 def _table(rows: Sequence[Listed]) -> Iterator[str]:
     width = max(len(each.name) for each in rows)
-    yield f"{'NAME':{width}}  {'FROM S':>9}  {'TO S':>9}  {'MIB':>6}  {'END':8}  {'WHY':8}  WHOLE"
+    spans = f"{'FROM S':>9}  {'TO S':>9}  {'MIB':>6}"
+    yield f"{'NAME':{width}}  {spans}  {'END':8}  {'WHY':8}  {'BEGAN':28}  WHOLE"
     for each in rows:
         if each.fault is not None:
             yield f"{each.name:{width}}  {each.fault}"
             continue
         whole = "yes" if not each.faults else f"no: {'; '.join(each.faults)}"
         span = f"{each.begin / SECOND:9.3f}  {each.until / SECOND:9.3f}"
+        began = "-" if each.began is None else local(each.began)
         size = f"{each.size / (1 << 20):6.1f}"
-        yield f"{each.name:{width}}  {span}  {size}  {each.end:8}  {each.why:8}  {whole}"
+        end = f"{each.end:8}  {each.why:8}  {began:28}"
+        yield f"{each.name:{width}}  {span}  {size}  {end}  {whole}"
 
 
 def _keep(run: str, output: Path | None) -> int:
