@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from firmware_runtime.blackbox.found import FAILED_START, VIRTUAL, find_recording
+from firmware_runtime.blackbox.persisted import state_folder
 from firmware_runtime.blackbox.reader import Recording, read_recording
 from firmware_runtime.blackbox.section import Kind, decode
 from firmware_runtime.devs.time import SECOND
@@ -23,6 +24,7 @@ from firmware_runtime.statistics.statistics import RunState
 
 LAST: Final = "last run"
 START: Final = "start"
+KEPT_RUN: Final = "kept"
 GROWN: Final = "synced"
 WENT_ON: Final = "went on"
 UNKNOWN: Final = "unknown"
@@ -48,7 +50,7 @@ class Listed:
     end: str = ""
     """Its state; else `killed`, `running`, `went on` (after this piece) or `unknown`: not in it."""
     why: str = ""
-    """`crash`, `guard`, `late`, `synced`, `start`, `last run`; empty for a file somewhere else."""
+    """`crash`, `guard`, `late`, `synced`, `kept`, `start`, `last run`; empty for any other file."""
     faults: tuple[str, ...] = ()
     """What is not whole in it."""
     fault: str | None = None
@@ -113,6 +115,8 @@ def why_kept(path: Path) -> str:
     """By its name."""
     if path.name.endswith(FAILED_START):
         return START
+    if state_folder() in path.parents:
+        return KEPT_RUN
     found = _KEPT.search(path.name)
     if found is not None and _NAMED_AS_ITS_RUN.search(path.name) is None:
         return found[1] or GROWN

@@ -186,6 +186,11 @@ class Recorder:
         self._writer.write(Kind.GO_ON, until)
         self._schedule.open()
 
+    @property
+    def until(self) -> int:
+        """The instant that the run goes on to, ns."""
+        return self._until
+
     def arm(self, *, armed: bool) -> None:
         """Outputs may be driven from now on, or may not; what is so already is not said again."""
         if armed is not self._is_armed:

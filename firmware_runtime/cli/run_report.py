@@ -120,6 +120,8 @@ class Report:
             yield f"outputs still on: {on or 'none is known'}"
         yield ""
         yield from statistics_text(figures)
+        if (recorded := session.recorded_in) is not None:
+            yield f"  recorded in {recorded}"
 
     def _asked(self, what: Callable[[], T]) -> T | None:
         try:

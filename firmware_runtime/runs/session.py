@@ -230,6 +230,11 @@ class Session:
 
     # ---------------------------------------------------------------------------------------------
 
+    @property
+    def recorded_in(self) -> str | None:
+        """Where the recording of this run is; None if there is none."""
+        return self._edge.said
+
     def _broken_off(self, _type: object, error: BaseException | None, _traceback: object) -> None:
         """Let go of a start that failed; it is recorded once nothing can be on."""
         has_asked = self._off.asks_chips

@@ -85,6 +85,16 @@ def not_looked_in() -> str:
     return f", and {', '.join(said)}, and is not looked in" if said else ""
 
 
+def is_of_session(directory: Path) -> bool:
+    """Whether it is gone when the user is: of a login session, or among temporary files."""
+    if directory == SYSTEM or os.environ.get(_ALONE) or os.environ.get("RUNTIME_DIRECTORY"):
+        return False
+    of_session = os.environ.get("XDG_RUNTIME_DIR")
+    if of_session and directory == Path(of_session, "firmware-runtime"):
+        return True
+    return directory == _temporary()
+
+
 def _every_directory() -> Iterator[Path]:
     yield from _stated()
     if not os.environ.get(_ALONE):

@@ -9,7 +9,7 @@ from firmware_runtime.blackbox.chunk_file import Numbered, file_of
 from firmware_runtime.blackbox.file_content import whole_content_of
 from firmware_runtime.blackbox.found import find_recording, kept_recordings, last_recordings
 from firmware_runtime.blackbox.layout import PREFIX_SIZE, is_of_another_format
-from firmware_runtime.blackbox.listed import Listed, listed, span_of
+from firmware_runtime.blackbox.listed import KEPT_RUN, LAST, Listed, listed, span_of
 from firmware_runtime.blackbox.reader import another_format, read_recording
 from firmware_runtime.blackbox.salvage import save
 from firmware_runtime.cli.arguments import SubParsers, add_verb
@@ -63,7 +63,7 @@ def execute(arguments: argparse.Namespace) -> int:
         act = _keep if arguments.board == KEEP else _recover
         return act(arguments.run, arguments.output)
     _refuse(arguments, {"-o": arguments.output, str(arguments.run): arguments.run})
-    rows = [listed(path) for path in _paths(arguments.board, arguments.folder)]
+    rows = _once([listed(path) for path in _paths(arguments.board, arguments.folder)])
     if arguments.json:
         print(json.dumps([each.as_json() for each in rows], allow_nan=False))
     else:
@@ -89,6 +89,12 @@ def _paths(board: str | None, folder: Path | None) -> list[Path]:
     if not folder.is_dir():
         raise ConfigError.of_one("--in", f"{folder}: no folder; expected one with recordings")
     return sorted(folder.glob(f"{board or ''}*.recording"))
+
+
+def _once(rows: Sequence[Listed]) -> list[Listed]:
+    """Without the copies of runs that are still in memory."""
+    last = {each.run for each in rows if each.why == LAST}
+    return [each for each in rows if each.why != KEPT_RUN or each.run not in last]
 
 
 def _table(rows: Sequence[Listed]) -> Iterator[str]:
