@@ -87,18 +87,19 @@ class NotedClasses:
         """See the class; None for a section of which there is nothing to note."""
         found: list[Any] | None = None
         last, skipped = self._last, self.skipped
+        place = -1
         parts = iter(sent)
-        for place, (port, value) in enumerate(zip(parts, parts)):  # noqa: B905 -- for speed
+        for port in parts:
+            place += 1
+            value = next(parts)
             if port in skipped:
                 continue
-            seen = last.get(port)
-            if seen is not None and seen[0] is type(value):
-                look = seen[1]
-                try:
-                    if look is None or look(value) == seen[2]:
-                        continue
-                except Exception:  # noqa: BLE001, S110 -- of a class of the model's
-                    pass
+            try:
+                kind, look, seen = last[port]
+                if kind is type(value) and (look is None or look(value) == seen):
+                    continue
+            except Exception:  # noqa: BLE001, S110 -- a new port, or of a class of the model's
+                pass
             word = self._look_at(port, value)
             if self._words.get(port) != word:
                 self._words[port] = word
@@ -202,6 +203,8 @@ def _look_for(kind: type, tree: Tree) -> _Look | None:
     """What to look at of a value of this class, so that it is known to be as the last was."""
     if not isinstance(tree, tuple):
         return None if kind in _LEAVES or issubclass(kind, Enum) else _tree
+    if tree in ((tuple,), (list,)):
+        return _is_free
     names = field_names(kind)
     if not names or not all(map(_is_shallow, tree[1:])) or len(tree) != len(names) + 1:
         return _tree
@@ -210,6 +213,11 @@ def _look_for(kind: type, tree: Tree) -> _Look | None:
         return get
     count = _count_of_fields_in_dict(kind)
     return lambda value: (len(value.__dict__) == count, get(value))
+
+
+def _is_free(items: Sequence[object]) -> bool:
+    """Whether a collection has nothing but what its written form tells."""
+    return _FREE.issuperset(map(type, items))
 
 
 def _is_shallow(tree: Tree) -> bool:

@@ -43,7 +43,7 @@ def _mutated(content: bytes, chance: random.Random) -> bytes:
         return bytes(damaged)
     try:
         section = msgspec.msgpack.decode(content)
-    except (msgspec.MsgspecError, ValueError):  # changed before
+    except (msgspec.MsgspecError, ValueError, RecursionError):  # changed before
         return content
     places = [*_places(section)]
     holder, key = chance.choice(places[1:] or places)
