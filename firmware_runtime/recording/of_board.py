@@ -18,9 +18,14 @@ def board_of(header: RecordedBoard) -> Board:
 
 def board_of_table(source: str, table: dict[str, Any]) -> Board:
     """The board by a recorded table of settings. Raises ConfigError."""
+    try:
+        text = json.dumps({"source": source, "table": table})
+    except (TypeError, ValueError, RecursionError) as error:
+        fault = f"its settings are none ({error}); expected those of a board"
+        raise ConfigError.of_one("recording", fault) from error
     with TemporaryDirectory() as folder:
         kept = Path(folder) / "recording.settings"
-        kept.write_text(json.dumps({"source": source, "table": table}))
+        kept.write_text(text)
         try:
             return load_table(kept)
         except ConfigError as error:
