@@ -30,6 +30,6 @@ class Status(IntEnum):
     CANNOT_TELL = 11
     """`gate`: this machine cannot tell whether HEAD is slower or not."""
     NOT_ALL_COMPARED = 12
-    """`replay`: no difference, but not everything that left the models could be compared."""
+    """`replay`, `continuity`: no difference, but not everything could be compared."""
     INTERRUPTED = 130
     TERMINATED = 143
