@@ -25,8 +25,21 @@ def text_of(error: BaseException) -> str:
         return f"{type(error).__name__}, whose __str__ raised {type(worse).__name__}"
 
 
+def raised_words(error: BaseException) -> str:
+    """Return the classes of an error and of its causes, and its text."""
+    kinds: list[str] = []
+    each: BaseException | None = error
+    while each is not None and len(kinds) < _MOST_CAUSES:
+        kinds.append(type(each).__qualname__)
+        each = each.__cause__
+    return f"{' of '.join(kinds)}: {text_of(error)}"
+
+
 def _one_line(text: str) -> str:
     return " ".join(filter(None, map(str.strip, text.splitlines())))
+
+
+_MOST_CAUSES = 10
 
 
 class FirmwareRuntimeError(Exception):

@@ -29,5 +29,7 @@ class Status(IntEnum):
     """Done, but not all of it was printed, traced, recorded or drawn, as where a disk is full."""
     CANNOT_TELL = 11
     """`gate`: this machine cannot tell whether HEAD is slower or not."""
+    NOT_ALL_COMPARED = 12
+    """`replay`, `continuity`: no difference, but not everything could be compared."""
     INTERRUPTED = 130
     TERMINATED = 143

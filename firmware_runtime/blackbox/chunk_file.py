@@ -1,6 +1,7 @@
 """A recording as a file of its own: chunks in order, each as long as it is used; then its spare."""
 
 from collections.abc import Sequence
+from io import BytesIO
 from typing import NamedTuple
 from zlib import crc32
 
@@ -18,20 +19,23 @@ class Numbered(NamedTuple):
 
 def file_of(chunks: Sequence[Numbered]) -> bytes:
     """The bytes of a recording of these chunks."""
-    written = [_chunk(each) for each in chunks]
-    size = max(map(len, written))
-    *full, last = written
-    padded = (each.ljust(size, b"\0") for each in full)
-    end = PREFIX_SIZE + size * len(full) + len(last)
-    spare = spare_of(size, len(written), end, chunks[0].contents[0])
-    return b"".join((prefix(size, len(written)), *padded, last, spare))
+    size = max(map(_size, chunks))
+    file = BytesIO()  # whose bytes are not copied at the end
+    file.write(prefix(size, len(chunks)))
+    for place, chunk in enumerate(chunks):
+        file.seek(PREFIX_SIZE + size * place)
+        file.write(CHUNK.pack(chunk.number, _size(chunk)))
+        for each in chunk.contents:
+            file.write(SECTION.pack(len(each), crc32(each)))
+            file.write(each)
+    file.write(spare_of(size, len(chunks), file.tell(), chunks[0].contents[0]))
+    return file.getvalue()
+
+
+def _size(chunk: Numbered) -> int:
+    return CHUNK.size + sum(SECTION.size + len(each) for each in chunk.contents)
 
 
 def used_of(recording: Recording) -> bytes:
     """The bytes of a recording without the part of its memory that is not in use."""
     return file_of([Numbered(each.number, each.contents) for each in recording.chunks])
-
-
-def _chunk(chunk: Numbered) -> bytes:
-    sections = b"".join(SECTION.pack(len(each), crc32(each)) + each for each in chunk.contents)
-    return CHUNK.pack(chunk.number, CHUNK.size + len(sections)) + sections

@@ -6,6 +6,10 @@ itself the rest is left alone.
 
 import os
 import stat
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from functools import partial
 from io import FileIO
 from pathlib import Path
 from typing import Final
@@ -13,38 +17,59 @@ from typing import Final
 from firmware_runtime.blackbox.layout import PREFIX_SIZE, is_whole
 from firmware_runtime.blackbox.ring_file import sizes_in
 from firmware_runtime.errors import ConfigError
+from firmware_runtime.system.file_owner import foreign_owner, refused
 
-LARGEST: Final = 512 << 20
-"""Bytes; a ring has at most 264 MiB (`blackbox.size`), a file that was saved of one twice that."""
+LARGEST: Final = 448 << 20
+"""Bytes; a ring has at most 264 MiB (`blackbox.size`), a file that was saved of one more."""
+_LARGEST_SAVED: Final = 300 << 20
+"""Bytes of what is held three times as what is whole of it is saved."""
 _EXPECTED: Final = "expected a recording of a run"
 _NUMBER: Final = 8
 """Bytes of a chunk's number, which stand first in it."""
 
 
-def content_of(path: Path) -> bytes:
-    """The prefix and the chunks it speaks of; of a file without a prefix its first bytes.
+@dataclass(frozen=True, slots=True)
+class Content:
+    """The bytes of a recording, read in pieces: its prefix and the chunks it speaks of."""
 
-    Chunks that the run has begun to write over meanwhile are empty. Raises ConfigError.
-    """
+    length: int
+    """How many there are; of a file without a prefix it has at least those."""
+    read: Callable[[int, int], bytes]
+    """So many bytes from a place on; a chunk that a run wrote over meanwhile is empty."""
+
+
+def content_of(content: bytes) -> Content:
+    """What is in memory."""
+    return Content(len(content), lambda begin, size: content[begin : begin + size])
+
+
+@contextmanager
+def opened_content(path: Path) -> Iterator[Content]:
+    """What is in a file. Raises ConfigError."""
     try:
         with _opened(path) as file:
-            begin = file.read(PREFIX_SIZE) or b""
-            size, count = sizes_in(begin)
-            most = _checked(path, file, PREFIX_SIZE + size * count)
-            return _settled(begin + _read(file, most - len(begin)), size, file)
+            descriptor = file.fileno()
+            size, count = sizes_in(os.pread(descriptor, PREFIX_SIZE, 0))
+            length = _checked(path, file, PREFIX_SIZE + size * count, LARGEST)
+            yield Content(length, partial(_settled, descriptor))
     except OSError as error:
         raise _unreadable(path, error) from error
 
 
 def whole_content_of(path: Path) -> bytes:
-    """All that there is, whatever it says of itself, to save what can be saved. As `content_of`."""
+    """All that there is, whatever it says of itself, to save what can be saved.
+
+    Raises ConfigError.
+    """
     try:
         with _opened(path) as file:
             said = os.pread(file.fileno(), PREFIX_SIZE, 0)
             size, count = sizes_in(said)
             length = os.fstat(file.fileno()).st_size
             stated = PREFIX_SIZE + size * (count + 1) if is_whole(said) else length  # and the spare
-            return _read(file, _checked(path, file, min(stated, length)))
+            return os.pread(
+                file.fileno(), _checked(path, file, min(stated, length), _LARGEST_SAVED), 0
+            )
     except OSError as error:
         raise _unreadable(path, error) from error
 
@@ -56,42 +81,32 @@ def check_file(path: Path) -> None:
 
 
 def _opened(path: Path) -> FileIO:
-    """The file, if it is a regular one. A device is not even opened."""
+    """The file, if it is a regular one, and no other user's. A device is not even opened."""
     if not stat.S_ISREG(path.stat().st_mode):
         raise ConfigError.of_one(str(path), f"is no file; {_EXPECTED}")
-    return FileIO(os.open(path, os.O_RDONLY | os.O_NONBLOCK | os.O_CLOEXEC), "r")
+    file = FileIO(os.open(path, os.O_RDONLY | os.O_NONBLOCK | os.O_CLOEXEC), "r")
+    owner = foreign_owner(os.fstat(file.fileno()))
+    if owner is not None:
+        file.close()
+        raise ConfigError.of_one("recording", refused(path, owner))
+    return file
 
 
-def _checked(path: Path, file: FileIO, most: int) -> int:
+def _checked(path: Path, file: FileIO, most: int, largest: int) -> int:
     """How many bytes to read. Raises ConfigError for more than any recording has."""
     length = min(most, os.fstat(file.fileno()).st_size)
-    if length > LARGEST:
-        fault = f"is {length >> 20} MiB long; {_EXPECTED}, which has at most {LARGEST >> 20} MiB"
+    if length > largest:
+        fault = f"is {length >> 20} MiB long; {_EXPECTED}, which has at most {largest >> 20} MiB"
         raise ConfigError.of_one(str(path), fault)
     return length
 
 
-def _read(file: FileIO, most: int) -> bytes:
-    parts = []
-    while most > 0 and (part := file.read(most)):
-        parts.append(part)
-        most -= len(part)
-    return b"".join(parts)
-
-
-def _settled(content: bytes, size: int, file: FileIO) -> bytes:
-    """What was read, without the chunks that the run has begun to write over meanwhile."""
-    overwritten = [
-        begin
-        for begin in (range(PREFIX_SIZE, len(content), size) if size else ())
-        if os.pread(file.fileno(), _NUMBER, begin) != content[begin : begin + _NUMBER]
-    ]
-    if not overwritten:
-        return content
-    kept = bytearray(content)
-    for begin in overwritten:
-        kept[begin : begin + _NUMBER] = bytes(_NUMBER)
-    return bytes(kept)
+def _settled(descriptor: int, begin: int, size: int) -> bytes:
+    """What was read; zeros where a run has begun to write over it meanwhile."""
+    content = os.pread(descriptor, size, begin)
+    if os.pread(descriptor, _NUMBER, begin) != content[:_NUMBER]:
+        return bytes(len(content))
+    return content
 
 
 def _unreadable(path: Path, error: OSError) -> ConfigError:

@@ -11,13 +11,16 @@ from pathlib import Path
 
 from firmware_runtime.blackbox.file_content import check_file
 from firmware_runtime.blackbox.layout import MAGIC
+from firmware_runtime.blackbox.persisted import state_folder
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.statistics.companions import Companion
-from firmware_runtime.statistics.paths import default_path, directories, places
+from firmware_runtime.statistics.paths import default_path, directories, not_looked_in, places
+from firmware_runtime.system.file_owner import owner_of_folder
 
 KEPT = Path("/var/lib/firmware-runtime")
 VIRTUAL = f".virtual{Companion.RECORDING}"
 FAILED_START = f".start{Companion.RECORDING}"
+_ENDING = Companion.RECORDING.value
 _OF_LAST_RUN = (Companion.RECORDING, VIRTUAL, FAILED_START)
 
 
@@ -54,15 +57,14 @@ def find_recording(run: str) -> Path:
         for path in map(statistics.with_suffix, _OF_LAST_RUN)
         if path.is_file()
     ]
-    kept = kept_directory()
-    found = beside or [each for each in kept.glob(f"*/{_pattern(run)}") if each.is_file()]
+    found = beside or [each for each in kept_recordings() if each.name == f"{run}{_ENDING}"]
     found = found or kept_recordings(run)
     if not found:
         looked_in = dict.fromkeys(str(each.parent) for each in places(run))
-        where = ", ".join((*looked_in, str(kept)))
+        where = ", ".join((*looked_in, *map(str, kept_directories())))
         fault = f"no file, and no run of a board of this name has left a recording in {where}"
         expected = "expected a recording's file, a board, or a name that `recordings` shows"
-        raise ConfigError.of_one(run, f"{fault}; {expected}")
+        raise ConfigError.of_one(run, f"{fault}{not_looked_in()}; {expected}")
     return max(found, key=lambda path: path.stat().st_mtime_ns)
 
 
@@ -71,10 +73,16 @@ def kept_directory() -> Path:
     return Path(os.environ.get("FIRMWARE_RUNTIME_KEPT_DIRECTORY", KEPT))
 
 
+def kept_directories() -> list[Path]:
+    """That folder, and the one for runs off the robot."""
+    return [kept_directory(), state_folder()]
+
+
 def kept_recordings(board: str | None = None) -> list[Path]:
     """The recordings that were kept, of one board or of all, in order of their names."""
     pattern = f"{'*' if board is None else _escaped(board)}/*{Companion.RECORDING}"
-    return sorted(each for each in kept_directory().glob(pattern) if each.is_file())
+    folders = [each for each in kept_directories() if owner_of_folder(each) is None]
+    return [each for folder in folders for each in sorted(folder.glob(pattern)) if each.is_file()]
 
 
 def last_recordings(board: str | None = None) -> list[Path]:
@@ -83,10 +91,6 @@ def last_recordings(board: str | None = None) -> list[Path]:
     names = [f"{_escaped(board) if board else '*'}{each}" for each in endings]
     found = (path for folder in directories() for name in names for path in folder.glob(name))
     return sorted(dict.fromkeys(each for each in found if each.is_file()))
-
-
-def _pattern(name: str) -> str:
-    return f"{_escaped(name)}{Companion.RECORDING}"
 
 
 def _escaped(name: str) -> str:

@@ -10,6 +10,8 @@ class Header(RecordedBoard, frozen=True, kw_only=True):
 
     run: str
     """A name of the run that no other has."""
+    began: tuple[int, int] | None = None
+    """CLOCK_MONOTONIC and the system's time as the recording began, ns."""
     role: str | None
     """The role that the process played; None for the whole robot."""
     has_world: bool

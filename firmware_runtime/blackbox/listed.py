@@ -10,11 +10,13 @@ from pathlib import Path
 from typing import Any, Final
 
 from firmware_runtime.blackbox.found import FAILED_START, VIRTUAL, find_recording
+from firmware_runtime.blackbox.persisted import state_folder
 from firmware_runtime.blackbox.reader import Recording, read_recording
 from firmware_runtime.blackbox.section import Kind, decode
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.statistics.companions import Companion
+from firmware_runtime.statistics.dates import utc
 from firmware_runtime.statistics.errors import StatisticsFileError
 from firmware_runtime.statistics.paths import SUFFIX, directories
 from firmware_runtime.statistics.reader import read_statistics
@@ -22,6 +24,7 @@ from firmware_runtime.statistics.statistics import RunState
 
 LAST: Final = "last run"
 START: Final = "start"
+KEPT_RUN: Final = "kept"
 GROWN: Final = "synced"
 WENT_ON: Final = "went on"
 UNKNOWN: Final = "unknown"
@@ -47,10 +50,12 @@ class Listed:
     end: str = ""
     """Its state; else `killed`, `running`, `went on` (after this piece) or `unknown`: not in it."""
     why: str = ""
-    """`crash`, `guard`, `late`, `synced`, `start`, `last run`; empty for a file somewhere else."""
+    """`crash`, `guard`, `late`, `synced`, `kept`, `start`, `last run`; empty for any other file."""
     faults: tuple[str, ...] = ()
     """What is not whole in it."""
     fault: str | None = None
+    began: int | None = None
+    """The date of the run's start, ns since 1970."""
 
     def as_json(self) -> dict[str, Any]:
         """For a program."""
@@ -59,6 +64,7 @@ class Listed:
             "file": str(self.path),
             "board": self.board,
             "run": self.run,
+            "began": None if self.began is None else utc(self.began),
             "from_s": self.begin / SECOND,
             "to_s": self.until / SECOND,
             "bytes": self.size,
@@ -90,6 +96,7 @@ def listed(path: Path) -> Listed:
         _end(recording, why),
         why,
         tuple(recording.faults()),
+        began=recording.dates().of(0),
     )
 
 
@@ -108,6 +115,8 @@ def why_kept(path: Path) -> str:
     """By its name."""
     if path.name.endswith(FAILED_START):
         return START
+    if state_folder() in path.parents:
+        return KEPT_RUN
     found = _KEPT.search(path.name)
     if found is not None and _NAMED_AS_ITS_RUN.search(path.name) is None:
         return found[1] or GROWN

@@ -8,9 +8,12 @@ from typing import Any, Final
 
 from firmware_runtime.blackbox.section import Kind
 from firmware_runtime.devs.tapped_ports import Sent
+from firmware_runtime.recording.classes import NotedClasses
 
 AT: Final = 1
 """Place of the instant among the fields of a section."""
+EXTRA: Final = -1
+"""Place of what a section says beside its lists."""
 NO_STEP: Final = -1
 """In the place of the instant of a step, between two steps."""
 _STEP: Final = Kind.STEP.value
@@ -20,8 +23,8 @@ class Pending:
     """Lists as in `section.Section`; `fields` are these and all else of one, in its order."""
 
     __slots__ = (
-        *("enabled", "entered", "fields", "lists", "readings", "sent", "times", "transfers"),
-        "world",
+        *("classes", "enabled", "entered", "fields", "lists", "readings", "sent", "times"),
+        *("transfers", "world"),
     )
 
     def __init__(self) -> None:
@@ -32,6 +35,7 @@ class Pending:
         self.sent: Sent = []
         self.transfers: list[tuple[Any, ...]] = []
         self.entered: list[tuple[str, Any]] = []
+        self.classes = NotedClasses()
         self.lists = (
             *(self.readings, self.times, self.enabled, self.world),
             *(self.sent, self.transfers, self.entered),

@@ -8,12 +8,12 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 from zlib import crc32
 
 import msgspec
 
-from firmware_runtime.blackbox.file_content import content_of
+from firmware_runtime.blackbox.file_content import Content, content_of, opened_content
 from firmware_runtime.blackbox.header import Header
 from firmware_runtime.blackbox.layout import (
     CHUNK,
@@ -25,8 +25,9 @@ from firmware_runtime.blackbox.layout import (
     SECTION,
 )
 from firmware_runtime.blackbox.section import Kind, Section, decode
-from firmware_runtime.devs.time import SECOND
+from firmware_runtime.devs.time import NEVER, SECOND
 from firmware_runtime.errors import ConfigError
+from firmware_runtime.statistics.dates import Dates
 
 BEGINNINGS: Final = frozenset({Kind.BUILD, Kind.KEYFRAME})
 """Sections at which a replay can begin."""
@@ -46,6 +47,8 @@ class Chunk:
     number: int
     contents: list[bytes] = field(repr=False)
     damage: str | None
+    lines: list[int] = field(repr=False, default_factory=list)
+    """The highest number of a line in each section; -1 for one without transfers."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -142,10 +145,26 @@ class Recording:
             expected = chunk.number + 1 if chunk.damage is None else None
         return [each for segment in found if (each := segment.from_beginning()) is not None]
 
+    def dates(self) -> Dates:
+        """When it was."""
+        noted = [
+            (section.at, section.extra[1])
+            for chunk in self.chunks
+            for content in chunk.contents
+            if kind_of(content) == Kind.DATE and _is_date((section := decode(content)).extra)
+        ]
+        began = self.header.began
+        return Dates(None if began is None else began[1], noted, self.header.speed)
+
     @property
     def is_from_start(self) -> bool:
         """Whether it has the beginning of the run."""
         return self.chunks[0].number == 1
+
+
+def _is_date(extra: Any) -> bool:  # noqa: ANN401 -- what is in a file
+    is_pair = isinstance(extra, list) and len(extra) == 2
+    return is_pair and all(type(each) is int for each in extra)
 
 
 def _missing(first: int, last: int) -> str:
@@ -154,7 +173,13 @@ def _missing(first: int, last: int) -> str:
 
 def read_recording(path: Path) -> Recording:
     """Read a file. Raises ConfigError, a sentence, for one of which nothing can be used."""
-    return recording_in(content_of(path), path)
+    with opened_content(path) as content:
+        return _recording(content, path)
+
+
+def recording_in(content: bytes, path: Path) -> Recording:
+    """What the bytes of the file at `path` hold. Raises ConfigError as `read_recording`."""
+    return _recording(content_of(content), path)
 
 
 def another_format(path: Path, content: bytes) -> ConfigError:
@@ -163,22 +188,24 @@ def another_format(path: Path, content: bytes) -> ConfigError:
     return ConfigError.of_one(str(path), fault)
 
 
-def recording_in(content: bytes, path: Path) -> Recording:
-    """What the bytes of the file at `path` hold. Raises ConfigError as `read_recording`."""
-    if content.startswith(MAGIC[:-1]) and not content.startswith(MAGIC):
-        raise another_format(path, content)
-    if len(content) < PREFIX_SIZE or content[: len(MAGIC)] != MAGIC:
-        raise _foreign(path, f"it begins with {content[:8]!r}")
-    _, chunk_size, chunks = PREFIX.unpack_from(content)
+def _recording(content: Content, path: Path) -> Recording:
+    begin = content.read(0, PREFIX_SIZE)
+    if begin.startswith(MAGIC[:-1]) and not begin.startswith(MAGIC):
+        raise another_format(path, begin)
+    if len(begin) < PREFIX_SIZE or begin[: len(MAGIC)] != MAGIC:
+        raise _foreign(path, f"it begins with {begin[:8]!r}")
+    _, chunk_size, chunks = PREFIX.unpack_from(begin)
     if not (CHUNK.size < chunk_size <= LARGEST_CHUNK and 0 < chunks <= MOST_CHUNKS):
         raise _foreign(path, f"{chunks} chunks of {chunk_size} bytes")
-    begins = range(PREFIX_SIZE, min(len(content), PREFIX_SIZE + chunks * chunk_size), chunk_size)
-    read = {begin: _chunk(content[begin : begin + chunk_size], chunk_size) for begin in begins}
+    end = min(content.length, PREFIX_SIZE + chunks * chunk_size)
+    begins = range(PREFIX_SIZE, end, chunk_size)
+    read = {begin: _chunk(content.read(begin, chunk_size), chunk_size) for begin in begins}
     found = [each for each in read.values() if each is not None and len(each.contents) > 0]
     found.sort(key=lambda chunk: chunk.number)
     header = next((each for chunk in found if (each := _header(chunk)) is not None), None)
     if header is None:
         raise ConfigError.of_one(str(path), _NO_HEADER)
+    found = [_with_lines(each, len(header.lines)) for each in found]
     lost = [
         begin
         for begin, each in read.items()
@@ -187,7 +214,7 @@ def recording_in(content: bytes, path: Path) -> Recording:
     damages = [_unread(lost)] if lost else []
     if len(begins) < chunks:
         damages.append(
-            f"the file ends after {len(content)} bytes, {len(begins)} of {chunks} chunks"
+            f"the file ends after {content.length} bytes, {len(begins)} of {chunks} chunks"
         )
     return Recording(path, header, found, damages)
 
@@ -215,25 +242,41 @@ def _chunk(content: bytes, size: int) -> Chunk | None:
     if used > len(content):
         used, damage = len(content), f"the file ends at {len(content)} of {used} bytes"
     contents: list[bytes] = []
+    lines: list[int] = []
     place = CHUNK.size
     while place + SECTION.size <= used:
         length, checksum = SECTION.unpack_from(content, place)
         place += SECTION.size
         section = content[place : place + length]
-        if place + length > used or crc32(section) != checksum or not _is_section(section):
+        is_whole = place + length <= used and crc32(section) == checksum
+        if not is_whole or (highest := _line_in(section)) is None:
             damage = damage or f"section {len(contents)} is damaged"
             break
+        lines.append(highest)
         contents.append(section)
         place += length
-    return Chunk(number, contents, damage)
+    return Chunk(number, contents, damage, lines)
 
 
-def _is_section(content: bytes) -> bool:
+def _line_in(content: bytes) -> int | None:
+    """The highest number of a line in a section, -1 without any; None for what is no section."""
     try:
-        decode(content)
-    except msgspec.MsgspecError:
-        return False
-    return True
+        section = decode(content)
+    except (msgspec.MsgspecError, RecursionError):
+        return None
+    is_in_time = 0 <= section.at <= NEVER
+    if not is_in_time or not all(each.is_one for each in section.transfers):
+        return None
+    return max((each.line for each in section.transfers), default=-1)
+
+
+def _with_lines(chunk: Chunk, count: int) -> Chunk:
+    """The chunk up to the first section that has a transfer on a line that there is not."""
+    for place, line in enumerate(chunk.lines):
+        if line >= count:
+            damage = f"section {place} has a transfer on line {line} of {count}"
+            return Chunk(chunk.number, chunk.contents[:place], damage, chunk.lines[:place])
+    return chunk
 
 
 def _header(chunk: Chunk) -> Header | None:

@@ -6,6 +6,7 @@ one section (`section`), which is copied into shared memory (`writer`).
 
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from time import monotonic_ns, time_ns
 from typing import Any
 
 from firmware_runtime.blackbox.keyframe_schedule import Keyframes, KeyframeSchedule
@@ -21,14 +22,16 @@ from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.functions import Functions
 from firmware_runtime.devs.ports import InPort
 from firmware_runtime.devs.time import NEVER
+from firmware_runtime.errors import raised_words
 from firmware_runtime.executive.clocks import Clock, VirtualClock, tapped_clock
 from firmware_runtime.executive.outcome import Outcome
 from firmware_runtime.hal.i2c import I2cBus
 from firmware_runtime.hal.interlock import Interlock
 from firmware_runtime.hal.line_time import LineTime
 from firmware_runtime.hal.serial import SerialPort
-from firmware_runtime.recording.chance import places
+from firmware_runtime.recording.chance import begin_late, places
 from firmware_runtime.recording.values import UnknownValue, legible, plain
+from firmware_runtime.statistics.statistics import RunState
 
 
 class Recorder:
@@ -47,6 +50,7 @@ class Recorder:
         self._clock = clock
         self._now = clock.now
         self.chance = places()
+        begin_late(self.chance)
         """Where the process's generators of random numbers stood before the robot was built."""
         self._schedule = KeyframeSchedule()
         self._warnings = KeyframeWarnings()
@@ -56,6 +60,8 @@ class Recorder:
         """The instant that the run goes on to."""
         self._is_armed: bool | None = None
         self._counts: Callable[[], object] = dict
+        self._has_raised = False
+        """Whether a step did not come to its end."""
         self.begin = begin_of_step(self.pending, self._flush)
         """A step begins."""
         self.end: EndOfStep = self._end
@@ -114,6 +120,12 @@ class Recorder:
         self._schedule.plan(keyframes, is_real_time=is_real_time)
         self._counts = counts
         tap_outputs(atomics, self.pending.sent)
+        self.pending.classes.skipped = frozenset(
+            port.number
+            for atomic in atomics
+            if atomic not in self.own
+            for port in atomic.out_ports.values()
+        )
         self._fault = untapped_sends(atomics)
 
     def warn(self, log: Callable[[str], None]) -> None:
@@ -176,6 +188,11 @@ class Recorder:
         if self._schedule.cannot is not None:
             self._warnings.cannot(self._schedule.cannot)
 
+    @property
+    def until(self) -> int:
+        """The instant that the run goes on to, ns."""
+        return self._until
+
     def arm(self, *, armed: bool) -> None:
         """Outputs may be driven from now on, or may not; what is so already is not said again."""
         if armed is not self._is_armed:
@@ -205,8 +222,14 @@ class Recorder:
 
     def finish(self, outcome: Outcome, at: int) -> None:
         """The run is over."""
-        ended = {"state": outcome.state.name.lower(), "reason": legible(outcome.reason)}
-        missing = {"fault": self._missing, "no_keyframe": self._schedule.fault}
+        ended: dict[str, object] = {
+            "state": outcome.state.name.lower(),
+            "reason": legible(outcome.reason),
+        }
+        missing: dict[str, object] = {"fault": self._missing, "no_keyframe": self._schedule.fault}
+        if outcome.error is not None and outcome.state is RunState.FAILED:
+            ended["raised"] = legible(raised_words(outcome.error))
+            missing["in_step"] = self._has_raised
         has_begun = self._make_ring is None
         counts = self._counts() if has_begun else {}
         self._writer.write(Kind.ENDED, at, {**ended, **missing, "counts": counts})
@@ -237,10 +260,13 @@ class Recorder:
         now, schedule, ring = self._now(), self._schedule, self._writer.ring
         if ring is None:
             return
+        if not isinstance(self._clock, VirtualClock):
+            self._writer.write(Kind.DATE, now, [monotonic_ns(), time_ns()])
         left = min(next_at, self._until) - now
         if schedule.has_time(now, left) and (state := schedule.capture(now)) is not None:
             is_large = LARGE * len(state) > ring.chunk_size
             self._writer.write(Kind.KEYFRAME, now, state)
+            self._writer.write(Kind.CLASSES, now, self.pending.classes.state())
             spent = self._now() - now
             if schedule.fault is None:
                 schedule.taken(now, spent, is_large=is_large)
@@ -252,6 +278,7 @@ class Recorder:
     def _flush(self) -> None:
         """Write what is pending: the step that is over, or something outside of any."""
         if (at := self.pending.step_at) != NO_STEP:
+            self._has_raised = True
             self._writer.write(Kind.STEP, at)
         elif self.pending:
             self._writer.write(Kind.OUTSIDE, self._now())

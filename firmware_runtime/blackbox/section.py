@@ -44,6 +44,10 @@ class Kind(IntEnum):
     """Something else used the lines, such as a check before arming; it is not run again."""
     LOST = 12
     """A section could not be written; `extra` is why. What follows begins at a keyframe."""
+    CLASSES = 13
+    """It did nothing: `extra` is `NotedClasses.state`, which stands behind each keyframe."""
+    DATE = 14
+    """It did nothing: `extra` is CLOCK_MONOTONIC and the system's time at the instant `at`, ns."""
 
 
 if TYPE_CHECKING:
@@ -73,6 +77,31 @@ class Transfer(msgspec.Struct, array_like=True, frozen=True):
         """Whether it ended with an error."""
         return not isinstance(self.answer, bytes)
 
+    @property
+    def is_one(self) -> bool:
+        """Whether it is one that a line can have had."""
+        if self.line < 0 or not DISCARD <= self.address < _ADDRESSES or not self._has_answer():
+            return False
+        if self.address < 0:
+            return isinstance(self.messages, bytes)
+        return isinstance(self.messages, list) and all(map(_is_message, self.messages))
+
+    def _has_answer(self) -> bool:
+        answer = self.answer
+        if isinstance(answer, bytes):
+            return True
+        is_pair = isinstance(answer, list) and len(answer) == 2
+        return is_pair and all(isinstance(each, str) for each in answer)
+
+
+def _is_message(message: object) -> bool:
+    return isinstance(message, bytes) or (type(message) is int and 0 <= message <= _LONGEST)
+
+
+_ADDRESSES: Final = 128
+_LONGEST: Final = 1 << 16
+"""Bytes of one message that are read, more than a bus takes."""
+
 
 WRITE: Final = -1
 READ: Final = -2
@@ -99,6 +128,7 @@ class Section(msgspec.Struct, array_like=True):
     entered: list[tuple[str, Any]]
     """Input port of the root model and value, as `recording.values.plain` has it."""
     extra: Any = None
+    """What the kind says; of a step what `NotedClasses.note` found in what was sent, or None."""
 
     @property
     def has_instant(self) -> bool:
@@ -134,6 +164,30 @@ encode_into: Final[Callable[[Any, bytearray], None]] = _ENCODER.encode_into
 """As `encode`, in place of what is in an array of bytes."""
 _UNKNOWN_KEY: Final = encode(_UNKNOWN)
 _decode: Final = msgspec.msgpack.Decoder(Section).decode
+MOST_DEPTH: Final = 200
+"""Of lists and maps within another: what goes deeper is no section that a run has written."""
+_NO_CONTAINERS: Final = bytes({*range(256)} - {*range(0x80, 0xA0), *range(0xDC, 0xE0)})
+_LENGTHS: Final = {0xC4: 1, 0xC5: 2, 0xC6: 4, 0xD9: 1, 0xDA: 2, 0xDB: 4, 0xC7: 1, 0xC8: 2, 0xC9: 4}
+"""Bytes of the length of what has one: bytes, texts, extensions."""
+_SIZES: Final = {
+    0xCC: 1,
+    0xCD: 2,
+    0xCE: 4,
+    0xCF: 8,
+    0xD0: 1,
+    0xD1: 2,
+    0xD2: 4,
+    0xD3: 8,
+    0xCA: 4,
+    0xCB: 8,
+    0xD4: 2,
+    0xD5: 3,
+    0xD6: 5,
+    0xD7: 9,
+    0xD8: 17,
+}
+_COUNTS: Final = {0xDC: (2, 1), 0xDD: (4, 1), 0xDE: (2, 2), 0xDF: (4, 2)}
+"""Of lists and maps: bytes of their length, and things in an item."""
 _SENT: Final = msgspec.msgpack.Decoder(list[Any]).decode
 
 
@@ -178,16 +232,52 @@ def decode(content: bytes) -> Section:
 
     Before the run the clock counts from another moment; the run's start sets it again.
     """
+    if is_too_deep(content):
+        raise msgspec.ValidationError(f"more than {MOST_DEPTH} lists and maps in one another")
     try:
         section = _decode(content)
-        if section.entered or isinstance(section.extra, list | dict):
-            shallow([section.entered, section.extra])
     except (UnicodeDecodeError, RecursionError) as error:  # of a text, or too deep
-        raise msgspec.DecodeError(text_of(error)) from error
+        raise msgspec.ValidationError(text_of(error)) from error
     if section.kind is Kind.PROBE:
         section.at = 0
         section.transfers = [msgspec.structs.replace(each, at=0) for each in section.transfers]
     return section
+
+
+def is_too_deep(content: bytes) -> bool:
+    """Whether MessagePack has more lists and maps in one another than a stack may have room for."""
+    if len(content.translate(None, _NO_CONTAINERS)) <= MOST_DEPTH:
+        return False
+    left, place, end = [1], 0, len(content)
+    while place < end and left:
+        if left[-1] == 0:
+            left.pop()
+            continue
+        left[-1] -= 1
+        place, items = _passed(content, place)
+        if items:
+            left.append(items)
+            if len(left) > MOST_DEPTH:
+                return True
+    return False
+
+
+def _passed(content: bytes, place: int) -> tuple[int, int]:
+    """Where what stands there ends, or begins with its items, and how many these are."""
+    byte = content[place]
+    if byte in _COUNTS:
+        length, times = _COUNTS[byte]
+        count = int.from_bytes(content[place + 1 : place + 1 + length], "big")
+        return place + 1 + length, times * count
+    if 0x80 <= byte < 0xA0:
+        return place + 1, (byte & 0x0F) * (2 if byte < 0x90 else 1)
+    if 0xA0 <= byte < 0xC0:
+        return place + 1 + (byte & 0x1F), 0
+    if byte in _LENGTHS:
+        length = _LENGTHS[byte]
+        size = int.from_bytes(content[place + 1 : place + 1 + length], "big")
+        return place + 1 + length + size + (0xC7 <= byte <= 0xC9), 0
+    return place + 1 + _SIZES.get(byte, 0), 0
 
 
 def sent_of(section: Section) -> list[tuple[int, Any]]:

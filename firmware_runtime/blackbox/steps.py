@@ -11,7 +11,7 @@ from zlib import crc32
 
 from firmware_runtime.blackbox.keyframe_schedule import KeyframeSchedule
 from firmware_runtime.blackbox.layout import CHUNK, SECTION
-from firmware_runtime.blackbox.pending import AT, NO_STEP, Pending
+from firmware_runtime.blackbox.pending import AT, EXTRA, NO_STEP, Pending
 from firmware_runtime.blackbox.ring import Ring
 from firmware_runtime.blackbox.section import Kind, encode_into
 from firmware_runtime.blackbox.writer import Writer
@@ -64,14 +64,17 @@ def end_of_step(
     fields, memory, buffer = pending.fields, ring.memory, bytearray()
     readings, sent, transfers = pending.readings, pending.sent, pending.transfers
     times, enabled, world, entered = pending.times, pending.enabled, pending.world, pending.entered
+    note = pending.classes.note
 
     def end(at: int, next_at: int) -> None:
         content: bytes | bytearray = buffer
+        fields[EXTRA] = note(sent)
         try:
             encode(fields, buffer)
         except Exception:  # noqa: BLE001 -- the run goes on, whatever entered it
             content = writer.in_words(fields)
         fields[AT] = NO_STEP
+        fields[EXTRA] = None
         readings.clear()
         sent.clear()
         transfers.clear()

@@ -25,7 +25,7 @@ _WIDTH = 88
 _TEST = '''\
 """{about}
 
-Written by `firmware-runtime replay {run} --as-test`.
+{written}
 """
 
 from pathlib import Path
@@ -125,12 +125,12 @@ def _write(
         about = f"{run}, {span}: {in_words(piece.difference)}."
     if faults:
         about += f" The run's recording is not whole: {'; '.join(faults)}."
-    stated = json.dumps(arguments.assignments)
-    settings = f", settings={stated}" if arguments.assignments else ""
+    settings = f", settings={arguments.assignments!r}" if arguments.assignments else ""
     name = test.stem if test.stem.startswith("test_") else f"test_{test.stem}"
     kept = test.with_suffix(".recording")
-    written = Path(arguments.run).name
-    text = _TEST.format(about=_in_docstring(about), run=written, name=name, settings=settings)
+    written = f"Written by `firmware-runtime replay {Path(arguments.run).name} --as-test`."
+    texts = {"about": _in_docstring(about), "written": _in_docstring(written)}
+    text = _TEST.format(**texts, name=name, settings=settings)
     try:
         keep_file(kept, piece.content)
         keep_file(test, text.encode())
@@ -153,6 +153,6 @@ def _write(
 
 
 def _in_docstring(text: str) -> str:
-    """A text that ends no docstring, in lines that are not too long."""
-    safe = text.replace("\\", "\\\\").replace('"""', "'''")
-    return "\n".join(wrap(safe, _WIDTH, break_long_words=False))
+    """A text as Python reads it in a docstring, whatever is in it, in lines not too long."""
+    quoted = repr(text)[1:-1].replace('"', '\\"')
+    return "\n".join(wrap(quoted, _WIDTH, break_long_words=False, break_on_hyphens=False))

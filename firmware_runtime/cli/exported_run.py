@@ -51,18 +51,19 @@ def export_run(arguments: argparse.Namespace, output: Path) -> int:
     if output.suffix == ".mcap":
         if arguments.port is not None:
             raise ConfigError.of_one("export", "--port: has no effect on MCAP; expected a table")
-        content = mcap_of(header, board, sections)
+        content = mcap_of(header, board, sections, recording.dates())
     else:
         model = model_of(header, board)
         sent = _passed(sections, header, model)
         if arguments.port is None:
-            columns = long_table(sent)
+            columns = long_table(sent, recording.dates())
         else:
             senders = Senders(model).of(arguments.port)
             columns = wide_table(
                 _of_port(
                     sent, arguments.port, senders, [*header.ports, *map(entrance, model.in_ports)]
-                )
+                ),
+                recording.dates(),
             )
         content = csv_of(columns) if output.suffix == ".csv" else parquet_of(columns)
     keep_output(output, content)

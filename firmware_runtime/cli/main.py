@@ -31,6 +31,7 @@ from firmware_runtime.host.deployment.errors import DeploymentError
 from firmware_runtime.links.errors import ControlError
 from firmware_runtime.spelling import did_you_mean
 from firmware_runtime.statistics.errors import (
+    NoRoomError,
     StatisticsFileError,
     TraceFileError,
     TraceNotWholeError,
@@ -134,8 +135,7 @@ def _carried_out(parsed: argparse.Namespace) -> int:
     try:
         status = _executed(parsed) if parsed.verb in VERBS else _executed_by_another(parsed)
     except (ConfigError, StatisticsFileError, TraceFileError) as error:
-        is_done = isinstance(error, TraceNotWholeError)
-        return _refuse(error, Status.NOT_PRINTED if is_done else Status.BAD_INPUT)
+        return _refuse(error, _status_of_input(error))
     except (HalError, ControlError) as error:
         return _refuse(error, Status.NO_DEVICE, _hint(error, parsed))
     except DeploymentError as error:
@@ -145,6 +145,13 @@ def _carried_out(parsed: argparse.Namespace) -> int:
     except KeyboardInterrupt:
         return Status.INTERRUPTED  # before or after the loop, which sees to its own signals
     return status
+
+
+def _status_of_input(error: FirmwareRuntimeError) -> Status:
+    """The status of what was given, where neither the disk is at fault nor all but it was done."""
+    if isinstance(error, NoRoomError):
+        return Status.MODEL_ERROR
+    return Status.NOT_PRINTED if isinstance(error, TraceNotWholeError) else Status.BAD_INPUT
 
 
 def _executed(parsed: argparse.Namespace) -> int:
@@ -189,6 +196,7 @@ def parser(words: Sequence[str]) -> argparse.ArgumentParser:
         "or a step of `service` failed, "
         "7 and 8 the doctor's worst finding is a warning or a failure, 9 not deployed, "
         "10 done but not printed or written, 11 cannot tell here, "
+        "12 no difference in what could be compared, "
         "130 and 143 stopped by SIGINT and SIGTERM.",
     )
     top.add_argument(

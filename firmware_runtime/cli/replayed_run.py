@@ -17,7 +17,7 @@ from firmware_runtime.recording.of_board import board_of
 from firmware_runtime.recording.versions import versions_said
 from firmware_runtime.replay.difference import Difference
 from firmware_runtime.replay.verdict import NOTHING_AGAIN, Stretch, Verdict, replay
-from firmware_runtime.status import Status
+from firmware_runtime.statistics.dates import NO_DATES, Dates
 
 
 def replay_run(arguments: argparse.Namespace, path: Path) -> int:
@@ -34,7 +34,7 @@ def replay_run(arguments: argparse.Namespace, path: Path) -> int:
         print(json.dumps(_as_json(recording, verdict, spent), allow_nan=False))
     else:
         print("\n".join(_as_text(recording, verdict, spent)))
-    return Status.OK if verdict.is_identical else Status.MODEL_ERROR
+    return verdict.status
 
 
 def paced(speed: float | None, shown: "Shown") -> Callable[[Section], None]:
@@ -92,17 +92,19 @@ def _as_text(recording: Recording, verdict: Verdict, spent: int) -> Iterator[str
         yield f"not whole: {fault}"
     if verdict.first is not None:
         yield f"{verdict.differences} differences; the first:"
-        yield from difference_in_words(verdict.first)
+        yield from difference_in_words(verdict.first, recording.dates())
         if verdict.has_drawn:
             yield f"  {UNKEPT}"
+    elif verdict.is_something and (verdict.not_compared or not verdict.faults):
+        yield f"{verdict.in_words}, {verdict.writes} transfers of {header.run}"
     elif not verdict.is_something:
         yield NOTHING_AGAIN
-    elif not verdict.faults:
-        yield f"identical: {verdict.events} values, {verdict.writes} transfers of {header.run}"
+    yield from (f"  not compared: {each}" for each in verdict.not_compared)
     duration, times = verdict.duration / SECOND, verdict.duration / max(spent, 1)
     digits = 0 if times >= 10 else 1
     speed = f"{times:.{digits}f} times real time"
-    yield f"  {verdict.steps} steps, {duration:.3f} s of the run, {speed}"
+    span = f"{duration:.3f} s of the run"
+    yield f"  {verdict.steps} steps, {span}{recording.dates().said(0)}, {speed}"
     yield from _notes(verdict)
 
 
@@ -110,23 +112,23 @@ def _notes(verdict: Verdict) -> Iterator[str]:
     """What belongs to the verdict, a line each."""
     if verdict.began_earlier is not None:
         yield f"  {verdict.began_earlier}"
-    if verdict.unknown:
-        yield f"  of {verdict.unknown} values at least a part is known by its class alone"
-    if verdict.failure is not None:
+    if verdict.played_back:
+        yield f"  {verdict.played_back} values of its world were played back"
+    if verdict.failure is not None and verdict.differences == 0:
         yield f"  it ended so again: {verdict.failure}"
     elif verdict.end is not None:
         yield f"  the run had failed: {verdict.end}"
     if verdict.code_changed:
         yield f"  code that has changed since: {', '.join(verdict.code_changed)}"
-    yield from (f"  {each}" for each in verdict.not_compared)
     if verdict.versions_changed:
         said = versions_said(verdict.versions_changed)
         yield f"  versions that are others than in the run: {said}"
 
 
-def difference_in_words(difference: Difference) -> Iterator[str]:
+def difference_in_words(difference: Difference, dates: Dates = NO_DATES) -> Iterator[str]:
     """When, where, and both values."""
     said = difference.as_json()
-    yield f"  at {format_time(difference.at)}, {difference.what} of {difference.where}"
+    at = f"{format_time(difference.at)}{dates.said(difference.at)}"
+    yield f"  at {at}, {difference.what} of {difference.where}"
     yield f"    recorded: {json.dumps(said['recorded'])}"
     yield f"    replayed: {json.dumps(said['replayed'])}"

@@ -119,6 +119,8 @@ class Report:
             yield outputs_text(outputs_on)
         yield ""
         yield from statistics_text(figures)
+        if (recorded := session.recorded_in) is not None:
+            yield f"  recorded in {recorded}"
 
     def _asked(self, what: Callable[[], T]) -> T | None:
         try:

@@ -18,6 +18,7 @@ import msgspec
 from firmware_runtime.blackbox.header import Header
 from firmware_runtime.continuity.stage_run import Plan, StageRun, all_of
 from firmware_runtime.recording.code import digest_of
+from firmware_runtime.status import Status
 from firmware_runtime.system.conditions import system_conditions
 
 CLAIM: Final = "each stage's run replays bit for bit, on the same code and settings"
@@ -48,6 +49,13 @@ class Certificate:
         if not (self._run and self.has_same_code and self.has_same_settings):
             return False
         return all_of(each.is_identical for each in self._run)
+
+    @property
+    def status(self) -> Status:
+        """The exit status that says so."""
+        if self.is_identical is None:
+            return Status.NOT_ALL_COMPARED
+        return Status.OK if self.is_identical else Status.MODEL_ERROR
 
     @property
     def has_same_code(self) -> bool:
@@ -111,6 +119,8 @@ def _stage(run: StageRun) -> dict[str, Any]:
     return {
         "identical": run.is_identical,
         "events": run.events,
+        "values": run.values,
+        "compared": run.compared,
         "differences": run.differences,
         "first_difference": None if difference is None else difference.as_json(),
         "fault": run.fault,

@@ -63,20 +63,29 @@ def _opening(certificate: Certificate) -> Element:
 
 
 def _events(certificate: Certificate) -> Element:
-    head = ("stage", "end", "how it ended", "left", "differ", "age p50, p99 of what came in")
+    head = (
+        "stage",
+        "end",
+        "how it ended",
+        "own values",
+        "compared",
+        "differ",
+        "age p50, p99 of what came in",
+    )
     rows = (row for each in certificate.runs for row in _event_rows(each))
     return table("Each stage and its replay", head, rows, "words")
 
 
 def _event_rows(run: StageRun) -> Iterator[tuple[str, ...]]:
     if not run.has_run:
-        yield (run.stage, "", f"not run: {run.why_not}", "", "", "")
+        yield (run.stage, "", f"not run: {run.why_not}", "", "", "", "")
         return
     if run.failed is not None or not run.ends:
-        yield (run.stage, "", run.failed or "", "", "", "")
+        yield (run.stage, "", run.failed or "", "", "", "", "")
     for role, end in run.ends.items():
         ended = end.fault or run.document.get("ended", {}).get("reason", "")
-        counts = (end.verdict.events, end.verdict.differences)
+        verdict = end.verdict
+        counts = (verdict.values, verdict.compared, verdict.differences)
         yield (run.stage, role, ended, *(f"{count:,}" for count in counts), _age(run, role))
 
 

@@ -134,6 +134,16 @@ class StageRun:
         return sum(end.verdict.events for end in self.ends.values())
 
     @property
+    def values(self) -> int:
+        """Of these, the robot's own: those of a world on doubles are played back."""
+        return sum(end.verdict.values for end in self.ends.values())
+
+    @property
+    def compared(self) -> int:
+        """Of the robot's own values, those that were compared as a whole."""
+        return sum(end.verdict.compared for end in self.ends.values())
+
+    @property
     def differences(self) -> int:
         """Whatever is not the same in the replays of all ends."""
         return sum(end.verdict.differences for end in self.ends.values())

@@ -9,6 +9,7 @@ they are, and is no time of the run.
 from collections.abc import Callable, Mapping
 from functools import partial
 from pathlib import Path
+from time import monotonic_ns, time_ns
 from typing import Any, TypeVar
 
 from firmware_runtime.devs.component import Component
@@ -238,6 +239,8 @@ class Executive:
     ) -> Ledger:
         """A ledger in the file at `path`, or in memory; its header says what holds from now on."""
         header = {"clock_speed": self.clock.speed, "until_ns": until, "conditions": conditions}
+        if self.clock.speed != 0:  # two runs in virtual time are the same
+            header["began"] = monotonic_ns(), time_ns()
         file = self._profiler.open_file(header, path)
         return open_ledger(file, self._profiler, self.inbox, self.clock, self.progress)
 

@@ -39,6 +39,7 @@ from firmware_runtime.exports.typed_values import (
 )
 from firmware_runtime.extras import module_of_extra
 from firmware_runtime.hal.fault import Fault
+from firmware_runtime.statistics.dates import NO_DATES, Dates
 from firmware_runtime.statistics.trace_file import plain
 
 LATE: Final = MILLISECOND
@@ -54,11 +55,13 @@ _MARKED: Final = {
 }
 
 
-def mcap_of(header: Header, board: Board, sections: Iterable[Section]) -> bytes:
-    """The bytes of an MCAP file. Raises ConfigError without the extra `mcap`."""
+def mcap_of(
+    header: Header, board: Board, sections: Iterable[Section], dates: Dates = NO_DATES
+) -> bytes:
+    """The bytes of an MCAP file, by the dates of the run. Raises ConfigError without the extra."""
     into = io.BytesIO()
     writer = module_of_extra("mcap_ros2.writer", "mcap").Writer(into)
-    export = _Export(header, board, writer)
+    export = _Export(header, board, writer, dates)
     for section in sections:
         export.add(section)
     writer.finish()
@@ -68,7 +71,14 @@ def mcap_of(header: Header, board: Board, sections: Iterable[Section]) -> bytes:
 class _Export:
     """Writes section by section; `writer` is that of mcap_ros2."""
 
-    def __init__(self, header: Header, board: Board, writer: Any) -> None:  # noqa: ANN401
+    def __init__(
+        self,
+        header: Header,
+        board: Board,
+        writer: Any,  # noqa: ANN401 -- of an extra
+        dates: Dates,
+    ) -> None:
+        self._dates = dates
         self._header = header
         self._below = f"/{ros_name(header.board)}"
         self._writer = writer
@@ -121,7 +131,8 @@ class _Export:
         try:
             fields = message.fields(value, topic.options)
             if fields is not None and message.is_stamped:
-                stamp = {"sec": at // SECOND, "nanosec": at % SECOND}
+                date = self._date(at)
+                stamp = {"sec": date // SECOND, "nanosec": date % SECOND}
                 fields = {"header": {"stamp": stamp, "frame_id": topic.frame}, **fields}
             return fields is None or self._write(at, topic.topic, message.type, fields)
         except Exception:  # noqa: BLE001 -- of a package's own convention; it is said otherwise
@@ -161,8 +172,15 @@ class _Export:
         if schema is None:
             return False
         self._count = self._count + 1 & 0xFFFF_FFFF
-        self._writer.write_message(f"{self._below}/{topic}", schema, fields, at, at, self._count)
+        date = self._date(at)
+        where = f"{self._below}/{topic}"
+        self._writer.write_message(where, schema, fields, date, date, self._count)
         return True
+
+    def _date(self, at: int) -> int:
+        """The date of an instant, as a live bag has it; of a run without one the instant."""
+        date = self._dates.of(at)
+        return at if date is None else date
 
 
 def _topics(

@@ -1,7 +1,8 @@
 """What left the ports of a run, as a table: CSV or Parquet.
 
-Of all ports it is long: `t_ns, t_s, port, field, value, text`, a row for each number, with `value`
-empty for what is none. Of one port it is wide: `t_ns, t_s` and a column for each field.
+Of all ports it is long: `t_ns, t_s, utc, port, field, value, text`, a row for each number, with
+`value` empty for what is none. Of one port it is wide: `t_ns, t_s, utc` and a column for each
+field. `utc` is the date, where that is known.
 """
 
 import csv
@@ -12,18 +13,20 @@ from typing import Any, Final, TypeAlias
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.exports.typed_values import Sent
 from firmware_runtime.extras import module_of_extra
+from firmware_runtime.statistics.dates import NO_DATES, Dates, utc
 from firmware_runtime.statistics.trace_file import plain
 
-LONG: Final = ("t_ns", "t_s", "port", "field", "value", "text")
+UTC: Final = "utc"
+LONG: Final = ("t_ns", "t_s", UTC, "port", "field", "value", "text")
 ALONE: Final = "value"
 """The column of a value that has no fields."""
 Column: TypeAlias = list[Any]
 
 
-def long_table(sent: Iterable[Sent]) -> dict[str, Column]:
+def long_table(sent: Iterable[Sent], dates: Dates = NO_DATES) -> dict[str, Column]:
     """Columns of equal length, in the order of `LONG`."""
     rows = (
-        (each.at, each.at / SECOND, each.port, field, *_number_or_text(cell))
+        (each.at, each.at / SECOND, dates.of(each.at), each.port, field, *_number_or_text(cell))
         for each in sent
         for field, cell in cells_of(plain(each.value))
     )
@@ -31,13 +34,14 @@ def long_table(sent: Iterable[Sent]) -> dict[str, Column]:
     return {name: list(column) for name, column in zip(LONG, columns, strict=True)}
 
 
-def wide_table(sent: Iterable[Sent]) -> dict[str, Column]:
+def wide_table(sent: Iterable[Sent], dates: Dates = NO_DATES) -> dict[str, Column]:
     """A row for each value of a port; a field that one has not is empty in its row."""
     rows = [(each.at, dict(cells_of(plain(each.value)))) for each in sent]
     names = dict.fromkeys(name for _, row in rows for name in row)
     columns: dict[str, Column] = {
         "t_ns": [at for at, _ in rows],
         "t_s": [at / SECOND for at, _ in rows],
+        UTC: [dates.of(at) for at, _ in rows],
     }
     for name in names:
         columns[name or ALONE] = _of_one_kind([row.get(name) for _, row in rows])
@@ -62,6 +66,9 @@ def csv_of(columns: dict[str, Column]) -> bytes:
     text = io.StringIO(newline="")
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(columns)
+    if UTC in columns:
+        said = [None if date is None else utc(date) for date in columns[UTC]]
+        columns = {**columns, UTC: said}
     for row in zip(*columns.values(), strict=True):
         writer.writerow("" if cell is None else _csv_cell(cell) for cell in row)
     return text.getvalue().encode()
@@ -72,6 +79,8 @@ def parquet_of(columns: dict[str, Column]) -> bytes:
     pyarrow = module_of_extra("pyarrow", "sweep")
     parquet = module_of_extra("pyarrow.parquet", "sweep")
     known = {"t_ns": pyarrow.int64(), "t_s": pyarrow.float64()}
+    known[UTC] = pyarrow.timestamp("us", tz="UTC")  # ns are read by pandas alone
+    columns = {**columns, UTC: [None if each is None else each // 1000 for each in columns[UTC]]}
     known |= {"port": pyarrow.string(), "field": pyarrow.string(), "text": pyarrow.string()}
     if tuple(columns) == LONG:
         known["value"] = pyarrow.float64()

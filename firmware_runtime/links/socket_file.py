@@ -9,6 +9,7 @@ from contextlib import suppress
 from pathlib import Path
 
 from firmware_runtime.errors import ConfigError
+from firmware_runtime.statistics.errors import OF_THE_MACHINE, ROOM_EXPECTED, NoRoomError
 
 
 class SocketFile:
@@ -34,6 +35,8 @@ class SocketFile:
         except OSError as error:
             self.socket.close()
             fault = f"{path}: no socket can be made here ({error.strerror or error})"
+            if error.errno in OF_THE_MACHINE:
+                raise NoRoomError(f"{fault}; {ROOM_EXPECTED}") from error
             raise ConfigError(path.name, [f"{fault}; {expected}"]) from error
         self._end = weakref.finalize(self, _unbind, self.socket, path, _identity(path))
 

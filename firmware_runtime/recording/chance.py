@@ -2,16 +2,22 @@
 
 A model that draws from them, instead of from a generator that it has, draws the same in a replay:
 a run says where they stood before its robot was built, and its keyframes where they stand, if that
-is elsewhere by then. A module that was not imported when the robot was built has no place before
-the first keyframe.
+is elsewhere by then. numpy loads its own late, mostly when it is first drawn from: then it begins
+where `random` stood before the robot was built, in the run as in its replay.
 """
 
 import random
 import sys
 from array import array
-from typing import Any, Final
+from collections.abc import Sequence
+from hashlib import sha256
+from importlib.abc import Loader
+from importlib.machinery import ModuleSpec, PathFinder
+from types import ModuleType
+from typing import Any, Final, cast
 
 _NUMPY: Final = "numpy.random.mtrand"
+_LOADS_IT: Final = "numpy.random"
 _WORDS: Final = "I"
 
 
@@ -24,6 +30,56 @@ def places() -> list[Any]:
         name, key, place, has_gauss, cached = numpy.get_state()
         of_numpy = [name, key.tobytes(), int(place), int(has_gauss), float(cached)]
     return [version, array(_WORDS, words).tobytes(), gauss, of_numpy]
+
+
+class _Seeding:
+    """Lets `numpy.random` begin at a place of its own, whenever it is loaded; then goes."""
+
+    def __init__(self, seed: Sequence[int]) -> None:
+        self._seed = seed
+        self._loader: Any = None
+
+    def find_spec(
+        self, name: str, path: Sequence[str] | None, target: ModuleType | None = None
+    ) -> ModuleSpec | None:
+        """Find the module as Python does, to be loaded here."""
+        if name != _LOADS_IT:
+            return None
+        sys.meta_path.remove(self)
+        spec = PathFinder.find_spec(name, path, target)
+        if spec is not None and spec.loader is not None:
+            self._loader, spec.loader = spec.loader, cast("Loader", self)
+        return spec
+
+    def create_module(self, spec: ModuleSpec) -> ModuleType | None:
+        """Make the module as Python does."""
+        made: ModuleType | None = self._loader.create_module(spec)
+        return made
+
+    def exec_module(self, module: ModuleType) -> None:
+        """Load it, and let it begin there."""
+        if module.__spec__ is not None:
+            module.__spec__.loader = module.__loader__ = self._loader
+        self._loader.exec_module(module)
+        module.__dict__["seed"](self._seed)
+
+
+def begin_late(stood: Any) -> None:  # noqa: ANN401 -- as `places`, or what is in a file
+    """Let `numpy.random` begin where `random` stood, if it had not been loaded by then."""
+    try:
+        _, words, _, of_numpy = stood
+        seed = array(_WORDS, sha256(words).digest()).tolist()
+    except (TypeError, ValueError):
+        return
+    for each in [each for each in sys.meta_path if isinstance(each, _Seeding)]:
+        sys.meta_path.remove(each)
+    if of_numpy is not None:
+        return
+    loaded = sys.modules.get(_LOADS_IT)
+    if loaded is None:
+        sys.meta_path.insert(0, _Seeding(seed))
+    else:
+        loaded.__dict__["seed"](seed)
 
 
 UNKEPT: Final = (
@@ -46,6 +102,7 @@ class Places:
 
     def put(self, found: list[Any] | None) -> None:
         """Let them stand where `read` has found them."""
+        begin_late(self._stood)
         put(self._stood if found is None else found)
 
 

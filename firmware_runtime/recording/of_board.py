@@ -7,7 +7,7 @@ from typing import Any
 
 from firmware_runtime.board.kept import load_table
 from firmware_runtime.board.registry import Board
-from firmware_runtime.errors import ConfigError, text_of
+from firmware_runtime.errors import ConfigError
 from firmware_runtime.recording.header import RecordedBoard
 
 
@@ -21,8 +21,8 @@ def board_of_table(source: str, table: dict[str, Any]) -> Board:
     try:
         text = json.dumps({"source": source, "table": table})
     except (TypeError, ValueError, RecursionError) as error:
-        fault = f"{text_of(error)}; expected numbers, texts, lists and tables"
-        raise ConfigError.of_one("settings of the recorded run", fault) from error
+        fault = f"its settings are none ({error}); expected those of a board"
+        raise ConfigError.of_one("recording", fault) from error
     with TemporaryDirectory() as folder:
         kept = Path(folder) / "recording.settings"
         kept.write_text(text)

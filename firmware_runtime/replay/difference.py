@@ -11,7 +11,7 @@ NOTHING: Final = "nothing"
 
 @dataclass(frozen=True, slots=True)
 class Difference:
-    """`what` is `value` (of a port), `write`, `state`, `count`, `step`, `end` or `asked`."""
+    """`what` is `value`, `class` (of a port), `write`, `state`, `count`, `step`, `end`, `asked`."""
 
     at: int
     """Instant of the run, ns."""

@@ -1,7 +1,8 @@
 """Lines of a replay: they answer as the recorded ones did."""
 
+import builtins
 from collections.abc import Sequence
-from typing import Final, NoReturn
+from typing import Any, Final, NoReturn
 
 from firmware_runtime.blackbox.section import DISCARD, READ, WRITE, Transfer
 from firmware_runtime.board.lines import Lines
@@ -128,7 +129,20 @@ def _answer(recorded: Transfer) -> bytes:
         answer: bytes = recorded.answer
         return answer
     name, sentence = recorded.answer
-    raise _ERRORS.get(name, ModelError)(sentence)
+    raise _error(name, sentence)
+
+
+def _error(name: object, sentence: object) -> Exception:
+    """What a line raised; of what is no HalError the class of Python's, else one of this name."""
+    kind: Any = _ERRORS.get(name) or vars(builtins).get(name) if isinstance(name, str) else None
+    if not (isinstance(kind, type) and issubclass(kind, Exception)):
+        is_name = isinstance(name, str) and name.isidentifier()
+        kind = type(str(name), (Exception,), {}) if is_name else ModelError
+    try:
+        error: Exception = kind(sentence)
+    except TypeError:  # of some of Python's it takes more than a sentence
+        return ModelError(sentence)
+    return error
 
 
 def _refuse(where: str) -> NoReturn:

@@ -5,6 +5,7 @@ something to do, and those of its own that were not recorded as they come due.
 """
 
 from collections import Counter
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any, Final
 
@@ -14,6 +15,7 @@ from firmware_runtime.blackbox.header import Header
 from firmware_runtime.blackbox.section import Section, encode_sent, pairs_of, sent_of
 from firmware_runtime.board.registry import Board
 from firmware_runtime.hal.errors import HalError
+from firmware_runtime.recording.classes import Word
 from firmware_runtime.recording.values import unpack
 from firmware_runtime.replay.difference import NOTHING, Difference
 from firmware_runtime.replay.feed import Feed
@@ -47,8 +49,6 @@ class OpenPlayer(Player):
         self.structure: Counter[str] = Counter()
         self._change = change
         super().__init__(header, change.board, beginning)
-        world = set(header.world)
-        self._is_world = [path.rpartition(".")[0] in world for path in self.ports]
 
     def _new_feed(self) -> Feed:
         return OpenFeed(self.header, self._note)
@@ -96,7 +96,7 @@ class OpenPlayer(Player):
         finally:
             self._ledger.commit(step.now(), lambda: self.simulator.next_at)
         for number in self._sent[::2]:
-            if not self._is_world[number]:
+            if number not in self.values.played:
                 self.outputs.missing(self.ports[number], at, replayed=True)
         self._sent.clear()
 
@@ -111,21 +111,38 @@ class OpenPlayer(Player):
         content = encode_sent(self._sent)
         if content == bytes(section.sent) and not self.outputs.draws:
             self.outputs.same(self.ports[number] for number in self._sent[::2])
+            self._noted += self.values.differences(section, self._sent)
         else:
             self._compare_ports(section, pairs_of(unpack(content)))
         self._compare_writes(section)
 
     def _compare_ports(self, section: Section, replayed: list[Any]) -> None:
+        recorded = sent_of(section)
+        words = self.values.words(section, [number for number, _ in recorded])
         by_port: dict[int, tuple[list[Any], list[Any]]] = {}
-        for side, sent in enumerate((sent_of(section), replayed)):
+        for side, sent in enumerate((recorded, replayed)):
             for number, form in sent:
                 by_port.setdefault(number, ([], []))[side].append(form)
         for number, (were, are) in by_port.items():
-            if not self._is_world[number]:
-                path = self.ports[number]
+            if number not in self.values.played:
+                path = self.values.name(number)
                 model, _, port = path.rpartition(".")
                 for was, now in compare_in_order(self.outputs, path, section.at, were, are):
                     self._note(Difference(section.at, "value", model, port, was, now))
+            self._compare_classes(section.at, number, zip(recorded, words, strict=True))
+
+    def _compare_classes(
+        self, at: int, number: int, recorded: Iterable[tuple[tuple[int, Any], Word | None]]
+    ) -> None:
+        """Compare those of what left a port both times with the same form."""
+        values = [value for other, value in self.sent if other == number]
+        for (other, form), word in recorded:
+            if other == number:
+                value = values.pop(0) if values else None
+                if encode_sent([0, value]) == encode_sent([0, form]):
+                    self._noted += self.values.compare(at, number, word, value)
+                else:
+                    self.values.count(number)
 
     def _compare_writes(self, section: Section) -> None:
         """Compare what was read from each device and written to it."""

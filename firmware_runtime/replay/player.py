@@ -12,15 +12,14 @@ from firmware_runtime.blackbox.state_of_run import state_of_run
 from firmware_runtime.board.registry import Board
 from firmware_runtime.devs.component import below_root
 from firmware_runtime.devs.coupled import with_all_below
-from firmware_runtime.devs.errors import ModelError
-from firmware_runtime.errors import ConfigError, text_of
+from firmware_runtime.errors import ConfigError, FirmwareRuntimeError, raised_words, text_of
 from firmware_runtime.executive.account import ModelAccount
 from firmware_runtime.executive.accounting import counts_of
 from firmware_runtime.executive.outcome import Outcome
 from firmware_runtime.recording.code import changed_modules, code_of
-from firmware_runtime.recording.values import made_for
+from firmware_runtime.recording.values import legible, made_for
 from firmware_runtime.recording.versions import changed_versions
-from firmware_runtime.replay.compared import Counts, differences_of_counts, differences_of_sent
+from firmware_runtime.replay.compared import ComparedValues, differences_of_counts
 from firmware_runtime.replay.difference import NOTHING, Difference, model_and_field
 from firmware_runtime.replay.feed import Feed
 from firmware_runtime.replay.foreign_keyframe import foreign_keyframe
@@ -28,8 +27,9 @@ from firmware_runtime.replay.lines import REPLAYED
 from firmware_runtime.replay.rebuilt import Rebuilt, rebuilt
 from firmware_runtime.statistics.statistics import RunState, Statistics
 
+_FAILED: Final = RunState.FAILED.name.lower()
 _ENDS: Final = {state.name.lower(): state for state in RunState}
-_ORDER: Final = ("step", "state", "value", "write", "asked", "count", "end")
+_ORDER: Final = ("step", "state", "value", "class", "write", "asked", "count", "end")
 """Of differences at one instant."""
 
 
@@ -40,6 +40,10 @@ class _End(msgspec.Struct):
     reason: str
     counts: dict[str, dict[str, int]]
     fault: str | None = None
+    raised: str | None = None
+    """What was raised, as `errors.raised_words` has it."""
+    in_step: bool = False
+    """Whether that was in a step, and not around it."""
 
 
 class Player:
@@ -62,23 +66,27 @@ class Player:
         """What the run could not record, in a sentence."""
         self.uncompared = 0
         """Keyframes whose state is not compared: other code has models of another form."""
-        self.failure: Exception | None = None
+        self.failure: BaseException | None = None
         """What the robot raised in the step it came to last, if it did."""
         self.listeners: list[Callable[[Difference], None]] = []
         self._noted: list[Difference] = []
         self.feed = self._new_feed()
         if beginning.kind is Kind.BUILD:
             self.feed.load(beginning)
-        found = rebuilt(header, board, self.feed)
+        found = self._rebuilt(board)
         self.robot, self.own, self.profiler = found.robot, found.own, found.profiler
         self.lines, self.simulator = found.lines, found.profiler.simulator
         self._ledger, self._sent, self.ports = found.ledger, found.sent, found.ports
         self.feed.check_all_taken()
+        world = frozenset(header.world)
         self._models = {below_root(each.path) for each in with_all_below(found.robot.model)}
         self.table = self._state_table(found)
+        played = [n for n, path in enumerate(self.ports) if path.rpartition(".")[0] in world]
+        self.values = ComparedValues(self.ports, frozenset(played))
         if beginning.kind is Kind.BUILD:
             self._report()
         else:
+            self.values.restart()
             self._noted.clear()  # how a robot is built for a replay was never recorded
             self._restore(beginning)
 
@@ -109,6 +117,7 @@ class Player:
             raise ConfigError.of_one("replay", "this robot's state cannot be set back")
         self.table.restore(state)
         self.at, self.failure = at, None
+        self.values.restart()
 
     def take(self, section: Section) -> None:
         """Do what the run did in this section, and compare."""
@@ -117,13 +126,29 @@ class Player:
             return
         self.feed.load(section)
         self._sent.clear()
+        if self.failure is not None and section.kind is Kind.STEP:
+            self._note_failure(section.at, NOTHING)
+            self.failure = None
         try:
             getattr(self, play)(section)
-        except SystemExit as error:  # of a model, which ended the run so
-            self.failure = ModelError(f"a model raised SystemExit({error.code!r})")
+        except (FirmwareRuntimeError, MemoryError):
+            raise
+        except (Exception, SystemExit) as error:  # noqa: BLE001 -- of a model, which ended the run
+            self.failure = error
         self.feed.check_all_taken()
         self._compare_sent(section)
         self._report()
+
+    def _rebuilt(self, board: Board) -> Rebuilt:
+        """The robot. Raises ConfigError where its code fails on what is recorded."""
+        try:
+            return rebuilt(self.header, board, self.feed)
+        except FirmwareRuntimeError:
+            raise
+        except Exception as error:
+            fault = f"the robot cannot be put together on this recording ({raised_words(error)})"
+            expected = "expected the code of the run, and a recording that nothing has changed"
+            raise ConfigError.of_one("replay", f"{fault}; {expected}") from error
 
     def _new_feed(self) -> Feed:
         return Feed(self.header, self._note)
@@ -202,7 +227,12 @@ class Player:
         outcome = Outcome(_ENDS.get(end.state, RunState.FAILED), end.reason)
         self.end = end.reason if outcome.state is RunState.FAILED else None
         self._ledger.finish(outcome.state, section.at, outcome.reason)
-        self._compare_end(section, outcome, end.counts)
+        self._compare_failure(section.at, end)
+        counted = counts_of(self.accounts, self.profiler.faults)
+        self._noted += differences_of_counts(section.at, end.counts, counted)
+
+    def _take_classes(self, section: Section) -> None:
+        self.values.restart(section.extra)
 
     # State ----------------------------------------------------------------------------------------
 
@@ -247,16 +277,30 @@ class Player:
 
     # What is compared -----------------------------------------------------------------------------
 
-    def _compare_end(self, section: Section, outcome: Outcome, counts: Counts) -> None:
-        if self.failure is not None and outcome.state is not RunState.FAILED:
-            said = text_of(self.failure)
-            self._note(Difference(section.at, "end", "", "failure", outcome.reason, said))
-        counted = counts_of(self.accounts, self.profiler.faults)
-        self._noted += differences_of_counts(section.at, counts, counted)
+    def _compare_failure(self, at: int, end: _End) -> None:
+        """Compare what ended the run with what has been raised here: classes and text."""
+        if self.failure is None:
+            if end.in_step and end.raised is not None:
+                self._note_failure(at, end.raised)
+        elif end.raised is None:  # by a program that did not note it, or the run went on
+            if end.state != _FAILED or end.reason != Outcome.of_error(self.failure).reason:
+                self._note_failure(at, end.reason)
+        elif end.raised != legible(raised_words(self.failure)):
+            self._note_failure(at, end.raised)
+
+    def went_on(self) -> None:
+        """Take it that the run did not end with what was raised in the last step here."""
+        if self.failure is not None:
+            self._note_failure(self.at, NOTHING)
+            self._report()
+
+    def _note_failure(self, at: int, recorded: str) -> None:
+        replayed = NOTHING if self.failure is None else legible(raised_words(self.failure))
+        self._note(Difference(at, "end", "", "failure", recorded, replayed))
 
     def _compare_sent(self, section: Section) -> None:
         self.events += len(self._sent) // 2
-        self._noted += differences_of_sent(section, self._sent, self.ports)
+        self._noted += self.values.differences(section, self._sent)
 
     def _note_state(self, at: int, path: str, *pair: object) -> None:
         self._note(Difference(at, "state", *model_and_field(path, self._models), *pair))
@@ -283,4 +327,5 @@ class Player:
         Kind.EXIT: "_exit",
         Kind.ENDED: "_end",
         Kind.KEYFRAME: "_compare_state",
+        Kind.CLASSES: "_take_classes",
     }

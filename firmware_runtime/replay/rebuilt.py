@@ -25,7 +25,7 @@ from firmware_runtime.executive.profiler import Profiler
 from firmware_runtime.executive.progress import Progress
 from firmware_runtime.executive.untimed_ledger import open_ledger
 from firmware_runtime.links.dover.blocks import DoverBlocks
-from firmware_runtime.recording.chance import put
+from firmware_runtime.recording.chance import begin_late, put
 from firmware_runtime.replay.feed import Feed
 from firmware_runtime.replay.lines import replayed_lines
 from firmware_runtime.replay.world import PlayedWorld
@@ -68,6 +68,7 @@ def rebuilt(header: Header, board: Board, feed: Feed) -> Rebuilt:
     The process's own generators of random numbers stand where they stood then. Raises ConfigError
     for a board that the recording is none of.
     """
+    begin_late(header.chance)
     put(header.chance)
     lines = replayed_lines(board, feed, header.early)
     whole = board.build(lines)

@@ -14,7 +14,9 @@ from firmware_runtime.recording.chance import places
 from firmware_runtime.recording.versions import changed_versions
 from firmware_runtime.replay.difference import Difference
 from firmware_runtime.replay.player import Player
+from firmware_runtime.status import Status
 
+NOT_ALL: Final = "not all of it was compared"
 NOTHING_AGAIN: Final = "nothing of it was run again: no step and no transfer is in it"
 
 
@@ -23,7 +25,15 @@ class Verdict:
     """What a replay found."""
 
     events: int = 0
-    """Values that left ports."""
+    """Values that left ports, also those of a world."""
+    values: int = 0
+    """Values that left the robot's own ports, in the recording."""
+    compared: int = 0
+    """Of these, those that were compared as a whole."""
+    played_back: int = 0
+    """Values of a world on doubles, which are none of the robot's own."""
+    values_not_compared: list[str] = field(default_factory=list)
+    """How many values of which port were not compared, and their class, one text each."""
     unknown: int = 0
     """Of these, values of which only a class is recorded, whole or in part, and compared."""
     steps: int = 0
@@ -51,9 +61,32 @@ class Verdict:
     """That it began at the start, with no keyframe before the instant asked for, in a sentence."""
 
     @property
-    def is_identical(self) -> bool:
-        """Whether something was run again, all of it as it was, and nothing is missing."""
-        return self.is_something and self.differences == 0 and not self.faults
+    def is_identical(self) -> bool | None:
+        """Whether something was run again, all of it as it was, and nothing is missing.
+
+        None where nothing differs, but not all that left the models was compared.
+        """
+        if not self.is_something or self.differences or self.faults:
+            return False
+        return None if self.not_compared else True
+
+    @property
+    def status(self) -> Status:
+        """The exit status that says so."""
+        if self.is_identical is None:
+            return Status.NOT_ALL_COMPARED
+        return Status.OK if self.is_identical else Status.MODEL_ERROR
+
+    @property
+    def in_words(self) -> str:
+        """What was found, in one sentence without an end."""
+        if self.first is not None:
+            return f"{self.differences} differences"
+        if not self.is_something:
+            return NOTHING_AGAIN
+        if self.not_compared:
+            return f"no difference in {self.compared} of {self.values} values"
+        return f"{'no difference' if self.faults else 'identical'}: {self.values} values"
 
     @property
     def reason(self) -> str | None:
@@ -63,15 +96,20 @@ class Verdict:
             return f"{self.differences} differences, the first in {first}"
         if not self.is_something:
             return NOTHING_AGAIN
-        return f"not whole: {'; '.join(self.faults)}" if self.faults else None
+        if self.faults:
+            return f"not whole: {'; '.join(self.faults)}"
+        if self.not_compared:
+            return f"{self.in_words}; not compared: {'; '.join(self.not_compared)}"
+        return None
 
     @property
     def not_compared(self) -> list[str]:
         """What has not been compared though it is recorded, one sentence each."""
-        if self.uncompared == 0:
-            return []
-        why = "other code has models of another form"
-        return [f"the state at {self.uncompared} keyframes was not compared: {why}"]
+        found = list(self.values_not_compared)
+        if self.uncompared:
+            why = "other code has models of another form"
+            found.append(f"the state at {self.uncompared} keyframes: {why}")
+        return found
 
     @property
     def is_something(self) -> bool:
@@ -81,6 +119,10 @@ class Verdict:
     def add(self, player: Player, begin: int) -> None:
         """Add what a player found from an instant on."""
         self.events += player.events
+        self.values += player.values.values
+        self.compared += player.values.compared
+        self.played_back += player.values.played_back
+        self.values_not_compared += player.values.not_compared()
         self.steps += player.steps
         self.duration += max(0, player.at - begin)
         self.differences += player.differences
@@ -96,6 +138,10 @@ class Verdict:
             "identical": self.is_identical,
             "reason": self.reason,
             "events": self.events,
+            "values": self.values,
+            "compared": self.compared,
+            "played_back": self.played_back,
+            "not_compared": self.not_compared,
             "duration_s": self.duration / SECOND,
             "first_difference": None if self.first is None else self.first.as_json(),
             "differences": self.differences,
@@ -151,12 +197,15 @@ def replay(
         sections = segment.from_instant(stretch.begin).sections()
         player = Player(recording.header, board, first := next(sections))
         player.listeners.append(listener)
-        stood = places()
+        stood, last = places(), first
         for section in stretch_of(sections, stretch.until):
             before(section)
             verdict.writes += len(section.transfers)
             verdict.unknown += count_of_unknown(section)
             player.take(section)
+            last = section
+        if stretch.until == NEVER and last.kind is Kind.STEP:
+            player.went_on()
         verdict.add(player, first.at)
         verdict.has_drawn |= places() != stood
         verdict.code_changed = player.code_changed

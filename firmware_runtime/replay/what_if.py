@@ -20,7 +20,8 @@ from firmware_runtime.replay.verdict import WHOLE, Stretch, began_earlier, segme
 class WhatIf(Struct):
     """What was found. `first_difference` is as `Difference.as_json` has it."""
 
-    identical: bool
+    identical: bool | None
+    """None where nothing differs, but not all that left the models was compared."""
     events: int
     duration_s: float
     first_difference: dict[str, Any] | None
@@ -44,6 +45,8 @@ class WhatIf(Struct):
     versions_changed: dict[str, dict[str, str | None]] = field(default_factory=dict)
     """Python and packages that are others where this was found, as `changed_versions` has them."""
     began_earlier: str | None = None
+    """As a verdict has it."""
+    not_compared: list[str] = field(default_factory=list)
     """As a verdict has it."""
 
 
@@ -83,6 +86,8 @@ def what_if(
     found.outputs, found.compared = outputs.results(), outputs.compared
     found.curves = outputs.curves
     found.identical = found.steps > 0 and found.differences == 0 and not found.faults
+    if found.identical and found.not_compared:
+        found.identical = None
     return found
 
 
@@ -103,6 +108,7 @@ def _add(found: WhatIf, player: OpenPlayer, begin: int) -> None:
     found.steps += player.steps
     found.duration_s += max(0, player.at - begin) / SECOND
     found.differences += player.differences
+    found.not_compared += player.values.not_compared()
     found.faults += [] if player.missing is None else [player.missing]
     if found.first_difference is None and player.first is not None:
         found.first_difference = player.first.as_json()

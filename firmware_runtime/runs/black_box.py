@@ -6,23 +6,29 @@ Imported only by runs that are recorded.
 import os
 from collections.abc import Callable
 from pathlib import Path
-from time import monotonic_ns
+from time import monotonic_ns, time_ns
 
 from msgspec import to_builtins
 from msgspec.structs import asdict
 
 from firmware_runtime.blackbox.header import Header
 from firmware_runtime.blackbox.models import output_ports
+from firmware_runtime.blackbox.persisted import persist, place_for
 from firmware_runtime.blackbox.ring import Ring
 from firmware_runtime.blackbox.section import Kind, encode
 from firmware_runtime.blackbox.size import size_for
 from firmware_runtime.blackbox.state_of_run import state_of_run
+from firmware_runtime.board.registry import Board
 from firmware_runtime.devs.component import below_root
-from firmware_runtime.errors import text_of
+from firmware_runtime.devs.time import SECOND
+from firmware_runtime.errors import ConfigError, FirmwareRuntimeError, text_of
 from firmware_runtime.executive.accounting import counts_of
 from firmware_runtime.executive.clocks import MonotonicClock
 from firmware_runtime.recording.header import recorded_board
 from firmware_runtime.runs.recorded_robot import RecordedRobot
+
+_LONGER = 4
+"""A run off the robot has a ring for so many times the time it is to run for: it may go on."""
 
 
 def open_black_box(robot: RecordedRobot, path: Path, log: Callable[[str], None]) -> None:
@@ -31,12 +37,18 @@ def open_black_box(robot: RecordedRobot, path: Path, log: Callable[[str], None])
     A robot runs without one where it cannot be made; `log` gets why.
     """
     recorder, executive, board = robot.recorder, robot.executive, robot.board
-    size = size_for(board.loads.values(), board.settings.recording.minutes)
+    keep(board, path, log)  # of the run before, if that was killed
     is_real_time = isinstance(executive.clock, MonotonicClock)
 
     def ring() -> Ring | None:
         try:
-            return Ring(path, size, encoded_header(header_of(robot)), reserves=is_real_time)
+            header = encoded_header(header_of(robot))
+            minutes = board.settings.recording.minutes
+            if place_for(path, board.name) is None:
+                size = size_for(board.loads.values(), minutes)
+                return Ring(path, size, header, reserves=is_real_time)
+            span = _LONGER * recorder.until / (60 * SECOND)
+            return _smaller_ring(board, path, min(minutes, span), header, reserves=is_real_time)
         except Exception as error:  # noqa: BLE001 -- a recording never harms a run
             log(f"warning: this run is not recorded: {text_of(error)}")
             return None
@@ -58,6 +70,31 @@ def open_black_box(robot: RecordedRobot, path: Path, log: Callable[[str], None])
     recorder.warn(log)
 
 
+def _smaller_ring(
+    board: Board, path: Path, minutes: float, header: bytes, *, reserves: bool
+) -> Ring:
+    """A ring for so many minutes, or for fewer where there is no room for it."""
+    while True:
+        size = size_for(board.loads.values(), minutes)
+        try:
+            return Ring(path, size, header, reserves=reserves)
+        except ConfigError:
+            if size == size_for((), 0):
+                raise
+            minutes /= 2
+
+
+def keep(board: Board, recording: Path, log: Callable[[str], None]) -> None:
+    """Copy what a run has recorded to the disk, where it is not kept otherwise."""
+    folder = place_for(recording, board.name)
+    if folder is None:
+        return
+    try:
+        persist(recording, folder, round(board.settings.recording.keep_mib * (1 << 20)))
+    except (OSError, FirmwareRuntimeError) as error:
+        log(f"warning: the recording is not kept in {folder}: {text_of(error)}")
+
+
 def header_of(robot: RecordedRobot) -> Header:
     """What the recording says of itself."""
     board, executive, recorder, end = robot.board, robot.executive, robot.recorder, robot.end
@@ -68,6 +105,7 @@ def header_of(robot: RecordedRobot) -> Header:
     return Header(
         **(recorded | {"board": name}),
         run=f"{name}-{monotonic_ns():x}-{os.getpid()}",
+        began=(monotonic_ns(), time_ns()),
         role=None if end is None else end.role,
         has_world=robot.rig is not None,
         speed=executive.clock.speed,

@@ -20,7 +20,7 @@ from firmware_runtime.system.whole_file import OWN_AND_GROUP, replace_file
 
 
 def keep_failed_start(
-    robot: RecordedRobot, recording: Path, reason: str, log: Callable[[str], None]
+    robot: RecordedRobot, recording: Path, error: BaseException, log: Callable[[str], None]
 ) -> None:
     """Keep it beside the recording that the run would have had, if a chip was asked anything.
 
@@ -31,10 +31,11 @@ def keep_failed_start(
         if not any(decode(each).transfers for each in recorder.before_the_run):
             return
         if kind_of(recorder.before_the_run[-1]) != Kind.ENDED:
-            recorder.finish(Outcome(RunState.FAILED, reason), clock.now())
+            reason = text_of(error) or type(error).__name__
+            recorder.finish(Outcome(RunState.FAILED, reason, error), clock.now())
         sections = [encoded_header(header_of(robot)), *recorder.before_the_run]
         recording.parent.mkdir(parents=True, exist_ok=True)
         content = file_of([Numbered(1, sections)])
         replace_file(failed_start_beside(recording), content, OWN_AND_GROUP)
-    except Exception as error:  # noqa: BLE001 -- the reason of the failed start is what matters
-        log(f"warning: this start is not recorded: {text_of(error)}")
+    except Exception as worse:  # noqa: BLE001 -- why the start failed is what matters
+        log(f"warning: this start is not recorded: {text_of(worse)}")

@@ -34,6 +34,7 @@ class RecordedEdge:
         self._path = path
         self._log = log
         self._robot: RecordedRobot | None = None
+        self._has_begun = False
 
     @property
     def kept(self) -> Path | None:
@@ -65,6 +66,7 @@ class RecordedEdge:
             from firmware_runtime.runs.black_box import open_black_box  # noqa: PLC0415
 
             open_black_box(self._robot, self._path, self._log)
+            self._has_begun = True
 
     def retuned(self, settings: Any) -> None:  # noqa: ANN401 -- any board's
         """The robot has taken up settings."""
@@ -77,8 +79,24 @@ class RecordedEdge:
             if (why := self.recorder.warning) is not None:
                 self._log(f"warning: this run cannot be replayed as a whole: {why}")
             self.recorder.close()
+            if self._path is not None and self._robot is not None and self._has_begun:
+                # as above
+                from firmware_runtime.runs.black_box import keep  # noqa: PLC0415
 
-    def keep_start(self, why: str) -> None:
+                self._has_begun = False
+                keep(self._board, self._path, self._log)
+
+    @property
+    def said(self) -> str | None:
+        """Where the recording is, and where it is kept; None for a run that is not recorded."""
+        if self.recorder is None or self._path is None or not self._has_begun:
+            return None
+        from firmware_runtime.blackbox.persisted import place_for  # noqa: PLC0415 -- as above
+
+        folder = place_for(self._path, self._board.name)
+        return f"{self._path}" if folder is None else f"{self._path}, and kept in {folder}"
+
+    def keep_start(self, error: BaseException) -> None:
         """Keep what was recorded of a run that has not begun, and will not; once.
 
         It writes a file, which may take long: outputs are off by then, and the hardware released.
@@ -89,4 +107,4 @@ class RecordedEdge:
             # as above
             from firmware_runtime.runs.failed_start import keep_failed_start  # noqa: PLC0415
 
-            keep_failed_start(robot, path, why, self._log)
+            keep_failed_start(robot, path, error, self._log)

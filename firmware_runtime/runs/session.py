@@ -15,7 +15,6 @@ from firmware_runtime.board.inputs import input_timeouts
 from firmware_runtime.board.registry import Board
 from firmware_runtime.board.rig import Rig
 from firmware_runtime.devs.ports import OutPort
-from firmware_runtime.errors import text_of
 from firmware_runtime.executive.clocks import Clock
 from firmware_runtime.executive.executive import Executive
 from firmware_runtime.executive.outcome import Outcome
@@ -231,6 +230,11 @@ class Session:
 
     # ---------------------------------------------------------------------------------------------
 
+    @property
+    def recorded_in(self) -> str | None:
+        """Where the recording of this run is; None if there is none."""
+        return self._edge.said
+
     def _broken_off(self, _type: object, error: BaseException | None, _traceback: object) -> None:
         """Let go of a start that failed; it is recorded once nothing can be on."""
         has_asked = self._off.asks_chips
@@ -238,7 +242,7 @@ class Session:
             self.close()
         finally:
             if has_asked and error is not None:
-                self._edge.keep_start(text_of(error) or type(error).__name__)
+                self._edge.keep_start(error)
 
     def _parted(self, outcome: Outcome) -> Outcome:
         """The run is over: the other end learns of it, and why."""

@@ -38,7 +38,7 @@ class _Asked(Struct, frozen=True):
     settings: Settings = {}
 
 
-class RunFigures(Struct, frozen=True):
+class RunFigures(Struct, frozen=True, omit_defaults=True):
     """How far a run has come, or how it ended."""
 
     state: str
@@ -55,6 +55,8 @@ class RunFigures(Struct, frozen=True):
     armed: bool
     guarded: bool
     cpu_s: float | None
+    began_ns: int | None = None
+    """The system's time at its start, ns since 1970; not of a run in virtual time."""
 
 
 class Conditions(Struct, frozen=True):

@@ -51,6 +51,8 @@ class Header(Driver, frozen=True, kw_only=True):
     models: dict[str, StatedModel]
     clock_speed: float | None = None
     until_ns: int = NEVER
+    began: tuple[int, int] | None = None
+    """CLOCK_MONOTONIC and the system's time at the start, ns."""
 
     def __post_init__(self) -> None:
         """Refuse what cannot be used. Raises ValueError."""

@@ -30,8 +30,15 @@ from typing import Any, TypeVar
 import msgspec
 from msgspec import Struct
 
-from firmware_runtime.statistics.errors import StatisticsFileError, in_words
+from firmware_runtime.statistics.errors import (
+    OF_THE_MACHINE,
+    ROOM_EXPECTED,
+    NoRoomError,
+    StatisticsFileError,
+    in_words,
+)
 from firmware_runtime.statistics.histogram import Cells
+from firmware_runtime.system.file_owner import foreign_owner, refused
 
 T = TypeVar("T", bound=msgspec.Struct)
 PREFIX = struct.Struct("=8s3q")
@@ -67,6 +74,8 @@ class Kind(Struct, frozen=True):
             memory = mmap.mmap(-1, size) if path is None else _publish(path, size, start)
         except OSError as error:
             fault = f"{path}: the {self.name} cannot be made ({error.strerror})"
+            if error.errno in OF_THE_MACHINE:
+                raise NoRoomError(f"{fault}; {ROOM_EXPECTED}") from error
             raise StatisticsFileError(
                 f"{fault}; expected a directory that this user may write"
             ) from error
@@ -106,6 +115,8 @@ class ReadableFile:
         status = os.fstat(descriptor)
         if not stat.S_ISREG(status.st_mode):
             raise self.damaged("it is no regular file")
+        if (owner := foreign_owner(status)) is not None:
+            raise StatisticsFileError(refused(path, owner))
         self._size, header_size = self._read_prefix()
         if status.st_size != self._size:
             raise self.damaged(f"{status.st_size} bytes, expected {self._size}")

@@ -13,6 +13,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from firmware_runtime.statistics.errors import StatisticsFileError
+from firmware_runtime.system.file_owner import owner_of_folder, refused
 
 SYSTEM = Path("/run/firmware-runtime")
 SUFFIX = ".stats"
@@ -25,7 +26,9 @@ def default_path(board: str) -> Path:
     Raises StatisticsFileError when only the directory for temporary files is left and another user
     has taken our place in it.
     """
-    usable = (each for each in _stated() if each != SYSTEM or os.access(each, os.W_OK))
+    if (alone := os.environ.get(_ALONE)) and (owner := owner_of_folder(Path(alone))) is not None:
+        raise StatisticsFileError(refused(Path(alone), owner))
+    usable = (each for each in _looked_in() if each != SYSTEM or os.access(each, os.W_OK))
     directory = next(usable, None) or _claimed(_temporary())
     return directory / f"{board}{SUFFIX}"
 
@@ -51,7 +54,7 @@ def find_statistics(board: str | None = None) -> Path:
         )
     is_file = board is not None and os.path.exists(board)  # noqa: PTH110 -- never raises
     hint = f", or --statistics {board} for that file" if is_file else ""
-    raise StatisticsFileError(f"{fault}; expected a run to have left some{hint}")
+    raise StatisticsFileError(f"{fault}{not_looked_in()}; expected a run to have left some{hint}")
 
 
 def all_statistics(board: str | None = None) -> dict[str, Path]:
@@ -71,10 +74,35 @@ def places(board: str) -> Iterator[Path]:
 
 
 def directories() -> Iterator[Path]:
-    """The directories that are looked in, in that order."""
+    """The directories that are looked in, in that order; none that belongs to another user."""
+    return (each for each in _every_directory() if owner_of_folder(each) is None)
+
+
+def not_looked_in() -> str:
+    """Which directories are not, as others own them, to follow what was not found."""
+    owners = ((each, owner_of_folder(each)) for each in _every_directory())
+    said = [f"{each} belongs to {owner}" for each, owner in owners if owner is not None]
+    return f", and {', '.join(said)}, and is not looked in" if said else ""
+
+
+def is_of_session(directory: Path) -> bool:
+    """Whether it is gone when the user is: of a login session, or among temporary files."""
+    if directory == SYSTEM or os.environ.get(_ALONE) or os.environ.get("RUNTIME_DIRECTORY"):
+        return False
+    of_session = os.environ.get("XDG_RUNTIME_DIR")
+    if of_session and directory == Path(of_session, "firmware-runtime"):
+        return True
+    return directory == _temporary()
+
+
+def _every_directory() -> Iterator[Path]:
     yield from _stated()
     if not os.environ.get(_ALONE):
         yield _temporary()
+
+
+def _looked_in() -> Iterator[Path]:
+    return (each for each in _stated() if owner_of_folder(each) is None)
 
 
 def _stated() -> Iterator[Path]:

@@ -246,6 +246,7 @@ class Statistics(Struct, frozen=True):
             armed=bool(self.cells[ARMED]) and not died,
             guarded=self.is_guarded,
             cpu_s=self.cells[CPU] / 1e9 if self.cells[CPU] > 0 else None,
+            began_ns=None if self.header.began is None else self.header.began[1],
         )
 
     @property

@@ -51,9 +51,9 @@ class Cutter:
         end = _last_at(sections, at) + 1
         begins = self._anywhere(sections, end) if is_true else _keyframes(sections, end)
         for begin, first in begins:
-            content = self._file([first, *sections[begin:end]])
+            content = self._file([*first, *sections[begin:end]])
             if (found := self._shows(content)) is not None:
-                return _piece(content, found, decode(first), sections[begin:end])
+                return _piece(content, found, decode(first[0]), sections[begin:end])
         fault = "no piece of it shows the difference by itself; expected one that a keyframe keeps"
         raise ConfigError.of_one("--as-test", fault)
 
@@ -65,12 +65,12 @@ class Cutter:
         if begin >= end:
             fault = "no step of the run is in this stretch; expected a longer one"
             raise ConfigError.of_one("--as-test", fault)
-        first = self._state_at(sections, [begin]).get(begin) if begin else sections[0]
+        first = self._state_at(sections, [begin]).get(begin) if begin else [sections[0]]
         if first is None:
             fault = "the robot's state cannot be kept where the stretch begins"
             raise ConfigError.of_one("--as-test", f"{fault}; expected one from the run's start")
         rest = sections[max(begin, 1) : end]
-        return _piece(self._file([first, *rest]), None, decode(first), rest)
+        return _piece(self._file([*first, *rest]), None, decode(first[0]), rest)
 
     # ---------------------------------------------------------------------------------------------
 
@@ -79,7 +79,7 @@ class Cutter:
         segment = segments_of(self._recording, Stretch(at))[0]
         return [each for each in segment.contents if kind_of(each) != Kind.HEADER]
 
-    def _anywhere(self, sections: Sequence[bytes], end: int) -> Iterator[tuple[int, bytes]]:
+    def _anywhere(self, sections: Sequence[bytes], end: int) -> Iterator[tuple[int, list[bytes]]]:
         """Beginnings 1, 2, 4, ... sections before the end, then the first."""
         places, back = [], 1
         while end - back > 1:
@@ -87,18 +87,18 @@ class Cutter:
             back *= 2
         states = self._state_at(sections, places)
         yield from ((place, states[place]) for place in places if place in states)
-        yield 1, sections[0]
+        yield 1, [sections[0]]
 
-    def _state_at(self, sections: Sequence[bytes], places: Sequence[int]) -> dict[int, bytes]:
+    def _state_at(self, sections: Sequence[bytes], places: Sequence[int]) -> dict[int, list[bytes]]:
         """Keyframes for those places where the state can be kept, made by running there."""
-        found: dict[int, bytes] = {}
+        found: dict[int, list[bytes]] = {}
         if not places:
             return found
         player = Player(self._recording.header, self._board, decode(sections[0]))
         for place in range(1, max(places) + 1):
             if place in places and player.table is not None:
                 with suppress(UnkeepableState):
-                    found[place] = _keyframe(player.at, player.table.capture())
+                    found[place] = _sections_of(player, player.table.capture())
             player.take(decode(sections[place]))
         return found
 
@@ -126,16 +126,19 @@ def _piece(
     return Piece(content, found, begin, steps[-1] if steps else begin, len(steps))
 
 
-def _keyframe(at: int, state: bytes) -> bytes:
-    """A section that has a state."""
-    return encode((Kind.KEYFRAME.value, at, [], [], [], [], [], [], [], state))
+def _sections_of(player: Player, state: bytes) -> list[bytes]:
+    """The keyframe of where a player is, and what its recording has noted up to there."""
+    kinds = ((Kind.KEYFRAME, state), (Kind.CLASSES, player.values.state()))
+    return [
+        encode((kind.value, player.at, [], [], [], [], [], [], [], extra)) for kind, extra in kinds
+    ]
 
 
-def _keyframes(sections: Sequence[bytes], end: int) -> Iterator[tuple[int, bytes]]:
+def _keyframes(sections: Sequence[bytes], end: int) -> Iterator[tuple[int, list[bytes]]]:
     """Beginnings that were recorded, the last first."""
     for place in range(end - 2, -1, -1):
         if kind_of(sections[place]) in BEGINNINGS:
-            yield place + 1, sections[place]
+            yield place + 1, [sections[place]]
 
 
 def _last_at(sections: Sequence[bytes], at: int) -> int:

@@ -28,6 +28,7 @@ def what_if_text(found: WhatIf, changed: str) -> Iterator[str]:
         outputs = f"{len(found.outputs)} outputs and fields of {found.run} differ"
         yield f"  {outputs}, open loop: what entered is what was recorded"
         yield from table(found.outputs)
+    yield from (f"  not compared: {each}" for each in found.not_compared)
     for what, count in found.structure.items():
         yield f"  {count} {what}"
     if found.first_difference is not None:

@@ -3,6 +3,7 @@
 import errno
 import os
 import resource
+import socket
 import subprocess
 import sys
 from pathlib import Path
@@ -70,3 +71,30 @@ def test_two_ends_without_descriptors_are_one_sentence(limit: int, tmp_path: Pat
     assert ended.returncode == Status.MODEL_ERROR
     assert "Traceback" not in ended.stderr
     assert "Too many open files" in ended.stderr
+
+
+@pytest.mark.parametrize("number", [errno.ENOSPC, errno.EROFS, errno.EDQUOT])
+@pytest.mark.parametrize("call", ["os.posix_fallocate", "socket.socket.bind"])
+def test_a_state_directory_without_room_is_no_bad_input(
+    number: int,
+    call: str,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    def fail(*_: object) -> None:
+        raise OSError(number, os.strerror(number))
+
+    monkeypatch.setenv("FIRMWARE_RUNTIME_STATE_DIRECTORY", str(tmp_path))
+    owner = os if call.startswith("os.") else FailingSocket
+    monkeypatch.setattr(owner, call.rpartition(".")[2], fail)
+    monkeypatch.setattr("socket.socket", FailingSocket)
+    ended = module.main(["run", "tachobot", "--doubles", "--for", "0.1"])
+    assert ended == Status.MODEL_ERROR  # which a service tries again, unlike bad input
+    said = capsys.readouterr().err
+    assert os.strerror(number) in said
+    assert "expected a disk with room that is writable" in said
+
+
+class FailingSocket(socket.socket):
+    """One whose methods can be replaced."""

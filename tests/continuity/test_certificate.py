@@ -15,6 +15,7 @@ from firmware_runtime.continuity.stage_run import End, Plan, StageRun, all_of, r
 from firmware_runtime.recording.of_board import board_of
 from firmware_runtime.replay.verdict import replay
 from firmware_runtime.stages.stage import Stage
+from firmware_runtime.status import Status
 from tests.support.recorded import in_chunks, record
 
 
@@ -89,6 +90,7 @@ def test_a_run_whose_beginning_was_written_over_is_not_shown_as_a_whole(
     assert "its beginning was written over" in of_late.fault
     assert (of_late.is_identical, certificate(of_late).is_identical) == (None, None)
     assert certificate(of_late).as_json()["identical"] is None
+    assert certificate(of_late).status is Status.NOT_ALL_COMPARED
     assert certificate(of_late).verdict == "not all of it was compared"
 
 

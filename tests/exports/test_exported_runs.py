@@ -6,6 +6,7 @@ import sys
 from collections import defaultdict
 from importlib import import_module
 from pathlib import Path
+from time import time_ns
 from typing import Any
 
 import msgspec
@@ -21,6 +22,7 @@ from firmware_runtime.devs.time import NEVER, SECOND
 from firmware_runtime.exports.ros_definitions import _FIELDS, definition_of
 from firmware_runtime.exports.typed_values import entered_in, sections_between, typed
 from firmware_runtime.runs.session import Session
+from firmware_runtime.statistics.dates import utc
 from firmware_runtime.statistics.trace_file import plain
 from tests.support.recorded import record
 
@@ -44,12 +46,21 @@ def exported(run: Path, folder: Path, ending: str, *words: object) -> Path:
     return path
 
 
-def messages_in(path: Path) -> Read:
-    """Instant and message of each topic, as rosbags has them."""
+def began(run: Path) -> int:
+    """The date of a run's start."""
+    date = read_recording(run).dates().of(0)
+    assert date is not None
+    return date
+
+
+def messages_in(path: Path, since: int) -> Read:
+    """Instant of the run, begun at that date, and message of each topic, as rosbags has them."""
     found: Read = defaultdict(list)
     with AnyReader([path]) as reader:
         for connection, at, raw in reader.messages():
-            found[connection.topic].append((at, reader.deserialize(raw, connection.msgtype)))
+            found[connection.topic].append(
+                (at - since, reader.deserialize(raw, connection.msgtype))
+            )
     return found
 
 
@@ -68,7 +79,7 @@ def recorded(recording: Recording, port: str) -> list[tuple[int, Any]]:
 def test_topics_of_ros_2_have_every_value_at_its_instant(
     run: Path, recording: Recording, tmp_path: Path
 ) -> None:
-    read = messages_in(exported(run, tmp_path, ".mcap"))
+    read = messages_in(exported(run, tmp_path, ".mcap"), began(run))
     samples = recorded(recording, "imu.sample")
     messages = read["/tachobot/imu/data_raw"]
     assert len(messages) == len(samples) > 10
@@ -76,7 +87,7 @@ def test_topics_of_ros_2_have_every_value_at_its_instant(
         acceleration, rate, *_ = sample
         assert at == sent_at
         stamp = message.header.stamp
-        assert stamp.sec * SECOND + stamp.nanosec == at
+        assert stamp.sec * SECOND + stamp.nanosec == at + began(run)
         assert message.header.frame_id == "imu_link"
         measured = message.linear_acceleration
         assert [measured.x, measured.y, measured.z] == list(acceleration)
@@ -92,7 +103,7 @@ def test_topics_of_ros_2_have_every_value_at_its_instant(
 def test_other_ports_lines_steps_and_markers_are_in_it(
     run: Path, recording: Recording, tmp_path: Path
 ) -> None:
-    read = messages_in(exported(run, tmp_path, ".mcap"))
+    read = messages_in(exported(run, tmp_path, ".mcap"), began(run))
     commands = [(at, each.data) for at, each in read["/tachobot/ports/controller/yaw/command_n"]]
     assert commands == recorded(recording, "controller.yaw.command_n")
     sections = list(sections_between(recording, 0, NEVER))
@@ -107,7 +118,7 @@ def test_other_ports_lines_steps_and_markers_are_in_it(
 
 @pytest.mark.slow
 def test_a_stretch_is_what_lies_between(run: Path, tmp_path: Path) -> None:
-    read = messages_in(exported(run, tmp_path, ".mcap", "--from", 0.85, "--until", 0.9))
+    read = messages_in(exported(run, tmp_path, ".mcap", "--from", 0.85, "--until", 0.9), began(run))
     ats = [at for at, _ in read["/tachobot/imu/data_raw"]]
     assert (min(ats), max(ats), len(ats)) == (850_000_000, 900_000_000, 6)
 
@@ -141,6 +152,7 @@ def test_a_long_table_has_a_row_for_each_number(
     table = PARQUET.read_table(exported(run, tmp_path, ".parquet")).to_pylist()
     assert [row["t_ns"] for row in table] == [int(row["t_ns"]) for row in rows]
     assert [row["port"] for row in table] == [row["port"] for row in rows]
+    assert [f"{row['utc']:%H:%M:%S.%f}" for row in table] == [row["utc"][11:26] for row in rows]
 
 
 @pytest.mark.slow
@@ -168,11 +180,12 @@ def test_what_came_in_from_outside_is_in_it_by_its_port(tmp_path: Path) -> None:
 
     run = record(tmp_path / "turned.recording", "tachobot", 1.0, before=turn_about)
     table = exported(run, tmp_path, ".csv", "--port", "yaw_reference").read_text()
-    assert table.splitlines() == ["t_ns,t_s,value", "500000000,0.5,-0.5"]
+    date = utc(began(run) + SECOND // 2)
+    assert table.splitlines() == ["t_ns,t_s,utc,value", f"500000000,0.5,{date},-0.5"]
     rows = list(csv.DictReader(exported(run, tmp_path, ".csv").read_text().splitlines()))
     (row,) = (each for each in rows if each["port"] == "yaw_reference")
     assert (row["t_ns"], row["value"]) == ("500000000", "-0.5")
-    ((at, message),) = messages_in(exported(run, tmp_path, ".mcap"))[
+    ((at, message),) = messages_in(exported(run, tmp_path, ".mcap"), began(run))[
         "/tachobot/ports/yaw_reference"
     ]
     assert (at, message.data) == (SECOND // 2, -0.5)
@@ -267,3 +280,11 @@ def test_a_stretch_that_the_run_has_not_is_refused(
         assert main(["export", str(run), "-o", str(path), *words]) == 2
         assert said in capsys.readouterr().err
         assert not path.exists()
+
+
+@pytest.mark.slow
+def test_a_bag_of_a_run_that_began_now_begins_now(tmp_path: Path) -> None:
+    before = time_ns()
+    run = record(tmp_path / "now.recording", "tachobot", 1.0)
+    (at, _), *_ = messages_in(exported(run, tmp_path, ".mcap"), 0)["/tachobot/imu/data_raw"]
+    assert before < at < time_ns() + SECOND  # its first second was faster than time

@@ -2,6 +2,8 @@
 
 import json
 import random
+import subprocess
+import sys
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -21,8 +23,10 @@ from firmware_runtime.recording import chance
 from firmware_runtime.recording.of_board import board_of_table
 from firmware_runtime.recording.values import unpack
 from firmware_runtime.replay.verdict import Stretch, replay
+from firmware_runtime.scaffold.robot import write_robot
 from tests.support.recorded import every_section, record
 from tests.support.replayed import check_identical, replayed
+from tests.support.written_package import as_installed
 
 SPAN_S = 1.6
 EVERY = 300 * MILLISECOND
@@ -183,3 +187,48 @@ def test_places_are_put_back_and_what_is_none_is_left_alone() -> None:
     for strange in (None, 7, [], [3, b"abc", None, None], [3, b"", None, None], "letter"):
         chance.put(strange)
         assert random.getstate() == before
+
+
+LATE = """
+import os
+import numpy as np
+from firmware_runtime.recording import chance
+
+stood = chance.places()
+stood[3] = None
+chance.begin_late(stood)
+chance.begin_late(stood)
+print("loaded" if "numpy.random" in __import__("sys").modules else "not loaded")
+drawn = float(np.random.normal())
+chance.begin_late(stood)
+print(drawn == float(np.random.normal()), np.random.__spec__.loader is np.random.__loader__)
+print(float(np.random.default_rng(1).normal()) > 0)
+"""
+
+
+@pytest.mark.slow
+def test_numpy_begins_at_the_same_place_whenever_it_loads_its_generator() -> None:
+    ran = subprocess.run(
+        [sys.executable, "-c", LATE], capture_output=True, text=True, timeout=120, check=False
+    )
+    assert ran.stderr == ""
+    assert ran.stdout.split("\n")[:3] == ["not loaded", "True True", "True"]
+
+
+@pytest.mark.slow
+def test_a_robot_that_draws_from_numpy_alone_is_its_replay(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    write_robot("rover", tmp_path / "rover")
+    monkeypatch.setenv("FIRMWARE_RUNTIME_STATE_DIRECTORY", str(tmp_path))
+    rover = as_installed(tmp_path / "rover", tmp_path / "site")
+    controller = tmp_path / "rover/rover/controller.py"
+    text = controller.read_text().replace("import math\n", "import math\n\nimport numpy as np\n")
+    drawn = "self.drive = -self.command[-1] + 0.01 * float(np.random.normal())"
+    controller.write_text(text.replace("self.drive = -self.command[-1]", drawn))
+    assert drawn in controller.read_text()
+    ran = rover.command("run", "rover", "--doubles", "--clock", "virtual", "--for", "7")
+    assert ran.returncode == 0, ran.stderr
+    for words in ([], ["--from", "5.5"]):
+        again = rover.command("replay", "rover", *words)
+        assert again.stdout.startswith("identical"), again.stdout + again.stderr

@@ -41,7 +41,7 @@ def test_a_mutated_recording_is_one_sentence(recording: Path, tmp_path: Path, se
 
 
 def test_settings_that_are_no_table_of_texts_and_numbers_are_refused() -> None:
-    with pytest.raises(ConfigError, match="settings of the recorded run"):
+    with pytest.raises(ConfigError, match="its settings are none"):
         board_of_table("board.toml", {"board": "tachobot", "imu": {"address": b"\0"}})
 
 

@@ -19,7 +19,6 @@ from firmware_runtime.errors import ConfigError
 from firmware_runtime.links.cut.impairment import impairment
 from firmware_runtime.recording.chance import UNKEPT
 from firmware_runtime.stages.stage import Stage
-from firmware_runtime.status import Status
 from firmware_runtime.system.exit_on_signals import exit_on_signals
 from firmware_runtime.system.own_folder import own_folder
 from firmware_runtime.system.whole_file import keep_output
@@ -29,7 +28,7 @@ Each stage runs on doubles, in processes of its own. What entered them enters th
 models again in virtual time, and all that leaves these is compared with the run's, floats to the
 bit. Stages are not compared with one another: other samples enter in each. Exit status 0: each
 stage that was run is its replay, on the same code and settings; 1: one is not, went wrong, or none
-ran.
+ran; 12: none differs, but not everything could be compared.
 """
 _SUFFIXES = (".json", ".html")
 
@@ -105,7 +104,7 @@ def execute(arguments: argparse.Namespace) -> int:
         _write(certificate, output)
     verdict = certificate.verdict
     print(f"{verdict if certificate.is_identical else verdict.upper()}: {output}")
-    return Status.OK if certificate.is_identical else Status.MODEL_ERROR
+    return certificate.status
 
 
 def _refuse_without_effect(arguments: argparse.Namespace) -> None:
@@ -156,7 +155,7 @@ def _said(run: StageRun) -> Iterator[str]:
         yield f"{run.stage}: {run.failed}"
     for role, end in run.ends.items():
         verdict = end.verdict
-        yield f"{run.stage}, {role}: {verdict.events} values left, {verdict.differences} differ"
+        yield f"{run.stage}, {role}: {verdict.in_words}"
         if end.fault is not None:
             yield f"  {end.fault}"
         if verdict.first is not None:

@@ -9,12 +9,13 @@ from firmware_runtime.blackbox.chunk_file import used_of
 from firmware_runtime.blackbox.file_content import whole_content_of
 from firmware_runtime.blackbox.found import find_recording, kept_recordings, last_recordings
 from firmware_runtime.blackbox.layout import PREFIX_SIZE, is_of_another_format
-from firmware_runtime.blackbox.listed import Listed, listed, span_of
+from firmware_runtime.blackbox.listed import KEPT_RUN, LAST, Listed, listed, span_of
 from firmware_runtime.blackbox.reader import another_format, read_recording
 from firmware_runtime.blackbox.salvage import save
 from firmware_runtime.cli.arguments import SubParsers, add_verb
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.errors import ConfigError
+from firmware_runtime.statistics.dates import local
 from firmware_runtime.status import Status
 from firmware_runtime.system.whole_file import keep_output
 
@@ -62,7 +63,7 @@ def execute(arguments: argparse.Namespace) -> int:
         act = _keep if arguments.board == KEEP else _recover
         return act(arguments.run, arguments.output)
     _refuse(arguments, {"-o": arguments.output, str(arguments.run): arguments.run})
-    rows = [listed(path) for path in _paths(arguments.board, arguments.folder)]
+    rows = _once([listed(path) for path in _paths(arguments.board, arguments.folder)])
     if arguments.json:
         print(json.dumps([each.as_json() for each in rows], allow_nan=False))
     else:
@@ -90,17 +91,26 @@ def _paths(board: str | None, folder: Path | None) -> list[Path]:
     return sorted(folder.glob(f"{board or ''}*.recording"))
 
 
+def _once(rows: Sequence[Listed]) -> list[Listed]:
+    """Without the copies of runs that are still in memory."""
+    last = {each.run for each in rows if each.why == LAST}
+    return [each for each in rows if each.why != KEPT_RUN or each.run not in last]
+
+
 def _table(rows: Sequence[Listed]) -> Iterator[str]:
     width = max(len(each.name) for each in rows)
-    yield f"{'NAME':{width}}  {'FROM S':>9}  {'TO S':>9}  {'MIB':>6}  {'END':8}  {'WHY':8}  WHOLE"
+    spans = f"{'FROM S':>9}  {'TO S':>9}  {'MIB':>6}"
+    yield f"{'NAME':{width}}  {spans}  {'END':8}  {'WHY':8}  {'BEGAN':28}  WHOLE"
     for each in rows:
         if each.fault is not None:
             yield f"{each.name:{width}}  {each.fault}"
             continue
         whole = "yes" if not each.faults else f"no: {'; '.join(each.faults)}"
         span = f"{each.begin / SECOND:9.3f}  {each.until / SECOND:9.3f}"
+        began = "-" if each.began is None else local(each.began)
         size = f"{each.size / (1 << 20):6.1f}"
-        yield f"{each.name:{width}}  {span}  {size}  {each.end:8}  {each.why:8}  {whole}"
+        end = f"{each.end:8}  {each.why:8}  {began:28}"
+        yield f"{each.name:{width}}  {span}  {size}  {end}  {whole}"
 
 
 def _keep(run: str, output: Path | None) -> int:

@@ -20,7 +20,8 @@ Every run leaves a recording of what entered it: bytes of its buses and ports, e
 clock. RUN is the file of one, or a board's name for its last run, also of one that was killed. The
 same drivers and models run again on it, as fast as they can; every value that leaves a port, every
 transfer and the counts of activations are compared with the run's, floats to the bit.
-Exit status 0: all are equal; 1: some differ, or the recording is not whole. With BOARD, --set or
+Exit status 0: all are equal; 1: some differ, or the recording is not whole; 12: none differs, but
+some could not be compared. With BOARD, --set or
 --with it is a question, not a verdict: what other settings or code would have said to what entered,
 every output's difference as numbers; status 0.
 """

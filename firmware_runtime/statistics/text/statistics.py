@@ -4,6 +4,7 @@ from collections.abc import Iterator
 
 from firmware_runtime.statistics.blame import sentence
 from firmware_runtime.statistics.conditions import Conditions, RunFigures
+from firmware_runtime.statistics.dates import Dates, local
 from firmware_runtime.statistics.figures import (
     Causes,
     Figures,
@@ -222,8 +223,10 @@ def link_text(link: LinkFigures) -> str:
 
 
 def _worst(figures: Figures, shown: int) -> list[str]:
+    is_in_real_time = figures.conditions.stated.get("clock") == "MonotonicClock"
+    dates = Dates(figures.conditions.run.began_ns if is_in_real_time else None, (), 1.0)
     return [
-        f"  worst: {worst.model} at {instant(worst.t_ns)}, "
+        f"  worst: {worst.model} at {instant(worst.t_ns)}{dates.said(worst.t_ns)}, "
         f"{microseconds(worst.lateness_us)} late, step {microseconds(worst.step_us)}: "
         f"{causes_text(worst.causes)}{because(worst)}"
         for worst in figures.worst[:shown]
@@ -246,6 +249,9 @@ def _conditions(conditions: Conditions) -> list[str]:
     where = map(conditions.text, ("machine", "kernel", "python"))
     scheduler, priority = map(conditions.stated.get, ("scheduler", "scheduler_priority"))
     lines = [f"  on {', '.join(map(str, where))}, {scheduler} {priority or ''}".rstrip()]
+    began = conditions.run.began_ns
+    if began is not None:
+        lines.append(f"  began {local(began)}")
     overloaded_s = conditions.run.overloaded_s
     if overloaded_s is not None:
         lines.append(f"  overloaded: after {overloaded_s:.1f} s the loop had no time left")

@@ -1,0 +1,319 @@
+"""A replay is identical where all that left the models was compared; else it says what was not."""
+
+import json
+from array import array
+from collections import OrderedDict, deque
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from enum import IntEnum
+from fractions import Fraction
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any, NamedTuple
+
+import numpy as np
+import pytest
+from msgspec import Struct
+
+from boards.tachobot.allocation import Allocation
+from firmware_runtime.blackbox.reader import read_recording
+from firmware_runtime.cli.main import main
+from firmware_runtime.devs.time import SECOND
+from firmware_runtime.recording.classes import MOST_WORDS, NotedClasses, ReadClasses
+from firmware_runtime.recording.of_board import board_of_table
+from firmware_runtime.replay.difference import Difference
+from firmware_runtime.replay.verdict import Verdict, replay
+from firmware_runtime.status import Status
+from tests.support.recorded import record
+
+Told = Callable[[], object]
+
+
+@dataclass
+class Sample:
+    x: float
+
+
+class Items(list[Any]):
+    pass
+
+
+class Pair(tuple[Any, ...]):  # noqa: SLOT001 -- so that it can have attributes
+    pass
+
+
+class Point(NamedTuple):
+    x: float
+    y: float
+
+
+class Place(NamedTuple):
+    east: float
+    north: float
+
+
+class Reading(Struct):
+    x: float
+    names: Any = ()
+
+
+class Colour(IntEnum):
+    RED = 1
+
+
+class Thing:
+    def __init__(self, content: int) -> None:
+        self.content = content
+
+
+def with_attribute(value: Any, content: object) -> Any:  # noqa: ANN401 -- of any class
+    value.more = content
+    return value
+
+
+DIFFERENT: dict[str, tuple[Told, Told]] = {
+    "tuple and list": (lambda: (1.0, 2.0), lambda: [1.0, 2.0]),
+    "in a field": (lambda: Reading(1.0, (1.0,)), lambda: Reading(1.0, [1.0])),
+    "deeper": (lambda: Reading(1.0, ((1, 2), (3, 4))), lambda: Reading(1.0, ((1, 2), [3, 4]))),
+    "named tuples": (lambda: Point(1.0, 2.0), lambda: Place(1.0, 2.0)),
+    "a struct and a dict": (lambda: Reading(1.0), lambda: {"x": 1.0, "names": ()}),
+    "dataclass and dict": (lambda: Sample(1.0), lambda: {"x": 1.0}),
+    "an enumeration": (lambda: Colour.RED, lambda: 1),
+    "one in a tuple": (lambda: (Colour.RED, 2.0), lambda: (1, 2.0)),
+    "sets": (lambda: {1, 2}, lambda: frozenset({1, 2})),
+    "bytes": (lambda: b"ab", lambda: bytearray(b"ab")),
+    "a subclass of list": (lambda: Items([1]), lambda: [1]),
+    "ordered": (lambda: OrderedDict(a=1), lambda: {"a": 1}),
+    "numbers of numpy": (lambda: np.float64(1.5), lambda: 1.5),
+}
+"""Two values of the same form, of which one was sent in the run, the other in the replay."""
+
+NOT_COMPARED: dict[str, tuple[Told, Told]] = {
+    "complex": (lambda: 1 + 2j, lambda: 3j),
+    "deque": (lambda: deque([1]), lambda: deque([2])),
+    "array": (lambda: array("d", [1]), lambda: array("d", [2])),
+    "fraction": (lambda: Fraction(1, 3), lambda: Fraction(2, 3)),
+    "path": (lambda: Path("/a"), lambda: Path("/b")),
+    "range": (lambda: range(1), lambda: range(2)),
+    "namespace": (lambda: SimpleNamespace(x=1), lambda: SimpleNamespace(x=2)),
+    "object": (lambda: Thing(1), lambda: Thing(2)),
+    "in a list": (lambda: [1.0, Thing(1)], lambda: [1.0, Thing(2)]),
+    "attribute of a dataclass": (
+        lambda: with_attribute(Sample(1.0), 1),
+        lambda: with_attribute(Sample(1.0), 2),
+    ),
+    "attribute of a list": (
+        lambda: with_attribute(Items([1]), 1),
+        lambda: with_attribute(Items([1]), 2),
+    ),
+    "attribute of a tuple": (
+        lambda: with_attribute(Pair([1]), 1),
+        lambda: with_attribute(Pair([1]), 2),
+    ),
+    "a time": (lambda: datetime(2026, 1, 1, tzinfo=UTC), lambda: datetime(2026, 1, 1, tzinfo=UTC)),
+}
+"""Two values whose difference no recording can have."""
+
+SURE: dict[str, Told] = {
+    "float": lambda: 0.5,
+    "text": lambda: "ab",
+    "none": lambda: None,
+    "tuple": lambda: (1, 2.0, "a", None),
+    "list of records": lambda: [Sample(1.0), Sample(2.0)],
+    "dict": lambda: {"a": [1, 2], 3: (4.0,)},
+    "set": lambda: {"b", "a"},
+    "record": lambda: Reading(1.0, [Colour.RED, 1]),
+    "dataclass": lambda: Sample(2.0),
+    "numpy": lambda: np.eye(2),
+    "huge": lambda: 1 << 70,
+}
+
+
+TOLD: dict[str, Told] = {}
+"""What TachoBot's allocation sends beside its forces, by port; of the module, not of a model."""
+ERRORS: list[Exception] = []
+"""What it raises after some answers."""
+
+
+@pytest.fixture(autouse=True)
+def nothing_told() -> None:
+    TOLD.clear()
+    ERRORS.clear()
+
+
+def telling(monkeypatch: pytest.MonkeyPatch, ports: Sequence[str]) -> None:
+    """Let TachoBot's allocation send what is TOLD by ports of its own."""
+    build, output = Allocation.__init__, Allocation.output
+
+    def built(model: Any, name: str, thrust: float, timeout: int) -> None:  # noqa: ANN401
+        build(model, name, thrust, timeout)
+        for port in ports:
+            model.out_port(port, object)
+
+    def sent(model: Any) -> None:  # noqa: ANN401
+        output(model)
+        for port, value in TOLD.items():
+            model.out_ports[port].send(value())
+
+    monkeypatch.setattr(Allocation, "__init__", built)
+    monkeypatch.setattr(Allocation, "output", sent)
+
+
+def raising(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Let TachoBot's allocation raise the first of ERRORS after some answers."""
+    external = Allocation.external
+
+    def raising_late(model: Any, elapsed: int) -> None:  # noqa: ANN401
+        external(model, elapsed)
+        if ERRORS and model._x_age > SECOND // 2:  # without position commands it grows
+            raise ERRORS[0]
+
+    monkeypatch.setattr(Allocation, "external", raising_late)
+
+
+def replayed(path: Path) -> tuple[Verdict, dict[str, Difference]]:
+    """The verdict, and the first difference of each field."""
+    recording = read_recording(path)
+    board = board_of_table(recording.header.source, recording.header.table)
+    found: dict[str, Difference] = {}
+
+    def found_first(difference: Difference) -> None:
+        found.setdefault(difference.field, difference)
+
+    return replay(recording, board, listener=found_first), found
+
+
+@pytest.mark.slow
+def test_what_has_the_same_form_and_is_of_another_class_is_a_difference(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    telling(monkeypatch, list(DIFFERENT))
+    TOLD.update({name: first for name, (first, _) in DIFFERENT.items()})
+    path = record(tmp_path / "run.recording", "tachobot", 1.0)
+    verdict, found = replayed(path)
+    assert (verdict.is_identical, found) == (True, {})
+    assert verdict.compared == verdict.values
+    TOLD.update({name: second for name, (_, second) in DIFFERENT.items()})
+    verdict, found = replayed(path)
+    assert verdict.is_identical is False
+    assert set(found) >= set(DIFFERENT)
+    assert {found[name].model for name in DIFFERENT} == {"controller.allocation"}
+
+
+@pytest.mark.slow
+def test_what_cannot_be_compared_is_counted_and_said(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    telling(monkeypatch, list(NOT_COMPARED))
+    for name, (first, second) in NOT_COMPARED.items():
+        TOLD.clear()
+        TOLD[name] = first
+        path = record(tmp_path / f"{name}.recording", "tachobot", 0.9)
+        TOLD[name] = second
+        verdict, found = replayed(path)
+        assert (verdict.is_identical, found) == (None, {}), name
+        assert verdict.compared < verdict.values
+        assert name in verdict.not_compared[0]
+    assert main(["replay", str(path), "--json"]) == Status.NOT_ALL_COMPARED
+    said = json.loads(capsys.readouterr().out)
+    assert said["identical"] is None
+    assert said["values"] - said["compared"] == verdict.values - verdict.compared > 0
+    assert said["not_compared"] == verdict.not_compared
+    assert main(["replay", str(path)]) == Status.NOT_ALL_COMPARED
+    words = capsys.readouterr().out
+    assert f"no difference in {said['compared']} of {said['values']} values" in words
+    assert "identical" not in words
+    assert main(["replay", str(path), "--set", "recording.minutes=0.2", "--json"]) == Status.OK
+    assert json.loads(capsys.readouterr().out)["not_compared"] == verdict.not_compared
+
+
+@pytest.mark.slow
+def test_whatever_is_compared_as_a_whole_is_identical_from_a_keyframe_on_too(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    telling(monkeypatch, list(SURE))
+    TOLD.update(SURE)
+    path = record(tmp_path / "run.recording", "tachobot", 6)
+    for words in ([], ["--from", "5.5"]):
+        assert main(["replay", str(path), "--json", *words]) == Status.OK
+        said = json.loads(capsys.readouterr().out)
+        assert said["identical"] is True
+        assert said["compared"] == said["values"]
+        assert said["events"] == said["values"] + said["played_back"]
+    test = tmp_path / "test_piece.py"
+    stretch = ["--from", "2.5", "--until", "3"]
+    assert main(["replay", str(path), "--as-test", str(test), *stretch]) == Status.OK
+    verdict, _ = replayed(test.with_suffix(".recording"))
+    assert verdict.is_identical
+
+
+@pytest.mark.slow
+def test_what_a_world_sent_does_not_count_as_compared(tmp_path: Path) -> None:
+    verdict, _ = replayed(record(tmp_path / "run.recording", "tachobot", 1.0))
+    assert verdict.values + verdict.played_back == verdict.events
+    assert verdict.compared == verdict.values < verdict.events
+    assert verdict.played_back > 0
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    "error", [KeyError("worn out"), ValueError("out of range"), None, ZeroDivisionError()]
+)
+def test_a_run_that_fails_otherwise_is_a_difference_with_both_texts(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, error: Exception | None
+) -> None:
+    raising(monkeypatch)
+    ERRORS.append(ValueError("worn out"))
+    path = record(tmp_path / "run.recording", "tachobot", 1.0)
+    verdict, _ = replayed(path)
+    assert (verdict.first, verdict.is_identical) == (None, True)
+    ERRORS[:] = [] if error is None else [error]
+    verdict, found = replayed(path)
+    assert verdict.is_identical is False
+    assert "ValueError" in str(found["failure"].recorded)
+    assert "worn out" in str(found["failure"].recorded)
+    expected = "nothing" if error is None else type(error).__name__
+    assert expected in str(found["failure"].replayed)
+
+
+@pytest.mark.slow
+def test_a_failure_of_the_replay_alone_is_a_difference(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    raising(monkeypatch)
+    path = record(tmp_path / "run.recording", "tachobot", 1.0)
+    ERRORS.append(ValueError("worn out"))
+    verdict, found = replayed(path)
+    assert verdict.is_identical is False
+    assert found["failure"].recorded == "nothing"
+
+
+def test_classes_are_noted_as_they_change() -> None:
+    noted, read = NotedClasses(), ReadClasses()
+    for value in (0.5, None, True):
+        assert noted.note([3, value]) in ([0, "_"], None)
+    assert noted.note([3, 1, 3, 0.5, 3, 2]) == [0, "int", 1, 0, 2, 1]
+    assert noted.note([3, 3]) is None
+    assert noted.note([4, Point(1.0, 2.0)]) is not None
+    assert noted.note([4, Point(1.0, 3.0)]) is None
+    changed = noted.note([4, Point((1, Colour.RED), 3.0)])  # type: ignore[arg-type]
+    assert changed is not None
+    module = __name__
+    assert changed[1] == f"{module}:Point(x=tuple[int, {module}:Colour], y=_)"
+    read.restart(noted.state())
+    assert read.read([3, 4], None) == ["int", changed[1]]
+    assert read.state() == noted.state()
+
+
+def test_there_is_an_end_to_the_classes_that_are_noted() -> None:
+    noted = NotedClasses()
+    for count in range(2, MOST_WORDS + 20):
+        noted.note([0, [*(["a"] * (count % 97)), *([1] * (count // 97))]])
+    assert len(noted.state()["words"]) <= MOST_WORDS + 1
+
+
+@pytest.mark.parametrize("noted", [[0], [1, "int"], [0, 5], [0, 1.5], {"a": 1}, ["a", "b"]])
+def test_notes_that_no_run_makes_are_refused(noted: object) -> None:
+    with pytest.raises(ValueError, match="classes of values"):
+        ReadClasses().read([7], noted)
