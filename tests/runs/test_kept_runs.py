@@ -22,6 +22,7 @@ def folders(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> tuple[Path, Path
     monkeypatch.delenv("FIRMWARE_RUNTIME_STATE_DIRECTORY", raising=False)
     monkeypatch.delenv("RUNTIME_DIRECTORY", raising=False)
     monkeypatch.setattr("firmware_runtime.statistics.paths.SYSTEM", tmp_path / "no robot")
+    monkeypatch.setattr("firmware_runtime.statistics.paths._temporary", lambda: tmp_path / "none")
     monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path / "session"))
     monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path / "home"))
     (tmp_path / "session").mkdir(mode=0o700)
