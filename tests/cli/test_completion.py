@@ -44,7 +44,7 @@ def ways_on(*words: str) -> list[str]:
         (("doubles", "serve", "--chip", "pca"), ["pca9685"]),
         (("doubles", "re"), ["replay"]),
         (("doubles", "replay", "tacho"), ["tachobot"]),
-        (("doubles", "replay", "tachobot", "--wa"), ["--warn"]),
+        (("doubles", "replay", "tachobot", "--war"), ["--warn"]),
         (("try", "ads"), ["ads1115"]),
         (("new", "ch"), ["chip"]),
         (("bench", "dev"), ["devstone"]),

@@ -277,7 +277,7 @@ def test_doubles_that_are_served_are_left_to_others_afterwards(
     with served_rig("tachobot") as served:
         lines = registry.load("tachobot").settings.buses
 
-        def doubles(_board: Board, _path: Path) -> ServedDoubles:
+        def doubles(_board: Board, _path: Path, **_: object) -> ServedDoubles:
             return ServedDoubles(served.ask, lines, (), disconnect=lambda: left.append("left"))
 
         monkeypatch.setattr(hardware, "served_doubles", doubles)

@@ -279,7 +279,7 @@ def test_the_same_robot_asks_for_every_transaction_as_recorded(
     lines = served(path)
     header = lines.recording.header
 
-    def doubles(board: Board, _path: Path) -> ServedDoubles:
+    def doubles(board: Board, _path: Path, **_: object) -> ServedDoubles:
         return ServedDoubles(lines.ask, board.settings.buses, board.ports)
 
     monkeypatch.setattr(hardware, "served_doubles", doubles)
