@@ -83,10 +83,11 @@ class Session:
         self._statistics_path = statistics_path
         self._held: list[Held] = []
         self._log = log
+        timeouts = {name: ns for name, ns in input_timeouts(board).items() if ns is not None}
+        # From here on the robot is built once, and draws what its replay will draw.
         self._edge = RecordedEdge(board, clock, recording, log)
         self.recorder = recorder = self._edge.recorder
         self.has_hardware = is_here = end is None or end.has_hardware
-        timeouts = {name: ns for name, ns in input_timeouts(board).items() if ns is not None}
         permission = permission or (FREE if is_here and timeouts else None)
         interlock = always_enabled if permission is None else self._may_drive
         self.hardware = Hardware(
