@@ -86,13 +86,14 @@ DIFFERENT: dict[str, tuple[Told, Told]] = {
     "a subclass of list": (lambda: Items([1]), lambda: [1]),
     "ordered": (lambda: OrderedDict(a=1), lambda: {"a": 1}),
     "numbers of numpy": (lambda: np.float64(1.5), lambda: 1.5),
+    "complex": (lambda: 1 + 2j, lambda: 3j),
+    "deque": (lambda: deque([1]), lambda: deque([2])),
+    "a deque and a list": (lambda: deque([1]), lambda: [1]),
+    "array": (lambda: array("d", [1]), lambda: array("d", [2])),
 }
 """Two values of the same form, of which one was sent in the run, the other in the replay."""
 
 NOT_COMPARED: dict[str, tuple[Told, Told]] = {
-    "complex": (lambda: 1 + 2j, lambda: 3j),
-    "deque": (lambda: deque([1]), lambda: deque([2])),
-    "array": (lambda: array("d", [1]), lambda: array("d", [2])),
     "fraction": (lambda: Fraction(1, 3), lambda: Fraction(2, 3)),
     "path": (lambda: Path("/a"), lambda: Path("/b")),
     "range": (lambda: range(1), lambda: range(2)),
