@@ -42,8 +42,7 @@ def state_of_run(  # noqa: PLR0913 -- parts of a run
     strange = [each for each in accounts if each.atomic not in own]
     world = [each for each in robot.model.components.values() if not _is_own(each, own)]
     atomics = (each.atomic for each in strange)
-    listener = parts["simulator"].on_postponed  # of a trace
-    own_edges = (step, step.now, lines.interlock, *strange, *atomics, *world, listener, *edges)
+    own_edges = (step, step.now, lines.interlock, *strange, *atomics, *world, *edges)
     parts["began_at"] = step.began_at  # all else of it is set again by each step
     return StateTable({"robot": robot, **parts}, (*_EDGES, *own_edges), Places(chance))
 
