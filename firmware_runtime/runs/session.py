@@ -83,10 +83,10 @@ class Session:
         self._statistics_path = statistics_path
         self._held: list[Held] = []
         self._log = log
-        self._edge = RecordedEdge(board, clock, recording, log)
+        timeouts = {name: ns for name, ns in input_timeouts(board).items() if ns is not None}
+        self._edge = RecordedEdge(board, clock, recording, log)  # a robot built before may draw
         self.recorder = recorder = self._edge.recorder
         self.has_hardware = is_here = end is None or end.has_hardware
-        timeouts = {name: ns for name, ns in input_timeouts(board).items() if ns is not None}
         permission = permission or (FREE if is_here and timeouts else None)
         interlock = always_enabled if permission is None else self._may_drive
         self.hardware = Hardware(
