@@ -80,18 +80,11 @@ class Transfer(msgspec.Struct, array_like=True, frozen=True):
     @property
     def is_one(self) -> bool:
         """Whether it is one that a line can have had."""
-        if self.line < 0 or not DISCARD <= self.address < _ADDRESSES or not self._has_answer():
+        if self.line < 0 or not DISCARD <= self.address < _ADDRESSES:
             return False
         if self.address < 0:
             return isinstance(self.messages, bytes)
         return isinstance(self.messages, list) and all(map(_is_message, self.messages))
-
-    def _has_answer(self) -> bool:
-        answer = self.answer
-        if isinstance(answer, bytes):
-            return True
-        is_pair = isinstance(answer, list) and len(answer) == 2
-        return is_pair and all(isinstance(each, str) for each in answer)
 
 
 def _is_message(message: object) -> bool:
