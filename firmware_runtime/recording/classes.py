@@ -11,7 +11,8 @@ than numbers; the word of one that it does not look into begins with `~`.
 """
 
 import types
-from collections import OrderedDict
+from array import array
+from collections import OrderedDict, deque
 from collections.abc import Callable, Container, Mapping, Sequence
 from datetime import date, timedelta
 from decimal import Decimal
@@ -34,8 +35,11 @@ NO_WORD: Final = "?"
 FREE: Final = "_"
 
 _FREE: Final = frozenset({float, bool, type(None)})
-_LEAVES: Final = _FREE | {int, str, bytes, bytearray, Decimal, UUID, date, timedelta}
-_SEQUENCES: Final = (tuple, list)
+_LEAVES: Final = _FREE | {
+    *(int, str, bytes, bytearray, complex, array),
+    *(Decimal, UUID, date, timedelta),
+}
+_SEQUENCES: Final = (tuple, list, deque)
 _MAPS: Final = frozenset({dict, OrderedDict})
 _DEEPEST: Final = 40
 _MOST_ITEMS: Final = 100
