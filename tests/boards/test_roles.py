@@ -37,6 +37,8 @@ def test_the_controller_is_what_no_role_names() -> None:
         "radar_compass.heading_deg",
         "body_compass.heading_deg",
         "body_sonar.detected",
+        "radar_motor.applied",
+        "treads.applied",
     ]
 
 
