@@ -23,7 +23,7 @@ def test_the_robot_end_of_tachobot_holds_its_chips() -> None:
     part = part_of_role(board, "robot")
     assert list(part.model.components) == ["thrust_pairs", "imu"]
     assert list(part.entering) == ["controller.forces"]
-    assert list(part.leaving) == ["imu.sample"]
+    assert list(part.leaving) == ["imu.sample", "thrust_pairs.applied"]
 
 
 def test_the_controller_is_what_no_role_names() -> None:
@@ -37,6 +37,8 @@ def test_the_controller_is_what_no_role_names() -> None:
         "radar_compass.heading_deg",
         "body_compass.heading_deg",
         "body_sonar.detected",
+        "radar_motor.applied",
+        "treads.applied",
     ]
 
 
