@@ -17,7 +17,8 @@ def replayed(path: Path) -> Verdict:
 def check_identical(path: Path, steps: int = 10) -> Verdict:
     """Assert that a run of so many steps or more is its replay."""
     verdict = replayed(path)
-    assert (verdict.first, verdict.faults) == (None, [])
+    assert verdict.first is None, str(verdict.first)[:300]
+    assert verdict.faults == []
     assert verdict.is_identical
     assert verdict.steps > steps
     return verdict
