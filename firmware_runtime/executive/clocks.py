@@ -13,9 +13,9 @@ from collections.abc import Callable, Sequence
 from math import inf
 from select import select
 from time import monotonic_ns
-from typing import Any, Protocol, TypeVar
+from typing import Any, Final, Protocol, TypeVar
 
-from firmware_runtime.devs.time import MILLISECOND
+from firmware_runtime.devs.time import MILLISECOND, NEVER, SECOND
 
 LONGEST_WAIT = 50 * MILLISECOND
 
@@ -193,6 +193,10 @@ def _tapped(clock: Clock, readings: list[int]) -> Callable[[], int]:
     return tapped
 
 
+FURTHEST_AHEAD: Final = SECOND // 2
+"""Ns that a world may be ahead of the clock: longer than a step's transactions are on the wire."""
+
+
 class WorldClock:
     """Time of a world that lives in this process: register doubles, and the plant; call it.
 
@@ -200,17 +204,21 @@ class WorldClock:
     moves by exact periods, and a run in real time gives the values of a run in virtual time. A
     late one happens when it really started. Within a step time goes on by what transactions take on
     the wire (`reach`), and it never goes back: a step begins at its instant, or where the world is.
-    `step_at` is the logical instant of the step under way.
+    It is never further ahead of the clock than FURTHEST_AHEAD: a loop that writes without end in
+    one instant takes no more of the world's time than of the machine's. `step_at` is the logical
+    instant of the step under way.
     """
 
     def __init__(self, tolerance: int = 0) -> None:
         self.tolerance = tolerance
         self.step_at = 0
         self._now = 0
+        self._furthest = NEVER
 
     def begin(self, at: int, started: int) -> None:
         """A step for instant `at` starts at `started`."""
         self.step_at = at
+        self._furthest = max(at, started) + FURTHEST_AHEAD
         instant = at if started - at <= self.tolerance else started
         if instant > self._now:
             self._now = instant
@@ -220,7 +228,9 @@ class WorldClock:
         return self._now
 
     def reach(self, at: int) -> None:
-        """Go on to `at`, unless that is past."""
+        """Go on to `at`, unless that is past, or too far ahead of the clock."""
+        if at > self._furthest:
+            at = self._furthest
         if at > self._now:
             self._now = at
 
@@ -242,9 +252,10 @@ class OutsideClock(WorldClock):
         self._clock_now = now
         self._has_begun = False
 
-    def begin(self, at: int, started: int) -> None:  # noqa: ARG002 -- real time goes by itself
-        """A step for instant `at` starts."""
+    def begin(self, at: int, started: int) -> None:
+        """A step for instant `at` starts at `started`."""
         self.step_at = at
+        self._furthest = max(at, started) + FURTHEST_AHEAD
         self._has_begun = True
 
     def __call__(self) -> int:

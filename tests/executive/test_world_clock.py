@@ -1,8 +1,13 @@
 from hypothesis import given
 from hypothesis import strategies as st
 
-from firmware_runtime.devs.time import MILLISECOND
-from firmware_runtime.executive.clocks import OutsideClock, VirtualClock, WorldClock
+from firmware_runtime.devs.time import MILLISECOND, SECOND
+from firmware_runtime.executive.clocks import (
+    FURTHEST_AHEAD,
+    OutsideClock,
+    VirtualClock,
+    WorldClock,
+)
 from firmware_runtime.executive.configuration import Configuration
 from firmware_runtime.executive.policy import ActivationPolicy
 from sim_doubles.clock import ManualClock
@@ -105,3 +110,13 @@ def test_the_strictest_model_decides_what_is_late() -> None:
     policies = {"compass": ActivationPolicy(tolerance_us=20)}
     run = Run(Robot(compass=PERIOD), VirtualClock(), Configuration(policies=policies))
     assert run.executive.world_now.tolerance == 20_000
+
+
+def test_a_loop_that_writes_without_end_in_one_instant_does_not_run_ahead_of_the_clock() -> None:
+    world = WorldClock()
+    for _ in range(1000):
+        world.begin(SECOND, started=SECOND + 3)
+        world.reach(world() + SECOND // 100)
+    assert world() == SECOND + 3 + FURTHEST_AHEAD
+    world.begin(2 * SECOND, started=2 * SECOND)
+    assert world() == 2 * SECOND
