@@ -117,8 +117,8 @@ class BridgeTarget:
             ("bit flipped", lambda: self._flipped(honest())),
             ("cut short", lambda: (d := honest())[: random.randrange(len(d))]),
             ("made longer", lambda: honest() + random.randbytes(random.randrange(1, 40))),
-            ("oversized", lambda: honest() + bytes(random.randrange(4000, 9000))),
-            ("oversized, signed", lambda: honest(content=b" " * random.randrange(4100, 5000))),
+            ("oversized", lambda: honest() + bytes(random.randrange(16_300, 20_000))),
+            ("oversized, signed", lambda: honest(content=b" " * random.randrange(16_400, 18_000))),
             ("said before", self._replayed),
             ("stale", lambda: honest(at=self._now - random.randrange(2_000_000_001, 10**10))),
             ("ahead", lambda: honest(at=self._now + random.randrange(100_000_001, 10**15))),
@@ -194,7 +194,7 @@ class BridgeTarget:
     def expected(self, attempt: Attempt) -> str:  # noqa: PLR0911 -- a rule, a return
         """The reference's, in the order of the document's table."""
         datagram, now = attempt.datagram, attempt.at
-        if len(datagram) > 4096 + 160:
+        if len(datagram) > 16_384 + 160:
             return "too long"
         line, end, content = datagram.partition(b"\n")
         words = line.split(b" ")

@@ -14,7 +14,13 @@ from firmware_runtime.blackbox.layout import MAGIC
 from firmware_runtime.blackbox.persisted import state_folder
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.statistics.companions import Companion
-from firmware_runtime.statistics.paths import default_path, directories, not_looked_in, places
+from firmware_runtime.statistics.paths import (
+    default_path,
+    directories,
+    looks_in_one_only,
+    not_looked_in,
+    places,
+)
 from firmware_runtime.system.file_owner import owner_of_folder
 
 KEPT = Path("/var/lib/firmware-runtime")
@@ -75,7 +81,7 @@ def kept_directory() -> Path:
 
 def kept_directories() -> list[Path]:
     """That folder, and the one for runs off the robot."""
-    return [kept_directory(), state_folder()]
+    return [kept_directory()] if looks_in_one_only() else [kept_directory(), state_folder()]
 
 
 def kept_recordings(board: str | None = None) -> list[Path]:

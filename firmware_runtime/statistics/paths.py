@@ -85,6 +85,11 @@ def not_looked_in() -> str:
     return f", and {', '.join(said)}, and is not looked in" if said else ""
 
 
+def looks_in_one_only() -> bool:
+    """Whether the environment states the one directory that runs leave anything in."""
+    return bool(os.environ.get(_ALONE))
+
+
 def is_of_session(directory: Path) -> bool:
     """Whether it is gone when the user is: of a login session, or among temporary files."""
     if directory == SYSTEM or os.environ.get(_ALONE) or os.environ.get("RUNTIME_DIRECTORY"):

@@ -43,7 +43,9 @@ def _exact_sensors(monkeypatch: pytest.MonkeyPatch) -> None:
     """No noise, by which two answers would differ, and no check that a sensor has some."""
     monkeypatch.setattr(Liveness, "check", lambda _self, _counts: None)
     monkeypatch.setattr(MeanSquare, "check", lambda _self, *_: None)
-    monkeypatch.setitem(Mpu9250Double.__init__.__kwdefaults__, "noise_seed", None)
+    defaults = Mpu9250Double.__init__.__kwdefaults__
+    assert defaults is not None
+    monkeypatch.setitem(defaults, "noise_seed", None)
 
 
 def let_go_outside(robot: OpenBoard, spans: Sequence[Span]) -> None:

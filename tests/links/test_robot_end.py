@@ -124,7 +124,7 @@ def test_statistics_of_another_user_make_nothing_a_run(end: RobotEnd, statistics
     with Replies(statistics):
         os.chown(statistics, 65534, 65534)
         assert heard(end) == []
-        assert "belongs to user 65534" in end.why_not_believed
+        assert "robot.stats belongs to " in end.why_not_believed
 
 
 def test_the_next_run_is_spoken_with_when_the_first_has_gone(

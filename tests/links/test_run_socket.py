@@ -10,6 +10,7 @@ from typing import Any
 import pytest
 
 from firmware_runtime.devs.coupled import Coupled
+from firmware_runtime.devs.listening import ListenedBag
 from firmware_runtime.devs.time import MILLISECOND
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.executive.clocks import VirtualClock
@@ -329,11 +330,11 @@ def test_a_place_for_no_socket_is_refused_in_a_sentence(tmp_path: Path, robot: R
         ports_of(robot, path)
 
 
-def test_a_port_that_is_not_watched_leads_straight_to_its_destination(
-    rig: PortsRig, robot: Robot
-) -> None:
+def test_nothing_is_put_into_a_port_that_is_not_watched(rig: PortsRig, robot: Robot) -> None:
+    before = robot.imu.sample.bag
     rig.run.until(3 * PERIOD)
-    assert robot.imu.sample.bag is robot.thrust.command
+    assert robot.imu.sample.bag is before
+    assert not isinstance(before, ListenedBag)
 
 
 def test_the_time_of_the_run_is_said_with_that_of_the_machine(rig: PortsRig) -> None:
