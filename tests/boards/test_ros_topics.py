@@ -255,6 +255,7 @@ def test_a_broken_convention_is_named_with_its_entry_point(tmp_path: Path) -> No
 def test_the_topics_of_tachobot() -> None:
     found = topics_of(load("tachobot"))
     assert published(found) == {
+        "thrust_pairs/applied": "std_msgs/msg/Int64",
         "thrust_pairs/duties": "std_msgs/msg/Float64MultiArray",
         "imu/data_raw": "sensor_msgs/msg/Imu",
         "imu/mag": "sensor_msgs/msg/MagneticField",

@@ -7,6 +7,7 @@ from typing import Any
 
 import pytest
 
+from boards.tachobot.experiments import square_wave
 from firmware_runtime.cli.main import main
 
 pytestmark = pytest.mark.slow
@@ -55,12 +56,22 @@ def test_without_friction_it_is_never_stuck_away_from_the_reference(tmp_path: Pa
     )
 
 
-def test_a_wave_that_was_over_before_the_robot_was_ready_is_no_finding(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+def test_a_wave_waits_until_the_robot_is_ready(tmp_path: Path) -> None:
+    at_once, early = experiment("square-wave", tmp_path / "early")
+    words = ("--set", "imu.calibration_s=30", "--stage", "simulation")
+    waited, late = experiment("square-wave", tmp_path / "late", *words)
+    assert {row["command_n"] for row in late} == {row["command_n"] for row in early}
+    largest = "largest_yaw_rad"
+    assert waited["ours"][largest] == pytest.approx(at_once["ours"][largest], rel=0.05)
+
+
+def test_a_wave_that_the_outputs_never_followed_is_no_finding(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    words = ["--set", "imu.calibration_s=30", "--stage", "simulation", "-o", str(tmp_path / "out")]
+    monkeypatch.setattr(square_wave, "watched_s", lambda _settings: 0.3)
+    words = ["--stage", "simulation", "-o", str(tmp_path / "out")]
     assert main(["experiment", "square-wave", "tachobot", *words]) == 2
-    assert "over before the IMU was ready" in capsys.readouterr().err
+    assert "the outputs never followed the wave" in capsys.readouterr().err
     assert not (tmp_path / "out").exists()
 
 

@@ -56,7 +56,7 @@ def run(trial: Trial) -> Findings:
         with trial.run(stage, for_s=for_s) as ran:
             samples = measured(ran)
             if not any(each.command_n for each in samples):
-                why = "the wave was over before the IMU was ready; expected a later begin_s"
+                why = "the outputs never followed the wave; expected a robot that is ready in time"
                 raise ConfigError.of_one(f"stage {stage}", why)
             words.append(f"{stage}: {between(ran.document)}")
         states = modelled(plain_model(settings), samples)
