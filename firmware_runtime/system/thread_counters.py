@@ -1,6 +1,6 @@
 """What the kernel counts of this thread and of its processor: read in one go, taken apart later.
 
-Files are opened once and kept: a reading is a few `pread`, some 0.1 ms with caches cold. It is raw
+Files are opened once and kept: a reading is a few `pread`, some 0.1 ms after a sleep. It is raw
 bytes until two of them are compared (`between`), which happens after something was late only. A
 file that is not shown, in a container or under a unit with `ProcSubset=pid`, is no fault: what it
 says is then None, not measured, and never zero.
