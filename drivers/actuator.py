@@ -106,6 +106,10 @@ class Actuator(HardwareModel):
             return super().unready()
         return None
 
+    def failed_uses(self) -> int:
+        """Return 0: what could not be stopped is told by the end of the run itself."""
+        return 0
+
     # The DEVS functions ---------------------------------------------------------------------------
 
     def output(self) -> None:

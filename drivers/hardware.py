@@ -35,10 +35,22 @@ class HardwareModel(Atomic, ABC):
         super().__init__(name)
         self.fault_out = self.out_port("fault", Fault)
         self.faults: list[Fault] = []
-        self.consecutive_faults = 0
+        self._consecutive_faults = 0
+        self._failed_uses = 0
+        self._has_worked = False
         self._line = line
         self._reading_period = period
         self._bring_up = BringUp(bring_up)
+
+    @property
+    def consecutive_faults(self) -> int:
+        """Faults since the last good use; a subclass sets it to 0 after each of those."""
+        return self._consecutive_faults
+
+    @consecutive_faults.setter
+    def consecutive_faults(self, faults: int) -> None:
+        self._consecutive_faults = faults
+        self._has_worked = True
 
     @abstractmethod
     def begin(self) -> None:
@@ -52,9 +64,13 @@ class HardwareModel(Atomic, ABC):
         """Why the device does not work, in a few words; None if it does."""
         if self.phase.startswith("bring_up"):
             return "is not up yet"
-        if self.consecutive_faults > 0:
-            return failed_in_a_row(self.consecutive_faults)
+        if self._consecutive_faults > 0:
+            return failed_in_a_row(self._consecutive_faults)
         return None
+
+    def failed_uses(self) -> int:
+        """How often its chip, once it was up, was used and failed; 0 if a use was ever good."""
+        return 0 if self._has_worked else self._failed_uses
 
     def initialize(self) -> None:
         """Begin the chip's bring-up at once."""
@@ -90,8 +106,10 @@ class HardwareModel(Atomic, ABC):
 
     def note(self, error: FirmwareRuntimeError) -> None:
         """Keep a fault for the next output; the caller then enters a phase of zero time."""
-        self.consecutive_faults += 1
-        self.faults.append(Fault.of(error, self.consecutive_faults, self._reading_period))
+        self._consecutive_faults += 1
+        if not self.phase.startswith("bring_up"):
+            self._failed_uses += 1
+        self.faults.append(Fault.of(error, self._consecutive_faults, self._reading_period))
 
     def continue_bring_up(self) -> None:
         """Take the next step of the bring-up: the last one's wait is over."""
@@ -103,7 +121,7 @@ class HardwareModel(Atomic, ABC):
             return
         if wait is None:
             if self.bring_up_proves:
-                self.consecutive_faults = 0
+                self._consecutive_faults = 0
             self.begin()
         elif wait == 0:
             self.activate("bring_up")

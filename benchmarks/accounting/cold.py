@@ -1,4 +1,4 @@
-"""The same steps with the wait between them: at 100 Hz a step finds its caches cold.
+"""The same steps with the wait between them: at 100 Hz a step begins after a sleep.
 
 What the loop does from the end of one wait to the beginning of the next, by `Executive.run` with
 statistics file, beside a loop of nothing but a wait and `Simulator.advance`.

@@ -1,6 +1,6 @@
 """What accounting adds to a step: the same steps taken three ways that take turns.
 
-The steps run in a row with warm caches; `accounting.cold` has them as a robot's loop finds them.
+The steps run in a row, without a sleep; `accounting.cold` has them as a robot's loop finds them.
 """
 
 from collections.abc import Sequence

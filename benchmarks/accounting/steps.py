@@ -6,7 +6,7 @@
 - loop: `Executive.run`, everything between two waits.
 
 Every step is on time, on the real clock, which is set to the step's instant in all three. They run
-in a row with warm caches.
+in a row, without a sleep.
 """
 
 import gc

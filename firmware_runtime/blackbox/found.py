@@ -40,6 +40,11 @@ def recording_of_virtual_run(board: str) -> Path:
     return default_path(board).with_suffix(VIRTUAL)
 
 
+def virtual_recordings(board: str) -> list[Path]:
+    """The recordings there are of a board's last run in virtual time: one a directory."""
+    return [path for each in places(board) if (path := each.with_suffix(VIRTUAL)).is_file()]
+
+
 def failed_start_beside(recording: Path) -> Path:
     """Where a start that failed is kept, given where its run would have had its recording."""
     name = recording.name.removesuffix(VIRTUAL).removesuffix(Companion.RECORDING)

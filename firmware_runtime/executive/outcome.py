@@ -6,7 +6,8 @@ it given up. Signals do not end that, but a second Ctrl-C does, see `signals`.
 
 A run without one of its devices controlled nothing. A device is a model that says by `unready`
 whether it works. From the start of a run those that do not are polled between two steps until each
-has worked once; then none is polled any more.
+has worked once; then none is polled any more. One that came up and then failed in every use
+(`failed_uses`) did not work either; that is judged at the end.
 """
 
 from collections.abc import Callable, Iterator
@@ -66,6 +67,20 @@ class Device(Protocol):
         """Why it does not work, in a few words that follow its name; None if it does."""
 
 
+@runtime_checkable
+class ProvenByUse(Protocol):
+    """A device that is not proven by coming up: it can say that no use of it was good."""
+
+    path: str
+
+    def failed_uses(self) -> int:
+        """How often it was used and failed, if it always did; 0 if a use was ever good."""
+
+
+LEAST_USES = 3
+"""A device that failed in fewer uses may have been about to work."""
+
+
 class Readiness:
     """`waiting` are the devices that have not been ready yet, with their paths."""
 
@@ -74,6 +89,11 @@ class Readiness:
             (below_root(atomic.path), atomic)
             for atomic in simulator.atomics
             if isinstance(atomic, Device) and atomic.unready() is not None
+        ]
+        self._proven_by_use = [
+            (below_root(atomic.path), atomic)
+            for atomic in simulator.atomics
+            if isinstance(atomic, ProvenByUse)
         ]
         self._faults = faults
 
@@ -86,7 +106,7 @@ class Readiness:
         self.waiting = [each for each in self.waiting if each[1].unready() is not None]
 
     def judged(self, outcome: Outcome) -> Outcome:
-        """The outcome of a run that is over: failed, with the cause, if a device was never ready.
+        """The outcome of a run that is over: failed, with the cause, if a device never worked.
 
         A run that was stopped while devices still came up, none of which reported a fault, has not
         failed; what failed for another reason keeps that.
@@ -108,20 +128,32 @@ class Readiness:
     def _judged(self, outcome: Outcome) -> Outcome:
         self.poll()
         reason = "; ".join(self._sentences())
-        if self.waiting and outcome.state is RunState.ENDED:
+        if reason and outcome.state is RunState.ENDED:
             return replace(outcome, state=RunState.FAILED, reason=reason)
         if self._have_failed() and outcome.state is RunState.STOPPED:
             return replace(outcome, state=RunState.FAILED, reason=f"{reason} ({outcome.reason})")
         return outcome
 
     def _have_failed(self) -> bool:
-        return any(self._faults.last_of(path) is not None for path, _ in self.waiting)
+        has_faults = any(self._faults.last_of(path) is not None for path, _ in self.waiting)
+        return has_faults or any(True for _ in self._always_failed())
+
+    def _always_failed(self) -> Iterator[str]:
+        """Sentences on the devices that came up, and failed in every use."""
+        waiting = {path for path, _ in self.waiting}
+        for path, device in self._proven_by_use:
+            uses = device.failed_uses()
+            if uses >= LEAST_USES and path not in waiting:
+                last = self._faults.last_of(path)
+                cause = "" if last is None else f": {last.sentence}"
+                yield f"{path} failed {uses} of {uses} times{cause}"
 
     def _sentences(self) -> Iterator[str]:
         for path, device in self.waiting:
             why, last = device.unready(), self._faults.last_of(path)
             cause = "" if last is None or last.sentence in str(why) else f": {last.sentence}"
             yield f"{path} was never ready: it {why}{cause}"
+        yield from self._always_failed()
 
 
 OFF_AGAIN_EVERY = 20 * MILLISECOND

@@ -30,6 +30,8 @@ GUARD_TIMEOUT = SECOND // 2
 TRY_EVERY = 100 * MILLISECOND
 """Ns from one attempt to arm, where the board is armed at start, to the next."""
 
+_WITHOUT_FIGURES = str.maketrans("", "", "0123456789.-")
+
 PrearmCheck: TypeAlias = Callable[[int], str | None]
 """A pre-arm check: why outputs must not be driven at this instant of the run; None if they may."""
 
@@ -84,7 +86,8 @@ class Arming:
     permission: a link to a controller in another process, and commands from outside. `make_safe`
     switches outputs off, `enable` lets them through before the first write to them, and raises
     HalError. `last_safe_state` gives the instant of the last `safe-state`: one that came while the
-    run was starting could not find it. `log` gets every change, in a sentence.
+    run was starting could not find it. `log` gets every change, in a sentence; of a run that is to
+    arm itself also what stands in the way, again when that changes in more than its figures.
     """
 
     def __init__(  # noqa: PLR0913 -- put together once, by the session
@@ -119,6 +122,8 @@ class Arming:
         self._epoch = 0
         self._acknowledged = 0
         self._try_at = 0
+        self._in_the_way = ""
+        """What was last said to stand in the way of arming, without its figures."""
         self._off_again_at = NEVER
         executive.hooks.append(self)
 
@@ -143,6 +148,7 @@ class Arming:
             self.armed = self.was_armed = True
             self.is_wanted = self._is_suspended = False
             self._off_again_at = NEVER
+            self._in_the_way = ""
             self._acknowledge()
             if not self._is_quiet:
                 self._log("armed")
@@ -206,7 +212,8 @@ class Arming:
             self._switch_off()
         elif self.is_wanted and now >= self._try_at:
             self._try_at = now + TRY_EVERY
-            self.request(now)
+            if against := self.request(now):
+                self._say_in_the_way(against)
 
     # ---------------------------------------------------------------------------------------------
 
@@ -219,6 +226,13 @@ class Arming:
             cells = self._executive.cells
             cells[EPOCH] = -max(abs(cells[EPOCH]), safe_state_at)
 
+    def _say_in_the_way(self, against: list[str]) -> None:
+        """Log why it is not armed yet, unless that was the last thing logged of it."""
+        why = "; ".join(against)
+        if (words := why.translate(_WITHOUT_FIGURES)) != self._in_the_way:
+            self._in_the_way = words
+            self._log(f"not armed yet: {why}")
+
     def _notice(self) -> None:
         """Disarm where the interlock does not hold any more: a takeover, or no guard."""
         if self.armed and not self.interlock():
@@ -228,6 +242,7 @@ class Arming:
         """Make the outputs safe, for this reason; return what failed."""
         self.armed = self.is_wanted = self._is_suspended = False
         self.reason = reason
+        self._in_the_way = reason.translate(_WITHOUT_FIGURES)
         failed = self._switch_off()
         self._acknowledge()
         return failed

@@ -34,6 +34,7 @@ class Cause(StrEnum):
     SUPPLY = "supply or heat"
     CLOCK = "clock speed"
     MODEL = "model"
+    ANOTHER_THREAD = "another thread"
     ASLEEP = "model asleep"
     BETWEEN = "between steps"
 
@@ -53,6 +54,7 @@ ABOUT: Mapping[str, str] = {
     Cause.SUPPLY: "too little voltage or too much heat held the clock down",
     Cause.CLOCK: "the processor's clock had stepped down",
     Cause.MODEL: "the model's own code took the time",
+    Cause.ANOTHER_THREAD: "another thread of the process had the interpreter's lock",
     Cause.ASLEEP: "the model waited in its own code, for nothing that is measured",
     Cause.BETWEEN: "work between the steps took the time",
 }
@@ -98,6 +100,7 @@ class BlameRow(Struct, frozen=True):
     disks_ns: int = NOT_MEASURED
     others_ns: int = NOT_MEASURED
     throttlings: int = NOT_MEASURED
+    other_threads_ns: int = NOT_MEASURED
 
 
 BLAME = BlameRow.__struct_fields__

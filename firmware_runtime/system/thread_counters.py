@@ -1,6 +1,6 @@
 """What the kernel counts of this thread and of its processor: read in one go, taken apart later.
 
-Files are opened once and kept: a reading is a few `pread`, some 0.1 ms with caches cold. It is raw
+Files are opened once and kept: a reading is a few `pread`, some 0.1 ms after a sleep. It is raw
 bytes until two of them are compared (`between`), which happens after something was late only. A
 file that is not shown, in a container or under a unit with `ProcSubset=pid`, is no fault: what it
 says is then None, not measured, and never zero.
@@ -12,7 +12,7 @@ Sources: proc(5), getrusage(2), Linux Documentation/scheduler/sched-stats.rst (t
 import os
 import resource
 from collections.abc import Callable, Sequence
-from time import thread_time_ns
+from time import process_time_ns, thread_time_ns
 from typing import NamedTuple
 
 from msgspec import Struct
@@ -56,6 +56,7 @@ class Reading(NamedTuple):
     """Whether the thread has an ordinary scheduling class: only those know a quota."""
     membership: bytes | None = None
     """The thread's control groups."""
+    process_cpu_ns: int = 0
 
 
 class Counted(Struct, frozen=True, kw_only=True):
@@ -63,6 +64,8 @@ class Counted(Struct, frozen=True, kw_only=True):
 
     cpu_ns: int = 0
     """Processor time of the thread."""
+    other_threads_ns: int = 0
+    """Of all others of its process."""
     run_delay_ns: int | None = None
     """Time the thread could run and did not."""
     minor_faults: int = 0
@@ -142,6 +145,7 @@ class ThreadCounters:
             _read(self._disks),
             os.sched_getscheduler(0) & ~os.SCHED_RESET_ON_FORK in _FAIR,
             self._member_of,
+            process_time_ns(),
         )
 
     def is_traced(self) -> bool:
@@ -173,12 +177,14 @@ def between(before: Reading, after: Reading) -> Counted:
     minor, major, voluntary, involuntary = (
         now - then for now, then in zip(after.usage, before.usage, strict=True)
     )
+    cpu = after.cpu_ns - before.cpu_ns
     machine = [_machine(each.machine, after.cpu) for each in (before, after)]
     steal, interrupt, interrupts = (_grown(*each) for each in zip(*machine, strict=True))
     io = [_io(each.io) for each in (before, after)]
     read, written = (_grown(*each) for each in zip(*io, strict=True))
     return Counted(
-        cpu_ns=after.cpu_ns - before.cpu_ns,
+        cpu_ns=cpu,
+        other_threads_ns=max(after.process_cpu_ns - before.process_cpu_ns - cpu, 0),
         run_delay_ns=_grown(_word(before.schedule, 1), _word(after.schedule, 1)),
         minor_faults=minor,
         major_faults=major,

@@ -197,3 +197,35 @@ def test_a_period_shorter_than_the_chip_allows_is_refused(chip: ScriptedSonar) -
     settings = SonarSettings(period=64 * MILLISECOND, threshold_m=0.5)
     with pytest.raises(SettingError, match="sonar: period of 64 ms, expected 65 ms or more for"):
         Sonar("sonar", chip, settings)
+
+
+def sonar_of(bench: AtomicBench) -> Sonar:
+    assert isinstance(bench.model, Sonar)
+    return bench.model
+
+
+def test_one_that_failed_in_every_use_says_how_often(
+    bench: AtomicBench, chip: ScriptedSonar
+) -> None:
+    chip.echoes = [BusTimeout("scripted chip: silent")]
+    bench.put(50, start=1)
+    bench.run(1000)
+    assert sonar_of(bench).failed_uses() == len(bench.faults) > 2
+    assert sonar_of(bench).unready() is not None
+
+
+def test_one_that_worked_once_has_not_failed_in_every_use(
+    bench: AtomicBench, chip: ScriptedSonar
+) -> None:
+    chip.echoes = [1.0, BusTimeout("scripted chip: silent")]
+    bench.put(50, start=1)
+    bench.run(1000)
+    assert len(bench.faults) > 2
+    assert sonar_of(bench).failed_uses() == 0
+
+
+def test_a_bring_up_that_failed_is_no_use(bench: AtomicBench, chip: ScriptedSonar) -> None:
+    chip.steps = [BusTimeout("scripted chip: silent")]
+    bench.run(1000)
+    assert len(bench.faults) > 2
+    assert sonar_of(bench).failed_uses() == 0

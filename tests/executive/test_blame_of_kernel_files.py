@@ -48,7 +48,7 @@ class FakeMachine:
     def __init__(self, root: Path, files: Mapping[str, str]) -> None:
         self._root = root
         self._counters = ThreadCounters(lay_out(root, files))
-        self.cpu_ns = 0
+        self.cpu_ns = self.other_threads_ns = 0
         self.usage = (0, 0, 0, 0)
         self.allowed = frozenset({1})
         self.continued = 0
@@ -69,6 +69,7 @@ class FakeMachine:
             cpu=1,
             continued=self.continued,
             is_fair=self.is_fair,
+            process_cpu_ns=self.cpu_ns + self.other_threads_ns,
         )
 
 
@@ -206,6 +207,12 @@ def model(loop: Loop) -> BlameRow:
     return loop.ran_long()
 
 
+def another_thread(loop: Loop) -> BlameRow:
+    loop.machine.usage = (0, 0, 3, 0)
+    loop.machine.other_threads_ns = 11 * MILLISECOND
+    return loop.woken_late()
+
+
 def asleep(loop: Loop) -> BlameRow:
     loop.sleep()
     return loop.ran_long()
@@ -242,6 +249,7 @@ HAPPENED: list[tuple[Cause, Callable[[Loop], BlameRow]]] = [
     (Cause.SUPPLY, supply),
     (Cause.CLOCK, clock),
     (Cause.MODEL, model),
+    (Cause.ANOTHER_THREAD, another_thread),
     (Cause.ASLEEP, asleep),
     (Cause.BETWEEN, between),
     (Cause.UNKNOWN, unknown),

@@ -57,6 +57,12 @@ RECORDED: list[tuple[Cause, Evidence]] = [
         structs.replace(LONG, cpu_ns=677_044, written_bytes=1_766_287, disks_ns=4 * MILLISECOND),
     ),
     (Cause.DISK, structs.replace(LONG, cpu_ns=677_044, disk_wait_ns=4 * MILLISECOND)),
+    (
+        Cause.ANOTHER_THREAD,
+        structs.replace(
+            LATE, of_ns=5_150_745, cpu_ns=496_498, voluntary=4, other_threads_ns=8_222_871
+        ),
+    ),
     (Cause.ASLEEP, structs.replace(LONG, cpu_ns=100_000)),
     (
         Cause.CLOCK,
@@ -113,6 +119,15 @@ def test_a_collection_that_lost_its_processor_is_not_blamed_for_that() -> None:
 def test_a_clock_that_stayed_makes_it_the_model() -> None:
     steady = structs.replace(LONG, cpu_ns=4_900_000, khz_before=600_000, khz=600_000)
     assert verdict(steady).cause is Cause.MODEL
+
+
+def test_another_thread_is_blamed_only_for_what_the_loop_slept_as_the_lock_makes_it() -> None:
+    waited = next(each for named, each in RECORDED if named is Cause.ANOTHER_THREAD)
+    assert named(waited, voluntary=1) is Cause.UNKNOWN
+    assert named(waited, other_threads_ns=2_000_000) is Cause.UNKNOWN
+    assert named(waited, of_ns=4_300_000) is Cause.UNKNOWN
+    assert named(waited, run_delay_ns=4_000_000) is Cause.PREEMPTED
+    assert named(waited, run_delay_ns=None) is Cause.UNKNOWN
 
 
 @pytest.mark.parametrize(

@@ -116,3 +116,32 @@ def test_a_device_that_cannot_say_whether_it_works_fails_the_run() -> None:
     outcome = run_of(Mute("imu"))
     assert outcome.state is RunState.FAILED
     assert "no answer" in outcome.reason
+
+
+class Doubtful(Sensor):
+    """Up at once; says of itself how many uses have failed, none of which was good."""
+
+    def __init__(self, name: str, failed: int, sentence: str = "no echo") -> None:
+        super().__init__(name, up_after=0, sentence=sentence)
+        self.failed = failed
+
+    def failed_uses(self) -> int:
+        return self.failed
+
+
+def test_one_that_came_up_and_failed_in_every_use_fails_the_run() -> None:
+    outcome = run_of(Doubtful("sonar", failed=86), Sensor("imu", up_after=0))
+    assert outcome.state is RunState.FAILED
+    assert outcome.reason == "sonar failed 86 of 86 times: no echo"
+
+
+def test_one_that_failed_twice_may_have_been_about_to_work() -> None:
+    assert run_of(Doubtful("sonar", failed=2)).state is RunState.ENDED
+
+
+def test_one_that_was_never_ready_is_said_to_be_that_alone() -> None:
+    sensor = Doubtful("sonar", failed=86)
+    sensor.up_after = NEVER
+    outcome = run_of(sensor)
+    assert "sonar was never ready: it is not up yet" in outcome.reason
+    assert "86" not in outcome.reason

@@ -101,6 +101,40 @@ def test_a_board_that_asks_for_it_is_armed_as_soon_as_all_checks_pass() -> None:
     assert rig.arming.armed
 
 
+def test_what_stands_in_the_way_is_said_at_once_and_when_it_changes_and_not_repeated() -> None:
+    rig = Rig(at_start=True)
+    turning = "imu is not calibrated yet (the robot moved: {} rad/s)"
+    in_the_way = [turning.format(0.31), turning.format(0.29), turning.format(-1.2), "no link", None]
+    for number, against in enumerate(in_the_way):
+        rig.against = against
+        for now in range(number * SECOND, (number + 1) * SECOND, 100 * MILLISECOND):
+            rig.arming.between_steps(now, 0)
+    assert rig.logged == [
+        "not armed yet: imu is not calibrated yet (the robot moved: 0.31 rad/s)",
+        "not armed yet: no link",
+        "armed",
+    ]
+
+
+def test_what_a_run_was_disarmed_for_is_not_said_twice() -> None:
+    rig = Rig(at_start=True)
+    rig.arming.between_steps(0, 0)
+    rig.against = "the controller has been silent for 0.6 s"
+    rig.arming.suspend("the controller has been silent for 0.5 s")
+    rig.arming.between_steps(0, 0)
+    assert rig.logged == ["armed", "disarmed: the controller has been silent for 0.5 s"]
+    rig.against = "imu has failed"
+    rig.arming.between_steps(SECOND, 0)
+    assert rig.logged[-1] == "not armed yet: imu has failed"
+
+
+def test_a_run_that_is_armed_on_request_says_nothing_until_then() -> None:
+    rig = Rig()
+    rig.against = "imu is not up yet"
+    rig.arming.between_steps(0, 0)
+    assert rig.logged == []
+
+
 @pytest.mark.parametrize("free", [False, True])
 def test_a_safe_state_that_came_while_it_started_keeps_it_disarmed_until_it_is_requested(
     *, free: bool
@@ -258,7 +292,8 @@ def test_a_pause_switches_off_and_arms_again_by_the_same_terms() -> None:
     rig.against = None
     rig.arming.between_steps(SECOND, 0)
     assert rig.arming.interlock()
-    assert rig.logged == ["armed", "disarmed: the run pauses", "armed"]
+    waits = "not armed yet: imu is not up yet"
+    assert rig.logged == ["armed", "disarmed: the run pauses", waits, "armed"]
 
 
 def test_a_pause_of_what_was_not_armed_switches_off_and_changes_nothing() -> None:

@@ -3,6 +3,7 @@
 import argparse
 from pathlib import Path
 
+from firmware_runtime.cli.after_virtual_run import say_if_last_run_was_virtual
 from firmware_runtime.cli.arguments import SubParsers, add_kept, add_verb, path_of
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.statistics.page.page import page
@@ -24,7 +25,9 @@ def add_to(verbs: SubParsers) -> None:
 def execute(arguments: argparse.Namespace) -> int:
     """Write the page and say where it is."""
     output: Path = arguments.output
-    statistics = read_statistics(path_of(arguments.kept))
+    path = path_of(arguments.kept)
+    statistics = read_statistics(path)
+    say_if_last_run_was_virtual(path, statistics)
     text = page(statistics, summary(statistics.figures()))
     try:
         output.write_text(text, encoding="utf-8")

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import msgspec
 
+from firmware_runtime.cli.after_virtual_run import say_if_last_run_was_virtual
 from firmware_runtime.cli.arguments import SubParsers, add_verb
 from firmware_runtime.cli.commands.perfetto import recording_beside_statistics, write_trace
 from firmware_runtime.errors import ConfigError
@@ -130,7 +131,9 @@ def _spelled(name: str) -> str:
 def _read(arguments: argparse.Namespace) -> Statistics:
     if arguments.merge is not None:
         return merged([read_statistics(path) for path in arguments.merge])
-    now = read_statistics(arguments.statistics or find_statistics(arguments.board))
+    path = arguments.statistics or find_statistics(arguments.board)
+    now = read_statistics(path)
+    say_if_last_run_was_virtual(path, now)
     return now if arguments.since is None else _since(now, arguments.since)
 
 

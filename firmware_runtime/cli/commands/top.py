@@ -10,6 +10,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from select import select
 
+from firmware_runtime.cli.after_virtual_run import say_if_last_run_was_virtual
 from firmware_runtime.cli.arguments import SubParsers, add_verb, positive
 from firmware_runtime.extras import module_of_extra
 from firmware_runtime.statistics.comparison import difference, same_run
@@ -45,7 +46,9 @@ def execute(arguments: argparse.Namespace) -> int:
     """Show it until q; once, where there is no terminal to show it in."""
     drawing = module_of_extra("firmware_runtime.statistics.top.screen", "top")
     console = module_of_extra("rich.console", "top").Console(highlight=False)
-    watched = Watched(arguments.statistics or find_statistics(arguments.board))
+    path = arguments.statistics or find_statistics(arguments.board)
+    watched = Watched(path)
+    say_if_last_run_was_virtual(path, watched.now)
     if not (sys.stdin.isatty() and console.is_terminal):
         console.print(drawing.screen(watched.now, watched.lately, console.size, paused=False))
         print("firmware-runtime: no terminal here, so this was shown once", file=sys.stderr)

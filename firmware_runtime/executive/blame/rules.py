@@ -35,6 +35,11 @@ SLOWER = 0.9
 """A clock at less than this of what it was has stepped down."""
 UNSEEN_NS = 3 * TICK_NS
 """A host or interrupts that delay a waking for so long are seen in their ticks."""
+LOCK_NS = 4_000_000
+"""A thread that computes keeps the interpreter's lock for 5 ms (`sys.getswitchinterval`), less what
+the counters may be off."""
+LOCK_SLEEPS = 2
+"""One that waits for it goes to sleep at once, and again after it has asked for it."""
 HELD_DOWN = 4
 """By what factor the firmware of a Raspberry Pi slows it at most: 2400 to 600 MHz."""
 
@@ -55,6 +60,7 @@ class Evidence(Struct, frozen=True, kw_only=True):
     in_step_ns: int = 0
     cpu_ns: int = 0
     usual_cpu_ns: int = 0
+    other_threads_ns: int = 0
     run_delay_ns: int | None = None
     throttled_ns: int | None = None
     throttlings: int | None = None
@@ -228,6 +234,18 @@ def _model(of: Evidence) -> int | None:
     return _running(of) - DEARER * (of.faults_ns or 0)
 
 
+def _another_thread(of: Evidence) -> int | None:
+    """What others of the process ran, of what this one slept waiting for the interpreter's lock.
+
+    That wait goes to sleep again when it is over time; a waking that comes late does not. A shorter
+    one, or one without that, may be the host's.
+    """
+    asleep = of.asleep_ns or 0
+    if of.voluntary < LOCK_SLEEPS or asleep < LOCK_NS or of.is_traced:
+        return 0
+    return min(_own(of, of.other_threads_ns), asleep)
+
+
 def _asleep(of: Evidence) -> int | None:
     """For nothing that is measured; where disks are not, and bytes moved, nothing follows."""
     if of.disks_ns is None and (_moved_bytes(of) or of.major_faults > 0):
@@ -259,6 +277,7 @@ RULES: tuple[tuple[Cause, Callable[[Evidence], int | None]], ...] = (
     (Cause.SUPPLY, _supply),
     (Cause.CLOCK, _clock),
     (Cause.MODEL, _model),
+    (Cause.ANOTHER_THREAD, _another_thread),
     (Cause.ASLEEP, _asleep),
     (Cause.BETWEEN, _between),
 )

@@ -21,9 +21,9 @@ WAKE_NS = 50_000
 """What it takes at most to wake up on a processor that is free; a good part of it on a virtual
 machine, whose processor sleeps, too."""
 _STATES = {"from_cpu", "to_cpu", "was_moved", "was_regrouped", "khz_before", "khz"}
-_KEPT = _STATES | {"continued", "throttled_ns", "throttlings", "disks_ns"}
+_KEPT = _STATES | {"continued", "throttled_ns", "throttlings", "disks_ns", "other_threads_ns"}
 """Fields that do not grow with the steps: states, what no run has in the usual way, and what others
-do with the disks, which is a bound and no evidence."""
+do with the disks and other threads compute, which is a bound and no evidence."""
 
 
 class Mark(NamedTuple):
