@@ -87,7 +87,7 @@ class Report:
     def _as_json(self, outcome: Outcome, figures: Figures) -> dict[str, Any]:
         # a run that is printed for people starts without
         from firmware_runtime.stages.document import of_one_process  # noqa: PLC0415
-        from firmware_runtime.statistics.trace_file import plain  # noqa: PLC0415
+        from firmware_runtime.statistics.json_values import plain  # noqa: PLC0415
 
         session = self._session
         outputs_on = self._asked(session.outputs)

@@ -21,7 +21,7 @@ from firmware_runtime.exports.typed_values import (
 )
 from firmware_runtime.recording.of_board import board_of
 from firmware_runtime.runs.rigs import rig_for, shown_by
-from firmware_runtime.statistics.trace_file import plain
+from firmware_runtime.statistics.json_values import plain
 
 Points = list[tuple[float, float]]
 

@@ -40,7 +40,7 @@ from firmware_runtime.exports.typed_values import (
 from firmware_runtime.extras import module_of_extra
 from firmware_runtime.hal.fault import Fault
 from firmware_runtime.statistics.dates import NO_DATES, Dates
-from firmware_runtime.statistics.trace_file import plain
+from firmware_runtime.statistics.json_values import plain
 
 LATE: Final = MILLISECOND
 """A step that begins so long after its instant has a marker."""

@@ -1,19 +1,11 @@
 """A trace as JSON lines, for other programs: `{"t_ns": ..., "port": "path.port", "value": ...}`.
 
-Numbers, texts, true, false and null are themselves; tuples, lists and numpy arrays are arrays;
-named tuples, dataclasses, structs and dictionaries are objects; a member of an enumeration is its
-name.
-JSON has no word for numbers that are not finite: they are the texts "nan", "inf" and "-inf".
-Anything else is the text that `str` makes of it.
+How a value is written, `json_values` says.
 """
 
-import math
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import fields, is_dataclass
-from enum import Enum
 from pathlib import Path
-from typing import Any
 
 import msgspec
 
@@ -21,6 +13,7 @@ from firmware_runtime.closing import Closing
 from firmware_runtime.devs.engine import Engine
 from firmware_runtime.devs.trace import trace
 from firmware_runtime.statistics.errors import TraceFileError, TraceNotWholeError
+from firmware_runtime.statistics.json_values import plain
 
 _encode = msgspec.json.Encoder().encode
 
@@ -63,38 +56,6 @@ class TraceFile(Closing):
                 f"{self._path}: the trace ends early ({self._failure.strerror}); expected room for "
                 "all of it; the run went on to its end"
             ) from self._failure
-
-
-def plain(value: object) -> Any:  # noqa: ANN401 -- whatever JSON can say
-    """The value in JSON's types."""
-    to_list = getattr(value, "tolist", None)  # numpy's types have it; numpy takes long to import
-    if to_list is not None:
-        value = to_list()
-    elif isinstance(value, Enum):
-        value = value.name
-    if isinstance(value, float):
-        return value if math.isfinite(value) else str(value)
-    if isinstance(value, int | str | None):
-        return value
-    named = _named(value)
-    if named is not None:
-        return {name: plain(each) for name, each in named}
-    if isinstance(value, tuple | list):
-        return [plain(each) for each in value]
-    return str(value)
-
-
-def _named(value: object) -> Iterable[tuple[str, object]] | None:
-    """Names and values of what becomes an object, else None."""
-    if isinstance(value, tuple) and hasattr(value, "_fields"):
-        return zip(value._fields, value, strict=True)
-    if is_dataclass(value) and not isinstance(value, type):
-        return ((field.name, getattr(value, field.name)) for field in fields(value))
-    if isinstance(value, msgspec.Struct):
-        return ((name, getattr(value, name)) for name in value.__struct_fields__)
-    if isinstance(value, dict):
-        return ((str(key), each) for key, each in value.items())
-    return None
 
 
 @contextmanager

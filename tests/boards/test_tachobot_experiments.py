@@ -68,7 +68,7 @@ def test_a_wave_waits_until_the_robot_is_ready(tmp_path: Path) -> None:
 def test_a_wave_that_the_outputs_never_followed_is_no_finding(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(square_wave, "watched_s", lambda _settings: 0.3)
+    monkeypatch.setattr(square_wave, "watched_s", lambda _settings: 0.9)
     words = ["--stage", "simulation", "-o", str(tmp_path / "out")]
     assert main(["experiment", "square-wave", "tachobot", *words]) == 2
     assert "the outputs never followed the wave" in capsys.readouterr().err

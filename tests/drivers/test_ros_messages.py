@@ -10,7 +10,7 @@ from drivers.chips.md25 import Md25Report
 from drivers.chips.mpu9250_burst import InertialSample
 from drivers.ros_messages import COMPASS, INERTIAL_SAMPLE, MD25_REPORT, SONAR, VELOCITY
 from firmware_runtime.board.ros.conventions import Convention, Fields
-from firmware_runtime.statistics.trace_file import plain
+from firmware_runtime.statistics.json_values import plain
 
 SAMPLE = InertialSample((0.1, 0.2, 9.8), (0.01, 0.02, 0.03), (2e-5, 0.0, -4e-5), 25.5, False)
 

@@ -23,7 +23,7 @@ from firmware_runtime.exports.ros_definitions import _FIELDS, definition_of
 from firmware_runtime.exports.typed_values import entered_in, sections_between, typed
 from firmware_runtime.runs.session import Session
 from firmware_runtime.statistics.dates import utc
-from firmware_runtime.statistics.trace_file import plain
+from firmware_runtime.statistics.json_values import plain
 from tests.support.recorded import record
 
 PARQUET: Any = import_module("pyarrow.parquet")

@@ -19,10 +19,10 @@ from firmware_runtime.recording.of_board import board_of
 from firmware_runtime.replay.verdict import WHOLE, Stretch
 from firmware_runtime.runs.session import Session
 from firmware_runtime.statistics.histogram import Histogram
+from firmware_runtime.statistics.json_values import plain
 from firmware_runtime.statistics.layout import STEP_HISTOGRAM, STEPS
 from firmware_runtime.statistics.reader import read_statistics
 from firmware_runtime.statistics.statistics import Statistics
-from firmware_runtime.statistics.trace_file import plain
 from tests.support.recorded import every_section, record
 
 Message = tuple[int, str, object]

@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from firmware_runtime.links.ports.datagrams import Refusal
 from firmware_runtime.links.ports.values import Read, reader_of
 from firmware_runtime.models.motion import Motion
-from firmware_runtime.statistics.trace_file import plain
+from firmware_runtime.statistics.json_values import plain
 
 
 class Gear(Enum):

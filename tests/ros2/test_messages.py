@@ -12,7 +12,7 @@ from firmware_runtime.board.ros.conventions import Convention, conventions
 from firmware_runtime.board.ros.plain_types import plain_convention
 from firmware_runtime.links.ros2.messages import message_of, stamp, stamp_of
 from firmware_runtime.models.motion import Motion
-from firmware_runtime.statistics.trace_file import plain
+from firmware_runtime.statistics.json_values import plain
 
 SAMPLE = InertialSample((0, 0.2, 9.8), (0.01, 0.02, 0.03), (2e-5, 0.0, -4e-5), 25, False)
 VALUES: dict[str, list[object]] = {

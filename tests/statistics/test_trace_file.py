@@ -11,7 +11,8 @@ import pytest
 from firmware_runtime.devs.simulator import Simulator
 from firmware_runtime.devs.trace import trace
 from firmware_runtime.statistics.errors import TraceFileError
-from firmware_runtime.statistics.trace_file import TraceFile, plain
+from firmware_runtime.statistics.json_values import plain
+from firmware_runtime.statistics.trace_file import TraceFile
 from tests.support.devs_models import Clock, top
 
 

@@ -20,7 +20,7 @@ from msgspec import Meta, Raw, Struct
 
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.errors import FirmwareRuntimeError
-from firmware_runtime.statistics.trace_file import plain
+from firmware_runtime.statistics.json_values import plain
 
 
 class Refusal(FirmwareRuntimeError):
