@@ -50,5 +50,6 @@ def _place_of_its_own(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None
     with pytest.MonkeyPatch.context() as patch:
         place = tmp_path_factory.mktemp("state")
         patch.setenv("FIRMWARE_RUNTIME_STATE_DIRECTORY", str(place))
+        patch.setenv("XDG_STATE_HOME", str(place / "kept"))
         patch.setenv("FIRMWARE_RUNTIME_SETTINGS_DIRECTORY", str(place / "no settings"))
         yield
