@@ -121,11 +121,11 @@ class Player:
 
     def take(self, section: Section) -> None:
         """Do what the run did in this section, and compare."""
+        self._sent.clear()
         play = self._PLAYS.get(section.kind)
         if play is None:
             return
         self.feed.load(section)
-        self._sent.clear()
         if self.failure is not None and section.kind is Kind.STEP:
             self._note_failure(section.at, NOTHING)
             self.failure = None

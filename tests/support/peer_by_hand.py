@@ -17,6 +17,7 @@ INERTIAL_SAMPLE = (
 PORTS = (
     "controller.forces Forces(f1:float,f2:float,f3:float,f4:float)",
     f"imu.sample {INERTIAL_SAMPLE}",
+    "thrust_pairs.applied Applied[NOTHING,PART,ALL]",
 )
 FORCES = 0
 
