@@ -305,7 +305,9 @@ class Session:
 
     def _arming(self, permission: Permission, commanders: Commanders | None) -> Arming:
         """What decides whether outputs may be driven."""
-        files = safe_state_files(self.board.name, self._statistics_path) if self.is_outside else []
+        files = (
+            [] if permission is FREE else safe_state_files(self.board.name, self._statistics_path)
+        )
         commanded: list[PrearmCheck] = []
         if self.linked is not None:
             commanded.append(self.linked.link.why_not)
