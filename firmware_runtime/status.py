@@ -33,3 +33,10 @@ class Status(IntEnum):
     """`replay`, `continuity`: no difference, but not everything could be compared."""
     INTERRUPTED = 130
     TERMINATED = 143
+
+    @classmethod
+    def of_comparison(cls, identical: bool | None) -> "Status":  # noqa: FBT001 -- a verdict
+        """The status of a comparison; None is one in which not everything could be compared."""
+        if identical is None:
+            return cls.NOT_ALL_COMPARED
+        return cls.OK if identical else cls.MODEL_ERROR

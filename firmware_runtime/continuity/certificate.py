@@ -53,9 +53,7 @@ class Certificate:
     @property
     def status(self) -> Status:
         """The exit status that says so."""
-        if self.is_identical is None:
-            return Status.NOT_ALL_COMPARED
-        return Status.OK if self.is_identical else Status.MODEL_ERROR
+        return Status.of_comparison(self.is_identical)
 
     @property
     def has_same_code(self) -> bool:

@@ -73,9 +73,7 @@ class Verdict:
     @property
     def status(self) -> Status:
         """The exit status that says so."""
-        if self.is_identical is None:
-            return Status.NOT_ALL_COMPARED
-        return Status.OK if self.is_identical else Status.MODEL_ERROR
+        return Status.of_comparison(self.is_identical)
 
     @property
     def in_words(self) -> str:

@@ -9,7 +9,7 @@ import io
 import random
 import sys
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import redirect_stderr, redirect_stdout
 from pathlib import Path
 from typing import Any
@@ -30,6 +30,7 @@ STRANGE: list[Any] = [
     *({"dict": [[{"list": []}, 1]]}, {"dict": [[float("nan"), 1]]}, {"int": ["9" * 4000]}),
     *({"array": ["<f8", [1 << 60], b""]}, {"array": ["|O", [1], bytes(8)]}, {"deque": [[], -1]}),
     *({"firmware_runtime.hal.fault:Fault": ["a", "b", 1]}, {"random": [3, b"", None]}, "\u20ac"),
+    *("a\nb", '"""', "\\", "../..", b"\xff" * 40, {"list": 3}, {"unknown": "x:y"}, {"a:b": [1]}),
 ]
 VERBS = [
     ["replay", "{}", "--json"],
@@ -41,12 +42,21 @@ VERBS = [
 ]
 
 
-def mutations(path: Path, seed: int) -> Iterator[bytes]:
+def deep(levels: int) -> msgspec.Raw:
+    """Lists in one another, deeper than an encoder goes."""
+    return msgspec.Raw(b"\x91" * levels + b"\x90")
+
+
+def mutations(path: Path, seed: int | str) -> Iterator[bytes]:
     """Files like the one at `path`, each with one section that is otherwise, or two."""
+    yield from mutated([each.contents for each in read_recording(path).chunks], seed)
+
+
+def mutated(chunks: Sequence[Sequence[bytes]], seed: int | str) -> Iterator[bytes]:
+    """Recordings like that of these chunks of sections, likewise."""
     chance = random.Random(seed)  # noqa: S311 -- to be repeated
-    chunks = read_recording(path).chunks
     while True:
-        contents = [list(each.contents) for each in chunks]
+        contents = [list(each) for each in chunks]
         for _ in range(chance.choice((1, 1, 2))):
             sections = chance.choice(contents)
             place = _place(sections, chance)
