@@ -10,6 +10,7 @@ from collections.abc import Mapping
 from typing import Final, Literal, TypeAlias
 
 from firmware_runtime.board.registry import Board
+from firmware_runtime.board.robot import Robot
 from firmware_runtime.devs.time import SECOND, seconds
 
 TIMEOUT_S: Final = 0.5
@@ -20,12 +21,11 @@ Inputs: TypeAlias = Mapping[str, float | Literal["hold"]]
 """By the name of an input port of the top model, its timeout in seconds, or `HOLD`."""
 
 
-def input_timeouts(board: Board) -> dict[str, int | None]:
-    """The timeout of each input port of the board's top model, ns; None where it holds.
+def input_timeouts(board: Board, robot: Robot) -> dict[str, int | None]:
+    """The timeout of each input port of the board's whole robot, ns; None where it holds.
 
-    A robot without outputs has none to switch off. Builds the robot on absent lines.
+    A robot without outputs has none to switch off.
     """
-    robot = board.unconnected()
     return {
         name: _timeout(board.inputs.get(name, TIMEOUT_S)) if robot.stop else None
         for name in robot.model.in_ports

@@ -44,12 +44,12 @@ class Permission(Struct, frozen=True):
     demand_guard: bool
     free: bool = False
     """Armed without checks and without a message: its outputs cannot hurt anyone."""
-    begun_at: int = field(default_factory=monotonic_ns)
+    begun_at: int | None = field(default_factory=monotonic_ns)
     """When the run was called for, ns of CLOCK_MONOTONIC: it does not arm itself after a
-    `safe-state` that came later."""
+    `safe-state` that came later. None where none can mean this run."""
 
 
-FREE = Permission(at_start=True, demand_guard=False, free=True)
+FREE = Permission(at_start=True, demand_guard=False, free=True, begun_at=None)
 """Of a run on doubles of its own, where outputs may have to go off all the same."""
 
 
@@ -118,7 +118,8 @@ class Arming:
         self._checks = (*commanded, *own)
         self._is_suspended = False
         self._begun_at = permission.begun_at
-        self._last_safe_state: Callable[[], int] | None = last_safe_state
+        """None once it was compared with the last `safe-state`, too."""
+        self._last_safe_state = last_safe_state
         self._epoch = 0
         self._acknowledged = 0
         self._try_at = 0
@@ -198,9 +199,9 @@ class Arming:
         self._notice()
         if self.armed:
             return
-        if self._last_safe_state is not None:
-            self._take_from_itself(self._last_safe_state())
-            self._last_safe_state = None
+        if self._begun_at is not None:
+            self._take_from_itself(self._begun_at, self._last_safe_state())
+            self._begun_at = None
         if (epoch := self._executive.cells[EPOCH]) != self._acknowledged:
             if self.is_wanted and (is_requested(epoch) or self._is_suspended):
                 self.is_wanted = self._is_suspended = False
@@ -217,12 +218,12 @@ class Arming:
 
     # ---------------------------------------------------------------------------------------------
 
-    def _take_from_itself(self, safe_state_at: int) -> None:
+    def _take_from_itself(self, begun_at: int, safe_state_at: int) -> None:
         """Take the right to drive for a `safe-state` that could not find this run yet.
 
         It may have been taken since, by one that could: the later instant counts.
         """
-        if safe_state_at > self._begun_at:
+        if safe_state_at > begun_at:
             cells = self._executive.cells
             cells[EPOCH] = -max(abs(cells[EPOCH]), safe_state_at)
 

@@ -1,7 +1,6 @@
 """A board's buses and ports, opened: the real ones, or those of its doubles."""
 
 from collections.abc import Callable
-from time import monotonic, sleep
 from typing import TYPE_CHECKING, Final, TypeVar
 
 from msgspec import Struct
@@ -21,6 +20,7 @@ from firmware_runtime.hal.line_time import NO_TIME, LineTime
 from firmware_runtime.hal.on_demand import open_i2c, open_serial
 from firmware_runtime.hal.retry import RetryPolicy
 from firmware_runtime.hal.serial import SerialPort
+from firmware_runtime.system.tried_again import tried_again
 
 if TYPE_CHECKING:  # safe-state has none, and is not to wait for what it imports
     from firmware_runtime.blackbox.recorder import Recorder
@@ -30,8 +30,6 @@ T = TypeVar("T")
 
 FREE_WITHIN_S: Final = 1.0
 """How long a run waits for a line that another process has."""
-AGAIN_S: Final = 0.02
-"""Between two attempts to open it."""
 
 
 def open_lines(
@@ -133,18 +131,11 @@ class _Opening(Struct, frozen=True):
 
 
 def soon_free(take: Callable[[], T]) -> T:
-    """What `take` opens; tried again for FREE_WITHIN_S while another process has it.
+    """What `take` opens, soon after another process let it go: a run's end takes a moment.
 
-    A run that has just ended lets its lines go a moment later. Raises BusInUse.
+    Raises BusInUse.
     """
-    give_up_at = monotonic() + FREE_WITHIN_S
-    while True:
-        try:
-            return take()
-        except BusInUse:
-            if monotonic() >= give_up_at:
-                raise
-        sleep(AGAIN_S)
+    return tried_again(take, (BusInUse,), FREE_WITHIN_S)
 
 
 def _enable_line(board: Board) -> EnableLine | None:

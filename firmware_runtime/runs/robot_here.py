@@ -1,14 +1,16 @@
 """The robot that runs in this process: the whole of a board, or one end of it."""
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from msgspec import Struct
 
 from firmware_runtime.board.ends import BoardEnd, other_end
+from firmware_runtime.board.inputs import input_timeouts
 from firmware_runtime.board.registry import Board
 from firmware_runtime.board.robot import Robot
 from firmware_runtime.board.robot_of_end import robot_of
 from firmware_runtime.devs.part import Part
+from firmware_runtime.devs.ports import InPort
 from firmware_runtime.runs.hardware import Hardware
 from firmware_runtime.runs.recorded_edge import RecordedEdge
 
@@ -22,6 +24,8 @@ class RobotHere(Struct, frozen=True):
     robot: Robot
     part: Part | None
     ports: "Ports | None"
+    timeouts: dict[InPort[Any], int]
+    """Of its input ports where silence is to be noticed, ns."""
 
 
 def robot_here(
@@ -37,12 +41,15 @@ def robot_here(
     ports = _ports_of(whole) if has_ports else None  # the world's own are none of them
     edge.own(whole.model)
     hardware.attach(whole)
-    if end is None:
-        return RobotHere(whole, None, ports)
-    robot, part = robot_of(end, whole)
-    if ports is not None:
+    timeouts = input_timeouts(board, whole)
+    robot, part = (whole, None) if end is None else robot_of(end, whole)
+    if ports is not None and end is not None and part is not None:
         ports = ports.of_part(part, other_end(board, end).name)
-    return RobotHere(robot, part, ports)
+    in_ports = robot.model.in_ports
+    here = {
+        in_ports[name]: ns for name, ns in timeouts.items() if ns is not None and name in in_ports
+    }
+    return RobotHere(robot, part, ports, here)
 
 
 def _ports_of(robot: Robot) -> "Ports":

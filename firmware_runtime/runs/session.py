@@ -11,14 +11,12 @@ from msgspec.structs import replace
 from firmware_runtime.blackbox.section import Kind
 from firmware_runtime.board.ending import Ending
 from firmware_runtime.board.ends import BoardEnd
-from firmware_runtime.board.inputs import input_timeouts
 from firmware_runtime.board.registry import Board
 from firmware_runtime.board.rig import Rig
-from firmware_runtime.devs.ports import OutPort
+from firmware_runtime.devs.ports import InPort, OutPort
 from firmware_runtime.executive.clocks import Clock
 from firmware_runtime.executive.executive import Executive
 from firmware_runtime.executive.outcome import Outcome
-from firmware_runtime.hal.interlock import always_enabled
 from firmware_runtime.runs.arming import FREE, Arming, Permission, PrearmCheck
 from firmware_runtime.runs.board_configuration import configuration_of
 from firmware_runtime.runs.commanders import Commanders
@@ -83,15 +81,13 @@ class Session:
         self._statistics_path = statistics_path
         self._held: list[Held] = []
         self._log = log
-        timeouts = {name: ns for name, ns in input_timeouts(board).items() if ns is not None}
-        # From here on the robot is built once, and draws what its replay will draw.
         self._edge = RecordedEdge(board, clock, recording, log)
         self.recorder = recorder = self._edge.recorder
         self.has_hardware = is_here = end is None or end.has_hardware
-        permission = permission or (FREE if is_here and timeouts else None)
-        interlock = always_enabled if permission is None else self._may_drive
+        self._is_unsupervised = permission is None
+        self.arming: Arming | None = None
         self.hardware = Hardware(
-            board, clock, doubles, interlock, is_here=is_here, recorder=recorder
+            board, clock, doubles, self._may_drive, is_here=is_here, recorder=recorder
         )
         self.world_now = self.hardware.world_now
         self._off = SwitchingOff(board, self.hardware, self._edge, statistics_path)
@@ -102,6 +98,8 @@ class Session:
             is_served = has_ports(statistics_path, clock)
             here = robot_here(board, self.hardware, end, self._edge, has_ports=is_served)
             self.robot, self.part = here.robot, here.part
+            if permission is None and is_here and here.timeouts:
+                permission = FREE
             blocks = dover_blocks(self.robot.model, clock)
             is_armed = permission is None and is_here
             self.executive = self._executive(clock, is_armed=is_armed, has_link=link is not None)
@@ -111,8 +109,9 @@ class Session:
             self._hold(self.dover)
             self.ending: Ending | None = None
             self.linked = None if link is None else self._linked(link)
-            commanders = self._commanders(timeouts)
-            self.arming = None if permission is None else self._arming(permission, commanders)
+            commanders = self._commanders(here.timeouts)
+            if permission is not None:
+                self.arming = self._arming(permission, commanders)
             self.tuning = tuning_of(board, end, self._retune)
             where = statistics_path, self.executive, here.ports
             self._hold(serve(*where, arming=self.arming, tuning=self.tuning, log=log))
@@ -282,16 +281,15 @@ class Session:
         return linked
 
     def _may_drive(self) -> bool:
-        """Output interlock of a run that may not drive of itself."""
-        return self.arming is not None and self.arming.interlock()
+        """Output interlock: a run that needs no permission may, any other as its arming says."""
+        arming = self.arming
+        return self._is_unsupervised if arming is None else arming.interlock()
 
-    def _commanders(self, timeouts: Mapping[str, int]) -> Commanders | None:
+    def _commanders(self, timeouts: Mapping[InPort[Any], int]) -> Commanders | None:
         """What notices that a command from outside comes no more; None where none can come."""
-        ports = self.robot.model.in_ports
-        here = {ports[name]: timeout for name, timeout in timeouts.items() if name in ports}
-        if not here:
+        if not timeouts:
             return None
-        found = Commanders(self.executive, here, self._suspend)
+        found = Commanders(self.executive, timeouts, self._suspend)
         if self.linked is not None and not self.has_hardware:
             self.linked.link.why_silent = found.why_silent
         return found
@@ -305,9 +303,7 @@ class Session:
 
     def _arming(self, permission: Permission, commanders: Commanders | None) -> Arming:
         """What decides whether outputs may be driven."""
-        files = (
-            [] if permission is FREE else safe_state_files(self.board.name, self._statistics_path)
-        )
+        files = safe_state_files(self.board.name, self._statistics_path)
         commanded: list[PrearmCheck] = []
         if self.linked is not None:
             commanded.append(self.linked.link.why_not)

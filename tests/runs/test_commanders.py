@@ -94,8 +94,9 @@ def test_each_port_has_its_own_timeout_and_the_first_silence_counts() -> None:
 
 def test_what_a_silence_does_is_said_of_every_port() -> None:
     board = registry.load("tachobot")
-    assert input_timeouts(board) == {PORT: None}
+    robot = board.unconnected()
+    assert input_timeouts(board, robot) == {PORT: None}
     assert described(PORT, None) == "input yaw_reference: holds its last value"
-    assert input_timeouts(replace(board, inputs={})) == {PORT: HALF_S}
+    assert input_timeouts(replace(board, inputs={}), robot) == {PORT: HALF_S}
     expected = "input yaw_reference: outputs are off 0.5 s after its last value"
     assert described(PORT, HALF_S) == expected

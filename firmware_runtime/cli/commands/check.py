@@ -29,7 +29,8 @@ def execute(arguments: argparse.Namespace) -> int:
     board = chosen_board(arguments.board, arguments.assignments)
     _put_together(board)
     lines = board.absent_lines()
-    unkept = why_unkeepable(board.build(lines), lines)
+    robot = board.build(lines)
+    unkept = why_unkeepable(robot, lines)
     check_ends(board)
     topics = topics_of(board)
     warnings = [*board.warnings, *named_in_vain(board)]
@@ -41,7 +42,7 @@ def execute(arguments: argparse.Namespace) -> int:
         recurring = dict.fromkeys((each.what, each.period_ns) for each in load.transactions)
         for what, period_ns in recurring:
             print(f"    {what} every {period_ns / 1e6:g} ms")
-    for name, timeout in input_timeouts(board).items():
+    for name, timeout in input_timeouts(board, robot).items():
         print(f"  {described(name, timeout)}")
     print(f"  recording: {_recording(board)}")
     counts = f"{len(topics.publications)} published, {len(topics.subscriptions)} taken"

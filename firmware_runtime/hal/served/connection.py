@@ -5,7 +5,6 @@ import weakref
 from fcntl import LOCK_EX, LOCK_NB, flock
 from pathlib import Path
 from socket import AF_UNIX, SOCK_SEQPACKET, socket
-from time import monotonic, sleep
 from typing import BinaryIO, Final
 
 from msgspec import MsgspecError
@@ -20,12 +19,10 @@ from firmware_runtime.hal.served.packets import (
     encode,
     read_answer,
 )
+from firmware_runtime.system.tried_again import tried_again
 
 ANSWER_S: Final = 1.0
 """How long an answer may take; doubles need less than a millisecond, a busy machine more."""
-
-POLL_S: Final = 0.02
-"""Between two attempts to connect to a server that does not listen yet."""
 
 
 def lock_of(path: Path) -> Path:
@@ -126,27 +123,29 @@ class Connection:
 
 def _connected(path: Path, answer_s: float, wait_s: float) -> socket:
     """A socket that is connected to the server at a path. Raises BusAbsent."""
-    give_up_at = monotonic() + wait_s
-    while True:
-        connection = socket(AF_UNIX, SOCK_SEQPACKET)
-        connection.settimeout(answer_s)
-        try:
-            connection.connect(str(path))
-        except OSError as error:
-            connection.close()
-            if isinstance(error, FileNotFoundError | ConnectionRefusedError) and (
-                monotonic() < give_up_at
-            ):
-                sleep(POLL_S)
-                continue
-            raise BusAbsent(
-                f"{path}: no doubles are served here ({error.strerror or error}); expected "
-                f"`firmware-runtime doubles serve BOARD --socket {path}` to run"
-            ) from error
-        if (user := peer_of(connection).user) not in trusted_users(path.parent):
-            connection.close()
-            raise BusAbsent(
-                f"{path}: user {user} serves here, and so may anybody; expected doubles of root, "
-                "of this user, or of the user to whom the folder belongs"
-            )
-        return connection
+    not_yet = FileNotFoundError, ConnectionRefusedError
+    try:
+        connection = tried_again(lambda: _connected_at_once(path, answer_s), not_yet, wait_s)
+    except OSError as error:
+        raise BusAbsent(
+            f"{path}: no doubles are served here ({error.strerror or error}); expected "
+            f"`firmware-runtime doubles serve BOARD --socket {path}` to run"
+        ) from error
+    if (user := peer_of(connection).user) not in trusted_users(path.parent):
+        connection.close()
+        raise BusAbsent(
+            f"{path}: user {user} serves here, and so may anybody; expected doubles of root, "
+            "of this user, or of the user to whom the folder belongs"
+        )
+    return connection
+
+
+def _connected_at_once(path: Path, answer_s: float) -> socket:
+    connection = socket(AF_UNIX, SOCK_SEQPACKET)
+    connection.settimeout(answer_s)
+    try:
+        connection.connect(str(path))
+    except OSError:
+        connection.close()
+        raise
+    return connection
