@@ -22,20 +22,9 @@ from firmware_runtime.statistics.errors import StatisticsFileError
 from firmware_runtime.statistics.file import STATISTICS
 from firmware_runtime.statistics.paths import default_path, find_statistics
 from firmware_runtime.status import Status
-from tests.support.mutated import deep, mutated
+from tests.support.mutated import VERBS, deep
 from tests.support.recorded import in_chunks, record
 
-SEEDS = 6
-VERBS: dict[str, Callable[[Path, Path], list[object]]] = {
-    "replay": lambda path, _: ["replay", path, "--json"],
-    "what if": lambda path, _: ["replay", path, "--set", "recording.minutes=1"],
-    "as-test": lambda path, folder: ["replay", path, "--as-test", folder / "test_it.py"],
-    "recordings": lambda path, _: ["recordings", "--in", path.parent],
-    "recover": lambda path, folder: ["recordings", "recover", path, "-o", folder / "saved"],
-    "csv": lambda path, folder: ["export", path, "-o", folder / "x.csv"],
-    "mcap": lambda path, folder: ["export", path, "-o", folder / "x.mcap"],
-    "debug": lambda path, _: ["debug", path, "--until", "0 > 1"],
-}
 STRANGER = 54321
 """A user who is neither this one nor root nor the service's."""
 
@@ -45,22 +34,6 @@ def whole(tmp_path_factory: pytest.TempPathFactory) -> list[list[bytes]]:
     """Some chunks of a few sections each."""
     path = record(tmp_path_factory.mktemp("recordings") / "run.recording", "detective", 0.05)
     return [each.contents for each in recording_in(in_chunks(path, 20), path).chunks]
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("verb", VERBS)
-def test_of_what_no_run_has_written_there_is_a_sentence_whatever_its_checksums_say(
-    command: Callable[..., Any], tmp_path: Path, whole: list[list[bytes]], verb: str
-) -> None:
-    path = tmp_path / "hostile" / "x.recording"
-    path.parent.mkdir()
-    for seed in range(SEEDS):
-        path.write_bytes(next(mutated(whole, f"{verb} {seed}")))
-        ended = command(*VERBS[verb](path, tmp_path))
-        assert ended.status in {0, 1, 2, 6, Status.NOT_ALL_COMPARED}, seed
-        assert "Traceback" not in ended.error
-        for test in tmp_path.glob("test_it.*"):
-            test.unlink()
 
 
 def changed(whole: Sequence[Sequence[bytes]], kind: Kind, field: int, value: object) -> bytes:

@@ -2,14 +2,20 @@
 
     python -m tests.support.mutated FILE.recording COUNT [SEED]
 
-runs COUNT of them through the verbs that read a recording, by hand: it prints what is wrong.
+runs COUNT of them through the verbs that read a recording, in turns, on a stack of 1 MiB and within
+1 GiB of memory. It prints what is wrong, keeps that recording beside FILE, and counts what became
+of the others by exit status.
 """
 
 import io
+import itertools
 import random
+import resource
 import sys
 import tempfile
-from collections.abc import Iterator, Sequence
+import threading
+from collections import Counter
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import redirect_stderr, redirect_stdout
 from pathlib import Path
 from typing import Any
@@ -21,6 +27,7 @@ from firmware_runtime.blackbox.reader import read_recording
 from firmware_runtime.blackbox.section import Kind
 from firmware_runtime.cli.main import main
 from firmware_runtime.recording.values import pack, unpack
+from firmware_runtime.status import Status
 
 _KEYFRAME = Kind.KEYFRAME.value
 STRANGE: list[Any] = [
@@ -32,14 +39,20 @@ STRANGE: list[Any] = [
     *({"firmware_runtime.hal.fault:Fault": ["a", "b", 1]}, {"random": [3, b"", None]}, "\u20ac"),
     *("a\nb", '"""', "\\", "../..", b"\xff" * 40, {"list": 3}, {"unknown": "x:y"}, {"a:b": [1]}),
 ]
-VERBS = [
-    ["replay", "{}", "--json"],
-    ["replay", "{}", "--from", "0.2"],
-    ["replay", "{}", "--set", "controller.yaw.kp=1"],
-    ["debug", "{}", "--at", "0.25", "--print", "controller", "--json"],
-    ["export", "{}", "-o", "{}.csv"],
-    ["replay", "{}", "--as-test", "{}.py", "--from", "0.1", "--until", "0.2"],
-]
+VERBS: dict[str, Callable[[Path, Path], list[object]]] = {
+    "replay": lambda path, _: ["replay", path, "--json"],
+    "later": lambda path, _: ["replay", path, "--from", "0.2"],
+    "what if": lambda path, _: ["replay", path, "--set", "recording.minutes=1"],
+    "as-test": lambda path, folder: ["replay", path, "--as-test", folder / "test_it.py"],
+    "recordings": lambda path, _: ["recordings", "--in", path.parent],
+    "recover": lambda path, folder: ["recordings", "recover", path, "-o", folder / "saved"],
+    "csv": lambda path, folder: ["export", path, "-o", folder / "x.csv"],
+    "mcap": lambda path, folder: ["export", path, "-o", folder / "x.mcap"],
+    "debug": lambda path, _: ["debug", path, "--until", "0 > 1"],
+}
+"""What reads a recording, by what it is for: with the path of one, and a folder to write in."""
+EXPECTED = frozenset({0, 1, 2, Status.NOTHING_HAPPENED, Status.NOT_ALL_COMPARED})
+LIMITS = {resource.RLIMIT_STACK: 1 << 20, resource.RLIMIT_AS: 1 << 30}
 
 
 def deep(levels: int) -> msgspec.Raw:
@@ -112,39 +125,75 @@ def _change_in(tree: Any, chance: random.Random) -> None:  # noqa: ANN401 -- of 
         return
 
 
-def said(verb: list[str], path: Path) -> tuple[int | None, str]:
-    """Exit status and what is said on standard error, of a verb on a recording."""
+def said(verb: str, path: Path, folder: Path) -> tuple[int, str]:
+    """Exit status and what is said on standard error, of a verb on a recording.
+
+    What it writes into the folder is not left there.
+    """
     out, errors = io.StringIO(), io.StringIO()
     with redirect_stdout(out), redirect_stderr(errors):
         try:
-            status = main([each.format(path) for each in verb])
+            status = main([str(each) for each in VERBS[verb](path, folder)])
         except SystemExit as error:
             status = error.code if isinstance(error.code, int) else 1
+    for written in folder.iterdir():
+        written.unlink()
     return status, errors.getvalue()
 
 
-def fault_of(verb: list[str], path: Path) -> str | None:
+def fault_of(verb: str, path: Path, folder: Path) -> str | None:
     """What is wrong with how a verb takes a recording; None if it is right."""
+    return _taken(verb, path, folder)[1]
+
+
+def _taken(verb: str, path: Path, folder: Path) -> tuple[int | None, str | None]:
+    """The exit status, and what is wrong."""
     try:
-        _, errors = said(verb, path)
+        status, errors = said(verb, path, folder)
     except BaseException as error:  # noqa: BLE001 -- nothing may come through
-        return f"{verb[0]}: {type(error).__name__}: {error}"
-    return f"{verb[0]}: {errors[-400:]}" if "Traceback" in errors else None
+        return None, f"{verb}: {type(error).__name__}: {error}"
+    if status not in EXPECTED:
+        return status, f"{verb}: exit status {status}: {errors[-400:]}"
+    return status, f"{verb}: {errors[-400:]}" if "Traceback" in errors else None
 
 
 def _by_hand(path: Path, count: int, seed: int) -> int:
-    wrong = 0
-    with tempfile.TemporaryDirectory() as folder:
-        file = Path(folder) / "mutated.recording"
-        for number, content in zip(range(count), mutations(path, seed), strict=False):
+    threading.stack_size(LIMITS[resource.RLIMIT_STACK])
+    wrong: list[str] = []
+    thread = threading.Thread(target=lambda: wrong.extend(_wrong(path, count, seed)))
+    thread.start()
+    thread.join()
+    return len(wrong)
+
+
+def _wrong(path: Path, count: int, seed: int) -> Iterator[str]:
+    """What is wrong of so many, said at once; the end says what became of the others."""
+    ended: Counter[tuple[str, int | None]] = Counter()
+    verbs = itertools.cycle(VERBS)
+    with tempfile.TemporaryDirectory() as name:
+        file, folder = Path(name, "recordings", "x.recording"), Path(name, "written")
+        file.parent.mkdir()
+        folder.mkdir()
+        for number, (content, verb) in enumerate(zip(mutations(path, seed), verbs, strict=False)):
+            if number == count:
+                break
             file.write_bytes(content)
-            if (fault := fault_of(VERBS[number % len(VERBS)], file)) is not None:
-                wrong += 1
+            status, fault = _taken(verb, file, folder)
+            ended[verb, status] += 1
+            if fault is not None:
                 sys.stdout.write(f"mutation {number}: {fault}\n")
                 (path.parent / f"wrong-{seed}-{number}.recording").write_bytes(content)
-    sys.stdout.write(f"{count} mutations, {wrong} wrong\n")
-    return wrong
+                yield fault
+            if number % 10_000 == 9_999:
+                sys.stdout.write(f"{number + 1} of {count}\n")
+                sys.stdout.flush()
+    for (verb, status), times in sorted(ended.items(), key=str):
+        sys.stdout.write(f"{verb}: exit status {status}: {times}\n")
 
 
 if __name__ == "__main__":
-    raise SystemExit(_by_hand(Path(sys.argv[1]), int(sys.argv[2]), int((*sys.argv, "1")[3])) > 0)
+    for limit, most in LIMITS.items():
+        resource.setrlimit(limit, (most, most))
+    found = _by_hand(Path(sys.argv[1]), int(sys.argv[2]), int((*sys.argv, "1")[3]))
+    sys.stdout.write(f"{sys.argv[2]} mutations, {found} wrong\n")
+    raise SystemExit(found > 0)
