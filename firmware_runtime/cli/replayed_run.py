@@ -11,11 +11,11 @@ from firmware_runtime.blackbox.reader import Recording, read_recording
 from firmware_runtime.blackbox.section import Section
 from firmware_runtime.cli.own_terminal import OwnTerminal
 from firmware_runtime.closing import Closing
-from firmware_runtime.devs.time import SECOND, format_time
+from firmware_runtime.devs.time import SECOND
 from firmware_runtime.recording.chance import UNKEPT
 from firmware_runtime.recording.of_board import board_of
 from firmware_runtime.recording.versions import versions_said
-from firmware_runtime.replay.difference import Difference
+from firmware_runtime.replay.difference import Difference, in_lines
 from firmware_runtime.replay.verdict import NOTHING_AGAIN, Stretch, Verdict, replay
 from firmware_runtime.statistics.dates import NO_DATES, Dates
 
@@ -76,7 +76,7 @@ class Shown(Closing):
 def _as_json(recording: Recording, verdict: Verdict, spent: int) -> dict[str, object]:
     header = recording.header
     return {
-        **verdict.as_json(),
+        **verdict.as_json(recording.dates()),
         "run": header.run,
         "board": header.board,
         "role": header.role,
@@ -127,8 +127,4 @@ def _notes(verdict: Verdict) -> Iterator[str]:
 
 def difference_in_words(difference: Difference, dates: Dates = NO_DATES) -> Iterator[str]:
     """When, where, and both values."""
-    said = difference.as_json()
-    at = f"{format_time(difference.at)}{dates.said(difference.at)}"
-    yield f"  at {at}, {difference.what} of {difference.where}"
-    yield f"    recorded: {json.dumps(said['recorded'])}"
-    yield f"    replayed: {json.dumps(said['replayed'])}"
+    yield from (f"  {line}" for line in in_lines(difference.as_json(dates)))

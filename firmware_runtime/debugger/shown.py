@@ -17,26 +17,30 @@ _LONGEST: Final = 200
 def where_json(debugger: Debugger, reason: str) -> dict[str, Any]:
     """Where it is."""
     event, first = debugger.event, debugger.travel.player.first
+    dates = debugger.travel.dates
     return {
         "t_ns": debugger.at,
         "t_s": debugger.at / SECOND,
+        **dates.as_json(debugger.at),
         "reason": reason,
         "event": debugger.place.event,
         "model": None if event is None else event.path,
         "function": None if event is None else event.function,
-        "first_difference": None if first is None else first.as_json(),
+        "first_difference": None if first is None else first.as_json(dates),
     }
 
 
 def where_text(debugger: Debugger, reason: str) -> Iterator[str]:
     """The same in words."""
     place, first = debugger.place, debugger.travel.player.first
+    dates = debugger.travel.dates
     event = f", event {place.event} of the instant" if place.event else ""
-    yield f"at {format_time(debugger.at)}{event}: {reason}"
+    yield f"at {format_time(debugger.at)}{dates.said(debugger.at)}{event}: {reason}"
     if not place.event and (due := debugger.travel.player.simulator.next_at) < NEVER:
         yield f"  next internal event at {format_time(due)}"
     if first is not None:
-        yield f"  not as recorded: {first.what} of {first.where}, since {format_time(first.at)}"
+        since = f"{format_time(first.at)}{dates.said(first.at)}"
+        yield f"  not as recorded: {first.what} of {first.where}, since {since}"
 
 
 def printed_json(debugger: Debugger, path: str) -> dict[str, Any]:

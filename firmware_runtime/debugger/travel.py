@@ -28,6 +28,7 @@ class Travel:
     def __init__(self, recording: Recording, board: Board, at: int | None) -> None:
         segment = _segment(recording, at)
         self._recording, self._board = recording, board
+        self.dates = recording.dates()
         self._contents = [each for each in segment.contents if kind_of(each) != Kind.HEADER]
         self._starts = self._starts_of()
         self._states: dict[int, tuple[int, bytes, dict[str, Any]]] = {}

@@ -1,10 +1,13 @@
 """A difference between a run and its replay: when, which model, what of it, both values."""
 
-from collections.abc import Collection
+import json
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any, Final
 
+from firmware_runtime.devs.time import format_time
 from firmware_runtime.recording.values import numbers_in
+from firmware_runtime.statistics.dates import NO_DATES, Dates, local_of
 
 NOTHING: Final = "nothing"
 
@@ -28,16 +31,29 @@ class Difference:
         """Model and field."""
         return where_of(self.model, self.field)
 
-    def as_json(self) -> dict[str, Any]:
-        """For a program; floats that JSON has no word for are texts."""
+    def as_json(self, dates: Dates = NO_DATES) -> dict[str, Any]:
+        """For a program, with its date in UTC if that is known.
+
+        Floats that JSON has no word for are texts.
+        """
         return {
             "t_ns": self.at,
+            **dates.as_json(self.at),
             "what": self.what,
             "model": self.model,
             "field": self.field,
             "recorded": shown(numbers_in(self.recorded)),
             "replayed": shown(numbers_in(self.replayed)),
         }
+
+
+def in_lines(difference: Mapping[str, Any]) -> Iterator[str]:
+    """When, where, and both values, of a difference as JSON has it."""
+    date = f" ({local_of(difference['date'])})" if "date" in difference else ""
+    where = where_of(difference["model"], difference["field"])
+    yield f"at {format_time(difference['t_ns'])}{date}, {difference['what']} of {where}"
+    yield f"  recorded: {json.dumps(difference['recorded'])}"
+    yield f"  replayed: {json.dumps(difference['replayed'])}"
 
 
 def where_of(model: str, field: str) -> str:

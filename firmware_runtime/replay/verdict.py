@@ -14,6 +14,7 @@ from firmware_runtime.recording.chance import places
 from firmware_runtime.recording.versions import changed_versions
 from firmware_runtime.replay.difference import Difference
 from firmware_runtime.replay.player import Player
+from firmware_runtime.statistics.dates import NO_DATES, Dates
 from firmware_runtime.status import Status
 
 NOT_ALL: Final = "not all of it was compared"
@@ -130,7 +131,7 @@ class Verdict:
         self.end = player.end
         self.faults += [] if player.missing is None else [player.missing]
 
-    def as_json(self) -> dict[str, Any]:
+    def as_json(self, dates: Dates = NO_DATES) -> dict[str, Any]:
         """For a program."""
         return {
             "identical": self.is_identical,
@@ -141,7 +142,7 @@ class Verdict:
             "played_back": self.played_back,
             "not_compared": self.not_compared,
             "duration_s": self.duration / SECOND,
-            "first_difference": None if self.first is None else self.first.as_json(),
+            "first_difference": None if self.first is None else self.first.as_json(dates),
             "differences": self.differences,
             "unknown": self.unknown,
             "states_not_compared": self.uncompared,

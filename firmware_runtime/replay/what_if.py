@@ -15,6 +15,7 @@ from firmware_runtime.recording.versions import changed_versions
 from firmware_runtime.replay.open_player import Change, OpenPlayer
 from firmware_runtime.replay.outputs import Curves, OutputDifference, Outputs
 from firmware_runtime.replay.verdict import WHOLE, Stretch, began_earlier, segments_of, stretch_of
+from firmware_runtime.statistics.dates import Dates
 
 
 class WhatIf(Struct):
@@ -74,11 +75,12 @@ def what_if(
         began_earlier=began_earlier(recording, segments, stretch.begin),
     )
     structure: Counter[str] = Counter()
+    dates = recording.dates()
     for segment in segments:
         sections = segment.from_instant(stretch.begin).sections()
         player = OpenPlayer(recording.header, change, first := next(sections), outputs)
         found.failure = _played(player, stretch_of(sections, stretch.until), before)
-        _add(found, player, first.at)
+        _add(found, player, first.at, dates)
         structure += player.structure
         if found.failure is not None:
             break
@@ -103,7 +105,7 @@ def _played(
     return None
 
 
-def _add(found: WhatIf, player: OpenPlayer, begin: int) -> None:
+def _add(found: WhatIf, player: OpenPlayer, begin: int, dates: Dates) -> None:
     found.events += player.events
     found.steps += player.steps
     found.duration_s += max(0, player.at - begin) / SECOND
@@ -111,7 +113,7 @@ def _add(found: WhatIf, player: OpenPlayer, begin: int) -> None:
     found.not_compared += player.values.not_compared()
     found.faults += [] if player.missing is None else [player.missing]
     if found.first_difference is None and player.first is not None:
-        found.first_difference = player.first.as_json()
+        found.first_difference = player.first.as_json(dates)
 
 
 def most_different(found: WhatIf, count: int) -> Sequence[str]:

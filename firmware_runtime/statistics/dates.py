@@ -51,6 +51,11 @@ class Dates:
         date = self.of(at)
         return "" if date is None else f" ({local(date)})"
 
+    def as_json(self, at: int) -> dict[str, str]:
+        """The date of an instant in UTC, as an entry of an object; none where it is not known."""
+        date = self.of(at)
+        return {} if date is None else {"date": utc(date)}
+
 
 NO_DATES: Final = Dates(None, (), 1.0)
 
@@ -65,6 +70,13 @@ def local(date: int) -> str:
     """A date for people: local time, to the millisecond, with its offset."""
     here = datetime.fromtimestamp(date // SECOND, UTC).astimezone()
     return f"{here:%Y-%m-%d %H:%M:%S}.{date % SECOND // MILLISECOND:03d}{here:%z}"
+
+
+def local_of(said: str) -> str:
+    """What `utc` said, for people."""
+    whole, nanoseconds = said.removesuffix("Z").split(".")
+    date = datetime.fromisoformat(f"{whole}+00:00")
+    return local(round(date.timestamp()) * SECOND + int(nanoseconds))
 
 
 def as_json(pairs: Sequence[Pair]) -> list[dict[str, object]]:

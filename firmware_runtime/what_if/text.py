@@ -1,13 +1,11 @@
 """What was found, as lines for a terminal."""
 
-import json
 from collections.abc import Iterator, Mapping, Sequence
 from itertools import islice
-from typing import Any, Final
+from typing import Final
 
-from firmware_runtime.devs.time import format_time
 from firmware_runtime.recording.versions import versions_said
-from firmware_runtime.replay.difference import where_of
+from firmware_runtime.replay.difference import in_lines
 from firmware_runtime.replay.outputs import OutputDifference
 from firmware_runtime.replay.what_if import WhatIf
 
@@ -32,7 +30,8 @@ def what_if_text(found: WhatIf, changed: str) -> Iterator[str]:
     for what, count in found.structure.items():
         yield f"  {count} {what}"
     if found.first_difference is not None:
-        yield from _first(found.first_difference)
+        first, *values = in_lines(found.first_difference)
+        yield from (f"  first {first}", *(f"  {each}" for each in values))
     yield f"  {found.steps} steps, {found.duration_s:.3f} s of the run"
     if found.began_earlier is not None:
         yield f"  {found.began_earlier}"
@@ -67,11 +66,3 @@ def _row(name: str, found: OutputDifference) -> Sequence[str]:
 def number(value: float | None) -> str:
     """A figure, four digits of it."""
     return "-" if value is None else f"{value:.4g}"
-
-
-def _first(difference: Mapping[str, Any]) -> Iterator[str]:
-    where = where_of(difference["model"], difference["field"])
-    at = format_time(difference["t_ns"])
-    yield f"  first at {at}, {difference['what']} of {where}"
-    yield f"    recorded: {json.dumps(difference['recorded'])}"
-    yield f"    replayed: {json.dumps(difference['replayed'])}"

@@ -105,6 +105,7 @@ def test_events_go_forwards_and_backwards(debug: Debug) -> None:
     assert [each["event"] for each in (first, second, third)] == [1, 2, 3]
     assert (first["model"], first["function"]) == ("imu", "output")
     assert first["t_ns"] > begin["t_ns"]
+    assert first["date"] > begin["date"] > "2026"
     assert {**back, "reason": ""} == {**second, "reason": ""}
     assert (start["t_ns"], start["event"]) == (begin["t_ns"], 0)
     assert earlier["t_ns"] == start["t_ns"]

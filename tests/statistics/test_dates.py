@@ -12,7 +12,7 @@ from firmware_runtime.board.in_force import board_in_force
 from firmware_runtime.devs.time import MILLISECOND, SECOND
 from firmware_runtime.executive.clocks import MonotonicClock
 from firmware_runtime.runs.session import Session
-from firmware_runtime.statistics.dates import STEP, Dates, local, utc
+from firmware_runtime.statistics.dates import NO_DATES, STEP, Dates, local, local_of, utc
 from firmware_runtime.statistics.reader import read_statistics
 
 HOUR = 3600 * SECOND
@@ -31,6 +31,13 @@ def test_a_clock_that_is_set_counts_from_there_on() -> None:
     assert dates.of(4 * SECOND) == DATE + 4 * SECOND
     assert dates.of(6 * SECOND) == DATE + 6 * SECOND + HOUR
     assert dates.of(10 * SECOND) == DATE + 10 * SECOND
+
+
+def test_what_a_program_was_told_can_be_said_to_people() -> None:
+    dates = Dates(DATE, [], 1.0)
+    assert dates.as_json(SECOND) == {"date": utc(DATE + SECOND)}
+    assert local_of(utc(DATE)) == local(DATE)
+    assert NO_DATES.as_json(SECOND) == {}
 
 
 @pytest.mark.parametrize(("speed", "passed"), [(0.0, 8), (1.0, 8), (2.0, 4), (0.5, 16)])

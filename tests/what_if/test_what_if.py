@@ -13,8 +13,9 @@ import pytest
 
 from firmware_runtime.blackbox.reader import read_recording
 from firmware_runtime.cli.main import main
-from firmware_runtime.devs.time import SECOND
+from firmware_runtime.devs.time import SECOND, format_time
 from firmware_runtime.errors import ConfigError
+from firmware_runtime.replay.difference import in_lines
 from firmware_runtime.replay.what_if import WhatIf
 from firmware_runtime.what_if.question import Question, answer
 from firmware_runtime.what_if.watch import Watched, since
@@ -60,6 +61,7 @@ def test_another_gain_is_another_command_from_the_start_and_from_a_keyframe(
     assert found.first_difference is not None
     first = found.first_difference
     assert f"{first['model']}.{first['field']}" == YAW
+    assert next(in_lines(first)).startswith(f"at {format_time(first['t_ns'])} (20")
     command = found.outputs[YAW]
     assert command.count == command.of > 100
     assert command.max is not None
