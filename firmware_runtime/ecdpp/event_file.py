@@ -1,9 +1,9 @@
 """Event files: inputs of the top model, `HH:MM:SS:ms Port Value`, one or several on a line.
 
 As CD++ does, events are sorted by time; those of one instant stay in the order of the file. The
-value is a whole number or a decimal; a port of int takes whole numbers only, a port of bool 0 and
-1. The value `?` of CD++ is undefined: no number, so nothing arrives, and a warning says so. See the
-package for comments and case.
+value is a whole number or a decimal, with an exponent or without; a port of int takes whole numbers
+only, a port of bool 0 and 1. The value `?` of CD++ is undefined: no number, so nothing arrives, and
+a warning says so. See the package for comments and case.
 """
 
 from collections.abc import Mapping

@@ -7,15 +7,15 @@ from decimal import Decimal
 from pathlib import Path
 from typing import TypeVar
 
-from firmware_runtime.devs.time import MILLISECOND
+from firmware_runtime.devs.time import MICROSECOND, MILLISECOND
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.system.whole_file import read_content
 
 T = TypeVar("T")
 
 _COMMENT = r"#|//|%"
-_TIME = r"(\d{1,6}):(\d{1,6}):(\d{1,6}):(\d{1,6})"
-_NUMBER = r"[+-]?(\d+(\.\d*)?|\.\d+)"
+_TIME = r"\d{1,6}(:\d{1,6}){2,4}"
+_NUMBER = r"[+-]?(\d+(\.\d*)?|\.\d+)([eE][+-]?\d{1,3})?"
 """Compiled when first used: most runs read no such file."""
 
 
@@ -65,19 +65,26 @@ def parse_time(text: str) -> int | None:
     """`HH:MM:SS:ms` in ns, or None; the last field is a number of ms, so `:50` is 0.050 s.
 
     Fields of one digit are taken, as in `0:0:10:0`, and what is above 59 is carried over, as in
-    `00:00:75:00`: CD++ reads both.
+    `00:00:75:00`: CD++ reads both. It also reads times without milliseconds, and writes some with
+    microseconds behind them.
     """
-    match = re.fullmatch(_TIME, text, re.ASCII)
-    if match is None:
+    if re.fullmatch(_TIME, text, re.ASCII) is None:
         return None
-    hours, minutes, seconds, milliseconds = map(int, match.groups())
-    return (((hours * 60 + minutes) * 60 + seconds) * 1000 + milliseconds) * MILLISECOND
+    hours, minutes, seconds, milliseconds, microseconds = _fields(text)
+    whole = (hours * 60 + minutes) * 60 + seconds
+    return (whole * 1000 + milliseconds) * MILLISECOND + microseconds * MICROSECOND
 
 
 def is_carried(text: str) -> bool:
-    """Whether a time has more minutes or seconds than 59, or more milliseconds than 999."""
-    _, minutes, seconds, milliseconds = map(int, text.split(":"))
-    return minutes > 59 or seconds > 59 or milliseconds > 999
+    """Whether a time has more minutes or seconds than 59, or finer parts above 999."""
+    _, minutes, seconds, *finer = _fields(text)
+    return minutes > 59 or seconds > 59 or max(finer) > 999
+
+
+def _fields(time: str) -> list[int]:
+    """Hours, minutes, seconds, milliseconds and microseconds; what is not stated is 0."""
+    stated = [int(field) for field in time.split(":")]
+    return stated + [0] * (5 - len(stated))
 
 
 def format_time(at: int) -> str:
@@ -89,7 +96,7 @@ def format_time(at: int) -> str:
 
 
 def parse_number(text: str) -> float | None:
-    """A whole number or a decimal, or None."""
+    """A whole number or a decimal, with an exponent or without; or None."""
     number = float(text) if re.fullmatch(_NUMBER, text, re.ASCII) else math.nan
     return number if math.isfinite(number) else None
 

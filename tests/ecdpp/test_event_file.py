@@ -5,7 +5,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from firmware_runtime.devs.component import Component
-from firmware_runtime.devs.time import MILLISECOND, SECOND
+from firmware_runtime.devs.time import MICROSECOND, MILLISECOND, SECOND
 from firmware_runtime.ecdpp.event_file import Event, parse_events, read_events
 from firmware_runtime.ecdpp.text import Warnings, format_time, parse_time
 from firmware_runtime.errors import ConfigError
@@ -85,19 +85,36 @@ def test_ports_are_found_without_regard_to_case_but_an_exact_name_comes_first() 
 
 
 @pytest.mark.parametrize(
+    ("time", "at"),
+    [
+        ("00:00:01", SECOND),
+        ("00:00:75", 75 * SECOND),
+        ("00:00:01:002:003", SECOND + 2 * MILLISECOND + 3 * MICROSECOND),
+    ],
+)
+def test_a_time_may_end_with_its_seconds_or_go_on_to_microseconds(time: str, at: int) -> None:
+    assert [event.at for event in parse(f"{time} In1 1")] == [at]
+
+
+@pytest.mark.parametrize(("value", "number"), [("1e3", 1000.0), ("-2.5E-3", -0.0025)])
+def test_a_value_may_have_an_exponent(value: str, number: float) -> None:
+    assert [event.value for event in parse(f"00:00:01:000 In1 {value}")] == [number]
+
+
+@pytest.mark.parametrize(
     ("line", "fault"),
     [
         ("00:00:01:000 In1", "expected HH:MM:SS:ms Port Value"),
         ("00:00:01:000 In1 1 2", "expected HH:MM:SS:ms Port Value"),
         ("In1 00:00:01:000 1", "time 'In1': expected HH:MM:SS:ms"),
-        ("00:00:01 In1 1", "time '00:00:01'"),
+        ("00:01 In1 1", "time '00:01'"),
         ("00:00:01.500 In1 1", "time '00:00:01.500'"),
         ("-0:00:01:000 In1 1", "time '-0:00:01:000'"),
         ("00:00:01:000 In9 1", "unknown port 'In9'; expected one of In1, count"),
         ("00:00:01:000 In1 one", "value 'one': expected a number"),
         ("00:00:01:000 In1 nan", "value 'nan': expected a number"),
         ("00:00:01:000 In1 inf", "value 'inf': expected a number"),
-        ("00:00:01:000 In1 1e3", "value '1e3': expected a number"),
+        ("00:00:01:000 In1 1e999", "value '1e999': expected a number"),
         ("00:00:01:000 In1 1_000", "value '1_000': expected a number"),
         ("00:00:01:000 In1 " + "9" * 400, "expected a number"),
         ("00:00:01:000 count 1.5", "port 'count' carries int"),
