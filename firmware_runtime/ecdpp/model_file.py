@@ -165,9 +165,10 @@ class _Builder:
             several := look_up(self._classes.clashes, name)
         ):
             return f"class {name!r} is in several packages; expected {' or '.join(several)}"
-        known = ", ".join(each for each in self._classes if ":" not in each) or "none"
+        known = ", ".join(each for each in self._classes if ":" not in each)
         missing = "".join(f"; {each}" for each in getattr(self._classes, "missing", ()))
-        return f"unknown class {name!r}; expected one of {known}{missing}"
+        expected = f"one of {known}" if known else "a class of an installed package: none has any"
+        return f"unknown class {name!r}; expected {expected}{missing}"
 
     def _arguments(self, entries: Sequence[Entry], atomic_class: AtomicClass) -> dict[str, Value]:
         arguments: dict[str, Value] = {}
