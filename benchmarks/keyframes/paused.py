@@ -8,7 +8,7 @@ from firmware_runtime.board import registry
 from firmware_runtime.closing import Closing
 from firmware_runtime.devs.time import seconds
 from firmware_runtime.executive.clocks import VirtualClock
-from firmware_runtime.runs.session import Session
+from firmware_runtime.runs.start import start_session
 from firmware_runtime.statistics.layout import STEPS
 
 
@@ -17,7 +17,7 @@ class PausedRun(Closing):
 
     def __init__(self, board: str, *assignments: str) -> None:
         loaded = registry.load(board, assignments)
-        self._session = Session(loaded, VirtualClock(), doubles=True, statistics_path=None)
+        self._session = start_session(loaded, VirtualClock(), doubles=True, statistics_path=None)
         self._session.executive.hooks.append(self)
         self._table: StateTable | None = None
 

@@ -24,7 +24,7 @@ from firmware_runtime.devs.time import MICROSECOND, seconds
 from firmware_runtime.executive.clocks import Clock, VirtualClock
 from firmware_runtime.executive.ledger import Ledger
 from firmware_runtime.runs import recorded_edge
-from firmware_runtime.runs.session import Session
+from firmware_runtime.runs.start import start_session
 from firmware_runtime.statistics.layout import STEPS
 
 BARE, RECORDED, OWN, AGAIN = "bare", "recorded", "own", "bare again"
@@ -117,7 +117,7 @@ def measured(board: str, folder: Path, name: str, span_s: float, clock: Clock) -
     recorder = _OwnRecorder if name == OWN else Recorder
     is_bare = name in (BARE, AGAIN)
     with patch.object(recorded_edge, "Recorder", recorder):
-        session = Session(
+        session = start_session(
             board_in_force(board, ()),
             clock,
             doubles=True,

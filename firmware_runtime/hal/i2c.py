@@ -14,7 +14,7 @@ happened whole, or a `HalError` says where it ended.
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from time import sleep
-from typing import TypeAlias
+from typing import NoReturn, SupportsIndex, TypeAlias
 
 from firmware_runtime.devs.time import SECOND
 
@@ -33,6 +33,10 @@ class I2cBus(ABC):
 
     name: str
     returns_early: bool = False
+
+    def __reduce_ex__(self, _protocol: SupportsIndex) -> NoReturn:
+        """Refuse to be copied: a bus is no state of the model that speaks to it."""
+        raise TypeError(f"{self.name}: a bus cannot be copied or kept")
 
     @abstractmethod
     def transaction(self, address: int, messages: Sequence[Message]) -> bytes:

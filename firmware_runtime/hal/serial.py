@@ -6,6 +6,7 @@ nothing. Turning bytes into values is the chips' codecs' part.
 """
 
 from abc import ABC, abstractmethod
+from typing import NoReturn, SupportsIndex
 
 BITS_PER_BYTE = 10
 """On the line: start, eight of data, stop."""
@@ -15,6 +16,10 @@ class SerialPort(ABC):
     """A port by its name, as in board.toml and in every error; 8 data bits, no parity, 1 stop."""
 
     name: str
+
+    def __reduce_ex__(self, _protocol: SupportsIndex) -> NoReturn:
+        """Refuse to be copied: a port is no state of the model that speaks to it."""
+        raise TypeError(f"{self.name}: a port cannot be copied or kept")
 
     @abstractmethod
     def write(self, data: bytes) -> None:

@@ -20,7 +20,6 @@ from firmware_runtime.errors import ConfigError
 from firmware_runtime.executive.clocks import Clock, MonotonicClock
 from firmware_runtime.executive.executive import Executive
 from firmware_runtime.executive.outcome import Outcome
-from firmware_runtime.runs.arming import Arming
 from firmware_runtime.statistics.statistics import RunState
 from firmware_runtime.system.other_processors import kept_off
 
@@ -84,6 +83,7 @@ class LinkedPart(Struct, frozen=True):
 class LinkedEnd:
     """The link of a run; `end_with` is called when the other end says that the task is over.
 
+    `suspend` has the outputs off while the link is bad, and returns False if nothing here drives.
     Raises ConfigError where the link cannot be had.
     """
 
@@ -92,16 +92,16 @@ class LinkedEnd:
         part: LinkedPart,
         open_channel: "OpenChannel",
         end_with: Callable[[Ending], None],
+        suspend: Callable[[str], bool],
         log: Callable[[str], None],
     ) -> None:
         self.link = _open_link(part, open_channel, log)
         self.path = "link"
         self.ends_both = part.end.has_hardware
         """Whether the other end ends, too, when the time of this one is up."""
-        self.arming: Arming | None = None
-        """Of a run that drives something; set when there is one."""
         self._part = part
         self._end_with = end_with
+        self._suspend = suspend
         self._log = log
         self._other_end_is_over = False
         part.executive.readiness.require(self)
@@ -133,10 +133,8 @@ class LinkedEnd:
         self.link.close()
 
     def _turn_off(self, why: str) -> None:
-        if self.arming is None:
+        if not self._suspend(why):
             self._log(f"link: {why}")
-        else:
-            self.arming.suspend(why)
 
     def _end_too(self, farewell: "Farewell") -> None:
         if farewell.is_over and not self._other_end_is_over:

@@ -22,7 +22,7 @@ from firmware_runtime.executive.clocks import VirtualClock
 from firmware_runtime.links.cut.cut import cut_of
 from firmware_runtime.runs.board_configuration import find_out_port
 from firmware_runtime.runs.rigs import has_rig
-from firmware_runtime.runs.session import Session
+from firmware_runtime.runs.start import start_session
 
 
 def named_in_vain(board: Board) -> Iterator[str]:
@@ -120,7 +120,7 @@ def _what_cannot_cross(board: Board) -> Iterator[str]:
 
 def _model_on_doubles(board: Board) -> Component:
     """The model with the world that its rig adds."""
-    session = Session(board, VirtualClock(), doubles=True, statistics_path=None)
+    session = start_session(board, VirtualClock(), doubles=True, statistics_path=None)
     try:
         return session.robot.model
     finally:

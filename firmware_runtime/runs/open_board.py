@@ -36,6 +36,7 @@ from firmware_runtime.runs.linking import idle_options, way_of
 from firmware_runtime.runs.open_run import OpenRun
 from firmware_runtime.runs.result import RunResult
 from firmware_runtime.runs.session import Session
+from firmware_runtime.runs.start import start_session
 from firmware_runtime.statistics.companions import check_ending
 from firmware_runtime.statistics.paths import default_path
 from firmware_runtime.statistics.statistics import RunState
@@ -232,7 +233,7 @@ def open_board(  # noqa: PLR0913 -- the options of the command, by the same name
         found.name if end is None else end.name,
         is_outside=where is not True and has_hardware,
     )
-    session = Session(
+    session = start_session(
         found,
         clock_of(clock, speed),
         doubles=where,

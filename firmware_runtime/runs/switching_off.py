@@ -26,8 +26,6 @@ class SwitchingOff:
         self._edge = edge
         self._driven_by = DrivenBy(board, statistics if hardware.is_outside else None)
         self._is_off = False  # by the last attempt
-        self.asks_chips = False
-        """Whether chips have been asked by a run that has not switched off at its end."""
 
     def leave_word(self) -> None:
         """Say how to switch off what the run will drive. Raises StatisticsFileError."""
@@ -54,9 +52,8 @@ class SwitchingOff:
         return failed
 
     def before_a_run(self, robot: Robot) -> list[str]:
-        """Switch off, once, what no run will: a bring-up may have left something on.
+        """Switch off what no run will: a bring-up may have left something on.
 
         Returns what failed, one sentence each.
         """
-        is_due, self.asks_chips = self.asks_chips and not self._is_off, False
-        return self.all_of(robot) if is_due else []
+        return [] if self._is_off else self.all_of(robot)

@@ -28,7 +28,7 @@ from firmware_runtime.cli.main import main
 from firmware_runtime.devs.time import MILLISECOND
 from firmware_runtime.executive.clocks import MonotonicClock
 from firmware_runtime.executive.executive import Executive
-from firmware_runtime.runs.session import Session
+from firmware_runtime.runs.start import start_session
 from firmware_runtime.statistics.layout import STEPS
 from firmware_runtime.statistics.reader import read_statistics
 from firmware_runtime.statistics.statistics import Statistics
@@ -134,7 +134,7 @@ def test_ticks_leave_nothing_behind(tmp_path: Path) -> None:
 def run_of_a_robot(path: Path) -> Statistics:
     board = board_in_force("tachobot", ("executive.fifo_priority=0", "recording.minutes=0.1"))
     recording = recording_beside(path)
-    session = Session(
+    session = start_session(
         board, MonotonicClock(), doubles=True, statistics_path=path, recording=recording
     )
     with closing(session):

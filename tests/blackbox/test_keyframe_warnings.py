@@ -11,7 +11,7 @@ from firmware_runtime.blackbox.keyframe_warnings import MISSING, KeyframeWarning
 from firmware_runtime.board.in_force import board_in_force
 from firmware_runtime.devs.time import NEVER, SECOND
 from firmware_runtime.executive.clocks import VirtualClock
-from firmware_runtime.runs.session import Session
+from firmware_runtime.runs.start import start_session
 
 
 @pytest.fixture
@@ -100,7 +100,7 @@ def test_the_field_that_grows_is_named(
 
     monkeypatch.setattr(Allocation, "__init__", built)
     monkeypatch.setattr(Allocation, "external", entered)
-    session = Session(
+    session = start_session(
         board_in_force("tachobot", ("recording.minutes=0.5",)),
         VirtualClock(),
         doubles=True,

@@ -23,7 +23,7 @@ from firmware_runtime.executive.outcome import Outcome
 from firmware_runtime.recording.of_board import board_of_table
 from firmware_runtime.recording.values import legible
 from firmware_runtime.replay.verdict import replay
-from firmware_runtime.runs.session import Session
+from firmware_runtime.runs.start import start_session
 from firmware_runtime.statistics.statistics import RunState
 
 SIZE = Size(16_384, 3)
@@ -38,7 +38,7 @@ def _full(*_: object) -> None:
 
 def _run(path: Path, span_s: float = 1) -> tuple[Outcome, list[str]]:
     said: list[str] = []
-    session = Session(
+    session = start_session(
         BOARD,
         VirtualClock(),
         doubles=True,

@@ -13,7 +13,7 @@ from firmware_runtime.board.in_force import board_in_force
 from firmware_runtime.cli.main import main
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.executive.clocks import VirtualClock
-from firmware_runtime.runs.session import Session
+from firmware_runtime.runs.start import start_session
 from tests.support.recorded import every_section
 from tests.support.replayed import check_identical
 
@@ -48,7 +48,7 @@ def test_check_names_the_attribute(capsys: pytest.CaptureFixture[str]) -> None:
 def test_its_run_says_so_at_once_and_is_replayed_from_its_start(tmp_path: Path) -> None:
     said: list[str] = []
     path = tmp_path / "run.recording"
-    session = Session(
+    session = start_session(
         board_in_force("tachobot", ("recording.minutes=0.1",)),
         VirtualClock(),
         doubles=True,

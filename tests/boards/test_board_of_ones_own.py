@@ -18,7 +18,7 @@ from firmware_runtime.devs.time import SECOND
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.executive.clocks import VirtualClock, WorldClock
 from firmware_runtime.runs.rigs import has_rig, rig_for
-from firmware_runtime.runs.session import Session
+from firmware_runtime.runs.start import start_session
 from firmware_runtime.status import Status
 from tests.support.installed_here import installed_here
 
@@ -373,7 +373,9 @@ class HeronRig:
 
 def test_a_rig_may_show_nothing(heron: Heron) -> None:
     heron.install(OBJECT, BOARD + RIG, RIG_OF_NOTHING)
-    session = Session(registry.load("heron"), VirtualClock(), doubles=True, statistics_path=None)
+    session = start_session(
+        registry.load("heron"), VirtualClock(), doubles=True, statistics_path=None
+    )
     assert session.executive.run(SECOND).error is None
     assert (session.shown, session.result()) == (None, {})
     session.close()

@@ -9,7 +9,7 @@ import pytest
 
 from firmware_runtime.board import registry
 from firmware_runtime.devs.time import MILLISECOND
-from firmware_runtime.runs.session import Session
+from firmware_runtime.runs.start import start_session
 from tests.support.counted_calls import CountingClock
 
 FROM, TICK = 400 * MILLISECOND, 10 * MILLISECOND
@@ -32,7 +32,7 @@ def test_a_recorded_tick_takes_a_call_for_each_thing_recorded_and_one_to_write(
     tmp_path: Path,
 ) -> None:
     clock = CountingClock(FROM, function_of_blackbox)
-    session = Session(
+    session = start_session(
         registry.load("tachobot", ["imu.calibration_s=0.1"]),
         clock,
         doubles=True,

@@ -8,7 +8,7 @@ import pytest
 
 from firmware_runtime.board import registry
 from firmware_runtime.devs.time import MILLISECOND
-from firmware_runtime.runs.session import Session
+from firmware_runtime.runs.start import start_session
 from tests.support.counted_calls import CountingClock
 
 OURS = ("firmware_runtime", "drivers", "boards")
@@ -28,7 +28,7 @@ def file_of_ours(frame: FrameType) -> str | None:
 @pytest.mark.slow
 def test_a_control_tick_takes_few_calls_in_few_files(tmp_path: Path) -> None:
     clock = CountingClock(CONTROLLED_FROM, file_of_ours)
-    session = Session(
+    session = start_session(
         registry.load("tachobot", ["imu.calibration_s=0.1"]),
         clock,
         doubles=True,

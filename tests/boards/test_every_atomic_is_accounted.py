@@ -10,6 +10,7 @@ from firmware_runtime.devs.component import below_root
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.executive.clocks import VirtualClock
 from firmware_runtime.runs.session import Session
+from firmware_runtime.runs.start import start_session
 from firmware_runtime.statistics.page.page import page
 from firmware_runtime.statistics.prometheus.collector import exposition
 from firmware_runtime.statistics.text.statistics import statistics_text
@@ -20,7 +21,7 @@ from firmware_runtime.statistics.text.summary import summary
 def ran(board: str) -> Iterator[Session]:
     """A second of a board on its doubles."""
     loaded = registry.load(board)
-    session = Session(loaded, VirtualClock(), doubles=True, statistics_path=None)
+    session = start_session(loaded, VirtualClock(), doubles=True, statistics_path=None)
     try:
         assert session.executive.run(SECOND).error is None
         yield session
@@ -62,7 +63,7 @@ def test_the_detective_reports_its_events() -> None:
 @pytest.mark.slow
 def test_the_imu_of_tachobot_is_activated_1001_times_in_10_s() -> None:
     loaded = registry.load("tachobot")
-    session = Session(loaded, VirtualClock(), doubles=True, statistics_path=None)
+    session = start_session(loaded, VirtualClock(), doubles=True, statistics_path=None)
     session.executive.run(10 * SECOND)
     session.close()
     imu = session.executive.statistics.as_json()["models"]["imu"]

@@ -19,7 +19,7 @@ from firmware_runtime.board.kinds import shipped_file
 from firmware_runtime.cli import replayed_run
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.executive.clocks import MonotonicClock
-from firmware_runtime.runs.session import Session
+from firmware_runtime.runs.start import start_session
 from firmware_runtime.status import Status
 from firmware_runtime.system.conditions import versions_here
 from tests.support.recorded import record
@@ -230,7 +230,9 @@ def test_before_the_run_is_before_any_stretch_of_it(
     """A real clock counts from elsewhere while chips are found; that is no instant of the run."""
     path = tmp_path / "run.recording"
     board = board_in_force("tachobot", ("executive.fifo_priority=0",))
-    session = Session(board, MonotonicClock(), doubles=True, statistics_path=None, recording=path)
+    session = start_session(
+        board, MonotonicClock(), doubles=True, statistics_path=None, recording=path
+    )
     try:
         session.run(SECOND // 20)
     finally:

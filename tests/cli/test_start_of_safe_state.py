@@ -14,6 +14,7 @@ NOT_NEEDED_OF_OURS = (
     "recording",
     "runs.guard",
     "runs.session",
+    "runs.start",
     "statistics.page",
     "statistics.trace_file",
 )

@@ -18,6 +18,7 @@ from firmware_runtime.exports.observed_run import Moment, missing_in, moments_of
 from firmware_runtime.recording.of_board import board_of
 from firmware_runtime.replay.verdict import WHOLE, Stretch
 from firmware_runtime.runs.session import Session
+from firmware_runtime.runs.start import start_session
 from firmware_runtime.statistics.histogram import Histogram
 from firmware_runtime.statistics.json_values import plain
 from firmware_runtime.statistics.layout import STEP_HISTOGRAM, STEPS
@@ -57,7 +58,7 @@ def in_real_time(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Live, 
     path = tmp_path_factory.mktemp("run") / "tachobot.stats"
     board = board_in_force("tachobot", ("executive.fifo_priority=0", "recording.minutes=0.1"))
     recording, live = recording_beside(path), Live()
-    session = Session(
+    session = start_session(
         board, MonotonicClock(), doubles=True, statistics_path=path, recording=recording
     )
     with closing(session):

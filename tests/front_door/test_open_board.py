@@ -28,7 +28,7 @@ from firmware_runtime.runs import hardware
 from firmware_runtime.runs.arming import Permission
 from firmware_runtime.runs.lines import open_lines
 from firmware_runtime.runs.open_board import OpenBoard
-from firmware_runtime.runs.session import Session
+from firmware_runtime.runs.start import start_session
 from firmware_runtime.statistics.paths import directories
 from sim_doubles.faults import FaultScript, NackAddress
 from sim_doubles.rigs.rig import DoublesRig, rig_for
@@ -192,7 +192,7 @@ class Outside:
     def robot(self, *, at_start: bool) -> OpenBoard:
         board = registry.load("tachobot", ["executive.fifo_priority=0"])
         permission = Permission(at_start, demand_guard=False)
-        made = Session(
+        made = start_session(
             board,
             VirtualClock(),
             doubles=False,

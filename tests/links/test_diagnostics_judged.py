@@ -11,7 +11,7 @@ from firmware_runtime.devs.time import SECOND
 from firmware_runtime.executive.clocks import VirtualClock
 from firmware_runtime.links.ros2 import judgement
 from firmware_runtime.links.ros2.judgement import LATELY, OFTEN, Judge, Level, Status, flat
-from firmware_runtime.runs.session import Session
+from firmware_runtime.runs.start import start_session
 from firmware_runtime.statistics import reader
 from firmware_runtime.statistics.figures import FaultFigures, Figures
 from firmware_runtime.statistics.file import StatisticsFile
@@ -41,7 +41,7 @@ class Running:
 @pytest.fixture(scope="module")
 def figures() -> Figures:
     board = registry.load("tachobot")
-    session = Session(board, VirtualClock(), doubles=True, statistics_path=None)
+    session = start_session(board, VirtualClock(), doubles=True, statistics_path=None)
     session.run(SECOND)
     return session.executive.statistics.figures()
 

@@ -11,7 +11,7 @@ from firmware_runtime.board.in_force import board_in_force
 from firmware_runtime.devs.time import MILLISECOND
 from firmware_runtime.executive.clocks import MonotonicClock
 from firmware_runtime.models.dover import RcvDover, SndDover
-from firmware_runtime.runs.session import Session
+from firmware_runtime.runs.start import start_session
 from tests.support.linked_runs import free_port
 from tests.support.replayed import check_identical
 
@@ -32,7 +32,9 @@ def test_numbers_that_go_out_and_come_back_over_udp_are_replayed(
     monkeypatch.setattr(Tachobot, "__init__", built)
     path = tmp_path / "run.recording"
     board = board_in_force("tachobot", ("executive.fifo_priority=0",))
-    session = Session(board, MonotonicClock(), doubles=True, statistics_path=None, recording=path)
+    session = start_session(
+        board, MonotonicClock(), doubles=True, statistics_path=None, recording=path
+    )
     try:
         session.run(1500 * MILLISECOND)
     finally:

@@ -28,6 +28,7 @@ from firmware_runtime.runs import failed_start
 from firmware_runtime.runs.hardware import Hardware
 from firmware_runtime.runs.recorded_edge import RecordedEdge
 from firmware_runtime.runs.session import Session
+from firmware_runtime.runs.start import start_session
 from sim_doubles.chips.mpu9250_registers import power_up
 from tests.support.recorded import record
 
@@ -239,7 +240,7 @@ def test_outputs_that_cannot_be_switched_off_are_said(monkeypatch: pytest.Monkey
     said: list[str] = []
     board = registry.load("tachobot")
     with pytest.raises(BusFault, match="is stuck"):
-        Session(board, VirtualClock(), doubles=True, statistics_path=None, log=said.append)
+        start_session(board, VirtualClock(), doubles=True, statistics_path=None, log=said.append)
     assert said == ["warning: not made safe: i2c1 stuck"]
 
 

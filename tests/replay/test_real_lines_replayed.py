@@ -22,7 +22,7 @@ from firmware_runtime.hal import linux
 from firmware_runtime.hal.linux_serial import open_serial
 from firmware_runtime.runs import hardware
 from firmware_runtime.runs.lines import open_lines
-from firmware_runtime.runs.session import Session
+from firmware_runtime.runs.start import start_session
 from sim_doubles.faults import AdapterError, FaultScript
 from sim_doubles.rigs.rig import rig_for
 from sim_doubles.serial_pty import SerialPty
@@ -82,7 +82,9 @@ class Between:
 def run(path: Path, board: str, settings: tuple[str, ...], between: Between | None = None) -> None:
     """Leave a recording of 1.2 s in real time."""
     found = board_in_force(board, ("executive.fifo_priority=0", *settings))
-    session = Session(found, MonotonicClock(), doubles=False, statistics_path=None, recording=path)
+    session = start_session(
+        found, MonotonicClock(), doubles=False, statistics_path=None, recording=path
+    )
     if between is not None:
         session.executive.hooks.append(between)
     try:

@@ -12,6 +12,7 @@ from firmware_runtime.devs.time import MILLISECOND, SECOND
 from firmware_runtime.executive.clocks import VirtualClock
 from firmware_runtime.runs.commanders import Commanders
 from firmware_runtime.runs.session import Session
+from firmware_runtime.runs.start import start_session
 from tests.support.executives import Run
 from tests.support.periodic_models import Robot
 
@@ -23,7 +24,7 @@ HALF_S = SECOND // 2
 def commanded(inputs: dict[str, object]) -> Iterator[Session]:
     """TachoBot on doubles, with something else declared of its inputs."""
     board = replace(registry.load("tachobot"), inputs=inputs)
-    session = Session(board, VirtualClock(), doubles=True, statistics_path=None)
+    session = start_session(board, VirtualClock(), doubles=True, statistics_path=None)
     try:
         yield session
         session.end()

@@ -10,7 +10,7 @@ from firmware_runtime.devs.time import MILLISECOND
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.executive.clocks import VirtualClock
 from firmware_runtime.runs.reloading import NEEDED, TIMEOUT, Reloading
-from firmware_runtime.runs.session import Session
+from firmware_runtime.runs.start import start_session
 from firmware_runtime.system.notices import Notices
 
 SHIPPED = kinds.shipped_file("tachobot")
@@ -23,7 +23,7 @@ class Rig:
         self.path = folder / "board.toml"
         self.path.write_text(SHIPPED.read_text())
         board = registry.load(str(self.path))
-        self.session = Session(board, VirtualClock(), doubles=True, statistics_path=None)
+        self.session = start_session(board, VirtualClock(), doubles=True, statistics_path=None)
         self.reported: list[str] = []
         executive = self.session.executive
         self.reloading = Reloading(self.session.tuning, executive, Notices(), self.reported.append)

@@ -10,14 +10,14 @@ from firmware_runtime.board.retuning import retunable_values
 from firmware_runtime.devs.errors import ModelError
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.executive.clocks import VirtualClock
-from firmware_runtime.runs.session import Session
+from firmware_runtime.runs.start import start_session
 from firmware_runtime.runs.tuning import Tuning
 
 
 @pytest.fixture
 def tuning() -> Tuning:
     board = registry.load("tachobot")
-    return Session(board, VirtualClock(), doubles=True, statistics_path=None).tuning
+    return start_session(board, VirtualClock(), doubles=True, statistics_path=None).tuning
 
 
 def test_several_values_are_taken_up_at_once(tuning: Tuning) -> None:

@@ -30,7 +30,7 @@ from firmware_runtime.devs.time import MILLISECOND, SECOND
 from firmware_runtime.executive.clocks import VirtualClock
 from firmware_runtime.models.motion import Motion
 from firmware_runtime.models.pid import Pid, PidGains
-from firmware_runtime.runs.session import Session
+from firmware_runtime.runs.start import start_session
 
 ROBOTS = {
     "platform": ("tachobot", []),
@@ -58,7 +58,7 @@ def scaffolded(monkeypatch: pytest.MonkeyPatch) -> Iterator[type[Atomic]]:
 
 def device_free(board: str, overrides: list[str]) -> list[Atomic]:
     """The atomic models of a robot on doubles that know no chip and take numbers."""
-    session = Session(
+    session = start_session(
         registry.load(board, overrides), VirtualClock(), doubles=True, statistics_path=None
     )
     session.close()
@@ -207,7 +207,7 @@ def test_a_pid_that_missed_a_measurement_answers_the_next_as_if_nothing_had_been
 
 
 def test_a_value_that_a_model_misses_is_counted_as_its_fault_and_the_outputs_go_off() -> None:
-    session = Session(
+    session = start_session(
         registry.load("tachobot", ["imu.calibration_s=0.1"]),
         VirtualClock(),
         doubles=True,

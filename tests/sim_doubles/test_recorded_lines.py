@@ -20,6 +20,7 @@ from firmware_runtime.hal.served.packets import Strike
 from firmware_runtime.recording.of_board import board_of_table
 from firmware_runtime.runs import hardware
 from firmware_runtime.runs.session import Session
+from firmware_runtime.runs.start import start_session
 from sim_doubles.recorded.stops import stops_of
 from tests.support.recorded import every_section, in_chunks, record
 from tests.support.recorded_service import Served, served
@@ -284,7 +285,7 @@ def test_the_same_robot_asks_for_every_transaction_as_recorded(
 
     monkeypatch.setattr(hardware, "served_doubles", doubles)
     found = board_of_table(header.source, header.table)
-    session = Session(found, VirtualClock(), doubles=tmp_path / "none", statistics_path=None)
+    session = start_session(found, VirtualClock(), doubles=tmp_path / "none", statistics_path=None)
     session.run(SECOND // 2)
     session.close()
     assert [str(each) for each in lines.reported] == []

@@ -11,7 +11,7 @@ from firmware_runtime.blackbox.reader import read_recording
 from firmware_runtime.board.in_force import board_in_force
 from firmware_runtime.devs.time import MILLISECOND, SECOND
 from firmware_runtime.executive.clocks import MonotonicClock
-from firmware_runtime.runs.session import Session
+from firmware_runtime.runs.start import start_session
 from firmware_runtime.statistics.dates import NO_DATES, STEP, Dates, local, local_of, utc
 from firmware_runtime.statistics.reader import read_statistics
 
@@ -66,7 +66,9 @@ def test_a_run_notes_that_the_systems_clock_was_set(
     monkeypatch.setattr(recorder, "time_ns", lambda: next(dates))
     path, kept = tmp_path / "x.recording", tmp_path / "x.stats"
     board = board_in_force("tachobot", ("recording.minutes=0.1",))
-    session = Session(board, MonotonicClock(), doubles=True, statistics_path=kept, recording=path)
+    session = start_session(
+        board, MonotonicClock(), doubles=True, statistics_path=kept, recording=path
+    )
     try:
         session.run(SECOND // 2)
     finally:

@@ -7,7 +7,7 @@ from firmware_runtime.board.ending import Ending
 from firmware_runtime.devs.time import seconds
 from firmware_runtime.executive.clocks import VirtualClock
 from firmware_runtime.executive.outcome import Outcome
-from firmware_runtime.runs.session import Session
+from firmware_runtime.runs.start import start_session
 from sim_doubles.faults import FaultScript, NackAddress
 from sim_doubles.i2c_bus import I2cBusDouble
 
@@ -30,7 +30,7 @@ class Mission(NamedTuple):
 def mission_with_outage(begins_s: float, lasts_s: float, *assignments: str) -> Mission:
     """Run a mission during which no chip answers for a while."""
     board = registry.load("detective", assignments)
-    session = Session(board, VirtualClock(), doubles=True, statistics_path=None)
+    session = start_session(board, VirtualClock(), doubles=True, statistics_path=None)
     try:
         assert session.rig is not None
         since, until = seconds(begins_s), seconds(begins_s + lasts_s)

@@ -10,6 +10,7 @@ from firmware_runtime.board.in_force import board_in_force
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.executive.clocks import VirtualClock
 from firmware_runtime.runs.session import Session
+from firmware_runtime.runs.start import start_session
 
 
 def record(
@@ -21,7 +22,9 @@ def record(
 ) -> Path:
     """Run a board, and leave its recording at `path`."""
     found = board_in_force(board, ("recording.minutes=0.1", *settings))
-    session = Session(found, VirtualClock(), doubles=True, statistics_path=None, recording=path)
+    session = start_session(
+        found, VirtualClock(), doubles=True, statistics_path=None, recording=path
+    )
     try:
         before(session)
         session.run(round(span_s * SECOND))

@@ -11,6 +11,7 @@ from firmware_runtime.devs.errors import ModelError
 from firmware_runtime.devs.time import seconds
 from firmware_runtime.executive.clocks import VirtualClock
 from firmware_runtime.runs.session import Session
+from firmware_runtime.runs.start import start_session
 
 
 class RunWithState:
@@ -60,7 +61,7 @@ class RunWithState:
 
 @contextmanager
 def run_with_state(board: str, *assignments: str) -> Iterator[RunWithState]:
-    session = Session(
+    session = start_session(
         registry.load(board, assignments), VirtualClock(), doubles=True, statistics_path=None
     )
     try:

@@ -14,7 +14,7 @@ from firmware_runtime.executive.clocks import VirtualClock
 from firmware_runtime.runs.board_configuration import configuration_of
 from firmware_runtime.runs.named_in_vain import named_in_vain
 from firmware_runtime.runs.rigs import has_rig
-from firmware_runtime.runs.session import Session
+from firmware_runtime.runs.start import start_session
 from firmware_runtime.status import Status
 
 
@@ -79,7 +79,7 @@ def _put_together(board: Board) -> None:
     Raises what a run would, before it began.
     """
     if has_rig(board):
-        Session(board, VirtualClock(), doubles=True, statistics_path=None).close()
+        start_session(board, VirtualClock(), doubles=True, statistics_path=None).close()
         return
     lines = board.absent_lines()
     configuration_of(board, board.build(lines).model, lines)

@@ -37,6 +37,7 @@ from firmware_runtime.runs.reporter import Reporter
 from firmware_runtime.runs.restarting import counted
 from firmware_runtime.runs.restarts import Restarts
 from firmware_runtime.runs.session import Session
+from firmware_runtime.runs.start import start_session
 from firmware_runtime.statistics.companions import check_ending
 from firmware_runtime.statistics.errors import StatisticsFileError
 from firmware_runtime.statistics.paths import default_path
@@ -119,7 +120,7 @@ def _session(
     supervised = {"arm": arguments.arm, "supervised": arguments.supervised}
     doubles, called_at = arguments.doubles, arguments.called_at
     begun_at = started_at() if called_at is None else called_at
-    return Session(
+    return start_session(
         board,
         clock_of(arguments),
         doubles=doubles,
