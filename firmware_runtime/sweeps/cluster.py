@@ -17,6 +17,8 @@ from firmware_runtime.sweeps.row import Row, lost, run_row
 
 Client: TypeAlias = Any
 """distributed has no types."""
+Ended: TypeAlias = tuple[str, Row | Exception]
+"""The key of a row that is no longer under way, and its result, or why there is none."""
 CONNECT_S: Final = 10.0
 LOOK_S: Final = 5.0
 """Where no row has ended for so long, the cluster is asked for its workers."""
@@ -48,7 +50,7 @@ def _rows(
     distributed: ModuleType, client: Client, sweep: Sweep, rows: Sequence[int]
 ) -> Generator[Row, None, None]:
     to_come, under_way = iter(rows), {}
-    ended: SimpleQueue[Client] = SimpleQueue()
+    ended: SimpleQueue[Ended] = SimpleQueue()
 
     def send() -> bool:
         row = next(to_come, None)
@@ -56,19 +58,35 @@ def _rows(
             return False
         future = client.submit(run_row, sweep, row, pure=False)
         under_way[future.key] = row, future
-        future.add_done_callback(ended.put)
+        future.add_done_callback(lambda done: ended.put((done.key, _fetched(done))))
         return True
 
     for _ in range(_AHEAD * _threads(client)):
         if not send():
             break
     while under_way:
-        row, future = under_way.pop(_next(client, ended).key)
-        yield _result(distributed, future, sweep, row)
+        key, found = _next(client, ended)
+        row, _ = under_way.pop(key)
+        if isinstance(found, Exception):
+            found = _failed(distributed, found, sweep, row)
+        yield found
         send()
 
 
-def _next(client: Client, ended: SimpleQueue[Client]) -> Client:
+def _fetched(future: Client) -> Row | Exception:
+    """A row's result, or why there is none; called in a thread of distributed's own.
+
+    One whose worker is lost before it is fetched is run again by another, however long there is
+    none: only `_next` notices that.
+    """
+    try:
+        found: Row = future.result()
+    except Exception as error:  # noqa: BLE001 -- told apart by `_failed`
+        return error
+    return found
+
+
+def _next(client: Client, ended: SimpleQueue[Ended]) -> Ended:
     """The next that has ended. Raises ConfigError if there has been no worker for a minute."""
     looks = 0
     while looks < _LOOKS:
@@ -103,16 +121,16 @@ def _scheduler_lost() -> ConfigError:
     return ConfigError.of_one("--scheduler", fault)
 
 
-def _result(distributed: ModuleType, future: Client, sweep: Sweep, row: int) -> Row:
-    """A row's result; one that was under way on several workers that were lost is given up."""
-    try:
-        found: Row = future.result()
-    except distributed.scheduler.KilledWorker:
+def _failed(distributed: ModuleType, error: Exception, sweep: Sweep, row: int) -> Row:
+    """What a row that has no result counts as. Raises ConfigError where the cluster cannot go on.
+
+    One that was under way on several workers that were lost is given up.
+    """
+    if isinstance(error, distributed.scheduler.KilledWorker):
         return lost(sweep, row, "the workers that ran it were lost")
-    except (distributed.CancelledError, OSError) as error:
+    if isinstance(error, distributed.CancelledError | OSError):
         raise _scheduler_lost() from error
-    except Exception as error:  # not of the row: it raises nothing
-        fault = f"a worker cannot run a row: {type(error).__name__}: {error}"
-        expected = "expected this version of the project and the board's package there"
-        raise ConfigError.of_one("--scheduler", f"{fault}; {expected}") from error
-    return found
+    # not of the row: it raises nothing
+    fault = f"a worker cannot run a row: {type(error).__name__}: {error}"
+    expected = "expected this version of the project and the board's package there"
+    raise ConfigError.of_one("--scheduler", f"{fault}; {expected}") from error

@@ -9,9 +9,11 @@ from pathlib import Path
 import pytest
 
 from firmware_runtime.errors import ConfigError
+from firmware_runtime.sweeps import cluster as sweeps_cluster
 from firmware_runtime.sweeps import sweep
 from firmware_runtime.sweeps.partial import partial_of
 from firmware_runtime.sweeps.plan import Sweep
+from firmware_runtime.sweeps.row import Row
 from firmware_runtime.sweeps.sweeping import carry_out
 from tests.support.dask_cluster import cluster
 from tests.support.waiting import wait_until
@@ -133,6 +135,24 @@ def test_a_cluster_that_loses_all_its_workers_is_not_waited_for_without_end(
             carry_out(SHORT, output, scheduler=address, progress=kill)
     assert 1 <= finished(output) < ROWS
     assert not output.exists()
+
+
+@pytest.mark.slow
+def test_a_result_that_is_lost_with_its_worker_before_it_is_fetched_is_not_waited_for(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("firmware_runtime.sweeps.cluster.LOOK_S", 0.2)
+    fetched = sweeps_cluster._fetched
+    with cluster(tmp_path, workers=1) as (address, workers):
+
+        def fetched_too_late(future: object) -> Row | Exception:
+            workers[0].kill()
+            workers[0].wait()
+            return fetched(future)
+
+        monkeypatch.setattr(sweeps_cluster, "_fetched", fetched_too_late)
+        with pytest.raises(ConfigError, match="has had no workers for"):
+            carry_out(SHORT, tmp_path / "table.csv", scheduler=address)
 
 
 @pytest.mark.slow
