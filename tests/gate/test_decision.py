@@ -6,7 +6,7 @@ from math import log
 
 import pytest
 
-from firmware_runtime.gate.sequential import (
+from firmware_runtime.gate.decision import (
     ERROR,
     FEWEST_PAIRS,
     LOOKS,
@@ -60,7 +60,7 @@ def test_too_much_noise_is_no_verdict() -> None:
 def test_the_interval_has_the_ratio_as_often_as_stated() -> None:
     draws = random.Random(7)  # noqa: S311 -- reproducible, not secret
     found = [decided(draws, 1.05, 0.05) for _ in range(300)]
-    missed = sum(not each.low <= 1.05 <= each.high for each in found)
+    missed = sum(not each.ratio_low <= 1.05 <= each.ratio_high for each in found)
     assert missed <= 13  # 2 * ERROR of 300 are 6; 14 or more of that chance come once in 250 times
     assert 2 * ERROR * 300 == 6
 
@@ -69,9 +69,8 @@ def test_verdict_interval_and_probability_say_the_same() -> None:
     draws = random.Random(3)  # noqa: S311 -- reproducible, not secret
     for _ in range(100):
         one = decided(draws, draws.uniform(0.9, 1.3), 0.05)
-        assert (one.verdict is Verdict.SLOWER) == (one.low > 1 + TOLERANCE)
-        assert (one.verdict is Verdict.NO_SLOWER) == (one.high < 1 + TOLERANCE)
-        assert one.is_faster == (one.high < 1 / (1 + TOLERANCE))
+        assert (one.verdict is Verdict.SLOWER) == (one.ratio_low > 1 + TOLERANCE)
+        assert (one.verdict is Verdict.NO_SLOWER) == (one.ratio_high < 1 + TOLERANCE)
         if one.verdict is Verdict.SLOWER:
             assert one.p_slower <= ERROR / LOOKS < one.p_no_slower
 

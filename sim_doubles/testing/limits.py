@@ -10,13 +10,20 @@ from dataclasses import dataclass
 from enum import StrEnum
 
 from firmware_runtime.errors import ConfigError
-from firmware_runtime.gate.reasons import reasons_of
 from firmware_runtime.spelling import did_you_mean
+from firmware_runtime.statistics.blame import Cause
+from firmware_runtime.statistics.conditions import Conditions
 from firmware_runtime.statistics.figures import Activations, Figures, ModelFigures
 from firmware_runtime.statistics.number_formats import microseconds
 
 SAMPLES_OF_P99 = 100
 """With fewer activations the largest of all stands for the 99th percentile."""
+_MACHINES = (
+    *(Cause.STOPPED, Cause.MOVED, Cause.THROTTLED, Cause.INTERRUPTS),
+    *(Cause.STOLEN, Cause.PREEMPTED, Cause.SUPPLY, Cause.CLOCK),
+)
+"""What makes a step late and is neither the model's doing nor the board's."""
+_REAL_TIME = ("SCHED_FIFO", "SCHED_RR")
 
 
 class Judgement(StrEnum):
@@ -86,6 +93,12 @@ def judge(
     return Judged(judgement, broken, unmeasured, reasons)
 
 
+def reasons_of(figures: Figures) -> list[str]:
+    """Why this run may have been late through no fault of its own."""
+    conditions = figures.conditions
+    return [*_causes(figures), *_scheduling(conditions), *_machine(conditions)]
+
+
 # -------------------------------------------------------------------------------------------------
 
 
@@ -143,3 +156,33 @@ def _demand_sound(figures: Figures, limits: Limits) -> None:
         faults.append("misses: deadlines are of two models; expected no model with it")
     if faults:
         raise ConfigError("assert_timing", faults)
+
+
+def _causes(figures: Figures) -> list[str]:
+    """Causes of late steps that are the machine's, where these made half of them or more."""
+    found = figures.late_by_cause or {}
+    of_machine = {cause: steps for cause, steps in found.items() if cause in _MACHINES}
+    if not of_machine or 2 * sum(of_machine.values()) < sum(found.values()):
+        return []
+    named = ", ".join(f"{cause} {steps}" for cause, steps in of_machine.items())
+    return [f"late steps by causes of the machine: {named}; of {sum(found.values())}"]
+
+
+def _scheduling(conditions: Conditions) -> list[str]:
+    """No real-time priority, and what else was refused; a run that gave it up had it."""
+    if conditions.run.overloaded_s is not None:
+        return []
+    found = [f"{name} refused: {request.reason}" for name, request in conditions.refused.items()]
+    if not found and conditions.text("scheduler") not in _REAL_TIME:
+        found.append(f"no real-time priority: {conditions.text('scheduler') or 'not known'}")
+    return found
+
+
+def _machine(conditions: Conditions) -> list[str]:
+    found = []
+    if conditions.stated.get("virtualised"):
+        found.append("a virtual machine, which its host may stop at any time")
+    governor = conditions.text("governor")
+    if governor not in {None, "performance"}:
+        found.append(f"the processors' governor is {governor}")
+    return found

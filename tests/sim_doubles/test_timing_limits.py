@@ -11,11 +11,11 @@ from msgspec.structs import replace
 
 from firmware_runtime import MILLISECOND, Atomic, run
 from firmware_runtime.errors import ConfigError
-from firmware_runtime.gate.limits import Judgement, Limits, judge
-from firmware_runtime.gate.reasons import busy, reasons_of
 from firmware_runtime.statistics.conditions import Conditions, Request
 from firmware_runtime.statistics.figures import Figures
 from firmware_runtime.statistics.histogram import Distribution
+from firmware_runtime.system.neighbours import busy
+from sim_doubles.testing.limits import Judgement, Limits, judge, reasons_of
 from sim_doubles.testing.timing import assert_timing
 
 ROBOTS = {"clock": "MonotonicClock", "scheduler": "SCHED_FIFO", "governor": "performance"}
