@@ -12,7 +12,7 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from time import monotonic, monotonic_ns, sleep
+from time import monotonic, sleep
 
 from firmware_runtime.errors import FirmwareRuntimeError
 from firmware_runtime.statistics.reader import read_statistics
@@ -30,11 +30,10 @@ class LoopError(FirmwareRuntimeError):
 
 @dataclass(frozen=True, slots=True)
 class Running:
-    """A process that runs TachoBot, started at `spawned_at` (CLOCK_MONOTONIC, ns)."""
+    """A process that runs TachoBot."""
 
     process: "subprocess.Popen[str]"
     statistics: Path
-    spawned_at: int
 
     def read_when(self, ready: Callable[[Statistics], bool]) -> Statistics:
         """The first statistics that are as wanted. Raises LoopError when they do not come."""
@@ -62,25 +61,18 @@ class Running:
 
 @contextmanager
 def tachobot(directory: Path, seconds: float, assignments: Sequence[str] = ()) -> Iterator[Running]:
-    """Run TachoBot for so long at most; its statistics are kept in the directory."""
+    """Run TachoBot for so long at most; its statistics are kept in the directory.
+
+    The process does not outlive the block.
+    """
     statistics = directory / "tachobot.stats"
     statistics.unlink(missing_ok=True)
     command = [*COMMAND, "run", "tachobot", "--doubles", "--for", str(seconds), "--json"]
     command += ["--statistics", str(statistics)]
     for assignment in assignments:
         command += ["--set", assignment]
-    with _process(directory, command) as (process, spawned_at):
-        yield Running(process, statistics, spawned_at)
-
-
-@contextmanager
-def _process(
-    directory: Path, command: Sequence[str]
-) -> Iterator[tuple["subprocess.Popen[str]", int]]:
-    """A process and when it was started; it does not outlive the block."""
     environment = {**os.environ, "PYTHONPYCACHEPREFIX": str(directory / "byte-code")}
     environment.pop("PYTHONDONTWRITEBYTECODE", None)
-    spawned_at = monotonic_ns()
     process = subprocess.Popen(
         command,
         env=environment,
@@ -91,7 +83,7 @@ def _process(
     )
     with process:
         try:
-            yield process, spawned_at
+            yield Running(process, statistics)
         finally:
             if process.poll() is None:
                 process.kill()
