@@ -1,1 +1,1 @@
-"""What it costs to capture the state of a robot."""
+"""Whether a fast loop ever waits for a keyframe of its recording."""

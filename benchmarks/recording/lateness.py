@@ -9,7 +9,7 @@ from collections.abc import Mapping, Sequence
 from math import inf, log
 from typing import Any
 
-from firmware_runtime.gate.sequential import FEWEST_PAIRS, Verdict, decide
+from firmware_runtime.gate.decision import FEWEST_PAIRS, Verdict, decide
 
 TOLERANCE = 0.02
 """The goal: a recording makes the p99 of lateness at most so much longer."""
@@ -30,8 +30,8 @@ def compared(runs: Mapping[str, Sequence[float]], name: str, bare: str) -> dict[
     )
     return {
         "ratio": found.ratio,
-        "low": found.low if found.low > 0 else None,
-        "high": found.high if found.high < inf else None,
+        "low": found.ratio_low if found.ratio_low > 0 else None,
+        "high": found.ratio_high if found.ratio_high < inf else None,
         "verdict": _SAID[found.verdict],
     }
 

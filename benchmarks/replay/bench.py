@@ -4,11 +4,15 @@ Each run has a seed. TachoBot and the detective, on doubles of their own that fa
 on doubles that are served, are stalled, armed, disarmed, retuned, reloaded and sent values to at
 random instants; a third is killed by -9, the others end by a signal or by their time. Then `replay`
 of the recording has to find every value, transfer and count the same.
+
+Before that, how many times as much robot time as processor time a replay of TachoBot's run takes,
+start of the command included; printed last.
 """
 
 import argparse
 import json
 import os
+import resource
 import subprocess
 import sys
 from collections import Counter
@@ -22,10 +26,12 @@ from benchmarks.replay.seeded_run import SeededRun
 from benchmarks.shared.conditions import conditions, conditions_text
 from benchmarks.shared.results import add_common_options, save
 from benchmarks.shared.side_by_side import positive
+from firmware_runtime.cli.arguments import positive as positive_number
 from firmware_runtime.status import Status
 from firmware_runtime.system.exit_on_signals import exit_on_signals
 
-SUMMARY = "Whether runs in which much goes wrong are the same when they are run again."
+SUMMARY = "Whether runs in which much goes wrong replay the same, and how fast a replay is."
+SPEED_TURNS = 3
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
@@ -35,18 +41,26 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--seed", type=positive, default=1, metavar="N", help="of the first run; default 1"
     )
+    parser.add_argument(
+        "--speed-of",
+        type=positive_number,
+        default=60.0,
+        metavar="S",
+        help="robot time of the run whose replay is timed; default 60",
+    )
 
 
 def execute(arguments: argparse.Namespace) -> int:
     """Run and run again; status 1 if any run is not its replay."""
     before, results = conditions(), []
     with exit_on_signals():
+        speed = _speed(arguments.speed_of)
         for seed in range(arguments.seed, arguments.seed + arguments.runs):
             results.append(_run_and_replay(seed))
             if sys.stderr.isatty():
                 sys.stderr.write(f"\r{len(results)} of {arguments.runs}\x1b[K")
     identical = sum(each["identical"] for each in results)
-    report = {"conditions": before, "identical": identical, "runs": results}
+    report = {"conditions": before, "identical": identical, "runs": results, "ratio": speed}
     save(arguments.save, "replay", report)
     if arguments.json:
         print(json.dumps(report))
@@ -54,7 +68,30 @@ def execute(arguments: argparse.Namespace) -> int:
         print(conditions_text(before))
         print("\n".join(_text(results)))
         print(f"identical: {identical} of {len(results)}")
+        print(
+            f"ratio {speed:.0f} (robot time by a replay's processor time, {arguments.speed_of:g} s)"
+        )
     return Status.OK if identical == len(results) else Status.MODEL_ERROR
+
+
+def _speed(span_s: float) -> float:
+    """Robot time of a run by the processor time of the fastest of some replays of it."""
+    with TemporaryDirectory(prefix="replay-bench-") as directory:
+        folder = Path(directory)
+        words = ("run", "tachobot", "--doubles", "--clock", "virtual", "--for", str(span_s))
+        _command(folder, *words).check_returncode()
+        taken = []
+        for _ in range(SPEED_TURNS):
+            before = _children_s()
+            _command(folder, "replay", "tachobot").check_returncode()
+            taken.append(_children_s() - before)
+    return span_s / min(taken)
+
+
+def _children_s() -> float:
+    """Processor time of all processes that have ended, s."""
+    used = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return used.ru_utime + used.ru_stime
 
 
 def _run_and_replay(seed: int) -> dict[str, Any]:
@@ -67,15 +104,20 @@ def _run_and_replay(seed: int) -> dict[str, Any]:
 
 
 def _replayed(folder: Path, board: str) -> dict[str, Any]:
-    words = [sys.executable, "-m", "firmware_runtime.cli", "replay", board, "--json"]
-    environment = {**os.environ, "FIRMWARE_RUNTIME_STATE_DIRECTORY": str(folder)}
-    ended = subprocess.run(words, env=environment, capture_output=True, text=True, check=False)
+    ended = _command(folder, "replay", board, "--json")
     try:
         said: dict[str, Any] = json.loads(ended.stdout)
     except ValueError:
         return {"identical": False, "error": ended.stderr.strip()[-400:]}
     names = ("identical", "events", "steps", "transfers", "first_difference", "faults")
     return {name: said[name] for name in names}
+
+
+def _command(folder: Path, *words: str) -> "subprocess.CompletedProcess[str]":
+    """The command, with its state in this folder."""
+    command = [sys.executable, "-m", "firmware_runtime.cli", *words]
+    environment = {**os.environ, "FIRMWARE_RUNTIME_STATE_DIRECTORY": str(folder)}
+    return subprocess.run(command, env=environment, capture_output=True, text=True, check=False)
 
 
 def _text(results: list[dict[str, Any]]) -> list[str]:

@@ -1,109 +1,61 @@
-"""BASE and HEAD: two folders, or revisions of the git repository here, put into worktrees.
+"""BASE and HEAD: two folders, or revisions of the git repository here, of which a copy is made.
 
-A worktree of a revision is made in a folder of this process and taken away at the end. Where the
-command is given within a folder of its repository, that folder of the worktree is meant.
+Where the command is given within a folder of its repository, that folder of the revision is meant.
 """
 
+import os
 import subprocess
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
-from dataclasses import dataclass
 from pathlib import Path
+
+from msgspec import Struct
 
 from firmware_runtime.errors import ConfigError
 
-_NO_HOOKS = ("-c", "core.hooksPath=/dev/null", "-c", "advice.detachedHead=false")
-_EXPECTED = "expected a folder, or a revision of the git repository here"
 
-
-@dataclass(frozen=True, slots=True)
-class Checkout:
+class Checkout(Struct, frozen=True):
     """One version of the program; `commit` is None for a folder, whatever is in it."""
 
     name: str
     stated: str
     folder: Path
-    commit: str | None
+    commit: str | None = None
 
     @property
-    def import_path(self) -> list[str]:
-        """Where its packages are: in `src`, where there is one, and in the folder itself."""
+    def environment(self) -> dict[str, str]:
+        """What its processes get: its packages first, and sets in the same order in both."""
         source = self.folder / "src"
-        return [str(source), str(self.folder)] if source.is_dir() else [str(self.folder)]
+        path = [str(source)] if source.is_dir() else []
+        path += [str(self.folder), *filter(None, [os.environ.get("PYTHONPATH")])]
+        own = {"PYTHONPATH": os.pathsep.join(path), "PYTHONHASHSEED": "0"}
+        return {"OPENBLAS_NUM_THREADS": "1", **os.environ, **own}
 
 
-def refused(faults: Sequence[str]) -> ConfigError:
-    """The error for what is wrong with either or both, one fault as a sentence."""
-    return ConfigError("gate", faults, f"gate: {faults[0]}" if len(faults) == 1 else None)
-
-
-@contextmanager
-def checkouts(base: str, head: str, into: Path) -> Iterator[tuple[Checkout, Checkout]]:
-    """BASE and HEAD within the block. Raises ConfigError with what is wrong with either."""
-    faults: list[str] = []
-    commits = [_commit(name, stated, faults) for name, stated in (("BASE", base), ("HEAD", head))]
+def checkouts(base: str, head: str, into: Path) -> tuple[Checkout, Checkout]:
+    """BASE and HEAD, copies in a folder. Raises ConfigError with what is wrong with either."""
+    found: list[Checkout] = []
+    faults = []
+    for name, stated in (("BASE", base), ("HEAD", head)):
+        try:
+            found.append(_checkout(name, stated, into / name.lower()))
+        except (OSError, subprocess.CalledProcessError):  # no git; git that has no such thing
+            expected = "expected a folder, or a revision of the git repository with this folder"
+            faults.append(f"{name} {stated}: neither a folder nor a revision; {expected}")
     if faults:
-        raise refused(faults)
-    worktrees: list[Path] = []
-    try:
-        yield (
-            _checkout("BASE", base, commits[0], into, worktrees),
-            _checkout("HEAD", head, commits[1], into, worktrees),
-        )
-    finally:
-        for each in worktrees:
-            _git("worktree", "remove", "--force", "--force", str(each))
+        raise ConfigError("gate", faults, f"gate: {faults[0]}" if len(faults) == 1 else None)
+    return found[0], found[1]
 
 
-def _commit(name: str, stated: str, faults: list[str]) -> str | None:
-    """The commit that is meant; None for a folder, and for what is neither, which is a fault."""
+def _checkout(name: str, stated: str, into: Path) -> Checkout:
     if Path(stated).is_dir():
-        return None
-    found = _git("rev-parse", "--verify", "--quiet", "--end-of-options", f"{stated}^{{commit}}")
-    if found is None or found.returncode != 0:
-        faults.append(f"{name} {stated}: neither a folder nor a revision; {_EXPECTED}")
-        return None
-    return found.stdout.strip()
+        return Checkout(name, stated, Path(stated).resolve())
+    found = _done("git", "rev-parse", "--verify", "--end-of-options", f"{stated}^{{commit}}")
+    commit = found.decode().strip()
+    into.mkdir()
+    _done("tar", "-x", "-C", str(into), given=_done("git", "archive", "--format=tar", commit))
+    return Checkout(name, stated, into, commit)
 
 
-def _checkout(
-    name: str, stated: str, commit: str | None, into: Path, worktrees: list[Path]
-) -> Checkout:
-    if commit is None:
-        return Checkout(name, stated, Path(stated).resolve(), None)
-    worktree = into / name.lower()
-    worktrees.append(worktree)
-    made = _git(*_NO_HOOKS, "worktree", "add", "--detach", "--force", str(worktree), commit)
-    if made is None or made.returncode != 0:
-        said = made.stderr.strip().splitlines()[-1:] if made else []
-        fault = f"{name} {stated}: {''.join(said) or 'git made no worktree'}; {_EXPECTED}"
-        raise ConfigError.of_one("gate", fault)
-    folder = worktree / _prefix()
-    if not folder.is_dir():
-        fault = f"{name} {stated}: it has no folder {_prefix()}, where this command was given"
-        raise ConfigError.of_one("gate", fault)
-    return Checkout(name, stated, folder, commit)
-
-
-def _prefix() -> str:
-    """Where in its repository this folder is, as git says it."""
-    found = _git("rev-parse", "--show-prefix")
-    return found.stdout.strip() if found is not None else ""
-
-
-def _git(*words: str) -> "subprocess.CompletedProcess[str] | None":
-    """What git answered; None where there is no git.
-
-    A process group of its own: Ctrl-C is for this program, which tidies up.
-    """
-    try:
-        return subprocess.run(  # noqa: S603 -- git, of the path the user has
-            ["git", *words],  # noqa: S607
-            check=False,
-            capture_output=True,
-            text=True,
-            stdin=subprocess.DEVNULL,
-            start_new_session=True,
-        )
-    except FileNotFoundError:
-        return None
+def _done(*command: str, given: bytes = b"") -> bytes:
+    """What a program of the user's path prints. Raises CalledProcessError."""
+    ended = subprocess.run(command, check=True, capture_output=True, input=given)  # noqa: S603
+    return ended.stdout

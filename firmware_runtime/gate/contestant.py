@@ -1,17 +1,15 @@
-"""One version of the program, as a process of its own: runs stretches of virtual time on request.
+"""One version of the program, or a command, as a process of its own: measures what it costs.
 
-It is a script, given to Python by its path with the checkout first on the import path, so that it
-is the checkout's program that runs; of that it uses the front door only, whatever version it is.
-Words: BOARD|MODULE:CLASS, the checkout's folder, KEY=VALUE of `--set`. It answers a line of JSON to
-each line of its standard input, the first one unasked, and ends when that is closed. What the
-program prints goes to standard error.
-
-The cost of a stretch is the processor time of this process, less that of a stretch of 1 ns: what a
-call of `run` costs in itself is no step's.
+A script, given to Python by its path with the checkout first on the import path, so that it is the
+checkout's program that runs. Words: the checkout's folder, a processor, seconds of robot time, and
+BOARD or MODULE:CLASS with KEY=VALUE of `--set`, or `--` with a command. With 0 seconds it finds out
+how many cost enough to be measured. The last line that it prints is a JSON object.
 """
 
 import json
 import os
+import resource
+import subprocess
 import sys
 import time
 import tomllib
@@ -19,76 +17,80 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any
 
-EMPTY_S = 1e-9
-EMPTY_CALLS = 5
-SLACK_S = 1e-6
-"""A run that ends so much before the instant it was to reach is over."""
+WARMING_S = 2.0
+"""Robot time that is not measured: bring-up, and what is imported late."""
+LEAST_NS, LEAST_ACTIVATIONS = 150_000_000, 20
+"""What a stretch costs and holds at least."""
+SHORTEST_S, LONGEST_S, SLACK_S = 0.1, 1e6, 1e-6
 
 
 class Contestant:
-    """The program, opened again whenever its run is over."""
+    """The program in virtual time, opened again whenever its run is over."""
 
     def __init__(self, word: str, assignments: list[str]) -> None:
         self._word = word
         self._set = dict(_assignment(each) for each in assignments)
-        self._empty_ns: int | None = None
-        self._activations = 0
-        self._until_s = 0.0
-        self._open()
+        self._activations, self._at_s = 0, 0.0
+        self._opened: Any = self._open()
 
     def stretch(self, span_s: float) -> dict[str, Any]:
-        """Run for so long; what it cost, what happened in it, and whether it was the run's last."""
-        if self._empty_ns is None:
-            calls = [self._timed(EMPTY_S)[0] for _ in range(EMPTY_CALLS)]
-            self._empty_ns = min(calls)
-        before = self._activations
-        cost_ns, result = self._timed(span_s)
-        self._activations = result.statistics.run
-        activations = self._activations - before
-        is_over = result.at_s < self._until_s - SLACK_S
-        if is_over:
-            self.begin_again()
-        own_ns = max(cost_ns - self._empty_ns, 1)
-        return {"ns": own_ns, "activations": activations, "is_over": is_over}
+        """Run for so long; processor time in ns, and activations."""
+        spent = activations = 0
+        left_s = span_s
+        while left_s > SLACK_S:
+            before = time.process_time_ns()
+            result = self._opened.run(left_s)
+            spent += time.process_time_ns() - before
+            activations += result.statistics.run - self._activations
+            left_s -= result.at_s - self._at_s
+            self._activations, self._at_s = result.statistics.run, result.at_s
+            if left_s > SLACK_S:  # the run is over
+                if result.at_s < SLACK_S:
+                    break
+                self._opened.close()
+                self._activations, self._at_s = 0, 0.0
+                self._opened = self._open()
+        return {"span_s": span_s, "ns": max(spent, 1), "activations": activations}
 
-    def begin_again(self) -> dict[str, Any]:
-        """Close the run and open another, at the first instant."""
-        self._opened.close()
-        self._activations = 0
-        self._until_s = 0.0
-        self._open()
-        return {}
+    def long_stretch(self) -> dict[str, Any]:
+        """The shortest stretch, doubled from the least on, that costs and holds enough."""
+        span_s = SHORTEST_S
+        while span_s < LONGEST_S:
+            found = self.stretch(span_s)
+            if found["ns"] >= LEAST_NS and found["activations"] >= LEAST_ACTIVATIONS:
+                return found
+            span_s *= 2
+        sys.exit("nothing happens in it by itself; expected a board or a model that runs")
 
-    def used(self, folder: Path) -> int:
-        """How many modules were imported from the checkout, or its `src`.
-
-        What lies deeper in it is not its own, such as an environment or another checkout.
-        """
-        places = (folder, folder / "src")
-        return sum(
-            _imported_as(Path(file).resolve()) == place.joinpath(*name.split("."))
-            for name, module in list(sys.modules.items())
-            if (file := getattr(module, "__file__", None))
-            for place in places
-        )
-
-    def _open(self) -> None:
+    def _open(self) -> Any:  # noqa: ANN401 -- the public interface of whatever version
         front_door = import_module("firmware_runtime")
         if ":" in self._word and not Path(self._word).exists():
             module_name, _, name = self._word.partition(":")
             found = getattr(import_module(module_name), name)
             model = found() if callable(found) else found
-            self._opened = front_door.open_model(model, clock="virtual")
-        else:
-            self._opened = front_door.open_board(
-                self._word, doubles=True, clock="virtual", set=self._set
-            )
+            return front_door.open_model(model, clock="virtual")
+        return front_door.open_board(self._word, doubles=True, clock="virtual", set=self._set)
 
-    def _timed(self, span_s: float) -> tuple[int, Any]:
-        self._until_s += span_s
-        began = time.process_time_ns()
-        result = self._opened.run(span_s)
-        return time.process_time_ns() - began, result
+
+def modules_of(folder: Path) -> int:
+    """How many modules were imported from this folder, or its `src`; not from deeper in it."""
+    own = 0
+    for name, module in list(sys.modules.items()):
+        if file := getattr(module, "__file__", None):
+            path = Path(file).resolve()
+            depth = name.count(".") + (path.stem == "__init__")
+            own += any(place in {folder, folder / "src"} for place in path.parents[depth:][:1])
+    return own
+
+
+def run_of(command: list[str]) -> dict[str, Any]:
+    """A run of a command: its processor time and that of what it has waited for."""
+    status = subprocess.run(command, check=False, stdout=sys.stderr).returncode  # noqa: S603
+    if status != 0:
+        sys.exit(f"it ended with {status}; expected a command that ends with 0")
+    spent = resource.getrusage(resource.RUSAGE_CHILDREN)
+    ns = max(round((spent.ru_utime + spent.ru_stime) * 1e9), 1)
+    return {"span_s": 1.0, "ns": ns, "activations": 0, "used": 1}
 
 
 def _assignment(text: str) -> tuple[str, object]:
@@ -99,31 +101,17 @@ def _assignment(text: str) -> tuple[str, object]:
         return key.strip(), value.strip()
 
 
-def _imported_as(file: Path) -> Path:
-    """A module's file without its ending; of a package its folder."""
-    return file.parent if file.stem == "__init__" else file.with_name(file.name.partition(".")[0])
-
-
-def main() -> None:
-    """Answer until standard input is closed."""
-    answers = os.fdopen(os.dup(1), "w")
-    os.dup2(2, 1)
-    word, folder, *assignments = sys.argv[1:]
-    contestant = Contestant(word, assignments)
-    answer: dict[str, Any] = {"used": contestant.used(Path(folder).resolve())}
-    while True:
-        answers.write(json.dumps(answer) + "\n")
-        answers.flush()
-        line = sys.stdin.readline()
-        if not line:
-            return
-        asked = json.loads(line)
-        if "cpu" in asked and hasattr(os, "sched_setaffinity"):
-            os.sched_setaffinity(0, {asked["cpu"]})
-        answer = (
-            contestant.stretch(asked["span_s"]) if "span_s" in asked else contestant.begin_again()
-        )
+def main(folder: str, cpu: str, seconds: str, *words: str) -> dict[str, Any]:
+    """Measure."""
+    os.sched_setaffinity(0, {int(cpu)})
+    word, *rest = words
+    if word == "--":
+        return run_of(rest)
+    contestant = Contestant(word, rest)
+    contestant.stretch(WARMING_S)
+    found = contestant.stretch(float(seconds)) if float(seconds) else contestant.long_stretch()
+    return {**found, "used": modules_of(Path(folder).resolve())}
 
 
 if __name__ == "__main__":
-    main()
+    sys.stdout.write(f"{json.dumps(main(*sys.argv[1:]))}\n")

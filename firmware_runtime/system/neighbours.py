@@ -7,6 +7,8 @@ import os
 from collections.abc import Callable, Mapping
 from pathlib import Path
 
+BUSY_SHARE, STOLEN_SHARE = 0.1, 0.01
+"""Of all processors: other processes, or a host, that take more disturb a measurement."""
 USER, NICE, SYSTEM, IDLE, WAITING, IRQ, SOFTIRQ, STEAL = range(8)
 
 
@@ -40,3 +42,13 @@ class Neighbours:
 
     def _read(self) -> list[int]:
         return [int(word) for word in self._line().split()[1:9]]
+
+
+def busy(shares: Mapping[str, float]) -> list[str]:
+    """Others that took enough processor time to disturb, by the shares of `Neighbours`."""
+    found = []
+    if shares["processes"] > BUSY_SHARE:
+        found.append(f"other processes took {shares['processes']:.0%} of the processors")
+    if shares["host"] > STOLEN_SHARE:
+        found.append(f"the host withheld {shares['host']:.0%} of the processors")
+    return found

@@ -13,11 +13,11 @@ from typing import Protocol, TypeAlias
 
 import pytest
 
-from firmware_runtime.gate.limits import Judgement, Limits, judge
-from firmware_runtime.gate.reasons import busy
 from firmware_runtime.statistics.figures import Figures
 from firmware_runtime.statistics.reader import read_statistics
 from firmware_runtime.statistics.text.statistics import statistics_text
+from firmware_runtime.system.neighbours import busy
+from sim_doubles.testing.limits import Judgement, Limits, judge
 
 
 class HasStatistics(Protocol):
@@ -48,7 +48,7 @@ def assert_timing(  # noqa: PLR0913 -- limits, by name
 ) -> None:
     """Fail the test whose run broke a limit; skip it where that may be the machine's doing.
 
-    Each limit is `at most`; see `firmware_runtime.gate.limits.Limits`. With `strict` what is broken
+    Each limit is `at most`; see `sim_doubles.testing.limits.Limits`. With `strict` what is broken
     fails wherever it runs, and so does what was not measured. `neighbours` are shares of the
     processors that others took meanwhile, by `Neighbours`. Raises ConfigError for limits that are
     none and a model that is not there.

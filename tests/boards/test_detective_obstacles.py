@@ -2,7 +2,6 @@
 
 import pytest
 
-from benchmarks.detective.obstacles import mission
 from boards.detective.detective import ATOMIC_CLASSES, Detective
 from boards.detective.parameters import Parameters
 from firmware_runtime.devs.time import SECOND
@@ -12,6 +11,7 @@ from firmware_runtime.ecdpp.model_file import parse_model
 from firmware_runtime.ecdpp.model_writer import model_text
 from tests.support import figure_6
 from tests.support.ecdpp_round_trip import described
+from tests.support.low_obstacles import mission
 from tests.support.virtual_detective import virtual_detective
 
 AVOIDING = Parameters(avoid_obstacles=True, aside=2 * SECOND)
@@ -94,7 +94,6 @@ def test_the_avoiding_model_goes_into_a_file_and_back() -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", [1, 2, 3, 4])
 def test_it_reaches_its_target_past_a_wall_and_touches_nothing(seed: int) -> None:
-    """Forty of them: `python -m benchmarks.detective.obstacles`."""
     ended = mission(seed)
     assert (ended["found"], ended["touched"]) == (True, False)
 

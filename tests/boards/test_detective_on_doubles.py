@@ -19,7 +19,6 @@ MD25, RADAR_SONAR, BODY_SONAR, BODY_COMPASS = 0x58, 0x73, 0x75, 0x62
     [(0, 1), (0, 2), (0, 4), (45, 1), (90, 2), (135, 4), (180, 1), (225, 2), (270, 4), (315, 2)],
 )
 def test_it_finds_its_target_and_stops_in_front_of_it(bearing_deg: int, distance_m: int) -> None:
-    """72 bearings, each at all distances: `python -m benchmarks.detective.sweep`."""
     robot = virtual_detective(target_at(bearing_deg, distance_m), f"world.seed={bearing_deg}")
     result = robot.run_mission()
     assert result["found"] is True

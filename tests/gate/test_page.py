@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from firmware_runtime.gate.limits import Limits
+from sim_doubles.testing.limits import Limits
 
 PAGE = (Path(__file__).parents[2] / "docs" / "timing-gate.md").read_text("utf-8")
 

@@ -6,7 +6,6 @@ from typing import Final
 import numpy as np
 import pytest
 
-from benchmarks.identification.plants import LAG_S, drawn
 from firmware_runtime.identification.identified import identify
 from firmware_runtime.identification.noise import WHITE, noise_of, random_walk
 from firmware_runtime.identification.output_error import EXCESS, OutputError
@@ -15,6 +14,7 @@ from firmware_runtime.identification.profile import Profile
 from firmware_runtime.identification.regression import guesses
 from firmware_runtime.identification.search import Search
 from firmware_runtime.identification.series import Series
+from tests.support.drawn_plants import LAG_S, drawn
 from tests.support.pushed_body import pushed_body
 
 CART_LAG_S: Final = 0.05

@@ -1,6 +1,7 @@
 """A board in two processes: it works as in one, and is driven only while both are there."""
 
 import signal
+import socket
 from pathlib import Path
 
 import pytest
@@ -9,11 +10,15 @@ from firmware_runtime.cli.main import main
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.links.control import ask
 from firmware_runtime.links.key_file import write_key
+from firmware_runtime.statistics.layout import STEPS
 from firmware_runtime.status import Status
 from tests.support.linked_runs import free_port, linked
 from tests.support.waiting import wait_until
 
 pytestmark = [pytest.mark.slow, pytest.mark.real_time]
+
+
+FLOOD = (b"noise", b"FWL1\x02" + bytes(170), b"FWL1\x02" + bytes(9000), b"FWL1\x02")
 
 
 @pytest.fixture(params=["unix", "udp", "udp with a key"])
@@ -154,3 +159,27 @@ def test_each_end_is_spoken_to_by_its_name(
         assert main(["ports", "tachobot.pilot"]) == Status.BAD_INPUT
         assert "pilot: this board has no such role" in capsys.readouterr().err
         assert main(["ports", "tachobot.robot"]) == Status.OK
+
+
+def test_a_flooded_robot_stays_armed(tmp_path: Path) -> None:
+    """2000 datagrams a second that no key has signed, for 2 s: with each step of the robot 20."""
+    write_key(tmp_path / "key")
+    port = free_port()
+    with (
+        linked(tmp_path, "tachobot", f"udp:127.0.0.1:{port},key={tmp_path}/key") as runs,
+        socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as attacker,
+    ):
+        runs.controller().wait_until_it_has_run(1)
+        robot = runs.robot()
+        robot.wait_until_armed()
+        armed = 0
+        for _ in range(200):
+            made = robot.cell(STEPS)
+            armed += robot.is_armed
+            for _ in range(5):
+                for datagram in FLOOD:
+                    attacker.sendto(datagram, ("127.0.0.1", port))
+            robot.wait_until_it_has_made(made + 1)
+        assert armed > 100, "a busy machine may silence the controller now and then"
+        robot.process.send_signal(signal.SIGTERM)
+        assert robot.report()["link"]["refused"]["forged"] > 0

@@ -1,6 +1,5 @@
 """The two ends of a cut, over topics of ROS 2: two runs, and a carrier with real rclpy at each."""
 
-import json
 import subprocess
 from pathlib import Path
 
@@ -58,16 +57,3 @@ def test_frames_that_are_not_signed_do_not_reach_a_run_with_a_key(
 
     wait_until(lambda: forged() > 0, "what is signed with another key is refused")
     assert drives.poll() is None
-
-
-@pytest.mark.slow
-def test_the_bench_of_the_link_prints_every_leg(robot: RosProcesses) -> None:
-    bench = robot.start("bench", "ros2", "--count", "9", "--json")
-    out, _ = bench.communicate(timeout=PATIENCE_S)
-    assert bench.returncode == 0, out.decode()
-    report = json.loads(out)
-    assert len(report["one_way"]) == 5
-    assert sum(each["share"] for each in report["one_way"].values()) == pytest.approx(1.0)
-    assert {each["count"] for each in report["one_way"].values()} >= {
-        2 * report["link_ms"]["count"]
-    }

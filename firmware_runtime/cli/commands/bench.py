@@ -18,17 +18,10 @@ _BENCHES = (
     "timing",
     "peers",
     "devstone",
-    "accounting",
     "loop",
     "reader",
-    "hostile",
-    "gate",
-    "disturbance",
-    "kills",
-    "ros2",
-    "qss",
-    "blame",
     "recording",
+    "keyframes",
     "replay",
 )
 

@@ -1,30 +1,31 @@
 """`firmware-runtime gate BASE HEAD BOARD`: is HEAD slower? Decided on pairs, or undecided."""
 
 import argparse
-import json
 import os
 import sys
+from collections.abc import Iterator
+
+from msgspec import json, to_builtins
 
 from firmware_runtime.cli.arguments import SubParsers, add_verb, positive
 from firmware_runtime.cli.own_terminal import OwnTerminal
 from firmware_runtime.errors import ConfigError
-from firmware_runtime.gate.board_pairs import BoardPairs
 from firmware_runtime.gate.checkouts import Checkout, checkouts
-from firmware_runtime.gate.command_pairs import CommandPairs
-from firmware_runtime.gate.gate import Outcome, pass_gate
-from firmware_runtime.gate.sequential import (
+from firmware_runtime.gate.decision import (
     ERROR,
     FEWEST_PAIRS,
+    LOOKS,
     MOST_PAIRS,
     Decision,
     Verdict,
 )
-from firmware_runtime.gate.text import outcome_text, ratio_text
+from firmware_runtime.gate.gate import Outcome, pass_gate
+from firmware_runtime.gate.pairs import measured_pairs
 from firmware_runtime.status import Status
 from firmware_runtime.system.exit_on_signals import exit_on_signals
 from firmware_runtime.system.own_folder import own_folder
 
-PAIRS, PAIRS_OF_COMMAND = 96, 36
+PAIRS = 48
 TOLERANCE_PERCENT = 10.0
 _STATUSES = {
     Verdict.NO_SLOWER: Status.OK,
@@ -33,9 +34,10 @@ _STATUSES = {
 }
 _ABOUT = f"""
 BASE and HEAD are folders, or revisions of the git repository here. A board runs on its doubles, a
-model alone, in virtual time, both versions in turns; what is compared is processor time. Behind
-`--` a command may stand instead, which is run in either folder. With a chance of {ERROR:.0%} at
-most `slower` is said of what is within the tolerance, and likewise `no slower` of what is not.
+model alone, in virtual time, both versions at once on one processor; what is compared is processor
+time. Behind `--` a command may stand instead, which is run in either folder. With a chance of
+{ERROR:.0%} at most `slower` is said of what is within the tolerance, and likewise `no slower` of
+what is not.
 Exit status: 0 no slower, 1 slower, 11 cannot tell here, 2 bad input. docs/timing-gate.md.
 """
 
@@ -66,8 +68,8 @@ def _add_options(parser: argparse.ArgumentParser) -> None:
         "--pairs",
         type=_pairs,
         metavar="N",
-        help=f"at most, {FEWEST_PAIRS} to {MOST_PAIRS}; default {PAIRS}, of a command "
-        f"{PAIRS_OF_COMMAND}; it looks after a quarter, a half and all of them",
+        help=f"at most, {FEWEST_PAIRS} to {MOST_PAIRS}; default {PAIRS}; it looks after a quarter, "
+        "a half and all of them",
     )
     parser.add_argument(
         "--tolerance",
@@ -107,8 +109,8 @@ def execute(arguments: argparse.Namespace) -> int:
     progress = _Progress()
     with exit_on_signals(), own_folder() as folder:
         try:
-            with checkouts(chosen.base, chosen.head, folder) as versions:
-                outcome = _passed(versions, command, chosen, progress)
+            versions = checkouts(chosen.base, chosen.head, folder)
+            outcome = _passed(versions, command, chosen, progress)
         finally:
             progress.close()
     _print(outcome, versions, as_json=getattr(chosen, "json", False))
@@ -150,27 +152,63 @@ def _passed(
     chosen: argparse.Namespace,
     progress: "_Progress",
 ) -> Outcome:
-    seed = getattr(chosen, "seed", 0)
-    tolerance = getattr(chosen, "tolerance", TOLERANCE_PERCENT) / 100
+    words = [chosen.board, *getattr(chosen, "assignments", [])]
+    cost_of = "1 s of robot time"
     if command is not None:
-        by_command = CommandPairs(versions, command, seed)
-        most = getattr(chosen, "pairs", PAIRS_OF_COMMAND)
-        return pass_gate(by_command, tolerance, most, progress)
-    by_board = BoardPairs(versions, chosen.board, getattr(chosen, "assignments", []), seed)
-    return pass_gate(by_board, tolerance, getattr(chosen, "pairs", PAIRS), progress)
+        words, cost_of = ["--", *command], "a run of the command"
+    pairs = measured_pairs(versions, words, getattr(chosen, "seed", 0))
+    tolerance = getattr(chosen, "tolerance", TOLERANCE_PERCENT) / 100
+    return pass_gate(pairs, cost_of, tolerance, getattr(chosen, "pairs", PAIRS), progress)
 
 
 def _print(outcome: Outcome, versions: tuple[Checkout, Checkout], *, as_json: bool) -> None:
-    base, head = versions
     if as_json:
+        figures = to_builtins(outcome)
         named = {
             each.name.lower(): {"stated": each.stated, "commit": each.commit} for each in versions
         }
-        print(json.dumps({**outcome.as_json(), **named}, allow_nan=False))
+        print(json.encode({**figures.pop("decision"), **figures, **named}).decode())
         return
+    first, *rest = _lines(outcome, versions)
     forced = bool(os.environ.get("FORCE_COLOR"))
     in_colour = forced or (sys.stdout.isatty() and not os.environ.get("NO_COLOR"))
-    print(outcome_text(outcome, base, head, in_colour=in_colour))
+    if in_colour and outcome.decision.verdict is not Verdict.NO_SLOWER:
+        first = f"\x1b[1;31m{first}\x1b[0m"
+    print("\n".join([first, *rest]))
+
+
+def _lines(outcome: Outcome, versions: tuple[Checkout, Checkout]) -> Iterator[str]:
+    """The verdict first; then figures and conditions."""
+    decision = outcome.decision
+    yield f"{decision.verdict}: {_sentence(decision, f'{outcome.tolerance:.1%}')}"
+    for checkout, cost_us in zip(versions, (outcome.base_us, outcome.head_us), strict=True):
+        version = f" ({checkout.commit[:12]})" if checkout.commit else ""
+        cost = f"{cost_us / 1000:.4g} ms of processor time for {outcome.cost_of}"
+        yield f"  {checkout.name} {checkout.stated}{version}: {cost}"
+    bounds = f"{decision.ratio_low:.3f} to {decision.ratio_high:.3f}, {1 - 2 * ERROR:.0%}"
+    yield f"  HEAD by BASE {decision.ratio:.3f} ({bounds}); tolerance {outcome.tolerance:.1%}"
+    yield (
+        f"  {decision.pairs} pairs of {outcome.most_pairs} at most, look {decision.looks} of "
+        f"{LOOKS}, signed ranks: slower p = {decision.p_slower:.2g}, no slower "
+        f"p = {decision.p_no_slower:.2g}; {outcome.elapsed_s:.1f} s"
+    )
+    yield from (f"  note: {each}" for each in outcome.notes)
+    stated, shares = outcome.conditions, outcome.neighbours
+    where = [stated[name] for name in ("kernel", "machine", "python", "scheduler")]
+    others = f"other processes {shares['processes']:.0%}, the host {shares['host']:.0%}"
+    yield f"  conditions: {', '.join(where)}, {stated['cpu_count']} processors, {others}"
+    yield from (f"  disturbs: {each}" for each in outcome.reasons)
+
+
+def _sentence(decision: Decision, tolerance: str) -> str:
+    if decision.verdict is Verdict.CANNOT_TELL:
+        return (
+            f"the ratio may be anything from {decision.ratio_low:.3f} to "
+            f"{decision.ratio_high:.3f}, which is on both sides of the tolerance of {tolerance}; "
+            "expected more --pairs, a quieter machine, or another --tolerance"
+        )
+    more = "no more than" if decision.verdict is Verdict.NO_SLOWER else "more than"
+    return f"HEAD takes {more} {tolerance} more processor time than BASE"
 
 
 class _Progress:
@@ -179,11 +217,10 @@ class _Progress:
     def __init__(self) -> None:
         self._terminal = OwnTerminal.of(sys.stderr)
 
-    def __call__(self, pairs: int, most: int, last: Decision | None) -> None:
-        """So many pairs are there, and the last look said this."""
+    def __call__(self, pairs: int, most: int) -> None:
+        """So many pairs are there."""
         if self._terminal is not None:
-            said = "" if last is None else f", ratio {ratio_text(last)}"
-            self._terminal.show(f"gate: {pairs} pairs of {most} at most{said}")
+            self._terminal.show(f"gate: {pairs} pairs of {most} at most")
 
     def close(self) -> None:
         """Take the line away."""

@@ -1,1 +1,0 @@
-"""What accounting costs a step, in memory and at the start."""

@@ -1,1 +1,0 @@
-"""The detective robot's missions, wherever its target stands."""

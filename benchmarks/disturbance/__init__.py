@@ -1,1 +1,0 @@
-"""A robot's end of a link while it is flooded, and while its controller is killed."""

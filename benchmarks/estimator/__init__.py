@@ -1,1 +1,0 @@
-"""What a step of the position estimator costs: `python -m benchmarks.estimator`."""

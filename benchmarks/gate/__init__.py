@@ -1,1 +1,0 @@
-"""How often the timing gate is wrong, beside busy neighbours."""

@@ -1,1 +1,0 @@
-"""Whether the truth lies in the intervals of `identify` as often as they say."""

@@ -1,1 +1,0 @@
-"""Whether sensors that live are ever taken for dead: hours of their noise through the checks."""

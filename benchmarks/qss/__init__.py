@@ -1,1 +1,0 @@
-"""Quantized state systems beside scipy's `solve_ivp`."""

@@ -1,1 +1,0 @@
-"""How long a value takes over ROS 2, and where."""

@@ -1,1 +1,0 @@
-"""How fast a whole robot runs in virtual time."""

@@ -1,0 +1,142 @@
+"""The robot's end of a link as it is: a carrier and a run's link, at an instant set from outside.
+
+Only sockets lead to an attacker here instead of to a network.
+"""
+
+import socket
+from collections import Counter
+from contextlib import ExitStack
+from typing import Final
+from unittest.mock import patch
+
+from firmware_runtime.devs.atomic import Atomic
+from firmware_runtime.devs.coupled import Coupled
+from firmware_runtime.devs.part import part_of
+from firmware_runtime.executive.clocks import MonotonicClock
+from firmware_runtime.executive.configuration import Configuration
+from firmware_runtime.executive.executive import Executive
+from firmware_runtime.links.cut import udp
+from firmware_runtime.links.cut.cut import cut_of
+from firmware_runtime.links.cut.link import Link
+from firmware_runtime.links.cut.terms import Terms
+from firmware_runtime.models.motion import Motion
+from tests.support.hostile.frames import KEY, YAW_LIMIT
+from tests.support.hostile.link_rules import MS
+
+TIMEOUT: Final = 500 * MS
+LIMITS: Final = (-YAW_LIMIT, YAW_LIMIT)
+ORDERED: Final = ("controller.turn",)
+
+
+class Controller(Atomic):
+    """What the other end runs."""
+
+    def __init__(self) -> None:
+        super().__init__("controller")
+        self.forces = self.in_port("forces", float)
+        self.motion = self.out_port("motion", Motion)
+        self.turn = self.out_port("turn", str)
+        self.yaw = self.out_port("yaw", float)
+
+
+class Robot(Atomic):
+    """What this end runs."""
+
+    def __init__(self) -> None:
+        super().__init__("robot")
+        self.motion = self.in_port("motion", Motion)
+        self.turn = self.in_port("turn", str)
+        self.yaw = self.in_port("yaw", float)
+        self.forces = self.out_port("forces", float)
+
+
+class Board(Coupled):
+    """Both, coupled."""
+
+    def __init__(self) -> None:
+        super().__init__("board")
+        controller, robot = self.add(Controller()), self.add(Robot())
+        self.couple(controller.motion, robot.motion)
+        self.couple(controller.turn, robot.turn)
+        self.couple(controller.yaw, robot.yaw)
+        self.couple(robot.forces, controller.forces)
+
+
+class Pair:
+    """The run's end of the pair of sockets between run and carrier."""
+
+    def __init__(self, own: socket.socket) -> None:
+        self._socket = own
+
+    def fileno(self) -> int:
+        """The descriptor that becomes readable when a frame has come."""
+        return self._socket.fileno()
+
+    def receive(self) -> bytes | None:
+        """The next frame, if there is one."""
+        try:
+            return self._socket.recv(1 << 16)
+        except BlockingIOError:
+            return None
+
+    def send(self, frame: bytes) -> None:
+        """Send without waiting."""
+        self._socket.send(frame)
+
+    def linger(self) -> None:
+        """Every send finds room here."""
+
+    def close(self) -> None:
+        """Close the socket."""
+        self._socket.close()
+
+
+class RobotEnd:
+    """A carrier and a run's link, tied by sockets, at an instant that is set from outside."""
+
+    def __init__(self, stack: ExitStack) -> None:
+        self.now = 1000 * 1000 * MS
+        stack.enter_context(patch.object(udp, "monotonic_ns", lambda: self.now))
+        run, to_run = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
+        self._network, to_network = socket.socketpair(socket.AF_UNIX, socket.SOCK_DGRAM)
+        for each in (run, to_run, self._network, to_network):
+            each.setblocking(False)
+            stack.callback(each.close)
+        self.carrier = udp.Carrier(to_run, to_network, KEY, None)
+        part = part_of(Board(), ["robot"])
+        self.link = Link(
+            Executive(part.model, MonotonicClock(), configuration=Configuration(has_link=True)),
+            cut_of(part, [*part.entering, *part.leaving], {"controller.yaw": LIMITS}, ORDERED),
+            part.entering,
+            Pair(run),
+            Terms(timeout=TIMEOUT, ordered=frozenset(ORDERED)),
+            board="board",
+            role="robot",
+            takes_old=False,
+            log=lambda _: None,
+            time=lambda: self.now,
+        )
+        self.link.between_steps(0, 0)  # its first greeting: the carrier knows its session by it
+        self.carrier.work()
+
+    def refused(self) -> Counter[str]:
+        """By reason, at the carrier and at the run."""
+        both = Counter(self.link.counts.own)
+        both.update(self.carrier.carried.refused)
+        return Counter({reason.value: count for reason, count in both.items() if count})
+
+    def counted(self) -> dict[str, int]:
+        """Values that arrived and did not enter, by what became of them."""
+        self.link.between_steps(0, 0)
+        return {"overtaken": self.link.counts.overtaken, "dropped": self.link.counts.dropped}
+
+    def lacks(self) -> bool:
+        """Whether it is kept from driving by what it lacks."""
+        link = self.link
+        return bool(link.lacks_at(self.now) <= self.now)
+
+    def take(self, datagram: bytes) -> list[tuple[str, object]]:
+        """Let a datagram come; the values that enter the model."""
+        self._network.send(datagram)
+        self.carrier.work()
+        return [(port.name, value) for bag in self.link.events() for port, value in bag]
