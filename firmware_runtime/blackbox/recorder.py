@@ -119,8 +119,9 @@ class Recorder:
         self._make_ring = ring
         self._schedule.plan(keyframes, is_real_time=is_real_time)
         self._counts = counts
-        tap_outputs(atomics, self.pending.sent)
-        self.pending.classes.skipped = frozenset(
+        classes = self.pending.classes
+        tap_outputs(atomics, self.pending.sent, unlike=classes.unlike)
+        classes.skipped = frozenset(
             port.number
             for atomic in atomics
             if atomic not in self.own

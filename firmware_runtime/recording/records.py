@@ -104,6 +104,14 @@ def class_named(name: str, packages: Collection[str] | None = None) -> Kind:
     return found
 
 
+def has_other_slots(kind: Kind, names: Collection[str]) -> bool:
+    """Whether objects of a class have slots beside these."""
+    members = ((name, each) for one in kind.__mro__ for name, each in vars(one).items())
+    return any(
+        isinstance(each, types.MemberDescriptorType) and name not in names for name, each in members
+    )
+
+
 def written_member(member: Enum) -> Any:  # noqa: ANN401 -- a Flag's number is an int
     """What a member is called; several members of a Flag together have no name."""
     return member.name if member.name in type(member).__members__ else member.value
@@ -197,6 +205,8 @@ def _dataclass(kind: Kind) -> Record | None:
         return None
     names = tuple(each.name for each in dataclasses.fields(kind))
     if _defines(kind, ("__getattribute__",)) or not _has_own_dictionary(kind):
+        return None
+    if has_other_slots(kind, names):
         return None
     for name in names:
         if _slot(kind, name) is None and _is_computed(kind, name):
