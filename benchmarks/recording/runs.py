@@ -24,6 +24,7 @@ from firmware_runtime.devs.time import MICROSECOND, seconds
 from firmware_runtime.executive.clocks import Clock, VirtualClock
 from firmware_runtime.executive.ledger import Ledger
 from firmware_runtime.runs import recorded_edge
+from firmware_runtime.runs.arming import FREE
 from firmware_runtime.runs.session import Session
 from firmware_runtime.statistics.layout import STEPS
 
@@ -122,6 +123,7 @@ def measured(board: str, folder: Path, name: str, span_s: float, clock: Clock) -
             clock,
             doubles=True,
             statistics_path=folder / "bench.statistics",
+            permission=FREE,  # so that drivers ask their interlock, as on a robot, in all of them
             recording=None if is_bare else folder / "bench.recording",
         )
     stopwatch = _Stopwatch()

@@ -17,7 +17,7 @@ from zlib import crc32
 
 import msgspec
 
-from firmware_runtime.blackbox.chunk_file import Numbered, file_of
+from firmware_runtime.blackbox.chunk_file import Numbered, file_of, parts_of
 from firmware_runtime.blackbox.header import header_in
 from firmware_runtime.blackbox.layout import (
     CHUNK,
@@ -247,7 +247,7 @@ def _numbered(pieces: list[_Piece], header: bytes) -> Iterator[Numbered]:
             number = 1 if piece.is_from_start else 2
         else:
             number += 1 if _follows(pieces[place - 1], piece) else 2
-        for part, contents in enumerate(_parts(piece.contents, room)):
+        for part, contents in enumerate(parts_of(piece.contents, room)):
             number += 1 if part else 0
             yield Numbered(number, [header, *contents])
 
@@ -259,19 +259,6 @@ def _room(pieces: list[_Piece]) -> int:
     """
     lengths = [SECTION.size + len(each) for piece in pieces for each in piece.contents]
     return max(lengths, default=0) + sum(lengths) // max(1, len(pieces))
-
-
-def _parts(contents: list[bytes], room: int) -> Iterator[list[bytes]]:
-    """The sections in rows of no more than so many bytes."""
-    part: list[bytes] = []
-    used = 0
-    for content in contents:
-        if used + SECTION.size + len(content) > room and part:
-            yield part
-            part, used = [], 0
-        part.append(content)
-        used += SECTION.size + len(content)
-    yield part
 
 
 def _gaps(pieces: list[_Piece]) -> Iterator[str]:

@@ -26,10 +26,10 @@ import msgspec
 from firmware_runtime.devs.tapped_ports import Sent, TappedPort
 from firmware_runtime.recording.records import (
     UnknownValue,
-    has_other_slots,
     is_record,
     name_of,
     record_of,
+    slots_of,
 )
 
 Word: TypeAlias = str
@@ -55,26 +55,20 @@ _MOST_ITEMS: Final = 100
 """Of a collection of values of several classes; of one with more no word is kept."""
 
 
-class Found(Enum):
-    """What the classes of a value are, beside those that were noted."""
+def compare_classes(noted: Word | None, value: object) -> tuple[bool | None, Word]:
+    """Return whether a value has the classes that were noted, and its word.
 
-    SAME = 1
-    OTHER = 2
-    UNSURE = 3
-    """They do not differ as far as is known."""
-
-
-def compare_classes(noted: Word | None, value: object) -> tuple[Found, Word]:
-    """Compare the classes of a value with what was noted; its word."""
+    None where they do not differ as far as is known.
+    """
     tree = _tree(value)
     word = _text(tree)
     if noted is None or noted == NO_WORD:
-        return (Found.SAME if word == FREE else Found.UNSURE), word
+        return (True if word == FREE else None), word
     kept = noted.removeprefix(SHALLOW)
     if kept == word:
-        return (Found.UNSURE if UNSURE in word else Found.SAME), word
+        return (None if UNSURE in word else True), word
     is_unseen = kept != noted and kept == _text(tree, 1)
-    return (Found.UNSURE if is_unseen else Found.OTHER), word
+    return (None if is_unseen else False), word
 
 
 class NotedClasses:
@@ -282,7 +276,7 @@ def _is_whole(kind: type[Any], value: Any) -> bool:  # noqa: ANN401 -- any value
     if kind in _PLAIN_COLLECTIONS:
         return True
     is_one = issubclass(kind, tuple | list | set | frozenset) or kind.__base__ is dict
-    if not is_one or kind.__module__ == "collections" or has_other_slots(kind, ()):
+    if not is_one or kind.__module__ == "collections" or slots_of(kind):
         return False
     return kind.__dictoffset__ == 0 or not vars(value)
 
