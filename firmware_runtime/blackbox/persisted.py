@@ -6,6 +6,7 @@ which go when the user does: so what was recorded is copied to where programs ke
 the run is over, or, of one that was killed, when the board's next run begins.
 """
 
+import errno
 import os
 from collections.abc import Iterator
 from pathlib import Path
@@ -39,8 +40,13 @@ def persist(recording: Path, folder: Path, budget: int) -> Path | None:
     """
     if not recording.is_file():
         return None
-    with RingFile(recording) as ring:
-        header = ring.header()
+    try:
+        with RingFile(recording) as ring:
+            header = ring.header()
+    except OSError as error:
+        if error.errno == errno.EINVAL:  # no recording, or an older program's
+            return None
+        raise
     if header is None or Path(header.run).name != header.run:
         return None
     copy = folder / f"{header.run}{Companion.RECORDING}"
