@@ -151,7 +151,7 @@ def measured(board: str, folder: Path, name: str, span_s: float, clock: Clock) -
 
 def _written(path: Path) -> int:
     """Bytes of the sections of a recording."""
-    contents = (content for chunk in read_recording(path).chunks for content in chunk.contents)
+    contents = read_recording(path).contents()
     return sum(len(content) for content in contents if kind_of(content) != Kind.HEADER)
 
 

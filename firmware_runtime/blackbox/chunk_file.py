@@ -1,6 +1,6 @@
 """A recording as a file of its own: chunks in order, each as long as it is used; then its spare."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from io import BytesIO
 from typing import NamedTuple
 from zlib import crc32
@@ -34,6 +34,19 @@ def file_of(chunks: Sequence[Numbered]) -> bytes:
 
 def _size(chunk: Numbered) -> int:
     return CHUNK.size + sum(SECTION.size + len(each) for each in chunk.contents)
+
+
+def parts_of(contents: Iterable[bytes], room: int) -> Iterator[list[bytes]]:
+    """Sections in rows that take no more than so many bytes in a chunk."""
+    part: list[bytes] = []
+    used = 0
+    for content in contents:
+        if used + SECTION.size + len(content) > room and part:
+            yield part
+            part, used = [], 0
+        part.append(content)
+        used += SECTION.size + len(content)
+    yield part
 
 
 def used_of(recording: Recording) -> bytes:

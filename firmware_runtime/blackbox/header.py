@@ -1,7 +1,11 @@
 """What a recording says of itself: which robot, which settings, which code, which machine."""
 
+import math
 from typing import Any
 
+import msgspec
+
+from firmware_runtime.blackbox.section import Kind, decode
 from firmware_runtime.recording.header import RecordedBoard
 
 
@@ -29,3 +33,14 @@ class Header(RecordedBoard, frozen=True, kw_only=True):
     """Paths of the atomics that are not the robot's own."""
     chance: Any = None
     """Where the process's generators of random numbers stood before the robot was built."""
+
+
+def header_in(content: bytes) -> Header | None:
+    """The header that a section is; None for what is none."""
+    try:
+        section = decode(content)
+        header = msgspec.convert(section.extra, Header)
+    except msgspec.MsgspecError:
+        return None
+    is_one = section.kind is Kind.HEADER and 0 <= header.speed < math.inf
+    return header if is_one else None

@@ -11,7 +11,7 @@ from typing import Any, Final
 
 from firmware_runtime.blackbox.found import FAILED_START, VIRTUAL, find_recording
 from firmware_runtime.blackbox.persisted import state_folder
-from firmware_runtime.blackbox.reader import Recording, read_recording
+from firmware_runtime.blackbox.reader import Recording, instants_in, read_recording
 from firmware_runtime.blackbox.section import Kind, decode
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.errors import ConfigError
@@ -125,12 +125,7 @@ def why_kept(path: Path) -> str:
 
 def span_of(recording: Recording) -> tuple[int, int]:
     """First and last instant of the run in a recording, ns; a run's beginning is instant 0."""
-    ats = [
-        section.at
-        for chunk in recording.chunks
-        for section in map(decode, chunk.contents)
-        if section.has_instant
-    ]
+    ats = list(instants_in(recording.contents()))
     return (min(ats), max(ats)) if ats else (0, 0)
 
 

@@ -14,8 +14,8 @@ from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.component import Component, below_root
 from firmware_runtime.devs.coupled import with_all_below
 from firmware_runtime.devs.functions import Functions, Wrapped
-from firmware_runtime.devs.ports import OutPort
-from firmware_runtime.devs.tapped_ports import Sent, tap
+from firmware_runtime.devs.ports import OutPort, Register
+from firmware_runtime.devs.tapped_ports import NOT_NOTED, Sent, tap
 
 
 def own_atomics(component: Component) -> Iterator[Atomic]:
@@ -29,12 +29,15 @@ def output_ports(atomics: Iterable[Atomic]) -> list[OutPort[Any]]:
 
 
 def tap_outputs(
-    atomics: Iterable[Atomic], sent: Sent, numbers: Iterable[int] | None = None
+    atomics: Iterable[Atomic],
+    sent: Sent,
+    numbers: Iterable[int] | None = None,
+    unlike: Register = NOT_NOTED,
 ) -> None:
     """Append what leaves every output port from now on, by these numbers or in order."""
     ports = output_ports(atomics)
     for number, port in zip(numbers or range(len(ports)), ports, strict=True):
-        tap(port, number, sent)
+        tap(port, number, sent, unlike)
 
 
 def untapped_sends(atomics: Iterable[Atomic]) -> str | None:

@@ -35,7 +35,7 @@ class Pending:
         self.sent: Sent = []
         self.transfers: list[tuple[Any, ...]] = []
         self.entered: list[tuple[str, Any]] = []
-        self.classes = NotedClasses()
+        self.classes = NotedClasses(self.sent)
         self.lists = (
             *(self.readings, self.times, self.enabled, self.world),
             *(self.sent, self.transfers, self.entered),
@@ -55,5 +55,5 @@ class Pending:
     def clear(self) -> None:
         """Forget everything: it has been written."""
         self.fields[AT] = NO_STEP
-        for each in self.lists:
+        for each in (*self.lists, self.classes.unlike):
             each.clear()

@@ -6,22 +6,18 @@ which go when the user does: so what was recorded is copied to where programs ke
 the run is over, or, of one that was killed, when the board's next run begins.
 """
 
+import errno
 import os
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Final
 
-from firmware_runtime.blackbox.chunk_file import Numbered, file_of
-from firmware_runtime.blackbox.file_content import opened_content
-from firmware_runtime.blackbox.layout import CHUNK, PREFIX, PREFIX_SIZE, SECTION, is_whole
+from firmware_runtime.blackbox.chunk_file import used_of
 from firmware_runtime.blackbox.reader import read_recording
-from firmware_runtime.blackbox.section import decode
+from firmware_runtime.blackbox.ring_file import RingFile
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.statistics.companions import Companion
 from firmware_runtime.statistics.paths import is_of_session
 from firmware_runtime.system.whole_file import OWN_AND_GROUP, replace_file
-
-_LONGEST_HEADER: Final = 1 << 20
 
 
 def state_folder() -> Path:
@@ -44,14 +40,19 @@ def persist(recording: Path, folder: Path, budget: int) -> Path | None:
     """
     if not recording.is_file():
         return None
-    run = _run_of(recording)
-    if run is None or Path(run).name != run:
+    try:
+        with RingFile(recording) as ring:
+            header = ring.header()
+    except OSError as error:
+        if error.errno == errno.EINVAL:  # no recording, or an older program's
+            return None
+        raise
+    if header is None or Path(header.run).name != header.run:
         return None
-    copy = folder / f"{run}{Companion.RECORDING}"
+    copy = folder / f"{header.run}{Companion.RECORDING}"
     if copy.exists():
         return None
-    found = read_recording(recording)
-    content = file_of([Numbered(each.number, each.contents) for each in found.chunks])
+    content = used_of(read_recording(recording))
     folder.mkdir(parents=True, exist_ok=True)
     if len(content) > budget:
         fault = f"{len(content) >> 20} MiB are more than recording.keep_mib"
@@ -73,23 +74,3 @@ def _newest_first(folder: Path) -> Iterator[tuple[Path, int]]:
     found = [(path, path.stat()) for path in folder.glob(f"*{Companion.RECORDING}")]
     for path, status in sorted(found, key=lambda each: -each[1].st_mtime_ns):
         yield path, status.st_size
-
-
-def _run_of(recording: Path) -> str | None:
-    """The name of the run, of the first chunk's header alone; None where that is not whole."""
-    with opened_content(recording) as content:
-        begin = content.read(0, PREFIX_SIZE)
-        if not is_whole(begin):
-            return None
-        _, size, _ = PREFIX.unpack_from(begin)
-        chunk = content.read(PREFIX_SIZE, min(size, _LONGEST_HEADER))
-    if len(chunk) < CHUNK.size + SECTION.size:
-        return None
-    length, _ = SECTION.unpack_from(chunk, CHUNK.size)
-    first = CHUNK.size + SECTION.size
-    try:
-        extra = decode(chunk[first : first + length]).extra
-    except ValueError:
-        return None
-    run = extra.get("run") if isinstance(extra, dict) else None
-    return run if isinstance(run, str) else None

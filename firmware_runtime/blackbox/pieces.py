@@ -17,8 +17,8 @@ from typing import Final
 from firmware_runtime.blackbox.chunk_file import Numbered, file_of
 from firmware_runtime.blackbox.listed import state_at_end
 from firmware_runtime.blackbox.mirror import Mirror
+from firmware_runtime.blackbox.reader import instants_in
 from firmware_runtime.blackbox.ring_file import RingFile
-from firmware_runtime.blackbox.section import decode
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.statistics.companions import Companion
 from firmware_runtime.statistics.errors import StatisticsFileError
@@ -143,8 +143,9 @@ class Pieces:
         if not chunks:
             return
         if span is not None:
-            since = _last_at(chunks[-1][1]) - span
-            before = [place for place, each in enumerate(chunks) if _first_at(each[1]) <= since]
+            since = next(instants_in(reversed(chunks[-1][1])), 0) - span
+            begins = [next(instants_in(contents), 0) for _, contents in chunks]
+            before = [place for place, at in enumerate(begins) if at <= since]
             chunks = chunks[max(before, default=0) :]
         content = file_of([Numbered(*each) for each in chunks])
         path = self._named(f"-{why}-{number}")
@@ -190,16 +191,6 @@ def _number(path: Path) -> int:
 def _taken(path: Path) -> int:
     """Bytes of the disk that a file takes."""
     return path.stat().st_blocks * 512
-
-
-def _first_at(contents: list[bytes]) -> int:
-    sections = (decode(each) for each in contents)
-    return next((each.at for each in sections if each.has_instant), 0)
-
-
-def _last_at(contents: list[bytes]) -> int:
-    sections = (decode(each) for each in reversed(contents))
-    return next((each.at for each in sections if each.has_instant), 0)
 
 
 def _mebibytes(size: int) -> str:

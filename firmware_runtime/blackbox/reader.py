@@ -4,8 +4,7 @@ A file is taken for what is whole in it. A section whose CRC-32 is wrong ends it
 that is missing between two leaves a gap; both are said, and what follows begins at a keyframe.
 """
 
-import math
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Final
@@ -14,7 +13,7 @@ from zlib import crc32
 import msgspec
 
 from firmware_runtime.blackbox.file_content import Content, content_of, opened_content
-from firmware_runtime.blackbox.header import Header
+from firmware_runtime.blackbox.header import Header, header_in
 from firmware_runtime.blackbox.layout import (
     CHUNK,
     LARGEST_CHUNK,
@@ -92,6 +91,11 @@ class Segment:
                 yield decode(content)
 
 
+def instants_in(contents: Iterable[bytes]) -> Iterator[int]:
+    """Instants of the sections that have one of their own, ns."""
+    return (section.at for section in map(decode, contents) if section.has_instant)
+
+
 def kind_of(content: bytes) -> int:
     """The kind of a section, which is the first of its fields."""
     return content[1]
@@ -107,11 +111,15 @@ class Recording:
     damages: list[str] = field(default_factory=list)
     """What is wrong with the file where no chunk can be read, one sentence each."""
 
+    def contents(self) -> Iterator[bytes]:
+        """All sections in order, also the header that begins each chunk."""
+        return (content for chunk in self.chunks for content in chunk.contents)
+
     def faults(self) -> list[str]:
         """What is missing within it, one sentence each."""
         found = list(self.damages)
         found += [f"chunk {each.number}: {each.damage}" for each in self.chunks if each.damage]
-        lost = [each for chunk in self.chunks for each in chunk.contents if kind_of(each) == _LOST]
+        lost = [each for each in self.contents() if kind_of(each) == _LOST]
         found += [
             f"at {section.at / SECOND:g} s a section is missing: {section.extra}"
             for section in map(decode, lost[:_MOST_NAMED])
@@ -149,8 +157,7 @@ class Recording:
         """When it was."""
         noted = [
             (section.at, section.extra[1])
-            for chunk in self.chunks
-            for content in chunk.contents
+            for content in self.contents()
             if kind_of(content) == Kind.DATE and _is_date((section := decode(content)).extra)
         ]
         began = self.header.began
@@ -202,7 +209,8 @@ def _recording(content: Content, path: Path) -> Recording:
     read = {begin: _chunk(content.read(begin, chunk_size), chunk_size) for begin in begins}
     found = [each for each in read.values() if each is not None and len(each.contents) > 0]
     found.sort(key=lambda chunk: chunk.number)
-    header = next((each for chunk in found if (each := _header(chunk)) is not None), None)
+    headers = (header_in(each.contents[0]) for each in found)
+    header = next((each for each in headers if each is not None), None)
     if header is None:
         raise ConfigError.of_one(str(path), _NO_HEADER)
     found = [_with_lines(each, len(header.lines)) for each in found]
@@ -277,16 +285,3 @@ def _with_lines(chunk: Chunk, count: int) -> Chunk:
             damage = f"section {place} has a transfer on line {line} of {count}"
             return Chunk(chunk.number, chunk.contents[:place], damage, chunk.lines[:place])
     return chunk
-
-
-def _header(chunk: Chunk) -> Header | None:
-    if not chunk.contents:
-        return None
-    section = decode(chunk.contents[0])
-    if section.kind is not Kind.HEADER:
-        return None
-    try:
-        header = msgspec.convert(section.extra, Header)
-    except msgspec.ValidationError:
-        return None
-    return header if 0 <= header.speed < math.inf else None

@@ -56,8 +56,8 @@ class Recorder:
         self._warnings = KeyframeWarnings()
         self._writer = Writer(self.pending, self._schedule)
         self._make_ring: Callable[[], Ring | None] | None = None
-        self._until = NEVER
-        """The instant that the run goes on to."""
+        self.until = NEVER
+        """The instant that the run goes on to, ns."""
         self._is_armed: bool | None = None
         self._counts: Callable[[], object] = dict
         self._has_raised = False
@@ -119,8 +119,9 @@ class Recorder:
         self._make_ring = ring
         self._schedule.plan(keyframes, is_real_time=is_real_time)
         self._counts = counts
-        tap_outputs(atomics, self.pending.sent)
-        self.pending.classes.skipped = frozenset(
+        classes = self.pending.classes
+        tap_outputs(atomics, self.pending.sent, unlike=classes.unlike)
+        classes.skipped = frozenset(
             port.number
             for atomic in atomics
             if atomic not in self.own
@@ -176,7 +177,7 @@ class Recorder:
     def go_on(self, until: int) -> None:
         """The run begins or goes on, to instant `until`."""
         self._flush()
-        self._until = until
+        self.until = until
         if self._make_ring is not None:
             self._writer.open(self._make_ring)
             self._make_ring = None
@@ -187,11 +188,6 @@ class Recorder:
         self._schedule.open()
         if self._schedule.cannot is not None:
             self._warnings.cannot(self._schedule.cannot)
-
-    @property
-    def until(self) -> int:
-        """The instant that the run goes on to, ns."""
-        return self._until
 
     def arm(self, *, armed: bool) -> None:
         """Outputs may be driven from now on, or may not; what is so already is not said again."""
@@ -262,7 +258,7 @@ class Recorder:
             return
         if not isinstance(self._clock, VirtualClock):
             self._writer.write(Kind.DATE, now, [monotonic_ns(), time_ns()])
-        left = min(next_at, self._until) - now
+        left = min(next_at, self.until) - now
         if schedule.has_time(now, left) and (state := schedule.capture(now)) is not None:
             is_large = LARGE * len(state) > ring.chunk_size
             self._writer.write(Kind.KEYFRAME, now, state)

@@ -9,10 +9,9 @@ import errno
 import os
 from pathlib import Path
 
-import msgspec
 from msgspec import Struct
 
-from firmware_runtime.blackbox.header import Header
+from firmware_runtime.blackbox.header import Header, header_in
 from firmware_runtime.blackbox.layout import (
     CHUNK,
     LARGEST_CHUNK,
@@ -22,7 +21,6 @@ from firmware_runtime.blackbox.layout import (
     PREFIX_SIZE,
     SECTION,
 )
-from firmware_runtime.blackbox.section import Kind, decode
 from firmware_runtime.closing import Closing
 
 
@@ -90,7 +88,7 @@ class RingFile(Closing):
         for place in range(self.count):
             slot = self.slot(place)
             if slot.number > 0 and (content := self.content(place, 0, slot)) is not None:
-                return _header(next(iter(sections_in(content)), b""))
+                return header_in(next(iter(sections_in(content)), b""))
         return None
 
 
@@ -113,11 +111,3 @@ def sections_in(content: bytes) -> list[bytes]:
         found.append(content[place : place + length])
         place += length
     return found
-
-
-def _header(content: bytes) -> Header | None:
-    try:
-        section = decode(content)
-        return msgspec.convert(section.extra, Header) if section.kind is Kind.HEADER else None
-    except msgspec.MsgspecError:
-        return None

@@ -17,8 +17,8 @@ from zlib import crc32
 
 import msgspec
 
-from firmware_runtime.blackbox.chunk_file import Numbered, file_of
-from firmware_runtime.blackbox.header import Header
+from firmware_runtime.blackbox.chunk_file import Numbered, file_of, parts_of
+from firmware_runtime.blackbox.header import header_in
 from firmware_runtime.blackbox.layout import (
     CHUNK,
     LARGEST_CHUNK,
@@ -27,7 +27,7 @@ from firmware_runtime.blackbox.layout import (
     SECTION,
     is_whole,
 )
-from firmware_runtime.blackbox.reader import kind_of
+from firmware_runtime.blackbox.reader import instants_in, kind_of
 from firmware_runtime.blackbox.ring_file import sizes_in
 from firmware_runtime.blackbox.section import Kind, Section, decode
 from firmware_runtime.blackbox.spare import spare_in
@@ -68,7 +68,7 @@ class _Piece:
 
     @property
     def first_at(self) -> int:
-        return next(_instants(self.contents), 0)
+        return next(instants_in(self.contents), 0)
 
     @property
     def is_from_start(self) -> bool:
@@ -92,7 +92,7 @@ def save(path: Path, content: bytes) -> Saved:
     del pieces[:-_MOST_PIECES]
     lost += _gaps(pieces)
     saved = [each for piece in pieces for each in piece.contents]
-    instants = list(_instants(saved)) or [0]
+    instants = list(instants_in(saved)) or [0]
     chunks = list(_numbered(pieces, header)) or [Numbered(2, [header])]
     return Saved(file_of(chunks), len(saved), (min(instants), max(instants)), lost)
 
@@ -105,17 +105,9 @@ def _headers(content: bytes) -> Iterator[int]:
     place = content.find(_HEADER_BEGINS)
     while place >= 0:
         section = _section_at(content, place - SECTION.size, len(content))
-        if section is not None and _is_header(section):
+        if section is not None and header_in(section) is not None:
             yield place
         place = content.find(_HEADER_BEGINS, place + 1)
-
-
-def _is_header(section: bytes) -> bool:
-    try:
-        msgspec.convert(decode(section).extra, Header)
-    except msgspec.MsgspecError:
-        return False
-    return True
 
 
 def _chunks(content: bytes, headers: list[int], lost: list[str]) -> Iterator[tuple[int, int]]:
@@ -213,8 +205,8 @@ class _Reading:
 
     def _in_words(self, place: int, after: int, piece: _Piece) -> str:
         section = _section_at(self._content, after, self._end)
-        before = [*_instants(piece.contents[-1:])]
-        behind = [] if section is None else [*_instants([section])]
+        before = [*instants_in(piece.contents[-1:])]
+        behind = [] if section is None else [*instants_in([section])]
         when = f" after {before[0] / SECOND:.3f} s" if before else ""
         until = f" before {behind[0] / SECOND:.3f} s" if behind else ""
         chunk = f"chunk {self._number}" if self._is_sized else "it"
@@ -240,13 +232,6 @@ def _decoded(section: bytes) -> Section | None:
         return None
 
 
-def _instants(contents: list[bytes]) -> Iterator[int]:
-    """Instants of the sections that have one of their own."""
-    for content in contents:
-        if (section := decode(content)).has_instant:
-            yield section.at
-
-
 # What follows what --------------------------------------------------------------------------------
 
 
@@ -262,7 +247,7 @@ def _numbered(pieces: list[_Piece], header: bytes) -> Iterator[Numbered]:
             number = 1 if piece.is_from_start else 2
         else:
             number += 1 if _follows(pieces[place - 1], piece) else 2
-        for part, contents in enumerate(_parts(piece.contents, room)):
+        for part, contents in enumerate(parts_of(piece.contents, room)):
             number += 1 if part else 0
             yield Numbered(number, [header, *contents])
 
@@ -274,19 +259,6 @@ def _room(pieces: list[_Piece]) -> int:
     """
     lengths = [SECTION.size + len(each) for piece in pieces for each in piece.contents]
     return max(lengths, default=0) + sum(lengths) // max(1, len(pieces))
-
-
-def _parts(contents: list[bytes], room: int) -> Iterator[list[bytes]]:
-    """The sections in rows of no more than so many bytes."""
-    part: list[bytes] = []
-    used = 0
-    for content in contents:
-        if used + SECTION.size + len(content) > room and part:
-            yield part
-            part, used = [], 0
-        part.append(content)
-        used += SECTION.size + len(content)
-    yield part
 
 
 def _gaps(pieces: list[_Piece]) -> Iterator[str]:

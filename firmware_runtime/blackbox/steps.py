@@ -64,11 +64,12 @@ def end_of_step(
     fields, memory, buffer = pending.fields, ring.memory, bytearray()
     readings, sent, transfers = pending.readings, pending.sent, pending.transfers
     times, enabled, world, entered = pending.times, pending.enabled, pending.world, pending.entered
-    note = pending.classes.note
+    unlike, note = pending.classes.unlike, pending.classes.note
 
     def end(at: int, next_at: int) -> None:
         content: bytes | bytearray = buffer
-        fields[EXTRA] = note(sent)
+        if unlike:
+            fields[EXTRA] = note()
         try:
             encode(fields, buffer)
         except Exception:  # noqa: BLE001 -- the run goes on, whatever entered it

@@ -62,7 +62,7 @@ class Writer:
     def write(self, kind: Kind, at: int, extra: object = None) -> None:
         """Write a section of all that was recorded since the last, and clear it."""
         if kind is Kind.STEP:
-            extra = self._pending.classes.note(self._pending.sent)
+            extra = self._pending.classes.note()
         fields = [kind.value, at, *self._pending.lists, extra]
         try:
             content = encode(fields)

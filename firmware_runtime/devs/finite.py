@@ -11,13 +11,13 @@ Which wires carry floats is known when the couplings are resolved. On all others
 """
 
 from collections.abc import Callable, Iterable, Iterator
-from functools import partial
+from functools import cache, partial
 from itertools import groupby
 from math import isfinite
 from types import NoneType
 from typing import Any, Final, TypeAlias
 
-from firmware_runtime.devs.ports import InPort, OutPort, StandIn
+from firmware_runtime.devs.ports import InPort, OutPort, StandIn, Takes
 from firmware_runtime.devs.wiring import Ends, Feed
 
 Check: TypeAlias = Callable[[Any], bool]
@@ -60,10 +60,14 @@ def all_items(values: Iterable[object], are_sound: Check = isfinite) -> bool:
 
 def check_of(port: InPort[Any]) -> Check | None:
     """Return what checks the values that enter a port; None where it takes all of its type."""
-    kind = port.type
-    if port.takes == "any" or not _may_hold_floats(kind):
+    return _check_for(port.type, port.takes)  # type: ignore[arg-type]  # a class has a hash
+
+
+@cache
+def _check_for(kind: type[Any], takes: Takes) -> Check | None:
+    if takes == "any" or not _may_hold_floats(kind):
         return None
-    are_sound = isfinite if port.takes == "finite" else _is_number
+    are_sound = isfinite if takes == "finite" else _is_number
     if issubclass(kind, float):
         return are_sound
     if issubclass(kind, tuple):

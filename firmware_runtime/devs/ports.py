@@ -110,13 +110,20 @@ class OutPort(Generic[T]):
 
     The simulator sets `bag` when it resolves the couplings, and, if that is the bag of one input
     port, `entry`, which goes into `register` before the first value goes into the empty bag.
-    Only a tapped port has a `number` and `sent` (`tapped_ports`).
+    Only a tapped port has those below (`tapped_ports`).
     """
 
-    __slots__ = ("bag", "entry", "name", "number", "owner", "register", "sent", "type")
+    __slots__ = (
+        *("bag", "entry", "name", "owner", "register", "type"),
+        *("kind", "look", "number", "seen", "sent", "unlike"),
+    )
 
     number: int
     sent: list[Any]
+    kind: builtins.type[Any] | None
+    look: Callable[[Any], object] | None
+    seen: object
+    unlike: Register
 
     def __init__(self, owner: Owner, name: str, type_: type[T]) -> None:
         self.owner = owner

@@ -4,16 +4,22 @@
 sending by it, and noting a value costs no further call.
 """
 
-from typing import Any, TypeAlias
+from collections import deque
+from typing import Any, Final, TypeAlias
 
-from firmware_runtime.devs.ports import NOWHERE, OutPort
+from firmware_runtime.devs.ports import NOWHERE, OutPort, Register
 
 Sent: TypeAlias = list[Any]
 """Number of a port and value, in turns: one list, since a pair would be an object for each."""
+NOT_NOTED: Final[Register] = deque(maxlen=0)
 
 
 class TappedPort(OutPort[Any]):
-    """An output port that appends its number and the value to `sent`, then sends."""
+    """An output port that appends its number and the value to `sent`, then sends.
+
+    Of a value of another class than `kind`, or of which `look` returns other than what was `seen`,
+    it appends itself and the value's place to `unlike`.
+    """
 
     __slots__ = ()
 
@@ -22,6 +28,10 @@ class TappedPort(OutPort[Any]):
         sent = self.sent  # named, so that CPython appends to it without a call
         sent.append(self.number)
         sent.append(value)
+        look = self.look
+        if type(value) is not self.kind or (look is not None and look(value) != self.seen):
+            self.unlike.append(self)
+            self.unlike.append(len(sent) - 1)
         bag = self.bag
         if bag is not NOWHERE:
             if not bag:
@@ -39,7 +49,9 @@ class TappedPort(OutPort[Any]):
         return True
 
 
-def tap(port: OutPort[Any], number: int, sent: Sent) -> None:
-    """From now on, append what leaves a port to `sent`, by this number."""
+def tap(port: OutPort[Any], number: int, sent: Sent, unlike: Register = NOT_NOTED) -> None:
+    """From now on, append what leaves a port to `sent`, by this number; all is unlike at first."""
     port.number, port.sent = number, sent
+    port.kind = port.look = port.seen = None
+    port.unlike = unlike
     port.__class__ = TappedPort

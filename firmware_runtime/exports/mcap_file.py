@@ -39,6 +39,7 @@ from firmware_runtime.exports.typed_values import (
 )
 from firmware_runtime.extras import module_of_extra
 from firmware_runtime.hal.fault import Fault
+from firmware_runtime.replay.difference import shown
 from firmware_runtime.statistics.dates import NO_DATES, Dates
 from firmware_runtime.statistics.json_values import plain
 
@@ -107,7 +108,7 @@ class _Export:
 
     def _step(self, section: Section) -> None:
         clock = section.readings
-        entered = [{"port": name, "value": _json(form)} for name, form in section.entered]
+        entered = [{"port": name, "value": shown(form)} for name, form in section.entered]
         late = max(0, clock[0] - section.at) if clock else 0
         said = {"late_ns": late, "readings_ns": clock, "entered": _text(entered) if entered else ""}
         self._write(section.at, "raw/clock", STEP, said)
@@ -234,18 +235,3 @@ def _transfer(transfer: Transfer) -> dict[str, Any]:
 
 def _text(value: object) -> str:
     return json.dumps(value, allow_nan=False)
-
-
-def _json(form: object) -> object:
-    """A recorded value, with texts for what JSON has no word for."""
-    return plain(_without_bytes(form))
-
-
-def _without_bytes(form: object) -> object:
-    if isinstance(form, bytes):
-        return form.hex()
-    if isinstance(form, list):
-        return [_without_bytes(each) for each in form]
-    if isinstance(form, dict):
-        return {str(key): _without_bytes(each) for key, each in form.items()}
-    return form

@@ -48,11 +48,9 @@ def ports_of(model: Coupled) -> dict[str, Port]:
 
 def sections_between(recording: Recording, begin: int, until: int) -> Iterator[Section]:
     """Its sections that have an instant, from one instant up to and including another."""
-    for chunk in recording.chunks:
-        for content in chunk.contents:
-            section = decode(content)
-            if section.has_instant and begin <= section.at <= until:
-                yield section
+    for section in map(decode, recording.contents()):
+        if section.has_instant and begin <= section.at <= until:
+            yield section
 
 
 def values_in(section: Section, paths: Sequence[str], ports: dict[str, Port]) -> Iterator[Sent]:

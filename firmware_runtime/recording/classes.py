@@ -7,13 +7,13 @@ ends with `?`: of such a value nothing can be said to be the same.
 
 A run notes words as they change (`NotedClasses`), a number for one it has noted before. To keep a
 step short it looks at a record and its fields, and into what these hold only where there is more
-than numbers; the word of one that it does not look into begins with `~`.
+than numbers; the word of one that it does not look into begins with `~`. What cannot be changed is
+looked at by the port that sends it, all else when the step is over, as it is written then.
 """
 
-import types
 from array import array
 from collections import OrderedDict, deque
-from collections.abc import Callable, Container, Mapping, Sequence
+from collections.abc import Callable, Collection, Container, Mapping, Sequence
 from datetime import date, timedelta
 from decimal import Decimal
 from enum import Enum
@@ -22,6 +22,15 @@ from typing import Any, Final, TypeAlias
 from uuid import UUID
 
 import msgspec
+
+from firmware_runtime.devs.tapped_ports import Sent, TappedPort
+from firmware_runtime.recording.records import (
+    UnknownValue,
+    is_record,
+    name_of,
+    record_of,
+    slots_of,
+)
 
 Word: TypeAlias = str
 Tree: TypeAlias = Any
@@ -40,76 +49,70 @@ _LEAVES: Final = _FREE | {
     *(Decimal, UUID, date, timedelta),
 }
 _SEQUENCES: Final = (tuple, list, deque)
-_MAPS: Final = frozenset({dict, OrderedDict})
+_PLAIN_COLLECTIONS: Final = frozenset({*_SEQUENCES, set, frozenset, dict, OrderedDict})
 _DEEPEST: Final = 40
 _MOST_ITEMS: Final = 100
 """Of a collection of values of several classes; of one with more no word is kept."""
 
 
-def word_of(value: object) -> tuple[Word, Word]:
-    """The word of a value, and as a run notes it that looks at a record and its fields alone."""
+def compare_classes(noted: Word | None, value: object) -> tuple[bool | None, Word]:
+    """Return whether a value has the classes that were noted, and its word.
+
+    None where they do not differ as far as is known.
+    """
     tree = _tree(value)
-    return _text(tree), _text(tree, 1)
-
-
-class Found(Enum):
-    """What the classes of a value are, beside those that were noted."""
-
-    SAME = 1
-    OTHER = 2
-    UNSURE = 3
-    """They do not differ as far as is known."""
-
-
-def compare_classes(noted: Word | None, value: object) -> tuple[Found, Word]:
-    """Compare the classes of a value with what was noted; its word."""
-    word, in_short = word_of(value)
+    word = _text(tree)
     if noted is None or noted == NO_WORD:
-        return (Found.SAME if word == FREE else Found.UNSURE), word
+        return (True if word == FREE else None), word
     kept = noted.removeprefix(SHALLOW)
     if kept == word:
-        return (Found.UNSURE if UNSURE in word else Found.SAME), word
-    is_unseen = kept != noted and kept == in_short
-    return (Found.UNSURE if is_unseen else Found.OTHER), word
+        return (None if UNSURE in word else True), word
+    is_unseen = kept != noted and kept == _text(tree, 1)
+    return (None if is_unseen else False), word
 
 
 class NotedClasses:
     """Notes the words of what a run sends, section by section.
 
-    `note` returns what is to be noted of a section, in turns: a place among its values, and the
-    word that its port has from there on; the number of one that has been noted before.
+    A port appends to `unlike` what may have another word than its last value (`tapped_ports`).
     """
 
-    def __init__(self) -> None:
+    def __init__(self, sent: Sent) -> None:
+        self.unlike: list[Any] = []
         self.skipped: Container[int] = ()
         """Ports of which nothing is noted: a world's, whose values are played back."""
+        self._sent = sent
         self._numbers: dict[Word, int] = {}
-        self._last: dict[int, tuple[type, _Look | None, Any]] = {}
         self._words: dict[int, Word] = {}
+        self._last: dict[int, tuple[type, _Look, Any]] = {}
+        """What is looked at when a step is over, and what was seen."""
 
-    def note(self, sent: Sequence[Any]) -> list[Any] | None:
-        """See the class; None for a section of which there is nothing to note."""
-        found: list[Any] | None = None
-        last, skipped = self._last, self.skipped
-        place = -1
-        parts = iter(sent)
+    def note(self) -> list[Any] | None:
+        """Return what is to be noted of the section, in turns; None where there is nothing.
+
+        A place among its values, and the word that its port has from there on; the number of one
+        that has been noted before.
+        """
+        found: list[Any] = []
+        parts = iter(self.unlike)
         for port in parts:
-            place += 1
-            value = next(parts)
-            if port in skipped:
-                continue
+            place = next(parts)
+            value = self._sent[place]
             try:
-                kind, look, seen = last[port]
-                if kind is type(value) and (look is None or look(value) == seen):
+                kind, look, seen = self._last[port.number]
+                if type(value) is kind and look(value) == seen:
                     continue
             except Exception:  # noqa: BLE001, S110 -- a new port, or of a class of the model's
                 pass
+            if port.number in self.skipped:
+                port.kind = type(value)
+                continue
             word = self._look_at(port, value)
-            if self._words.get(port) != word:
-                self._words[port] = word
-                found = [] if found is None else found
-                found += place, self._number(word)
-        return found
+            if self._words.get(port.number) != word:
+                self._words[port.number] = word
+                found += place // 2, self._number(word)
+        self.unlike.clear()
+        return found or None
 
     def state(self) -> dict[str, Any]:
         """All that has been noted, for a reader that begins here."""
@@ -122,17 +125,22 @@ class NotedClasses:
             return word
         return number
 
-    def _look_at(self, port: int, value: object) -> Word:
+    def _look_at(self, port: TappedPort, value: object) -> Word:
         """Look at a value as a whole; how the next one of its port is looked at follows."""
         kind = type(value)
+        port.kind = port.look = None
+        self._last.pop(port.number, None)
         try:
             tree = _tree(value)
             look = _look_for(kind, tree)
-            self._last[port] = kind, look, None if look is None else look(value)
+            seen = None if look is None else look(value)
             word = _text(tree)
         except Exception:  # noqa: BLE001 -- of a class of the model's
-            self._last.pop(port, None)
             return NO_WORD
+        if look is None or (look is not _tree and not _can_change(kind)):
+            port.kind, port.look, port.seen = kind, look, seen
+        else:
+            self._last[port.number] = kind, look, seen
         if look is not None and look is not _tree:
             word = f"{SHALLOW}{word}"
         is_known = word in self._numbers or len(self._numbers) < MOST_WORDS
@@ -203,25 +211,32 @@ class _State(msgspec.Struct):
 _Look: TypeAlias = Callable[[Any], Any]
 
 
-def _look_for(kind: type, tree: Tree) -> _Look | None:
+def _look_for(kind: type[Any], tree: Tree) -> _Look | None:
     """What to look at of a value of this class, so that it is known to be as the last was."""
-    if not isinstance(tree, tuple):
-        return None if kind in _LEAVES or issubclass(kind, Enum) else _tree
+    if _is_all_said(kind):
+        return None
     if tree in ((tuple,), (list,)):
         return _is_free
-    names = field_names(kind)
-    if not names or not all(map(_is_shallow, tree[1:])) or len(tree) != len(names) + 1:
+    if not is_record(kind) or len(tree) == 1 or not all(map(_is_shallow, tree[1:])):
         return _tree
-    get = attrgetter(*(f"{name}.__class__" for name in names))
-    if kind.__dictoffset__ == 0:
-        return get
-    count = _count_of_fields_in_dict(kind)
-    return lambda value: (len(value.__dict__) == count, get(value))
+    record = record_of(kind)
+    if kind.__dictoffset__ != 0:
+        return lambda value: [type(each) for each in record.values_of(value)]
+    return attrgetter(*(f"{name}.__class__" for name in record.names))
+
+
+def _can_change(kind: type[Any]) -> bool:
+    """Whether what a value holds can be another by the time the step is over, or be missing."""
+    is_frozen = issubclass(kind, msgspec.Struct) and kind.__struct_config__.frozen
+    return not is_frozen and not issubclass(kind, tuple)
 
 
 def _is_free(items: Sequence[object]) -> bool:
     """Whether a collection has nothing but what its written form tells."""
-    return _FREE.issuperset(map(type, items))
+    for each in items:  # noqa: SIM110 -- as a loop it costs a step a third of what a generator does
+        if type(each) is not float and type(each) not in _FREE:
+            return False
+    return True
 
 
 def _is_shallow(tree: Tree) -> bool:
@@ -229,34 +244,53 @@ def _is_shallow(tree: Tree) -> bool:
     return not isinstance(tree, tuple) or (len(tree) == 1 and tree[0] is not UNSURE)
 
 
+def _is_all_said(kind: type[Any]) -> bool:
+    return kind in _LEAVES or issubclass(kind, Enum)
+
+
 def _tree(value: object, depth: int = 0) -> Tree:
     kind = type(value)
-    if kind in _LEAVES:
+    if _is_all_said(kind):
         return kind
-    if issubclass(kind, Enum):
-        return kind
-    if kind in _SEQUENCES and depth <= _DEEPEST:
-        return _of_items(kind, value, depth)
-    if depth > _DEEPEST or not _is_whole(kind, value):
+    if depth > _DEEPEST:
         return (kind, UNSURE)
-    return _of_whole(kind, value, depth)
+    if is_record(kind):
+        try:
+            return (kind, *(_tree(each, depth + 1) for each in record_of(kind).values_of(value)))
+        except UnknownValue:  # it has attributes that are no field
+            return (kind, UNSURE)
+    if kind.__module__.partition(".")[0] == "numpy":
+        return kind if _is_of_numbers(kind, value) else (kind, UNSURE)
+    return _of_collection(kind, value, depth) if _is_whole(kind, value) else (kind, UNSURE)
 
 
-def _of_whole(kind: type[Any], value: Any, depth: int) -> Tree:  # noqa: ANN401 -- any value
-    if (names := field_names(kind)) is not None:
-        return (kind, *(_tree(getattr(value, name), depth + 1) for name in names))
-    if issubclass(kind, _SEQUENCES):
-        return _of_items(kind, value, depth)
-    if issubclass(kind, set | frozenset):
-        tree = _of_items(kind, value, depth)
-        return tree if len(tree) <= 2 else (kind, UNSURE)  # a set has no order
+def _is_of_numbers(kind: type[Any], value: Any) -> bool:  # noqa: ANN401 -- of numpy
+    """Whether the form of an array, or a number, says what it is."""
+    is_plain = kind.__name__ == "ndarray" or not hasattr(kind, "__array_finalize__")
+    is_known = is_plain and hasattr(kind, "tobytes")
+    return is_known and value.dtype.names is None and not value.dtype.hasobject
+
+
+def _is_whole(kind: type[Any], value: Any) -> bool:  # noqa: ANN401 -- any value
+    """Whether it is a collection whose items are all that it has."""
+    if kind in _PLAIN_COLLECTIONS:
+        return True
+    is_one = issubclass(kind, tuple | list | set | frozenset) or kind.__base__ is dict
+    if not is_one or kind.__module__ == "collections" or slots_of(kind):
+        return False
+    return kind.__dictoffset__ == 0 or not vars(value)
+
+
+def _of_collection(kind: type[Any], value: Any, depth: int) -> Tree:  # noqa: ANN401 -- any
     if issubclass(kind, dict):
         pairs = (dict.keys(value), dict.values(value))
         return (kind, *(_of_items(tuple, [*each], depth) for each in pairs))
-    return kind  # of numpy, whose form says what it is
+    tree = _of_items(kind, value, depth)
+    has_order = issubclass(kind, _SEQUENCES)
+    return tree if has_order or len(tree) <= 2 else (kind, UNSURE)
 
 
-def _of_items(kind: type, items: Any, depth: int) -> Tree:  # noqa: ANN401 -- any collection
+def _of_items(kind: type, items: Collection[Any], depth: int) -> Tree:
     """The class of a collection, with that of its items if it is one, else with each one's."""
     kinds = {*map(type, items)}
     if kinds <= _FREE:
@@ -271,62 +305,6 @@ def _of_items(kind: type, items: Any, depth: int) -> Tree:  # noqa: ANN401 -- an
     return (kind, *(float if each in _FREE else each for each in trees))
 
 
-def field_names(kind: type[Any]) -> Sequence[str] | None:
-    """The fields of a record: a named tuple, Struct or dataclass; None of another class."""
-    if issubclass(kind, tuple):
-        names: Sequence[str] | None = getattr(kind, "_fields", None)
-        return names
-    if issubclass(kind, msgspec.Struct):
-        return kind.__struct_fields__
-    of_dataclass: dict[str, Any] | None = getattr(kind, "__dataclass_fields__", None)
-    if of_dataclass is None:
-        return None
-    from dataclasses import fields  # noqa: PLC0415 -- not every robot has some
-
-    return tuple(each.name for each in fields(kind))
-
-
-def _is_whole(kind: type[Any], value: Any) -> bool:  # noqa: ANN401 -- any value
-    """Whether fields and items are all that a value has."""
-    if kind.__module__.partition(".")[0] == "numpy" and hasattr(kind, "tobytes"):
-        is_plain = kind.__name__ == "ndarray" or not hasattr(kind, "__array_finalize__")
-        return is_plain and value.dtype.names is None and not value.dtype.hasobject
-    names = field_names(kind) or ()
-    is_known = bool(names) or issubclass(kind, msgspec.Struct | tuple)
-    if not is_known and hasattr(kind, "__dataclass_fields__"):
-        is_known = True
-    if not is_known and not _is_collection(kind):
-        return False
-    if kind.__dictoffset__ != 0 and len(value.__dict__) != _count_of_fields_in_dict(kind):
-        return False
-    return not any(
-        type(each) is types.MemberDescriptorType and name not in names
-        for base in kind.__mro__
-        for name, each in vars(base).items()
-    )
-
-
-def _is_collection(kind: type[Any]) -> bool:
-    if kind in _MAPS or kind in (list, set, frozenset):
-        return True
-    return issubclass(kind, list | set | frozenset) or (
-        issubclass(kind, dict) and kind.__base__ is dict and kind.__module__ != "collections"
-    )
-
-
-def _count_of_fields_in_dict(kind: type[Any]) -> int:
-    """How many of a record's fields are in the `__dict__` of each."""
-    if issubclass(kind, tuple | msgspec.Struct) or not hasattr(kind, "__dataclass_fields__"):
-        return 0
-    slots = {
-        name
-        for base in kind.__mro__
-        for name, each in vars(base).items()
-        if type(each) is types.MemberDescriptorType
-    }
-    return len([name for name in field_names(kind) or () if name not in slots])
-
-
 def _text(tree: Tree, depth: int = _DEEPEST + 3) -> Word:
     if not isinstance(tree, tuple):
         return _name(tree)
@@ -335,9 +313,9 @@ def _text(tree: Tree, depth: int = _DEEPEST + 3) -> Word:
         return f"{_name(kind)}{UNSURE}"
     if depth == 0 or not within:
         return _name(kind)
-    names = field_names(kind)
     texts = [_text(each, depth - 1) for each in within]
-    if names is not None and len(names) == len(texts):
+    if is_record(kind):
+        names = record_of(kind).names
         return f"{_name(kind)}({', '.join(map('='.join, zip(names, texts, strict=True)))})"
     return f"{_name(kind)}[{', '.join(texts)}]"
 
@@ -345,6 +323,4 @@ def _text(tree: Tree, depth: int = _DEEPEST + 3) -> Word:
 def _name(kind: type) -> str:
     if kind in _FREE:
         return FREE
-    if kind.__module__ == "builtins":
-        return kind.__qualname__
-    return f"{kind.__module__}:{kind.__qualname__}"
+    return kind.__qualname__ if kind.__module__ == "builtins" else name_of(kind)

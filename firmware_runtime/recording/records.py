@@ -104,6 +104,21 @@ def class_named(name: str, packages: Collection[str] | None = None) -> Kind:
     return found
 
 
+def slots_of(kind: Kind) -> dict[str, Any]:
+    """Descriptors of the slots of a class, by name; the fields of a Struct are slots."""
+    return {
+        name: slot
+        for each in kind.__mro__[::-1]
+        for name, slot in vars(each).items()
+        if isinstance(slot, types.MemberDescriptorType)
+    }
+
+
+def in_class(kind: Kind, name: str, otherwise: object = None) -> object:
+    """What a class, or one that it derives from, has under a name; no function of it is called."""
+    return next((vars(each)[name] for each in kind.__mro__ if name in vars(each)), otherwise)
+
+
 def written_member(member: Enum) -> Any:  # noqa: ANN401 -- a Flag's number is an int
     """What a member is called; several members of a Flag together have no name."""
     return member.name if member.name in type(member).__members__ else member.value
@@ -146,7 +161,7 @@ def _found(kind: Kind) -> Record | None:
         return _named_tuple(kind)
     if issubclass(kind, msgspec.Struct):
         return _struct(kind)
-    return _dataclass(kind) if _in_class(kind, "__new__") is object.__new__ else None
+    return _dataclass(kind) if in_class(kind, "__new__") is object.__new__ else None
 
 
 def _named_tuple(kind: Kind) -> Record | None:
@@ -198,6 +213,8 @@ def _dataclass(kind: Kind) -> Record | None:
     names = tuple(each.name for each in dataclasses.fields(kind))
     if _defines(kind, ("__getattribute__",)) or not _has_own_dictionary(kind):
         return None
+    if slots_of(kind).keys() - names:
+        return None
     for name in names:
         if _slot(kind, name) is None and _is_computed(kind, name):
             return None
@@ -242,18 +259,14 @@ def _derived(kind: Kind) -> frozenset[str]:
 
 def _slot(kind: Kind, name: str) -> Any:  # noqa: ANN401 -- a descriptor
     """The slot that holds a field; None where an attribute does."""
-    found = _in_class(kind, name)
+    found = in_class(kind, name)
     return found if isinstance(found, types.MemberDescriptorType) else None
 
 
 def _is_computed(kind: Kind, name: str) -> bool:
     """Whether reading or setting that attribute runs something, or there is no place for it."""
-    found = type(_in_class(kind, name))
+    found = type(in_class(kind, name))
     return not kind.__dictoffset__ or hasattr(found, "__set__") or hasattr(found, "__delete__")
-
-
-def _in_class(kind: Kind, name: str) -> object:
-    return next((vars(each)[name] for each in kind.__mro__ if name in vars(each)), None)
 
 
 def _defines(kind: Kind, names: Collection[str]) -> bool:

@@ -38,7 +38,7 @@ from firmware_runtime.recording.value_writer import DEEPEST, GENERATORS, Plain, 
 __all__ = ["GENERATORS", "Plain", "Reader", "UnknownValue", "Writer"]
 
 _decode: Final = msgspec.msgpack.Decoder().decode
-_NUMPY: Final = frozenset({"array", "scalar"})
+_NUMBERS: Final = frozenset({"array", "scalar", "numbers"})
 _DEEPEST_FORM: Final = 3 * DEEPEST
 """A dictionary is written as a map of a list of pairs."""
 
@@ -81,12 +81,12 @@ def made_for(name: str, form: Plain) -> Any:  # noqa: ANN401 -- whatever a port 
 
 
 def numbers_in(form: Plain) -> Any:  # noqa: ANN401 -- whatever a port carries
-    """The same with numbers and lists of them for what numpy had."""
+    """The same with numbers and lists of them for what numpy had, or an array."""
     if isinstance(form, list):
         return [numbers_in(each) for each in form]
     if not isinstance(form, dict):
         return form
-    if len(form) == 1 and _NUMPY.issuperset(form):
+    if len(form) == 1 and _NUMBERS.issuperset(form):
         try:
             return made(form).tolist()
         except (UnknownValue, AttributeError):

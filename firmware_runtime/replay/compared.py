@@ -9,7 +9,6 @@ from firmware_runtime.devs.tapped_ports import Sent
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.recording.classes import (
     SHALLOW,
-    Found,
     ReadClasses,
     Word,
     compare_classes,
@@ -102,12 +101,12 @@ class ComparedValues:
             self.played_back += 1
             return
         self.values += 1
-        found, now = compare_classes(word, value)
-        if found is Found.UNSURE:
+        is_same, now = compare_classes(word, value)
+        if is_same is None:
             self._unsure[number, now] += 1
             return
         self.compared += 1
-        if found is Found.OTHER and word is not None:
+        if not is_same and word is not None:
             model, _, port = self.name(number).rpartition(".")
             yield Difference(at, "class", model, port, word.removeprefix(SHALLOW), now)
 

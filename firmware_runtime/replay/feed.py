@@ -45,7 +45,7 @@ class Feed:
     def check_all_taken(self) -> None:
         """Report what the section holds and was not asked for."""
         for transfer in reversed(self._transfers):
-            self._differs("write", *self._named(transfer), _content(transfer), NOTHING)
+            self._differs("write", *self._named(transfer), transfer.messages, NOTHING)
         for name, left in (
             ("clock", self._readings),
             ("line time", self._times),
@@ -101,14 +101,14 @@ class Feed:
         place = self._place(line, address, messages)
         asked = Transfer(line, address, messages, b"", self._at)
         if place is None:
-            self._differs("write", *self._named(asked), NOTHING, _content(asked))
+            self._differs("write", *self._named(asked), NOTHING, asked.messages)
             return None
         recorded = self._transfers.pop(place)
         if place != len(self._transfers):  # others were recorded before it
             missed = self._transfers[-1]
-            self._differs("write", *self._named(missed), _content(missed), _content(asked))
+            self._differs("write", *self._named(missed), missed.messages, asked.messages)
         elif recorded.messages != messages:
-            self._differs("write", *self._named(asked), _content(recorded), _content(asked))
+            self._differs("write", *self._named(asked), recorded.messages, asked.messages)
         return recorded
 
     def _place(self, line: int, address: int, messages: object) -> int | None:
@@ -153,7 +153,3 @@ def shape_of(messages: Any) -> object:  # noqa: ANN401 -- of a bus or of a port
     if isinstance(messages, bytes):
         return None
     return tuple(each if isinstance(each, int) else -len(each) for each in messages)
-
-
-def _content(transfer: Transfer) -> object:
-    return transfer.messages

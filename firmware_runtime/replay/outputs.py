@@ -8,17 +8,15 @@ import math
 from collections import Counter, defaultdict
 from collections.abc import Collection, Iterable, Iterator, Sequence
 from itertools import zip_longest
-from struct import Struct as Layout
 from typing import Any, Final
 
 from msgspec import Struct
 
 from firmware_runtime.devs.time import SECOND
-from firmware_runtime.recording.values import pack
+from firmware_runtime.recording.values import numbers_in, pack
 from firmware_runtime.replay.difference import NOTHING
 
 _MISSING: Final = object()
-_FLOATS: Final = Layout("<d")
 
 
 class OutputDifference(Struct):
@@ -177,8 +175,8 @@ def leaves(name: str, form: Any) -> Iterator[tuple[str, Any]]:  # noqa: ANN401 -
     """The fields of a value, with their names; a value without fields is one itself."""
     if isinstance(form, dict) and len(form) == 1:
         ((word, parts),) = form.items()
-        if word in ("array", "scalar") and isinstance(parts, list):
-            yield from _numbers(name, parts)
+        if word in ("array", "scalar") and (numbers := numbers_in(form)) is not form:
+            yield from leaves(name, numbers)
             return
         if (word in ("list", "dict") or ":" in str(word)) and isinstance(parts, list):
             form = parts
@@ -192,16 +190,6 @@ def leaves(name: str, form: Any) -> Iterator[tuple[str, Any]]:  # noqa: ANN401 -
         yield from leaves(name, list(form))
     else:
         yield name, form
-
-
-def _numbers(name: str, parts: list[Any]) -> Iterator[tuple[str, Any]]:
-    """The numbers of an array of 64-bit floats; another is one value."""
-    kind, _, content = parts
-    if kind != "<f8":
-        yield name, bytes(content).hex()
-        return
-    for place, (value,) in enumerate(_FLOATS.iter_unpack(content)):
-        yield f"{name}[{place}]", value
 
 
 def _written(messages: Any) -> bytes:  # noqa: ANN401 -- of a bus or of a port

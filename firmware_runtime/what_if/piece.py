@@ -10,7 +10,7 @@ from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any, Final, TypeAlias
 
-from firmware_runtime.blackbox.chunk_file import Numbered, file_of
+from firmware_runtime.blackbox.chunk_file import Numbered, file_of, parts_of
 from firmware_runtime.blackbox.layout import CHUNK, LARGEST_CHUNK, SECTION
 from firmware_runtime.blackbox.reader import BEGINNINGS, Recording, kind_of
 from firmware_runtime.blackbox.section import Kind, Section, decode, encode
@@ -105,17 +105,8 @@ class Cutter:
     def _file(self, sections: Sequence[bytes]) -> bytes:
         """A recording of these sections, in as many chunks as they take."""
         room = LARGEST_CHUNK - CHUNK.size - 2 * SECTION.size - len(self._header)
-        chunks: list[list[bytes]] = [[]]
-        used = 0
-        for section in sections:
-            used += SECTION.size + len(section)
-            if used > room:
-                chunks.append([])
-                used = SECTION.size + len(section)
-            chunks[-1].append(section)
-        return file_of(
-            [Numbered(n, [self._header, *each]) for n, each in enumerate(chunks, start=1)]
-        )
+        chunks = enumerate(parts_of(sections, room), start=1)
+        return file_of([Numbered(number, [self._header, *each]) for number, each in chunks])
 
 
 def _piece(

@@ -19,8 +19,14 @@ from msgspec import Struct
 from boards.tachobot.allocation import Allocation
 from firmware_runtime.blackbox.reader import read_recording
 from firmware_runtime.cli.main import main
+from firmware_runtime.devs.ports import OutPort, Owner
+from firmware_runtime.devs.tapped_ports import Sent, tap
 from firmware_runtime.devs.time import SECOND
-from firmware_runtime.recording.classes import MOST_WORDS, NotedClasses, ReadClasses
+from firmware_runtime.recording.classes import (
+    MOST_WORDS,
+    NotedClasses,
+    ReadClasses,
+)
 from firmware_runtime.recording.of_board import board_of_table
 from firmware_runtime.replay.difference import Difference
 from firmware_runtime.replay.verdict import Verdict, replay
@@ -290,8 +296,28 @@ def test_a_failure_of_the_replay_alone_is_a_difference(
     assert found["failure"].recorded == "nothing"
 
 
+class Noting:
+    """Ports by number whose values are noted."""
+
+    def __init__(self) -> None:
+        self.sent = Sent()
+        self.classes = NotedClasses(self.sent)
+        self._ports: dict[int, OutPort[Any]] = {}
+
+    def note(self, sent: Sent) -> list[Any] | None:
+        """Send each value by the port before it, in one section; what is noted of that."""
+        for number, value in zip(sent[::2], sent[1::2], strict=True):
+            if number not in self._ports:
+                port = self._ports[number] = OutPort(Owner("model"), str(number), object)
+                tap(port, number, self.sent, self.classes.unlike)
+            self._ports[number].send(value)
+        found = self.classes.note()
+        self.sent.clear()
+        return found
+
+
 def test_classes_are_noted_as_they_change() -> None:
-    noted, read = NotedClasses(), ReadClasses()
+    noted, read = Noting(), ReadClasses()
     for value in (0.5, None, True):
         assert noted.note([3, value]) in ([0, "_"], None)
     assert noted.note([3, 1, 3, 0.5, 3, 2]) == [0, "int", 1, 0, 2, 1]
@@ -302,16 +328,33 @@ def test_classes_are_noted_as_they_change() -> None:
     assert changed is not None
     module = __name__
     assert changed[1] == f"{module}:Point(x=tuple[int, {module}:Colour], y=_)"
-    read.restart(noted.state())
+    read.restart(noted.classes.state())
     assert read.read([3, 4], None) == ["int", changed[1]]
-    assert read.state() == noted.state()
+    assert read.state() == noted.classes.state()
+
+
+@pytest.mark.parametrize(
+    ("first", "second"),
+    [
+        (Reading(1.0, (1.0,)), Reading(1.0, [1.0])),
+        (Sample(1.0), with_attribute(Sample(1.0), 1)),
+        ((1.0, 2.0), (Colour.RED, 2.0)),
+        ([], [Point(1.0, 2.0)]),
+        (1, Colour.RED),
+    ],
+)
+def test_what_its_form_does_not_tell_is_looked_at_each_time(first: object, second: object) -> None:
+    noted = Noting()
+    assert noted.note([4, first]) is not None
+    assert noted.note([4, first]) is None
+    assert noted.note([4, second]) is not None
 
 
 def test_there_is_an_end_to_the_classes_that_are_noted() -> None:
-    noted = NotedClasses()
+    noted = Noting()
     for count in range(2, MOST_WORDS + 20):
         noted.note([0, [*(["a"] * (count % 97)), *([1] * (count // 97))]])
-    assert len(noted.state()["words"]) <= MOST_WORDS + 1
+    assert len(noted.classes.state()["words"]) <= MOST_WORDS + 1
 
 
 @pytest.mark.parametrize("noted", [[0], [1, "int"], [0, 5], [0, 1.5], {"a": 1}, ["a", "b"]])

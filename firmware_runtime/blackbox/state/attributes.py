@@ -17,6 +17,8 @@ from typing import Any, Final, TypeAlias
 
 import msgspec
 
+from firmware_runtime.recording.records import in_class
+
 Attributes: TypeAlias = dict[str, Any]
 Thing: TypeAlias = Any
 
@@ -66,7 +68,7 @@ _OF_ITS_OWN: Final = 2
 
 def _defaults(kind: type[Thing], names: tuple[str, ...]) -> list[tuple[int, object]]:
     """What the class has under some of these names, by their place."""
-    found = ((place, _of_class(kind, name)) for place, name in enumerate(names))
+    found = ((place, in_class(kind, name, _NONE)) for place, name in enumerate(names))
     return [(place, value) for place, value in found if value is not _NONE]
 
 
@@ -94,8 +96,8 @@ def _names_in(kind: type[Thing]) -> tuple[tuple[str, object], ...] | None:
 
     None for a class whose attributes are computed, or whose objects hold more than attributes.
     """
-    written = [each for each in kind.__mro__ if each.__flags__ & _HEAP_TYPE]
-    if len(written) + 1 != len(kind.__mro__) or any(map(_is_more, written)):
+    written = written_classes(kind)
+    if written is None or any(map(_is_more, written)):
         return None
     of_class: dict[str, object] = {}
     for each in reversed(kind.__mro__):
@@ -103,6 +105,12 @@ def _names_in(kind: type[Thing]) -> tuple[tuple[str, object], ...] | None:
     names = sorted(frozenset().union(*map(_names_of, written)))
     pairs = ((name, of_class.get(name, _NONE)) for name in names)
     return tuple((name, value) for name, value in pairs if not hasattr(type(value), "__get__"))
+
+
+def written_classes(kind: type[Thing]) -> list[type] | None:
+    """The classes that it is made of beside `object`; None if not all are written in Python."""
+    written = [each for each in kind.__mro__ if each.__flags__ & _HEAP_TYPE]
+    return written if len(written) + 1 == len(kind.__mro__) else None
 
 
 def _is_more(kind: type[Thing]) -> bool:
@@ -118,11 +126,6 @@ def _is_more(kind: type[Thing]) -> bool:
 _HEAP_TYPE: Final = 1 << 9
 """The bit of `type.__flags__` that classes written in Python have."""
 _NONE: Final = object()
-
-
-def _of_class(kind: type[Thing], name: str) -> object:
-    """What an object has under this name that has no attribute of it; a mark for nothing."""
-    return next((vars(each)[name] for each in kind.__mro__ if name in vars(each)), _NONE)
 
 
 @cache

@@ -5,7 +5,7 @@ from typing import Any, Final, NamedTuple
 
 from firmware_runtime.blackbox.state.rows import ABSENT as ABSENT_FORM
 from firmware_runtime.recording.records import UnknownValue
-from firmware_runtime.recording.values import Plain, field_names, made, pack
+from firmware_runtime.recording.values import Plain, field_names, numbers_in, pack
 
 
 class FieldDifference(NamedTuple):
@@ -56,7 +56,7 @@ def in_plain(form: Plain) -> Any:  # noqa: ANN401 -- whatever a model holds
     if name in _ITEMS:
         return [in_plain(each) for each in _ITEMS[name](parts)]
     if name in _NUMBERS:
-        return _numbers(form)
+        return numbers_in(form)
     return form if name is None else {name: [in_plain(each) for each in parts]}
 
 
@@ -80,13 +80,6 @@ def _tagged(form: Plain) -> tuple[Any, Any]:
     return (name, parts) if is_tag else (None, None)
 
 
-def _numbers(form: Plain) -> Any:  # noqa: ANN401 -- a number, or lists of them
-    try:
-        return made(form).tolist()
-    except (UnknownValue, AttributeError):
-        return form
-
-
 def _is_same(recorded: Plain, present: Plain) -> bool:
     return type(recorded) is type(present) and pack(recorded) == pack(present)
 
@@ -101,7 +94,7 @@ def _parts(form: Plain) -> list[tuple[str, Plain]] | None:
     if name in _ITEMS and name not in _UNORDERED:
         return _placed(_ITEMS[name](parts))
     if name in {"array", "numbers"}:
-        found = _numbers(form)
+        found = numbers_in(form)
         is_flat = isinstance(found, list) and not any(isinstance(each, list) for each in found)
         return _placed(found) if is_flat and _are_plain(found) else None
     return None if name is None else _fields(name, parts)

@@ -22,11 +22,10 @@ from firmware_runtime.blackbox.state.walk import (
     Thing,
     declares_state,
     has_attributes,
-    slots_of,
 )
 from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.errors import text_of
-from firmware_runtime.recording.records import UnknownValue, name_of
+from firmware_runtime.recording.records import UnknownValue, in_class, name_of, slots_of
 from firmware_runtime.recording.values import Plain, Reader, Writer, pack
 
 Forms: TypeAlias = Any
@@ -95,7 +94,7 @@ class Row(ABC):
 
 
 class Attributes(Row):
-    """Of a holder: its attributes, or slots."""
+    """Of a holder: its attributes, or slots; of a closure's variable what it is bound to."""
 
     def __init__(self, path: str, thing: Thing, only: tuple[str, ...] = ()) -> None:
         super().__init__(path, thing)
@@ -202,21 +201,7 @@ class Attributes(Row):
         is_name = isinstance(name, str) and name.isidentifier() and not name.startswith("__")
         if not is_name or self._only or not has_attributes(self.thing):
             return isinstance(name, str) and name in self._slots and not self._only
-        found = next((vars(each)[name] for each in self.kind.__mro__ if name in vars(each)), None)
-        return not hasattr(type(found), "__set__")
-
-
-class Cell(Attributes):
-    """Of a variable that a closure may bind again."""
-
-    def read(self, writer: Writer) -> Forms:
-        """What it is bound to, as an attribute."""
-        try:
-            if self.thing.cell_contents is self._built.get("cell_contents"):
-                return None
-        except ValueError:  # not filled
-            pass
-        return super().read(writer)
+        return not hasattr(type(in_class(self.kind, name)), "__set__")
 
 
 class Content(Row):
@@ -311,8 +296,6 @@ def rows_of(found: Found) -> list[Row]:
     path, thing, is_container = found
     if is_container:
         return [Content(path, thing)]
-    if isinstance(thing, CellType):
-        return [Cell(path, thing)]
     if not declares_state(thing):
         return [Attributes(path, thing)]
     declared: list[Row] = [Declared(path, thing)]

@@ -35,13 +35,13 @@ from typing import Any, Final, NamedTuple, TypeAlias
 
 import msgspec
 
-from firmware_runtime.blackbox.state.attributes import attributes_of
+from firmware_runtime.blackbox.state.attributes import attributes_of, written_classes
 from firmware_runtime.blackbox.state.unkeepable import UnkeepableState
 from firmware_runtime.devs.component import below_root
 from firmware_runtime.devs.delivery import Delivery, FilledBags
 from firmware_runtime.devs.functions import Wrapped
 from firmware_runtime.devs.ports import InPort, OutPort, Owner, StandIn
-from firmware_runtime.recording.records import name_of
+from firmware_runtime.recording.records import name_of, slots_of
 from firmware_runtime.recording.values import GENERATORS
 
 Thing: TypeAlias = Any
@@ -69,16 +69,6 @@ def declares_state(thing: object) -> bool:
     return all(callable(getattr(kind, name, None)) for name in ("state", "restore"))
 
 
-def slots_of(kind: type[Thing]) -> dict[str, Thing]:
-    """Descriptors of the slots of a class, by name; the fields of a Struct are slots."""
-    return {
-        name: slot
-        for each in reversed(kind.__mro__)
-        for name, slot in vars(each).items()
-        if isinstance(slot, types.MemberDescriptorType)
-    }
-
-
 def has_attributes(thing: object) -> bool:
     """Whether it has a dictionary of attributes."""
     return bool(type(thing).__dictoffset__)
@@ -103,8 +93,6 @@ _LEAVES: Final = (
 )
 """Constants that lead to nothing with state."""
 _CACHED: Final = type(functools.lru_cache(len))
-_HEAP_TYPE: Final = 1 << 9
-"""The bit of `type.__flags__` that classes written in Python have."""
 
 
 class _Walk:
@@ -250,8 +238,7 @@ def _is_object(thing: Thing, kind: type[Thing]) -> bool:
         return False
     if isinstance(thing, msgspec.Struct):
         return True
-    written = [each for each in kind.__mro__ if each.__flags__ & _HEAP_TYPE]
-    return len(written) + 1 == len(kind.__mro__)  # and `object`
+    return written_classes(kind) is not None
 
 
 def _is_frozen(kind: type[Thing]) -> bool:
