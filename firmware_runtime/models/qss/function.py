@@ -55,11 +55,7 @@ class Function:
         layout = readings.layout(parameters or {})
         program = compile_expression(tree, layout, order)
         self._is_exact = program.degree < order
-        self._bound = None
-        if not self._is_exact and program.degree <= order + 1:
-            program = compile_expression(tree, layout, order + 2)
-        elif not self._is_exact:
-            self._bound = compile_bound(tree, layout, order)
+        self._bound = None if program.degree < inf else compile_bound(tree, layout, order)
         self._value, self.watch = program.value, Watch(program.conditions)
         self.poles = Poles(program, layout, quanta or {})
         self._reads_time = TIME in names_of(tree)

@@ -11,7 +11,6 @@ from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.ports import OutPort
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.errors import ConfigError
-from firmware_runtime.models.qss.allowance import Quanta, compile_allowance
 from firmware_runtime.models.qss.engine import Engine
 from firmware_runtime.models.qss.expression import (
     DELAY,
@@ -21,7 +20,12 @@ from firmware_runtime.models.qss.expression import (
     parse,
 )
 from firmware_runtime.models.qss.methods import State
-from firmware_runtime.models.qss.program import Layout, compile_expression
+from firmware_runtime.models.qss.program import (
+    Layout,
+    Quanta,
+    compile_allowance,
+    compile_expression,
+)
 from firmware_runtime.models.qss.sampling import SegmentDelay
 from firmware_runtime.models.qss.segment import Segment
 from firmware_runtime.models.qss.system import System

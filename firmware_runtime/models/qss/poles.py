@@ -4,8 +4,7 @@ import ast
 from collections.abc import Mapping, Sequence
 from typing import ClassVar
 
-from firmware_runtime.models.qss.allowance import Quanta, compile_allowance
-from firmware_runtime.models.qss.program import Layout, Program
+from firmware_runtime.models.qss.program import Layout, Program, Quanta, compile_allowance
 
 _NEAR = 8.0
 """In allowances, each a quarter of what quanta cause: a quantized input jumps by two at most."""
