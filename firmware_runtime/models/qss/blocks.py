@@ -9,11 +9,10 @@ from firmware_runtime.devs.errors import ModelError
 from firmware_runtime.devs.ports import InPort
 from firmware_runtime.models.qss.crossing import Direction
 from firmware_runtime.models.qss.engine import Engine, Setting
-from firmware_runtime.models.qss.finite import demand_finite
 from firmware_runtime.models.qss.function import TOLERANCE, Tolerance
 from firmware_runtime.models.qss.loops import refuse_loop
 from firmware_runtime.models.qss.methods import METHODS
-from firmware_runtime.models.qss.segment import Segment
+from firmware_runtime.models.qss.segment import Segment, demand_finite
 from firmware_runtime.models.qss.signals import Signal
 from firmware_runtime.models.qss.watch import INSTANT_S
 
@@ -55,7 +54,7 @@ class Integrator(Engine):
     ) -> None:
         super().__init__(name)
         method = METHODS[type(self).__name__]
-        self._state = method(partial(self.path_of, name), initial, quantum, relative_quantum)
+        self._state = method("x", partial(self.path_of, name), initial, quantum, relative_quantum)
         self.out = self.out_port("out", Segment)
         self.add_state("x", self._state, self.out)
         self.exact = self.exact_signals["x"].way = self.out_port("exact", Segment)
@@ -71,7 +70,7 @@ class Integrator(Engine):
 
     def value_at(self, at: int) -> float:
         """The state x at an instant, in ns, from the last event to the next."""
-        return self._state.segment_at(at)[0]
+        return self._state.exact.segment_at(at)[0]
 
 
 class QSS1(Integrator):

@@ -65,8 +65,6 @@ class Engine(Atomic):
         self._has_missing = False
         self._at = 0
         self._entrances: list[tuple[InPort[Any], Callable[[Any], None]]] = []
-        self._quantized: list[tuple[State, Signal, Signal]] = []
-        """The states with their signals, of q and of x."""
         self._functions: list[tuple[Function, Callable[[Sequence[float]], None]]] = []
         """With what takes their results."""
         self._events: list[_Event] = []
@@ -96,10 +94,9 @@ class Engine(Atomic):
 
     def add_state(self, name: str, state: State, way: OutPort[Segment]) -> None:
         """A quantized state, as yet without a derivative; q is sent whenever it is renewed."""
-        self._add_signal(Signal(name, state.order, state.x, way))
-        self.exact_signals[name] = Signal(name, state.order + 1, state.x, state=state)
+        self.signals[name], self.exact_signals[name] = state.quantized, state.exact
+        state.quantized.way = way
         self.states[name] = state
-        self._quantized.append((state, self.signals[name], self.exact_signals[name]))
         self._due_states.insert(-1, 0)
 
     def _add_signal(self, signal: Signal) -> Signal:
@@ -119,7 +116,7 @@ class Engine(Atomic):
         for signal in readings.signals:
             signal.functions.append(len(self._functions))
         if isinstance(target, str):
-            deliver = partial(self._derive, list(self.states).index(target))
+            deliver = partial(self._derive, *self._numbered(target))
         else:
             deliver = partial(self._send, target)
         self._functions.append((Function(readings, **options), deliver))
@@ -229,7 +226,8 @@ class Engine(Atomic):
         crossings = [each.crossing for each in self._events]
         watches = [each.watch for each in functions] + [each.watch for each in crossings]
         poles = [each.poles for each in functions]
-        own = [*self.signals.values(), *self.states.values()]
+        states = self.states.values()
+        own = [*self.signals.values(), *(each.exact for each in states), *states]
         return [*own, *functions, *crossings, *watches, *poles]
 
     # One instant ---------------------------------------------------------------------------------
@@ -262,11 +260,11 @@ class Engine(Atomic):
         self.sigma = NEVER if due >= NEVER else due - now
 
     def _requantize(self, number: int) -> None:
-        state, signal, _ = self._quantized[number]
+        state = list(self.states.values())[number]
         self._due_states[number] = state.requantize(self._at)
-        self._renew(signal, [state.q0, state.q1, state.q2][: state.order])
+        self._announce(state.quantized)
         if state.steps == 1:
-            self._change_exact(number)
+            self._announce(state.exact)
 
     def _evaluate(self, number: int) -> None:
         function, deliver = self._functions[number]
@@ -278,9 +276,9 @@ class Engine(Atomic):
         self._due_functions[number] = due
         deliver(result)
 
-    def _derive(self, number: int, derivative: Sequence[float]) -> None:
-        self._due_states[number] = self._quantized[number][0].derive(self._at, derivative)
-        self._change_exact(number)
+    def _derive(self, number: int, state: State, derivative: Sequence[float]) -> None:
+        self._due_states[number] = state.derive(self._at, derivative)
+        self._announce(state.exact)
 
     def _look(self, number: int) -> bool:
         """Whether the event of this number happens."""
@@ -319,9 +317,9 @@ class Engine(Atomic):
 
     def _set(self, name: str, value: float) -> None:
         if name in self.states:
-            number = list(self.states).index(name)
-            self._due_states[number] = self.states[name].reset(self._at, value)
-            self._change_exact(number)
+            number, state = self._numbered(name)
+            self._due_states[number] = state.reset(self._at, value)
+            self._announce(state.exact)
         elif name in self.signals:
             self._renew(self.signals[name], [value])
         else:
@@ -337,8 +335,8 @@ class Engine(Atomic):
 
     def derive_by(self, name: str, segment: Segment) -> None:
         """Take the derivative of a state from a port."""
-        number = list(self.states).index(name)
-        self._derive(number, self._checked(segment, self.states[name].order, "derivative"))
+        number, state = self._numbered(name)
+        self._derive(number, state, self._checked(segment, state.order, "derivative"))
 
     def _put(self, signal: Signal, segment: Segment) -> None:
         if signal.is_missing:
@@ -359,20 +357,20 @@ class Engine(Atomic):
     def _note_missing(self) -> None:
         self._has_missing = any(each.is_missing for each in self.signals.values())
 
+    def _numbered(self, name: str) -> tuple[int, State]:
+        return list(self.states).index(name), self.states[name]
+
     def _renew(self, signal: Signal, coefficients: list[float]) -> None:
         signal.coefficients, signal.at = coefficients, self._at
+        self._announce(signal)
+
+    def _announce(self, signal: Signal) -> None:
+        """Let those that read a signal see that it is new, and send it."""
         for number in signal.functions:
             self._due_functions[number] = -1
         for number in signal.events:
             self._due_events[number] = -1
-        self._send(signal.way, coefficients)
-
-    def _change_exact(self, number: int) -> None:
-        state, _, signal = self._quantized[number]
-        for event in signal.events:
-            self._due_events[event] = -1
-        if signal.way is not None:
-            self._send(signal.way, state.segment_at(self._at))
+        self._send(signal.way, signal.coefficients)
 
     def _send(self, way: OutPort[Segment] | None, coefficients: Sequence[float]) -> None:
         if way is not None and way.leads_somewhere:

@@ -19,7 +19,7 @@ from firmware_runtime.models.qss.expression import (
     names_of,
     parse,
 )
-from firmware_runtime.models.qss.methods import State
+from firmware_runtime.models.qss.methods import METHODS, State
 from firmware_runtime.models.qss.program import (
     Layout,
     Quanta,
@@ -46,7 +46,6 @@ class SystemModel(Coupled):
         super().__init__(system.name)
         self.system = system
         self.engine = self.add(Engine("engine", is_inner=True))
-        self._order = system.integrator.order
         self._quanta: dict[str, tuple[float, float]] = {}
         """Of each state, and of what is delayed of one."""
         for name in system.states:
@@ -92,7 +91,7 @@ class SystemModel(Coupled):
         system = self.system
         width = self._quanta[name] = system.quantum_of(name), system.relative_quantum_of(name)
         path = partial(self.engine.path_of, name)
-        state = system.integrator(path, system.states[name], *width)
+        state = METHODS[system.method](name, path, system.states[name], *width)
         self.engine.add_state(name, state, self._way(name))
 
     def _add_discrete(self, name: str, value: float) -> None:
@@ -128,7 +127,7 @@ class SystemModel(Coupled):
             f"{name}'",
             ast.unparse(tree),
             name,
-            order=self._order,
+            order=self.states[name].order,
             tolerance=compile_allowance(tree, Layout(counts, system.parameters), allowed),
             parameters=system.parameters,
             quanta=quanta,

@@ -215,7 +215,7 @@ class Body:
     def _variable(self, name: str) -> Series:
         variables = self._layout.variables
         if name in variables or name == TIME:
-            known = [TIME, 1.0] if name == TIME else [f"{name}_{k}" for k in range(variables[name])]
+            known: Series = [f"{name}_{k}" for k in range(variables.get(name, 0))] or [TIME, 1.0]
             if self.moving is not None:
                 known = [known[0], 1.0 if name == self.moving else 0.0]
             return self.writer.polynomial(known)

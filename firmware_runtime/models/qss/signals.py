@@ -6,59 +6,48 @@ from typing import ClassVar
 from firmware_runtime.devs.errors import ModelError
 from firmware_runtime.devs.ports import OutPort
 from firmware_runtime.devs.time import format_time
-from firmware_runtime.models.qss.methods import State
 from firmware_runtime.models.qss.program import Layout
 from firmware_runtime.models.qss.segment import NANO, Segment
 
 
 class Signal:
-    """A polynomial in time, as far as its readers take it, from an instant on."""
+    """A polynomial in time, of three degrees at most, from an instant on."""
 
     kept: ClassVar = ("coefficients", "at", "is_missing")
+    """The attributes that change."""
 
     def __init__(
-        self,
-        name: str,
-        count: int,
-        initial: float | None,
-        way: OutPort[Segment] | None = None,
-        state: State | None = None,
+        self, name: str, count: int, initial: float | None, way: OutPort[Segment] | None = None
     ) -> None:
         self.name, self.count = name, count
         self.coefficients = [float(initial or 0.0), *[0.0] * (count - 1)]
-        self.at = -1
+        self.at = 0
         self.is_missing = initial is None
         self.way = way
         """Where it is sent whenever it is new."""
-        self._state = state
-        """Whose exact value it is."""
         self.functions: list[int] = []
         self.events: list[int] = []
         """The numbers of those that read it."""
 
     def bring(self, now: int) -> Sequence[float]:
-        """Its coefficients at an instant."""
-        a = self.coefficients
-        if self._state is not None:
-            return self._state.segment_at(now)[: self.count]
-        if self.count > 1:
-            seconds = (now - self.at) * NANO
-            if self.count == 2:
-                a[0] += seconds * a[1]
-            elif self.count == 3:
-                b, c = a[1], a[2]
-                a[0] += seconds * (b + seconds * c)
-                a[1] = b + 2.0 * seconds * c
-            else:
-                a[:] = Segment(*a).after(seconds)
+        """Let it begin at an instant; its coefficients there."""
+        a, seconds = self.coefficients, (now - self.at) * NANO
         self.at = now
+        if seconds == 0.0 or self.count == 1:
+            return a
+        if self.count == 2:
+            a[0] += seconds * a[1]
+        elif self.count == 3:
+            b, c = a[1], a[2]
+            a[0] += seconds * (b + seconds * c)
+            a[1] = b + 2.0 * seconds * c
+        else:
+            a[:] = Segment(*a).after(seconds)
         return a
 
-    def value_at(self, now: int) -> float:
-        """Its value at an instant; nothing changes by that."""
-        if self._state is not None:
-            return self._state.segment_at(now)[0]
-        return Segment(*self.coefficients).at((now - self.at) * NANO)
+    def segment_at(self, now: int) -> Segment:
+        """The same from an instant on; nothing changes by that."""
+        return Segment(*self.coefficients).after((now - self.at) * NANO)
 
 
 class Readings:

@@ -26,8 +26,8 @@ from firmware_runtime.models.qss.expression import (
     names_of,
     parse,
 )
-from firmware_runtime.models.qss.finite import is_finite
-from firmware_runtime.models.qss.methods import METHODS, RESOLUTION, State
+from firmware_runtime.models.qss.methods import METHODS, RESOLUTION, quantum_faults
+from firmware_runtime.models.qss.segment import is_finite
 from firmware_runtime.models.qss.shape import shape_faults
 from firmware_runtime.models.qss.when import When
 
@@ -79,11 +79,6 @@ class System:
             object.__setattr__(self, name, _plain(getattr(self, name)))
         if self.horizon_s is not None:
             object.__setattr__(self, "horizon_s", float(self.horizon_s))
-
-    @property
-    def integrator(self) -> type[State]:
-        """The class of its states."""
-        return METHODS[self.method]
 
     def quantum_of(self, state: str) -> float:
         """The absolute quantum of a state."""
@@ -154,13 +149,10 @@ class System:
                 yield from (f"{group}: {name} is no state" for name in given.keys() - self.states)
         for name in self.states:
             quantum, least = self.quantum_of(name), self._least_quantum(name)
-            if not is_finite(quantum) or quantum <= 0.0:
-                yield f"quantum of {name} is {quantum!r}; expected more than 0"
-            elif quantum < least:
-                yield f"quantum of {name} is {quantum!r}; expected {least:.1e} or more"
-            relative = self.relative_quantum_of(name)
-            if not is_finite(relative) or not 0.0 <= relative < 1.0:
-                yield f"relative_quantum of {name} is {relative!r}; expected 0 or more, below 1"
+            faults = list(quantum_faults(quantum, self.relative_quantum_of(name)))
+            if not faults and quantum < least:
+                faults = [f"quantum{{}} is {quantum!r}; expected {least:.1e} or more"]
+            yield from (fault.format(f" of {name}") for fault in faults)
 
     def _least_quantum(self, name: str) -> float:
         """What a float resolves beside the initial value; nothing where a relative one counts."""

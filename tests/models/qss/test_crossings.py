@@ -12,7 +12,6 @@ from firmware_runtime.models.qss import Crossing, Segment, Simulation, System, W
 from firmware_runtime.models.qss.roots import (
     falls_below_zero,
     leaves_band,
-    leaves_band_cubic,
 )
 
 
@@ -155,8 +154,8 @@ def test_leaving_a_band_is_found_for_lines_parabolas_and_cubics() -> None:
     for _ in range(300):
         a, b, c, d = (generator.uniform(-1.0, 1.0) for _ in range(4))
         for found, third in (
-            (leaves_band(a, b, c, 1.0), 0.0),
-            (leaves_band_cubic(a, b, c, d, 1.0), d),
+            (leaves_band(1.0, a, b, c), 0.0),
+            (leaves_band(1.0, a, b, c, d), d),
         ):
 
             def value(
