@@ -1,16 +1,18 @@
 """The blocks of a diagram: each is an engine with one part, wired as any atomic model."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from functools import partial
 from math import floor, inf
-from typing import ClassVar
+from typing import Any, ClassVar
 
+from firmware_runtime.devs.atomic import Atomic
+from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.errors import ModelError
-from firmware_runtime.devs.ports import InPort
+from firmware_runtime.devs.ports import AnyPort, InPort
 from firmware_runtime.models.qss.crossing import Direction
 from firmware_runtime.models.qss.engine import Engine, Setting
+from firmware_runtime.models.qss.expression import parse
 from firmware_runtime.models.qss.function import TOLERANCE, Tolerance
-from firmware_runtime.models.qss.loops import refuse_loop
 from firmware_runtime.models.qss.methods import METHODS
 from firmware_runtime.models.qss.segment import Segment, demand_finite
 from firmware_runtime.models.qss.signals import Signal
@@ -21,17 +23,58 @@ _ALL: int = 4
 
 
 class Block(Engine):
-    """An engine whose output answers its inputs at once, so that it must not feed itself."""
+    """An engine whose output answers its inputs at once, so that it must not feed itself.
+
+    A block says by `direct` which of its input ports its output answers at once; an integrator and
+    a delay have none.
+    """
 
     def initialize(self) -> None:
-        """Begin, unless the block is in an algebraic loop."""
-        refuse_loop(self)
+        """Begin. Raises ModelError if what it sends comes back to it at once."""
+        way = _way(self, self, {self})
+        if way is not None:
+            names = " -> ".join(each.path for each in (self, *way))
+            expected = "expected an integrator or a delay within it"
+            raise ModelError(f"{names}: an algebraic loop; {expected}")
         super().initialize()
 
     @property
     def direct(self) -> tuple[InPort[Segment], ...]:
         """The ports that the output answers at once."""
         return tuple(self.in_ports.values())
+
+
+def _way(begin: Atomic, end: Atomic, seen: set[Atomic]) -> list[Atomic] | None:
+    for following in _fed_at_once(begin):
+        if following is end:
+            return [end]
+        if following not in seen:
+            seen.add(following)
+            way = _way(following, end, seen)
+            if way is not None:
+                return [following, *way]
+    return None
+
+
+def _fed_at_once(block: Atomic) -> Iterator[Atomic]:
+    for port in block.out_ports.values():
+        for reached in _ends(port):
+            owner = reached.owner
+            direct: Sequence[InPort[Any]] = getattr(owner, "direct", ())
+            if isinstance(owner, Atomic) and any(reached is each for each in direct):
+                yield owner
+
+
+def _ends(port: AnyPort) -> Iterator[InPort[Any]]:
+    """The input ports of atomic models to which a port's values get, through coupled ones."""
+    scope = port.owner if isinstance(port, InPort) else port.owner.parent
+    if isinstance(scope, Coupled):
+        for source, destination in scope.couplings:
+            if source is port:
+                if isinstance(destination, InPort) and isinstance(destination.owner, Atomic):
+                    yield destination
+                else:
+                    yield from _ends(destination)
 
 
 class Integrator(Engine):
@@ -125,7 +168,12 @@ class Function(Block):
         self.inputs = {each: self.add_input(each, order, initial[each]) for each in inputs}
         self.out = self.out_port("out", Segment)
         self.add_function(
-            name, expression, self.out, order=order, tolerance=tolerance, parameters=parameters
+            name,
+            parse(expression),
+            self.out,
+            order=order,
+            tolerance=tolerance,
+            parameters=parameters,
         )
 
 
@@ -136,14 +184,13 @@ class Sum(Block):
         super().__init__(name)
         if not weights:
             raise ModelError(f"{self.path}: 0 inputs; expected 1 or more")
-        for weight in weights:
+        terms = []
+        for number, weight in enumerate(weights):
             demand_finite(self.path, weight=weight)
-        self.weights = tuple(float(weight) for weight in weights)
-        names = [f"in{number}" for number in range(len(weights))]
-        self.inputs = tuple(self.add_input(each, _ALL) for each in names)
+            terms.append(f"{float(weight)!r} * in{number}")
+        self.inputs = tuple(self.add_input(f"in{number}", _ALL) for number in range(len(weights)))
         self.out = self.out_port("out", Segment)
-        terms = [f"{weight!r} * {each}" for weight, each in zip(self.weights, names, strict=True)]
-        self.add_function(name, " + ".join(terms), self.out, order=_ALL)
+        self.add_function(name, parse(" + ".join(terms)), self.out, order=_ALL)
 
 
 class Gain(Sum):
@@ -223,7 +270,7 @@ class Crossing(Block):
         self.out = self.out_port("out", Segment)
         self.add_event(
             name,
-            expression,
+            parse(expression),
             parameters or {},
             event=self.event,
             side=self.out,
@@ -256,8 +303,11 @@ class Hysteresis(Block):
         limits = {"lower": lower, "upper": upper, "low": low, "high": high}
         self.add_held("value", high if is_on else low, self.out)
         for text, value in (("u - upper", "high"), ("lower - u", "low")):
-            then = self.setting(name, {"value": value}, limits, f"value != {value}")
-            self.add_event(name, text, limits, then, direction="rising", happens_at_start=True)
+            only_if = parse(f"value != {value}")
+            then = self.setting(name, {"value": parse(value)}, limits, only_if)
+            self.add_event(
+                name, parse(text), limits, then, direction="rising", happens_at_start=True
+            )
 
 
 class Switch(Block):
@@ -269,36 +319,33 @@ class Switch(Block):
     def __init__(self, name: str, threshold: float = 0.0) -> None:
         super().__init__(name)
         demand_finite(self.path, threshold=threshold)
-        self.threshold = threshold
         self.entrance = self.add_input("u", _ALL, port="in")
         self.above = self.add_input("above", _ALL, 0.0)
         self.below = self.add_input("below", _ALL, 0.0)
         self.out = self.out_port("out", Segment)
         text = f"above if u >= {float(threshold)!r} else below"
-        self.add_function(name, text, self.out, order=_ALL)
+        self.add_function(name, parse(text), self.out, order=_ALL)
 
 
 class Quantizer(Block):
     """The multiple of `step` below its input, or the nearest one.
 
-    An input that stays at the edge of a step does not make it chatter: it goes back only `slack`
-    times the step beyond the edge.
+    An input that stays at the edge of a step does not make it chatter: it goes back only a
+    millionth of the step beyond the edge.
     """
 
-    def __init__(
-        self, name: str, step: float, *, nearest: bool = False, slack: float = 1e-6
-    ) -> None:
+    def __init__(self, name: str, step: float, *, nearest: bool = False) -> None:
         super().__init__(name)
-        if not (0.0 < step < inf and 0.0 <= slack < 1.0):
-            raise ModelError(f"{self.path}: step {step}, slack {slack}; expected step > 0 > -slack")
-        self.step, self.slack = step, slack
+        if not 0.0 < step < inf:
+            raise ModelError(f"{self.path}: step is {step!r}; expected more than 0")
+        self.step = step
         self._offset = 0.5 * step if nearest else 0.0
         self.entrance = self.add_input("u", _ALL, port="in")
         self.out = self.out_port("out", Segment)
         self._bottom = self._add_signal(Signal("bottom", 1, inf))
         text = "max(bottom - slack - u, u - bottom - step)"
-        limits = {"slack": slack * step, "step": step}
-        self.add_event(name, text, limits, direction="rising", happens_at_start=True)
+        limits = {"slack": 1e-6 * step, "step": step}
+        self.add_event(name, parse(text), limits, direction="rising", happens_at_start=True)
 
     def _happen(self, settings: Sequence[Setting]) -> None:  # noqa: ARG002 -- there is one event
         value, slope, *_ = self.signals["u"].bring(self._at)
@@ -322,5 +369,5 @@ class SampleHold(Engine):
         self.entrance = self.add_input("u", _ALL, float(initial), port="in")
         self.out = self.out_port("out", Segment)
         self.add_held("value", initial, self.out)
-        then = partial(self._trigger, self.setting(name, {"value": "u"}, {}))
+        then = partial(self._trigger, self.setting(name, {"value": parse("u")}, {}))
         self.trigger = self.take(self.in_port("trigger", bool), then)

@@ -1,14 +1,14 @@
 """Zero-crossing detection: the instant at which an expression of signals changes its sign."""
 
-from collections.abc import Sequence
+import ast
+from collections.abc import Mapping, Sequence
 from itertools import pairwise
 from typing import ClassVar, Final, Literal
 
 from firmware_runtime.devs.errors import ModelError
-from firmware_runtime.devs.time import NEVER, format_time
-from firmware_runtime.models.qss.expression import parse
-from firmware_runtime.models.qss.program import Layout, compile_condition
-from firmware_runtime.models.qss.segment import NANO, whole_after
+from firmware_runtime.devs.time import format_time
+from firmware_runtime.models.qss.program import compile_condition
+from firmware_runtime.models.qss.segment import NANO, next_instant
 from firmware_runtime.models.qss.signals import Readings
 from firmware_runtime.models.qss.watch import Watch, side_of
 
@@ -47,7 +47,8 @@ class Crossing:
     def __init__(
         self,
         readings: Readings,
-        layout: Layout,
+        tree: ast.expr,
+        parameters: Mapping[str, float],
         *,
         direction: Direction,
         at_zero: bool = True,
@@ -55,7 +56,7 @@ class Crossing:
     ) -> None:
         self.readings, self.direction = readings, direction
         self._happens_at_start = happens_at_start
-        conditions = compile_condition(parse(readings.text), layout, at_zero=at_zero)
+        conditions = compile_condition(tree, readings.layout(parameters), at_zero=at_zero)
         self.watch, self._difference = Watch(conditions, has_own=True), conditions[-1]
         self.side: bool | None = None
         self.beyond, self.beyond_at = 0.0, -1
@@ -85,8 +86,7 @@ class Crossing:
         if self.is_poised:
             leaves = max(leaves, NANO)
         self.side = side
-        after = max(whole_after(leaves), 1)
-        due = NEVER if after >= NEVER else now + after
+        due = next_instant(now, leaves)
         if was is None:
             is_at_once = self.is_poised and g[1] != 0.0
             return side and self._happens_at_start, now if is_at_once else due

@@ -16,6 +16,7 @@ functions, then events, until nothing is due any more. What has changed is sent 
 `System` becomes one engine, and so does each block of a diagram.
 """
 
+import ast
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from typing import Any, Final, NamedTuple, TypeAlias
@@ -25,7 +26,7 @@ from firmware_runtime.devs.errors import ModelError
 from firmware_runtime.devs.ports import InPort, OutPort
 from firmware_runtime.devs.time import NEVER, format_time
 from firmware_runtime.models.qss.crossing import Crossing
-from firmware_runtime.models.qss.expression import names_of, parse
+from firmware_runtime.models.qss.expression import names_of
 from firmware_runtime.models.qss.function import Function
 from firmware_runtime.models.qss.methods import State
 from firmware_runtime.models.qss.program import Program, compile_expression
@@ -107,25 +108,25 @@ class Engine(Atomic):
     def add_function(
         self,
         name: str,
-        text: str,
+        tree: ast.expr,
         target: str | OutPort[Segment],
         **options: Any,  # noqa: ANN401 -- those of `Function`
     ) -> None:
         """The derivative of a state, by its name, or what is sent."""
-        readings = self._readings(name, text, self.signals)
+        readings = self._readings(name, tree, self.signals)
         for signal in readings.signals:
             signal.functions.append(len(self._functions))
         if isinstance(target, str):
             deliver = partial(self._derive, *self._numbered(target))
         else:
             deliver = partial(self._send, target)
-        self._functions.append((Function(readings, **options), deliver))
+        self._functions.append((Function(readings, tree, **options), deliver))
         self._due_functions.insert(-1, 0)
 
     def add_event(  # noqa: PLR0913 -- all but three have defaults
         self,
         name: str,
-        text: str,
+        tree: ast.expr,
         parameters: Mapping[str, float],
         setting: Setting | None = None,
         *,
@@ -134,32 +135,34 @@ class Engine(Atomic):
         **options: Any,  # noqa: ANN401 -- those of `Crossing`
     ) -> None:
         """What happens where an expression of exact states crosses zero, and where that is sent."""
-        readings = self._readings(name, text, self.exact_signals)
+        readings = self._readings(name, tree, self.exact_signals)
         for signal in readings.signals:
             signal.events.append(len(self._events))
-        crossing = Crossing(readings, readings.layout(parameters), **options)
+        crossing = Crossing(readings, tree, parameters, **options)
         self._events.append(_Event(crossing, setting or {}, event, side))
         self._due_events.insert(-1, 0)
 
     def setting(
         self,
         name: str,
-        values: Mapping[str, str],
+        values: Mapping[str, ast.expr],
         parameters: Mapping[str, float],
-        only_if: str | None = None,
+        only_if: ast.expr | None = None,
     ) -> Setting:
         """Expressions for states, discrete values or ports, and a condition."""
-        condition = {} if only_if is None else {"": f"1.0 if {only_if} else 0.0"}
+        condition = {}
+        if only_if is not None:
+            condition[""] = ast.IfExp(only_if, ast.Constant(1.0), ast.Constant(0.0))
         setting = {}
-        for target, text in {**condition, **values}.items():
-            readings = self._readings(name, text, self.exact_signals)
-            program = compile_expression(parse(text), readings.layout(parameters), 1)
+        for target, tree in {**condition, **values}.items():
+            readings = self._readings(name, tree, self.exact_signals)
+            program = compile_expression(tree, readings.layout(parameters), 1)
             setting[target] = program, readings
         return setting
 
-    def _readings(self, name: str, text: str, signals: Mapping[str, Signal]) -> Readings:
-        read = [signals[each] for each in names_of(parse(text)) if each in signals]
-        return Readings(partial(self.path_of, name), text, read)
+    def _readings(self, name: str, tree: ast.expr, signals: Mapping[str, Signal]) -> Readings:
+        read = [signals[each] for each in names_of(tree) if each in signals]
+        return Readings(partial(self.path_of, name), tree, read)
 
     def take(self, port: InPort[Any], action: Callable[[Any], None]) -> InPort[Any]:
         """Let an action take the last value that a port has got."""
@@ -225,10 +228,9 @@ class Engine(Atomic):
         functions = [each for each, _ in self._functions]
         crossings = [each.crossing for each in self._events]
         watches = [each.watch for each in functions] + [each.watch for each in crossings]
-        poles = [each.poles for each in functions]
         states = self.states.values()
         own = [*self.signals.values(), *(each.exact for each in states), *states]
-        return [*own, *functions, *crossings, *watches, *poles]
+        return [*own, *functions, *crossings, *watches]
 
     # One instant ---------------------------------------------------------------------------------
 
@@ -370,7 +372,8 @@ class Engine(Atomic):
             self._due_functions[number] = -1
         for number in signal.events:
             self._due_events[number] = -1
-        self._send(signal.way, signal.coefficients)
+        if signal.way is not None:
+            self._send(signal.way, signal.coefficients)
 
     def _send(self, way: OutPort[Segment] | None, coefficients: Sequence[float]) -> None:
         if way is not None and way.leads_somewhere:

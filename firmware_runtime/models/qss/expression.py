@@ -6,7 +6,7 @@ functions of `FUNCTIONS`. Anything else is refused with a sentence.
 
 import ast
 import math
-from collections.abc import Collection, Iterator
+from collections.abc import Callable, Collection, Iterator
 from typing import Final
 
 from firmware_runtime.devs.errors import ModelError
@@ -60,6 +60,26 @@ def names_of(tree: ast.expr) -> list[str]:
         if isinstance(node, ast.Name) and id(node) not in functions
     )
     return list(dict.fromkeys(name for name in found if name not in CONSTANTS))
+
+
+class Substitution(ast.NodeTransformer):
+    """Puts other expressions in the place of names and of delays."""
+
+    def __init__(
+        self, of_name: Callable[[str], ast.expr | None], of_delay: Callable[[ast.Call], ast.expr]
+    ) -> None:
+        self._of_name, self._of_delay = of_name, of_delay
+
+    def visit_Call(self, node: ast.Call) -> ast.expr:
+        """A delay is the other's matter, of other functions their arguments."""
+        if isinstance(node.func, ast.Name) and node.func.id == DELAY:
+            return self._of_delay(node)
+        node.args = [self.visit(each) for each in node.args]
+        return node
+
+    def visit_Name(self, node: ast.Name) -> ast.expr:
+        """What stands for a name, or the name."""
+        return self._of_name(node.id) or node
 
 
 def factors_of(node: ast.expr) -> Iterator[ast.expr]:

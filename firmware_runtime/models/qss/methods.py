@@ -77,8 +77,10 @@ class State:
 
     def advance(self, now: int) -> None:
         """Let time pass."""
-        self.exact.bring(now)
-        self.quantized.bring(now)
+        if self.exact.at != now:
+            self.exact.bring(now)
+        if self.quantized.at != now:
+            self.quantized.bring(now)
 
     def requantize(self, now: int) -> int:
         """Let q begin as x does. Raises ModelError for a step that time cannot resolve."""

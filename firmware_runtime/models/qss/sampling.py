@@ -24,7 +24,7 @@ class Hold(Atomic):
         self.entrance = self.in_port("in", Segment)
         self.out = self.out_port("out", Segment)
         self.direct = (self.entrance,)
-        """What the output answers at once: `loops`."""
+        """What the output answers at once: `blocks`."""
         self.period = ns
         self._segment = ZERO_SEGMENT
         self._has_input = False
@@ -58,7 +58,7 @@ class SegmentDelay(Delay[Segment]):
         super().__init__(name, Segment, duration)
         self.out = self.delayed
         self.direct = () if self.duration > 0 else (self.entrance,)
-        """What the output answers at once: `loops`."""
+        """What the output answers at once: `blocks`."""
         self.initial = float(initial)
 
     def initialize(self) -> None:
@@ -86,7 +86,7 @@ class VariableDelay(Atomic):
         self.delay = self.in_port("delay", Segment)
         self.out = self.out_port("out", Segment)
         self.direct = (self.delay,)
-        """What the output answers at once: `loops`."""
+        """What the output answers at once: `blocks`."""
         self.longest_s, self.order = longest_s, order
         self._at = 0
         self._begins = [-(1 << 62)]

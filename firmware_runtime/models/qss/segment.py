@@ -61,6 +61,12 @@ def whole_after(seconds: float) -> int:
     return int(ns) + 1
 
 
+def next_instant(now: int, seconds: float) -> int:
+    """The instant, in ns, a duration later, 1 ns at least; NEVER without an end."""
+    after = max(whole_after(seconds), 1)
+    return NEVER if after >= NEVER else now + after
+
+
 def is_finite(value: object) -> bool:
     """Whether it is a real number that a float can hold."""
     try:

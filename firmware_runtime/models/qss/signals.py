@@ -1,5 +1,6 @@
 """Signals, which expressions read, and what an expression reads of them at an instant."""
 
+import ast
 from collections.abc import Callable, Mapping, Sequence
 from typing import ClassVar
 
@@ -53,8 +54,8 @@ class Signal:
 class Readings:
     """The signals that an expression reads, and what to say where it has no value."""
 
-    def __init__(self, path: Callable[[], str], text: str, signals: Sequence[Signal]) -> None:
-        self.path, self.text, self.signals = path, text, tuple(signals)
+    def __init__(self, path: Callable[[], str], tree: ast.expr, signals: Sequence[Signal]) -> None:
+        self.path, self.text, self.signals = path, ast.unparse(tree), tuple(signals)
 
     @property
     def are_missing(self) -> bool:
