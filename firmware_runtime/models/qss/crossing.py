@@ -124,7 +124,7 @@ class Crossing:
         if is_answer and stays and _leads(g) is (not was):
             self.beyond_at, self.has_turned, self.returns = -1, True, True
             return not was
-        if self.returns and side is not was and _leads(g) is was:
+        if self.returns and side is not was and _leads(g) is not side:
             return was
         self.returns = False
         return side
