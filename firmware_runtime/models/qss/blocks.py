@@ -9,9 +9,8 @@ from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.errors import ModelError
 from firmware_runtime.devs.ports import AnyPort, InPort
-from firmware_runtime.models.qss.crossing import Direction
 from firmware_runtime.models.qss.engine import Engine, Setting
-from firmware_runtime.models.qss.expression import parse
+from firmware_runtime.models.qss.expression import TIME, parse
 from firmware_runtime.models.qss.function import TOLERANCE, Tolerance
 from firmware_runtime.models.qss.methods import METHODS
 from firmware_runtime.models.qss.segment import Segment, demand_finite
@@ -23,11 +22,11 @@ _ALL: int = 4
 
 
 class Block(Engine):
-    """An engine whose output answers its inputs at once, so that it must not feed itself.
+    """An engine with a port `out`; where that answers inputs at once, it must not feed itself."""
 
-    A block says by `direct` which of its input ports its output answers at once; an integrator and
-    a delay have none.
-    """
+    def __init__(self, name: str) -> None:
+        super().__init__(name)
+        self.out = self.out_port("out", Segment)
 
     def initialize(self) -> None:
         """Begin. Raises ModelError if what it sends comes back to it at once."""
@@ -40,7 +39,7 @@ class Block(Engine):
 
     @property
     def direct(self) -> tuple[InPort[Segment], ...]:
-        """The ports that the output answers at once."""
+        """The ports that the output answers at once: all, but of what holds or integrates."""
         return tuple(self.in_ports.values())
 
 
@@ -77,7 +76,7 @@ def _ends(port: AnyPort) -> Iterator[InPort[Any]]:
                     yield from _ends(destination)
 
 
-class Integrator(Engine):
+class Integrator(Block):
     """Sends q whenever it differs from x by the quantum; subclasses say by which method.
 
     integrating (until |x - q| = quantum) --out!--> integrating
@@ -98,13 +97,14 @@ class Integrator(Engine):
         super().__init__(name)
         method = METHODS[type(self).__name__]
         self._state = method("x", partial(self.path_of, name), initial, quantum, relative_quantum)
-        self.out = self.out_port("out", Segment)
         self.add_state("x", self._state, self.out)
         self.exact = self.exact_signals["x"].way = self.out_port("exact", Segment)
         self.derivative = self.take(
             self.in_port("derivative", Segment), partial(self.derive_by, "x")
         )
         self.reset = self.take(self.in_port("reset", Segment), partial(self.set_by, "x"))
+
+    direct = ()
 
     @property
     def steps(self) -> int:
@@ -166,7 +166,6 @@ class Function(Block):
             raise ModelError(f"{self.path}: tolerance is {tolerance!r}; expected more than 0")
         initial = inputs if isinstance(inputs, Mapping) else dict.fromkeys(inputs)
         self.inputs = {each: self.add_input(each, order, initial[each]) for each in inputs}
-        self.out = self.out_port("out", Segment)
         self.add_function(
             name,
             parse(expression),
@@ -189,7 +188,6 @@ class Sum(Block):
             demand_finite(self.path, weight=weight)
             terms.append(f"{float(weight)!r} * in{number}")
         self.inputs = tuple(self.add_input(f"in{number}", _ALL) for number in range(len(weights)))
-        self.out = self.out_port("out", Segment)
         self.add_function(name, parse(" + ".join(terms)), self.out, order=_ALL)
 
 
@@ -224,21 +222,15 @@ class Sine(Function):
         order: int = 2,
         tolerance: float = TOLERANCE,
     ) -> None:
-        demand_finite(
-            name,
-            frequency_hz=frequency_hz,
-            amplitude=amplitude,
-            phase_rad=phase_rad,
-            offset=offset,
-        )
-        parameters = {"a": amplitude, "f": frequency_hz, "p": phase_rad, "c": offset}
-        self.parameters = {key: float(value) for key, value in parameters.items()}
-        text = "c + a * sin(tau * f * t + p)"
-        super().__init__(name, text, order=order, tolerance=tolerance, parameters=self.parameters)
+        parameters = {"amplitude": amplitude, "phase_rad": phase_rad, "offset": offset}
+        self.parameters = {"frequency_hz": frequency_hz, **parameters}
+        demand_finite(name, **self.parameters)
+        text = self.at(TIME)
+        super().__init__(name, text, order=order, tolerance=tolerance)
 
     def at(self, time: str) -> str:
         """Its value at an instant, in s, as an expression."""
-        c, a, f, p = (repr(self.parameters[key]) for key in "cafp")
+        f, a, p, c = (repr(float(each)) for each in self.parameters.values())
         return f"({c} + {a} * sin(tau * {f} * ({time}) + {p}))"
 
 
@@ -246,36 +238,17 @@ class Crossing(Block):
     """Says when an expression crosses zero: `event` at the instant, `out` on which side it is.
 
     `out` is 1 above zero and 0 below, sent at the start and at each change; `event` carries True
-    for a rise and False for a fall, only those of `direction`. Inputs may bring up to four
-    coefficients: the port `exact` of an integrator, without the error of its quantization.
-    What counts as a crossing: as for a `When` of a system.
+    for a rise and False for a fall. Inputs may bring up to four coefficients: the port `exact` of
+    an integrator, without the error of its quantization. What counts as a crossing: as for a
+    `When` of a system.
     """
 
-    def __init__(  # noqa: PLR0913 -- half of them have defaults
-        self,
-        name: str,
-        expression: str,
-        inputs: Sequence[str],
-        *,
-        direction: Direction = "both",
-        at_zero: bool = True,
-        parameters: Mapping[str, float] | None = None,
-    ) -> None:
+    def __init__(self, name: str, expression: str, inputs: Sequence[str]) -> None:
         super().__init__(name)
-        if direction not in {"rising", "falling", "both"}:
-            expected = "expected rising, falling, both"
-            raise ModelError(f"{self.path}: direction {direction!r}; {expected}")
         self.inputs = {each: self.add_input(each, _ALL) for each in inputs}
         self.event = self.out_port("event", bool)
-        self.out = self.out_port("out", Segment)
         self.add_event(
-            name,
-            parse(expression),
-            parameters or {},
-            event=self.event,
-            side=self.out,
-            direction=direction,
-            at_zero=at_zero,
+            name, parse(expression), {}, event=self.event, side=self.out, direction="both"
         )
 
 
@@ -285,29 +258,19 @@ class Hysteresis(Block):
     off --in reaches upper--> on --in reaches lower--> off; each sends `high` or `low` at `out`
     """
 
-    def __init__(  # noqa: PLR0913 -- half of them have defaults
-        self,
-        name: str,
-        lower: float,
-        upper: float,
-        *,
-        low: float = 0.0,
-        high: float = 1.0,
-        is_on: bool = False,
+    def __init__(
+        self, name: str, lower: float, upper: float, *, low: float = 0.0, high: float = 1.0
     ) -> None:
         super().__init__(name)
         if not lower < upper:
             raise ModelError(f"{self.path}: lower is {lower}; expected less than upper, {upper}")
         self.entrance = self.add_input("u", _ALL, port="in")
-        self.out = self.out_port("out", Segment)
         limits = {"lower": lower, "upper": upper, "low": low, "high": high}
-        self.add_held("value", high if is_on else low, self.out)
-        for text, value in (("u - upper", "high"), ("lower - u", "low")):
+        self.add_held("value", low, self.out)
+        for reaches, value in (("u - upper", "high"), ("lower - u", "low")):
             only_if = parse(f"value != {value}")
             then = self.setting(name, {"value": parse(value)}, limits, only_if)
-            self.add_event(
-                name, parse(text), limits, then, direction="rising", happens_at_start=True
-            )
+            self.add_event(name, parse(reaches), limits, then, happens_at_start=True)
 
 
 class Switch(Block):
@@ -322,7 +285,6 @@ class Switch(Block):
         self.entrance = self.add_input("u", _ALL, port="in")
         self.above = self.add_input("above", _ALL, 0.0)
         self.below = self.add_input("below", _ALL, 0.0)
-        self.out = self.out_port("out", Segment)
         text = f"above if u >= {float(threshold)!r} else below"
         self.add_function(name, parse(text), self.out, order=_ALL)
 
@@ -341,11 +303,10 @@ class Quantizer(Block):
         self.step = step
         self._offset = 0.5 * step if nearest else 0.0
         self.entrance = self.add_input("u", _ALL, port="in")
-        self.out = self.out_port("out", Segment)
         self._bottom = self._add_signal(Signal("bottom", 1, inf))
         text = "max(bottom - slack - u, u - bottom - step)"
         limits = {"slack": 1e-6 * step, "step": step}
-        self.add_event(name, parse(text), limits, direction="rising", happens_at_start=True)
+        self.add_event(name, parse(text), limits, happens_at_start=True)
 
     def _happen(self, settings: Sequence[Setting]) -> None:  # noqa: ARG002 -- there is one event
         value, slope, *_ = self.signals["u"].bring(self._at)
@@ -358,16 +319,17 @@ class Quantizer(Block):
         self._send(self.out, [bottom])
 
 
-class SampleHold(Engine):
+class SampleHold(Block):
     """Sends its input's value at each `trigger`, and holds it until the next.
 
     waiting --trigger?--> sending (0) --out!--> waiting; --in?--> waiting
     """
 
+    direct = ()
+
     def __init__(self, name: str, initial: float = 0.0) -> None:
         super().__init__(name)
         self.entrance = self.add_input("u", _ALL, float(initial), port="in")
-        self.out = self.out_port("out", Segment)
         self.add_held("value", initial, self.out)
         then = partial(self._trigger, self.setting(name, {"value": parse("u")}, {}))
         self.trigger = self.take(self.in_port("trigger", bool), then)

@@ -44,13 +44,13 @@ class Crossing:
     )
     """The attributes that change."""
 
-    def __init__(
+    def __init__(  # noqa: PLR0913 -- half of them have defaults
         self,
         readings: Readings,
         tree: ast.expr,
         parameters: Mapping[str, float],
         *,
-        direction: Direction,
+        direction: Direction = "rising",
         at_zero: bool = True,
         happens_at_start: bool = False,
     ) -> None:

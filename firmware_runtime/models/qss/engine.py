@@ -18,6 +18,7 @@ functions, then events, until nothing is due any more. What has changed is sent 
 
 import ast
 from collections.abc import Callable, Mapping, Sequence
+from copy import deepcopy
 from functools import partial
 from typing import Any, Final, NamedTuple, TypeAlias
 
@@ -207,9 +208,9 @@ class Engine(Atomic):
         """What changes, as plain values."""
         return {
             "parts": [
-                {key: _copied(getattr(part, key)) for key in part.kept} for part in self._parts
+                {key: deepcopy(getattr(part, key)) for key in part.kept} for part in self._parts
             ],
-            "due": _copied([self._due_states, self._due_functions, self._due_events]),
+            "due": deepcopy([self._due_states, self._due_functions, self._due_events]),
             "own": [self._at, self.phase, self.sigma, [list(each) for each in self._pending]],
         }
 
@@ -217,8 +218,8 @@ class Engine(Atomic):
         """Go on from there."""
         for part, values in zip(self._parts, state["parts"], strict=True):
             for key, value in values.items():
-                setattr(part, key, _copied(value))
-        self._due_states, self._due_functions, self._due_events = _copied(state["due"])
+                setattr(part, key, deepcopy(value))
+        self._due_states, self._due_functions, self._due_events = deepcopy(state["due"])
         self._at, self.phase, self.sigma, pending = state["own"]
         self._pending = [tuple(each) for each in pending]
         self._note_missing()
@@ -378,11 +379,3 @@ class Engine(Atomic):
     def _send(self, way: OutPort[Segment] | None, coefficients: Sequence[float]) -> None:
         if way is not None and way.leads_somewhere:
             self._pending.append((way.name, Segment(*coefficients)))
-
-
-def _copied(value: Any) -> Any:  # noqa: ANN401 -- a number, or lists or dictionaries of them
-    if isinstance(value, list):
-        return [_copied(each) for each in value]
-    if isinstance(value, dict):
-        return {key: _copied(each) for key, each in value.items()}
-    return value

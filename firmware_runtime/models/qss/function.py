@@ -47,7 +47,7 @@ class Function:
     kept: ClassVar = ("span", "unbounded", "above")
     """The attributes that change."""
 
-    def __init__(
+    def __init__(  # noqa: PLR0913 -- half of them have defaults
         self,
         readings: Readings,
         tree: ast.expr,

@@ -21,7 +21,7 @@ def leaves_band(band: float, c0: float, c1: float, c2: float = 0.0, c3: float = 
         up = falls_below_zero(band - c0, -c1, -c2, -c3)
     if c1 < 0.0 or c2 < 0.0 or c3 < 0.0:
         down = falls_below_zero(band + c0, c1, c2, c3)
-    return up if up < down else down
+    return min(down, up)
 
 
 def falls_below_zero(c0: float, c1: float, c2: float = 0.0, c3: float = 0.0) -> float:
