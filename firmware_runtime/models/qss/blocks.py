@@ -11,7 +11,7 @@ from firmware_runtime.devs.errors import ModelError
 from firmware_runtime.devs.ports import AnyPort, InPort
 from firmware_runtime.models.qss.engine import Engine, Setting
 from firmware_runtime.models.qss.expression import TIME, parse
-from firmware_runtime.models.qss.function import TOLERANCE, Tolerance
+from firmware_runtime.models.qss.function import TOLERANCE
 from firmware_runtime.models.qss.methods import METHODS
 from firmware_runtime.models.qss.segment import Segment, demand_finite
 from firmware_runtime.models.qss.signals import Signal
@@ -24,8 +24,8 @@ _ALL: int = 4
 class Block(Engine):
     """An engine with a port `out`; where that answers inputs at once, it must not feed itself."""
 
-    def __init__(self, name: str) -> None:
-        super().__init__(name)
+    def __init__(self, name: str, parameters: Mapping[str, float] | None = None) -> None:
+        super().__init__(name, parameters)
         self.out = self.out_port("out", Segment)
 
     def initialize(self) -> None:
@@ -149,31 +149,24 @@ class Function(Block):
     what it divides by passes zero.
     """
 
-    def __init__(  # noqa: PLR0913 -- half of them have defaults
+    def __init__(
         self,
         name: str,
         expression: str,
         inputs: Sequence[str] | Mapping[str, float] = (),
         *,
         order: int = 2,
-        tolerance: Tolerance = TOLERANCE,
-        parameters: Mapping[str, float] | None = None,
+        tolerance: float = TOLERANCE,
     ) -> None:
         super().__init__(name)
         if order not in {1, 2, 3, _ALL}:
             raise ModelError(f"{self.path}: order is {order!r}; expected 1, 2 or 3")
-        if not callable(tolerance) and not 0.0 < tolerance < inf:
+        if not 0.0 < tolerance < inf:
             raise ModelError(f"{self.path}: tolerance is {tolerance!r}; expected more than 0")
         initial = inputs if isinstance(inputs, Mapping) else dict.fromkeys(inputs)
         self.inputs = {each: self.add_input(each, order, initial[each]) for each in inputs}
-        self.add_function(
-            name,
-            parse(expression),
-            self.out,
-            order=order,
-            tolerance=tolerance,
-            parameters=parameters,
-        )
+        tree = parse(expression)
+        self.add_function(name, tree, self.out, order=order, tolerance=tolerance)
 
 
 class Sum(Block):
@@ -247,9 +240,7 @@ class Crossing(Block):
         super().__init__(name)
         self.inputs = {each: self.add_input(each, _ALL) for each in inputs}
         self.event = self.out_port("event", bool)
-        self.add_event(
-            name, parse(expression), {}, event=self.event, side=self.out, direction="both"
-        )
+        self.add_event(name, parse(expression), event=self.event, side=self.out, direction="both")
 
 
 class Hysteresis(Block):
@@ -261,16 +252,15 @@ class Hysteresis(Block):
     def __init__(
         self, name: str, lower: float, upper: float, *, low: float = 0.0, high: float = 1.0
     ) -> None:
-        super().__init__(name)
+        super().__init__(name, {"lower": lower, "upper": upper, "low": low, "high": high})
         if not lower < upper:
             raise ModelError(f"{self.path}: lower is {lower}; expected less than upper, {upper}")
         self.entrance = self.add_input("u", _ALL, port="in")
-        limits = {"lower": lower, "upper": upper, "low": low, "high": high}
         self.add_held("value", low, self.out)
         for reaches, value in (("u - upper", "high"), ("lower - u", "low")):
             only_if = parse(f"value != {value}")
-            then = self.setting(name, {"value": parse(value)}, limits, only_if)
-            self.add_event(name, parse(reaches), limits, then, happens_at_start=True)
+            then = self.setting(name, {"value": parse(value)}, only_if)
+            self.add_event(name, parse(reaches), then, happens_at_start=True)
 
 
 class Switch(Block):
@@ -297,7 +287,7 @@ class Quantizer(Block):
     """
 
     def __init__(self, name: str, step: float, *, nearest: bool = False) -> None:
-        super().__init__(name)
+        super().__init__(name, {"slack": 1e-6 * step, "step": step})
         if not 0.0 < step < inf:
             raise ModelError(f"{self.path}: step is {step!r}; expected more than 0")
         self.step = step
@@ -305,8 +295,7 @@ class Quantizer(Block):
         self.entrance = self.add_input("u", _ALL, port="in")
         self._bottom = self._add_signal(Signal("bottom", 1, inf))
         text = "max(bottom - slack - u, u - bottom - step)"
-        limits = {"slack": 1e-6 * step, "step": step}
-        self.add_event(name, parse(text), limits, happens_at_start=True)
+        self.add_event(name, parse(text), happens_at_start=True)
 
     def _happen(self, settings: Sequence[Setting]) -> None:  # noqa: ARG002 -- there is one event
         value, slope, *_ = self.signals["u"].bring(self._at)
@@ -331,5 +320,5 @@ class SampleHold(Block):
         super().__init__(name)
         self.entrance = self.add_input("u", _ALL, float(initial), port="in")
         self.add_held("value", initial, self.out)
-        then = partial(self._trigger, self.setting(name, {"value": parse("u")}, {}))
+        then = partial(self._trigger, self.setting(name, {"value": parse("u")}))
         self.trigger = self.take(self.in_port("trigger", bool), then)

@@ -1,7 +1,7 @@
 """Zero-crossing detection: the instant at which an expression of signals changes its sign."""
 
 import ast
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from itertools import pairwise
 from typing import ClassVar, Final, Literal
 
@@ -44,11 +44,10 @@ class Crossing:
     )
     """The attributes that change."""
 
-    def __init__(  # noqa: PLR0913 -- half of them have defaults
+    def __init__(
         self,
         readings: Readings,
         tree: ast.expr,
-        parameters: Mapping[str, float],
         *,
         direction: Direction = "rising",
         at_zero: bool = True,
@@ -56,7 +55,7 @@ class Crossing:
     ) -> None:
         self.readings, self.direction = readings, direction
         self._happens_at_start = happens_at_start
-        conditions = compile_condition(tree, readings.layout(parameters), at_zero=at_zero)
+        conditions = compile_condition(tree, readings.layout, at_zero=at_zero)
         self.watch, self._difference = Watch(conditions, has_own=True), conditions[-1]
         self.side: bool | None = None
         self.beyond, self.beyond_at = 0.0, -1

@@ -58,8 +58,11 @@ class Engine(Atomic):
     read `exact_signals`, with the exact states in their place.
     """
 
-    def __init__(self, name: str, *, is_inner: bool = False) -> None:
+    def __init__(
+        self, name: str, parameters: Mapping[str, float] | None = None, *, is_inner: bool = False
+    ) -> None:
         super().__init__(name)
+        self._parameters = parameters or {}
         self.signals: dict[str, Signal] = {}
         self.exact_signals: dict[str, Signal] = {}
         self.states: dict[str, State] = {}
@@ -124,11 +127,10 @@ class Engine(Atomic):
         self._functions.append((Function(readings, tree, **options), deliver))
         self._due_functions.insert(-1, 0)
 
-    def add_event(  # noqa: PLR0913 -- all but three have defaults
+    def add_event(
         self,
         name: str,
         tree: ast.expr,
-        parameters: Mapping[str, float],
         setting: Setting | None = None,
         *,
         event: OutPort[bool] | None = None,
@@ -139,7 +141,7 @@ class Engine(Atomic):
         readings = self._readings(name, tree, self.exact_signals)
         for signal in readings.signals:
             signal.events.append(len(self._events))
-        crossing = Crossing(readings, tree, parameters, **options)
+        crossing = Crossing(readings, tree, **options)
         self._events.append(_Event(crossing, setting or {}, event, side))
         self._due_events.insert(-1, 0)
 
@@ -147,7 +149,6 @@ class Engine(Atomic):
         self,
         name: str,
         values: Mapping[str, ast.expr],
-        parameters: Mapping[str, float],
         only_if: ast.expr | None = None,
     ) -> Setting:
         """Expressions for states, discrete values or ports, and a condition."""
@@ -157,13 +158,13 @@ class Engine(Atomic):
         setting = {}
         for target, tree in {**condition, **values}.items():
             readings = self._readings(name, tree, self.exact_signals)
-            program = compile_expression(tree, readings.layout(parameters), 1)
+            program = compile_expression(tree, readings.layout, 1)
             setting[target] = program, readings
         return setting
 
     def _readings(self, name: str, tree: ast.expr, signals: Mapping[str, Signal]) -> Readings:
         read = [signals[each] for each in names_of(tree) if each in signals]
-        return Readings(partial(self.path_of, name), tree, read)
+        return Readings(partial(self.path_of, name), tree, read, self._parameters)
 
     def take(self, port: InPort[Any], action: Callable[[Any], None]) -> InPort[Any]:
         """Let an action take the last value that a port has got."""

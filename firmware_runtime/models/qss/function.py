@@ -8,13 +8,14 @@ crossings of what they compare. So do denominators: there the expression has no 
 """
 
 import ast
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from math import inf
 from typing import ClassVar, Final
 
 from firmware_runtime.devs.errors import ModelError
 from firmware_runtime.models.qss.expression import TIME, names_of
 from firmware_runtime.models.qss.program import (
+    Code,
     Quanta,
     compile_allowance,
     compile_bound,
@@ -32,45 +33,46 @@ _AT_A_POLE_S: Final = 1e-7
 _NEAR: Final = 8.0
 """In allowances, each a quarter of what quanta cause: a quantized input jumps by two at most."""
 
-Tolerance = float | Callable[[float, Sequence[bool], Sequence[float]], Sequence[float]]
-
 
 class Function:
     """An expression's polynomial of `order` coefficients, and when it has to be renewed.
 
-    `tolerance` is in the result's unit, a number or a function of the inputs' coefficients;
-    `quanta` says how far off some inputs are, as absolute and relative quantum. Raises
-    ExpressionError, a ModelError, for a text that is not understood, and ModelError where what it
-    divides by passes zero.
+    `tolerance` is a number in the result's unit, or what follows from how far off inputs are.
+    Raises ExpressionError, a ModelError, for a text that is not understood, and ModelError where
+    what it divides by passes zero.
     """
 
     kept: ClassVar = ("span", "unbounded", "above")
     """The attributes that change."""
 
-    def __init__(  # noqa: PLR0913 -- half of them have defaults
+    def __init__(
         self,
         readings: Readings,
         tree: ast.expr,
         *,
         order: int,
-        tolerance: Tolerance = TOLERANCE,
-        parameters: Mapping[str, float] | None = None,
-        quanta: Mapping[str, tuple[float, float]] | None = None,
+        tolerance: float | Quanta = TOLERANCE,
     ) -> None:
         self.readings, self.order = readings, order
-        layout = readings.layout(parameters or {})
+        layout = readings.layout
         program = compile_expression(tree, layout, order)
         self._is_exact = program.degree < order
         self._bound = None if program.degree < inf else compile_bound(tree, layout, order)
         self._value, self.watch = program.value, Watch(program.conditions)
+        widths: Mapping[str, tuple[float, float]] = {}
+        self._tolerance: float | Code
+        if isinstance(tolerance, Quanta):
+            widths = tolerance.of_inputs
+            self._tolerance = compile_allowance(tree, layout, tolerance)
+        else:
+            self._tolerance = float(tolerance)
         self._poles = [
-            (number, ast.unparse(pole), compile_allowance(pole, layout, Quanta(quanta or {}, 0.0)))
+            (number, ast.unparse(pole), compile_allowance(pole, layout, Quanta(widths, 0.0)))
             for number, pole in program.poles.items()
         ]
         self.above: list[bool | None] = [None] * len(self._poles)
         """On which side of zero what must not pass it was."""
         self._reads_time = TIME in names_of(tree)
-        self._tolerance = tolerance if callable(tolerance) else float(tolerance)
         self.span = FIRST_SPAN_S
         """Over how long a stretch what is left out is bounded next: a guess, from the last time."""
         self.unbounded = 0

@@ -15,14 +15,12 @@ from firmware_runtime.models.qss.engine import Engine
 from firmware_runtime.models.qss.expression import (
     TIME,
     ExpressionError,
-    names_of,
     parse,
 )
 from firmware_runtime.models.qss.methods import METHODS, State
 from firmware_runtime.models.qss.program import (
     Layout,
     Quanta,
-    compile_allowance,
     compile_expression,
 )
 from firmware_runtime.models.qss.sampling import SegmentDelay
@@ -44,7 +42,7 @@ class SystemModel(Coupled):
     def __init__(self, system: System) -> None:
         super().__init__(system.name)
         self.system = system
-        self.engine = self.add(Engine("engine", is_inner=True))
+        self.engine = self.add(Engine("engine", system.parameters, is_inner=True))
         self._quanta: dict[str, tuple[float, float]] = {}
         """Of each state, and of what is delayed of one."""
         for name in system.states:
@@ -115,22 +113,12 @@ class SystemModel(Coupled):
     # Equations -----------------------------------------------------------------------------------
 
     def _equation(self, name: str, text: str) -> None:
-        tree, system = self._tree(text), self.system
-        signals = self.engine.signals
-        counts = {each: signals[each].count for each in names_of(tree) if each in signals}
-        quanta = {each: self._quanta[each] for each in counts if each in self._quanta}
-        horizon_s = _HORIZON_S if system.horizon_s is None else system.horizon_s
+        tree, horizon_s = self._tree(text), self.system.horizon_s
         absolute, relative = self._quanta[name]
-        allowed = Quanta(quanta, absolute / horizon_s, relative)
-        self.engine.add_function(
-            f"{name}'",
-            tree,
-            name,
-            order=self.states[name].order,
-            tolerance=compile_allowance(tree, Layout(counts, system.parameters), allowed),
-            parameters=system.parameters,
-            quanta=quanta,
-        )
+        least = absolute / (_HORIZON_S if horizon_s is None else horizon_s)
+        allowed = Quanta(self._quanta, least, relative)
+        order = self.states[name].order
+        self.engine.add_function(f"{name}'", tree, name, order=order, tolerance=allowed)
 
     def output(self, text: str) -> ast.expr:
         """The tree of an expression that is read at instants; its delays are of exact states."""
@@ -138,15 +126,14 @@ class SystemModel(Coupled):
             return self._tree(text, exact=True)
 
     def _event(self, number: int) -> None:
-        event, parameters = self.system.events[number], self.system.parameters
+        event = self.system.events[number]
         text, direction = event.crossing()
         values = {name: self._tree(text) for name, text in event.values.items()}
         only_if = None if event.only_if is None else self._tree(event.only_if)
         self.engine.add_event(
             f"when {number + 1}",
             self._tree(text),
-            parameters,
-            self.engine.setting(f"then {number + 1}", values, parameters, only_if),
+            self.engine.setting(f"then {number + 1}", values, only_if),
             direction=direction,
             at_zero=not event.is_strict(),
         )

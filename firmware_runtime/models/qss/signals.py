@@ -54,8 +54,16 @@ class Signal:
 class Readings:
     """The signals that an expression reads, and what to say where it has no value."""
 
-    def __init__(self, path: Callable[[], str], tree: ast.expr, signals: Sequence[Signal]) -> None:
+    def __init__(
+        self,
+        path: Callable[[], str],
+        tree: ast.expr,
+        signals: Sequence[Signal],
+        parameters: Mapping[str, float],
+    ) -> None:
         self.path, self.text, self.signals = path, ast.unparse(tree), tuple(signals)
+        self.layout = Layout({each.name: each.count for each in signals}, parameters)
+        """What the expression may read, for its compilation."""
 
     @property
     def are_missing(self) -> bool:
@@ -66,10 +74,6 @@ class Readings:
     def are_moving(self) -> bool:
         """Whether one of them changes between events."""
         return any(any(each.coefficients[1:]) for each in self.signals)
-
-    def layout(self, parameters: Mapping[str, float]) -> Layout:
-        """What the expression may read, for its compilation."""
-        return Layout({each.name: each.count for each in self.signals}, parameters)
 
     def at(self, now: int) -> list[float]:
         """Their coefficients at an instant, one after another, as compiled code takes them."""
