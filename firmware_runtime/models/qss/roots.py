@@ -90,22 +90,12 @@ def _beyond(c0: float, c1: float, c2: float, c3: float, begin: float) -> float:
     return max(farthest, begin) * 1.000001
 
 
-def _scale(c0: float, c1: float, c2: float, c3: float) -> float:
-    """How soon one of the powers alone makes up for the constant: the root is of that size."""
-    t = cbrt(abs(c0 / c3))
-    if abs(c2) * t * t > abs(c0):
-        t = sqrt(abs(c0 / c2))
-    return abs(c0 / c1) if abs(c1) * t > abs(c0) else t
-
-
 def _bracketed(  # noqa: PLR0913, PLR0917 -- four coefficients and two ends
     c0: float, c1: float, c2: float, c3: float, begin: float, end: float
 ) -> float:
     """The root between two instants at which the values differ in sign; monotone in between."""
     rises = c0 + end * (c1 + end * (c2 + end * c3)) > 0.0
-    t = _scale(c0, c1, c2, c3)
-    if not begin < t < end:
-        t = end if begin == 0.0 or end > 4.0 * begin else 0.5 * (begin + end)
+    t = 0.5 * (begin + end)
     for _ in range(_STEPS):
         value = c0 + t * (c1 + t * (c2 + t * c3))
         if (value > 0.0) is rises:
