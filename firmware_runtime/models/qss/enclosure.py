@@ -65,10 +65,6 @@ class Enclosures(Writer):
         ends = [self.total([(a[0], 1.0), (low, sign)]), self.total([(a[1], 1.0), (high, sign)])]
         return [*ends, *super().add(a[2:], b[2:])]
 
-    def at_least_zero(self, a: Series) -> Series:
-        """What is not negative but for an instant, in which its side of zero is ahead of it."""
-        return [*(self.assign(f"max({end}, 0.0)") for end in a[:2]), *a[2:]]
-
     def _range(self, text: str) -> Series:
         return [*self._assign_all(text, 2)]
 

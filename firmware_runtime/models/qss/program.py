@@ -245,8 +245,7 @@ class Body:
         match name:
             case "abs":
                 (one,) = arguments
-                above = self._compared(one, _NOUGHT, ast.GtE())
-                return self.writer.at_least_zero(self._choice(above, one, _minus(one)))
+                return self._choice(self._compared(one, _NOUGHT, ast.GtE()), one, _minus(one))
             case "sign":
                 (one,) = arguments
                 above = self._compared(one, _NOUGHT, ast.Gt())

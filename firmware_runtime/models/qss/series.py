@@ -158,10 +158,6 @@ class Writer:
         """The sum a + b, or a - b for a sign of -1."""
         return [self.total([(x, 1.0), (y, sign)]) for x, y in zip(a, b, strict=False)]
 
-    def at_least_zero(self, a: Series) -> Series:
-        """What is not negative but for an instant, in which its side of zero is ahead of it."""
-        return [self.assign(f"abs({a[0]})"), *a[1:]]
-
     def negative(self, a: Series) -> Series:
         """The opposite."""
         return self._multiple(a, -1.0)
