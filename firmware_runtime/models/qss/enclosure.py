@@ -158,23 +158,12 @@ def _sine(low: float, high: float) -> _Range:
     return (-1.0 if bottom <= high else min(ends)), (1.0 if top <= high else max(ends))
 
 
-def _tangent(low: float, high: float) -> _Range:
-    branch = math.floor(low / math.pi + 0.5) if abs(low) < math.inf else math.nan
-    if not high < (branch + 0.5) * math.pi:
-        return _ALL
-    return math.tan(low), math.tan(high)
-
-
 def _hyperbolic_cosine(low: float, high: float) -> _Range:
     try:
         ends = (math.cosh(low), math.cosh(high))
     except OverflowError:
         return _ALL
     return (1.0 if low < 0.0 < high else min(ends)), max(ends)
-
-
-def _arc_cosine(low: float, high: float) -> _Range:
-    return (math.acos(high), math.acos(low)) if low >= -1.0 and high <= 1.0 else _ALL
 
 
 _TURNS: Final = (0.5 * math.pi, -0.5 * math.pi)
@@ -188,12 +177,10 @@ RANGES: Final[dict[str, Callable[..., float | _Range]]] = {
     "log_": _rising(math.log),
     "sin_": _sine,
     "cos_": lambda low, high: _sine(low + 0.5 * math.pi, high + 0.5 * math.pi),
-    "tan_": _tangent,
     "sinh_": _rising(math.sinh),
     "cosh_": _hyperbolic_cosine,
     "tanh_": _rising(math.tanh),
     "asin_": _rising(math.asin),
-    "acos_": _arc_cosine,
     "atan_": _rising(math.atan),
 }
 """What the lines that are written call: none raises for any range."""

@@ -17,8 +17,10 @@ from firmware_runtime.models.qss.expression import (
     CONSTANTS,
     TIME,
     ExpressionError,
+    Substitution,
     factors_of,
     names_of,
+    parse,
 )
 from firmware_runtime.models.qss.series import Series, Writer
 
@@ -35,7 +37,7 @@ _BEYOND: Final = 2
 _USABLE: Final = {
     name: getattr(math, name)
     for name in (
-        *("sin", "cos", "tan", "asin", "acos", "atan", "atan2", "sinh", "cosh", "tanh"),
+        *("sin", "cos", "asin", "atan", "atan2", "sinh", "cosh", "tanh"),
         *("exp", "log", "pow", "inf", "nan"),
     )
 } | {"abs": abs, "min": min, "max": max}
@@ -73,7 +75,6 @@ class Program:
 
 def compile_expression(tree: ast.expr, layout: Layout, length: int) -> Program:
     """Compile to so many coefficients, two more if these are all. Raises ExpressionError."""
-    _check_names(tree, layout)
     conditions = Conditions(layout)
     body = Body(layout, Writer(length + _BEYOND), conditions)
     result = body.series(tree)
@@ -84,7 +85,6 @@ def compile_expression(tree: ast.expr, layout: Layout, length: int) -> Program:
 
 def compile_condition(tree: ast.expr, layout: Layout, *, at_zero: bool) -> tuple[Condition, ...]:
     """The condition that an expression is above zero, last, and those that it reads before it."""
-    _check_names(tree, layout)
     conditions = Conditions(layout)
     conditions.number(tree, at_zero=at_zero)
     return tuple(conditions.found)
@@ -219,7 +219,11 @@ class Body:
             if self.moving is not None:
                 known = [known[0], 1.0 if name == self.moving else 0.0]
             return self.writer.polynomial(known)
-        return self.writer.constant(float({**CONSTANTS, **self._layout.parameters}[name]))
+        numbers = {**CONSTANTS, **self._layout.parameters}
+        if name not in numbers:
+            expected = ", ".join(sorted({*variables, *self._layout.parameters})) or "no name"
+            raise ExpressionError(f"{name} is not known; expected {expected}, or t")
+        return self.writer.constant(float(numbers[name]))
 
     def _operation(self, node: ast.BinOp) -> Series:
         writer, left, right = self.writer, self.series(node.left), self.series(node.right)
@@ -242,36 +246,16 @@ class Body:
 
     def _call(self, node: ast.Call) -> Series:
         name, arguments = node.func.id, node.args  # type: ignore[attr-defined]  # parsed
-        match name:
-            case "abs":
-                (one,) = arguments
-                return self._choice(self._compared(one, _NOUGHT, ast.GtE()), one, _minus(one))
-            case "sign":
-                (one,) = arguments
-                above = self._compared(one, _NOUGHT, ast.Gt())
-                below = self._compared(one, _NOUGHT, ast.Lt())
-                return self._choice(above, _ONE, ast.IfExp(_Flag(below), _minus(_ONE), _NOUGHT))
-            case "min" | "max":
-                return self._extreme(name, arguments)
-            case "pow":
-                return self.series(ast.BinOp(arguments[0], ast.Pow(), arguments[1]))
-            case "atan2":
-                above = self._compared(arguments[0], _NOUGHT, ast.GtE())
-                y, x = (self.series(each) for each in arguments)
-                return self.writer.atan2(y, x, above)
-            case "tan":
-                self._note_poles(ast.Call(ast.Name("cos"), arguments, []))
+        if name in _MEANINGS:
+            return self.series(_meant(name, arguments))
+        if name == "atan2":
+            above = self._compared(arguments[0], _NOUGHT, ast.GtE())
+            y, x = (self.series(each) for each in arguments)
+            return self.writer.atan2(y, x, above)
         try:
             return self.writer.function(name, self.series(arguments[0]))
         except (ArithmeticError, ValueError) as error:
             raise ExpressionError(f"{ast.unparse(node)}: {error}") from error
-
-    def _extreme(self, name: str, arguments: Sequence[ast.expr]) -> Series:
-        first, second, *rest = arguments
-        order = ast.LtE() if name == "min" else ast.GtE()
-        if rest:
-            second = ast.Call(ast.Name(name), [second, *rest], [])
-        return self._choice(self._compared(first, second, order), first, second)
 
     # Conditions ---------------------------------------------------------------------------------
 
@@ -291,8 +275,6 @@ class Body:
 
     def _test(self, node: ast.expr) -> str:
         match node:
-            case _Flag(text=text):
-                return text
             case ast.BoolOp(op=op, values=values):
                 word = " and " if isinstance(op, ast.And) else " or "
                 return f"({word.join(self._test(each) for each in values)})"
@@ -361,12 +343,26 @@ def _needed(lines: Sequence[str], answer: str) -> list[str]:
     return kept[::-1]
 
 
-class _Flag(ast.expr):
-    """A test that has been written already."""
+_MEANINGS: Final = {
+    "abs": "a if a >= 0 else -a",
+    "sign": "1 if a > 0 else -1 if a < 0 else 0",
+    "min": "a if a <= b else b",
+    "max": "a if a >= b else b",
+    "pow": "a ** b",
+    "tan": "sin(a) / cos(a)",
+    "acos": "pi / 2 - asin(a)",
+}
+"""Functions in terms of others."""
 
-    def __init__(self, text: str) -> None:
-        super().__init__()
-        self.text = text
+
+def _meant(name: str, arguments: Sequence[ast.expr]) -> ast.expr:
+    """What a function of some arguments means; of the third on as of a second one."""
+    first, *others = arguments
+    if len(others) > 1:
+        others = [ast.Call(ast.Name(name), others, [])]
+    given = dict(zip("ab", [first, *others], strict=False))
+    meaning: ast.expr = Substitution(given.get, lambda node: node).visit(parse(_MEANINGS[name]))
+    return meaning
 
 
 _ONE: Final = ast.Constant(1.0)
@@ -379,17 +375,3 @@ _COMPARISONS: Final[dict[type[ast.cmpop], str]] = {
     ast.Eq: "==",
     ast.NotEq: "!=",
 }
-
-
-def _minus(node: ast.expr) -> ast.expr:
-    return ast.UnaryOp(ast.USub(), node)
-
-
-def _check_names(tree: ast.expr, layout: Layout) -> None:
-    known = {*layout.variables, *layout.parameters, TIME}
-    unknown = [name for name in names_of(tree) if name not in known]
-    if unknown:
-        expected = ", ".join(sorted(known - {TIME})) or "no name"
-        raise ExpressionError(
-            f"{ast.unparse(tree)}: {', '.join(unknown)} is not known; expected {expected}, or t"
-        )

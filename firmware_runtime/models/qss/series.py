@@ -243,20 +243,19 @@ class Writer:
         one = self.constant(1.0)
         match name:
             case "exp" | "sinh" | "cosh" | "sin":
-                same = {"exp": "exp", "sinh": "cosh", "cosh": "sinh", "sin": "cos"}
-                return self.function(same[name], a)
+                other = {"exp": "exp", "sinh": "cosh", "cosh": "sinh", "sin": "cos"}
+                return self.function(other[name], a)
             case "cos":
                 return self.negative(self.function("sin", a))
             case "log":
                 return self.divide(one, a)
-            case "tan" | "tanh":
-                value = self.function(name, a)
-                return self.add(one, self.multiply(value, value), 1.0 if name == "tan" else -1.0)
+            case "tanh":
+                value = self.function("tanh", a)
+                return self.add(one, self.multiply(value, value), sign=-1.0)
             case "atan":
                 return self.divide(one, self.add(one, self.multiply(a, a)))
-        under = self.add(one, self.multiply(a, a), sign=-1.0)
-        arc = self.divide(one, self.function("sqrt", under))
-        return arc if name == "asin" else self.negative(arc)
+        under = self.add(one, self.multiply(a, a), sign=-1.0)  # of the arc sine
+        return self.divide(one, self.function("sqrt", under))
 
     def atan2(self, y: Series, x: Series, above: str) -> Series:
         """The angle of the point (x, y); `above` says on which side of zero y is, or goes to."""
