@@ -18,7 +18,6 @@ from firmware_runtime.models.qss.program import (
     Code,
     Quanta,
     compile_allowance,
-    compile_bound,
     compile_expression,
 )
 from firmware_runtime.models.qss.segment import NANO, next_instant
@@ -55,10 +54,10 @@ class Function:
     ) -> None:
         self.readings, self.order = readings, order
         layout = readings.layout
-        program = compile_expression(tree, layout, order)
+        program = compile_expression(tree, layout, order, is_bounded=True)
         self._is_exact = program.degree < order
-        self._bound = None if program.degree < inf else compile_bound(tree, layout, order)
-        self._value, self.watch = program.value, Watch(program.conditions)
+        self._value, self._bound = program.value, program.bound
+        self.watch = Watch(program.conditions)
         widths: Mapping[str, tuple[float, float]] = {}
         self._tolerance: float | Code
         if isinstance(tolerance, Quanta):

@@ -71,16 +71,23 @@ class Program:
     """What must not pass zero, such as a denominator, by the number of its condition."""
     degree: float
     """Of the polynomial in time that it is; infinite if it is none or of a higher one."""
+    bound: Bound | None
+    """Of the first coefficient left out, if that was asked for and more are."""
 
 
-def compile_expression(tree: ast.expr, layout: Layout, length: int) -> Program:
+def compile_expression(
+    tree: ast.expr, layout: Layout, length: int, *, is_bounded: bool = False
+) -> Program:
     """Compile to so many coefficients, two more if these are all. Raises ExpressionError."""
     conditions = Conditions(layout)
     body = Body(layout, Writer(length + _BEYOND), conditions)
     result = body.series(tree)
     degree = _degree(result)
     count = length + _BEYOND if length <= degree < math.inf else length
-    return Program(body.code(result[:count]), tuple(conditions.found), body.poles, degree)
+    is_bounded = is_bounded and degree == math.inf
+    bound = compile_bound(tree, layout, length, conditions) if is_bounded else None
+    value = body.code(result[:count])
+    return Program(value, tuple(conditions.found), body.poles, degree, bound)
 
 
 def compile_condition(tree: ast.expr, layout: Layout, *, at_zero: bool) -> tuple[Condition, ...]:
@@ -90,9 +97,12 @@ def compile_condition(tree: ast.expr, layout: Layout, *, at_zero: bool) -> tuple
     return tuple(conditions.found)
 
 
-def compile_bound(tree: ast.expr, layout: Layout, power: int) -> Bound:
+def compile_bound(
+    tree: ast.expr, layout: Layout, power: int, conditions: "Conditions | None" = None
+) -> Bound:
     """The bound of one coefficient over a stretch of time; its sides are those of the program."""
-    return _bound(tree, layout, power, Conditions(layout))
+    body = _BoundBody(layout, Enclosures(power), conditions or Conditions(layout))
+    return body.function("t, s, z, h", str(body.series(tree)[-1]))  # type: ignore[no-any-return]
 
 
 @dataclass(frozen=True, slots=True)
@@ -152,15 +162,10 @@ class Conditions:
             body = Body(self._layout, Writer(CONDITION + _BEYOND), self)
             result = body.series(difference)
             is_known = _degree(result) < math.inf
-            bound = None if is_known else _bound(difference, self._layout, CONDITION, self)
+            bound = None if is_known else compile_bound(difference, self._layout, CONDITION, self)
             self._numbers[key] = len(self.found)
             self.found.append(Condition(body.code(result[:-1]), at_zero, bound))
         return self._numbers[key]
-
-
-def _bound(tree: ast.expr, layout: Layout, power: int, conditions: Conditions) -> Bound:
-    body = _BoundBody(layout, Enclosures(power), conditions)
-    return body.function("t, s, z, h", str(body.series(tree)[-1]))  # type: ignore[no-any-return]
 
 
 class Body:
