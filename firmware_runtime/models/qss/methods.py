@@ -230,8 +230,8 @@ class LinearlyImplicit(State):
             if abs(self.change) > 0.1 * self.width:
                 self.a = 0.0
             self.change = 0.0
-        self.at = now
-        super().advance(now)
+            self.at = now
+            super().advance(now)
 
     def _would_leave(self) -> float:
         """For how long q would hold if it were renewed now."""

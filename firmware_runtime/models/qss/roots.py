@@ -16,6 +16,14 @@ def leaves_band(band: float, c0: float, c1: float, c2: float = 0.0, c3: float = 
     """The first t >= 0 with `|c0 + c1 t + c2 t^2 + c3 t^3| >= band`, or infinity."""
     if abs(c0) >= band:
         return 0.0
+    if c3 == 0.0 and c2 != 0.0:  # opened upwards, it leaves below before it turns, or above
+        if c2 < 0.0:
+            c0, c1, c2 = -c0, -c1, -c2
+        within = c1 * c1 - 4.0 * c2 * (c0 + band)
+        if c1 < 0.0 <= within:
+            return 2.0 * (c0 + band) / (sqrt(within) - c1)
+        root = sqrt(c1 * c1 - 4.0 * c2 * (c0 - band))
+        return 2.0 * (band - c0) / (c1 + root) if c1 >= 0.0 else (root - c1) / (2.0 * c2)
     up = down = inf
     if c1 > 0.0 or c2 > 0.0 or c3 > 0.0:
         up = falls_below_zero(band - c0, -c1, -c2, -c3)
