@@ -20,6 +20,7 @@ import ast
 from collections.abc import Callable, Mapping, Sequence
 from copy import deepcopy
 from functools import partial
+from math import isfinite
 from typing import Any, Final, NamedTuple, TypeAlias
 
 from firmware_runtime.devs.atomic import Atomic
@@ -313,9 +314,12 @@ class Engine(Atomic):
 
     def _worth(self, program: Program, readings: Readings) -> float:
         try:
-            return worth(program, self._at * NANO, readings.at(self._at))
+            value = worth(program, self._at * NANO, readings.at(self._at))
+            if not isfinite(value):
+                raise OverflowError(f"it is {value}")
         except (ValueError, ArithmeticError) as error:
             raise readings.no_value(self._at, error) from error
+        return value
 
     # Changes -------------------------------------------------------------------------------------
 
