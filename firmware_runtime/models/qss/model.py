@@ -12,22 +12,13 @@ from firmware_runtime.devs.ports import OutPort
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.models.qss.engine import Engine
-from firmware_runtime.models.qss.expression import (
-    TIME,
-    ExpressionError,
-    parse,
-)
+from firmware_runtime.models.qss.expression import TIME, ExpressionError, parse
 from firmware_runtime.models.qss.methods import METHODS, State
-from firmware_runtime.models.qss.program import (
-    Layout,
-    Quanta,
-    compile_expression,
-)
+from firmware_runtime.models.qss.program import Layout, Quanta, compile_expression
 from firmware_runtime.models.qss.sampling import SegmentDelay
 from firmware_runtime.models.qss.segment import Segment
 from firmware_runtime.models.qss.system import System
 
-_HORIZON_S: Final = 100.0
 _OF_A_SOURCE: Final = 3
 """How many coefficients a source may send."""
 
@@ -113,10 +104,8 @@ class SystemModel(Coupled):
     # Equations -----------------------------------------------------------------------------------
 
     def _equation(self, name: str, text: str) -> None:
-        tree, horizon_s = self._tree(text), self.system.horizon_s
-        absolute, relative = self._quanta[name]
-        least = absolute / (_HORIZON_S if horizon_s is None else horizon_s)
-        allowed = Quanta(self._quanta, least, relative)
+        tree, (absolute, relative) = self._tree(text), self._quanta[name]
+        allowed = Quanta(self._quanta, absolute / self.system.horizon_s, relative)
         order = self.states[name].order
         self.engine.add_function(f"{name}'", tree, name, order=order, tolerance=allowed)
 
@@ -127,7 +116,7 @@ class SystemModel(Coupled):
 
     def _event(self, number: int) -> None:
         event = self.system.events[number]
-        text, direction = event.crossing()
+        text, direction, at_zero = event.crossing()
         values = {name: self._tree(text) for name, text in event.values.items()}
         only_if = None if event.only_if is None else self._tree(event.only_if)
         self.engine.add_event(
@@ -135,7 +124,7 @@ class SystemModel(Coupled):
             self._tree(text),
             self.engine.setting(f"then {number + 1}", values, only_if),
             direction=direction,
-            at_zero=not event.is_strict(),
+            at_zero=at_zero,
         )
 
     def _tree(self, text: str, *, exact: bool = False) -> ast.expr:

@@ -13,7 +13,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import chain
 from keyword import iskeyword
-from typing import Final
+from typing import Final, cast
 
 from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.errors import ConfigError
@@ -55,24 +55,20 @@ class When:
         self.only_if = only_if
         self.values = {name: str(value) for name, value in values.items()}
 
-    def is_strict(self) -> bool:
-        """Whether it is a comparison that equal sides do not meet. Raises ExpressionError."""
-        return _CROSSES.fullmatch(self.event.strip()) is None and self._comparison()[2]
+    def crossing(self) -> tuple[str, Direction, bool]:
+        """The expression that crosses zero, in which direction, and whether zero is above it.
 
-    def crossing(self) -> tuple[str, Direction]:
-        """The expression that crosses zero, and in which direction. Raises ExpressionError."""
+        Raises ExpressionError.
+        """
         found = _CROSSES.fullmatch(self.event.strip())
-        if found is None:
-            larger, smaller, _ = self._comparison()
-            return f"({ast.unparse(larger)}) - ({ast.unparse(smaller)})", "rising"
-        left, right, direction = found.groups()
-        text = f"({left.strip()}) - ({right.strip()})"
-        if direction == "rising":
-            return text, "rising"
-        return text, "falling" if direction == "falling" else "both"
+        if found is not None:
+            direction = cast("Direction", found[3] or "both")
+            return f"({found[1].strip()}) - ({found[2].strip()})", direction, True
+        larger, smaller, at_zero = self._comparison()
+        return f"({ast.unparse(larger)}) - ({ast.unparse(smaller)})", "rising", at_zero
 
     def _comparison(self) -> tuple[ast.expr, ast.expr, bool]:
-        """What becomes the larger side, what the smaller one, and whether equal ones do not do."""
+        """What becomes the larger side, what the smaller one, and whether equal ones will do."""
         tree, is_denied = parse(self.event, {DELAY}), False
         while isinstance(tree, ast.UnaryOp) and isinstance(tree.op, ast.Not):
             tree, is_denied = tree.operand, not is_denied
@@ -85,8 +81,8 @@ class When:
                 raise ExpressionError(
                     f"{self.event!r}: no event; expected such as 'x crosses 0 falling' or 'x > 1'"
                 )
-        is_strict = isinstance(op, ast.Gt | ast.Lt) is not is_denied
-        return (smaller, larger, is_strict) if is_denied else (larger, smaller, is_strict)
+        at_zero = isinstance(op, ast.Gt | ast.Lt) is is_denied
+        return (smaller, larger, at_zero) if is_denied else (larger, smaller, at_zero)
 
 
 @dataclass(frozen=True)
@@ -101,8 +97,8 @@ class System:
 
     `method` is QSS1, QSS2, QSS3 or LIQSS2. `quantum`, in the unit of each state, and
     `relative_quantum` are one number for all states or a mapping; the larger one counts. Within
-    `horizon_s` the errors of functions cut off, of time above all, add up to less than a quantum;
-    without one that is 100 s, however long one solves.
+    `horizon_s` the errors of functions cut off, of time above all, add up to less than a quantum,
+    however long one solves.
     """
 
     states: Mapping[str, float]
@@ -117,7 +113,7 @@ class System:
     events: Sequence[When] = ()
     outputs: Sequence[str] = ()
     name: str = "system"
-    horizon_s: float | None = None
+    horizon_s: float = 100.0
 
     def __post_init__(self) -> None:
         parts = (
@@ -132,8 +128,7 @@ class System:
             raise ConfigError(self.name, faults)
         for name in (*_NUMBERS, "quantum", "relative_quantum"):
             object.__setattr__(self, name, _plain(getattr(self, name)))
-        if self.horizon_s is not None:
-            object.__setattr__(self, "horizon_s", float(self.horizon_s))
+        object.__setattr__(self, "horizon_s", float(self.horizon_s))
 
     def quantum_of(self, state: str) -> float:
         """The absolute quantum of a state."""
@@ -231,9 +226,8 @@ class System:
     def _number_faults(self) -> Iterator[str]:
         if self.method not in tuple(METHODS):  # a comparison: it may be of any kind
             yield f"method is {self.method!r}; expected one of {', '.join(METHODS)}"
-        horizon_s = self.horizon_s
-        if horizon_s is not None and not (is_finite(horizon_s) and horizon_s > 0.0):
-            yield f"horizon_s is {horizon_s!r}; expected more than 0"
+        if not (is_finite(self.horizon_s) and self.horizon_s > 0.0):
+            yield f"horizon_s is {self.horizon_s!r}; expected more than 0"
         for group in _NUMBERS:
             for name, value in getattr(self, group).items():
                 if not is_finite(value):
