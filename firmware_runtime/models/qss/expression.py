@@ -111,9 +111,9 @@ def _fault_of(node: ast.expr, extra: Collection[str]) -> Iterator[str]:
             if not isinstance(value, int | float) or not math.isfinite(value):
                 yield f"{value!r} is no number"
         case ast.BinOp(op=op) if not isinstance(op, _ARITHMETIC):
-            yield f"{_sign(op)} is not known; expected + - * / **"
+            yield f"{type(op).__name__} is not known; expected + - * / **"
         case ast.UnaryOp(op=op) if not isinstance(op, ast.USub | ast.UAdd | ast.Not):
-            yield f"{_sign(op)} is not known; expected - or not"
+            yield f"{type(op).__name__} is not known; expected - or not"
         case ast.Compare(ops=ops) if not all(isinstance(op, _COMPARISONS) for op in ops):
             yield "expected comparisons by < <= > >= == !="
         case ast.Call():
@@ -137,7 +137,3 @@ def _call_faults(node: ast.Call, extra: Collection[str]) -> Iterator[str]:
     least, most = FUNCTIONS[name]
     if not least <= len(node.args) <= most:
         yield f"{name} takes {least} argument{'s' * (least > 1)}, not {len(node.args)}"
-
-
-def _sign(op: ast.operator | ast.unaryop) -> str:
-    return type(op).__name__

@@ -164,27 +164,21 @@ class LinearlyImplicit(State):
 
     kept = (*State.kept, "at", "a", "change", "short", "learns", "corrects", "may_correct")
 
-    def __init__(
-        self,
-        name: str,
-        path: Callable[[], str],
-        initial: float,
-        quantum: float,
-        relative_quantum: float,
-    ) -> None:
-        super().__init__(2, name, path, initial, quantum, relative_quantum)
-        self.at = 0
-        """The instant of its last event, in ns."""
-        self.a = 0.0
-        """Of the derivative by the own q, in 1/s; never above 0."""
-        self.change = 0.0
-        """By how much the last own event moved q, while its answer is awaited.
+    at: int = 0
+    """The instant of its last event, in ns."""
+    a: float = 0.0
+    """Of the derivative by the own q, in 1/s; never above 0."""
+    change: float = 0.0
+    """By how much the last own event moved q, while its answer is awaited.
 
-        The answer comes at the same instant. Without one the derivative does not read q, and an `a`
-        above from a change of something else, as at an event, is none.
-        """
-        self.short = 0
-        self.learns, self.corrects, self.may_correct = True, False, False
+    The answer comes at the same instant. Without one the derivative does not read q, and an `a`
+    above from a change of something else, as at an event, is none.
+    """
+    short: int = 0
+    """How many steps of 1 ns there have been on end."""
+    learns: bool = True
+    corrects: bool = False
+    may_correct: bool = False
 
     def requantize(self, now: int) -> int:
         """Let q be the line that meets x at the step's end."""
@@ -276,6 +270,6 @@ def _nearest_or_edge(c0: float, c1: float, c2: float, width: float) -> float:
 
 METHODS: Final[Mapping[str, Callable[..., State]]] = {
     **{f"QSS{order}": partial(State, order) for order in _ROOTS},
-    "LIQSS2": LinearlyImplicit,
+    "LIQSS2": partial(LinearlyImplicit, 2),
 }
 """What makes a state by each method."""
