@@ -355,9 +355,9 @@ _MEANINGS: Final = {
     "max": "a if a >= b else b",
     "pow": "a ** b",
     "tan": "sin(a) / cos(a)",
-    "acos": "pi / 2 - asin(a)",
+    "acos": f"{0.5 * math.pi!r} - asin(a)",
 }
-"""Functions in terms of others."""
+"""Functions in terms of others, of a first argument and a second."""
 
 
 def _meant(name: str, arguments: Sequence[ast.expr]) -> ast.expr:
