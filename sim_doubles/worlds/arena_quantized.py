@@ -109,7 +109,7 @@ class QuantizedVehicle:
         self._simulation.simulator.listen(
             model.exact(name), lambda at, segment: past.add(_Stretch(at, segment))
         )
-        past.add(_Stretch(0, model.states[name].segment_at(0)))
+        past.add(_Stretch(0, model.states[name].exact.segment_at(0)))
         return past
 
 

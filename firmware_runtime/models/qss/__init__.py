@@ -36,8 +36,7 @@ from firmware_runtime.models.qss.sources import (
     Square,
     Step,
 )
-from firmware_runtime.models.qss.system import System
-from firmware_runtime.models.qss.when import When
+from firmware_runtime.models.qss.system import System, When
 
 __all__ = [
     "LIQSS2",

@@ -1,19 +1,19 @@
 """The blocks of a diagram: each is an engine with one part, wired as any atomic model."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from functools import partial
 from math import floor, inf
-from typing import ClassVar
+from typing import Any, ClassVar
 
+from firmware_runtime.devs.atomic import Atomic
+from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.errors import ModelError
-from firmware_runtime.devs.ports import InPort
-from firmware_runtime.models.qss.crossing import Direction
+from firmware_runtime.devs.ports import AnyPort, InPort
 from firmware_runtime.models.qss.engine import Engine, Setting
-from firmware_runtime.models.qss.finite import demand_finite
-from firmware_runtime.models.qss.function import TOLERANCE, Tolerance
-from firmware_runtime.models.qss.loops import refuse_loop
+from firmware_runtime.models.qss.expression import TIME, parse
+from firmware_runtime.models.qss.function import TOLERANCE
 from firmware_runtime.models.qss.methods import METHODS
-from firmware_runtime.models.qss.segment import Segment
+from firmware_runtime.models.qss.segment import Segment, demand_finite
 from firmware_runtime.models.qss.signals import Signal
 from firmware_runtime.models.qss.watch import INSTANT_S
 
@@ -22,20 +22,61 @@ _ALL: int = 4
 
 
 class Block(Engine):
-    """An engine whose output answers its inputs at once, so that it must not feed itself."""
+    """An engine with a port `out`; where that answers inputs at once, it must not feed itself."""
+
+    def __init__(self, name: str, parameters: Mapping[str, float] | None = None) -> None:
+        super().__init__(name, parameters)
+        self.out = self.out_port("out", Segment)
 
     def initialize(self) -> None:
-        """Begin, unless the block is in an algebraic loop."""
-        refuse_loop(self)
+        """Begin. Raises ModelError if what it sends comes back to it at once."""
+        way = _way(self, self, {self})
+        if way is not None:
+            names = " -> ".join(each.path for each in (self, *way))
+            expected = "expected an integrator or a delay within it"
+            raise ModelError(f"{names}: an algebraic loop; {expected}")
         super().initialize()
 
     @property
     def direct(self) -> tuple[InPort[Segment], ...]:
-        """The ports that the output answers at once."""
+        """The ports that the output answers at once: all, but of what holds or integrates."""
         return tuple(self.in_ports.values())
 
 
-class Integrator(Engine):
+def _way(begin: Atomic, end: Atomic, seen: set[Atomic]) -> list[Atomic] | None:
+    for following in _fed_at_once(begin):
+        if following is end:
+            return [end]
+        if following not in seen:
+            seen.add(following)
+            way = _way(following, end, seen)
+            if way is not None:
+                return [following, *way]
+    return None
+
+
+def _fed_at_once(block: Atomic) -> Iterator[Atomic]:
+    for port in block.out_ports.values():
+        for reached in _ends(port):
+            owner = reached.owner
+            direct: Sequence[InPort[Any]] = getattr(owner, "direct", ())
+            if isinstance(owner, Atomic) and any(reached is each for each in direct):
+                yield owner
+
+
+def _ends(port: AnyPort) -> Iterator[InPort[Any]]:
+    """The input ports of atomic models to which a port's values get, through coupled ones."""
+    scope = port.owner if isinstance(port, InPort) else port.owner.parent
+    if isinstance(scope, Coupled):
+        for source, destination in scope.couplings:
+            if source is port:
+                if isinstance(destination, InPort) and isinstance(destination.owner, Atomic):
+                    yield destination
+                else:
+                    yield from _ends(destination)
+
+
+class Integrator(Block):
     """Sends q whenever it differs from x by the quantum; subclasses say by which method.
 
     integrating (until |x - q| = quantum) --out!--> integrating
@@ -55,14 +96,15 @@ class Integrator(Engine):
     ) -> None:
         super().__init__(name)
         method = METHODS[type(self).__name__]
-        self._state = method(partial(self.path_of, name), initial, quantum, relative_quantum)
-        self.out = self.out_port("out", Segment)
+        self._state = method("x", partial(self.path_of, name), initial, quantum, relative_quantum)
         self.add_state("x", self._state, self.out)
         self.exact = self.exact_signals["x"].way = self.out_port("exact", Segment)
         self.derivative = self.take(
             self.in_port("derivative", Segment), partial(self.derive_by, "x")
         )
         self.reset = self.take(self.in_port("reset", Segment), partial(self.set_by, "x"))
+
+    direct = ()
 
     @property
     def steps(self) -> int:
@@ -71,7 +113,7 @@ class Integrator(Engine):
 
     def value_at(self, at: int) -> float:
         """The state x at an instant, in ns, from the last event to the next."""
-        return self._state.segment_at(at)[0]
+        return self._state.exact.segment_at(at)[0]
 
 
 class QSS1(Integrator):
@@ -107,27 +149,24 @@ class Function(Block):
     what it divides by passes zero.
     """
 
-    def __init__(  # noqa: PLR0913 -- half of them have defaults
+    def __init__(
         self,
         name: str,
         expression: str,
         inputs: Sequence[str] | Mapping[str, float] = (),
         *,
         order: int = 2,
-        tolerance: Tolerance = TOLERANCE,
-        parameters: Mapping[str, float] | None = None,
+        tolerance: float = TOLERANCE,
     ) -> None:
         super().__init__(name)
         if order not in {1, 2, 3, _ALL}:
             raise ModelError(f"{self.path}: order is {order!r}; expected 1, 2 or 3")
-        if not callable(tolerance) and not 0.0 < tolerance < inf:
+        if not 0.0 < tolerance < inf:
             raise ModelError(f"{self.path}: tolerance is {tolerance!r}; expected more than 0")
         initial = inputs if isinstance(inputs, Mapping) else dict.fromkeys(inputs)
         self.inputs = {each: self.add_input(each, order, initial[each]) for each in inputs}
-        self.out = self.out_port("out", Segment)
-        self.add_function(
-            name, expression, self.out, order=order, tolerance=tolerance, parameters=parameters
-        )
+        tree = parse(expression)
+        self.add_function(name, tree, self.out, order=order, tolerance=tolerance)
 
 
 class Sum(Block):
@@ -137,14 +176,12 @@ class Sum(Block):
         super().__init__(name)
         if not weights:
             raise ModelError(f"{self.path}: 0 inputs; expected 1 or more")
-        for weight in weights:
+        terms = []
+        for number, weight in enumerate(weights):
             demand_finite(self.path, weight=weight)
-        self.weights = tuple(float(weight) for weight in weights)
-        names = [f"in{number}" for number in range(len(weights))]
-        self.inputs = tuple(self.add_input(each, _ALL) for each in names)
-        self.out = self.out_port("out", Segment)
-        terms = [f"{weight!r} * {each}" for weight, each in zip(self.weights, names, strict=True)]
-        self.add_function(name, " + ".join(terms), self.out, order=_ALL)
+            terms.append(f"{float(weight)!r} * in{number}")
+        self.inputs = tuple(self.add_input(f"in{number}", _ALL) for number in range(len(weights)))
+        self.add_function(name, parse(" + ".join(terms)), self.out, order=_ALL)
 
 
 class Gain(Sum):
@@ -178,21 +215,15 @@ class Sine(Function):
         order: int = 2,
         tolerance: float = TOLERANCE,
     ) -> None:
-        demand_finite(
-            name,
-            frequency_hz=frequency_hz,
-            amplitude=amplitude,
-            phase_rad=phase_rad,
-            offset=offset,
-        )
-        parameters = {"a": amplitude, "f": frequency_hz, "p": phase_rad, "c": offset}
-        self.parameters = {key: float(value) for key, value in parameters.items()}
-        text = "c + a * sin(tau * f * t + p)"
-        super().__init__(name, text, order=order, tolerance=tolerance, parameters=self.parameters)
+        parameters = {"amplitude": amplitude, "phase_rad": phase_rad, "offset": offset}
+        self.parameters = {"frequency_hz": frequency_hz, **parameters}
+        demand_finite(name, **self.parameters)
+        text = self.at(TIME)
+        super().__init__(name, text, order=order, tolerance=tolerance)
 
     def at(self, time: str) -> str:
         """Its value at an instant, in s, as an expression."""
-        c, a, f, p = (repr(self.parameters[key]) for key in "cafp")
+        f, a, p, c = (repr(float(each)) for each in self.parameters.values())
         return f"({c} + {a} * sin(tau * {f} * ({time}) + {p}))"
 
 
@@ -200,37 +231,16 @@ class Crossing(Block):
     """Says when an expression crosses zero: `event` at the instant, `out` on which side it is.
 
     `out` is 1 above zero and 0 below, sent at the start and at each change; `event` carries True
-    for a rise and False for a fall, only those of `direction`. Inputs may bring up to four
-    coefficients: the port `exact` of an integrator, without the error of its quantization.
-    What counts as a crossing: as for a `When` of a system.
+    for a rise and False for a fall. Inputs may bring up to four coefficients: the port `exact` of
+    an integrator, without the error of its quantization. What counts as a crossing: as for a
+    `When` of a system.
     """
 
-    def __init__(  # noqa: PLR0913 -- half of them have defaults
-        self,
-        name: str,
-        expression: str,
-        inputs: Sequence[str],
-        *,
-        direction: Direction = "both",
-        at_zero: bool = True,
-        parameters: Mapping[str, float] | None = None,
-    ) -> None:
+    def __init__(self, name: str, expression: str, inputs: Sequence[str]) -> None:
         super().__init__(name)
-        if direction not in {"rising", "falling", "both"}:
-            expected = "expected rising, falling, both"
-            raise ModelError(f"{self.path}: direction {direction!r}; {expected}")
         self.inputs = {each: self.add_input(each, _ALL) for each in inputs}
         self.event = self.out_port("event", bool)
-        self.out = self.out_port("out", Segment)
-        self.add_event(
-            name,
-            expression,
-            parameters or {},
-            event=self.event,
-            side=self.out,
-            direction=direction,
-            at_zero=at_zero,
-        )
+        self.add_event(name, parse(expression), event=self.event, side=self.out, direction="both")
 
 
 class Hysteresis(Block):
@@ -239,26 +249,18 @@ class Hysteresis(Block):
     off --in reaches upper--> on --in reaches lower--> off; each sends `high` or `low` at `out`
     """
 
-    def __init__(  # noqa: PLR0913 -- half of them have defaults
-        self,
-        name: str,
-        lower: float,
-        upper: float,
-        *,
-        low: float = 0.0,
-        high: float = 1.0,
-        is_on: bool = False,
+    def __init__(
+        self, name: str, lower: float, upper: float, *, low: float = 0.0, high: float = 1.0
     ) -> None:
-        super().__init__(name)
+        super().__init__(name, {"lower": lower, "upper": upper, "low": low, "high": high})
         if not lower < upper:
             raise ModelError(f"{self.path}: lower is {lower}; expected less than upper, {upper}")
         self.entrance = self.add_input("u", _ALL, port="in")
-        self.out = self.out_port("out", Segment)
-        limits = {"lower": lower, "upper": upper, "low": low, "high": high}
-        self.add_held("value", high if is_on else low, self.out)
-        for text, value in (("u - upper", "high"), ("lower - u", "low")):
-            then = self.setting(name, {"value": value}, limits, f"value != {value}")
-            self.add_event(name, text, limits, then, direction="rising", happens_at_start=True)
+        self.add_held("value", low, self.out)
+        for reaches, value in (("u - upper", "high"), ("lower - u", "low")):
+            only_if = parse(f"value != {value}")
+            then = self.setting(name, {"value": parse(value)}, only_if)
+            self.add_event(name, parse(reaches), then, happens_at_start=True)
 
 
 class Switch(Block):
@@ -270,36 +272,30 @@ class Switch(Block):
     def __init__(self, name: str, threshold: float = 0.0) -> None:
         super().__init__(name)
         demand_finite(self.path, threshold=threshold)
-        self.threshold = threshold
         self.entrance = self.add_input("u", _ALL, port="in")
         self.above = self.add_input("above", _ALL, 0.0)
         self.below = self.add_input("below", _ALL, 0.0)
-        self.out = self.out_port("out", Segment)
         text = f"above if u >= {float(threshold)!r} else below"
-        self.add_function(name, text, self.out, order=_ALL)
+        self.add_function(name, parse(text), self.out, order=_ALL)
 
 
 class Quantizer(Block):
     """The multiple of `step` below its input, or the nearest one.
 
-    An input that stays at the edge of a step does not make it chatter: it goes back only `slack`
-    times the step beyond the edge.
+    An input that stays at the edge of a step does not make it chatter: it goes back only a
+    millionth of the step beyond the edge.
     """
 
-    def __init__(
-        self, name: str, step: float, *, nearest: bool = False, slack: float = 1e-6
-    ) -> None:
-        super().__init__(name)
-        if not (0.0 < step < inf and 0.0 <= slack < 1.0):
-            raise ModelError(f"{self.path}: step {step}, slack {slack}; expected step > 0 > -slack")
-        self.step, self.slack = step, slack
+    def __init__(self, name: str, step: float, *, nearest: bool = False) -> None:
+        super().__init__(name, {"slack": 1e-6 * step, "step": step})
+        if not 0.0 < step < inf:
+            raise ModelError(f"{self.path}: step is {step!r}; expected more than 0")
+        self.step = step
         self._offset = 0.5 * step if nearest else 0.0
         self.entrance = self.add_input("u", _ALL, port="in")
-        self.out = self.out_port("out", Segment)
         self._bottom = self._add_signal(Signal("bottom", 1, inf))
         text = "max(bottom - slack - u, u - bottom - step)"
-        limits = {"slack": slack * step, "step": step}
-        self.add_event(name, text, limits, direction="rising", happens_at_start=True)
+        self.add_event(name, parse(text), happens_at_start=True)
 
     def _happen(self, settings: Sequence[Setting]) -> None:  # noqa: ARG002 -- there is one event
         value, slope, *_ = self.signals["u"].bring(self._at)
@@ -312,16 +308,17 @@ class Quantizer(Block):
         self._send(self.out, [bottom])
 
 
-class SampleHold(Engine):
+class SampleHold(Block):
     """Sends its input's value at each `trigger`, and holds it until the next.
 
     waiting --trigger?--> sending (0) --out!--> waiting; --in?--> waiting
     """
 
+    direct = ()
+
     def __init__(self, name: str, initial: float = 0.0) -> None:
         super().__init__(name)
         self.entrance = self.add_input("u", _ALL, float(initial), port="in")
-        self.out = self.out_port("out", Segment)
         self.add_held("value", initial, self.out)
-        then = partial(self._trigger, self.setting(name, {"value": "u"}, {}))
+        then = partial(self._trigger, self.setting(name, {"value": parse("u")}))
         self.trigger = self.take(self.in_port("trigger", bool), then)

@@ -1,14 +1,13 @@
 """Zero-crossing detection: the instant at which an expression of signals changes its sign."""
 
+import ast
 from collections.abc import Sequence
-from itertools import pairwise
 from typing import ClassVar, Final, Literal
 
 from firmware_runtime.devs.errors import ModelError
 from firmware_runtime.devs.time import NEVER, format_time
-from firmware_runtime.models.qss.expression import parse
-from firmware_runtime.models.qss.program import Layout, compile_condition
-from firmware_runtime.models.qss.segment import NANO, whole_after
+from firmware_runtime.models.qss.program import compile_condition
+from firmware_runtime.models.qss.segment import NANO, next_instant
 from firmware_runtime.models.qss.signals import Readings
 from firmware_runtime.models.qss.watch import Watch, side_of
 
@@ -16,19 +15,16 @@ __all__ = ["Crossing", "Direction"]
 
 Direction = Literal["rising", "falling", "both"]
 
-_ZENO_GAP: Final = 1000
-_SHRINKS: Final = 0.999
-"""Gaps in ns that are as short, each by this factor or more shorter than the last, vanish."""
 _LEAST_GAP: Final = 10
 _MOST_LEAST: Final = 1000
-"""Gaps in ns that have no room to shrink any more, and how many of them in a row."""
+"""So many events in a row, each within so many ns of the last, accumulate."""
 
 
 class Crossing:
     """The side of zero on which an expression is, and when it changes: an event of a direction.
 
     The instant is the root of the polynomial, rounded up to whole ns, so that the crossing has
-    happened. Events that come ever closer, less than 1 us apart, accumulate (Zeno): a ModelError.
+    happened. Events that come ever closer accumulate (Zeno): a ModelError.
     Where an event is answered at its own instant by a change that leads back, as of a ball that
     bounces, the value has touched zero and not passed it: that is no second event.
     Nor is it one where a value that its event has set to rest at zero, as of a body that sticks,
@@ -40,22 +36,22 @@ class Crossing:
 
     kept: ClassVar = (
         *("side", "beyond", "beyond_at", "has_turned", "returns", "rests", "is_poised"),
-        *("past", "least"),
+        *("last", "hurried"),
     )
     """The attributes that change."""
 
     def __init__(
         self,
         readings: Readings,
-        layout: Layout,
+        tree: ast.expr,
         *,
-        direction: Direction,
+        direction: Direction = "rising",
         at_zero: bool = True,
         happens_at_start: bool = False,
     ) -> None:
         self.readings, self.direction = readings, direction
         self._happens_at_start = happens_at_start
-        conditions = compile_condition(parse(readings.text), layout, at_zero=at_zero)
+        conditions = compile_condition(tree, readings.layout, at_zero=at_zero)
         self.watch, self._difference = Watch(conditions, has_own=True), conditions[-1]
         self.side: bool | None = None
         self.beyond, self.beyond_at = 0.0, -1
@@ -63,9 +59,9 @@ class Crossing:
         self.has_turned = self.returns = self.rests = False
         self.is_poised = False
         """Whether it has been zero ever since the start."""
-        self.past: list[list[int]] = [[], []]
-        """The instants of its last falls and rises, and how many had the least gap."""
-        self.least = [0, 0]
+        self.last = [-NEVER, -NEVER]
+        """The instants of its last fall and rise, and how many came at once after the last."""
+        self.hurried = [0, 0]
 
     def look(self, now: int) -> tuple[bool, int]:
         """Whether its event happens now, and at which instant to look next."""
@@ -85,8 +81,7 @@ class Crossing:
         if self.is_poised:
             leaves = max(leaves, NANO)
         self.side = side
-        after = max(whole_after(leaves), 1)
-        due = NEVER if after >= NEVER else now + after
+        due = next_instant(now, leaves)
         if was is None:
             is_at_once = self.is_poised and g[1] != 0.0
             return side and self._happens_at_start, now if is_at_once else due
@@ -124,28 +119,19 @@ class Crossing:
         if is_answer and stays and _leads(g) is (not was):
             self.beyond_at, self.has_turned, self.returns = -1, True, True
             return not was
-        if self.returns and side is not was and _leads(g) is was:
+        if self.returns and side is not was and _leads(g) is not side:
             return was
         self.returns = False
         return side
 
     def _note_event(self, now: int, *, rises: bool) -> None:
         """Refuse events of one direction whose gaps shrink to nothing: time would stand still."""
-        past = self.past[rises]
-        past[:] = [*past[-3:], now]
-        gaps = [later - sooner for sooner, later in pairwise(past)]
-        is_least = gaps[-1:] != [] and gaps[-1] <= _LEAST_GAP
-        least = self.least[rises] = self.least[rises] + 1 if is_least else 0
-        shrinks = (
-            len(gaps) == 3
-            and gaps[2] < _ZENO_GAP
-            and gaps[2] < _SHRINKS * gaps[1]
-            and gaps[1] < _SHRINKS * gaps[0]
-        )
-        if shrinks or least >= _MOST_LEAST:
+        gap, self.last[rises] = now - self.last[rises], now
+        self.hurried[rises] = self.hurried[rises] + 1 if gap <= _LEAST_GAP else 0
+        if self.hurried[rises] >= _MOST_LEAST:
             raise ModelError(
                 f"{self.readings.path()}: {self.readings.text} crosses zero ever faster, at "
-                f"{format_time(now)} {gaps[-1]} ns after the last time; "
+                f"{format_time(now)} {gap} ns after the last time; "
                 "expected events that do not accumulate"
             )
 

@@ -11,7 +11,7 @@ Source: Moore, Methods and Applications of Interval Analysis, SIAM 1979, chapter
 """
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Final
 
 from firmware_runtime.models.qss.series import Coefficient, Series, Writer
@@ -22,47 +22,26 @@ _Range = tuple[float, float]
 class Enclosures(Writer):
     """Writes the lines that bound series: least and largest value, then magnitudes."""
 
-    def __init__(self, order: int) -> None:
-        super().__init__(order)
-        self._known: dict[str, Series] = {}
-        """The variables bounded so far, and time."""
-        self._magnitudes: dict[tuple[Coefficient, Coefficient], Coefficient] = {}
+    head = 2
 
-    def constant(self, value: float) -> Series:
-        """A number that does not change."""
-        return [value, *super().constant(value)]
-
-    def variable(self, name: str, count: int) -> Series:
-        """An input, a polynomial of so many coefficients."""
-        if name not in self._known:
-            self._known[name] = self._polynomial([f"{name}_{k}" for k in range(count)])
-        return self._known[name]
-
-    def time(self) -> Series:
-        """The time itself."""
-        if "t" not in self._known:
-            self._known["t"] = self._polynomial(["t", 1.0])
-        return self._known["t"]
-
-    def _polynomial(self, a: Series) -> Series:
-        if len(a) == 1:
-            return [a[0], a[0], *[0.0] * self.order]
-        ends = []
+    def polynomial(self, coefficients: Sequence[Coefficient]) -> Series:
+        """A polynomial in time, from all its coefficients."""
+        first, *further = coefficients
+        if not further:
+            return self._flat([first, first], self.order)
+        result: Series = []
         for end in ("min", "max"):
-            text = f"{end}({a[-1]}, 0.0)"
-            for each in a[-2:0:-1]:
+            text = f"{end}({further[-1]}, 0.0)"
+            for each in further[-2::-1]:
                 text = f"{end}({each}, 0.0) + h * ({text})"
-            ends.append(self.assign(f"{a[0]} + h * ({text})"))
-        magnitudes: Series = []
+            result.append(self.assign(f"{first} + h * ({text})"))
         for k in range(1, self.order + 1):
-            powers = range(k, len(a))
-            terms = [f"{math.comb(i, k)} * abs({a[i]}){' * h' * (i - k)}" for i in powers]
-            magnitudes.append(self.assign(" + ".join(terms)) if terms else 0.0)
-        return [*ends, *magnitudes]
-
-    def is_flat(self, a: Series) -> bool:
-        """Whether it does not change between events."""
-        return all(each == 0.0 for each in a[2:])
+            powers = range(k, len(coefficients))
+            terms = [
+                f"{math.comb(i, k)} * abs({coefficients[i]}){' * h' * (i - k)}" for i in powers
+            ]
+            result.append(self.assign(" + ".join(terms)) if terms else 0.0)
+        return result
 
     def at(self, a: Series, k: int) -> Coefficient:
         """The bound of the magnitude of a coefficient."""
@@ -71,9 +50,7 @@ class Enclosures(Writer):
         low, high = a[0], a[1]
         if isinstance(low, float) and isinstance(high, float):
             return max(-low, high)
-        if (low, high) not in self._magnitudes:
-            self._magnitudes[low, high] = self.assign(f"max(-{low}, {high})")
-        return self._magnitudes[low, high]
+        return self.assign(f"max(-{low}, {high})")
 
     def choice(self, test: str, body: Series, otherwise: Series) -> Series:
         """One of two, by a test that holds all the time."""
@@ -86,14 +63,10 @@ class Enclosures(Writer):
         """The sum, or the difference for a sign of -1."""
         low, high = (b[0], b[1]) if sign > 0.0 else (b[1], b[0])
         ends = [self.total([(a[0], 1.0), (low, sign)]), self.total([(a[1], 1.0), (high, sign)])]
-        rest = zip(a[2:], b[2:], strict=True)
-        return [*ends, *(self.total([(x, 1.0), (y, 1.0)]) for x, y in rest)]
+        return [*ends, *super().add(a[2:], b[2:])]
 
     def _range(self, text: str) -> Series:
-        low, high = f"v{self._count}", f"v{self._count + 1}"
-        self._count += 2
-        self.lines.append(f"{self.indent}{low}, {high} = {text}")
-        return [low, high]
+        return [*self._assign_all(text, 2)]
 
     def _value(self, name: str, a: Series) -> Series:
         return self._range(f"{name}_({a[0]}, {a[1]})")
@@ -103,10 +76,10 @@ class Enclosures(Writer):
             return self._range(f"square_({a[0]}, {a[1]})")
         return self._range(f"product_({a[0]}, {a[1]}, {b[0]}, {b[1]})")
 
-    def _inverse(self, a: Series) -> Coefficient:
-        return self.assign(f"inverse_({a[0]}, {a[1]})")
+    def _inverse(self, a: Series) -> str:
+        return f"inverse_({a[0]}, {a[1]})"
 
-    def _quotient_value(self, a: Series, b: Series, inverse: Coefficient) -> Series:  # noqa: ARG002 -- as there
+    def _quotient_value(self, a: Series, b: Series) -> Series:
         return self._range(f"quotient_({a[0]}, {a[1]}, {b[0]}, {b[1]})")
 
     def _power_value(self, a: Series, exponent: float) -> Series:
@@ -115,25 +88,15 @@ class Enclosures(Writer):
     def _angle_value(self, y: Series, x: Series, above: str) -> Series:  # noqa: ARG002 -- as there
         return [-math.pi, math.pi]
 
-    def _unless_zero(self, a: Series, numerator: float, value: Coefficient) -> Coefficient:
-        moving = " or ".join(str(each) for each in a[2:] if each != 0.0)
-        quotient = f"({numerator!r} / {value} if {value} > 0.0 else inf)"
-        return self.assign(f"{quotient} if {moving} else 0.0")
-
-    def _grown_value(self, result: Series, sign: float) -> Coefficient:
-        if sign > 0.0:
-            return self.assign(f"1.0 + {self.at(result, 0)} * {self.at(result, 0)}")
-        return self.assign(f"1.0 - square_({result[0]}, {result[1]})[0]")
-
     def _slope(self, a: Series) -> Series:
         first = a[2]
         low = -first if isinstance(first, float) else f"-{first}"
-        return [low, first, *(self._scaled(a[k + 1], k) for k in range(2, self.order + 1)), 0.0]
+        return [low, first, *(self._scaled(a[k + 1], k) for k in range(2, self._order_of(a) + 1))]
 
     def _multiple(self, a: Series, factor: float) -> Series:
         low, high = (a[0], a[1]) if factor >= 0.0 else (a[1], a[0])
         ends = [self.total([(low, factor)]), self.total([(high, factor)])]
-        return [*ends, *(self._scaled(each, factor) for each in a[2:])]
+        return [*ends, *super()._multiple(a[2:], factor)]
 
     def _scaled(self, coefficient: Coefficient, factor: float) -> Coefficient:
         return super()._scaled(coefficient, abs(factor))
@@ -175,12 +138,12 @@ def _power(low: float, high: float, exponent: float) -> _Range:
     return min(ends), max(ends)
 
 
-def _rising(function: Callable[[float], float], least: float = -math.inf) -> Callable[..., _Range]:
-    """The range of a function that grows with its argument, and exists from `least` on."""
+def _rising(function: Callable[[float], float]) -> Callable[..., _Range]:
+    """The range of a function that grows with its argument."""
 
     def between(low: float, high: float) -> _Range:
         try:
-            return (function(low), function(high)) if low >= least else _ALL
+            return function(low), function(high)
         except (OverflowError, ValueError):
             return _ALL
 
@@ -195,15 +158,12 @@ def _sine(low: float, high: float) -> _Range:
     return (-1.0 if bottom <= high else min(ends)), (1.0 if top <= high else max(ends))
 
 
-def _tangent(low: float, high: float) -> _Range:
-    branch = math.floor(low / math.pi + 0.5) if abs(low) < math.inf else math.nan
-    if not high < (branch + 0.5) * math.pi:
+def _hyperbolic_cosine(low: float, high: float) -> _Range:
+    try:
+        ends = (math.cosh(low), math.cosh(high))
+    except OverflowError:
         return _ALL
-    return math.tan(low), math.tan(high)
-
-
-def _arc_cosine(low: float, high: float) -> _Range:
-    return (math.acos(high), math.acos(low)) if low >= -1.0 and high <= 1.0 else _ALL
+    return (1.0 if low < 0.0 < high else min(ends)), max(ends)
 
 
 _TURNS: Final = (0.5 * math.pi, -0.5 * math.pi)
@@ -215,15 +175,12 @@ RANGES: Final[dict[str, Callable[..., float | _Range]]] = {
     "power_": _power,
     "exp_": _rising(math.exp),
     "log_": _rising(math.log),
-    "sqrt_": _rising(math.sqrt, 0.0),
     "sin_": _sine,
     "cos_": lambda low, high: _sine(low + 0.5 * math.pi, high + 0.5 * math.pi),
-    "tan_": _tangent,
     "sinh_": _rising(math.sinh),
-    "cosh_": _rising(math.cosh),
+    "cosh_": _hyperbolic_cosine,
     "tanh_": _rising(math.tanh),
     "asin_": _rising(math.asin),
-    "acos_": _arc_cosine,
     "atan_": _rising(math.atan),
 }
 """What the lines that are written call: none raises for any range."""

@@ -16,8 +16,11 @@ functions, then events, until nothing is due any more. What has changed is sent 
 `System` becomes one engine, and so does each block of a diagram.
 """
 
+import ast
 from collections.abc import Callable, Mapping, Sequence
+from copy import deepcopy
 from functools import partial
+from math import isfinite
 from typing import Any, Final, NamedTuple, TypeAlias
 
 from firmware_runtime.devs.atomic import Atomic
@@ -25,7 +28,7 @@ from firmware_runtime.devs.errors import ModelError
 from firmware_runtime.devs.ports import InPort, OutPort
 from firmware_runtime.devs.time import NEVER, format_time
 from firmware_runtime.models.qss.crossing import Crossing
-from firmware_runtime.models.qss.expression import names_of, parse
+from firmware_runtime.models.qss.expression import names_of
 from firmware_runtime.models.qss.function import Function
 from firmware_runtime.models.qss.methods import State
 from firmware_runtime.models.qss.program import Program, compile_expression
@@ -56,8 +59,11 @@ class Engine(Atomic):
     read `exact_signals`, with the exact states in their place.
     """
 
-    def __init__(self, name: str, *, is_inner: bool = False) -> None:
+    def __init__(
+        self, name: str, parameters: Mapping[str, float] | None = None, *, is_inner: bool = False
+    ) -> None:
         super().__init__(name)
+        self._parameters = parameters or {}
         self.signals: dict[str, Signal] = {}
         self.exact_signals: dict[str, Signal] = {}
         self.states: dict[str, State] = {}
@@ -65,8 +71,6 @@ class Engine(Atomic):
         self._has_missing = False
         self._at = 0
         self._entrances: list[tuple[InPort[Any], Callable[[Any], None]]] = []
-        self._quantized: list[tuple[State, Signal, Signal]] = []
-        """The states with their signals, of q and of x."""
         self._functions: list[tuple[Function, Callable[[Sequence[float]], None]]] = []
         """With what takes their results."""
         self._events: list[_Event] = []
@@ -96,10 +100,9 @@ class Engine(Atomic):
 
     def add_state(self, name: str, state: State, way: OutPort[Segment]) -> None:
         """A quantized state, as yet without a derivative; q is sent whenever it is renewed."""
-        self._add_signal(Signal(name, state.order, state.x, way))
-        self.exact_signals[name] = Signal(name, state.order + 1, state.x, state=state)
+        self.signals[name], self.exact_signals[name] = state.quantized, state.exact
+        state.quantized.way = way
         self.states[name] = state
-        self._quantized.append((state, self.signals[name], self.exact_signals[name]))
         self._due_states.insert(-1, 0)
 
     def _add_signal(self, signal: Signal) -> Signal:
@@ -110,26 +113,25 @@ class Engine(Atomic):
     def add_function(
         self,
         name: str,
-        text: str,
+        tree: ast.expr,
         target: str | OutPort[Segment],
         **options: Any,  # noqa: ANN401 -- those of `Function`
     ) -> None:
         """The derivative of a state, by its name, or what is sent."""
-        readings = self._readings(name, text, self.signals)
+        readings = self._readings(name, tree, self.signals)
         for signal in readings.signals:
             signal.functions.append(len(self._functions))
         if isinstance(target, str):
-            deliver = partial(self._derive, list(self.states).index(target))
+            deliver = partial(self._derive, *self._numbered(target))
         else:
             deliver = partial(self._send, target)
-        self._functions.append((Function(readings, **options), deliver))
+        self._functions.append((Function(readings, tree, **options), deliver))
         self._due_functions.insert(-1, 0)
 
-    def add_event(  # noqa: PLR0913 -- all but three have defaults
+    def add_event(
         self,
         name: str,
-        text: str,
-        parameters: Mapping[str, float],
+        tree: ast.expr,
         setting: Setting | None = None,
         *,
         event: OutPort[bool] | None = None,
@@ -137,32 +139,33 @@ class Engine(Atomic):
         **options: Any,  # noqa: ANN401 -- those of `Crossing`
     ) -> None:
         """What happens where an expression of exact states crosses zero, and where that is sent."""
-        readings = self._readings(name, text, self.exact_signals)
+        readings = self._readings(name, tree, self.exact_signals)
         for signal in readings.signals:
             signal.events.append(len(self._events))
-        crossing = Crossing(readings, readings.layout(parameters), **options)
+        crossing = Crossing(readings, tree, **options)
         self._events.append(_Event(crossing, setting or {}, event, side))
         self._due_events.insert(-1, 0)
 
     def setting(
         self,
         name: str,
-        values: Mapping[str, str],
-        parameters: Mapping[str, float],
-        only_if: str | None = None,
+        values: Mapping[str, ast.expr],
+        only_if: ast.expr | None = None,
     ) -> Setting:
         """Expressions for states, discrete values or ports, and a condition."""
-        condition = {} if only_if is None else {"": f"1.0 if {only_if} else 0.0"}
+        condition = {}
+        if only_if is not None:
+            condition[""] = ast.IfExp(only_if, ast.Constant(1.0), ast.Constant(0.0))
         setting = {}
-        for target, text in {**condition, **values}.items():
-            readings = self._readings(name, text, self.exact_signals)
-            program = compile_expression(parse(text), readings.layout(parameters), 1)
+        for target, tree in {**condition, **values}.items():
+            readings = self._readings(name, tree, self.exact_signals)
+            program = compile_expression(tree, readings.layout, 1)
             setting[target] = program, readings
         return setting
 
-    def _readings(self, name: str, text: str, signals: Mapping[str, Signal]) -> Readings:
-        read = [signals[each] for each in names_of(parse(text)) if each in signals]
-        return Readings(partial(self.path_of, name), text, read)
+    def _readings(self, name: str, tree: ast.expr, signals: Mapping[str, Signal]) -> Readings:
+        read = [signals[each] for each in names_of(tree) if each in signals]
+        return Readings(partial(self.path_of, name), tree, read, self._parameters)
 
     def take(self, port: InPort[Any], action: Callable[[Any], None]) -> InPort[Any]:
         """Let an action take the last value that a port has got."""
@@ -207,9 +210,9 @@ class Engine(Atomic):
         """What changes, as plain values."""
         return {
             "parts": [
-                {key: _copied(getattr(part, key)) for key in part.kept} for part in self._parts
+                {key: deepcopy(getattr(part, key)) for key in part.kept} for part in self._parts
             ],
-            "due": _copied([self._due_states, self._due_functions, self._due_events]),
+            "due": deepcopy([self._due_states, self._due_functions, self._due_events]),
             "own": [self._at, self.phase, self.sigma, [list(each) for each in self._pending]],
         }
 
@@ -217,8 +220,8 @@ class Engine(Atomic):
         """Go on from there."""
         for part, values in zip(self._parts, state["parts"], strict=True):
             for key, value in values.items():
-                setattr(part, key, _copied(value))
-        self._due_states, self._due_functions, self._due_events = _copied(state["due"])
+                setattr(part, key, deepcopy(value))
+        self._due_states, self._due_functions, self._due_events = deepcopy(state["due"])
         self._at, self.phase, self.sigma, pending = state["own"]
         self._pending = [tuple(each) for each in pending]
         self._note_missing()
@@ -228,9 +231,9 @@ class Engine(Atomic):
         functions = [each for each, _ in self._functions]
         crossings = [each.crossing for each in self._events]
         watches = [each.watch for each in functions] + [each.watch for each in crossings]
-        poles = [each.poles for each in functions]
-        own = [*self.signals.values(), *self.states.values()]
-        return [*own, *functions, *crossings, *watches, *poles]
+        states = self.states.values()
+        own = [*self.signals.values(), *(each.exact for each in states), *states]
+        return [*own, *functions, *crossings, *watches]
 
     # One instant ---------------------------------------------------------------------------------
 
@@ -262,11 +265,11 @@ class Engine(Atomic):
         self.sigma = NEVER if due >= NEVER else due - now
 
     def _requantize(self, number: int) -> None:
-        state, signal, _ = self._quantized[number]
+        state = list(self.states.values())[number]
         self._due_states[number] = state.requantize(self._at)
-        self._renew(signal, [state.q0, state.q1, state.q2][: state.order])
+        self._announce(state.quantized)
         if state.steps == 1:
-            self._change_exact(number)
+            self._announce(state.exact)
 
     def _evaluate(self, number: int) -> None:
         function, deliver = self._functions[number]
@@ -278,9 +281,9 @@ class Engine(Atomic):
         self._due_functions[number] = due
         deliver(result)
 
-    def _derive(self, number: int, derivative: Sequence[float]) -> None:
-        self._due_states[number] = self._quantized[number][0].derive(self._at, derivative)
-        self._change_exact(number)
+    def _derive(self, number: int, state: State, derivative: Sequence[float]) -> None:
+        self._due_states[number] = state.derive(self._at, derivative)
+        self._announce(state.exact)
 
     def _look(self, number: int) -> bool:
         """Whether the event of this number happens."""
@@ -311,17 +314,20 @@ class Engine(Atomic):
 
     def _worth(self, program: Program, readings: Readings) -> float:
         try:
-            return worth(program, self._at * NANO, readings.at(self._at))
+            value = worth(program, self._at * NANO, readings.at(self._at))
+            if not isfinite(value):
+                raise OverflowError(f"it is {value}")
         except (ValueError, ArithmeticError) as error:
             raise readings.no_value(self._at, error) from error
+        return value
 
     # Changes -------------------------------------------------------------------------------------
 
     def _set(self, name: str, value: float) -> None:
         if name in self.states:
-            number = list(self.states).index(name)
-            self._due_states[number] = self.states[name].reset(self._at, value)
-            self._change_exact(number)
+            number, state = self._numbered(name)
+            self._due_states[number] = state.reset(self._at, value)
+            self._announce(state.exact)
         elif name in self.signals:
             self._renew(self.signals[name], [value])
         else:
@@ -337,8 +343,8 @@ class Engine(Atomic):
 
     def derive_by(self, name: str, segment: Segment) -> None:
         """Take the derivative of a state from a port."""
-        number = list(self.states).index(name)
-        self._derive(number, self._checked(segment, self.states[name].order, "derivative"))
+        number, state = self._numbered(name)
+        self._derive(number, state, self._checked(segment, state.order, "derivative"))
 
     def _put(self, signal: Signal, segment: Segment) -> None:
         if signal.is_missing:
@@ -359,29 +365,22 @@ class Engine(Atomic):
     def _note_missing(self) -> None:
         self._has_missing = any(each.is_missing for each in self.signals.values())
 
+    def _numbered(self, name: str) -> tuple[int, State]:
+        return list(self.states).index(name), self.states[name]
+
     def _renew(self, signal: Signal, coefficients: list[float]) -> None:
         signal.coefficients, signal.at = coefficients, self._at
+        self._announce(signal)
+
+    def _announce(self, signal: Signal) -> None:
+        """Let those that read a signal see that it is new, and send it."""
         for number in signal.functions:
             self._due_functions[number] = -1
         for number in signal.events:
             self._due_events[number] = -1
-        self._send(signal.way, coefficients)
-
-    def _change_exact(self, number: int) -> None:
-        state, _, signal = self._quantized[number]
-        for event in signal.events:
-            self._due_events[event] = -1
         if signal.way is not None:
-            self._send(signal.way, state.segment_at(self._at))
+            self._send(signal.way, signal.coefficients)
 
     def _send(self, way: OutPort[Segment] | None, coefficients: Sequence[float]) -> None:
         if way is not None and way.leads_somewhere:
             self._pending.append((way.name, Segment(*coefficients)))
-
-
-def _copied(value: Any) -> Any:  # noqa: ANN401 -- a number, or lists or dictionaries of them
-    if isinstance(value, list):
-        return [_copied(each) for each in value]
-    if isinstance(value, dict):
-        return {key: _copied(each) for key, each in value.items()}
-    return value

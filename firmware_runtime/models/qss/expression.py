@@ -6,7 +6,7 @@ functions of `FUNCTIONS`. Anything else is refused with a sentence.
 
 import ast
 import math
-from collections.abc import Collection, Iterator
+from collections.abc import Callable, Collection, Iterator
 from typing import Final
 
 from firmware_runtime.devs.errors import ModelError
@@ -62,6 +62,26 @@ def names_of(tree: ast.expr) -> list[str]:
     return list(dict.fromkeys(name for name in found if name not in CONSTANTS))
 
 
+class Substitution(ast.NodeTransformer):
+    """Puts other expressions in the place of names and of delays."""
+
+    def __init__(
+        self, of_name: Callable[[str], ast.expr | None], of_delay: Callable[[ast.Call], ast.expr]
+    ) -> None:
+        self._of_name, self._of_delay = of_name, of_delay
+
+    def visit_Call(self, node: ast.Call) -> ast.expr:
+        """A delay is the other's matter, of other functions their arguments."""
+        if isinstance(node.func, ast.Name) and node.func.id == DELAY:
+            return self._of_delay(node)
+        node.args = [self.visit(each) for each in node.args]
+        return node
+
+    def visit_Name(self, node: ast.Name) -> ast.expr:
+        """What stands for a name, or the name."""
+        return self._of_name(node.id) or node
+
+
 def factors_of(node: ast.expr) -> Iterator[ast.expr]:
     """What something is zero with: the factors of a product, the base of a power."""
     match node:
@@ -91,9 +111,9 @@ def _fault_of(node: ast.expr, extra: Collection[str]) -> Iterator[str]:
             if not isinstance(value, int | float) or not math.isfinite(value):
                 yield f"{value!r} is no number"
         case ast.BinOp(op=op) if not isinstance(op, _ARITHMETIC):
-            yield f"{_sign(op)} is not known; expected + - * / **"
+            yield f"{type(op).__name__} is not known; expected + - * / **"
         case ast.UnaryOp(op=op) if not isinstance(op, ast.USub | ast.UAdd | ast.Not):
-            yield f"{_sign(op)} is not known; expected - or not"
+            yield f"{type(op).__name__} is not known; expected - or not"
         case ast.Compare(ops=ops) if not all(isinstance(op, _COMPARISONS) for op in ops):
             yield "expected comparisons by < <= > >= == !="
         case ast.Call():
@@ -117,7 +137,3 @@ def _call_faults(node: ast.Call, extra: Collection[str]) -> Iterator[str]:
     least, most = FUNCTIONS[name]
     if not least <= len(node.args) <= most:
         yield f"{name} takes {least} argument{'s' * (least > 1)}, not {len(node.args)}"
-
-
-def _sign(op: ast.operator | ast.unaryop) -> str:
-    return type(op).__name__

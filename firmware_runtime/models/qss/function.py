@@ -7,16 +7,15 @@ is evaluated again without input. Comparisons, `abs`, `sign`, `min` and `max` ch
 crossings of what they compare. So do denominators: there the expression has no value.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+import ast
+from collections.abc import Mapping, Sequence
 from math import inf
 from typing import ClassVar, Final
 
 from firmware_runtime.devs.errors import ModelError
-from firmware_runtime.devs.time import NEVER
-from firmware_runtime.models.qss.expression import TIME, names_of, parse
-from firmware_runtime.models.qss.poles import Poles
-from firmware_runtime.models.qss.program import compile_bound, compile_expression
-from firmware_runtime.models.qss.segment import NANO, whole_after
+from firmware_runtime.models.qss.expression import TIME, names_of
+from firmware_runtime.models.qss.program import Code, Quanta, compile_allowance, compile_expression
+from firmware_runtime.models.qss.segment import NANO, next_instant
 from firmware_runtime.models.qss.signals import Readings
 from firmware_runtime.models.qss.watch import FIRST_SPAN_S, Watch, furthest
 
@@ -25,45 +24,49 @@ TOLERANCE: Final = 1e-4
 _MOST_UNBOUNDED: Final = 1000
 _AT_A_POLE_S: Final = 1e-7
 """So near a change of sides a function with poles is left as it is: beyond may be none."""
-
-Tolerance = float | Callable[[float, Sequence[bool], Sequence[float]], Sequence[float]]
+_NEAR: Final = 8.0
+"""In allowances, each a quarter of what quanta cause: a quantized input jumps by two at most."""
 
 
 class Function:
     """An expression's polynomial of `order` coefficients, and when it has to be renewed.
 
-    `tolerance` is in the result's unit, a number or a function of the inputs' coefficients;
-    `quanta` says how far off some inputs are, as absolute and relative quantum. Raises
-    ExpressionError, a ModelError, for a text that is not understood, and ModelError where what it
-    divides by passes zero.
+    `tolerance` is a number in the result's unit, or what follows from how far off inputs are.
+    Raises ExpressionError, a ModelError, for a text that is not understood, and ModelError where
+    what it divides by passes zero.
     """
 
-    kept: ClassVar = ("span", "unbounded")
+    kept: ClassVar = ("span", "unbounded", "above")
     """The attributes that change."""
 
     def __init__(
         self,
         readings: Readings,
+        tree: ast.expr,
         *,
         order: int,
-        tolerance: Tolerance = TOLERANCE,
-        parameters: Mapping[str, float] | None = None,
-        quanta: Mapping[str, tuple[float, float]] | None = None,
+        tolerance: float | Quanta = TOLERANCE,
     ) -> None:
         self.readings, self.order = readings, order
-        tree = parse(readings.text)
-        layout = readings.layout(parameters or {})
-        program = compile_expression(tree, layout, order)
+        layout = readings.layout
+        program = compile_expression(tree, layout, order, is_bounded=True)
         self._is_exact = program.degree < order
-        self._bound = None
-        if not self._is_exact and program.degree <= order + 1:
-            program = compile_expression(tree, layout, order + 2)
-        elif not self._is_exact:
-            self._bound = compile_bound(tree, layout, order)
-        self._value, self.watch = program.value, Watch(program.conditions)
-        self.poles = Poles(program, layout, quanta or {})
+        self._value, self._bound = program.value, program.bound
+        self.watch = Watch(program.conditions)
+        widths: Mapping[str, tuple[float, float]] = {}
+        self._tolerance: float | Code
+        if isinstance(tolerance, Quanta):
+            widths = tolerance.of_inputs
+            self._tolerance = compile_allowance(tree, layout, tolerance)
+        else:
+            self._tolerance = float(tolerance)
+        self._poles = [
+            (number, ast.unparse(pole), compile_allowance(pole, layout, Quanta(widths, 0.0)))
+            for number, pole in program.poles.items()
+        ]
+        self.above: list[bool | None] = [None] * len(self._poles)
+        """On which side of zero what must not pass it was."""
         self._reads_time = TIME in names_of(tree)
-        self._tolerance = tolerance if callable(tolerance) else float(tolerance)
         self.span = FIRST_SPAN_S
         """Over how long a stretch what is left out is bounded next: a guess, from the last time."""
         self.unbounded = 0
@@ -73,17 +76,31 @@ class Function:
         t, flat, sides = now * NANO, self.readings.at(now), self.watch.sides
         try:
             leaves = self.watch.settle(t, flat) if sides else inf
-            has_poles = sides and self.poles
-            if has_poles:
-                self.poles.check(t, sides, flat, is_continuous=is_continuous)
+            if self._poles:
+                self._check_poles(t, flat, is_continuous=is_continuous)
             coefficients = self._value(t, sides, flat)
-            is_at_pole = has_poles and leaves < _AT_A_POLE_S
+            is_at_pole = self._poles and leaves < _AT_A_POLE_S
             if not (self._is_exact or is_at_pole):
                 leaves = min(leaves, self._lasts(now, flat, coefficients))
         except (ValueError, ArithmeticError) as error:
             raise self.readings.no_value(now, error) from error
-        after = max(whole_after(leaves), 1)
-        return coefficients[: self.order], NEVER if after >= NEVER else now + after
+        return coefficients[: self.order], next_instant(now, leaves)
+
+    def _check_poles(self, t: float, flat: Sequence[float], *, is_continuous: bool) -> None:
+        """Raise ZeroDivisionError if what must not has gone through zero since the last call.
+
+        Where inputs have jumped since, what is farther from zero than their quanta has been set to
+        the other side, and has not gone through.
+        """
+        sides = self.watch.sides
+        for index, (number, pole, allowance) in enumerate(self._poles):
+            was, self.above[index] = self.above[index], sides[number]
+            if was is None or was is sides[number]:
+                continue
+            (near,) = allowance(t, sides, flat)
+            value = self.watch.conditions[number].code(t, sides, flat)[0]
+            if is_continuous or abs(value) <= _NEAR * near:
+                raise ZeroDivisionError(f"{pole} goes through 0")
 
     def _lasts(self, now: int, flat: Sequence[float], coefficients: Sequence[float]) -> float:
         """For how many seconds what is left out stays below the tolerance."""

@@ -13,89 +13,82 @@ Continuous Systems", Simulation 78(2), 2002 (QSS2); Kofman, "A Third Order Discr
 Method for Continuous System Simulation", Latin American Applied Research 36(2), 2006 (QSS3).
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from functools import partial
 from math import cbrt, inf, isfinite, sqrt
 from typing import ClassVar, Final
 
 from firmware_runtime.devs.errors import ModelError
 from firmware_runtime.devs.time import NEVER
-from firmware_runtime.models.qss.roots import leaves_band, leaves_band_cubic
-from firmware_runtime.models.qss.segment import LONGEST_S, NANO, Segment
+from firmware_runtime.models.qss.roots import leaves_band
+from firmware_runtime.models.qss.segment import LONGEST_S, NANO, demand_finite, is_finite
+from firmware_runtime.models.qss.signals import Signal
 
 RESOLUTION: Final = 2.0**-46
 """The smallest relative quantum: below it a float hardly resolves the state."""
 _SHORT_STEPS: Final = 1000
 """So many steps of 1 ns on end are a livelock."""
+_ROOTS: Final[Mapping[int, Callable[[float], float]]] = {1: abs, 2: sqrt, 3: cbrt}
+
+
+def quantum_faults(quantum: object, relative_quantum: object) -> Iterator[str]:
+    """What a state's quanta are and should be, with a place for the state's name."""
+    if not is_finite(quantum) or not quantum > 0.0:  # type: ignore[operator]  # a number
+        yield f"quantum{{}} is {quantum!r}; expected more than 0"
+    if not is_finite(relative_quantum) or not 0.0 <= relative_quantum < 1.0:  # type: ignore[operator]
+        yield f"relative_quantum{{}} is {relative_quantum!r}; expected 0 or more, below 1"
 
 
 class State:
-    """One quantized state; `path` says of which model, for errors.
+    """One state that is quantized by an explicit method: QSS1, QSS2, QSS3, of order 1, 2, 3.
+
+    `exact` is x, a polynomial of the degree `order`; `quantized` is q, one degree less. q begins
+    as x does, and holds until the last coefficient of x has brought it off by the quantum: for the
+    root of the quantum that the order says.
 
     The quantum, in the unit of x, is `max(quantum, relative_quantum * |x|)`. `steps` counts the
-    polynomials of q. Each method returns the instant, in ns, at which q has to be renewed.
+    polynomials of q. Each method returns the instant, in ns, at which q has to be renewed; `path`
+    says of which model the state is, for errors.
     """
 
-    order: ClassVar[int]
-    """How many coefficients q and the derivative have."""
-    _is_explicit: ClassVar[bool] = True
-    kept: ClassVar[tuple[str, ...]] = (
-        *("at", "x", "u0", "u1", "u2", "q0", "q1", "q2", "width", "steps"),
-    )
-    """The attributes that change."""
+    kept: ClassVar[tuple[str, ...]] = ("width", "steps")
+    """The attributes that change, beside the two signals."""
 
-    def __init__(
+    def __init__(  # noqa: PLR0913, PLR0917 -- the first three identify it
         self,
+        order: int,
+        name: str,
         path: Callable[[], str],
         initial: float,
         quantum: float,
         relative_quantum: float,
     ) -> None:
+        demand_finite(path(), initial=initial)
+        for fault in quantum_faults(quantum, relative_quantum):
+            raise ModelError(f"{path()}: {fault.format('')}")
+        self.order = order
+        """How many coefficients q and the derivative have."""
         self._path = path
-        self._check(initial, quantum, relative_quantum)
+        self.exact, self.quantized = Signal(name, order + 1, initial), Signal(name, order, initial)
         self.quantum = float(quantum)
         self.relative_quantum = max(float(relative_quantum), RESOLUTION)
-        self.at = 0
         self.steps = 0
-        self.x = self.q0 = float(initial)
-        self.u0 = self.u1 = self.u2 = self.q1 = self.q2 = 0.0
-        self.width = self._quantum_at(self.x)
-
-    def segment_at(self, at: int) -> Segment:
-        """The polynomial of x from an instant on that is not before the last event."""
-        seconds = (at - self.at) * NANO
-        u0, u1, u2 = self.u0, self.u1, self.u2
-        return Segment(
-            self.x + seconds * (u0 + seconds * (0.5 * u1 + seconds * u2 / 3.0)),
-            u0 + seconds * (u1 + seconds * u2),
-            0.5 * u1 + seconds * u2,
-            u2 / 3.0,
-        )
+        self.width = self._quantum_now()
 
     def advance(self, now: int) -> None:
         """Let time pass."""
-        if now == self.at:
-            return
-        seconds = (now - self.at) * NANO
-        self.at = now
-        u0, u1, u2, q2 = self.u0, self.u1, self.u2, self.q2
-        if u2 == q2 == 0.0:
-            self.x += seconds * (u0 + 0.5 * u1 * seconds)
-            self.u0 = u0 + u1 * seconds
-            self.q0 += seconds * self.q1
-            return
-        self.x += seconds * (u0 + seconds * (0.5 * u1 + seconds * u2 / 3.0))
-        self.u0 = u0 + seconds * (u1 + seconds * u2)
-        self.u1 = u1 + 2.0 * seconds * u2
-        self.q0 += seconds * (self.q1 + seconds * q2)
-        self.q1 += 2.0 * seconds * q2
+        if self.exact.at != now:
+            self.exact.bring(now)
+        if self.quantized.at != now:
+            self.quantized.bring(now)
 
     def requantize(self, now: int) -> int:
         """Let q begin as x does. Raises ModelError for a step that time cannot resolve."""
         self.advance(now)
-        self._follow()
-        self.width = self._quantum_at(self.x)
+        *self.quantized.coefficients, last = self.exact.coefficients
+        self.width = self._quantum_now()
         self.steps += 1
-        seconds = self._step()
+        seconds = _ROOTS[self.order](self.width / abs(last)) if last != 0.0 else inf
         if seconds < NANO:
             raise ModelError(
                 f"{self._path()}: a step of {seconds:.2g} s with a quantum of {self.width:.3g}; "
@@ -109,85 +102,43 @@ class State:
         At the start q is renewed at once with each further coefficient that becomes known.
         """
         self.advance(now)
-        self.u0 = derivative[0]
-        if self.order > 1:
-            self.u1 = derivative[1]
-        if self.order > 2:
-            self.u2 = derivative[2]
-        if now == 0 and self.steps < self.order and self._is_explicit:
+        self._integrate(derivative)
+        if now == 0 and self.steps < self.order:
             return now
         return now + self._whole(self._leaves())
 
     def reset(self, now: int, value: float) -> int:
         """Let x be `value`; q follows at once."""
-        if not isfinite(value):
-            raise ModelError(f"{self._path()}: reset to {value!r}; expected a finite number")
+        demand_finite(self._path(), reset=value)
         self.advance(now)
-        self.x = value
+        self.exact.coefficients[0] = value
         return now
 
-    def _follow(self) -> None:
-        self.q0 = self.x
-
-    def _step(self) -> float:
-        raise NotImplementedError
+    def _integrate(self, derivative: Sequence[float]) -> None:
+        if not isfinite(sum(derivative)):
+            raise ModelError(
+                f"{self._path()}: its derivative is {derivative[0]}; expected a finite number"
+            )
+        x = self.exact.coefficients
+        x[1] = derivative[0]
+        if self.order > 1:
+            x[2] = 0.5 * derivative[1]
+        if self.order > 2:
+            x[3] = derivative[2] / 3.0
 
     def _leaves(self) -> float:
-        c0, c1, c2 = self.x - self.q0, self.u0 - self.q1, 0.5 * self.u1 - self.q2
-        return leaves_band_cubic(c0, c1, c2, self.u2 / 3.0, self.width)
+        """In how many seconds x is off q by the quantum."""
+        x, q = self.exact.coefficients, self.quantized.coefficients
+        apart = [a - b for a, b in zip(x, [*q, 0.0], strict=True)]
+        return leaves_band(self.width, *apart)
 
-    def _whole(self, seconds: float) -> int:
+    @staticmethod
+    def _whole(seconds: float) -> int:
         """Rounded down, so that |x - q| stays within the quantum."""
-        if seconds < LONGEST_S:
-            return int(seconds * 1e9)
-        if seconds != seconds:  # noqa: PLR0124 -- that is what NaN is
-            raise ModelError(f"{self._path()}: its derivative is no number; expected a finite one")
-        return NEVER
+        return int(seconds * 1e9) if seconds < LONGEST_S else NEVER
 
-    def _quantum_at(self, value: float) -> float:
-        return max(self.quantum, self.relative_quantum * abs(value))
-
-    def _check(self, initial: float, quantum: float, relative_quantum: float) -> None:
-        if not isfinite(initial):
-            raise ModelError(f"{self._path()}: initial is {initial!r}; expected a finite number")
-        if not (isfinite(quantum) and quantum > 0.0):
-            raise ModelError(f"{self._path()}: quantum is {quantum!r}; expected a number above 0")
-        if not 0.0 <= relative_quantum < 1.0:
-            fault = f"relative_quantum is {relative_quantum!r}; expected 0 or more, below 1"
-            raise ModelError(f"{self._path()}: {fault}")
-
-
-class FirstOrder(State):
-    """QSS1: q is constant, x a straight line; twice the accuracy takes twice the steps."""
-
-    order = 1
-
-    def _step(self) -> float:
-        return self.width / abs(self.u0) if self.u0 != 0.0 else inf
-
-
-class SecondOrder(State):
-    """QSS2: q is a straight line, x a parabola; steps grow with the square root of the quantum."""
-
-    order = 2
-
-    def _follow(self) -> None:
-        self.q0, self.q1 = self.x, self.u0
-
-    def _step(self) -> float:
-        return sqrt(2.0 * self.width / abs(self.u1)) if self.u1 != 0.0 else inf
-
-
-class ThirdOrder(State):
-    """QSS3: q is a parabola, x a cubic; steps grow with the cube root of the quantum."""
-
-    order = 3
-
-    def _follow(self) -> None:
-        self.q0, self.q1, self.q2 = self.x, self.u0, 0.5 * self.u1
-
-    def _step(self) -> float:
-        return cbrt(3.0 * self.width / abs(self.u2)) if self.u2 != 0.0 else inf
+    def _quantum_now(self) -> float:
+        return max(self.quantum, self.relative_quantum * abs(self.exact.coefficients[0]))
 
 
 class LinearlyImplicit(State):
@@ -211,34 +162,32 @@ class LinearlyImplicit(State):
     Modelling Practice and Theory 35, 2013. The closed form of the step is derived here.
     """
 
-    order = 2
-    _is_explicit = False
-    kept = (*State.kept, "a", "change", "short", "learns", "corrects", "may_correct")
+    kept = (*State.kept, "at", "a", "change", "short", "learns", "corrects", "may_correct")
 
-    def __init__(
-        self, path: Callable[[], str], initial: float, quantum: float, relative_quantum: float
-    ) -> None:
-        super().__init__(path, initial, quantum, relative_quantum)
-        self.a = 0.0
-        """Of the derivative by the own q, in 1/s; never above 0."""
-        self.change = 0.0
-        """By how much the last own event moved q, while its answer is awaited.
+    at: int = 0
+    """The instant of its last event, in ns."""
+    a: float = 0.0
+    """Of the derivative by the own q, in 1/s; never above 0."""
+    change: float = 0.0
+    """By how much the last own event moved q, while its answer is awaited.
 
-        The answer comes at the same instant. Without one the derivative does not read q, and an `a`
-        above from a change of something else, as at an event, is none.
-        """
-        self.short = 0
-        self.learns, self.corrects, self.may_correct = True, False, False
+    The answer comes at the same instant. Without one the derivative does not read q, and an `a`
+    above from a change of something else, as at an event, is none.
+    """
+    short: int = 0
+    """How many steps of 1 ns there have been on end."""
+    learns: bool = True
+    corrects: bool = False
+    may_correct: bool = False
 
     def requantize(self, now: int) -> int:
         """Let q be the line that meets x at the step's end."""
-        self._forget_unanswered(now)
         self.advance(now)
-        q0, q1 = self._line()
-        self.change = q0 - self.q0 if self.learns else 0.0
+        line, q = self._line(), self.quantized.coefficients
+        self.change = line[0] - q[0] if self.learns else 0.0
         self.learns, self.may_correct, self.corrects = True, not self.corrects, False
-        self.q0, self.q1 = q0, q1
-        self.width = self._quantum_at(self.x)
+        q[:] = line
+        self.width = self._quantum_now()
         self.steps += 1
         sigma = max(self._whole(self._leaves()), 1)
         self.short = self.short + 1 if sigma == 1 else 0
@@ -252,11 +201,10 @@ class LinearlyImplicit(State):
     def derive(self, now: int, derivative: Sequence[float]) -> int:
         """Take a new derivative."""
         is_answer = now == self.at
-        self._forget_unanswered(now)
         self.advance(now)
         if is_answer and abs(self.change) > 0.1 * self.width:
-            self.a = min((derivative[0] - self.u0) / self.change, 0.0)
-        self.u0, self.u1 = derivative[0], derivative[1]
+            self.a = min((derivative[0] - self.exact.coefficients[1]) / self.change, 0.0)
+        self._integrate(derivative)
         self.change = 0.0
         leaves = self._leaves()
         if is_answer and self.may_correct and self.a != 0.0:
@@ -266,32 +214,38 @@ class LinearlyImplicit(State):
 
     def reset(self, now: int, value: float) -> int:
         """Let x be `value`; what answers that may answer the event as well."""
-        self._forget_unanswered(now)
+        due = super().reset(now, value)
         self.learns, self.change = False, 0.0
-        return super().reset(now, value)
+        return due
 
-    def _would_leave(self) -> float:
-        """For how long q would hold if it were renewed now."""
-        q0, q1 = self._line()
-        u0, u1 = self.u0 + self.a * (q0 - self.q0), self.u1 + self.a * (q1 - self.q1)
-        return _leaves(self.x - q0, u0 - q1, 0.5 * u1, self.width)
-
-    def _forget_unanswered(self, now: int) -> None:
+    def advance(self, now: int) -> None:
+        """Let time pass; an answer that has not come by then does not come."""
         if now > self.at:
             if abs(self.change) > 0.1 * self.width:
                 self.a = 0.0
             self.change = 0.0
+            self.at = now
+            super().advance(now)
+
+    def _would_leave(self) -> float:
+        """For how long q would hold if it were renewed now."""
+        x, slope, curvature = self.exact.coefficients
+        q0, q1 = self._line()
+        moved = q0 - self.quantized.coefficients[0], q1 - self.quantized.coefficients[1]
+        u0, u1 = slope + self.a * moved[0], 2.0 * curvature + self.a * moved[1]
+        return _nearest_or_edge(x - q0, u0 - q1, 0.5 * u1, self.width)
 
     def _line(self) -> tuple[float, float]:
         """Value and slope of the q that begins now."""
-        a, x = self.a, self.x
+        a, (x, slope, curvature) = self.a, self.exact.coefficients
+        q0, q1 = self.quantized.coefficients
         if self.steps == 0:
             return x, 0.0
-        b0, b1 = self.u0 - a * self.q0, self.u1 - a * self.q1
+        b0, b1 = slope - a * q0, 2.0 * curvature - a * q1
         curving = a * (a * x + b0) + b1
         if curving == 0.0:
             return x, a * x + b0
-        half = 0.5 * self._quantum_at(x)
+        half = 0.5 * self._quantum_now()
         excess = abs(curving) - half * a * a
         if excess <= 0.0:
             return -(b0 + b1 / a) / a, -b1 / a
@@ -302,20 +256,20 @@ class LinearlyImplicit(State):
         return x - beside, slope
 
     def _leaves(self) -> float:
-        return _leaves(self.x - self.q0, self.u0 - self.q1, 0.5 * self.u1, self.width)
+        (x, slope, curvature), (q0, q1) = self.exact.coefficients, self.quantized.coefficients
+        return _nearest_or_edge(x - q0, slope - q1, curvature, self.width)
 
 
-def _leaves(c0: float, c1: float, c2: float, width: float) -> float:
+def _nearest_or_edge(c0: float, c1: float, c2: float, width: float) -> float:
     """When q has to be renewed: where it comes nearest to x, or at the edge of the quantum."""
-    edge = leaves_band(c0, c1, c2, width)
+    edge = leaves_band(width, c0, c1, c2)
     if c0 * c2 > 0.0 > c1 * c2 and c1 * c1 > 0.4 * abs(c2) * width:
         return min(-c1 / (2.0 * c2), edge)
     return edge
 
 
-METHODS: Final[dict[str, type[State]]] = {
-    "QSS1": FirstOrder,
-    "QSS2": SecondOrder,
-    "QSS3": ThirdOrder,
-    "LIQSS2": LinearlyImplicit,
+METHODS: Final[Mapping[str, Callable[..., State]]] = {
+    **{f"QSS{order}": partial(State, order) for order in _ROOTS},
+    "LIQSS2": partial(LinearlyImplicit, 2),
 }
+"""What makes a state by each method."""

@@ -11,22 +11,14 @@ from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.ports import OutPort
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.errors import ConfigError
-from firmware_runtime.models.qss.allowance import Quanta, compile_allowance
 from firmware_runtime.models.qss.engine import Engine
-from firmware_runtime.models.qss.expression import (
-    DELAY,
-    TIME,
-    ExpressionError,
-    names_of,
-    parse,
-)
-from firmware_runtime.models.qss.methods import State
-from firmware_runtime.models.qss.program import Layout, compile_expression
+from firmware_runtime.models.qss.expression import TIME, ExpressionError, parse
+from firmware_runtime.models.qss.methods import METHODS, State
+from firmware_runtime.models.qss.program import Layout, Quanta, compile_expression
 from firmware_runtime.models.qss.sampling import SegmentDelay
 from firmware_runtime.models.qss.segment import Segment
 from firmware_runtime.models.qss.system import System
 
-_HORIZON_S: Final = 100.0
 _OF_A_SOURCE: Final = 3
 """How many coefficients a source may send."""
 
@@ -41,8 +33,7 @@ class SystemModel(Coupled):
     def __init__(self, system: System) -> None:
         super().__init__(system.name)
         self.system = system
-        self.engine = self.add(Engine("engine", is_inner=True))
-        self._order = system.integrator.order
+        self.engine = self.add(Engine("engine", system.parameters, is_inner=True))
         self._quanta: dict[str, tuple[float, float]] = {}
         """Of each state, and of what is delayed of one."""
         for name in system.states:
@@ -88,7 +79,7 @@ class SystemModel(Coupled):
         system = self.system
         width = self._quanta[name] = system.quantum_of(name), system.relative_quantum_of(name)
         path = partial(self.engine.path_of, name)
-        state = system.integrator(path, system.states[name], *width)
+        state = METHODS[system.method](name, path, system.states[name], *width)
         self.engine.add_state(name, state, self._way(name))
 
     def _add_discrete(self, name: str, value: float) -> None:
@@ -113,49 +104,41 @@ class SystemModel(Coupled):
     # Equations -----------------------------------------------------------------------------------
 
     def _equation(self, name: str, text: str) -> None:
-        tree, system = self._delayed(self.system.tree_of(text), text), self.system
-        signals = self.engine.signals
-        counts = {each: signals[each].count for each in names_of(tree) if each in signals}
-        quanta = {each: self._quanta[each] for each in counts if each in self._quanta}
-        horizon_s = _HORIZON_S if system.horizon_s is None else system.horizon_s
-        absolute, relative = self._quanta[name]
-        allowed = Quanta(quanta, absolute / horizon_s, relative)
-        self.engine.add_function(
-            f"{name}'",
-            ast.unparse(tree),
-            name,
-            order=self._order,
-            tolerance=compile_allowance(tree, Layout(counts, system.parameters), allowed),
-            parameters=system.parameters,
-            quanta=quanta,
-        )
+        tree, (absolute, relative) = self._tree(text), self._quanta[name]
+        allowed = Quanta(self._quanta, absolute / self.system.horizon_s, relative)
+        order = self.states[name].order
+        self.engine.add_function(f"{name}'", tree, name, order=order, tolerance=allowed)
 
     def output(self, text: str) -> ast.expr:
         """The tree of an expression that is read at instants; its delays are of exact states."""
         with self._faults_of("outputs"):
-            return self._delayed(self.system.tree_of(text), text, exact=True)
+            return self._tree(text, exact=True)
 
-    def _delayed(self, tree: ast.expr, text: str, *, exact: bool = False) -> ast.expr:
-        """Put a delay block, and the name of its wire, in the place of each `delay(...)`."""
-        model = self
+    def _event(self, number: int) -> None:
+        event = self.system.events[number]
+        text, direction, at_zero = event.crossing()
+        values = {name: self._tree(text) for name, text in event.values.items()}
+        only_if = None if event.only_if is None else self._tree(event.only_if)
+        self.engine.add_event(
+            f"when {number + 1}",
+            self._tree(text),
+            self.engine.setting(f"then {number + 1}", values, only_if),
+            direction=direction,
+            at_zero=at_zero,
+        )
 
-        class _Delays(ast.NodeTransformer):
-            def visit_Call(self, node: ast.Call) -> ast.expr:
-                self.generic_visit(node)
-                if isinstance(node.func, ast.Name) and node.func.id == DELAY:
-                    return model._delay(node, text, exact=exact)
-                return node
+    def _tree(self, text: str, *, exact: bool = False) -> ast.expr:
+        """An expression, with the names of delayed signals in the place of each `delay(...)`."""
+        return self.system.tree_of(text, partial(self._delayed, text, exact=exact))
 
-        changed: ast.expr = _Delays().visit(tree)
-        return changed
+    # Delays --------------------------------------------------------------------------------------
 
-    def _delay(self, node: ast.Call, text: str, *, exact: bool) -> ast.expr:
+    def _delayed(self, text: str, node: ast.Call, *, exact: bool) -> ast.expr:
         try:
-            if not 2 <= len(node.args) <= 3:
-                raise ExpressionError(ast.unparse(node))
             signal, duration_s, *before = node.args
-            known = {*self.engine.signals, *self.system.inputs}
-            if not isinstance(signal, ast.Name) or signal.id not in known:
+            if not isinstance(signal, ast.Name) or len(before) > 1:
+                raise ExpressionError(ast.unparse(node))
+            if signal.id not in {*self.engine.signals, *self.system.inputs}:
                 raise ExpressionError(ast.unparse(node))
             numbers = [self._number(each) for each in (duration_s, *before)]
             if numbers[0] < 0.0:
@@ -166,54 +149,30 @@ class SystemModel(Coupled):
         return self._delay_of(signal.id, *numbers, exact=exact)
 
     def _delay_of(
-        self, signal: str, duration_s: float, before: float | None = None, *, exact: bool
+        self, name: str, duration_s: float, before: float | None = None, *, exact: bool
     ) -> ast.expr:
-        sine = self.system.sine(signal)
         if before is None:
-            known = {**self.system.states, **self.system.discrete}
-            before = known.get(signal, 0.0)
+            before = {**self.system.states, **self.system.discrete}.get(name, 0.0)
+        sine = self.system.sine(name)
         if sine is not None:
             then = f"{TIME} - {duration_s!r}"
             return parse(f"{sine.at(then)} if {then} >= 0 else {before!r}")
-        exact = exact and signal in self.states
-        wire = self.exact(signal) if exact else self._wire(signal)
-        name = f"{signal}_{len(self.components)}_delayed"
-        block = self.add(SegmentDelay(name, round(duration_s * SECOND), before))
-        self.couple(wire, block.entrance)
-        count = (self.engine.exact_signals if exact else self.engine.signals)[signal].count
-        self.couple(block.out, self.engine.add_input(name, count))
-        if signal in self._quanta:
-            self._quanta[name] = self._quanta[signal]
-        return ast.Name(name)
+        exact = exact and name in self.states
+        signal = (self.engine.exact_signals if exact else self.engine.signals)[name]
+        delayed = f"{name}_{len(self.components)}_delayed"
+        block = self.add(SegmentDelay(delayed, round(duration_s * SECOND), before))
+        self.couple(self.exact(name) if exact else self._wire(name), block.entrance)
+        self.couple(block.out, self.engine.add_input(delayed, signal.count))
+        if name in self._quanta:
+            self._quanta[delayed] = self._quanta[name]
+        return ast.Name(delayed)
 
-    def _wire(self, signal: str) -> OutPort[Segment]:
-        wires = self.engine.out_ports
-        if signal in wires:
-            return wires[signal]
-        source = self.components[signal]
-        port: OutPort[Segment] = source.out_ports["out" if "out" in source.out_ports else "delayed"]
-        return port
+    def _wire(self, name: str) -> OutPort[Segment]:
+        if name in self.engine.out_ports:
+            return self.engine.out_ports[name]
+        ports = self.components[name].out_ports
+        return ports["out" if "out" in ports else "delayed"]
 
     def _number(self, tree: ast.expr) -> float:
         layout = Layout({}, self.system.parameters)
         return float(compile_expression(tree, layout, 1).value(0.0, [], [])[0])
-
-    # Events --------------------------------------------------------------------------------------
-
-    def _event(self, number: int) -> None:
-        event, parameters = self.system.events[number], self.system.parameters
-        text, direction = event.crossing()
-        crossed = self._put_in(text)
-        values = {name: self._put_in(text) for name, text in event.values.items()}
-        only_if = None if event.only_if is None else self._put_in(event.only_if)
-        self.engine.add_event(
-            f"when {number + 1}",
-            crossed,
-            parameters,
-            self.engine.setting(f"then {number + 1}", values, parameters, only_if),
-            direction=direction,
-            at_zero=not event.is_strict(),
-        )
-
-    def _put_in(self, text: str) -> str:
-        return ast.unparse(self._delayed(self.system.tree_of(text), text))

@@ -17,8 +17,10 @@ from firmware_runtime.models.qss.expression import (
     CONSTANTS,
     TIME,
     ExpressionError,
+    Substitution,
     factors_of,
     names_of,
+    parse,
 )
 from firmware_runtime.models.qss.series import Series, Writer
 
@@ -30,13 +32,15 @@ Bound: TypeAlias = Callable[[float, Sequence[bool], Sequence[float], float], flo
 
 CONDITION: Final = 4
 """Conditions are bounded by their coefficient of this power of time."""
+_BEYOND: Final = 2
+"""So many coefficients more than are asked for say whether these are all."""
 _USABLE: Final = {
     name: getattr(math, name)
     for name in (
-        *("sin", "cos", "tan", "asin", "acos", "atan", "atan2", "sinh", "cosh", "tanh"),
-        *("exp", "log", "sqrt", "pow", "inf", "nan"),
+        *("sin", "cos", "asin", "atan", "atan2", "sinh", "cosh", "tanh"),
+        *("exp", "log", "pow", "inf", "nan"),
     )
-}
+} | {"abs": abs, "min": min, "max": max}
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,71 +70,81 @@ class Program:
     poles: Mapping[int, ast.expr]
     """What must not pass zero, such as a denominator, by the number of its condition."""
     degree: float
-    """Of the polynomial in time that it is; infinite if it is none."""
+    """Of the polynomial in time that it is; infinite if it is none or of a higher one."""
+    bound: Bound | None
+    """Of the first coefficient left out, if that was asked for and more are."""
 
 
-def compile_expression(tree: ast.expr, layout: Layout, length: int) -> Program:
-    """Compile to so many coefficients. Raises ExpressionError for what cannot be."""
-    _check_names(tree, layout)
+def compile_expression(
+    tree: ast.expr, layout: Layout, length: int, *, is_bounded: bool = False
+) -> Program:
+    """Compile to so many coefficients, two more if these are all. Raises ExpressionError."""
     conditions = Conditions(layout)
-    body = Body(layout, Writer(length - 1), conditions)
-    value = body.code(body.series(tree))
-    return Program(value, tuple(conditions.found), body.poles, degree_of(tree, layout))
+    body = Body(layout, Writer(length + _BEYOND), conditions)
+    result = body.series(tree)
+    degree = _degree(result)
+    count = length + _BEYOND if length <= degree < math.inf else length
+    is_bounded = is_bounded and degree == math.inf
+    bound = compile_bound(tree, layout, length, conditions) if is_bounded else None
+    value = body.code(result[:count])
+    return Program(value, tuple(conditions.found), body.poles, degree, bound)
 
 
 def compile_condition(tree: ast.expr, layout: Layout, *, at_zero: bool) -> tuple[Condition, ...]:
     """The condition that an expression is above zero, last, and those that it reads before it."""
-    _check_names(tree, layout)
     conditions = Conditions(layout)
     conditions.number(tree, at_zero=at_zero)
     return tuple(conditions.found)
 
 
-def compile_bound(tree: ast.expr, layout: Layout, power: int) -> Bound:
+def compile_bound(
+    tree: ast.expr, layout: Layout, power: int, conditions: "Conditions | None" = None
+) -> Bound:
     """The bound of one coefficient over a stretch of time; its sides are those of the program."""
-    return _bound(tree, layout, power, Conditions(layout))
+    body = _BoundBody(layout, Enclosures(power), conditions or Conditions(layout))
+    return body.function("t, s, z, h", str(body.series(tree)[-1]))  # type: ignore[no-any-return]
 
 
-def degree_of(node: ast.expr, layout: Layout) -> float:
-    """The degree of the polynomial in time that an expression is between two events.
+@dataclass(frozen=True, slots=True)
+class Quanta:
+    """How far off each input may be, as absolute and relative quantum, and what that allows."""
 
-    Infinity for what is no polynomial.
+    of_inputs: Mapping[str, tuple[float, float]]
+    least: float
+    """An error of the result that is allowed anyway, in its unit."""
+    relative: float = 0.0
+    """The same as a share of the result."""
+
+
+def compile_allowance(tree: ast.expr, layout: Layout, quanta: Quanta) -> Code:
+    """The error that the result may have beside the one that the inputs' quanta cause anyway.
+
+    A quarter of that, to first order: the sum of |partial derivative| times quantum.
     """
-    match node:
-        case ast.Name(id=name):
-            return 1 if name == TIME else layout.variables.get(name, 1) - 1
-        case ast.Compare() | ast.BoolOp() | ast.UnaryOp(op=ast.Not()):
-            return 0
-        case ast.IfExp(body=body, orelse=otherwise):
-            parts = [degree_of(each, layout) for each in (body, otherwise)]
-        case ast.Call(func=ast.Name(id="sign")):
-            return 0
-        case ast.Call(args=arguments):
-            parts = [degree_of(each, layout) for each in arguments]
-        case _:
-            children = ast.iter_child_nodes(node)
-            parts = [degree_of(each, layout) for each in children if isinstance(each, ast.expr)]
-    return _degree_of_parts(node, parts)
+    body = Body(layout, Writer(1), Conditions(layout))
+    total = "0.0"
+    for name in names_of(tree):
+        if name in quanta.of_inputs:
+            absolute, relative = map(float, quanta.of_inputs[name])
+            body.moving = name
+            slope = body.series(tree)[1]
+            width = f"max({absolute!r}, {relative!r} * abs({name}_0))"
+            total = f"{total} + abs({slope}) * {width if relative else repr(absolute)}"
+    allowances = [repr(float(quanta.least)), f"0.25 * ({total})"]
+    if quanta.relative > 0.0:
+        body.moving = ""
+        allowances.append(f"{float(quanta.relative)!r} * abs({body.series(tree)[0]})")
+    return body.code([f"max({', '.join(allowances)})"])
 
 
-def _degree_of_parts(node: ast.expr, parts: Sequence[float]) -> float:
-    if not any(parts):
-        return 0
-    match node:
-        case ast.BinOp(op=ast.Mult()):
-            return sum(parts)
-        case ast.BinOp(op=ast.Pow(), right=ast.Constant(value=int(power))) if 0 <= power <= 64:
-            return parts[0] * power if power > 0 else 0
-        case (
-            ast.BinOp(op=ast.Add() | ast.Sub())
-            | ast.UnaryOp()
-            | ast.IfExp()
-            | ast.Call(func=ast.Name(id="abs" | "min" | "max"))
-        ):
-            return max(parts)
-        case ast.BinOp(op=ast.Div()) if parts[1] == 0:
-            return parts[0]
-    return math.inf
+def _degree(result: Series) -> float:
+    """The degree of a polynomial whose further coefficients are known to be zero.
+
+    Infinity where the last one is not: of what is no polynomial all are unknown.
+    """
+    powers = [power for power, each in enumerate(result) if each != 0.0]
+    degree = max(powers, default=0)
+    return math.inf if degree == len(result) - 1 else degree
 
 
 class Conditions:
@@ -145,20 +159,13 @@ class Conditions:
         """The number of the flag that says whether something is above zero."""
         key = ast.unparse(difference), at_zero
         if key not in self._numbers:
-            layout = self._layout
-            body = Body(layout, Writer(5), self)
-            code = body.code(body.series(difference))
-            is_known = degree_of(difference, layout) <= 5
-            bound = None if is_known else _bound(difference, layout, CONDITION, self)
+            body = Body(self._layout, Writer(CONDITION + _BEYOND), self)
+            result = body.series(difference)
+            is_known = _degree(result) < math.inf
+            bound = None if is_known else compile_bound(difference, self._layout, CONDITION, self)
             self._numbers[key] = len(self.found)
-            self.found.append(Condition(code, at_zero, bound))
+            self.found.append(Condition(body.code(result[:-1]), at_zero, bound))
         return self._numbers[key]
-
-
-def _bound(tree: ast.expr, layout: Layout, power: int, conditions: Conditions) -> Bound:
-    body = _BoundBody(layout, Enclosures(power), conditions)
-    result = body.series(tree)[-1]
-    return body.function("t, s, z, h", str(result), is_straight=True)  # type: ignore[no-any-return]
 
 
 class Body:
@@ -174,29 +181,19 @@ class Body:
         self._conditions = conditions
 
     def code(self, result: Series) -> Code:
-        """The function whose lines have been written."""
+        """The function of the lines that a result needs."""
         answer = ", ".join(str(each) for each in result)
         return self.function("t, s, z", f"({answer},)")  # type: ignore[no-any-return]
 
-    def function(self, arguments: str, answer: str, *, is_straight: bool = False) -> Any:  # noqa: ANN401 -- as it is written
-        """The compiled function; of straight lines those are left out that nothing reads."""
+    def function(self, arguments: str, answer: str) -> Any:  # noqa: ANN401 -- as it is written
+        """The compiled function; lines that nothing reads are left out."""
         variables = self._layout.variables
         unpacked = [f"{name}_{k}" for name, count in variables.items() for k in range(count)]
-        written = self.writer.lines
-        if is_straight:
-            written = _needed(written, answer)
         lines = [f"def code({arguments}):"]
         if unpacked:
             lines.append(f"    {', '.join(unpacked)}, = z")
-        lines += [*written, f"    return {answer}"]
-        space: dict[str, Any] = {
-            **_USABLE,
-            **RANGES,
-            "abs": abs,
-            "min": min,
-            "max": max,
-            "__builtins__": {},
-        }
+        lines += [*_needed(self.writer.lines, answer), f"    return {answer}"]
+        space = {**_USABLE, **RANGES, "__builtins__": {}}
         exec("\n".join(lines), space)  # noqa: S102 -- written here, of names and numbers alone
         return space["code"]
 
@@ -222,15 +219,16 @@ class Body:
 
     def _variable(self, name: str) -> Series:
         variables = self._layout.variables
-        if self.moving is not None and (name in variables or name == TIME):
-            rate = 1.0 if name == self.moving else 0.0
-            return [TIME if name == TIME else f"{name}_0", rate]
-        if name in variables:
-            return self.writer.variable(name, variables[name])
-        if name == TIME:
-            return self.writer.time()
-        known = self._layout.parameters.get(name, CONSTANTS.get(name))
-        return self.writer.constant(float(known if known is not None else math.nan))
+        if name in variables or name == TIME:
+            known: Series = [f"{name}_{k}" for k in range(variables.get(name, 0))] or [TIME, 1.0]
+            if self.moving is not None:
+                known = [known[0], 1.0 if name == self.moving else 0.0]
+            return self.writer.polynomial(known)
+        numbers = {**CONSTANTS, **self._layout.parameters}
+        if name not in numbers:
+            expected = ", ".join(sorted({*variables, *self._layout.parameters})) or "no name"
+            raise ExpressionError(f"{name} is not known; expected {expected}, or t")
+        return self.writer.constant(float(numbers[name]))
 
     def _operation(self, node: ast.BinOp) -> Series:
         writer, left, right = self.writer, self.series(node.left), self.series(node.right)
@@ -253,62 +251,35 @@ class Body:
 
     def _call(self, node: ast.Call) -> Series:
         name, arguments = node.func.id, node.args  # type: ignore[attr-defined]  # parsed
-        match name:
-            case "abs":
-                (one,) = arguments
-                return self._choice(self._compared(one, _NOUGHT, ast.GtE()), one, _minus(one))
-            case "sign":
-                (one,) = arguments
-                above = self._compared(one, _NOUGHT, ast.Gt())
-                below = self._compared(one, _NOUGHT, ast.Lt())
-                return self._choice(above, _ONE, ast.IfExp(_Flag(below), _minus(_ONE), _NOUGHT))
-            case "min" | "max":
-                return self._extreme(name, arguments)
-            case "pow":
-                return self.series(ast.BinOp(arguments[0], ast.Pow(), arguments[1]))
-            case "atan2":
-                above = self._compared(arguments[0], _NOUGHT, ast.GtE())
-                y, x = (self.series(each) for each in arguments)
-                return self.writer.atan2(y, x, above)
-            case "tan":
-                self._note_poles(ast.Call(ast.Name("cos"), arguments, []))
+        if name in _MEANINGS:
+            return self.series(_meant(name, arguments))
+        if name == "atan2":
+            above = self._compared(arguments[0], _NOUGHT, ast.GtE())
+            y, x = (self.series(each) for each in arguments)
+            return self.writer.atan2(y, x, above)
         try:
             return self.writer.function(name, self.series(arguments[0]))
         except (ArithmeticError, ValueError) as error:
             raise ExpressionError(f"{ast.unparse(node)}: {error}") from error
 
-    def _extreme(self, name: str, arguments: Sequence[ast.expr]) -> Series:
-        first, second, *rest = arguments
-        order = ast.LtE() if name == "min" else ast.GtE()
-        if rest:
-            second = ast.Call(ast.Name(name), [second, *rest], [])
-        return self._choice(self._compared(first, second, order), first, second)
-
     # Conditions ---------------------------------------------------------------------------------
 
     def _choice(self, test: str, body: ast.expr, otherwise: ast.expr) -> Series:
         """Code that computes one of two, and leaves it in the same variables."""
-        writer, length = self.writer, self.writer.order + 1
-        names: list[str] = [writer.assign("0.0") for _ in range(length)]
-        flat = True
+        writer, results = self.writer, []
+        names = writer.variables(writer.order + 1)
         self._branches += 1
         for opening, branch in ((f"if {test}:", body), ("else:", otherwise)):
-            writer.lines.append(f"{writer.indent}{opening}")
-            outer, writer.indent = writer.indent, f"{writer.indent}    "
-            result = self.series(branch)
-            flat = flat and writer.is_flat(result)
-            writer.lines += [
-                f"{writer.indent}{name} = {value}"
-                for name, value in zip(names, result, strict=True)
-            ]
-            writer.indent = outer
+            with writer.branch(opening):
+                results.append(self.series(branch))
+                for name, value in zip(names, results[-1], strict=True):
+                    writer.let([name], str(value))
         self._branches -= 1
-        return [names[0], *[0.0] * (length - 1)] if flat else list(names)
+        pairs = zip(names, *results, strict=True)
+        return [0.0 if one == other == 0.0 else name for name, one, other in pairs]
 
     def _test(self, node: ast.expr) -> str:
         match node:
-            case _Flag(text=text):
-                return text
             case ast.BoolOp(op=op, values=values):
                 word = " and " if isinstance(op, ast.And) else " or "
                 return f"({word.join(self._test(each) for each in values)})"
@@ -367,22 +338,36 @@ _NAMES: Final = re.compile(r"[A-Za-z_]\w*")
 
 
 def _needed(lines: Sequence[str], answer: str) -> list[str]:
-    """Those of some assignments, one after another, that an answer depends on."""
+    """Those lines that an answer depends on."""
     read, kept = set(_NAMES.findall(answer)), []
     for line in reversed(lines):
-        targets, value = line.split(" = ", 1)
-        if not read.isdisjoint(_NAMES.findall(targets)):
-            read.update(_NAMES.findall(value))
+        targets, is_assignment, value = line.partition(" = ")
+        if not is_assignment or not read.isdisjoint(_NAMES.findall(targets)):
+            read.update(_NAMES.findall(value or targets))
             kept.append(line)
     return kept[::-1]
 
 
-class _Flag(ast.expr):
-    """A test that has been written already."""
+_MEANINGS: Final = {
+    "abs": "a if a >= 0 else -a",
+    "sign": "1 if a > 0 else -1 if a < 0 else 0",
+    "min": "a if a <= b else b",
+    "max": "a if a >= b else b",
+    "pow": "a ** b",
+    "tan": "sin(a) / cos(a)",
+    "acos": f"{0.5 * math.pi!r} - asin(a)",
+}
+"""Functions in terms of others, of a first argument and a second."""
 
-    def __init__(self, text: str) -> None:
-        super().__init__()
-        self.text = text
+
+def _meant(name: str, arguments: Sequence[ast.expr]) -> ast.expr:
+    """What a function of some arguments means; of the third on as of a second one."""
+    first, *others = arguments
+    if len(others) > 1:
+        others = [ast.Call(ast.Name(name), others, [])]
+    given = dict(zip("ab", [first, *others], strict=False))
+    meaning: ast.expr = Substitution(given.get, lambda node: node).visit(parse(_MEANINGS[name]))
+    return meaning
 
 
 _ONE: Final = ast.Constant(1.0)
@@ -395,17 +380,3 @@ _COMPARISONS: Final[dict[type[ast.cmpop], str]] = {
     ast.Eq: "==",
     ast.NotEq: "!=",
 }
-
-
-def _minus(node: ast.expr) -> ast.expr:
-    return ast.UnaryOp(ast.USub(), node)
-
-
-def _check_names(tree: ast.expr, layout: Layout) -> None:
-    known = {*layout.variables, *layout.parameters, TIME}
-    unknown = [name for name in names_of(tree) if name not in known]
-    if unknown:
-        expected = ", ".join(sorted(known - {TIME})) or "no name"
-        raise ExpressionError(
-            f"{ast.unparse(tree)}: {', '.join(unknown)} is not known; expected {expected}, or t"
-        )

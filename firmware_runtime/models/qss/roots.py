@@ -12,40 +12,24 @@ _CLOSE = 1e-13
 """Newton's last step, as a share of the root; the error is about its square."""
 
 
-def leaves_band(c0: float, c1: float, c2: float, band: float) -> float:
-    """The first t >= 0 with `|c0 + c1 t + c2 t^2| >= band`, or infinity."""
-    if c2 < 0.0:
-        c0, c1, c2 = -c0, -c1, -c2
-    above, below = c0 - band, c0 + band
-    if above >= 0.0 or below <= 0.0:
-        return 0.0
-    if c2 == 0.0:
-        if c1 > 0.0:
-            return -above / c1
-        return -below / c1 if c1 < 0.0 else inf
-    if c1 >= 0.0:
-        return -2.0 * above / (c1 + sqrt(c1 * c1 - 4.0 * c2 * above))
-    within = c1 * c1 - 4.0 * c2 * below
-    if within >= 0.0:
-        return 2.0 * below / (sqrt(within) - c1)
-    return (sqrt(c1 * c1 - 4.0 * c2 * above) - c1) / (2.0 * c2)
-
-
-def leaves_band_cubic(c0: float, c1: float, c2: float, c3: float, band: float) -> float:
+def leaves_band(band: float, c0: float, c1: float, c2: float = 0.0, c3: float = 0.0) -> float:
     """The first t >= 0 with `|c0 + c1 t + c2 t^2 + c3 t^3| >= band`, or infinity."""
-    if c3 == 0.0:
-        return leaves_band(c0, c1, c2, band)
     if abs(c0) >= band:
         return 0.0
-    begin = 0.0
-    for end in _extrema(c1, c2, c3):
-        value = c0 + end * (c1 + end * (c2 + end * c3))
-        if abs(value) >= band:
-            level = band if value > 0.0 else -band
-            return _bracketed(c0 - level, c1, c2, c3, begin, end)
-        begin = end
-    level = band if c3 > 0.0 else -band
-    return _bracketed(c0 - level, c1, c2, c3, begin, _beyond(c0 - level, c1, c2, c3, begin))
+    if c3 == 0.0 and c2 != 0.0:  # opened upwards, it leaves below before it turns, or above
+        if c2 < 0.0:
+            c0, c1, c2 = -c0, -c1, -c2
+        within = c1 * c1 - 4.0 * c2 * (c0 + band)
+        if c1 < 0.0 <= within:
+            return 2.0 * (c0 + band) / (sqrt(within) - c1)
+        root = sqrt(c1 * c1 - 4.0 * c2 * (c0 - band))
+        return 2.0 * (band - c0) / (c1 + root) if c1 >= 0.0 else (root - c1) / (2.0 * c2)
+    up = down = inf
+    if c1 > 0.0 or c2 > 0.0 or c3 > 0.0:
+        up = falls_below_zero(band - c0, -c1, -c2, -c3)
+    if c1 < 0.0 or c2 < 0.0 or c3 < 0.0:
+        down = falls_below_zero(band + c0, c1, c2, c3)
+    return min(down, up)
 
 
 def falls_below_zero(c0: float, c1: float, c2: float = 0.0, c3: float = 0.0) -> float:
@@ -114,22 +98,12 @@ def _beyond(c0: float, c1: float, c2: float, c3: float, begin: float) -> float:
     return max(farthest, begin) * 1.000001
 
 
-def _scale(c0: float, c1: float, c2: float, c3: float) -> float:
-    """How soon one of the powers alone makes up for the constant: the root is of that size."""
-    t = cbrt(abs(c0 / c3))
-    if abs(c2) * t * t > abs(c0):
-        t = sqrt(abs(c0 / c2))
-    return abs(c0 / c1) if abs(c1) * t > abs(c0) else t
-
-
 def _bracketed(  # noqa: PLR0913, PLR0917 -- four coefficients and two ends
     c0: float, c1: float, c2: float, c3: float, begin: float, end: float
 ) -> float:
     """The root between two instants at which the values differ in sign; monotone in between."""
     rises = c0 + end * (c1 + end * (c2 + end * c3)) > 0.0
-    t = _scale(c0, c1, c2, c3)
-    if not begin < t < end:
-        t = end if begin == 0.0 or end > 4.0 * begin else 0.5 * (begin + end)
+    t = 0.5 * (begin + end)
     for _ in range(_STEPS):
         value = c0 + t * (c1 + t * (c2 + t * c3))
         if (value > 0.0) is rises:
@@ -138,9 +112,7 @@ def _bracketed(  # noqa: PLR0913, PLR0917 -- four coefficients and two ends
             begin = t
         slope = c1 + t * (2.0 * c2 + t * 3.0 * c3)
         following = t - value / slope if slope != 0.0 else inf
-        if not begin < following < end:
-            following = 0.5 * (begin + end)
         if abs(following - t) <= _CLOSE * t:
             return following
-        t = following
+        t = following if begin < following < end else 0.5 * (begin + end)
     return t

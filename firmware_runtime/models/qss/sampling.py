@@ -24,7 +24,7 @@ class Hold(Atomic):
         self.entrance = self.in_port("in", Segment)
         self.out = self.out_port("out", Segment)
         self.direct = (self.entrance,)
-        """What the output answers at once: `loops`."""
+        """What the output answers at once: `blocks`."""
         self.period = ns
         self._segment = ZERO_SEGMENT
         self._has_input = False
@@ -58,7 +58,7 @@ class SegmentDelay(Delay[Segment]):
         super().__init__(name, Segment, duration)
         self.out = self.delayed
         self.direct = () if self.duration > 0 else (self.entrance,)
-        """What the output answers at once: `loops`."""
+        """What the output answers at once: `blocks`."""
         self.initial = float(initial)
 
     def initialize(self) -> None:
@@ -86,7 +86,7 @@ class VariableDelay(Atomic):
         self.delay = self.in_port("delay", Segment)
         self.out = self.out_port("out", Segment)
         self.direct = (self.delay,)
-        """What the output answers at once: `loops`."""
+        """What the output answers at once: `blocks`."""
         self.longest_s, self.order = longest_s, order
         self._at = 0
         self._begins = [-(1 << 62)]
@@ -136,7 +136,11 @@ class VariableDelay(Atomic):
             raise ModelError(
                 f"{self.path}: a delay of {d0:.6g} s; expected {self.longest_s:g} s at most"
             )
-        if d0 <= 0.0:
+        if d0 > 0.0:
+            counts_until = falls_below_zero(d0, d1, d2)
+            counts_until = min(counts_until, falls_below_zero(self.longest_s - d0, -d1, -d2))
+        else:
+            counts_until = falls_below_zero(-d0, -d1, -d2)
             d0 = d1 = d2 = 0.0
         seen = self._at - d0 * 1e9
         index = bisect_right(self._begins, seen + 1.0) - 1
@@ -146,7 +150,7 @@ class VariableDelay(Atomic):
         speed = 1.0 - d1
         result = (a, b * speed, c * speed * speed - b * d2)
         self._segment = Segment(*result[: self.order])
-        self._next_s = self._boundary(index, d0, d1, d2)
+        self._next_s = max(min(counts_until, self._boundary(index, d0, d1, d2)), NANO)
         self._sends, self.sigma = True, 0
 
     def _boundary(self, index: int, d0: float, d1: float, d2: float) -> float:

@@ -1,7 +1,10 @@
 """What is on a wire between two events: a polynomial in time that starts at its event."""
 
+from math import isfinite
+from numbers import Real
 from typing import Final, NamedTuple
 
+from firmware_runtime.devs.errors import ModelError
 from firmware_runtime.devs.time import NEVER, SECOND
 
 NANO: Final = 1e-9
@@ -58,4 +61,22 @@ def whole_after(seconds: float) -> int:
     return int(ns) + 1
 
 
-__all__ = ["LONGEST_S", "NANO", "ZERO_SEGMENT", "Segment", "whole_after"]
+def next_instant(now: int, seconds: float) -> int:
+    """The instant, in ns, a duration later, 1 ns at least; NEVER without an end."""
+    after = max(whole_after(seconds), 1)
+    return NEVER if after >= NEVER else now + after
+
+
+def is_finite(value: object) -> bool:
+    """Whether it is a real number that a float can hold."""
+    try:
+        return isinstance(value, Real) and isfinite(value)
+    except OverflowError:
+        return False
+
+
+def demand_finite(block: str, **numbers: object) -> None:
+    """Refuse what is no finite number of a block: in one, it would spoil all that is downstream."""
+    for name, value in numbers.items():
+        if not is_finite(value):
+            raise ModelError(f"{block}: {name} is {value!r}; expected a finite number")

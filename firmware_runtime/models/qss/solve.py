@@ -46,7 +46,7 @@ class Simulation:
         """The outputs now, by their expressions."""
         now = self.now
         return {
-            text: worth(program, now * NANO, [each.value_at(now) for each in read])
+            text: worth(program, now * NANO, [each.segment_at(now)[0] for each in read])
             for text, (program, read) in self._outputs.items()
         }
 

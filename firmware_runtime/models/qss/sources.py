@@ -7,7 +7,7 @@ units of values are the signal's.
 import csv
 from collections.abc import Sequence
 from itertools import pairwise
-from math import isfinite, nan
+from math import inf, isfinite, nan
 from pathlib import Path
 from typing import TypeAlias
 
@@ -17,8 +17,8 @@ from firmware_runtime.devs.time import NEVER, SECOND
 from firmware_runtime.devs.time import seconds as whole_ns
 from firmware_runtime.models.qss.segment import ZERO_SEGMENT, Segment
 
-Planned: TypeAlias = tuple[int, Segment]
-"""An instant in ns, and the segment that begins there."""
+Planned: TypeAlias = tuple[float, Segment]
+"""An instant in s, and the segment that begins there."""
 
 
 class Schedule(Atomic):
@@ -27,13 +27,17 @@ class Schedule(Atomic):
     sending (0) --out!--> waiting (until the next) --> sending
     """
 
-    def __init__(self, name: str, planned: Sequence[tuple[float, Segment]] = ()) -> None:
+    def __init__(self, name: str, planned: Sequence[Planned] = ()) -> None:
         super().__init__(name)
+        instants = [at_s for at_s, _ in planned]
+        is_in_order = instants == sorted(set(instants))
+        if not (is_in_order and all(0.0 <= each < inf for each in instants)):
+            raise ModelError(f"{name}: expected instants of 0 s or more, each after the last")
         self.out = self.out_port("out", Segment)
         self._planned = [(whole_ns(at_s), segment) for at_s, segment in planned]
         self._number = 0
         self._at = 0
-        self._next: Planned = (0, ZERO_SEGMENT)
+        self._next = (0, ZERO_SEGMENT)
 
     def initialize(self) -> None:
         """Take the first of its segments."""
@@ -56,7 +60,7 @@ class Schedule(Atomic):
         self._number += 1
         self.sigma = NEVER if self._next[0] >= NEVER else self._next[0] - self._at
 
-    def _segment(self, number: int) -> Planned | None:
+    def _segment(self, number: int) -> tuple[int, Segment] | None:
         """The segment of a number, from 0; None after the last.
 
         A generator would be shorter, but where it stands cannot be kept with a recording.
@@ -64,14 +68,7 @@ class Schedule(Atomic):
         return self._planned[number] if number < len(self._planned) else None
 
 
-def _require(name: str, what: str, value: float, *, is_met: bool, expected: str) -> None:
-    if not (isfinite(value) and is_met):
-        raise ModelError(f"{name}: {what} is {value!r}; expected {expected}")
-
-
-def _from(
-    at_s: float, before: float, *planned: tuple[float, Segment]
-) -> list[tuple[float, Segment]]:
+def _from(at_s: float, before: float, *planned: Planned) -> list[Planned]:
     """What is planned, from an instant on, and `before` until then."""
     return [*([(0.0, Segment(before))] if at_s > 0.0 else []), *planned]
 
@@ -82,7 +79,6 @@ class Step(Schedule):
     def __init__(
         self, name: str, at_s: float = 0.0, *, before: float = 0.0, after: float = 1.0
     ) -> None:
-        _require(name, "at_s", at_s, is_met=at_s >= 0.0, expected="0 or more")
         super().__init__(name, _from(at_s, before, (at_s, Segment(after))))
 
 
@@ -105,11 +101,8 @@ class Ramp(Schedule):
         until_s: float | None = None,
         start: float = 0.0,
     ) -> None:
-        _require(name, "at_s", at_s, is_met=at_s >= 0.0, expected="0 or more")
         planned = [(at_s, Segment(start, slope))]
         if until_s is not None:
-            is_met = until_s > at_s
-            _require(name, "until_s", until_s, is_met=is_met, expected=f"more than {at_s}")
             planned.append((until_s, Segment(start + slope * (until_s - at_s))))
         super().__init__(name, _from(at_s, start, *planned))
 
@@ -120,11 +113,8 @@ class Pulse(Schedule):
     def __init__(
         self, name: str, at_s: float, duration_s: float, *, low: float = 0.0, high: float = 1.0
     ) -> None:
-        _require(name, "at_s", at_s, is_met=at_s >= 0.0, expected="0 or more")
-        is_met = duration_s > 0.0
-        _require(name, "duration_s", duration_s, is_met=is_met, expected="more than 0")
-        end = (at_s + duration_s, Segment(low))
-        super().__init__(name, _from(at_s, low, (at_s, Segment(high)), end))
+        pulse = (at_s, Segment(high)), (at_s + duration_s, Segment(low))
+        super().__init__(name, _from(at_s, low, *pulse))
 
 
 class Square(Schedule):
@@ -139,19 +129,20 @@ class Square(Schedule):
         low: float = 0.0,
         high: float = 1.0,
     ) -> None:
-        _require(name, "period_s", period_s, is_met=period_s >= 4e-9, expected="4e-9 or more")
-        _require(name, "duty", duty, is_met=0.0 <= duty <= 1.0, expected="0 to 1")
         super().__init__(name)
-        self.period_s, self.duty, self.low, self.high = period_s, duty, low, high
+        if not 4e-9 <= period_s < inf:
+            raise ModelError(f"{name}: period_s is {period_s!r}; expected 4e-9 or more")
+        if not 0.0 <= duty <= 1.0:
+            raise ModelError(f"{name}: duty is {duty!r}; expected 0 to 1")
+        self._period, self._on = period_s * SECOND, duty * period_s * SECOND
+        self._in_a_period = [(0.0, Segment(high))] if self._on >= 1.0 else []
+        if self._on < self._period - 1.0:
+            self._in_a_period.append((self._on, Segment(low)))
 
-    def _segment(self, number: int) -> Planned | None:
-        period, on = self.period_s * SECOND, self.duty * self.period_s * SECOND
-        in_a_period = [(0.0, Segment(self.high))] if on >= 1.0 else []
-        if on < period - 1.0:
-            in_a_period.append((on, Segment(self.low)))
-        periods, place = divmod(number, len(in_a_period))
-        after, segment = in_a_period[place]
-        return round(periods * period + after), segment
+    def _segment(self, number: int) -> tuple[int, Segment] | None:
+        periods, place = divmod(number, len(self._in_a_period))
+        after, segment = self._in_a_period[place]
+        return round(periods * self._period + after), segment
 
 
 class Samples(Schedule):
@@ -163,12 +154,15 @@ class Samples(Schedule):
     def __init__(
         self, name: str, samples: Sequence[tuple[float, float]], *, holds: bool = False
     ) -> None:
-        instants = [at_s for at_s, _ in samples]
-        fits = samples and instants[0] >= 0.0
-        if not fits or any(later <= sooner for sooner, later in pairwise(instants)):
-            raise ModelError(f"{name}: expected instants of 0 s or more, each after the last")
+        if not samples:
+            raise ModelError(f"{name}: 0 samples; expected 1 or more")
         planned = [
-            (at_s, Segment(value, 0.0 if holds else (after - value) / (next_s - at_s)))
+            (
+                at_s,
+                Segment(
+                    value, 0.0 if holds or next_s == at_s else (after - value) / (next_s - at_s)
+                ),
+            )
             for (at_s, value), (next_s, after) in pairwise(samples)
         ]
         first, last = samples[0], samples[-1]

@@ -9,32 +9,80 @@ System(
 
 import ast
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from itertools import chain
 from keyword import iskeyword
-from typing import Final
+from typing import Final, cast
 
 from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.models.qss.blocks import Sine
+from firmware_runtime.models.qss.crossing import Direction
 from firmware_runtime.models.qss.expression import (
     CONSTANTS,
     DELAY,
     FUNCTIONS,
     TIME,
     ExpressionError,
+    Substitution,
     names_of,
     parse,
 )
-from firmware_runtime.models.qss.finite import is_finite
-from firmware_runtime.models.qss.methods import METHODS, RESOLUTION, State
-from firmware_runtime.models.qss.shape import shape_faults
-from firmware_runtime.models.qss.when import When
+from firmware_runtime.models.qss.methods import METHODS, RESOLUTION, quantum_faults
+from firmware_runtime.models.qss.segment import is_finite
 
 _LEAST_QUANTUM: Final = 1e-100
 """Of a state that begins at 0."""
-_TAKEN: Final = {*FUNCTIONS, *CONSTANTS, TIME, DELAY, "trigger"}
-_NAME = re.compile(r"[A-Za-z]\w*")
+_TAKEN: Final = {*FUNCTIONS, *CONSTANTS, TIME, DELAY}
+_NAME: Final = re.compile(r"[A-Za-z]\w*")
+_NUMBERS: Final = ("states", "discrete", "parameters")
+_TEXTS: Final = ("equations", "definitions")
+_NAMED: Final = (*_NUMBERS, "definitions", "inputs")
+_CROSSES: Final = re.compile(r"(.+?)\bcrosses\b(.+?)\b(rising|falling)?\s*$", re.DOTALL)
+
+
+class When:
+    """What happens when an expression crosses another: states and discrete variables change.
+
+    `event` is `"x crosses 0"`, with `rising` or `falling` behind it for one direction only, or a
+    comparison such as `"x <= 0"`, for the instant at which it becomes true. The values are
+    expressions, of what holds just before; with `only_if` nothing happens while that is false.
+    """
+
+    def __init__(self, event: str, *, only_if: str | None = None, **values: str | float) -> None:
+        self.event = event
+        self.only_if = only_if
+        self.values = {name: str(value) for name, value in values.items()}
+
+    def crossing(self) -> tuple[str, Direction, bool]:
+        """The expression that crosses zero, in which direction, and whether zero is above it.
+
+        Raises ExpressionError.
+        """
+        found = _CROSSES.fullmatch(self.event.strip())
+        if found is not None:
+            direction = cast("Direction", found[3] or "both")
+            return f"({found[1].strip()}) - ({found[2].strip()})", direction, True
+        larger, smaller, at_zero = self._comparison()
+        return f"({ast.unparse(larger)}) - ({ast.unparse(smaller)})", "rising", at_zero
+
+    def _comparison(self) -> tuple[ast.expr, ast.expr, bool]:
+        """What becomes the larger side, what the smaller one, and whether equal ones will do."""
+        tree, is_denied = parse(self.event, {DELAY}), False
+        while isinstance(tree, ast.UnaryOp) and isinstance(tree.op, ast.Not):
+            tree, is_denied = tree.operand, not is_denied
+        match tree:
+            case ast.Compare(left=larger, ops=[ast.Gt() | ast.GtE() as op], comparators=[smaller]):
+                pass
+            case ast.Compare(left=smaller, ops=[ast.Lt() | ast.LtE() as op], comparators=[larger]):
+                pass
+            case _:
+                raise ExpressionError(
+                    f"{self.event!r}: no event; expected such as 'x crosses 0 falling' or 'x > 1'"
+                )
+        at_zero = isinstance(op, ast.Gt | ast.Lt) is is_denied
+        return (smaller, larger, at_zero) if is_denied else (larger, smaller, at_zero)
 
 
 @dataclass(frozen=True)
@@ -49,8 +97,8 @@ class System:
 
     `method` is QSS1, QSS2, QSS3 or LIQSS2. `quantum`, in the unit of each state, and
     `relative_quantum` are one number for all states or a mapping; the larger one counts. Within
-    `horizon_s` the errors of functions cut off, of time above all, add up to less than a quantum;
-    without one that is 100 s, however long one solves.
+    `horizon_s` the errors of functions cut off, of time above all, add up to less than a quantum,
+    however long one solves.
     """
 
     states: Mapping[str, float]
@@ -65,25 +113,22 @@ class System:
     events: Sequence[When] = ()
     outputs: Sequence[str] = ()
     name: str = "system"
-    horizon_s: float | None = None
+    horizon_s: float = 100.0
 
     def __post_init__(self) -> None:
-        shape = list(shape_faults(self))
-        if shape:
-            raise ConfigError(self.name, shape)
-        names, numbers = self._name_faults(), self._number_faults()
-        faults = list(dict.fromkeys([*names, *self._equation_faults(), *numbers, *self._texts()]))
+        parts = (
+            self._name_faults(),
+            self._state_faults(),
+            self._number_faults(),
+            self._expression_faults(),
+        )
+        shape = list(self._shape_faults())
+        faults = shape or list(dict.fromkeys(chain.from_iterable(parts)))
         if faults:
             raise ConfigError(self.name, faults)
-        for name in ("states", "discrete", "parameters", "quantum", "relative_quantum"):
+        for name in (*_NUMBERS, "quantum", "relative_quantum"):
             object.__setattr__(self, name, _plain(getattr(self, name)))
-        if self.horizon_s is not None:
-            object.__setattr__(self, "horizon_s", float(self.horizon_s))
-
-    @property
-    def integrator(self) -> type[State]:
-        """The class of its states."""
-        return METHODS[self.method]
+        object.__setattr__(self, "horizon_s", float(self.horizon_s))
 
     def quantum_of(self, state: str) -> float:
         """The absolute quantum of a state."""
@@ -93,9 +138,37 @@ class System:
         """The relative quantum of a state."""
         return _of(self.relative_quantum, state, 0.0)
 
-    def tree_of(self, text: str) -> ast.expr:
-        """An expression with its definitions put in. Raises ExpressionError."""
-        return self._put_in(parse(text, {DELAY}), ())
+    def tree_of(
+        self, text: str, delay: Callable[[ast.Call], ast.expr] = lambda node: node
+    ) -> ast.expr:
+        """An expression with its definitions put in, and what `delay` makes of its delays.
+
+        Raises ExpressionError.
+        """
+        return self._put_in(text, delay, ())
+
+    def _put_in(
+        self, text: str, delay: Callable[[ast.Call], ast.expr], above: tuple[str, ...]
+    ) -> ast.expr:
+        def put_in(name: str) -> ast.expr | None:
+            sine = self.sine(name)
+            text = self.definitions.get(name) if sine is None else sine.at(TIME)
+            if name in above:
+                raise ExpressionError(f"{name} is defined by itself")
+            return None if text is None else self._put_in(text, delay, (*above, name))
+
+        def put_in_delay(node: ast.Call) -> ast.expr:
+            first = node.args[0] if node.args else None
+            is_sine = isinstance(first, ast.Name) and self.sine(first.id) is not None
+            node.args = [
+                each if is_sine and each is first else substitution.visit(each)
+                for each in node.args
+            ]
+            return delay(node)
+
+        substitution = Substitution(put_in, put_in_delay)
+        tree: ast.expr = substitution.visit(parse(text, {DELAY}))
+        return tree
 
     def sine(self, name: str) -> Sine | None:
         """An input that is put into expressions as a function of time, as it is exact there."""
@@ -109,10 +182,24 @@ class System:
 
     # Faults -------------------------------------------------------------------------------------
 
+    def _shape_faults(self) -> Iterator[str]:
+        """What is no mapping by name, no expression as text, no list of events."""
+        for group in (*_NAMED, "equations"):
+            given: object = getattr(self, group)
+            if not isinstance(given, Mapping):
+                yield f"{group} is {given!r}; expected a dictionary, by name"
+                continue
+            for name in given:
+                if not isinstance(name, str):
+                    yield f"{group}: {name!r} is no name; expected a text"
+            if group in _TEXTS:
+                yield from _no_texts(group, given)
+        yield from _no_list("events", self.events, When, 'a list of When("x crosses 0", ...)')
+        yield from _no_list("outputs", self.outputs, str, "a list of expressions as text")
+
     def _name_faults(self) -> Iterator[str]:
         known: dict[str, str] = {}
-        groups = ("states", "discrete", "inputs", "definitions", "parameters")
-        for group in groups:
+        for group in _NAMED:
             for name in getattr(self, group):
                 if name in _TAKEN or iskeyword(name):
                     yield f"{group}: {name!r} has a meaning in expressions; expected another name"
@@ -121,76 +208,60 @@ class System:
                 if name in known:
                     yield f"{group}: {name!r} is one of {known[name]} too"
                 known[name] = group
-
-    def _equation_faults(self) -> Iterator[str]:
-        yield from (
-            f"equations: none for {name}" for name in sorted(self.states.keys() - self.equations)
-        )
-        yield from (
-            f"equations: {name} is no state" for name in sorted(self.equations.keys() - self.states)
-        )
         for name, source in self.inputs.items():
             if "out" not in getattr(source, "out_ports", {}):
                 yield f"inputs: {name} is {source!r}; expected an atomic model with a port out"
+
+    def _state_faults(self) -> Iterator[str]:
         if not self.states:
             yield "states: none; expected one or more"
+        for name in sorted(self.states.keys() - self.equations):
+            yield f"equations: none for {name}"
+        for group in ("equations", "quantum", "relative_quantum"):
+            given = getattr(self, group)
+            if isinstance(given, Mapping):
+                for name in sorted(given.keys() - self.states):
+                    yield f"{group}: {name} is no state"
 
     def _number_faults(self) -> Iterator[str]:
         if self.method not in tuple(METHODS):  # a comparison: it may be of any kind
             yield f"method is {self.method!r}; expected one of {', '.join(METHODS)}"
-        horizon_s = self.horizon_s
-        if horizon_s is not None and not (is_finite(horizon_s) and horizon_s > 0.0):
+        if not (is_finite(self.horizon_s) and self.horizon_s > 0.0):
             yield f"horizon_s is {self.horizon_s!r}; expected more than 0"
-        for group in ("states", "discrete", "parameters"):
+        for group in _NUMBERS:
             for name, value in getattr(self, group).items():
                 if not is_finite(value):
                     yield f"{group}: {name} is {value!r}; expected a finite number"
-        yield from self._quantum_faults()
+        for name, initial in self.states.items():
+            quantum, relative = self.quantum_of(name), self.relative_quantum_of(name)
+            faults = list(quantum_faults(quantum, relative))
+            if not faults and is_finite(initial) and relative <= RESOLUTION:
+                least = max(RESOLUTION * abs(initial), _LEAST_QUANTUM)
+                if quantum < least:
+                    faults = [f"quantum{{}} is {quantum!r}; expected {least:.1e} or more"]
+            yield from (fault.format(f" of {name}") for fault in faults)
 
-    def _quantum_faults(self) -> Iterator[str]:
-        for group in ("quantum", "relative_quantum"):
-            given = getattr(self, group)
-            if isinstance(given, Mapping):
-                yield from (f"{group}: {name} is no state" for name in given.keys() - self.states)
-        for name in self.states:
-            quantum, least = self.quantum_of(name), self._least_quantum(name)
-            if not is_finite(quantum) or quantum <= 0.0:
-                yield f"quantum of {name} is {quantum!r}; expected more than 0"
-            elif quantum < least:
-                yield f"quantum of {name} is {quantum!r}; expected {least:.1e} or more"
-            relative = self.relative_quantum_of(name)
-            if not is_finite(relative) or not 0.0 <= relative < 1.0:
-                yield f"relative_quantum of {name} is {relative!r}; expected 0 or more, below 1"
-
-    def _least_quantum(self, name: str) -> float:
-        """What a float resolves beside the initial value; nothing where a relative one counts."""
-        initial, relative = self.states[name], self.relative_quantum_of(name)
-        if not is_finite(initial) or (is_finite(relative) and relative > RESOLUTION):
-            return 0.0
-        return max(RESOLUTION * abs(initial), _LEAST_QUANTUM)
-
-    def _texts(self) -> Iterator[str]:
-        texts = [(f"equations: {name}", text) for name, text in self.equations.items()]
-        texts += [(f"definitions: {name}", text) for name, text in self.definitions.items()]
-        texts += [("outputs", text) for text in self.outputs]
+    def _expression_faults(self) -> Iterator[str]:
+        for group in _TEXTS:
+            for name, text in getattr(self, group).items():
+                yield from self._text_faults(f"{group}: {name}", text)
         for number, event in enumerate(self.events, 1):
             yield from self._event_faults(f"events: {number}", event)
-        for where, text in texts:
-            yield from self._text_faults(where, text)
+        for text in self.outputs:
+            yield from self._text_faults("outputs", text)
 
     def _event_faults(self, where: str, event: When) -> Iterator[str]:
         try:
-            crossing, _ = event.crossing()
+            texts = [event.crossing()[0]]
         except ExpressionError as error:
             yield f"{where}: {error}"
-        else:
-            yield from self._text_faults(where, crossing)
-        for name, text in event.values.items():
+            texts = []
+        for name in event.values:
             if name not in self.states and name not in self.discrete:
                 yield f"{where}: {name} is neither a state nor discrete"
+        texts += [*event.values.values(), *([] if event.only_if is None else [event.only_if])]
+        for text in texts:
             yield from self._text_faults(where, text)
-        if event.only_if is not None:
-            yield from self._text_faults(where, event.only_if)
 
     def _text_faults(self, where: str, text: str) -> Iterator[str]:
         known = {*self.states, *self.discrete, *self.inputs, *self.parameters, TIME}
@@ -203,32 +274,23 @@ class System:
         if unknown:
             yield f"{where}: {', '.join(unknown)} in {text!r} is not known"
 
-    def _put_in(self, tree: ast.expr, above: tuple[str, ...]) -> ast.expr:
-        system = self
 
-        class _Definitions(ast.NodeTransformer):
-            def visit_Call(self, node: ast.Call) -> ast.expr:
-                signal = node.args[0] if _is_delay(node) and node.args else None
-                self.generic_visit(node)
-                if isinstance(signal, ast.Name) and system.sine(signal.id) is not None:
-                    node.args[0] = signal
-                return node
-
-            def visit_Name(self, node: ast.Name) -> ast.expr:
-                sine = system.sine(node.id)
-                text = system.definitions.get(node.id) if sine is None else sine.at(TIME)
-                if text is None:
-                    return node
-                if node.id in above:
-                    raise ExpressionError(f"{node.id} is defined by itself")
-                return system._put_in(parse(text, {DELAY}), (*above, node.id))
-
-        changed: ast.expr = _Definitions().visit(tree)
-        return changed
+def _no_texts(where: str, given: Mapping[str, object]) -> Iterator[str]:
+    for name, text in given.items():
+        if not isinstance(text, str):
+            yield f"{where}: {name} is {text!r}; expected an expression as text, such as '-x'"
 
 
-def _is_delay(node: ast.Call) -> bool:
-    return isinstance(node.func, ast.Name) and node.func.id == DELAY
+def _no_list(group: str, given: object, kind: type, expected: str) -> Iterator[str]:
+    if isinstance(given, str) or not isinstance(given, Sequence):
+        yield f"{group} is {given!r}; expected {expected}"
+        return
+    for number, each in enumerate(given, 1):
+        if not isinstance(each, kind):
+            yield f"{group}: {each!r}; expected {expected}"
+        elif isinstance(each, When):
+            only_if = {} if each.only_if is None else {"only_if": each.only_if}
+            yield from _no_texts(f"{group}: {number}", {"event": each.event, **only_if})
 
 
 def _of(given: float | Mapping[str, float], name: str, otherwise: float) -> float:

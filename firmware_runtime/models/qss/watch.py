@@ -11,17 +11,19 @@ from firmware_runtime.models.qss.segment import LONGEST_S, NANO
 FIRST_SPAN_S: Final = 1.0
 INSTANT_S: Final = 2e-9
 """A value that is, or was, zero within this time is at zero: events come at whole ns."""
+_MOMENT_S: Final = 2.5e-9
+"""Longer than that, and no whole ns: where a value that touches zero has turned back."""
 
 
 def side_of(condition: Condition, g: Sequence[float]) -> bool:
-    """On which side the condition's value is, or is about to be: its first derivative says that."""
+    """On which side the condition's value is; of one at zero, where it is a moment later."""
     value, slope = g[0], g[1]
     if abs(value) > INSTANT_S * abs(slope):
         return value > 0.0
-    for each in (*g[1:], value):
-        if each != 0.0:
-            return each > 0.0
-    return condition.at_zero
+    later = 0.0
+    for each in reversed(g):
+        later = later * _MOMENT_S + each
+    return later > 0.0 if later != 0.0 else condition.at_zero
 
 
 class Watch:

@@ -211,6 +211,27 @@ def test_a_variable_delay_looks_back_as_far_as_the_signal_says() -> None:
         assert at(t) == pytest.approx(exact(t), abs=1e-8)
 
 
+def delayed_by(delay: Atomic) -> Callable[[float], float]:
+    """A ramp of slope 1 from 0, delayed by a signal; 2 s at most, and -3 before the start."""
+    diagram = Diagram()
+    ramp = diagram.add(Ramp("ramp", 1.0))
+    late = diagram.add(VariableDelay("late", 2.0, initial=-3.0), in_=ramp, delay=diagram.add(delay))
+    return diagram.run(late, 3 * SECOND)
+
+
+def test_a_delay_counts_as_none_exactly_while_it_is_below_zero() -> None:
+    rising, falling = delayed_by(Ramp("d", 0.5, start=-0.5)), delayed_by(Ramp("d", -0.5, start=0.5))
+    for t in (0.5, 0.99, 1.5, 2.5):
+        assert rising(t) == pytest.approx(t - max(0.5 * t - 0.5, 0.0), abs=1e-8)
+    for t in (0.5, 0.99, 1.5, 2.5):
+        assert falling(t) == pytest.approx(t - max(0.5 - 0.5 * t, 0.0), abs=1e-8)
+
+
+def test_a_delay_that_grows_beyond_the_longest_is_an_error_when_it_does() -> None:
+    with pytest.raises(ModelError, match=r"a delay of 2 s; expected 2 s at most"):
+        delayed_by(Ramp("d", 1.0))
+
+
 def test_a_function_waits_until_each_input_has_a_value() -> None:
     diagram = Diagram()
     late = diagram.add(Function("late", "1 / x", ["x"]))

@@ -12,7 +12,6 @@ from firmware_runtime.models.qss import Crossing, Segment, Simulation, System, W
 from firmware_runtime.models.qss.roots import (
     falls_below_zero,
     leaves_band,
-    leaves_band_cubic,
 )
 
 
@@ -155,8 +154,8 @@ def test_leaving_a_band_is_found_for_lines_parabolas_and_cubics() -> None:
     for _ in range(300):
         a, b, c, d = (generator.uniform(-1.0, 1.0) for _ in range(4))
         for found, third in (
-            (leaves_band(a, b, c, 1.0), 0.0),
-            (leaves_band_cubic(a, b, c, d, 1.0), d),
+            (leaves_band(1.0, a, b, c), 0.0),
+            (leaves_band(1.0, a, b, c, d), d),
         ):
 
             def value(
@@ -255,3 +254,46 @@ def test_a_body_that_was_brought_to_rest_by_an_event_leaves_without_another(
     _, values = solve(system, times=[1.5, 3.0])
     assert values["v"] == pytest.approx([0.0, push], abs=1e-2)
     assert values["stops"] == [1.0, 1.0]
+
+
+@pytest.mark.parametrize("method", ["QSS1", "QSS2", "QSS3", "LIQSS2"])
+@pytest.mark.parametrize(
+    "touches",
+    [
+        "(t - 1)**4",
+        "-(t - 1/3)**4",
+        "1e9*(x - 1)**4",
+        "sin(t)**4",
+        "abs(x - 2)",
+    ],
+)
+def test_a_function_that_touches_zero_and_turns_back_has_not_crossed(
+    touches: str, method: str
+) -> None:
+    system = System(
+        states={"x": 0.0},
+        discrete={"n": 0},
+        equations={"x": "1"},
+        method=method,
+        events=[When(f"{touches} crosses 0", n="n + 1")],
+        outputs=["n"],
+    )
+    assert solve(system, times=[10.0])[1]["n"] == [0.0]
+
+
+@pytest.mark.parametrize("method", ["QSS1", "QSS2", "QSS3", "LIQSS2"])
+def test_a_ball_that_is_stopped_by_another_at_the_same_instant_has_hit_once(method: str) -> None:
+    """Newton's cradle: the first ball hits the second, which lies against the third."""
+    cradle = System(
+        states={"a": 0.0, "b": 1.0, "c": 1.0, "va": 1.0, "vb": 0.0, "vc": 0.0},
+        discrete={"hits": 0},
+        equations={"a": "va", "b": "vb", "c": "vc", "va": "0", "vb": "0", "vc": "0"},
+        method=method,
+        events=[
+            When("a crosses b rising", va="vb", vb="va", hits="hits + 1"),
+            When("b crosses c rising", vb="vc", vc="vb", hits="hits + 1"),
+        ],
+        outputs=["hits", "va", "vb", "vc"],
+    )
+    _, values = solve(cradle, times=[3.0])
+    assert values == {"hits": [2.0], "va": [0.0], "vb": [0.0], "vc": [1.0]}

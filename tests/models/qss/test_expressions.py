@@ -7,11 +7,12 @@ from collections.abc import Callable
 
 import pytest
 
-from firmware_runtime.models.qss.allowance import Quanta, compile_allowance
 from firmware_runtime.models.qss.expression import FUNCTIONS, ExpressionError, parse
 from firmware_runtime.models.qss.program import (
     Layout,
     Program,
+    Quanta,
+    compile_allowance,
     compile_bound,
     compile_expression,
 )

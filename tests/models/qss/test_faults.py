@@ -56,6 +56,13 @@ def test_an_event_without_a_value_names_its_expression_the_instant_and_its_input
             solve(System(**SOUND, events=[event]), 1.0)
 
 
+@pytest.mark.parametrize("name", ["x", "n"])
+def test_an_event_sets_no_state_and_no_discrete_value_beyond_all_numbers(name: str) -> None:
+    event = When("x crosses 0.5", **{name: "1e308 * 10 * x"})
+    with pytest.raises(ModelError, match=r"then 1: .* has no value at .*: it is inf; expected"):
+        solve(System(**SOUND, discrete={"n": 0}, events=[event]), 1.0)
+
+
 def test_what_is_no_system_cannot_be_solved() -> None:
     with pytest.raises(ConfigError, match="expected a System"):
         solve({"x": "-x"}, 1.0)  # type: ignore[arg-type]  # the mistake

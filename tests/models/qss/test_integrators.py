@@ -300,3 +300,11 @@ def test_a_quantum_or_an_initial_value_that_is_none_is_refused(
 def test_a_state_that_grows_beyond_all_numbers_is_an_error_and_no_livelock() -> None:
     with pytest.raises(ModelError):
         Simulation(System({"x": 1.0}, {"x": "x * x"}, "QSS2", 1e-2)).advance(3 * SECOND)
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_a_derivative_that_is_no_number_is_refused(method: str) -> None:
+    equations = {"x": "y * y - y * y", "y": "0"}
+    system = System({"x": 1.0, "y": 1e200}, equations, method, {"x": 1e-3, "y": 1e190})
+    with pytest.raises(ModelError, match=r"system\.x: its derivative is nan; expected a finite"):
+        Simulation(system).advance(SECOND)

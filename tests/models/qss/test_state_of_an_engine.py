@@ -12,7 +12,7 @@ SYSTEM = System(
     discrete={"bounces": 0},
     equations={
         "x": "v",
-        "v": "-9.81 - 0.1 * v * abs(v) + sin(3 * t)",
+        "v": "-9.81 - 0.1 * v * abs(v) + sin(3 * t) / (3 + x)",
         "a": "atan2(v, x) / (3 + x) if x > 0.1 else exp(-x)",
     },
     events=[When("x crosses 0 falling", v="-0.8 * v", bounces="bounces + 1")],
