@@ -134,7 +134,6 @@ class Srf08:
         """
         return (
             Step("let a former ranging end", lambda: None, LONGEST_RANGING_NS),
-            Step("identify", self.identify, 0),
             Step("range to the farthest", self._range_to_the_farthest, SILENT_AFTER_NS),
             Step("find it silent", self._find_it_silent, MEASURED_AFTER_NS - SILENT_AFTER_NS),
             Step("find what it measured", self._find_what_it_measured, 0),
@@ -145,16 +144,7 @@ class Srf08:
 
         Raises NoAcknowledge if nothing answers, WrongDevice for a revision of 00 or ff.
         """
-        self._is_ranging = False
-        try:
-            self._revision = self._bus.write_read(self.address, bytes((REVISION,)), 1)[0]
-        except NoAcknowledge as error:
-            raise NoAcknowledge(f"{self.place}: no answer, expected a software revision") from error
-        if self._revision in NO_REVISION:
-            raise WrongDevice(
-                f"{self.place}: software revision reads {self._revision:02x}, expected 01 to fe; "
-                "another device answers here, or a line is held"
-            )
+        self._read_revision()
 
     def start_ranging(self) -> None:
         """Set gain and range and send one ping; not before the last ranging ended.
@@ -213,7 +203,21 @@ class Srf08:
 
     # What only a sonar does ---------------------------------------------------------------------
 
+    def _read_revision(self) -> int:
+        try:
+            revision = self._bus.write_read(self.address, bytes((REVISION,)), 1)[0]
+        except NoAcknowledge as error:
+            raise NoAcknowledge(f"{self.place}: no answer, expected a software revision") from error
+        if revision in NO_REVISION:
+            raise WrongDevice(
+                f"{self.place}: software revision reads {revision:02x}, expected 01 to fe; "
+                "another device answers here, or a line is held"
+            )
+        return revision
+
     def _range_to_the_farthest(self) -> None:
+        self._is_ranging = False
+        self._revision = self._read_revision()
         self._send(FARTHEST, RANGE_IN_CENTIMETRES)
 
     def _find_it_silent(self) -> None:
