@@ -10,11 +10,13 @@
         kind=float, period=100 * MILLISECOND,
     )
 
-Such a driver blocks: it sleeps, and it polls. It does so on the robot's lines (`driver_calls`): on
-doubles its sleeps take the doubles' time and no real one; on a robot they hold the loop, which the
-accounts show. What is to be fast is read in a mode that does not wait.
+No driver of this project sleeps. One that was written for CircuitPython does, and polls: it
+blocks, and cannot be cut into phases. It does so on the robot's lines (`driver_calls`): on doubles
+its sleeps take the doubles' time and no real one; on a robot they hold the loop, which the accounts
+show. What is to be fast is read in a mode that does not wait.
 
-Not responsible for `time.monotonic` within a driver, which stays real; for SPI and pins.
+Not responsible for `time.monotonic` within a driver, which stays real; for SPI and pins; for sleeps
+in threads of the driver's own, which stay real too.
 """
 
 import sys
@@ -23,6 +25,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from errno import EAGAIN, EBADF, EBUSY, EIO, ENODEV, EREMOTEIO, ETIMEDOUT
 from functools import lru_cache
+from threading import get_ident
 from types import ModuleType
 from typing import Final, Generic, Never, TypeVar
 
@@ -184,10 +187,13 @@ class CircuitPythonSensor(HardwareModel, Generic[Driver, Value]):
 @contextmanager
 def _sleeps_on(bus: I2cBus) -> Iterator[None]:
     """Let `sleep` be the bus's pause in `time`, and in Adafruit's modules that have it by name."""
-    real = time.sleep
+    real, caller = time.sleep, get_ident()
 
     def pause(seconds: float) -> None:
-        bus.pause(round(seconds * SECOND))
+        if get_ident() == caller:
+            bus.pause(round(seconds * SECOND))
+        else:  # another thread of the program, which has its own reasons
+            real(seconds)
 
     holders = [time, *_with_own_sleep(len(sys.modules))]
     for holder in holders:

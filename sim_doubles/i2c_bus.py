@@ -158,11 +158,6 @@ class I2cBusDouble(Wire, I2cBus):
         """Whether a target holds SDA low."""
         return self._pulses_missing > 0
 
-    @property
-    def busy_s(self) -> float:
-        """The time all transactions so far would have taken at `bus_hz`, in seconds."""
-        return self.bits / self.bus_hz
-
     def recover(self, pulses: int = 9) -> None:
         """Clock SCL `pulses` times with SDA released, then STOP; frees a stuck bus in the end."""
         with self._lock:

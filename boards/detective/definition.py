@@ -127,7 +127,8 @@ BOARD = BoardDefinition(
     faults=faults,
     event_model=event_model,
     experiments=EXPERIMENTS,
-    optional_components=("model.Out4",),  # with mission.avoid_obstacles
+    # with mission.avoid_obstacles; with turn_check
+    optional_components=("model.Out4", "commanded_turn", "turn_check"),
     retunable=("treads.speed", "radar_motor.duty"),
     doubles_run_s=240.0,  # at most; it ends in front of the target
 )

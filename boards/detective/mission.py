@@ -26,7 +26,8 @@ class Mission(Atomic):
     watching (a second, again and again) --> watching
     watching, both treads stopped, turned and stopped, or --reached?--> ending (0) --ended!--> ended
     watching, `longest` spent with outputs enabled --> ending (0) --ended!, failed!--> ended
-    watching, `faults` faults of one device in a row --> ending (0) --ended!, failed!--> ended
+    watching, `faults` faults of one device in a row, or a contradiction --> ending (0)
+    ending (0) --ended!, failed!--> ended
 
     Where obstacles are avoided the treads stop more often: then `reached` ends the mission, and
     stops are not counted.
@@ -45,6 +46,7 @@ class Mission(Atomic):
     ) -> None:
         super().__init__(name)
         self.fault = self.in_port("fault", Fault)
+        self.contradiction = self.in_port("contradiction", Fault)
         self.right = self.in_port("right", int)
         self.left = self.in_port("left", int)
         self.reached = self.in_port("reached", int)
@@ -137,6 +139,8 @@ class Mission(Atomic):
         for fault in self.fault:
             if fault.consecutive >= self.faults:
                 return Ending(fault.reason, failed=True)
+        if self.contradiction:
+            return Ending(self.contradiction[-1].reason, failed=True)
         if self.reached or (self.counts_stops and self._stops == STOPS):
             return Ending("the target was reached", failed=False)
         return None

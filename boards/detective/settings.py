@@ -64,6 +64,18 @@ class MissionTable(Settings, frozen=True):
     """With `avoid_obstacles`: how long it drives past an obstacle before it looks again."""
 
 
+class TurnCheckTable(Settings, frozen=True):
+    """Turns commanded against those of the body's compass: how far apart both may be."""
+
+    full_turn_deg_s: Positive
+    """How fast the vehicle turns with both treads at full speed against each other."""
+    window_s: Seconds
+    """How long turns are remembered."""
+    tolerance_deg: Positive
+    share: NotNegative
+    """And so much of the commanded turn more: treads slip."""
+
+
 class ArenaTable(Settings, frozen=True):
     """The world behind the doubles. Not used on the real robot's lines."""
 
@@ -111,6 +123,8 @@ class DetectiveSettings(BoardSettings, frozen=True, kw_only=True):
     body_compass: CompassTable
     radar_motor: RadarMotorTable
     treads: TreadTable
+    turn_check: TurnCheckTable | None = None
+    """None, where the file has no such table: nothing is compared."""
     world: ArenaTable
 
 

@@ -5,7 +5,13 @@ from dataclasses import replace
 from boards.detective.detective import Detective
 from boards.detective.mission import Gate, Mission
 from boards.detective.parameters import Parameters
-from boards.detective.settings import DetectiveSettings, RadarMotorTable, event_parameters
+from boards.detective.settings import (
+    DetectiveSettings,
+    RadarMotorTable,
+    TurnCheckTable,
+    event_parameters,
+)
+from boards.detective.turning import CommandedTurn, turn_check
 from drivers.chips.h_bridge import HBridge
 from drivers.chips.pca9685 import Pca9685
 from drivers.compass import Compass
@@ -33,6 +39,9 @@ class DetectiveRobot(Coupled):
         self.model = self.add(Detective("model", _parameters(settings)))
         self.mission = self.add(_mission(settings, lines))
         self._wire(settings)
+        self.commanded_turn: CommandedTurn | None = None
+        if settings.turn_check is not None:
+            self.commanded_turn = self._add_turn_check(settings.turn_check)
 
     @property
     def has_found(self) -> bool:
@@ -44,6 +53,9 @@ class DetectiveRobot(Coupled):
         """Take up how fast treads and head turn, from the next command on."""
         self.treads.settings = settings.treads.model
         self.radar_motor.settings = _radar_motor_settings(settings.radar_motor)
+        if self.commanded_turn is not None and settings.turn_check is not None:
+            full_deg_s = settings.turn_check.full_turn_deg_s
+            self.commanded_turn.rate_deg_s = full_deg_s * settings.treads.speed
 
     def _add_motors(self, settings: DetectiveSettings, lines: Lines) -> None:
         radar, treads = settings.radar_motor, settings.treads
@@ -70,8 +82,8 @@ class DetectiveRobot(Coupled):
         self.couple(self.body_compass.heading_out, model.in4)
         self.couple(self.body_sonar.detected_out, model.in5)
         self._add_gate("radar_gate", model.out1, self.radar_motor.turn)
-        self._add_gate("right_gate", model.out2, self.treads.right)
-        self._add_gate("left_gate", model.out3, self.treads.left)
+        self.right_gate = self._add_gate("right_gate", model.out2, self.treads.right)
+        self.left_gate = self._add_gate("left_gate", model.out3, self.treads.left)
         self.couple(self.radar_motor.applied_out, model.head_applied)
         self.couple(self.treads.applied_out, model.treads_applied)
         self.couple(model.out2, mission.right)
@@ -87,12 +99,27 @@ class DetectiveRobot(Coupled):
         for device in (self.radar_motor, self.treads, *sonars, *compasses):
             self.couple(device.fault_out, mission.fault)
 
-    def _add_gate(self, name: str, command: OutPort[int], motor: InPort[int]) -> None:
+    def _add_turn_check(self, stated: TurnCheckTable) -> CommandedTurn:
+        """Commands that pass the gates, and headings -> turn_check -> the mission has failed."""
+        rate_deg_s = stated.full_turn_deg_s * self.treads.settings.speed
+        commanded = self.add(CommandedTurn("commanded_turn", rate_deg_s))
+        check = self.add(turn_check(stated))
+        self.couple(self.right_gate.passed, commanded.right)
+        self.couple(self.left_gate.passed, commanded.left)
+        self.couple(self.treads.applied_out, commanded.applied)
+        self.couple(self.body_compass.heading_out, commanded.heading)
+        self.couple(commanded.turn_out, check.rate)
+        self.couple(commanded.turn_out, check.value)
+        self.couple(check.fault, self.mission.contradiction)
+        return commanded
+
+    def _add_gate(self, name: str, command: OutPort[int], motor: InPort[int]) -> Gate:
         """Command -> gate -> motor, until the mission has failed."""
         gate = self.add(Gate(name))
         self.couple(command, gate.command)
         self.couple(self.mission.failed, gate.failed)
         self.couple(gate.passed, motor)
+        return gate
 
 
 def _bridge_chip(table: RadarMotorTable, lines: Lines) -> Pca9685:

@@ -12,7 +12,8 @@ code. One that stays the same is stuck. A code within `NEAR_ZERO` of zero proves
 Responsible for: settings, start, waiting times, codes to V. Not for: continuous conversion, the
 comparator and the ALERT/RDY pin, general-call reset (it resets other chips too). An input may not
 go below GND or above VDD by more than 0.3 V, whatever the full scale is. The chip has no identity
-register: what does not keep the settings is not an ADS1115, but an ADS1114 would pass.
+register: what does not keep the settings, or keeps OS as written too, is not an ADS1115, but an
+ADS1114 would pass.
 """
 
 from dataclasses import dataclass
@@ -150,7 +151,10 @@ class Ads1115:
 
         A conversion that a former program began is waited for, at the slowest rate there is.
         """
-        return (Step("configure", self._configure, conversion_ns(min(CODES_OF_RATES))),)
+        return (
+            Step("configure", self._configure, conversion_ns(min(CODES_OF_RATES))),
+            Step("find it idle", self._find_it_idle, 0),
+        )
 
     def identify(self) -> None:
         """Check that the thresholds read as at power-up; nothing is written but the pointer.
@@ -217,6 +221,15 @@ class Ads1115:
         if (found ^ self._config) & ~OS:
             raise WrongDevice(
                 f"{self.place}: Config reads {found:04x}, expected {self._config:04x} as written"
+            )
+
+    def _find_it_idle(self) -> None:
+        """Check that OS, written 0, reads 1 once nothing is converted: a memory keeps the 0."""
+        found = self._read(CONFIG)
+        if not found & OS:
+            raise WrongDevice(
+                f"{self.place}: not an ADS1115: Config reads {found:04x} with no conversion begun, "
+                "expected OS set"
             )
 
     def _prove(self, code: int) -> None:

@@ -152,8 +152,9 @@ class Pca9685:
     def identify(self) -> None:
         """Check that this can be a PCA9685 at all: it has no identity register.
 
-        After `silence`, MODE1 must read as written, and MODE2 and the four address registers must
-        have their fixed zeros. Raises WrongDevice, or NotReady if EXTCLK is latched.
+        After `silence`, MODE1 must read as written, MODE2 and the four address registers must have
+        their fixed zeros, and full-off must have gone from ALL_LED_OFF_H to an output, which no
+        memory does. Raises WrongDevice, or NotReady if EXTCLK is latched.
         """
         found = self._read(MODE1, 6)
         mode1, mode2, *addresses = found
@@ -162,6 +163,12 @@ class Pca9685:
             raise WrongDevice(
                 f"{self.place}: registers 0 to 5 read {found.hex(' ')}, expected MODE1 20, MODE2 "
                 "below 20 and four even address registers; another device answers here"
+            )
+        off = self._read(LED0_ON_L + 3)[0]
+        if not off & FULL:
+            raise WrongDevice(
+                f"{self.place}: not a PCA9685: LED0_OFF_H reads {off:02x} after full-off was "
+                "written to all outputs at once, expected 10"
             )
         if mode1 & EXTCLK:
             raise NotReady(

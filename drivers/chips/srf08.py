@@ -13,9 +13,13 @@ A wall that stands still is told from a sonar that does by asking in another uni
 times as much. One that answers the same is stuck. No echo is 0 in every unit: whether its
 transducers still work cannot be known.
 
-Not used: further echoes, light sensor, ANN mode, broadcast ranging, change of address. The chip has
-no identity; a ranging that another program started looks like one of ours, and a chip that lost its
-supply while it ranged looks like one that received no echo.
+The chip has no identity, and many parts have a byte at 0 that could be its revision. So a bring-up
+ranges once, to the farthest: an SRF08 is silent meanwhile, and reads its revision and an echo then,
+where a memory reads the command and the range that were written.
+
+Not used: further echoes, light sensor, ANN mode, broadcast ranging, change of address. A ranging
+that another program started looks like one of ours, and a chip that lost its supply while it ranged
+looks like one that received no echo.
 """
 
 import math
@@ -44,9 +48,15 @@ RANGE_STEP_M: Final = 0.043
 RANGE_STEP_NS: Final = 250_000
 """One step of the range register: 43 mm there and back at the chip's 344 m/s."""
 RANGE_STEPS: Final = 256
+FARTHEST: Final = RANGE_STEPS - 1
 LONGEST_RANGE_M: Final = RANGE_STEPS * RANGE_STEP_M
 NEAREST_M: Final = 0.03
 MARGIN_NS: Final = 1_000_000
+LONGEST_RANGING_NS: Final = RANGE_STEPS * RANGE_STEP_NS + MARGIN_NS
+MEASURED_AFTER_NS: Final = 80_000_000
+"""The same with room for a chip that is slower than it says."""
+SILENT_AFTER_NS: Final = 10_000_000
+"""Into a ranging; a memory has stored what was written by then, and answers again."""
 INTERVAL_NS: Final = 65_000_000
 """Shortest time from ping to ping, whatever the range: older echoes have died away by then."""
 
@@ -109,7 +119,8 @@ class Srf08:
         self.ranging_ns = (1 + settings.range_register()) * RANGE_STEP_NS + MARGIN_NS
         self.interval_ns = INTERVAL_NS
         self.limits_m = (NEAREST_M, (1 + settings.range_register()) * RANGE_STEP_M)
-        self._setup = ((GAIN, settings.gain), (RANGE, settings.range_register()))
+        self._gain, self._range = settings.gain, settings.range_register()
+        self._revision = 0
         self._is_ranging = False
         self._echo = 0
         self._same = 0
@@ -117,14 +128,15 @@ class Srf08:
         self.line = self._bus = bus
 
     def bring_up(self) -> tuple[Step, ...]:
-        """Give the steps from any state to ready, 65 ms: a former program's ranging ends first.
+        """Give the steps from any state to ready, 145 ms: a former program's ranging ends first.
 
         The steps raise NoAcknowledge or WrongDevice.
         """
-        longest_ns = RANGE_STEPS * RANGE_STEP_NS + MARGIN_NS
         return (
-            Step("let a former ranging end", lambda: None, longest_ns),
-            Step("identify", self.identify, 0),
+            Step("let a former ranging end", lambda: None, LONGEST_RANGING_NS),
+            Step("range to the farthest", self._range_to_the_farthest, SILENT_AFTER_NS),
+            Step("find it silent", self._find_it_silent, MEASURED_AFTER_NS - SILENT_AFTER_NS),
+            Step("find what it measured", self._find_what_it_measured, 0),
         )
 
     def identify(self) -> None:
@@ -132,16 +144,7 @@ class Srf08:
 
         Raises NoAcknowledge if nothing answers, WrongDevice for a revision of 00 or ff.
         """
-        self._is_ranging = False
-        try:
-            revision = self._bus.write_read(self.address, bytes((REVISION,)), 1)[0]
-        except NoAcknowledge as error:
-            raise NoAcknowledge(f"{self.place}: no answer, expected a software revision") from error
-        if revision in NO_REVISION:
-            raise WrongDevice(
-                f"{self.place}: software revision reads {revision:02x}, expected 01 to fe; "
-                "another device answers here, or a line is held"
-            )
+        self._read_revision()
 
     def start_ranging(self) -> None:
         """Set gain and range and send one ping; not before the last ranging ended.
@@ -150,13 +153,7 @@ class Srf08:
         Raises NoAcknowledge if the chip is absent or still ranges.
         """
         self._is_ranging = False
-        try:
-            for register, value in (*self._setup, (COMMAND, self._unit())):
-                self._bus.write(self.address, bytes((register, value)))
-        except NoAcknowledge as error:
-            raise NoAcknowledge(
-                f"{self.place}: no answer to a ranging command, expected the chip there and idle"
-            ) from error
+        self._send(self._range, self._unit())
         self._is_ranging = True
 
     def read_distance(self) -> float:
@@ -193,6 +190,58 @@ class Srf08:
             )
         self._is_ranging = False
         return echo / 100 if echo else math.inf
+
+    def _send(self, range_register: int, unit: int) -> None:
+        settings = ((GAIN, self._gain), (RANGE, range_register), (COMMAND, unit))
+        try:
+            for register, value in settings:
+                self._bus.write(self.address, bytes((register, value)))
+        except NoAcknowledge as error:
+            raise NoAcknowledge(
+                f"{self.place}: no answer to a ranging command, expected the chip there and idle"
+            ) from error
+
+    # What only a sonar does ---------------------------------------------------------------------
+
+    def _read_revision(self) -> int:
+        try:
+            revision = self._bus.write_read(self.address, bytes((REVISION,)), 1)[0]
+        except NoAcknowledge as error:
+            raise NoAcknowledge(f"{self.place}: no answer, expected a software revision") from error
+        if revision in NO_REVISION:
+            raise WrongDevice(
+                f"{self.place}: software revision reads {revision:02x}, expected 01 to fe; "
+                "another device answers here, or a line is held"
+            )
+        return revision
+
+    def _range_to_the_farthest(self) -> None:
+        self._is_ranging = False
+        self._revision = self._read_revision()
+        self._send(FARTHEST, RANGE_IN_CENTIMETRES)
+
+    def _find_it_silent(self) -> None:
+        if self._bus.acknowledges(self.address):
+            raise WrongDevice(
+                f"{self.place}: not an SRF08: it answers {SILENT_AFTER_NS / 1e6:g} ms after a "
+                f"ranging command, expected silence for {RANGE_STEPS * RANGE_STEP_NS / 1e6:g} ms"
+            )
+
+    def _find_what_it_measured(self) -> None:
+        try:
+            found = self._bus.write_read(self.address, bytes((REVISION,)), FIRST_ECHO.size)
+        except NoAcknowledge as error:
+            raise NoAcknowledge(
+                f"{self.place}: no answer {MEASURED_AFTER_NS / 1e6:g} ms after a ranging command, "
+                "expected an echo"
+            ) from error
+        revision, echo = FIRST_ECHO.unpack(found)
+        if revision != self._revision or echo > MOST_CM:
+            raise WrongDevice(
+                f"{self.place}: not an SRF08: registers 0 to 3 read {found.hex(' ')} after a "
+                f"ranging, expected revision {self._revision:02x} as before and an echo of "
+                f"{MOST_CM} cm at most"
+            )
 
     def _unit(self) -> int:
         """The command of a ranging: in centimetres, unless an echo stood still for long."""

@@ -129,6 +129,8 @@ def _sentence(fitted: Fit) -> str:
     settings = "".join(f" --set {each}" for each in fitted.assignments)
     places = ", ".join(fitted.devices.values())
     unasked = f"; not asked: {', '.join(fitted.unasked)}" if fitted.unasked else ""
+    if fitted.uncertain:
+        unasked = f"; not certain (no identity register): {', '.join(fitted.uncertain)}{unasked}"
     if fitted.fits:
         with_settings = f", with{settings}" if settings else ""
         return f"{fitted.board} fits {places}: {chips}{with_settings}{unasked}"
@@ -179,6 +181,7 @@ def _fit(fitted: Fit) -> dict[str, object]:
         "assignments": fitted.assignments,
         "present": [_place(device) for device in fitted.present],
         "missing": [_place(device) for device in fitted.missing],
+        "uncertain": fitted.uncertain,
         "unasked": fitted.unasked,
     }
 

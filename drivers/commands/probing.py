@@ -117,6 +117,8 @@ class Fit(NamedTuple):
     missing: list[Device]
     assignments: list[str]
     """What to `--set` where that is another node than the board's file says."""
+    uncertain: list[str]
+    """Which of those present have no identity register: another part may answer like them."""
     unasked: list[str]
     """Serial ports: what hangs there cannot be asked."""
 
@@ -128,15 +130,17 @@ class Fit(NamedTuple):
 
 def fit(board: Board, buses: Sequence[ProbedBus]) -> Fit:
     """Compare a board with the buses; each of its own is matched with the best there is."""
-    fitted = Fit(board.name, {}, [], [], [], [f"ports.{name}" for name in board.ports])
+    fitted = Fit(board.name, {}, [], [], [], [], [f"ports.{name}" for name in board.ports])
     for name, stated in board.settings.buses.items():
         wanted = [device for device in board.devices if device.bus == name]
         # the stated node first: of equals, max takes the first
         ranked = sorted(buses, key=lambda bus: bus.device != stated.device)
         best = max(ranked, key=lambda bus: _count(wanted, bus), default=None)
         for device in wanted:
-            there = best is not None and _is_there(device, best)
-            (fitted.present if there else fitted.missing).append(device)
+            found = None if best is None else _found_of(device, best)
+            (fitted.missing if found is None else fitted.present).append(device)
+            if found is not None and not found.certain:
+                fitted.uncertain.append(device.key)
         if best is not None and _count(wanted, best):
             fitted.devices[name] = best.device
             if best.device != stated.device:
@@ -145,10 +149,12 @@ def fit(board: Board, buses: Sequence[ProbedBus]) -> Fit:
 
 
 def _count(wanted: Sequence[Device], bus: ProbedBus) -> int:
-    return sum(_is_there(device, bus) for device in wanted)
+    return sum(_found_of(device, bus) is not None for device in wanted)
 
 
-def _is_there(device: Device, bus: ProbedBus) -> bool:
-    return any(
-        found.address == device.address and device.chip in found.chips for found in bus.found
-    )
+def _found_of(device: Device, bus: ProbedBus) -> Found | None:
+    """What could be the device, at its address; None if nothing there could."""
+    for found in bus.found:
+        if found.address == device.address and device.chip in found.chips:
+            return found
+    return None

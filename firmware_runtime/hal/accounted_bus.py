@@ -87,6 +87,20 @@ class AccountedBus(I2cBus, BusCounters):
                     return answer
                 attempt += 1
 
+    def acknowledges(self, address: int) -> bool:
+        """Ask once; a refusal is an answer, and no error."""
+        with self._lock:
+            answered = self._bus.acknowledges(address)
+            size = 1 + answered
+            busy_ns = self.overhead_ns + framed_ns(size, 1, self.bus_hz)
+            for counters in (self, self.by_address.get(address) or self._first_use(address)):
+                counters.transactions += 1
+                counters.bytes += size
+                counters.busy_ns += busy_ns
+            if self._bus.returns_early:
+                self._time.reach(self._time() + busy_ns)
+            return answered
+
     def pause(self, span: int) -> None:
         """Let `span` ns pass on the bus underneath; a robot's lines are late by it."""
         self._bus.pause(span)

@@ -17,6 +17,7 @@ from time import sleep
 from typing import NoReturn, SupportsIndex, TypeAlias
 
 from firmware_runtime.devs.time import SECOND
+from firmware_runtime.hal.errors import NoAcknowledge
 
 Message: TypeAlias = bytes | int
 """Bytes to write, or a number of bytes to read (1 or more)."""
@@ -56,6 +57,17 @@ class I2cBus(ABC):
     def write_read(self, address: int, data: bytes, length: int) -> bytes:
         """START, address+W, data, repeated START, address+R, `length` bytes, STOP."""
         return self.transaction(address, (data, length))
+
+    def acknowledges(self, address: int) -> bool:
+        """START, address+R, one byte if something answers, STOP: for chips that are silent at work.
+
+        Asked once, never again at a refusal. Raises what a transaction raises but NoAcknowledge.
+        """
+        try:
+            self.read(address, 1)
+        except NoAcknowledge:
+            return False
+        return True
 
     def elapsed(self) -> int:
         """Return the ns from the instant of the step under way to the end of the last transaction.

@@ -64,10 +64,6 @@ class MotorPair:
         first, second = self._ramps
         return min(first.next_step_at(at), second.next_step_at(at), self._stops_at)
 
-    def stopped_by_silence(self, at: int) -> bool:
-        """Whether the chip's timeout has stopped the motors."""
-        return at >= self._stops_at
-
     # The chip's face
 
     def units(self, at: int) -> tuple[int, int]:

@@ -105,8 +105,8 @@ class Srf08Double(RegisterTarget):
     def _listens_to(self, address: int, *, read: bool) -> bool:
         if address != self.address:
             return address == GENERAL_CALL and not read and not self.ranging
-        if self.ranging:
-            self.warnings.note("accessed while ranging; the real chip does not acknowledge")
+        if self.ranging and not read:  # to read is how one asks whether it still ranges
+            self.warnings.note("written to while ranging; the real chip does not acknowledge")
         return not self.ranging
 
     def _end(self) -> None:

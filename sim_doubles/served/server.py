@@ -22,10 +22,10 @@ from typing import NamedTuple
 
 from firmware_runtime.closing import Closing
 from firmware_runtime.devs.time import MILLISECOND, NEVER, SECOND
+from firmware_runtime.executive.clocks import WorldClock
 from firmware_runtime.hal.peer import peer_of
 from firmware_runtime.hal.served.connection import lock_of
 from firmware_runtime.hal.served.packets import LONGEST
-from sim_doubles.clock import ManualClock
 from sim_doubles.served.errors import ServingError
 from sim_doubles.served.event_log import EventLog
 from sim_doubles.served.service import Service
@@ -34,20 +34,23 @@ LONGEST_WAIT = 10 * MILLISECOND
 LONGEST_WAIT_ALONE = SECOND
 
 
-class RealClock(ManualClock):
+class RealClock(WorldClock):
     """CLOCK_MONOTONIC since construction, as it was when it was last read.
 
     A transaction is answered at once, but for the doubles it takes its time on the wire: their time
-    runs ahead by that, and real time catches up while the bus rests.
+    runs ahead by that, no further than FURTHEST_AHEAD, and real time catches up while the bus
+    rests.
     """
 
     def __init__(self) -> None:
         super().__init__()
         self.started_at = monotonic_ns()
+        self.begin(0, 0)
 
     def look(self) -> int:
         """Read the clock; return the present instant."""
-        self.reach(monotonic_ns() - self.started_at)
+        at = monotonic_ns() - self.started_at
+        self.begin(at, at)
         return self()
 
 

@@ -59,7 +59,10 @@ def test_doubles_show_what_a_robot_would(command: Callable[..., Any]) -> None:
     assert ended.status == 0
     assert "0x40  could be PCA9685 (no identity register)" in ended.out
     assert "0x68  MPU-9250: WHO_AM_I reads 71" in ended.out
-    assert "tachobot fits /dev/i2c-1: imu MPU-9250 0x68, thrust_pairs PCA9685 0x40" in ended.out
+    assert (
+        "tachobot fits /dev/i2c-1: imu MPU-9250 0x68, thrust_pairs PCA9685 0x40; not certain (no "
+        "identity register): thrust_pairs\n"
+    ) in ended.out
     assert "detective does not fit: 5 of 6 chips missing: treads MD25 0x58" in ended.out
 
 
@@ -69,7 +72,9 @@ def test_the_json_says_the_same(command: Callable[..., Any]) -> None:
     found = {each["address"]: (each["chips"], each["certain"]) for each in bus["found"]}
     assert found[0x58] == (["MD25"], False)
     assert found[0x70] == ([], False)
-    assert document["boards"]["detective"]["fits"] is True
+    fitted = document["boards"]["detective"]
+    assert fitted["fits"] is True
+    assert fitted["uncertain"] == [each["key"] for each in fitted["present"]]
     assert document["boards"]["tachobot"]["missing"] == [
         {"key": "imu", "chip": "MPU-9250", "bus": "i2c1", "address": 0x68}
     ]

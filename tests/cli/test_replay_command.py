@@ -238,7 +238,7 @@ def test_before_the_run_is_before_any_stretch_of_it(
     finally:
         session.close()
     said = json.loads(command("replay", path, "--until", "0.00001", "--json").out)
-    assert (said["identical"], said["steps"], said["transfers"]) == (True, 1, 7)
+    assert (said["identical"], said["steps"], said["transfers"]) == (True, 1, 8)
     assert read_recording(path).segments()[0].first_at == 0
     probed = [
         each for each in read_recording(path).segments()[0].sections() if each.kind is Kind.PROBE

@@ -4,6 +4,7 @@ import errno
 import sys
 import time
 from importlib import import_module
+from threading import Thread
 from typing import Any
 
 import pytest
@@ -96,6 +97,14 @@ def test_a_driver_sleeps_in_the_time_of_the_lines(rig: VirtualBus) -> None:
         time.sleep(3.0)
     assert rig.clock() == 3 * SECOND
     assert time.sleep is real
+
+
+def test_what_another_thread_sleeps_is_not_the_time_of_the_lines(rig: VirtualBus) -> None:
+    with driver_calls(rig.bus):
+        other = Thread(target=time.sleep, args=(1e-6,))
+        other.start()
+        other.join()
+        assert rig.clock() == 0
 
 
 def test_a_reading_leaves_every_period(rig: VirtualBus) -> None:

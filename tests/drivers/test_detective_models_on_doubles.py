@@ -69,9 +69,9 @@ def test_an_approaching_target_is_followed_and_detected_without_an_objection(
     double = Srf08Double(world, 0x75, echoes=lambda at: [approaching(at)])
     bus = I2cBusDouble("i2c-1", world, [double])
     bench = sonar_on(world, Srf08(bus, 0x75), 65)
-    bench.put(100, start=1)
+    bench.put(200, start=1)
     bench.run(10_000)
-    assert len(bench.values("distance")) == 153
+    assert len(bench.values("distance")) == 151
     for at_ms, distance in bench.said["distance"]:
         assert distance == pytest.approx(approaching(round(at_ms * MILLISECOND)), abs=0.02)
     assert bench.said["detected"][0][0] == pytest.approx(7500, abs=100)
@@ -92,7 +92,7 @@ def test_starts_and_stops_at_any_time_never_disturb_a_ranging(
     for at_us, start in sorted(orders):
         bench.put(at_us / 1000, start=start)
     bench.run(2200)
-    assert bus.errors == 0
+    assert bus.errors == 1  # the silence that the bring-up asks for
     assert bench.faults == []
     assert list(double.warnings) == []
     assert set(bench.values("distance")) <= {1.5}

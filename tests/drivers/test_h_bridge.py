@@ -17,7 +17,7 @@ HALF = b"\x00\x00\x00\x08"
 
 @pytest.fixture
 def registers() -> dict[int, bytearray]:
-    return {0x40: bytearray(256)}
+    return {0x40: bytearray(9) + b"\x10" + bytearray(246)}
 
 
 @pytest.fixture

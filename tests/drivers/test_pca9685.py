@@ -21,6 +21,7 @@ Wire: TypeAlias = list[tuple[int, tuple[Message, ...]]]
 def registers() -> dict[int, bytearray]:
     power_up = bytearray(256)
     power_up[0x00:0x06] = bytes((0x11, 0x04, 0xE2, 0xE4, 0xE8, 0xE0))
+    power_up[0x09] = 0x10
     power_up[0xFE] = 0x1E
     return {0x40: power_up, 0x00: bytearray(256)}
 

@@ -14,16 +14,8 @@ from sim_doubles.chips.pca9685 import Pca9685Double
 from sim_doubles.faults import FaultScript, NackAddress
 from sim_doubles.i2c_bus import I2cBusDouble
 from sim_doubles.worlds.servo import ServoParameters, ServoPlant, pulse_of
+from tests.support.servos import PAN
 
-PAN = Servo(
-    name="pan",
-    channel=2,
-    least_rad=-1.0,
-    most_rad=1.0,
-    least_pulse_us=1000.0,
-    most_pulse_us=2000.0,
-    slew_rad_s=2.0,
-)
 TILT = Servo(
     name="tilt",
     channel=5,

@@ -80,13 +80,16 @@ def test_all_faults_are_reported_at_once(register_bus: I2cBus) -> None:
 
 
 def test_bring_up_waits_out_a_former_ranging_before_it_speaks(chip: Srf08, wire: Wire) -> None:
-    wait, identify = chip.bring_up()
+    wait, *proof = chip.bring_up()
     wait.action()
     assert wire == []
     assert wait.wait_ns > 64_000_000
-    identify.action()
-    assert wire == [(SONAR, (b"\x00", 1))]
-    assert duration_ns((wait, identify)) < 70_000_000
+    proof[0].action()
+    assert wire == [
+        (SONAR, (b"\x00", 1)),
+        *((SONAR, (sent,)) for sent in (b"\x01\x0c", b"\x02\xff", b"\x00\x51")),
+    ]
+    assert 64_000_000 < duration_ns(proof) <= 80_000_000
 
 
 @pytest.mark.parametrize("revision", [0x00, 0xFF])

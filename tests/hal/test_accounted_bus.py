@@ -58,6 +58,25 @@ def test_it_counts_the_adapters_overhead_with_every_attempt() -> None:
     assert bus.busy_ns == 2 * (39 * BIT_NS + 30_000)
 
 
+@pytest.mark.parametrize(
+    ("outcome", "answer", "size"), [(b"\x0a", True, 2), (NoAcknowledge("n"), False, 1)]
+)
+def test_whether_something_acknowledges_is_asked_once_and_no_error(
+    outcome: bytes | HalError, *, answer: bool, size: int
+) -> None:
+    scripted = ScriptedBus(outcome)
+    bus = AccountedBus(scripted, BUS_HZ)
+    assert bus.acknowledges(0x70) is answer
+    assert scripted.attempts == [(0x70, (1,))]
+    assert numbers(bus) == numbers(bus.by_address[0x70])
+    assert numbers(bus) == (1, size, 0, 0, (9 * size + 2) * BIT_NS)
+
+
+def test_a_stuck_bus_is_no_answer_to_whether_something_acknowledges() -> None:
+    with pytest.raises(BusTimeout):
+        AccountedBus(ScriptedBus(BusTimeout("stuck")), BUS_HZ).acknowledges(0x70)
+
+
 def test_a_bus_that_returns_early_is_taken_to_go_on_from_its_answer() -> None:
     """When it began lies between question and answer; later is the safe side for who waits."""
     time = FollowingClock(ManualClock(1000))

@@ -9,6 +9,7 @@ from typing import Any
 import pytest
 
 from firmware_runtime.board import registry
+from firmware_runtime.executive.clocks import FURTHEST_AHEAD
 from firmware_runtime.hal.errors import BusAbsent, BusInUse, BusTimeout
 from firmware_runtime.hal.served.connection import Connection, lock_of
 from firmware_runtime.hal.served.packets import (
@@ -25,6 +26,7 @@ from firmware_runtime.hal.served.packets import (
     read_answer,
 )
 from sim_doubles.rigs.rig import rig_for
+from sim_doubles.served import server
 from sim_doubles.served.errors import ServingError
 from sim_doubles.served.output_log import OutputLog
 from sim_doubles.served.server import DoublesServer, RealClock, listen, unlisten
@@ -39,11 +41,11 @@ class Rig:
 
     def __init__(self, folder: Path) -> None:
         self.path, self.log_path = folder / "doubles.sock", folder / "doubles.log"
-        clock = RealClock()
-        doubles = rig_for(registry.load("tachobot"), clock)
+        self.clock = RealClock()
+        doubles = rig_for(registry.load("tachobot"), self.clock)
         self.log = OutputLog(self.log_path, doubles)
-        service = DoublesService("tachobot", doubles, clock, self.log)
-        self.server = DoublesServer(self.path, service, self.log, clock)
+        service = DoublesService("tachobot", doubles, self.clock, self.log)
+        self.server = DoublesServer(self.path, service, self.log, self.clock)
 
     def client(self) -> socket:
         client = socket(AF_UNIX, SOCK_SEQPACKET)
@@ -101,6 +103,20 @@ def test_a_client_that_takes_no_answers_is_sent_away(rig: Rig) -> None:
                 break
         assert [each["client"] for each in rig.events("gone")] == [1]
         assert rig.ask(other, encode(Question(1, WHO_AM_I))) == Done(b"\x71")
+
+
+def test_a_client_that_writes_without_end_does_not_run_the_doubles_ahead_of_the_clock(
+    rig: Rig, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    takes_a_tenth_of_a_second = Transfer("i2c1", 0x68, (b"\x75", 4_500))
+    with rig.client() as client:
+        real = rig.clock.look()
+        monkeypatch.setattr(server, "monotonic_ns", lambda: rig.clock.started_at + real)
+        for number in range(10):
+            assert isinstance(
+                rig.ask(client, encode(Question(number, takes_a_tenth_of_a_second))), Done
+            )
+    assert rig.clock() == real + FURTHEST_AHEAD
 
 
 def test_stop_ends_serving_and_takes_the_path_away(tmp_path: Path) -> None:

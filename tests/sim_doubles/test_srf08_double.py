@@ -121,7 +121,7 @@ def test_chip_is_silent_while_ranging_for_a_time_that_follows_the_range(
     assert not sonar.ranging
     assert bus.write_read(BODY, b"\x00", 1) == b"\x06"
     assert sonar.warnings == [
-        "SRF08 0x75: accessed while ranging; the real chip does not acknowledge"
+        "SRF08 0x75: written to while ranging; the real chip does not acknowledge"
     ]
 
 

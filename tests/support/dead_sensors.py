@@ -12,6 +12,8 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Final, Literal, NamedTuple, TypeAlias
 
+from boards.detective.settings import DetectiveSettings
+from boards.detective.turning import Turn, turn_check
 from boards.tachobot.attitude import heading_check
 from boards.tachobot.settings import TachobotSettings
 from drivers.chips import ads1115, hmc5883l, maxbotix, md25, srf08
@@ -238,6 +240,43 @@ class Cmps12Bearing(Cmps12Field):
     turn_deg_s = 30.0
 
 
+class CompassAndTreads(Cmps12Field):
+    """The detective's turn check on a bearing that is wrong in both its forms; its field lives."""
+
+    name = "CMPS12, both bearings, turning, with the detective's turn check"
+    altered = Words16(0, 0, 0)
+    turn_deg_s = 25.0
+
+    def bearing_deg(self, at: int) -> float:
+        tenths = round(super().bearing_deg(at) * 10)
+        if self.bearing_failure is None:
+            return tenths / 10
+        self.bus.first = self.bus.first or (tenths,)
+        (altered,) = self.bearing_failure(self.bus.first, (tenths,))
+        return altered / 10 % 360.0
+
+    def targets(self) -> Sequence[Target]:
+        self.bearing_failure: Failure | None = None
+        return super().targets()
+
+    def bring_up(self) -> Sequence[Step]:
+        settings = registry.load("detective", []).settings
+        assert isinstance(settings, DetectiveSettings)
+        assert settings.turn_check is not None
+        self.check = AtomicBench(turn_check(settings.turn_check))
+        return super().bring_up()
+
+    def break_with(self, failure: Failure) -> None:
+        self.bearing_failure = failure
+
+    def read(self) -> None:
+        self.clock.advance(50 * MILLISECOND)
+        turn = Turn(self.turn_deg_s, self.chip.read_bearing().bearing_deg)
+        self.check.put(self.clock() / MILLISECOND, rate=turn, value=turn)
+        if self.check.faults:
+            raise Implausible("check", "turn", 0.0, "as commanded")
+
+
 class Hmc5883l(Dying):
     name = "HMC5883L, at rest"
     altered = Words16(0x1E, 0x03, 3)
@@ -347,7 +386,7 @@ class Maxbotix(Dying):
 
 CHIPS: Final[tuple[type[Dying], ...]] = (
     *(Inertial, Rate, RateAndCompass, Field),
-    *(Cmps12Field, Cmps12Bearing, Hmc5883l, Srf08, Maxbotix, Ads1115, Md25),
+    *(Cmps12Field, Cmps12Bearing, CompassAndTreads, Hmc5883l, Srf08, Maxbotix, Ads1115, Md25),
 )
 
 
