@@ -1,4 +1,4 @@
-# Virtual environments in $home, shared by a deployment and the Debian package.
+# Virtual environments in $home.
 #
 # Each is a folder venv.XXXXXX; the link `venv` names the one in use, `previous` the one before. A
 # link is replaced in one step, so there is never half a program.
