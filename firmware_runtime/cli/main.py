@@ -101,6 +101,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     os.environ.setdefault(*ONE_THREAD)
     if arguments is not None:
         return _main(arguments, nullcontext())
+    if "_ARGCOMPLETE" in os.environ:  # a shell asks how a line may go on
+        import_module("firmware_runtime.cli.completer").complete()
     words = sys.argv[1:]
     if words[:1] == ["safe-state"]:
         come_first()

@@ -19,7 +19,7 @@ from firmware_runtime.host.deployment.errors import DeploymentError
 from firmware_runtime.host.deployment.package_wheel import PIP, wheel_of
 from firmware_runtime.host.deployment.platform import Platform
 
-EXTRAS = ("gpio", "metrics", "top")
+EXTRAS = ("gpio", "metrics", "top", "completion")
 """What a robot can use beside the bare program."""
 SOURCE_ONLY = ("sdnotify",)
 """Dependencies that are published without a wheel."""
