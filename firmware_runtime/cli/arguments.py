@@ -90,13 +90,29 @@ def positive(text: str, most: float = MOST) -> float:
 
 def second(text: str) -> int:
     """A second of a run on the command line, such as `9.06`, in ns."""
+    value = since(text)
+    return seconds(value) if value else 0
+
+
+def since(text: str) -> float:
+    """A second of a run on the command line, such as `9.06`."""
     try:
         value = float(text)
     except ValueError:
         value = math.nan
     if not 0 <= value <= MOST:
         raise argparse.ArgumentTypeError(f"{text!r}: expected a second of the run, 0 or more")
-    return seconds(value) if value else 0
+    return value
+
+
+def whole(text: str, least: int = 0, most: int | None = None) -> int:
+    """A whole number of the command line within these ends."""
+    number = int(text) if text.isascii() and text.isdigit() else -1
+    if number < least or (most is not None and number > most):
+        end = "on" if most is None else f"to {most}"
+        expected = f"expected a whole number from {least} {end}"
+        raise argparse.ArgumentTypeError(f"{text!r}: {expected}")
+    return number
 
 
 def instant(text: str) -> int:

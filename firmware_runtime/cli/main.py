@@ -27,7 +27,7 @@ from firmware_runtime.cli.scarce import ran_out_of
 from firmware_runtime.entry_points import installed
 from firmware_runtime.errors import ConfigError, FirmwareRuntimeError
 from firmware_runtime.hal.errors import HalError, NoAcknowledge, WrongDevice
-from firmware_runtime.host.deployment.errors import DeploymentError
+from firmware_runtime.host.errors import DeploymentError
 from firmware_runtime.links.errors import ControlError
 from firmware_runtime.spelling import did_you_mean
 from firmware_runtime.statistics.errors import (

@@ -82,8 +82,8 @@ class Canvas:
     def rectangle(self, corner: Point, width: float, height: float, css: str) -> None:
         """A box with rounded corners, from its upper left one."""
         self._cover(corner, Point(corner.x + width, corner.y + height))
-        x, y = _n(corner.x), _n(corner.y)
-        size = f'width="{_n(width)}" height="{_n(height)}"'
+        x, y = length(corner.x), length(corner.y)
+        size = f'width="{length(width)}" height="{length(height)}"'
         self._shapes.append(f'<rect class="{css}" x="{x}" y="{y}" {size} rx="{CORNER}"/>')
 
     def circle(self, centre: Point, radius: float, css: str) -> None:
@@ -91,16 +91,15 @@ class Canvas:
         self._cover(
             Point(centre.x - radius, centre.y - radius), Point(centre.x + radius, centre.y + radius)
         )
-        self._shapes.append(
-            f'<circle class="{css}" cx="{_n(centre.x)}" cy="{_n(centre.y)}" r="{_n(radius)}"/>'
-        )
+        place = f'cx="{length(centre.x)}" cy="{length(centre.y)}" r="{length(radius)}"'
+        self._shapes.append(f'<circle class="{css}" {place}/>')
 
     def text(self, at: Point, text: str, css: str, size: float, anchor: str = "start") -> None:
         """A line of text; `at` is on its base line, at its start, middle or end."""
         width = text_width(text, size)
         left = at.x - width * {"start": 0.0, "middle": 0.5, "end": 1.0}[anchor]
         self._cover(Point(left, at.y - size), Point(left + width, at.y + size / 3))
-        place = f'x="{_n(at.x)}" y="{_n(at.y)}" text-anchor="{anchor}"'
+        place = f'x="{length(at.x)}" y="{length(at.y)}" text-anchor="{anchor}"'
         self._shapes.append(f'<text class="{css}" {place}>{escape(text)}</text>')
 
     def wire(self, points: Sequence[Point], css: str, tooltip: str) -> None:
@@ -133,9 +132,9 @@ class Canvas:
         top = min(point.y for point in self._points) - MARGIN
         width = max(point.x for point in self._points) + MARGIN - left
         height = max(point.y for point in self._points) + MARGIN - top
-        view = f"{_n(left)} {_n(top)} {_n(width)} {_n(height)}"
-        place = f'x="{_n(left)}" y="{_n(top)}"'
-        size = f'width="{_n(width)}" height="{_n(height)}"'
+        view = f"{length(left)} {length(top)} {length(width)} {length(height)}"
+        place = f'x="{length(left)}" y="{length(top)}"'
+        size = f'width="{length(width)}" height="{length(height)}"'
         space = 'xmlns="http://www.w3.org/2000/svg"'
         return "\n".join(
             (
@@ -172,10 +171,10 @@ def _towards(start: Point, end: Point) -> Point:
     return Point(start.x + part * (end.x - start.x), start.y + part * (end.y - start.y))
 
 
-def _n(number: float) -> str:
+def length(number: float) -> str:
     """A length with one decimal at most."""
     return f"{number:.1f}".removesuffix(".0")
 
 
 def _p(point: Point) -> str:
-    return f"{_n(point.x)},{_n(point.y)}"
+    return f"{length(point.x)},{length(point.y)}"

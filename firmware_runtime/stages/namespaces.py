@@ -7,7 +7,6 @@ it. Names say whose they are (`fr-PID-START-c`), so what a process left behind t
 removed at the next start.
 """
 
-import subprocess
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
 from os import geteuid
@@ -22,6 +21,7 @@ from firmware_runtime.system.process_identity import (
     is_running,
     this_process,
 )
+from firmware_runtime.system.programs import NotRun, run_program
 
 CONTROLLER_AT: Final = "10.77.0.1"
 ROBOT_AT: Final = "10.77.0.2"
@@ -135,12 +135,9 @@ def _delete(name: str) -> None:
 def _run(*command: str) -> str:
     """What a command prints. Raises NamespaceError with what it says where it fails."""
     try:
-        ended = subprocess.run(  # noqa: S603 -- words of ours alone
-            command, capture_output=True, text=True, timeout=_TIMEOUT_S, check=False
-        )
-    except (OSError, subprocess.TimeoutExpired) as error:
-        raise NamespaceError(f"{command[0]}: {error}") from error
-    if ended.returncode != 0:
-        said = " ".join(ended.stderr.split()) or f"status {ended.returncode}"
-        raise NamespaceError(f"{' '.join(command[:3])}: {said}")
-    return ended.stdout
+        ended = run_program(command, timeout_s=_TIMEOUT_S)
+    except NotRun as error:
+        raise NamespaceError(str(error)) from error
+    if ended.status != 0:
+        raise NamespaceError(f"{' '.join(command[:3])}: {ended.complaint}")
+    return ended.out

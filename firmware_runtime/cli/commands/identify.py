@@ -2,12 +2,11 @@
 
 import argparse
 import json
-import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from firmware_runtime.board.registry import Board
-from firmware_runtime.cli.arguments import SubParsers, add_board, add_verb
+from firmware_runtime.cli.arguments import SubParsers, add_board, add_verb, since
 from firmware_runtime.cli.chosen_board import chosen_board
 from firmware_runtime.cli.written import check_output
 from firmware_runtime.extras import module_of_extra
@@ -57,7 +56,7 @@ def add_since(verb: argparse.ArgumentParser) -> None:
     """Add --since, of a run that is identified from."""
     verb.add_argument(
         "--since",
-        type=_instant,
+        type=since,
         metavar="SECONDS",
         help="leave out what was measured before this second, as while motors start",
     )
@@ -90,17 +89,6 @@ def identified_from(
     found = module_of_extra("firmware_runtime.identification.identified", "tuning")
     identified, fit = found.identify(series, plant.structure, plant.lag_s(board.settings))
     return series, identified, fit
-
-
-def _instant(text: str) -> float:
-    """A number of seconds, 0 or more."""
-    try:
-        value = float(text)
-    except ValueError:
-        value = math.nan
-    if not 0.0 <= value < math.inf:
-        raise argparse.ArgumentTypeError(f"{text!r}: expected seconds, 0 or more")
-    return value
 
 
 def _as_json(board: Board, identified: "Identified") -> dict[str, Any]:

@@ -10,12 +10,12 @@ Two kinds of environment have rclpy:
 """
 
 import os
-import subprocess
 import sys
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from firmware_runtime.errors import ConfigError
+from firmware_runtime.system.programs import NotRun, run_program
 
 PLACE = "FIRMWARE_RUNTIME_ROS_VENV"
 """Names the environment, where no option does."""
@@ -102,14 +102,17 @@ def _missing(environment: Path) -> list[str]:
     words = command_of(environment, ["-c", _MISSING.format(_NEEDED)])
     variables = variables_of(environment, os.environ)
     try:
-        done = subprocess.run(  # noqa: S603 -- the interpreter that the user named
-            words, env=variables, capture_output=True, text=True, check=True
-        )
-    except (OSError, subprocess.CalledProcessError) as error:
-        raise ConfigError.of_one(
-            str(environment), f"its interpreter does not run ({error}); expected a venv with rclpy"
-        ) from error
-    return done.stdout.split()
+        ended = run_program(words, environment=variables)
+    except NotRun as error:
+        raise _no_venv(environment, str(error)) from error
+    if ended.status != 0:
+        raise _no_venv(environment, ended.complaint)
+    return ended.out.split()
+
+
+def _no_venv(environment: Path, why: str) -> ConfigError:
+    fault = f"its interpreter does not run ({why}); expected a venv with rclpy"
+    return ConfigError.of_one(str(environment), fault)
 
 
 if __name__ == "__main__":
