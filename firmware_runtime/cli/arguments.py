@@ -12,6 +12,8 @@ from firmware_runtime.ecdpp.text import parse_time
 from firmware_runtime.statistics.paths import SUFFIX, find_statistics
 
 SubParsers: TypeAlias = "argparse._SubParsersAction[argparse.ArgumentParser]"
+Options: TypeAlias = "argparse._ActionsContainer"
+"""A verb, or a group of its options."""
 Execute: TypeAlias = Callable[[argparse.Namespace], int]
 
 
@@ -53,6 +55,21 @@ def add_doubles(verb: argparse.ArgumentParser) -> None:
     verb.add_argument(
         "--doubles", type=Path, metavar="PATH", help="on the doubles that are served at PATH"
     )
+
+
+def add_output(verb: Options, about: str, *, metavar: str = "FILE", required: bool = False) -> None:
+    """Add -o, of what is written."""
+    verb.add_argument("-o", "--output", type=Path, required=required, metavar=metavar, help=about)
+
+
+def add_statistics(verb: Options, about: str = "where the run keeps its statistics") -> None:
+    """Add --statistics."""
+    verb.add_argument("--statistics", type=Path, metavar="FILE", help=about)
+
+
+def add_duration(verb: Options, about: str, dest: str = "duration_s") -> None:
+    """Add --for, of seconds."""
+    verb.add_argument("--for", type=positive, metavar="SECONDS", dest=dest, help=about)
 
 
 def add_output_log(verb: argparse.ArgumentParser) -> None:

@@ -5,7 +5,7 @@ from functools import partial
 from pathlib import Path
 from time import monotonic_ns
 
-from firmware_runtime.cli.arguments import SubParsers, add_board, add_verb, whole
+from firmware_runtime.cli.arguments import SubParsers, add_board, add_statistics, add_verb, whole
 from firmware_runtime.cli.chosen_board import chosen_run
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.errors import ConfigError
@@ -65,9 +65,7 @@ def add_to(verbs: SubParsers) -> None:
         metavar="N",
         help="every N-th message of each; default every one",
     )
-    verb.add_argument(
-        "--statistics", type=Path, metavar="FILE", help="where the run keeps its statistics"
-    )
+    add_statistics(verb)
 
 
 def execute(arguments: argparse.Namespace) -> int:

@@ -3,7 +3,7 @@
 import argparse
 from pathlib import Path
 
-from firmware_runtime.cli.arguments import SubParsers, add_board, add_verb
+from firmware_runtime.cli.arguments import SubParsers, add_board, add_output, add_verb
 from firmware_runtime.cli.chosen_board import chosen_board
 from firmware_runtime.cli.chosen_model import ANY, chosen_model, is_model
 from firmware_runtime.devs.component import Component
@@ -19,9 +19,7 @@ def add_to(verbs: SubParsers) -> None:
     summary = "Draw a board's couplings, or one model's states, as SVG or Mermaid."
     verb = add_verb(verbs, "diagram", summary, execute)
     add_board(verb, about=ANY)
-    verb.add_argument(
-        "-o", "--output", type=Path, required=True, metavar="FILE", help="FILE.svg or FILE.mmd"
-    )
+    add_output(verb, "FILE.svg or FILE.mmd", required=True)
     verb.add_argument(
         "--state", metavar="MODEL", help="draw this model's states, such as controller.mode"
     )

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from firmware_runtime.board.registry import Board
-from firmware_runtime.cli.arguments import SubParsers, add_board, add_verb, since
+from firmware_runtime.cli.arguments import SubParsers, add_board, add_output, add_verb, since
 from firmware_runtime.cli.chosen_board import chosen_board
 from firmware_runtime.cli.written import check_output
 from firmware_runtime.extras import module_of_extra
@@ -42,13 +42,7 @@ def add_to(verbs: SubParsers) -> None:
         help="what to identify from: a file, or a board for its last run",
     )
     add_since(verb)
-    verb.add_argument(
-        "-o",
-        "--output",
-        type=Path,
-        metavar="FILE",
-        help="write FILE.json for `tune --plant` and programs, or FILE.html for people",
-    )
+    add_output(verb, "write FILE.json for `tune --plant` and programs, or FILE.html for people")
     verb.add_argument("--json", action="store_true", help="print the numbers as JSON")
 
 

@@ -16,7 +16,7 @@ from time import monotonic, sleep
 from firmware_runtime.blackbox.found import find_recording, recording_beside
 from firmware_runtime.blackbox.listed import span_of
 from firmware_runtime.blackbox.reader import Recording, read_recording
-from firmware_runtime.cli.arguments import SubParsers, add_verb, path_of, positive
+from firmware_runtime.cli.arguments import SubParsers, add_output, add_verb, path_of, positive
 from firmware_runtime.devs.time import MICROSECOND, SECOND, seconds
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.exports.observed_run import missing_in, moments_of
@@ -57,9 +57,7 @@ def add_to(verbs: SubParsers) -> None:
         help="a board's name for its last run, a name that `recordings` shows, a recording's file "
         f"or the run's statistics (FILE{SUFFIX}); default: whatever ran last",
     )
-    verb.add_argument(
-        "-o", "--output", type=Path, required=True, metavar="FILE.json", help="where to write it"
-    )
+    add_output(verb, "where to write it", metavar="FILE.json", required=True)
     verb.add_argument(
         "--last",
         type=positive,

@@ -11,7 +11,13 @@ from typing import Any
 
 import msgspec
 
-from firmware_runtime.cli.arguments import SubParsers, add_verb, positive, whole
+from firmware_runtime.cli.arguments import (
+    SubParsers,
+    add_duration,
+    add_statistics,
+    add_verb,
+    whole,
+)
 from firmware_runtime.cli.chosen_board import chosen_run
 from firmware_runtime.cli.words import is_json
 from firmware_runtime.errors import ConfigError
@@ -48,9 +54,7 @@ def add_to(verbs: SubParsers) -> None:
         "--every", type=_COUNT, default=1, metavar="N", help="every N-th message of each port"
     )
     watch.add_argument("--count", type=_COUNT, metavar="N", help="end after so many messages")
-    watch.add_argument(
-        "--for", type=positive, metavar="SECONDS", dest="for_s", help="end after so long"
-    )
+    add_duration(watch, "end after so long", dest="for_s")
 
 
 def _add_place(verb: argparse.ArgumentParser) -> None:
@@ -59,9 +63,7 @@ def _add_place(verb: argparse.ArgumentParser) -> None:
         "place", metavar="BOARD|ADDRESS:PORT", help="a robot on this computer, or a bridge to one"
     )
     verb.add_argument("--key", type=Path, metavar="FILE", help="the bridge's key")
-    verb.add_argument(
-        "--statistics", type=Path, metavar="FILE", help="where a BOARD's run keeps its statistics"
-    )
+    add_statistics(verb, "where a BOARD's run keeps its statistics")
 
 
 def _ports(arguments: argparse.Namespace) -> int:

@@ -8,7 +8,14 @@ from pathlib import Path
 from time import monotonic_ns
 
 from firmware_runtime.blackbox.pieces import Pieces
-from firmware_runtime.cli.arguments import SubParsers, add_board, add_verb, positive, whole
+from firmware_runtime.cli.arguments import (
+    SubParsers,
+    add_board,
+    add_statistics,
+    add_verb,
+    positive,
+    whole,
+)
 from firmware_runtime.cli.chosen_board import chosen_board
 from firmware_runtime.devs.time import MICROSECOND, SECOND
 from firmware_runtime.errors import ConfigError
@@ -63,9 +70,7 @@ def add_to(verbs: SubParsers) -> None:
         help="what recordings may take of the disk, the oldest make room for new ones; default: "
         "the board's recording.keep_mib (1024)",
     )
-    verb.add_argument(
-        "--statistics", type=Path, metavar="FILE", help="where the run keeps its statistics"
-    )
+    add_statistics(verb)
 
 
 def execute(arguments: argparse.Namespace) -> int:

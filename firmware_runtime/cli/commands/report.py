@@ -4,7 +4,7 @@ import argparse
 from pathlib import Path
 
 from firmware_runtime.cli.after_virtual_run import say_if_last_run_was_virtual
-from firmware_runtime.cli.arguments import SubParsers, add_kept, add_verb, path_of
+from firmware_runtime.cli.arguments import SubParsers, add_kept, add_output, add_verb, path_of
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.statistics.page.page import page
 from firmware_runtime.statistics.reader import read_statistics
@@ -17,9 +17,7 @@ def add_to(verbs: SubParsers) -> None:
     about = "Make a page of a run's timing, under way or over; reading changes nothing."
     verb = add_verb(verbs, "report", about, execute)
     add_kept(verb)
-    verb.add_argument(
-        "-o", "--output", type=Path, required=True, metavar="FILE.html", help="where to write it"
-    )
+    add_output(verb, "where to write it", metavar="FILE.html", required=True)
 
 
 def execute(arguments: argparse.Namespace) -> int:

@@ -8,7 +8,7 @@ from pathlib import Path
 import msgspec
 
 from firmware_runtime.cli.after_virtual_run import say_if_last_run_was_virtual
-from firmware_runtime.cli.arguments import SubParsers, add_verb, whole
+from firmware_runtime.cli.arguments import SubParsers, add_statistics, add_verb, whole
 from firmware_runtime.cli.commands.perfetto import recording_beside_statistics, write_trace
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.extras import module_of_extra
@@ -57,7 +57,7 @@ def add_to(verbs: SubParsers) -> None:
 
 def _add_sources(verb: argparse.ArgumentParser) -> None:
     sources = verb.add_mutually_exclusive_group()
-    sources.add_argument("--statistics", type=Path, metavar="FILE", help="read this file instead")
+    add_statistics(sources, "read this file instead")
     sources.add_argument(
         "--merge",
         type=Path,
