@@ -1,5 +1,6 @@
 """Programs that are run to their end, and processes that are waited for."""
 
+import shlex
 import subprocess
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
@@ -7,8 +8,8 @@ from typing import Any, NamedTuple
 from firmware_runtime.errors import FirmwareRuntimeError
 
 
-class NotRun(FirmwareRuntimeError):
-    """A program cannot be run here, or does not end in time."""
+class ProgramFailed(FirmwareRuntimeError):
+    """A program cannot be run here, does not end in time, or ends with a failure."""
 
 
 class Ended(NamedTuple):
@@ -26,8 +27,8 @@ class Ended(NamedTuple):
 
     @property
     def complaint(self) -> str:
-        """All that it complained of, in one line."""
-        return " ".join(self.error.split()) or self.reason
+        """All that it complained of, in one line; empty if it said nothing."""
+        return " ".join(self.error.split())
 
 
 def run_program(
@@ -37,7 +38,10 @@ def run_program(
     timeout_s: float | None = None,
     environment: Mapping[str, str] | None = None,
 ) -> Ended:
-    """Run a program to its end, with a text on its standard input. Raises NotRun."""
+    """Run a program to its end, whatever that is, with a text on its standard input.
+
+    Raises ProgramFailed for one that cannot be run, or does not end in time.
+    """
     try:
         done = subprocess.run(  # noqa: S603 -- no shell, and the words are our own
             words,
@@ -50,10 +54,25 @@ def run_program(
             check=False,
         )
     except OSError as error:
-        raise NotRun(f"{words[0]}: cannot be run ({error.strerror})") from error
+        fault = f"cannot be run ({error.strerror}), expected it on the path"
+        raise ProgramFailed(f"{words[0]}: {fault}") from error
     except subprocess.TimeoutExpired as error:
-        raise NotRun(f"{words[0]}: no end after {timeout_s:g} s") from error
+        raise ProgramFailed(f"{words[0]}: no end after {timeout_s:g} s") from error
     return Ended(done.returncode, done.stdout, done.stderr)
+
+
+def answer_of(
+    words: Sequence[str],
+    *,
+    timeout_s: float | None = None,
+    environment: Mapping[str, str] | None = None,
+) -> str:
+    """Return what a program prints. Raises ProgramFailed, also with what it says when it fails."""
+    ended = run_program(words, timeout_s=timeout_s, environment=environment)
+    if ended.status != 0:
+        fault = f"ended with status {ended.status}: {ended.complaint or 'it said nothing'}"
+        raise ProgramFailed(f"{shlex.join(words)}: {fault}")
+    return ended.out
 
 
 def end_within(process: "subprocess.Popen[Any]", timeout_s: float) -> None:

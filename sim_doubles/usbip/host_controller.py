@@ -10,7 +10,7 @@ from pathlib import Path
 from socket import socket
 from typing import Final
 
-from firmware_runtime.system.programs import NotRun, run_program
+from firmware_runtime.system.programs import ProgramFailed, run_program
 from sim_doubles.usbip.errors import NotAttached
 
 CONTROLLER: Final = Path("/sys/devices/platform/vhci_hcd.0")
@@ -24,8 +24,8 @@ def load_modules() -> None:
     """Load what a virtual adapter needs. Raises NotAttached if the kernel has not got it."""
     try:
         ended = run_program(["/sbin/modprobe", "--all", *MODULES])
-    except NotRun as error:
-        raise NotAttached(f"{error}, expected it to be there (Debian: package kmod)") from error
+    except ProgramFailed as error:
+        raise NotAttached(f"{error} (Debian: package kmod)") from error
     if ended.status != 0:
         expected = f"expected root, and a kernel with the modules {', '.join(MODULES)}"
         raise NotAttached(f"{ended.reason}; {expected}")

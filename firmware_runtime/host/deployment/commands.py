@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import TypeAlias
 
 from firmware_runtime.host.errors import DeploymentError
-from firmware_runtime.system.programs import Ended, NotRun, run_program
+from firmware_runtime.system.programs import Ended, ProgramFailed, run_program
 
 TIMEOUT_S = 900.0
 """How long one command may take; installing on a small computer takes minutes."""
@@ -31,8 +31,8 @@ class Commands:
         text = "".join(script.read_text() for script in scripts)
         try:
             return run_program(command, text=text, timeout_s=TIMEOUT_S)
-        except NotRun as error:
-            raise DeploymentError(f"{error}; expected it to be installed, and to end") from error
+        except ProgramFailed as error:
+            raise DeploymentError(str(error)) from error
 
     def demand(self, command: Sequence[str], what: str) -> None:
         """Run a command that has to succeed. Raises DeploymentError with its last line."""

@@ -11,7 +11,7 @@ from pathlib import Path
 import firmware_runtime
 from firmware_runtime.host.errors import InstallationRefused, StepFailed
 from firmware_runtime.host.installation.places import PROGRAM
-from firmware_runtime.system.programs import NotRun, run_program
+from firmware_runtime.system.programs import ProgramFailed, answer_of
 
 Words = Sequence[str]
 
@@ -25,13 +25,9 @@ def run(words: Words, log: Callable[[str], None]) -> None:
 def answer(words: Words) -> str:
     """What a command prints. Raises StepFailed."""
     try:
-        ended = run_program(words)
-    except NotRun as error:
-        raise StepFailed(f"{error}; expected systemd's programs on the path") from error
-    if ended.status != 0:
-        fault = f"ended with status {ended.status}: {ended.complaint}"
-        raise StepFailed(f"{shlex.join(words)}: {fault}")
-    return ended.out
+        return answer_of(words)
+    except ProgramFailed as error:
+        raise StepFailed(str(error)) from error
 
 
 HIDDEN = ("/home", "/root", "/run/user", "/tmp", "/var/tmp")  # noqa: S108 -- nothing is put there

@@ -15,7 +15,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from firmware_runtime.errors import ConfigError
-from firmware_runtime.system.programs import NotRun, run_program
+from firmware_runtime.system.programs import ProgramFailed, answer_of
 
 PLACE = "FIRMWARE_RUNTIME_ROS_VENV"
 """Names the environment, where no option does."""
@@ -102,17 +102,11 @@ def _missing(environment: Path) -> list[str]:
     words = command_of(environment, ["-c", _MISSING.format(_NEEDED)])
     variables = variables_of(environment, os.environ)
     try:
-        ended = run_program(words, environment=variables)
-    except NotRun as error:
-        raise _no_venv(environment, str(error)) from error
-    if ended.status != 0:
-        raise _no_venv(environment, ended.complaint)
-    return ended.out.split()
-
-
-def _no_venv(environment: Path, why: str) -> ConfigError:
-    fault = f"its interpreter does not run ({why}); expected a venv with rclpy"
-    return ConfigError.of_one(str(environment), fault)
+        return answer_of(words, environment=variables).split()
+    except ProgramFailed as error:
+        raise ConfigError.of_one(
+            str(environment), f"its interpreter does not run ({error}); expected a venv with rclpy"
+        ) from error
 
 
 if __name__ == "__main__":

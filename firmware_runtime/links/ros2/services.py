@@ -9,7 +9,7 @@ from std_srvs.srv import Trigger
 from firmware_runtime.errors import FirmwareRuntimeError
 from firmware_runtime.links.ros2.node import ARM, RobotNode
 from firmware_runtime.statistics.reader import read_statistics
-from firmware_runtime.system.programs import NotRun, run_program
+from firmware_runtime.system.programs import ProgramFailed, run_program
 
 SAFE_STATE_S: Final = 20.0
 """How long `safe-state` may take; it gives up by itself much sooner."""
@@ -86,9 +86,9 @@ def _switched_off(node: RobotNode) -> tuple[str, str]:
         words += ["--doubles", plan.doubles]
     try:
         ended = run_program(words, timeout_s=SAFE_STATE_S, environment=_outer_variables())
-    except NotRun as error:
+    except ProgramFailed as error:
         return f"safe-state did not end: {error}", ""
-    return ("", ended.out.strip()) if ended.status == 0 else (ended.complaint, "")
+    return ("", ended.out.strip()) if ended.status == 0 else (ended.complaint or ended.reason, "")
 
 
 def _outer_variables() -> dict[str, str]:
