@@ -79,13 +79,13 @@ def demand_regular(path: Path) -> None:
         raise OSError(errno.EINVAL, "no regular file", str(path))
 
 
-def keep_output(output: Path, content: bytes) -> None:
-    """Like `keep_file`, at what `-o` names. Raises ConfigError."""
+def keep_output(output: Path, content: bytes, option: str = "-o", mode: int | None = None) -> None:
+    """Like `keep_file`, at what an option names. Raises ConfigError."""
     try:
-        keep_file(output, content)
+        keep_file(output, content, mode)
     except OSError as error:
         fault = f"{output}: {error.strerror}; expected a file that can be written"
-        raise ConfigError.of_one("-o", fault) from error
+        raise ConfigError.of_one(option, fault) from error
 
 
 def read_file(path: Path) -> bytes:

@@ -30,6 +30,7 @@ from firmware_runtime.statistics.paths import SUFFIX
 from firmware_runtime.statistics.reader import read_statistics
 from firmware_runtime.statistics.statistics import RunState, Statistics
 from firmware_runtime.status import Status
+from firmware_runtime.system.whole_file import keep_output
 
 LAST = 15 * SECOND
 """How much of a run a trace shows unless that is said."""
@@ -110,10 +111,7 @@ def write_trace(path: Path, output: Path, last: int = LAST, trigger: Late | None
     board = board_of(recording.header)
     steps = [each for each in moments_of(recording, board, Stretch(begin)) if each.is_step]
     trace = chrome_trace(board.name, steps, _statistics_of(recording), trigger)
-    try:
-        output.write_text(json.dumps(trace, allow_nan=False), encoding="utf-8")
-    except OSError as error:
-        raise ConfigError(str(output), [f"cannot be written ({error.strerror})"]) from error
+    keep_output(output, json.dumps(trace, allow_nan=False).encode())
     for fault in missing_in(recording, begin):
         print(f"firmware-runtime: not whole: {fault}", file=sys.stderr)
     functions = sum(len(each.ran) for each in steps)
