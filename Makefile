@@ -9,7 +9,6 @@
 # make test-ros  the tests of the ROS 2 node, with real rclpy; where .venv-ros is, `make test` ends so
 # make docs   this documentation as a site in build/docs; a link that leads nowhere fails it
 # make pictures  those of README and docs, from runs on this machine (needs chromium)
-# make deb    a Debian package of this checkout in dist/; ARCH=arm64 PYTHON_VERSION=3.13 for others
 # make clean  remove what the others made
 #
 # Each target does its own set-up, in .venv. PYTHON chooses the interpreter: make test PYTHON=python3.12
@@ -34,7 +33,7 @@ IN_REAL_TIME = $(BIN)/python -m pytest -q -n 3 --dist worksteal --ignore=tests/r
 # The tests start some hundred processes: each would compile every module again.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: run test suite test-fast lint types ros test-ros vm-test machines bench docs pictures deb clean \
+.PHONY: run test suite test-fast lint types ros test-ros vm-test machines bench docs pictures clean \
 	interpreter wheels-of-rclpy
 .DEFAULT_GOAL := run
 
@@ -82,11 +81,6 @@ docs: $(VENV)/installed-docs
 
 pictures: $(VENV)/installed-run
 	@docs/pictures.sh $(BIN)
-
-deb: $(VENV)/installed-run
-	@$(BIN)/python -m firmware_runtime.host.deployment.debian \
-		$(if $(ARCH),--architecture $(ARCH)) \
-		$(if $(PYTHON_VERSION),--python-version $(PYTHON_VERSION))
 
 clean:
 	rm -rf $(VENV) $(ROS_VENV) build dist *.egg-info .mypy_cache .ruff_cache .pytest_cache .hypothesis \

@@ -20,9 +20,8 @@ import errno
 import os
 from collections.abc import Sequence
 from operator import index
-from types import TracebackType
-from typing import Self
 
+from firmware_runtime.closing import Closing
 from firmware_runtime.hal.i2c import Message
 from sim_doubles import plugged
 from sim_doubles.early import placeholder
@@ -35,7 +34,7 @@ __all__ = ["I2cFunc", "SMBus", "i2c_msg"]
 I2C_SMBUS_BLOCK_MAX = 32
 
 
-class SMBus:
+class SMBus(Closing):
     """A bus by its number or the path of its device node; without one call `open`.
 
     Raises FileNotFoundError where nothing is plugged in (`sim_doubles.plug`).
@@ -67,17 +66,6 @@ class SMBus:
             os.close(self.fd)
         self.fd = self.address = self._force_last = None
         self._pec = 0
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self,
-        exc_type: type[BaseException] | None,
-        exc_val: BaseException | None,
-        exc_tb: TracebackType | None,
-    ) -> None:
-        self.close()
 
     # Packet error codes
 

@@ -12,6 +12,8 @@ from firmware_runtime.ecdpp.text import parse_time
 from firmware_runtime.statistics.paths import SUFFIX, find_statistics
 
 SubParsers: TypeAlias = "argparse._SubParsersAction[argparse.ArgumentParser]"
+Options: TypeAlias = "argparse._ActionsContainer"
+"""A verb, or a group of its options."""
 Execute: TypeAlias = Callable[[argparse.Namespace], int]
 
 
@@ -55,6 +57,21 @@ def add_doubles(verb: argparse.ArgumentParser) -> None:
     )
 
 
+def add_output(verb: Options, about: str, *, metavar: str = "FILE", required: bool = False) -> None:
+    """Add -o, of what is written."""
+    verb.add_argument("-o", "--output", type=Path, required=required, metavar=metavar, help=about)
+
+
+def add_statistics(verb: Options, about: str = "where the run keeps its statistics") -> None:
+    """Add --statistics."""
+    verb.add_argument("--statistics", type=Path, metavar="FILE", help=about)
+
+
+def add_duration(verb: Options, about: str, dest: str = "duration_s") -> None:
+    """Add --for, of seconds."""
+    verb.add_argument("--for", type=positive, metavar="SECONDS", dest=dest, help=about)
+
+
 def add_output_log(verb: argparse.ArgumentParser) -> None:
     """Add --log, which goes nowhere unless given."""
     verb.add_argument(
@@ -90,13 +107,29 @@ def positive(text: str, most: float = MOST) -> float:
 
 def second(text: str) -> int:
     """A second of a run on the command line, such as `9.06`, in ns."""
+    value = since(text)
+    return seconds(value) if value else 0
+
+
+def since(text: str) -> float:
+    """A second of a run on the command line, such as `9.06`."""
     try:
         value = float(text)
     except ValueError:
         value = math.nan
     if not 0 <= value <= MOST:
         raise argparse.ArgumentTypeError(f"{text!r}: expected a second of the run, 0 or more")
-    return seconds(value) if value else 0
+    return value
+
+
+def whole(text: str, least: int = 0, most: int | None = None) -> int:
+    """A whole number of the command line within these ends."""
+    number = int(text) if text.isascii() and text.isdigit() else -1
+    if number < least or (most is not None and number > most):
+        end = "on" if most is None else f"to {most}"
+        expected = f"expected a whole number from {least} {end}"
+        raise argparse.ArgumentTypeError(f"{text!r}: {expected}")
+    return number
 
 
 def instant(text: str) -> int:

@@ -16,7 +16,7 @@ from firmware_runtime.recording.changed_settings import changed_board
 from firmware_runtime.replay.asserted import difference_of, in_words
 from firmware_runtime.replay.verdict import Stretch, replay
 from firmware_runtime.status import Status
-from firmware_runtime.system.whole_file import keep_file
+from firmware_runtime.system.whole_file import keep_output
 from firmware_runtime.what_if.checkout import ask, checked_folder
 from firmware_runtime.what_if.piece import Cutter, Piece, Shows
 from firmware_runtime.what_if.question import Question, answer
@@ -131,12 +131,8 @@ def _write(
     written = f"Written by `firmware-runtime replay {Path(arguments.run).name} --as-test`."
     texts = {"about": _in_docstring(about), "written": _in_docstring(written)}
     text = _TEST.format(**texts, name=name, settings=settings)
-    try:
-        keep_file(kept, piece.content)
-        keep_file(test, text.encode())
-    except OSError as error:
-        fault = f"cannot be written ({error.strerror}); expected a folder that can"
-        raise ConfigError.of_one(f"--as-test {test}", fault) from error
+    keep_output(kept, piece.content, "--as-test")
+    keep_output(test, text.encode(), "--as-test")
     if arguments.json:
         found = {"test": str(test), "recording": str(kept), "bytes": len(piece.content)}
         times = {"from_s": piece.begin / SECOND, "until_s": piece.until / SECOND}

@@ -4,7 +4,6 @@ import argparse
 import json
 import sys
 from collections.abc import Sequence
-from pathlib import Path
 
 from firmware_runtime.cli.chosen_board import chosen_board
 from firmware_runtime.cli.chosen_model import chosen_model, is_model, print_warnings
@@ -77,7 +76,7 @@ def _report(
     if outcome.state is not RunState.ENDED:
         print(f"firmware-runtime: {outcome.reason}", file=sys.stderr)
     if arguments.outputs is not None:
-        _write(arguments.outputs, lines)
+        write_outputs(arguments.outputs, lines)
     if arguments.json:
         document = {
             "board": name,
@@ -90,11 +89,3 @@ def _report(
     elif arguments.outputs is None:
         for line in lines:
             print(line)
-
-
-def _write(path: Path, lines: list[OutputLine]) -> None:
-    try:
-        write_outputs(path, lines)
-    except OSError as error:
-        fault = f"--outputs: the file cannot be written ({error.strerror})"
-        raise ConfigError(str(path), [fault]) from error

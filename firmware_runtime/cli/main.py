@@ -27,7 +27,7 @@ from firmware_runtime.cli.scarce import ran_out_of
 from firmware_runtime.entry_points import installed
 from firmware_runtime.errors import ConfigError, FirmwareRuntimeError
 from firmware_runtime.hal.errors import HalError, NoAcknowledge, WrongDevice
-from firmware_runtime.host.deployment.errors import DeploymentError
+from firmware_runtime.host.errors import DeploymentError
 from firmware_runtime.links.errors import ControlError
 from firmware_runtime.spelling import did_you_mean
 from firmware_runtime.statistics.errors import (
@@ -101,6 +101,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     os.environ.setdefault(*ONE_THREAD)
     if arguments is not None:
         return _main(arguments, nullcontext())
+    if "_ARGCOMPLETE" in os.environ:  # a shell asks how a line may go on
+        import_module("firmware_runtime.cli.completer").complete()
     words = sys.argv[1:]
     if words[:1] == ["safe-state"]:
         come_first()

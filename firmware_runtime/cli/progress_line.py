@@ -13,6 +13,7 @@ from firmware_runtime.devs.ports import OutPort
 from firmware_runtime.devs.time import MILLISECOND, NEVER, SECOND
 from firmware_runtime.executive.executive import Executive
 from firmware_runtime.runs.session import Session
+from firmware_runtime.statistics.number_formats import count
 from firmware_runtime.system.sentences import Sentences
 
 EVERY = 250 * MILLISECOND
@@ -59,7 +60,7 @@ class ProgressLine:
             words.append(f"{self._name} {self._value:.4g}")
         overruns = sum(account.overruns for account in self._executive.accounts)
         faults = sum(counted.count for counted in self._executive.faults.counted)
-        words += [_count(overruns, "overrun"), _count(faults, "fault")]
+        words += [count(overruns, "overrun"), count(faults, "fault")]
         return "  ".join(words)
 
     def _remember(self, _at: int, value: float) -> None:
@@ -99,7 +100,3 @@ def progress_shown(
     finally:
         messages.terminal = None
         terminal.close()
-
-
-def _count(number: int, what: str) -> str:
-    return f"{number} {what}" if number == 1 else f"{number} {what}s"

@@ -3,7 +3,7 @@
 import argparse
 from pathlib import Path
 
-from firmware_runtime.cli.arguments import positive, speed
+from firmware_runtime.cli.arguments import add_duration, add_statistics, positive, speed
 from firmware_runtime.experiments.loop_model import PERIOD_S
 
 
@@ -46,12 +46,8 @@ def _add_choices(verb: argparse.ArgumentParser) -> None:
     verb.add_argument(
         "--speed", type=speed, metavar="N", help="how many times as fast, with --clock scaled"
     )
-    verb.add_argument(
-        "--for",
-        type=positive,
-        metavar="SECONDS",
-        dest="duration_s",
-        help="robot time to run for; default on doubles as the board says, else until stopped",
+    add_duration(
+        verb, "robot time to run for; default on doubles as the board says, else until stopped"
     )
     verb.add_argument(
         "--arm",
@@ -74,11 +70,8 @@ def _add_files(verb: argparse.ArgumentParser) -> None:
         metavar="FILE",
         help="keep the recording that every run leaves in this file too, once the run is over",
     )
-    verb.add_argument(
-        "--statistics",
-        type=Path,
-        metavar="FILE",
-        help="where to keep the statistics; default: where `stats` looks, none in virtual time",
+    add_statistics(
+        verb, "where to keep the statistics; default: where `stats` looks, none in virtual time"
     )
     verb.add_argument(
         "--plot",

@@ -15,7 +15,7 @@ from firmware_runtime.board.in_force import SETTINGS
 from firmware_runtime.cli.arguments import Execute, SubParsers, add_verb
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.errors import ConfigError
-from firmware_runtime.host.installation.errors import InstallationRefused, StepFailed
+from firmware_runtime.host.errors import InstallationRefused, StepFailed
 from firmware_runtime.host.installation.places import GUARD, RUNTIME, boards_with_settings, instance
 from firmware_runtime.host.installation.states import UnitState, state_of
 from firmware_runtime.host.installation.target import Target, require_systemd, target

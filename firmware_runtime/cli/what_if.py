@@ -12,6 +12,7 @@ from firmware_runtime.board.registry import Board
 from firmware_runtime.cli.chosen_board import chosen_board
 from firmware_runtime.cli.readers_gone import print_line
 from firmware_runtime.cli.replayed_run import Shown, paced
+from firmware_runtime.cli.written import check_output
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.recording.changed_settings import settings_said
@@ -57,9 +58,9 @@ def _check(arguments: argparse.Namespace) -> None:
 
 
 def _plots(path: Path) -> int:
-    from firmware_runtime.what_if.page import PLOTS, check_ending  # noqa: PLC0415 -- with -o only
+    from firmware_runtime.what_if.page import ENDINGS, PLOTS  # noqa: PLC0415 -- with -o only
 
-    check_ending(path)
+    check_output(path, ENDINGS)
     return PLOTS
 
 

@@ -14,8 +14,8 @@ def check_output(output: Path, suffixes: Collection[str]) -> None:
     if output.suffix not in suffixes:
         fault = f"{output}: expected a name that ends in {' or '.join(suffixes)}"
         raise ConfigError("-o", [fault])
-    if not os.access(output.parent, os.W_OK):
-        fault = f"{output}: no folder that can be written; expected one"
+    if output.is_dir() or not os.access(output.parent, os.W_OK):
+        fault = f"{output}: no file that can be written; expected a name in a folder that takes one"
         raise ConfigError("-o", [fault])
 
 

@@ -5,9 +5,9 @@ listeners; when the last one ends, the port has its bag back and is exactly what
 """
 
 from collections.abc import Callable, Sequence
-from types import TracebackType
-from typing import Self, TypeAlias, TypeVar
+from typing import TypeAlias, TypeVar
 
+from firmware_runtime.closing import Closing
 from firmware_runtime.devs.ports import OutPort, StandIn
 
 T = TypeVar("T")
@@ -46,7 +46,7 @@ class ListenedBag(StandIn[T]):
             self._port.bag = self._inner.bag
 
 
-class Listening:
+class Listening(Closing):
     """One listener at one port; `end` it, or use it as a context manager.
 
     It may end at any time, also while it is called. After that nothing is left of it.
@@ -70,13 +70,6 @@ class Listening:
             place.remove(self)
         self._places.clear()
 
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        traceback: TracebackType | None,
-    ) -> None:
+    def close(self) -> None:
+        """Do as `end` does."""
         self.end()

@@ -82,8 +82,8 @@ class Canvas:
     def rectangle(self, corner: Point, width: float, height: float, css: str) -> None:
         """A box with rounded corners, from its upper left one."""
         self._cover(corner, Point(corner.x + width, corner.y + height))
-        x, y = _n(corner.x), _n(corner.y)
-        size = f'width="{_n(width)}" height="{_n(height)}"'
+        x, y = pixels(corner.x), pixels(corner.y)
+        size = f'width="{pixels(width)}" height="{pixels(height)}"'
         self._shapes.append(f'<rect class="{css}" x="{x}" y="{y}" {size} rx="{CORNER}"/>')
 
     def circle(self, centre: Point, radius: float, css: str) -> None:
@@ -91,16 +91,15 @@ class Canvas:
         self._cover(
             Point(centre.x - radius, centre.y - radius), Point(centre.x + radius, centre.y + radius)
         )
-        self._shapes.append(
-            f'<circle class="{css}" cx="{_n(centre.x)}" cy="{_n(centre.y)}" r="{_n(radius)}"/>'
-        )
+        place = f'cx="{pixels(centre.x)}" cy="{pixels(centre.y)}" r="{pixels(radius)}"'
+        self._shapes.append(f'<circle class="{css}" {place}/>')
 
     def text(self, at: Point, text: str, css: str, size: float, anchor: str = "start") -> None:
         """A line of text; `at` is on its base line, at its start, middle or end."""
         width = text_width(text, size)
         left = at.x - width * {"start": 0.0, "middle": 0.5, "end": 1.0}[anchor]
         self._cover(Point(left, at.y - size), Point(left + width, at.y + size / 3))
-        place = f'x="{_n(at.x)}" y="{_n(at.y)}" text-anchor="{anchor}"'
+        place = f'x="{pixels(at.x)}" y="{pixels(at.y)}" text-anchor="{anchor}"'
         self._shapes.append(f'<text class="{css}" {place}>{escape(text)}</text>')
 
     def wire(self, points: Sequence[Point], css: str, tooltip: str) -> None:
@@ -109,14 +108,14 @@ class Canvas:
             _bend(before, at, after)
             for before, at, after in zip(points, points[1:], points[2:], strict=False)
         ]
-        path = " ".join((f"M{_p(points[0])}", *bends, f"L{_p(points[-1])}"))
+        path = " ".join((f"M{point(points[0])}", *bends, f"L{point(points[-1])}"))
         self._path(points, path, css, tooltip)
 
     def curve(self, points: Sequence[Point], css: str) -> None:
         """A Bezier curve, of three points quadratic, of four cubic."""
         command = "Q" if len(points) == 3 else "C"
-        bends = " ".join(_p(point) for point in points[1:])
-        self._path(points, f"M{_p(points[0])} {command}{bends}", css, "")
+        bends = " ".join(map(point, points[1:]))
+        self._path(points, f"M{point(points[0])} {command}{bends}", css, "")
 
     def head(self, tip: Point, behind: Point, css: str) -> None:
         """An arrow's head that points from `behind` to `tip`."""
@@ -124,7 +123,7 @@ class Canvas:
         dx, dy = (tip.x - behind.x) / length, (tip.y - behind.y) / length
         left = Point(tip.x - 9 * dx + 4 * dy, tip.y - 9 * dy - 4 * dx)
         right = Point(tip.x - 9 * dx - 4 * dy, tip.y - 9 * dy + 4 * dx)
-        corners = " ".join(_p(point) for point in (tip, left, right))
+        corners = " ".join(map(point, (tip, left, right)))
         self._shapes.append(f'<polygon class="{css}" points="{corners}"/>')
 
     def render(self, title: str) -> str:
@@ -133,9 +132,9 @@ class Canvas:
         top = min(point.y for point in self._points) - MARGIN
         width = max(point.x for point in self._points) + MARGIN - left
         height = max(point.y for point in self._points) + MARGIN - top
-        view = f"{_n(left)} {_n(top)} {_n(width)} {_n(height)}"
-        place = f'x="{_n(left)}" y="{_n(top)}"'
-        size = f'width="{_n(width)}" height="{_n(height)}"'
+        view = f"{pixels(left)} {pixels(top)} {pixels(width)} {pixels(height)}"
+        place = f'x="{pixels(left)}" y="{pixels(top)}"'
+        size = f'width="{pixels(width)}" height="{pixels(height)}"'
         space = 'xmlns="http://www.w3.org/2000/svg"'
         return "\n".join(
             (
@@ -162,7 +161,7 @@ class Canvas:
 def _bend(before: Point, at: Point, after: Point) -> str:
     """The way into a bend and round it."""
     start, end = _towards(at, before), _towards(at, after)
-    return f"L{_p(start)} Q{_p(at)} {_p(end)}"
+    return f"L{point(start)} Q{point(at)} {point(end)}"
 
 
 def _towards(start: Point, end: Point) -> Point:
@@ -172,10 +171,11 @@ def _towards(start: Point, end: Point) -> Point:
     return Point(start.x + part * (end.x - start.x), start.y + part * (end.y - start.y))
 
 
-def _n(number: float) -> str:
+def pixels(number: float) -> str:
     """A length with one decimal at most."""
     return f"{number:.1f}".removesuffix(".0")
 
 
-def _p(point: Point) -> str:
-    return f"{_n(point.x)},{_n(point.y)}"
+def point(at: tuple[float, float]) -> str:
+    """A point in SVG's path language."""
+    return f"{pixels(at[0])},{pixels(at[1])}"

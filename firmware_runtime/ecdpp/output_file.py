@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 from firmware_runtime.devs.engine import Engine
 from firmware_runtime.devs.ports import OutPort
 from firmware_runtime.ecdpp.text import format_time
+from firmware_runtime.system.whole_file import keep_output
 
 
 class OutputLine(NamedTuple):
@@ -43,8 +44,8 @@ class OutputRecord:
 
 
 def write_outputs(path: Path, lines: Iterable[OutputLine]) -> None:
-    """Write the lines to a file; raises OSError if it cannot be written."""
-    path.write_text("".join(f"{line}\n" for line in lines), encoding="utf-8")
+    """Write the lines to a file. Raises ConfigError if it cannot be written."""
+    keep_output(path, "".join(f"{line}\n" for line in lines).encode(), "--outputs")
 
 
 def _text(value: object) -> str:

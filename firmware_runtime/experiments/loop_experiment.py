@@ -19,6 +19,7 @@ from firmware_runtime.experiments.loop_delay import (
     first_back_s,
     rounds_of,
 )
+from firmware_runtime.experiments.quantities import milliseconds
 from firmware_runtime.experiments.trial import Trial
 from firmware_runtime.stages.stage import Stage
 from firmware_runtime.statistics.number_formats import NOTHING
@@ -117,14 +118,14 @@ class LoopRuns:
             published = each.published_ms
             beside = "" if published is None else f"; published: {_published(published)}"
             yield (
-                f"{stage}: p50 {_ms(delays.p50_ms)}, p99 {_ms(delays.p99_ms)}{beside}; "
-                f"{delays.back} of {delays.sent} came back, "
+                f"{stage}: p50 {milliseconds(delays.p50_ms)}, p99 {milliseconds(delays.p99_ms)}"
+                f"{beside}; {delays.back} of {delays.sent} came back, "
                 f"one every {each.every_s * 1e3:g} ms; "
                 f"{each.between}"
             )
             yield (
-                f"  p50 of the legs: out {_ms(delays.out_p50_ms)}, return "
-                f"{_ms(delays.return_p50_ms)}; p50 of what was sent late "
+                f"  p50 of the legs: out {milliseconds(delays.out_p50_ms)}, return "
+                f"{milliseconds(delays.return_p50_ms)}; p50 of what was sent late "
                 f"{_us(each.lateness_p50_us)}, of all frames from run to run and back "
                 f"{_us(each.carried_p50_us)}"
             )
@@ -173,12 +174,12 @@ def _measured(trial: Trial, stage: Stage) -> tuple[Sequence[Round], StageDelays]
 def _cells(figures: StageDelays) -> list[str]:
     delays = figures.delays
     return [
-        _ms(delays.p50_ms),
-        _ms(delays.p99_ms),
-        _ms(delays.least_ms),
-        _ms(delays.most_ms),
-        _ms(delays.out_p50_ms),
-        _ms(delays.return_p50_ms),
+        milliseconds(delays.p50_ms),
+        milliseconds(delays.p99_ms),
+        milliseconds(delays.least_ms),
+        milliseconds(delays.most_ms),
+        milliseconds(delays.out_p50_ms),
+        milliseconds(delays.return_p50_ms),
         f"{figures.every_s * 1e3:g} ms",
         _us(figures.lateness_p50_us),
         _us(figures.carried_p50_us),
@@ -192,8 +193,4 @@ def _published(delay_ms: float | None) -> str:
 
 
 def _us(span_us: float | None) -> str:
-    return _ms(None if span_us is None else span_us / 1e3)
-
-
-def _ms(span_ms: float | None) -> str:
-    return NOTHING if span_ms is None else f"{span_ms:.3f} ms"
+    return milliseconds(None if span_us is None else span_us / 1e3)

@@ -2,6 +2,8 @@
 
 from typing import Final
 
+from firmware_runtime.statistics.number_formats import NOTHING
+
 _UNITS: Final = {
     "kg_m2": "kg m2",
     "n_per_s": "N/s",
@@ -39,6 +41,11 @@ def with_unit(name: str, value: float) -> str:
     is_whole = value == round(value) and abs(value) >= 10
     number = f"{value:,.0f}" if is_whole else f"{value:.4g}"
     return f"{number} {_UNITS[end]}" if (end := _end(name)) else number
+
+
+def milliseconds(span_ms: float | None) -> str:
+    """A span for a table, a dash where there is none."""
+    return NOTHING if span_ms is None else f"{span_ms:.3f} ms"
 
 
 def _end(name: str) -> str:

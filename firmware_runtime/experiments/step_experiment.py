@@ -13,6 +13,7 @@ from firmware_runtime.errors import ConfigError
 from firmware_runtime.experiments.conditions import between
 from firmware_runtime.experiments.findings import Findings
 from firmware_runtime.experiments.line_plot import Curve, LinePlot, on_common_axes
+from firmware_runtime.experiments.quantities import milliseconds
 from firmware_runtime.experiments.running import Traced
 from firmware_runtime.experiments.step_response import (
     SETTLED,
@@ -87,7 +88,7 @@ class StepRuns:
         head = ("stage", "rise time", "overshoot", f"settled within {SETTLED:.0%}", "at the end")
         more = ("from simulation, rms", "largest", "delay of the loop")
         rows = [
-            (stage.value, *_cells(each, unit), _milliseconds(each.loop_delay_ms))
+            (stage.value, *_cells(each, unit), milliseconds(each.loop_delay_ms))
             for stage, each in self.figures.items()
         ]
         return table("Figures by stage", (*head, *more), rows)
@@ -199,10 +200,6 @@ def _cells(figures: StageFigures, unit: str) -> list[str]:
         NOTHING if apart is None else f"{apart.rms:.4f} {unit}",
         NOTHING if apart is None else f"{apart.largest:.4f} {unit}",
     ]
-
-
-def _milliseconds(span_ms: float | None) -> str:
-    return NOTHING if span_ms is None else f"{span_ms:.3f} ms"
 
 
 def _seconds(span_s: float | None) -> str:

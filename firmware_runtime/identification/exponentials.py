@@ -7,6 +7,7 @@ By the C library's exponential, which may differ in its last bit from one machin
 import math
 
 import numpy as np
+from scipy.special import exprel
 
 from firmware_runtime.identification.plant import Numbers
 
@@ -15,10 +16,7 @@ _SHALLOW = 1e-3
 
 def convolutions(a: float, b: float, spans: Numbers) -> Numbers:
     """The integral of e^(-a (t - u)) e^(-b u) over u from 0 to each t; a, b >= 0, equal or not."""
-    apart = abs(a - b) * spans
-    with np.errstate(invalid="ignore", divide="ignore"):
-        mean = np.where(apart > 0.0, -np.expm1(-apart) / apart, 1.0)
-    found: Numbers = spans * mean * np.exp(-min(a, b) * spans)
+    found: Numbers = spans * exprel(-abs(a - b) * spans) * np.exp(-min(a, b) * spans)
     return found
 
 

@@ -15,6 +15,8 @@ from dataclasses import dataclass, replace
 from typing import Final, TypeAlias
 
 import numpy as np
+from scipy.integrate import cumulative_trapezoid
+from scipy.ndimage import uniform_filter1d
 from scipy.signal import savgol_filter
 
 from firmware_runtime.identification.plant import Numbers, PlantParameters
@@ -78,7 +80,7 @@ def rates_of(series: Series, span: int) -> Series:
 
 def _guess(series: Series, cuts: Sequence[Cut]) -> Guess:
     """The sensor reads 0 at rest, or what it reads at first."""
-    rate = _smoothed(series.measured)
+    rate = uniform_filter1d(series.measured, _SMOOTHED, mode="nearest")
     still = _still(rate, series)
     found = (
         _at_rest(series, cuts, rate - rest, still, rest)
@@ -93,8 +95,8 @@ def _at_rest(
     """The best of a grid of delays, where this is what the sensor reads at rest."""
     moving: Numbers = (np.abs(rate) > still).astype(np.float64)
     resisting = [
-        -_integral(moving * rate, series.at),
-        -_integral(moving * np.sign(rate), series.at),
+        -cumulative_trapezoid(moving * rate, series.at, initial=0),
+        -cumulative_trapezoid(moving * np.sign(rate), series.at, initial=0),
     ]
     found = (_at_delay(series, moving, resisting, *each) for each in cuts)
     return replace(min(found, key=lambda each: each.misfit), rest=rest)
@@ -105,7 +107,7 @@ def _at_delay(
 ) -> Guess:
     drive = cut.drive[cut.measured]
     at = series.at
-    columns = [_integral(moving * drive, at), *resisting]
+    columns = [cumulative_trapezoid(moving * drive, at, initial=0), *resisting]
     matrix = np.column_stack([np.ones_like(at), *columns])
     found, *_ = np.linalg.lstsq(matrix, series.measured, rcond=None)
     misfit = float(np.sqrt(np.mean((series.measured - matrix @ found) ** 2)))
@@ -133,18 +135,7 @@ def _breakaway(drive: Numbers, moving: Numbers) -> float:
     return float(standing.max()) if len(standing) else 0.0
 
 
-def _smoothed(measured: Numbers) -> Numbers:
-    padded = np.pad(measured, _SMOOTHED // 2, mode="edge")
-    smoothed: Numbers = np.convolve(padded, np.full(_SMOOTHED, 1.0 / _SMOOTHED), mode="valid")
-    return smoothed
-
-
 def _still(rate: Numbers, series: Series) -> float:
     """The rate that is none beside the noise, or beside the rates that there are."""
     noise = np.median(np.abs(np.diff(series.measured, 2))) / 0.6745 / np.sqrt(6.0)
     return float(max(_STANDING * noise / np.sqrt(_SMOOTHED), 0.01 * np.std(rate)))
-
-
-def _integral(values: Numbers, at: Numbers) -> Numbers:
-    steps = 0.5 * (values[1:] + values[:-1]) * np.diff(at)
-    return np.concatenate(([0.0], np.cumsum(steps)))

@@ -10,7 +10,7 @@ from typing import Final, TypeAlias
 from firmware_runtime.board import strict
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.registers.table import Register, RegisterTable
-from firmware_runtime.system.whole_file import read_file
+from firmware_runtime.system.whole_file import read_text
 
 TAKEN: Final = frozenset({"ADDRESSES", "REGISTERS", "IDENTITY", "BRING_UP", "by_name"})
 """Names that the driver has for something else."""
@@ -22,18 +22,8 @@ _NOT_IN_TEXTS: Final = re.compile(r'[\x00-\x1f\x7f"\\|]')
 
 def load_table(path: Path | Traversable) -> RegisterTable:
     """Read a table. Raises ConfigError with every fault found."""
-    return parse_table(read_text(path), str(path))
-
-
-def read_text(path: Path | Traversable) -> str:
-    """The text of a table's file. Raises ConfigError if it cannot be read."""
-    try:
-        held = read_file(path) if isinstance(path, Path) else path.read_bytes()
-        return held.decode("utf-8-sig")
-    except OSError as error:
-        raise ConfigError(str(path), [f"cannot be read: {error.strerror}"]) from error
-    except UnicodeDecodeError as error:
-        raise ConfigError(str(path), ["cannot be read: not UTF-8; expected a TOML file"]) from error
+    text = read_text(path) if isinstance(path, Path) else path.read_text("utf-8")
+    return parse_table(text, str(path))
 
 
 def parse_table(text: str, where: str) -> RegisterTable:

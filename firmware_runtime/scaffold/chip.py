@@ -9,10 +9,11 @@ from typing import Final
 from firmware_runtime.entry_points import installed
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.registers.table import Register, RegisterTable
-from firmware_runtime.registers.table_file import parse_table, read_text
+from firmware_runtime.registers.table_file import parse_table
 from firmware_runtime.scaffold.names import class_name, name_fault
 from firmware_runtime.scaffold.package import PLACE, write_package
 from firmware_runtime.scaffold.register_page import page
+from firmware_runtime.system.whole_file import read_text
 
 TEMPLATE: Final = "chip"
 EXAMPLE: Final = "example_registers.toml"

@@ -7,7 +7,6 @@ it. Names say whose they are (`fr-PID-START-c`), so what a process left behind t
 removed at the next start.
 """
 
-import subprocess
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
 from os import geteuid
@@ -22,16 +21,13 @@ from firmware_runtime.system.process_identity import (
     is_running,
     this_process,
 )
+from firmware_runtime.system.programs import ProgramFailed, answer_of
 
 CONTROLLER_AT: Final = "10.77.0.1"
 ROBOT_AT: Final = "10.77.0.2"
 _TOOLS: Final = ("ip", "nsenter")
 _PREFIX: Final = "fr"
 _TIMEOUT_S: Final = 20.0
-
-
-class NamespaceError(Exception):
-    """A step that the kernel or this user's rights did not allow; its text says which."""
 
 
 def why_not() -> str | None:
@@ -51,7 +47,7 @@ class Namespaces:
         self.controller, self.robot = f"{stem}-c", f"{stem}-r"
 
     def make(self) -> None:
-        """Make both and the cable between them. Raises NamespaceError; then none is left."""
+        """Make both and the cable between them. Raises ProgramFailed; then none is left."""
         try:
             for name in (self.controller, self.robot):
                 _run("ip", "netns", "add", name)
@@ -61,14 +57,14 @@ class Namespaces:
             for name, address in ((self.controller, CONTROLLER_AT), (self.robot, ROBOT_AT)):
                 _run("ip", "-n", name, "address", "add", f"{address}/30", "dev", "veth0")
                 _run("ip", "-n", name, "link", "set", "veth0", "up")
-        except NamespaceError:
+        except ProgramFailed:
             self.remove()
             raise
 
     def impair(self, how: Impairment) -> None:
-        """Let the kernel impair what leaves either end. Raises NamespaceError if it cannot."""
+        """Let the kernel impair what leaves either end. Raises ProgramFailed if it cannot."""
         if which("tc") is None:
-            raise NamespaceError("no tc")
+            raise ProgramFailed("no tc")
         for name in (self.controller, self.robot):
             _run("tc", "-n", name, "qdisc", "add", "dev", "veth0", "root", "netem", *netem(how))
 
@@ -104,7 +100,7 @@ def remove_leftovers() -> list[str]:
 
 @contextmanager
 def made() -> Iterator[Namespaces]:
-    """A pair within the block. Raises NamespaceError."""
+    """A pair within the block. Raises ProgramFailed."""
     pair = Namespaces()
     pair.make()
     try:
@@ -114,7 +110,7 @@ def made() -> Iterator[Namespaces]:
 
 
 def _names() -> list[str]:
-    with suppress(NamespaceError):
+    with suppress(ProgramFailed):
         return [line.split()[0] for line in _run("ip", "netns", "list").splitlines() if line]
     return []
 
@@ -128,19 +124,9 @@ def _owner(name: str) -> ProcessIdentity | None:
 
 
 def _delete(name: str) -> None:
-    with suppress(NamespaceError):  # it is gone already
+    with suppress(ProgramFailed):  # it is gone already
         _run("ip", "netns", "delete", name)
 
 
 def _run(*command: str) -> str:
-    """What a command prints. Raises NamespaceError with what it says where it fails."""
-    try:
-        ended = subprocess.run(  # noqa: S603 -- words of ours alone
-            command, capture_output=True, text=True, timeout=_TIMEOUT_S, check=False
-        )
-    except (OSError, subprocess.TimeoutExpired) as error:
-        raise NamespaceError(f"{command[0]}: {error}") from error
-    if ended.returncode != 0:
-        said = " ".join(ended.stderr.split()) or f"status {ended.returncode}"
-        raise NamespaceError(f"{' '.join(command[:3])}: {said}")
-    return ended.stdout
+    return answer_of(command, timeout_s=_TIMEOUT_S)

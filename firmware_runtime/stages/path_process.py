@@ -9,6 +9,7 @@ from typing import Any, Final
 
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.links.cut.impairment import Impairment
+from firmware_runtime.system.programs import end_within
 
 _PATIENCE_S: Final = 60.0
 
@@ -50,11 +51,7 @@ class PathProcess:
         assert self._process.stdout is not None  # noqa: S101 -- likewise
         self._process.stdin.close()
         counts = self._line()
-        try:
-            self._process.wait(_PATIENCE_S)
-        except subprocess.TimeoutExpired:
-            self._process.kill()
-            self._process.wait()
+        end_within(self._process, _PATIENCE_S)
         self._process.stdout.close()
         return counts
 

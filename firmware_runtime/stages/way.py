@@ -18,9 +18,10 @@ from firmware_runtime.links.cut.impairment import Impairment
 from firmware_runtime.links.endpoint import endpoint, written
 from firmware_runtime.links.key_file import read_key, write_key
 from firmware_runtime.stages import namespaces
-from firmware_runtime.stages.namespaces import CONTROLLER_AT, ROBOT_AT, NamespaceError, Namespaces
+from firmware_runtime.stages.namespaces import CONTROLLER_AT, ROBOT_AT, Namespaces
 from firmware_runtime.stages.path_process import PathProcess
 from firmware_runtime.system.own_folder import own_folder
+from firmware_runtime.system.programs import ProgramFailed
 
 WIFI: Final = Impairment(delay=40_000_000, jitter=10_000_000, loss=0.02)
 """A loop of some 80 ms, as the paper measured over WiFi, and some loss."""
@@ -87,7 +88,7 @@ def _namespaces(stack: ExitStack, say: Callable[[str], None]) -> Namespaces | No
             say(f"removed the network namespace {name}, whose owner is not running any more")
         try:
             return stack.enter_context(namespaces.made())
-        except NamespaceError as error:
+        except ProgramFailed as error:
             why = str(error)
     say(f"no network namespaces here ({why}); the bad network is a process on loopback")
     return None
@@ -99,7 +100,7 @@ def _impaired_cable(stack: ExitStack, pair: Namespaces, how: Impairment, key: Pa
     insides = namespaces.inside(pair.controller), namespaces.inside(pair.robot)
     try:
         pair.impair(how)
-    except NamespaceError as error:
+    except ProgramFailed as error:
         path = PathProcess(CONTROLLER_AT, robot, how, insides[0])
         stack.callback(path.end)
         by = {"by": "a process", "no_netem": str(error), "how": str(how)}

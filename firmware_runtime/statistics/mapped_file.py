@@ -15,7 +15,6 @@ full disk refuses the run instead of killing it later. Other readers and writers
 `pwrite`, never a mapping: a file that is cut short meanwhile cannot kill them.
 """
 
-import errno
 import json
 import mmap
 import os
@@ -39,12 +38,11 @@ from firmware_runtime.statistics.errors import (
 )
 from firmware_runtime.statistics.histogram import Cells
 from firmware_runtime.system.file_owner import foreign_owner, refused
+from firmware_runtime.system.whole_file import OWN_AND_GROUP, demand_regular, unfinished_file
 
 T = TypeVar("T", bound=msgspec.Struct)
 PREFIX = struct.Struct("=8s3q")
 CELL = struct.Struct("=q")
-_MODE = 0o640
-"""The owner writes, the group may read: a robot's operators need not be root."""
 _LONGEST_HEADER = 1 << 24
 """Bytes; a header that says it is longer is damaged, and must not fill the reader's memory."""
 
@@ -217,20 +215,9 @@ class SharedCells:
 
 def _publish(path: Path, size: int, start: bytes) -> mmap.mmap:
     """Make the file under a name of its own, fill and map it, then give it the name people know."""
-    if os.path.exists(path) and not os.path.isfile(path):  # noqa: PTH110, PTH113 -- never raise
-        # a device or a pipe, such as /dev/full, would be gone for all
-        raise OSError(errno.EINVAL, "no regular file", str(path))
-    unfinished = path.parent / f".{path.name}.{os.getpid()}"
+    demand_regular(path)  # a device or a pipe, such as /dev/full, would be gone for all
     path.parent.mkdir(parents=True, exist_ok=True)
-    unfinished.unlink(missing_ok=True)
-    descriptor = os.open(unfinished, os.O_RDWR | os.O_CREAT | os.O_EXCL | os.O_CLOEXEC, _MODE)
-    try:
-        os.fchmod(descriptor, _MODE)
+    with unfinished_file(path, OWN_AND_GROUP) as descriptor:
         os.posix_fallocate(descriptor, 0, size)
         os.pwrite(descriptor, start, 0)
-        memory = mmap.mmap(descriptor, size)
-        unfinished.replace(path)
-    finally:
-        os.close(descriptor)
-        unfinished.unlink(missing_ok=True)
-    return memory
+        return mmap.mmap(descriptor, size)

@@ -3,14 +3,15 @@
 import errno
 import os
 import stat
-from contextlib import suppress
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Final
 
 from firmware_runtime.errors import ConfigError
 
 OWN_AND_GROUP: Final = 0o640
-"""The owner writes, the group may read, as for the statistics."""
+"""The owner writes, the group may read: a robot's operators need not be root."""
 MOST: Final = 1 << 24
 """Bytes that are read at most."""
 
@@ -22,28 +23,35 @@ def replace_file(
 
     With `synced` it is waited until the disk has it, and power loss leaves either.
 
+    """
+    with unfinished_file(path, mode) as descriptor, os.fdopen(os.dup(descriptor), "wb") as file:
+        file.write(content)
+        if synced:
+            file.flush()
+            os.fsync(descriptor)
+    if synced:
+        sync_folder(path.parent)
+
+
+@contextmanager
+def unfinished_file(path: Path, mode: int | None = None) -> Iterator[int]:
+    """Yield the descriptor of a new file, which gets its name when the block ends well.
+
     It is made under a name that nothing had before, so nothing is followed or written through that
-    another user put there. What could not be finished is removed.
+    another user put there. What could not be finished is removed. Raises OSError.
     """
     unfinished = path.parent / f".{path.name}.{os.getpid()}"
     unfinished.unlink(missing_ok=True)
-    flags = os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_CLOEXEC
+    flags = os.O_RDWR | os.O_CREAT | os.O_EXCL | os.O_CLOEXEC
     descriptor = os.open(unfinished, flags, 0o666 if mode is None else mode)
     try:
-        with os.fdopen(descriptor, "wb") as file:
-            if mode is not None:
-                os.fchmod(file.fileno(), mode)
-            file.write(content)
-            if synced:
-                file.flush()
-                os.fsync(file.fileno())
+        if mode is not None:
+            os.fchmod(descriptor, mode)
+        yield descriptor
         unfinished.replace(path)
-        if synced:
-            sync_folder(path.parent)
-    except BaseException:
-        with suppress(OSError):
-            unfinished.unlink()
-        raise
+    finally:
+        os.close(descriptor)
+        unfinished.unlink(missing_ok=True)
 
 
 def sync_folder(folder: Path) -> None:
@@ -61,18 +69,23 @@ def keep_file(path: Path, content: bytes, mode: int | None = None) -> None:
     A device, FIFO or socket there is left as it is: /dev/full or /dev/stdout would be gone for all.
     """
     place = Path(os.path.realpath(path))
-    if os.path.exists(place) and not os.path.isfile(place):  # noqa: PTH110, PTH113 -- never raise
-        raise OSError(errno.EINVAL, "no regular file", str(path))
+    demand_regular(place)
     replace_file(place, content, mode)
 
 
-def keep_output(output: Path, content: bytes) -> None:
-    """Like `keep_file`, at what `-o` names. Raises ConfigError."""
+def demand_regular(path: Path) -> None:
+    """Raise OSError if something that is no regular file stands there."""
+    if os.path.exists(path) and not os.path.isfile(path):  # noqa: PTH110, PTH113 -- never raise
+        raise OSError(errno.EINVAL, "no regular file", str(path))
+
+
+def keep_output(output: Path, content: bytes, option: str = "-o", mode: int | None = None) -> None:
+    """Like `keep_file`, at what an option names. Raises ConfigError."""
     try:
-        keep_file(output, content)
+        keep_file(output, content, mode)
     except OSError as error:
         fault = f"{output}: {error.strerror}; expected a file that can be written"
-        raise ConfigError.of_one("-o", fault) from error
+        raise ConfigError.of_one(option, fault) from error
 
 
 def read_file(path: Path) -> bytes:

@@ -5,25 +5,15 @@ from pathlib import Path
 from typing import Final
 from xml.etree.ElementTree import Element, tostring
 
-from firmware_runtime.errors import ConfigError
 from firmware_runtime.experiments.line_plot import HEIGHT, WIDTH, Curve, LinePlot
 from firmware_runtime.replay.what_if import WhatIf
 from firmware_runtime.statistics.page.markup import element, table
 from firmware_runtime.statistics.page.page import page_of, section
-from firmware_runtime.system.whole_file import keep_file
+from firmware_runtime.system.whole_file import keep_output
 from firmware_runtime.what_if.text import number
 
 PLOTS: Final = 6
 ENDINGS: Final = (".svg", ".html")
-
-
-def check_ending(path: Path) -> None:
-    """Raise ConfigError for a file that is no picture or page, or that cannot be there."""
-    if path.suffix not in ENDINGS:
-        fault = f"ends in {path.suffix!r}; expected {' or '.join(ENDINGS)}"
-        raise ConfigError.of_one(f"-o {path}", fault)
-    if path.is_dir() or not path.absolute().parent.is_dir():
-        raise ConfigError.of_one(f"-o {path}", "expected a file in a folder that is there")
 
 
 def write_plots(found: WhatIf, changed: str, path: Path) -> None:
@@ -31,11 +21,7 @@ def write_plots(found: WhatIf, changed: str, path: Path) -> None:
     plots = [_plot(found, name) for name in found.curves]
     title = f"{found.run}: {changed}"
     text = _stacked(plots, title) if path.suffix == ".svg" else _page(found, plots, title)
-    try:
-        keep_file(path, text.encode())
-    except OSError as error:
-        fault = f"cannot be written ({error.strerror}); expected a file that can"
-        raise ConfigError.of_one(f"-o {path}", fault) from error
+    keep_output(path, text.encode())
 
 
 def _plot(found: WhatIf, name: str) -> LinePlot:

@@ -5,12 +5,12 @@ is the device. Needs root, and the modules vhci-hcd, i2c-tiny-usb and i2c-dev.
 Source: Linux 6.1 drivers/usb/usbip/vhci_sysfs.c.
 """
 
-import subprocess
 from contextlib import suppress
 from pathlib import Path
 from socket import socket
 from typing import Final
 
+from firmware_runtime.system.programs import ProgramFailed, run_program
 from sim_doubles.usbip.errors import NotAttached
 
 CONTROLLER: Final = Path("/sys/devices/platform/vhci_hcd.0")
@@ -23,16 +23,12 @@ _HIGH_SPEED_HUB: Final = "hs"
 def load_modules() -> None:
     """Load what a virtual adapter needs. Raises NotAttached if the kernel has not got it."""
     try:
-        done = subprocess.run(  # noqa: S603 -- fixed words
-            ["/sbin/modprobe", "--all", *MODULES], capture_output=True, text=True, check=False
-        )
-    except FileNotFoundError as error:
-        raise NotAttached("modprobe: not found, expected it (Debian: package kmod)") from error
-    if done.returncode != 0:
-        raise NotAttached(
-            f"{done.stderr.strip().splitlines()[-1]}; expected root, and a kernel with the modules "
-            f"{', '.join(MODULES)}"
-        )
+        ended = run_program(["/sbin/modprobe", "--all", *MODULES])
+    except ProgramFailed as error:
+        raise NotAttached(f"{error} (Debian: package kmod)") from error
+    if ended.status != 0:
+        expected = f"expected root, and a kernel with the modules {', '.join(MODULES)}"
+        raise NotAttached(f"{ended.reason}; {expected}")
 
 
 class HostController:

@@ -9,6 +9,7 @@ from collections.abc import Iterable, Iterator
 from typing import Final, NamedTuple
 from xml.sax.saxutils import escape, quoteattr
 
+from firmware_runtime.diagram.svg import pixels, point
 from sim_doubles.worlds.arena_geometry import Point
 
 __all__ = ["HUES", "Axis", "Box", "Page", "point", "text_width"]
@@ -122,7 +123,7 @@ class Page:
 
     def text(self, at: Point, text: str, css: str = "", anchor: str = "start") -> None:
         """A line of text; `at` is on its base line, at its start, middle or end."""
-        place = f'x="{_n(at[0])}" y="{_n(at[1])}" text-anchor="{anchor}"'
+        place = f'x="{pixels(at[0])}" y="{pixels(at[1])}" text-anchor="{anchor}"'
         self._shapes.append(f'<text class="{css}" {place}>{escape(text)}</text>')
 
     def text_upwards(self, at: Point, text: str, css: str) -> None:
@@ -148,7 +149,7 @@ class Page:
 
     def circle(self, centre: Point, radius: float, css: str) -> None:
         """A circle."""
-        place = f'cx="{_n(centre[0])}" cy="{_n(centre[1])}" r="{_n(radius)}"'
+        place = f'cx="{pixels(centre[0])}" cy="{pixels(centre[1])}" r="{pixels(radius)}"'
         self._shapes.append(f'<circle class="{css}" {place}/>')
 
     def rectangle(self, box: Box, css: str, tooltip: str = "") -> None:
@@ -169,8 +170,8 @@ class Page:
 
     def render(self, height: float, title: str) -> str:
         """The whole picture."""
-        size = f'width="{_n(self._width)}" height="{_n(height)}"'
-        view = f"0 0 {_n(self._width)} {_n(height)}"
+        size = f'width="{pixels(self._width)}" height="{pixels(height)}"'
+        view = f"0 0 {pixels(self._width)} {pixels(height)}"
         label = f'role="img" aria-label={quoteattr(title)}'
         return "\n".join(
             (
@@ -207,15 +208,5 @@ def _rules(scheme: int) -> Iterator[str]:
 
 
 def _place(box: Box) -> str:
-    place = f'x="{_n(box.left)}" y="{_n(box.top)}"'
-    return f'{place} width="{_n(box.width)}" height="{_n(box.height)}"'
-
-
-def _n(number: float) -> str:
-    """A length with one decimal at most."""
-    return f"{number:.1f}".removesuffix(".0")
-
-
-def point(at: Point) -> str:
-    """A point in SVG's path language."""
-    return f"{_n(at[0])},{_n(at[1])}"
+    place = f'x="{pixels(box.left)}" y="{pixels(box.top)}"'
+    return f'{place} width="{pixels(box.width)}" height="{pixels(box.height)}"'

@@ -1,5 +1,6 @@
 """Completion: what may come next, and that real shells ask for it."""
 
+import re
 import shutil
 import subprocess
 import sys
@@ -9,19 +10,18 @@ from typing import Any
 
 import pytest
 
-from firmware_runtime.cli.commands.completion import SCRIPTS, candidates
-from firmware_runtime.cli.main import VERBS, parser
+from firmware_runtime.cli.commands.completion import SHELLS
+from firmware_runtime.cli.main import VERBS, verb_names
+from firmware_runtime.extras import install_command
+from firmware_runtime.status import Status
+from tests.support.completion import ways_on
 from tests.support.waiting import PATIENCE_S
 
 PROGRAM = Path(sys.executable).with_name("firmware-runtime")
 
 
-INSTALLED = [shell for shell in SCRIPTS if shutil.which(shell)]
+INSTALLED = [shell for shell in SHELLS if shutil.which(shell)]
 """Bash at least; on a machine that has zsh and fish, these too."""
-
-
-def ways_on(*words: str) -> list[str]:
-    return candidates(words, VERBS, parser)
 
 
 @pytest.mark.parametrize(
@@ -66,42 +66,45 @@ def test_what_may_come_next(words: tuple[str, ...], expected: list[str]) -> None
 
 
 def test_every_verb_is_offered_and_has_its_options() -> None:
-    assert ways_on("") == list(VERBS)
+    assert ways_on("") == verb_names()
     for verb in VERBS:
         assert "--help" in ways_on(verb, "--")
 
 
-def test_two_dashes_that_are_being_typed_are_a_word(command: Callable[..., Any]) -> None:
-    offered = command("completion", "bash", "--", "run", "tachobot", "--").out.splitlines()
-    assert offered == ways_on("run", "tachobot", "--")
-
-
-@pytest.mark.parametrize("shell", SCRIPTS)
+@pytest.mark.parametrize("shell", SHELLS)
 def test_the_script_is_printed(command: Callable[..., Any], shell: str) -> None:
     ended = command("completion", shell)
-    assert (ended.status, ended.out) == (0, SCRIPTS[shell])
+    assert (ended.status, ended.out.count("_ARGCOMPLETE_SHELL")) == (0, 2 if shell != "fish" else 1)
+
+
+def test_without_the_extra_the_command_that_installs_it_is_said(
+    command: Callable[..., Any], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(sys.modules, "argcomplete", None)
+    ended = command("completion", "bash")
+    assert ended.status == Status.BAD_INPUT
+    assert install_command("completion") in ended.error
 
 
 ASK_BASH = """
 source <("$1" completion bash)
 complete -p firmware-runtime
-shift; COMP_WORDS=("$@"); COMP_CWORD=$(($# - 1))
-_firmware_runtime
+COMP_LINE=$2 COMP_POINT=${#2} COMP_TYPE=9
+_python_argcomplete "$1"
 printf '%s\\n' "${COMPREPLY[@]}"
 """
 ASK_ZSH = """
 autoload -Uz compinit; compinit -u -D
 source <("$1" completion zsh)
 print -r -- ${_comps[firmware-runtime]}
-shift; words=("$@"); CURRENT=$#
-_files() { print files; }
-compadd() { print -rl -- "${@:#--}"; }
-_firmware_runtime
+BUFFER=$2; CURSOR=${#2}; words=("$1")
+_describe() { print -rl -- "${completions[@]}"; }
+_python_argcomplete
 """
 ASK_FISH = """
+set -x PATH (dirname $argv[1]) $PATH
 $argv[1] completion fish | source
-set -l line $argv[2..-1]
-complete -C "$line"
+complete -C "$argv[2]"
 """
 ASKED = {"bash": ASK_BASH, "zsh": ASK_ZSH, "fish": ASK_FISH}
 
@@ -109,12 +112,13 @@ ASKED = {"bash": ASK_BASH, "zsh": ASK_ZSH, "fish": ASK_FISH}
 def asked(shell: str, *words: str) -> list[str]:
     """What a real shell offers at Tab."""
     options = ["--norc", "-c"] if shell == "bash" else ["-f", "-c"] if shell == "zsh" else ["-c"]
-    line = [ASKED[shell], *(() if shell == "fish" else ("ask",)), str(PROGRAM), *words]
+    line = " ".join(["firmware-runtime", *words])
+    script = [ASKED[shell], *(() if shell == "fish" else ("ask",)), str(PROGRAM), line]
     done = subprocess.run(
-        [shell, *options, *line], capture_output=True, text=True, check=False, timeout=PATIENCE_S
+        [shell, *options, *script], capture_output=True, text=True, check=False, timeout=PATIENCE_S
     )
     assert done.returncode == 0, done.stderr
-    return [line.split("\t")[0] for line in done.stdout.splitlines()]
+    return [re.split("[\t:]", line)[0].rstrip() for line in done.stdout.splitlines()]
 
 
 @pytest.mark.slow
@@ -124,12 +128,23 @@ def asked(shell: str, *words: str) -> list[str]:
     [(("run", "tachobot", "--clock", "v"), "virtual"), (("run", "tach"), "tachobot")],
 )
 def test_a_real_shell_completes(shell: str, words: tuple[str, ...], expected: str) -> None:
-    assert expected in asked(shell, str(PROGRAM), *words)
+    assert expected in asked(shell, *words)
+
+
+@pytest.mark.parametrize("shell", ["zsh", "fish"])
+def test_a_shell_that_does_not_offer_files_by_itself_is_told_of_them(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, shell: str
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "kept.trace").touch()
+    (tmp_path / "keeping").mkdir()
+    offered = {each.partition(":")[0] for each in ways_on("stats", "--save", "k", shell=shell)}
+    assert offered == {"kept.trace", "keeping/"}
 
 
 @pytest.mark.slow
 def test_bash_offers_files_where_nothing_is_known() -> None:
-    registered, *offered = asked("bash", str(PROGRAM), "run", "tachobot", "--trace", "")
+    registered, *offered = asked("bash", "run", "tachobot", "--trace", "")
     assert "-o default" in registered
     assert offered == [""]
 

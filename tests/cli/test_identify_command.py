@@ -112,7 +112,7 @@ def test_a_file_that_is_not_there_and_an_output_of_another_kind_are_refused(
     ended = command("identify", "tachobot", "--from", missing, "-o", tmp_path / "plant.txt")
     assert "expected a name that ends in .json or .html" in ended.error
     ended = command("identify", "tachobot", "--from", missing, "--since", "-1")
-    assert "expected seconds, 0 or more" in ended.error
+    assert "expected a second of the run, 0 or more" in ended.error
 
 
 def test_without_scipy_the_extra_is_named_with_its_command(monkeypatch: pytest.MonkeyPatch) -> None:

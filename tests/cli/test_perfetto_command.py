@@ -217,4 +217,4 @@ def test_a_file_that_cannot_be_written_is_said(
     assert run.elapsed > 0
     ended = command("perfetto", "-o", tmp_path / "absent" / "trace.json")
     assert ended.status == 2
-    assert "cannot be written (No such file or directory)" in ended.error
+    assert "trace.json: No such file or directory" in ended.error

@@ -100,7 +100,7 @@ def test_a_watch_goes_on_until_a_signal_or_the_end_of_the_run(robot: BridgedRun)
         (["send", "192.0.2.1:9", "a=1"], "expected a key file"),
         (["send", "127.0.0.1:99999", "a=1"], "expected ADDRESS:PORT"),
         (["send", "tachobo", "a=1"], "tachobot"),
-        (["watch", "tachobot", "a", "--every", "0"], "expected a number from 1"),
+        (["watch", "tachobot", "a", "--every", "0"], "expected a whole number from 1"),
     ],
 )
 def test_what_makes_no_sense_is_refused(

@@ -88,7 +88,7 @@ def test_what_cannot_be_read_or_written_is_said_in_a_sentence(
     assert "no statistics of nosuch" in nosuch.error
     nowhere = command("report", kept, "-o", tmp_path / "absent" / "report.html")
     assert nowhere.status == 2
-    assert "cannot be written (No such file or directory)" in nowhere.error
+    assert "report.html: No such file or directory" in nowhere.error
     os.truncate(kept, 100)
     cut = command("report", kept, "-o", output)
     assert cut.status == 2

@@ -6,9 +6,9 @@ import pytest
 
 from firmware_runtime.board import kinds, registry
 from firmware_runtime.board.in_force import PLACE, known_names
-from firmware_runtime.cli.commands.completion import candidates
-from firmware_runtime.cli.main import main, parser
+from firmware_runtime.cli.main import main
 from firmware_runtime.errors import ConfigError
+from tests.support.completion import ways_on
 
 LEFT = 'name = "left"\n'
 
@@ -66,7 +66,7 @@ def test_boards_completion_and_a_wrong_name_know_it(
     assert main(["boards"]) == 0
     assert f"a tachobot, by {installed_left / 'left.toml'}" in capsys.readouterr().out
     for verb in (["run"], ["guard"], ["service", "logs"], ["service", "uninstall"]):
-        assert candidates([*verb, "le"], [], parser) == ["left"]
+        assert ways_on(*verb, "le") == ["left"]
     assert main(["check", "lfet"]) == 2
     assert "left" in capsys.readouterr().err
 

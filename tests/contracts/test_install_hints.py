@@ -57,6 +57,7 @@ def test_what_tests_and_benches_take_is_no_extra_of_an_installed_robot() -> None
         "metrics",
         "gpio",
         "top",
+        "completion",
         "plot",
         "tuning",
         "sweep",
@@ -74,6 +75,7 @@ def test_what_tests_and_benches_take_is_no_extra_of_an_installed_robot() -> None
         ("sweep", "distributed"),
         ("gpio", "gpiod"),
         ("top", "rich"),
+        ("completion", "argcomplete"),
         ("metrics", "prometheus-client"),
     ],
 )

@@ -16,7 +16,6 @@ free_kib 25269534
 superuser sudo
 writable
 systemd yes
-package
 foreign
 settings /etc/firmware-runtime/tachobot.toml
 """
@@ -57,7 +56,6 @@ def test_a_target_that_has_everything_has_no_faults(pi: Target) -> None:
         ("free_kib", str(ROOM_KIB - 1), "499 MiB free for /opt/firmware-runtime; expected 500"),
         ("superuser", "", "neither root nor sudo without a password"),
         ("systemd", "", "systemd does not run it"),
-        ("package", "0.1.0", "Debian package firmware-runtime 0.1.0 is installed"),
         ("foreign", "/opt/firmware-runtime/venv", "no link that a deployment made"),
     ],
 )
@@ -70,7 +68,7 @@ def test_what_is_missing_is_said_in_one_sentence(
 
 
 def test_below_a_root_neither_systemd_nor_a_superuser_is_needed(pi: Target) -> None:
-    plain = replace(pi, superuser="", systemd="", package="0.1.0", writable="yes")
+    plain = replace(pi, superuser="", systemd="", writable="yes")
     assert plain.faults("python3", "/home/pi/trial") == []
     assert replace(plain, writable="").faults("python3", "/srv") == [
         "/srv: this user may not write there"

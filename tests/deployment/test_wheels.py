@@ -6,10 +6,11 @@ from zipfile import ZipFile
 import pytest
 
 from firmware_runtime.host.deployment import package_wheel, project_wheel, wheels
-from firmware_runtime.host.deployment.commands import Commands, Ended
-from firmware_runtime.host.deployment.errors import DeploymentError
+from firmware_runtime.host.deployment.commands import Commands
 from firmware_runtime.host.deployment.platform import Platform
+from firmware_runtime.host.errors import DeploymentError
 from firmware_runtime.scaffold.robot import write_robot
+from firmware_runtime.system.programs import Ended
 from tests.support.written_package import as_installed
 
 PI = Platform("aarch64", (3, 11))

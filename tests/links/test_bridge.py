@@ -304,7 +304,7 @@ def test_what_can_be_no_name_is_no_address(name: str) -> None:
         (["--peer", "127.0.0.1:9"], "one without the other; expected both or neither"),
         (["--watch", "imu.sample"], "one without the other; expected both or neither"),
         (["--every", "2"], "stands without --watch"),
-        (["--every", "0"], "expected a number from 1 to 1000000"),
+        (["--every", "0"], "expected a whole number from 1 to 1000000"),
         (["--listen", "0.0.0.0:0"], "0.0.0.0:0 is open to other machines; expected --key FILE"),
         (["--listen", "[::]:0"], "[::]:0 is open to other machines; expected --key FILE"),
         (["--key", "/nowhere/robot.key"], "--key: /nowhere/robot.key: No such file"),

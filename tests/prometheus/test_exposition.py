@@ -137,7 +137,7 @@ def test_a_text_file_is_for_all_users_and_whole(
     assert samples(target.read_text())["firmware_runtime_up", "tachobot"] == 1
     assert [path.name for path in directory.glob(".*")] == []
     assert main(["metrics", "--textfile", str(directory / "missing" / "x.prom")]) == 2
-    assert "cannot be written" in capsys.readouterr().err
+    assert "x.prom: No such file or directory" in capsys.readouterr().err
     assert file.layout.cells > 0
 
 

@@ -8,7 +8,7 @@ import pytest
 
 from firmware_runtime.board import kinds, registry
 from firmware_runtime.errors import ConfigError
-from firmware_runtime.host.installation.errors import StepFailed
+from firmware_runtime.host.errors import StepFailed
 from firmware_runtime.host.installation.places import settings_path
 from firmware_runtime.host.installation.target import Target
 from firmware_runtime.host.installation.tree import Tree

@@ -10,6 +10,7 @@ import pytest
 from firmware_runtime.board.in_force import PLACE
 from firmware_runtime.scaffold.robot import write_robot
 from firmware_runtime.status import Status
+from tests.support.completion import asked_for
 from tests.support.written_package import WrittenPackage, as_installed
 
 pytestmark = pytest.mark.slow
@@ -59,8 +60,14 @@ def test_what_looks_at_it_knows_both_names(rover: WrittenPackage) -> None:
     listed = rover.command("boards").stdout
     assert "\nrover " in listed
     assert "\nleft " in listed
-    assert rover.command("completion", "bash", "--", "run", "ro").stdout == "rover\n"
-    assert rover.command("completion", "bash", "--", "stats", "le").stdout == "left\n"
+    for verb, begun, name in (("run", "ro", "rover"), ("stats", "le", "left")):
+        answer = rover.folder / "answer"
+        shell = {**asked_for(verb, begun), "_ARGCOMPLETE_STDOUT_FILENAME": str(answer)}
+        with pytest.MonkeyPatch.context() as patch:
+            for variable, value in shell.items():
+                patch.setenv(variable, value)
+            rover.command()
+        assert answer.read_text() == name
     assert "left fits" in rover.command("probe", "--doubles", "left").stdout
     for name in ("rover", "left"):
         examined = rover.command("doctor", name)

@@ -8,9 +8,10 @@ import pytest
 
 from firmware_runtime.links.cut.impairment import Impairment
 from firmware_runtime.stages import namespaces
-from firmware_runtime.stages.namespaces import NamespaceError, Namespaces, netem, remove_leftovers
+from firmware_runtime.stages.namespaces import Namespaces, netem, remove_leftovers
 from firmware_runtime.stages.way import bad_network
 from firmware_runtime.system.process_identity import ProcessIdentity, boot_id, this_process
+from firmware_runtime.system.programs import ProgramFailed
 
 HOW = Impairment(delay=5_000_000, jitter=1_000_000, loss=0.02, duplicate=0.01, seed=5)
 
@@ -44,11 +45,11 @@ def test_a_step_that_fails_leaves_nothing(monkeypatch: pytest.MonkeyPatch) -> No
     def run(*command: str) -> str:
         done.append(command)
         if command[:3] == ("ip", "link", "add"):
-            raise NamespaceError("ip link add: no such kind of link")
+            raise ProgramFailed("ip link add: no such kind of link")
         return "" if "netns" not in command[:2] else real("true")
 
     monkeypatch.setattr(namespaces, "_run", run)
-    with pytest.raises(NamespaceError), namespaces.made():
+    with pytest.raises(ProgramFailed), namespaces.made():
         pass
     deleted = [command[-1] for command in done if command[:3] == ("ip", "netns", "delete")]
     added = [command[-1] for command in done if command[:3] == ("ip", "netns", "add")]
@@ -90,10 +91,10 @@ def test_what_speaks_against_namespaces_is_said(
 @pytest.mark.slow
 def test_a_command_that_hangs_or_is_missing_is_a_sentence(monkeypatch: pytest.MonkeyPatch) -> None:
     for command, why in ((("no-such-command",), "no-such-command"), (("false",), "status 1")):
-        with pytest.raises(NamespaceError, match=why):
+        with pytest.raises(ProgramFailed, match=why):
             namespaces._run(*command)
     monkeypatch.setattr(namespaces, "_TIMEOUT_S", 0.05)
-    with pytest.raises(NamespaceError, match="timed out"):
+    with pytest.raises(ProgramFailed, match=r"no end after 0\.05 s"):
         namespaces._run("sleep", "5")
 
 

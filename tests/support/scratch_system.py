@@ -1,6 +1,6 @@
 """This computer's own system below a layer: what is installed into it is gone afterwards.
 
-An overlay in a mount namespace, in which root can run dpkg and deploy for real. There is no systemd
+An overlay in a mount namespace, in which root can deploy for real. There is no systemd
 in it; a `systemctl` of ours notes what it is asked and runs a robot on its doubles.
 """
 

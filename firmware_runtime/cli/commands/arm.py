@@ -2,9 +2,8 @@
 
 import argparse
 import sys
-from pathlib import Path
 
-from firmware_runtime.cli.arguments import SubParsers, add_verb
+from firmware_runtime.cli.arguments import SubParsers, add_statistics, add_verb
 from firmware_runtime.links.control import ask
 from firmware_runtime.statistics.paths import find_statistics
 from firmware_runtime.status import Status
@@ -20,9 +19,7 @@ def add_to(verbs: SubParsers) -> None:
         verb.add_argument(
             "board", metavar="BOARD", nargs="?", help="a board's name; default: whatever ran last"
         )
-        verb.add_argument(
-            "--statistics", type=Path, metavar="FILE", help="of the run that keeps this file"
-        )
+        add_statistics(verb, "of the run that keeps this file")
         verb.set_defaults(request=name)
 
 

@@ -10,7 +10,13 @@ from time import monotonic
 
 from msgspec import to_builtins
 
-from firmware_runtime.cli.arguments import SubParsers, add_kept, add_verb, path_of, positive
+from firmware_runtime.cli.arguments import (
+    SubParsers,
+    add_duration,
+    add_kept,
+    add_verb,
+    path_of,
+)
 from firmware_runtime.cli.readers_gone import print_line
 from firmware_runtime.statistics.blame import sentence
 from firmware_runtime.statistics.figures import WorstActivation
@@ -42,9 +48,7 @@ def add_to(verbs: SubParsers) -> None:
     verb = add_verb(verbs, "blame", summary, execute)
     verb.epilog = _ABOUT
     add_kept(verb)
-    verb.add_argument(
-        "--for", type=positive, metavar="SECONDS", dest="seconds", help="default: to its end"
-    )
+    add_duration(verb, "default: to its end", dest="seconds")
     verb.add_argument("--json", action="store_true", help="print a JSON object a line")
 
 

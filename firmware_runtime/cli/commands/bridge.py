@@ -1,10 +1,11 @@
 """`firmware-runtime bridge BOARD`: ports of a running robot over UDP."""
 
 import argparse
+from functools import partial
 from pathlib import Path
 from time import monotonic_ns
 
-from firmware_runtime.cli.arguments import SubParsers, add_board, add_verb
+from firmware_runtime.cli.arguments import SubParsers, add_board, add_statistics, add_verb, whole
 from firmware_runtime.cli.chosen_board import chosen_run
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.errors import ConfigError
@@ -59,11 +60,12 @@ def add_to(verbs: SubParsers) -> None:
         "--watch", metavar="PORT[,PORT]", help="output ports for the peers, such as sensor.value"
     )
     verb.add_argument(
-        "--every", type=_count, metavar="N", help="every N-th message of each; default every one"
+        "--every",
+        type=partial(whole, least=1, most=LARGEST_EVERY),
+        metavar="N",
+        help="every N-th message of each; default every one",
     )
-    verb.add_argument(
-        "--statistics", type=Path, metavar="FILE", help="where the run keeps its statistics"
-    )
+    add_statistics(verb)
 
 
 def execute(arguments: argparse.Namespace) -> int:
@@ -120,10 +122,3 @@ def _route(arguments: argparse.Namespace, statistics: Path) -> Route:
         every=arguments.every or 1,
         key=None if arguments.key is None else read_key(arguments.key, "--key"),
     )
-
-
-def _count(text: str) -> int:
-    """A whole number from 1 on, of the command line."""
-    if not text.isascii() or not text.isdigit() or not 1 <= int(text) <= LARGEST_EVERY:
-        raise argparse.ArgumentTypeError(f"{text!r}: expected a number from 1 to {LARGEST_EVERY}")
-    return int(text)

@@ -7,7 +7,13 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from firmware_runtime.cli.arguments import SubParsers, add_board, add_verb, positive
+from firmware_runtime.cli.arguments import (
+    SubParsers,
+    add_board,
+    add_duration,
+    add_output,
+    add_verb,
+)
 from firmware_runtime.cli.chosen_board import chosen_board
 from firmware_runtime.cli.readers_gone import print_line
 from firmware_runtime.cli.replayed_run import difference_in_words
@@ -40,14 +46,7 @@ def add_to(verbs: SubParsers) -> None:
     verb.epilog = _ABOUT
     add_board(verb)
     _add_stages(verb)
-    verb.add_argument(
-        "-o",
-        "--output",
-        type=Path,
-        required=True,
-        metavar="FILE",
-        help="the certificate: FILE.json for programs, FILE.html for people",
-    )
+    add_output(verb, "the certificate: FILE.json for programs, FILE.html for people", required=True)
     verb.add_argument(
         "--keep",
         type=Path,
@@ -58,13 +57,7 @@ def add_to(verbs: SubParsers) -> None:
 
 def _add_stages(verb: argparse.ArgumentParser) -> None:
     """What is run, and for how long."""
-    verb.add_argument(
-        "--for",
-        type=positive,
-        metavar="SECONDS",
-        dest="duration_s",
-        help="robot time of each stage; default as the board says for a run on doubles",
-    )
+    add_duration(verb, "robot time of each stage; default as the board says for a run on doubles")
     verb.add_argument(
         "--stages",
         nargs="+",

@@ -3,12 +3,12 @@
 import argparse
 from pathlib import Path
 
-from firmware_runtime.cli.arguments import SubParsers, add_board, add_verb
+from firmware_runtime.cli.arguments import SubParsers, add_board, add_output, add_verb
 from firmware_runtime.cli.chosen_board import chosen_board
 from firmware_runtime.cli.chosen_model import ANY, chosen_model, is_model
+from firmware_runtime.cli.written import check_output, write_text
 from firmware_runtime.devs.component import Component
 from firmware_runtime.diagram.draw import Form, diagram
-from firmware_runtime.errors import ConfigError
 from firmware_runtime.status import Status
 
 FORMS: dict[str, Form] = {".svg": "svg", ".mmd": "mmd"}
@@ -19,9 +19,7 @@ def add_to(verbs: SubParsers) -> None:
     summary = "Draw a board's couplings, or one model's states, as SVG or Mermaid."
     verb = add_verb(verbs, "diagram", summary, execute)
     add_board(verb, about=ANY)
-    verb.add_argument(
-        "-o", "--output", type=Path, required=True, metavar="FILE", help="FILE.svg or FILE.mmd"
-    )
+    add_output(verb, "FILE.svg or FILE.mmd", required=True)
     verb.add_argument(
         "--state", metavar="MODEL", help="draw this model's states, such as controller.mode"
     )
@@ -33,14 +31,9 @@ def add_to(verbs: SubParsers) -> None:
 def execute(arguments: argparse.Namespace) -> int:
     """Write the picture; no line is opened."""
     path: Path = arguments.output
-    if path.suffix not in FORMS:
-        raise ConfigError(str(path), [f"ends in {path.suffix!r}; expected .svg or .mmd"])
+    check_output(path, FORMS)
     model = _model(arguments)
-    try:
-        path.write_text(diagram(model, arguments.state, FORMS[path.suffix]), encoding="utf-8")
-    except OSError as error:
-        raise ConfigError(str(path), [f"cannot be written ({error.strerror})"]) from error
-    print(path)
+    write_text(diagram(model, arguments.state, FORMS[path.suffix]), path)
     return Status.OK
 
 

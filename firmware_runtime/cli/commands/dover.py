@@ -5,7 +5,7 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from firmware_runtime.cli.arguments import SubParsers, add_verb
+from firmware_runtime.cli.arguments import SubParsers, add_statistics, add_verb
 from firmware_runtime.cli.chosen_board import chosen_run
 from firmware_runtime.cli.readers_gone import print_line
 from firmware_runtime.errors import ConfigError
@@ -43,9 +43,7 @@ def add_to(verbs: SubParsers) -> None:
         metavar="NAME=PORT",
         help="put what comes to a UDP port into this input port; may be repeated",
     )
-    verb.add_argument(
-        "--statistics", type=Path, metavar="FILE", help="where the run keeps its statistics"
-    )
+    add_statistics(verb)
 
 
 def execute(arguments: argparse.Namespace) -> int:

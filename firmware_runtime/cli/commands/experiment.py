@@ -11,7 +11,14 @@ from typing import Final
 from firmware_runtime.board.experiments import ALL
 from firmware_runtime.board.kinds import names
 from firmware_runtime.board.registry import Board
-from firmware_runtime.cli.arguments import SubParsers, add_board, add_verb, positive
+from firmware_runtime.cli.arguments import (
+    SubParsers,
+    add_board,
+    add_duration,
+    add_output,
+    add_verb,
+    positive,
+)
 from firmware_runtime.cli.chosen_board import chosen_board
 from firmware_runtime.cli.readers_gone import print_line
 from firmware_runtime.errors import ConfigError
@@ -49,9 +56,7 @@ def add_to(verbs: SubParsers) -> None:
     )
     add_board(verb, required=False)
     verb.add_argument("--list", action="store_true", help="name the experiments there are")
-    verb.add_argument(
-        "-o", "--output", type=Path, metavar="FOLDER", help="where its files are written"
-    )
+    add_output(verb, "where its files are written", metavar="FOLDER")
     _add_stage(verb)
     _add_loop(verb)
 
@@ -84,13 +89,7 @@ def _add_loop(verb: argparse.ArgumentParser) -> None:
         help="in stage remote: where `run BOARD --role robot --loop` listens",
     )
     loop.add_argument("--key", type=Path, metavar="FILE", help="with --peer: both ends' key")
-    loop.add_argument(
-        "--for",
-        type=positive,
-        metavar="SECONDS",
-        dest="duration_s",
-        help="how long the ramp lasts in each stage; default 20",
-    )
+    add_duration(loop, "how long the ramp lasts in each stage; default 20")
     loop.add_argument(
         "--every",
         type=positive,

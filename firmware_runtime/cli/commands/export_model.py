@@ -3,7 +3,7 @@
 import argparse
 from pathlib import Path
 
-from firmware_runtime.cli.arguments import SubParsers, add_board, add_verb, second
+from firmware_runtime.cli.arguments import SubParsers, add_board, add_output, add_verb, second
 from firmware_runtime.cli.chosen_model import ABOUT, chosen_model
 from firmware_runtime.cli.written import write_text
 from firmware_runtime.devs.coupled import Coupled
@@ -31,9 +31,7 @@ def add_to(verbs: SubParsers) -> None:
     verb = add_verb(verbs, "export", summary, execute)
     verb.epilog = _ABOUT
     add_board(verb, about=f"{ABOUT}; or a recorded RUN", metavar="MODEL|RUN")
-    verb.add_argument(
-        "-o", "--output", type=Path, metavar="FILE", help="a model's default: the screen"
-    )
+    add_output(verb, "a model's default: the screen")
     verb.add_argument(
         "--port", metavar="PATH", help="of a table: this port alone, a column for each field"
     )

@@ -10,7 +10,7 @@ from firmware_runtime.board.assignments import assigned
 from firmware_runtime.board.described import Setting, described
 from firmware_runtime.board.registry import Board
 from firmware_runtime.board.retuning import has_key
-from firmware_runtime.cli.arguments import SubParsers, add_verb
+from firmware_runtime.cli.arguments import SubParsers, add_statistics, add_verb
 from firmware_runtime.cli.chosen_board import chosen_run
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.links.control import ask
@@ -38,9 +38,7 @@ def add_to(verbs: SubParsers) -> None:
 
 def _add_run(verb: argparse.ArgumentParser) -> None:
     verb.add_argument("board", metavar="BOARD", help="a board's name, or the path of a board.toml")
-    verb.add_argument(
-        "--statistics", type=Path, metavar="FILE", help="of the run that keeps this file"
-    )
+    add_statistics(verb, "of the run that keeps this file")
 
 
 def _get(arguments: argparse.Namespace) -> int:

@@ -9,7 +9,13 @@ from time import monotonic_ns
 from typing import Final
 
 from firmware_runtime.board.registry import Board
-from firmware_runtime.cli.arguments import SubParsers, add_board, add_doubles, add_verb
+from firmware_runtime.cli.arguments import (
+    SubParsers,
+    add_board,
+    add_doubles,
+    add_statistics,
+    add_verb,
+)
 from firmware_runtime.cli.chosen_board import chosen_board
 from firmware_runtime.devs.time import SECOND, seconds
 from firmware_runtime.executive.clocks import MonotonicClock
@@ -45,9 +51,7 @@ def add_to(verbs: SubParsers) -> None:
     verb.epilog = _ABOUT
     add_board(verb)
     add_doubles(verb)
-    verb.add_argument(
-        "--statistics", type=Path, metavar="FILE", help="where the run keeps its statistics"
-    )
+    add_statistics(verb)
 
 
 def execute(arguments: argparse.Namespace) -> int:

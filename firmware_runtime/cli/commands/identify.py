@@ -2,12 +2,11 @@
 
 import argparse
 import json
-import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from firmware_runtime.board.registry import Board
-from firmware_runtime.cli.arguments import SubParsers, add_board, add_verb
+from firmware_runtime.cli.arguments import SubParsers, add_board, add_output, add_verb, since
 from firmware_runtime.cli.chosen_board import chosen_board
 from firmware_runtime.cli.written import check_output
 from firmware_runtime.extras import module_of_extra
@@ -43,13 +42,7 @@ def add_to(verbs: SubParsers) -> None:
         help="what to identify from: a file, or a board for its last run",
     )
     add_since(verb)
-    verb.add_argument(
-        "-o",
-        "--output",
-        type=Path,
-        metavar="FILE",
-        help="write FILE.json for `tune --plant` and programs, or FILE.html for people",
-    )
+    add_output(verb, "write FILE.json for `tune --plant` and programs, or FILE.html for people")
     verb.add_argument("--json", action="store_true", help="print the numbers as JSON")
 
 
@@ -57,7 +50,7 @@ def add_since(verb: argparse.ArgumentParser) -> None:
     """Add --since, of a run that is identified from."""
     verb.add_argument(
         "--since",
-        type=_instant,
+        type=since,
         metavar="SECONDS",
         help="leave out what was measured before this second, as while motors start",
     )
@@ -90,17 +83,6 @@ def identified_from(
     found = module_of_extra("firmware_runtime.identification.identified", "tuning")
     identified, fit = found.identify(series, plant.structure, plant.lag_s(board.settings))
     return series, identified, fit
-
-
-def _instant(text: str) -> float:
-    """A number of seconds, 0 or more."""
-    try:
-        value = float(text)
-    except ValueError:
-        value = math.nan
-    if not 0.0 <= value < math.inf:
-        raise argparse.ArgumentTypeError(f"{text!r}: expected seconds, 0 or more")
-    return value
 
 
 def _as_json(board: Board, identified: "Identified") -> dict[str, Any]:

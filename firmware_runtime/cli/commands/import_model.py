@@ -3,7 +3,7 @@
 import argparse
 from pathlib import Path
 
-from firmware_runtime.cli.arguments import SubParsers, add_verb
+from firmware_runtime.cli.arguments import SubParsers, add_output, add_verb
 from firmware_runtime.cli.chosen_model import print_warnings
 from firmware_runtime.cli.written import write_text
 from firmware_runtime.ecdpp.python_source import imported_source
@@ -25,12 +25,10 @@ def add_to(verbs: SubParsers) -> None:
     verb = add_verb(verbs, "import", summary, execute)
     verb.epilog = _ABOUT
     verb.add_argument("file", type=Path, metavar="FILE.ma", help="the model file")
-    verb.add_argument(
-        "-o",
-        "--output",
-        type=Path,
+    add_output(
+        verb,
+        "a module, or the folder of a package, which is made; default: the screen",
         metavar="FILE.py|FOLDER",
-        help="a module, or the folder of a package, which is made; default: the screen",
     )
     verb.add_argument(
         "--skeletons",

@@ -9,9 +9,9 @@ from firmware_runtime.cli.arguments import SubParsers, add_verb, positive
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.extras import module_of_extra
 from firmware_runtime.statistics.paths import all_statistics
-from firmware_runtime.statistics.prometheus.textfile import write_textfile
 from firmware_runtime.status import Status
 from firmware_runtime.system.until_signal import until_signal
+from firmware_runtime.system.whole_file import keep_output
 
 
 def add_to(verbs: SubParsers) -> None:
@@ -50,10 +50,15 @@ def execute(arguments: argparse.Namespace) -> int:
         _serve(serving.exporter(arguments.listen, collector))
         return Status.OK
     with until_signal() as signal:
-        write_textfile(arguments.textfile, collecting.text_of(collector))
+        _write(arguments.textfile, collecting.text_of(collector))
         while arguments.every_s is not None and not signal.wait(arguments.every_s):
-            write_textfile(arguments.textfile, collecting.text_of(collector))
+            _write(arguments.textfile, collecting.text_of(collector))
     return Status.OK
+
+
+def _write(path: Path, text: str) -> None:
+    """Replace the file at once, for an exporter that runs as a user of its own."""
+    keep_output(path, text.encode(), "--textfile", 0o644)
 
 
 def _serve(server: BaseServer) -> None:

@@ -16,7 +16,7 @@ from time import monotonic, sleep
 from firmware_runtime.blackbox.found import find_recording, recording_beside
 from firmware_runtime.blackbox.listed import span_of
 from firmware_runtime.blackbox.reader import Recording, read_recording
-from firmware_runtime.cli.arguments import SubParsers, add_verb, path_of, positive
+from firmware_runtime.cli.arguments import SubParsers, add_output, add_verb, path_of, positive
 from firmware_runtime.devs.time import MICROSECOND, SECOND, seconds
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.exports.observed_run import missing_in, moments_of
@@ -30,6 +30,7 @@ from firmware_runtime.statistics.paths import SUFFIX
 from firmware_runtime.statistics.reader import read_statistics
 from firmware_runtime.statistics.statistics import RunState, Statistics
 from firmware_runtime.status import Status
+from firmware_runtime.system.whole_file import keep_output
 
 LAST = 15 * SECOND
 """How much of a run a trace shows unless that is said."""
@@ -57,9 +58,7 @@ def add_to(verbs: SubParsers) -> None:
         help="a board's name for its last run, a name that `recordings` shows, a recording's file "
         f"or the run's statistics (FILE{SUFFIX}); default: whatever ran last",
     )
-    verb.add_argument(
-        "-o", "--output", type=Path, required=True, metavar="FILE.json", help="where to write it"
-    )
+    add_output(verb, "where to write it", metavar="FILE.json", required=True)
     verb.add_argument(
         "--last",
         type=positive,
@@ -112,10 +111,7 @@ def write_trace(path: Path, output: Path, last: int = LAST, trigger: Late | None
     board = board_of(recording.header)
     steps = [each for each in moments_of(recording, board, Stretch(begin)) if each.is_step]
     trace = chrome_trace(board.name, steps, _statistics_of(recording), trigger)
-    try:
-        output.write_text(json.dumps(trace, allow_nan=False), encoding="utf-8")
-    except OSError as error:
-        raise ConfigError(str(output), [f"cannot be written ({error.strerror})"]) from error
+    keep_output(output, json.dumps(trace, allow_nan=False).encode())
     for fault in missing_in(recording, begin):
         print(f"firmware-runtime: not whole: {fault}", file=sys.stderr)
     functions = sum(len(each.ran) for each in steps)

@@ -4,13 +4,20 @@ import argparse
 import re
 from collections.abc import Iterator
 from contextlib import contextmanager
+from functools import partial
 from itertools import islice
 from pathlib import Path
 from typing import Any
 
 import msgspec
 
-from firmware_runtime.cli.arguments import SubParsers, add_verb, positive
+from firmware_runtime.cli.arguments import (
+    SubParsers,
+    add_duration,
+    add_statistics,
+    add_verb,
+    whole,
+)
 from firmware_runtime.cli.chosen_board import chosen_run
 from firmware_runtime.cli.words import is_json
 from firmware_runtime.errors import ConfigError
@@ -19,6 +26,7 @@ from firmware_runtime.links.ports.ports_client import PortsClient
 from firmware_runtime.statistics.paths import default_path
 from firmware_runtime.status import Status
 
+_COUNT = partial(whole, least=1, most=LARGEST_EVERY)
 _ADDRESS = re.compile(r".+:\d+")
 _ABOUT = """
 BOARD is a robot that runs on this computer, BOARD.ROLE the end of one that runs in two processes
@@ -43,12 +51,10 @@ def add_to(verbs: SubParsers) -> None:
     _add_place(watch)
     watch.add_argument("ports", nargs="+", metavar="PORT", help="such as sensor.value")
     watch.add_argument(
-        "--every", type=_count, default=1, metavar="N", help="every N-th message of each port"
+        "--every", type=_COUNT, default=1, metavar="N", help="every N-th message of each port"
     )
-    watch.add_argument("--count", type=_count, metavar="N", help="end after so many messages")
-    watch.add_argument(
-        "--for", type=positive, metavar="SECONDS", dest="for_s", help="end after so long"
-    )
+    watch.add_argument("--count", type=_COUNT, metavar="N", help="end after so many messages")
+    add_duration(watch, "end after so long", dest="for_s")
 
 
 def _add_place(verb: argparse.ArgumentParser) -> None:
@@ -57,9 +63,7 @@ def _add_place(verb: argparse.ArgumentParser) -> None:
         "place", metavar="BOARD|ADDRESS:PORT", help="a robot on this computer, or a bridge to one"
     )
     verb.add_argument("--key", type=Path, metavar="FILE", help="the bridge's key")
-    verb.add_argument(
-        "--statistics", type=Path, metavar="FILE", help="where a BOARD's run keeps its statistics"
-    )
+    add_statistics(verb, "where a BOARD's run keeps its statistics")
 
 
 def _ports(arguments: argparse.Namespace) -> int:
@@ -108,10 +112,3 @@ def _pair(text: str) -> tuple[str, Any]:
     if not (port and equals):
         raise ConfigError.of_one(text, "expected PORT=VALUE, such as target=0.5")
     return port, msgspec.json.decode(value) if is_json(value) else value
-
-
-def _count(text: str) -> int:
-    """A whole number from 1 on, of the command line."""
-    if not text.isascii() or not text.isdigit() or not 1 <= int(text) <= LARGEST_EVERY:
-        raise argparse.ArgumentTypeError(f"{text!r}: expected a number from 1 to {LARGEST_EVERY}")
-    return int(text)

@@ -3,11 +3,19 @@
 import argparse
 import os
 import sys
+from functools import partial
 from pathlib import Path
 from time import monotonic_ns
 
 from firmware_runtime.blackbox.pieces import Pieces
-from firmware_runtime.cli.arguments import SubParsers, add_board, add_verb, positive
+from firmware_runtime.cli.arguments import (
+    SubParsers,
+    add_board,
+    add_statistics,
+    add_verb,
+    positive,
+    whole,
+)
 from firmware_runtime.cli.chosen_board import chosen_board
 from firmware_runtime.devs.time import MICROSECOND, SECOND
 from firmware_runtime.errors import ConfigError
@@ -49,7 +57,11 @@ def add_to(verbs: SubParsers) -> None:
         help="lateness that is worth a piece; default: the least tolerance of the board's models",
     )
     verb.add_argument(
-        "--runs", type=_count, default=50, metavar="N", help="how many runs to keep (50)"
+        "--runs",
+        type=partial(whole, least=1),
+        default=50,
+        metavar="N",
+        help="how many runs to keep (50)",
     )
     verb.add_argument(
         "--budget",
@@ -58,9 +70,7 @@ def add_to(verbs: SubParsers) -> None:
         help="what recordings may take of the disk, the oldest make room for new ones; default: "
         "the board's recording.keep_mib (1024)",
     )
-    verb.add_argument(
-        "--statistics", type=Path, metavar="FILE", help="where the run keeps its statistics"
-    )
+    add_statistics(verb)
 
 
 def execute(arguments: argparse.Namespace) -> int:
@@ -111,9 +121,3 @@ def _folder(stated: Path | None) -> Path:
     if not os.access(folder, os.W_OK):
         raise ConfigError(str(folder), ["cannot be written, expected a folder that can"])
     return folder
-
-
-def _count(text: str) -> int:
-    if not text.isdigit() or int(text) < 1:
-        raise argparse.ArgumentTypeError(f"{text!r}: expected a whole number from 1 on")
-    return int(text)

@@ -12,7 +12,7 @@ from firmware_runtime.blackbox.layout import PREFIX_SIZE, is_of_another_format
 from firmware_runtime.blackbox.listed import KEPT_RUN, LAST, Listed, listed, span_of
 from firmware_runtime.blackbox.reader import another_format, read_recording
 from firmware_runtime.blackbox.salvage import save
-from firmware_runtime.cli.arguments import SubParsers, add_verb
+from firmware_runtime.cli.arguments import SubParsers, add_output, add_verb
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.statistics.dates import local
@@ -48,9 +48,7 @@ def add_to(verbs: SubParsers) -> None:
         "--in", type=Path, metavar="FOLDER", dest="folder", help="those in this folder only"
     )
     verb.add_argument("--json", action="store_true", help="print the list as JSON")
-    verb.add_argument(
-        "-o", "--output", type=Path, metavar="FILE", help="of keep and recover: the file to write"
-    )
+    add_output(verb, "of keep and recover: the file to write")
 
 
 def execute(arguments: argparse.Namespace) -> int:

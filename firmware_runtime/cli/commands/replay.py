@@ -6,6 +6,7 @@ from pathlib import Path
 from firmware_runtime.blackbox.found import find_recording
 from firmware_runtime.cli.arguments import (
     SubParsers,
+    add_output,
     add_recorded,
     add_set,
     add_verb,
@@ -70,12 +71,10 @@ def _add_what_if(verb: argparse.ArgumentParser) -> None:
         dest="checkout",
         help="what would the code in this folder have said? In a process of its own",
     )
-    verb.add_argument(
-        "-o",
-        "--output",
-        type=Path,
+    add_output(
+        verb,
+        "of what BOARD, --set or --with change: plots of the outputs that differ most",
         metavar="FILE.svg|.html",
-        help="of what BOARD, --set or --with change: plots of the outputs that differ most",
     )
     verb.add_argument(
         "--watch",

@@ -1,11 +1,10 @@
 """`firmware-runtime report [BOARD|FILE] -o FILE.html`: one page on a run's timing."""
 
 import argparse
-from pathlib import Path
 
 from firmware_runtime.cli.after_virtual_run import say_if_last_run_was_virtual
-from firmware_runtime.cli.arguments import SubParsers, add_kept, add_verb, path_of
-from firmware_runtime.errors import ConfigError
+from firmware_runtime.cli.arguments import SubParsers, add_kept, add_output, add_verb, path_of
+from firmware_runtime.cli.written import write_text
 from firmware_runtime.statistics.page.page import page
 from firmware_runtime.statistics.reader import read_statistics
 from firmware_runtime.statistics.text.summary import summary
@@ -17,21 +16,13 @@ def add_to(verbs: SubParsers) -> None:
     about = "Make a page of a run's timing, under way or over; reading changes nothing."
     verb = add_verb(verbs, "report", about, execute)
     add_kept(verb)
-    verb.add_argument(
-        "-o", "--output", type=Path, required=True, metavar="FILE.html", help="where to write it"
-    )
+    add_output(verb, "where to write it", metavar="FILE.html", required=True)
 
 
 def execute(arguments: argparse.Namespace) -> int:
     """Write the page and say where it is."""
-    output: Path = arguments.output
     path = path_of(arguments.kept)
     statistics = read_statistics(path)
     say_if_last_run_was_virtual(path, statistics)
-    text = page(statistics, summary(statistics.figures()))
-    try:
-        output.write_text(text, encoding="utf-8")
-    except OSError as error:
-        raise ConfigError(str(output), [f"cannot be written ({error.strerror})"]) from error
-    print(output)
+    write_text(page(statistics, summary(statistics.figures())), arguments.output)
     return Status.OK

@@ -9,7 +9,7 @@ from firmware_runtime.board.described import described
 from firmware_runtime.board.registry import is_name
 from firmware_runtime.board.ros.topics import topics_of
 from firmware_runtime.board.ros.written import table_of
-from firmware_runtime.cli.arguments import SubParsers, add_board, add_verb, positive
+from firmware_runtime.cli.arguments import SubParsers, add_board, add_statistics, add_verb, positive
 from firmware_runtime.cli.chosen_board import chosen_board
 from firmware_runtime.links.ros2.interpreter import find_environment, start
 from firmware_runtime.links.ros2.plan import LEASE_S, Plan
@@ -52,9 +52,7 @@ def add_to(verbs: SubParsers) -> None:
         metavar="PATH",
         help="what the service safe_state switches off: the doubles that are served at PATH",
     )
-    verb.add_argument(
-        "--statistics", type=Path, metavar="FILE", help="where the run keeps its statistics"
-    )
+    add_statistics(verb)
     verb.add_argument(
         "--ros-args",
         nargs=argparse.REMAINDER,

@@ -8,7 +8,13 @@ from pathlib import Path
 from time import monotonic_ns
 
 from firmware_runtime.board.registry import Board
-from firmware_runtime.cli.arguments import SubParsers, add_board, add_doubles, add_verb
+from firmware_runtime.cli.arguments import (
+    SubParsers,
+    add_board,
+    add_doubles,
+    add_statistics,
+    add_verb,
+)
 from firmware_runtime.cli.chosen_board import chosen_board
 from firmware_runtime.cli.readers_gone import print_line
 from firmware_runtime.devs.time import SECOND
@@ -38,9 +44,7 @@ def add_to(verbs: SubParsers) -> None:
     verb = add_verb(verbs, "safe-state", summary, execute)
     add_board(verb)
     add_doubles(verb)
-    verb.add_argument(
-        "--statistics", type=Path, metavar="FILE", help="where the run kept its statistics"
-    )
+    add_statistics(verb, "where the run kept its statistics")
     verb.add_argument(
         "--reason", default="requested", help="why, for the journal; systemd's $SERVICE_RESULT"
     )

@@ -21,7 +21,7 @@ from firmware_runtime.cli.service_status import (
     explained,
     show_status,
 )
-from firmware_runtime.host.installation.errors import InstallationRefused, StepFailed
+from firmware_runtime.host.errors import InstallationRefused, StepFailed
 from firmware_runtime.host.installation.install import Installation
 from firmware_runtime.host.installation.places import (
     GUARD,

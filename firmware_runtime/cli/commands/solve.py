@@ -5,7 +5,7 @@ import sys
 from dataclasses import replace
 from pathlib import Path
 
-from firmware_runtime.cli.arguments import SubParsers, add_verb
+from firmware_runtime.cli.arguments import SubParsers, add_output, add_verb
 from firmware_runtime.cli.found_object import found_object
 from firmware_runtime.cli.own_terminal import OwnTerminal
 from firmware_runtime.cli.written import check_output, write_text
@@ -34,13 +34,7 @@ def add_to(verbs: SubParsers) -> None:
     verb.add_argument(
         "--quantum", type=float, metavar="Q", help="of every state, in place of the system's own"
     )
-    verb.add_argument(
-        "-o",
-        "--output",
-        type=Path,
-        metavar="FILE",
-        help="FILE.csv or FILE.svg; without it the table is printed",
-    )
+    add_output(verb, "FILE.csv or FILE.svg; without it the table is printed")
 
 
 def execute(arguments: argparse.Namespace) -> int:

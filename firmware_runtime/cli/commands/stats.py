@@ -8,7 +8,7 @@ from pathlib import Path
 import msgspec
 
 from firmware_runtime.cli.after_virtual_run import say_if_last_run_was_virtual
-from firmware_runtime.cli.arguments import SubParsers, add_verb
+from firmware_runtime.cli.arguments import SubParsers, add_statistics, add_verb, whole
 from firmware_runtime.cli.commands.perfetto import recording_beside_statistics, write_trace
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.extras import module_of_extra
@@ -51,13 +51,13 @@ def add_to(verbs: SubParsers) -> None:
         "--save", type=Path, metavar="FILE", help="keep what was read in a file like the run's own"
     )
     verb.add_argument(
-        "--worst", type=_count, default=3, metavar="N", help="how many of the worst; default 3"
+        "--worst", type=whole, default=3, metavar="N", help="how many of the worst; default 3"
     )
 
 
 def _add_sources(verb: argparse.ArgumentParser) -> None:
     sources = verb.add_mutually_exclusive_group()
-    sources.add_argument("--statistics", type=Path, metavar="FILE", help="read this file instead")
+    add_statistics(sources, "read this file instead")
     sources.add_argument(
         "--merge",
         type=Path,
@@ -177,9 +177,3 @@ def _print_difference(arguments: argparse.Namespace) -> None:
         print(json.dumps(found.as_json(), allow_nan=False))
     else:
         print("\n".join(difference_text(found)))
-
-
-def _count(text: str) -> int:
-    if not text.isdecimal():
-        raise argparse.ArgumentTypeError(f"{text!r}: expected a whole number from 0 on")
-    return int(text)

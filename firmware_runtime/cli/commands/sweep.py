@@ -8,7 +8,13 @@ from time import monotonic
 
 import msgspec
 
-from firmware_runtime.cli.arguments import SubParsers, add_board, add_verb, positive
+from firmware_runtime.cli.arguments import (
+    SubParsers,
+    add_board,
+    add_duration,
+    add_output,
+    add_verb,
+)
 from firmware_runtime.cli.own_terminal import OwnTerminal
 from firmware_runtime.cli.readers_gone import print_line
 from firmware_runtime.cli.written import write_text
@@ -46,9 +52,7 @@ def add_to(verbs: SubParsers) -> None:
     verb.add_argument("file", metavar="FILE", nargs="?", type=Path, help="of show and rerun")
     verb.add_argument("row", metavar="ROW", nargs="?", type=int, help="of rerun")
     verb.add_argument("--json", action="store_true", help="print one JSON object")
-    verb.add_argument(
-        "-o", "--output", type=Path, metavar="FILE", help="FILE.parquet or FILE.csv; show: a page"
-    )
+    add_output(verb, "FILE.parquet or FILE.csv; show: a page")
     _add_values(verb)
     _add_how(verb)
 
@@ -71,12 +75,10 @@ def _add_values(verb: argparse.ArgumentParser) -> None:
         default="random",
         help="lhs: Latin hypercube, each of N parts of every key once",
     )
-    verb.add_argument(
-        "--for",
-        type=positive,
-        metavar="SECONDS",
+    add_duration(
+        verb,
+        "how long each run takes; default: what the board or the experiment says",
         dest="for_s",
-        help="how long each run takes; default: what the board or the experiment says",
     )
     verb.add_argument(
         "--experiment", metavar="NAME", help="a step of the board, such as step: its figures"

@@ -11,7 +11,7 @@ from pathlib import Path
 from select import select
 
 from firmware_runtime.cli.after_virtual_run import say_if_last_run_was_virtual
-from firmware_runtime.cli.arguments import SubParsers, add_verb, positive
+from firmware_runtime.cli.arguments import SubParsers, add_statistics, add_verb, positive
 from firmware_runtime.extras import module_of_extra
 from firmware_runtime.statistics.comparison import difference, same_run
 from firmware_runtime.statistics.errors import StatisticsFileError
@@ -31,7 +31,7 @@ def add_to(verbs: SubParsers) -> None:
     verb.add_argument(
         "board", metavar="BOARD", nargs="?", help="a board's name; default: whatever ran last"
     )
-    verb.add_argument("--statistics", type=Path, metavar="FILE", help="read this file instead")
+    add_statistics(verb, "read this file instead")
     verb.add_argument(
         "--interval",
         type=positive,

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from firmware_runtime.board.registry import Board
-from firmware_runtime.cli.arguments import SubParsers, add_board, add_verb
+from firmware_runtime.cli.arguments import SubParsers, add_board, add_output, add_verb
 from firmware_runtime.cli.chosen_board import chosen_board
 from firmware_runtime.cli.commands.identify import add_since, identified_from
 from firmware_runtime.errors import ConfigError
@@ -46,13 +46,7 @@ def add_to(verbs: SubParsers) -> None:
         " by itself: as the board's settings state it",
     )
     add_since(verb)
-    verb.add_argument(
-        "-o",
-        "--output",
-        type=Path,
-        metavar="FILE",
-        help="write a copy of the board.toml with the new gains, and nothing else changed",
-    )
+    add_output(verb, "write a copy of the board.toml with the new gains, and nothing else changed")
     verb.add_argument("--json", action="store_true", help="print what was found as JSON")
 
 

@@ -11,8 +11,10 @@ from importlib import import_module
 from importlib.abc import Loader, MetaPathFinder
 from importlib.machinery import ModuleSpec, PathFinder
 from pathlib import Path
-from types import ModuleType, TracebackType
+from types import ModuleType
 from typing import Final, Self
+
+from firmware_runtime.closing import Closing
 
 _HERE: Final = "firmware_runtime.hal.circuitpython"
 MODULES: Final = {
@@ -21,7 +23,7 @@ MODULES: Final = {
 """What is imported under whose name."""
 
 
-class StandIns(MetaPathFinder):
+class StandIns(Closing, MetaPathFinder):
     """Finds a stand-in for each of `modules` from `install` to `remove`; a context manager.
 
     With `keep_blinka` Blinka's own modules are imported where it is installed.
@@ -43,17 +45,13 @@ class StandIns(MetaPathFinder):
             if sys.modules.get(name) is sys.modules.get(ours, self):
                 del sys.modules[name]
 
+    def close(self) -> None:
+        """Do as `remove` does."""
+        self.remove()
+
     def __enter__(self) -> Self:
         self.install()
         return self
-
-    def __exit__(
-        self,
-        _kind: type[BaseException] | None,
-        _error: BaseException | None,
-        _traceback: TracebackType | None,
-    ) -> None:
-        self.remove()
 
     def find_spec(
         self,

@@ -1,5 +1,5 @@
-"""Brings the program to another computer, over ssh or as a Debian package.
+"""Brings the program to another computer, over ssh.
 
-Both carry every wheel that is needed, made or chosen here for the target's Python and processor, so
+Every wheel that is needed goes along, made or chosen here for the target's Python and processor, so
 that the target needs neither a compiler nor the network.
 """

@@ -20,7 +20,7 @@ from zipfile import ZIP_DEFLATED, ZipFile
 
 from firmware_runtime.board.kinds import entry_point_of, names
 from firmware_runtime.host.deployment.commands import Commands
-from firmware_runtime.host.deployment.errors import DeploymentError
+from firmware_runtime.host.errors import DeploymentError
 
 PIP = (sys.executable, "-m", "pip", "--disable-pip-version-check", "--quiet")
 OUR_OWN = "firmware-runtime"

@@ -3,8 +3,7 @@
 from dataclasses import dataclass
 from itertools import product
 
-MACHINES = {"aarch64": "arm64", "x86_64": "amd64"}
-"""As Python calls a processor, and as Debian does."""
+MACHINES = ("aarch64", "x86_64")
 LEAST_PYTHON = (3, 11)
 GLIBC = (2, 28)
 """The C library that wheels may need; every Debian and Ubuntu with a Python of ours has a newer."""

@@ -27,8 +27,6 @@ main() {
 	fi
 	if [ -w "$(nearest "$home")" ]; then echo "writable yes"; else echo "writable"; fi
 	if [ -d /run/systemd/system ]; then echo "systemd yes"; else echo "systemd"; fi
-	echo "package $(dpkg-query --show --showformat='${db:Status-Status} ${Version}' \
-		firmware-runtime 2>/dev/null | sed -n 's/^installed //p')"
 	if [ -e "$home/venv" ] && [ ! -L "$home/venv" ]; then echo "foreign $home/venv"; else echo "foreign"; fi
 	if [ -e "$root/etc/firmware-runtime/$board.toml" ]; then
 		echo "settings $root/etc/firmware-runtime/$board.toml"

@@ -6,8 +6,8 @@ from pathlib import Path
 from zipfile import BadZipFile, ZipFile
 
 from firmware_runtime.host.deployment.commands import Commands
-from firmware_runtime.host.deployment.errors import DeploymentError
 from firmware_runtime.host.deployment.package_wheel import OUR_OWN, built, packed_again
+from firmware_runtime.host.errors import DeploymentError
 
 NAME = "firmware_runtime"
 

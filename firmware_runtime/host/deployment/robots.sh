@@ -1,4 +1,4 @@
-# Stopping and starting robots that systemd runs, shared by a deployment and the Debian package.
+# Stopping and starting robots that systemd runs.
 # The program is $program, the boards' settings are in $settings.
 
 list_units() { # of this project, that run now

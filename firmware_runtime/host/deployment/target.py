@@ -26,8 +26,6 @@ class Target:
     """`root` or `sudo`."""
     writable: str
     systemd: str
-    package: str
-    """The version that the Debian package has installed."""
     foreign: str
     """What stands where the link to the program belongs."""
     settings: str
@@ -92,11 +90,6 @@ class Target:
             )
         if not self.systemd:
             yield "systemd does not run it; expected it to, or --root DIR to try without"
-        if self.package:
-            yield (
-                f"Debian package firmware-runtime {self.package} is installed; upgrade that "
-                "(make deb), or remove it first (apt remove firmware-runtime)"
-            )
         yield from self._lacks_a_free_place()
 
     def _lacks_below(self, root: str) -> Iterator[str]:

@@ -1,4 +1,4 @@
-# Virtual environments in $home, shared by a deployment and the Debian package.
+# Virtual environments in $home.
 #
 # Each is a folder venv.XXXXXX; the link `venv` names the one in use, `previous` the one before. A
 # link is replaced in one step, so there is never half a program.
@@ -12,7 +12,7 @@ make_venv() { # from $2 with the wheels in $1, and the packages that follow; its
 	# with. Everything else comes from the wheels, nothing from the network.
 	"$python" -m venv --system-site-packages "$made" &&
 		"$made/bin/python" -m pip --isolated --quiet --disable-pip-version-check install \
-			--no-index --find-links "$wheels" 'firmware-runtime[gpio,metrics,top]' "$@" && return
+			--no-index --find-links "$wheels" 'firmware-runtime[gpio,metrics,top,completion]' "$@" && return
 	rm -rf "$made"
 	return 1
 }

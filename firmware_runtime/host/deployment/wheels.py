@@ -15,11 +15,11 @@ from pathlib import Path
 
 from firmware_runtime.host.deployment import project_wheel
 from firmware_runtime.host.deployment.commands import Commands
-from firmware_runtime.host.deployment.errors import DeploymentError
 from firmware_runtime.host.deployment.package_wheel import PIP, wheel_of
 from firmware_runtime.host.deployment.platform import Platform
+from firmware_runtime.host.errors import DeploymentError
 
-EXTRAS = ("gpio", "metrics", "top")
+EXTRAS = ("gpio", "metrics", "top", "completion")
 """What a robot can use beside the bare program."""
 SOURCE_ONLY = ("sdnotify",)
 """Dependencies that are published without a wheel."""

@@ -3,15 +3,15 @@
 import os
 import re
 import shlex
-import subprocess
 import sys
 import sysconfig
 from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 
 import firmware_runtime
-from firmware_runtime.host.installation.errors import InstallationRefused, StepFailed
+from firmware_runtime.host.errors import InstallationRefused, StepFailed
 from firmware_runtime.host.installation.places import PROGRAM
+from firmware_runtime.system.programs import ProgramFailed, answer_of
 
 Words = Sequence[str]
 
@@ -25,17 +25,9 @@ def run(words: Words, log: Callable[[str], None]) -> None:
 def answer(words: Words) -> str:
     """What a command prints. Raises StepFailed."""
     try:
-        done = subprocess.run(  # noqa: S603 -- words of this package's own
-            words, capture_output=True, text=True, errors="replace", check=False
-        )
-    except OSError as error:
-        raise StepFailed(
-            f"{words[0]}: cannot be run ({error.strerror}); expected systemd's programs on the path"
-        ) from error
-    if done.returncode != 0:
-        said = " ".join(done.stderr.split()) or "it said nothing"
-        raise StepFailed(f"{shlex.join(words)}: ended with status {done.returncode}: {said}")
-    return done.stdout
+        return answer_of(words)
+    except ProgramFailed as error:
+        raise StepFailed(str(error)) from error
 
 
 HIDDEN = ("/home", "/root", "/run/user", "/tmp", "/var/tmp")  # noqa: S108 -- nothing is put there

@@ -21,6 +21,7 @@ from typing import Final, Protocol
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.links.cut.wire import LONGEST
 from firmware_runtime.links.socket_file import SocketFile
+from firmware_runtime.system.programs import end_within
 
 _BEGINS_WITHIN_S: Final = 30.0
 """How long a carrier may take to get its sockets."""
@@ -172,11 +173,7 @@ class CarrierChannel:
     def close(self) -> None:
         """Close the pair, and wait for the carrier to hand on what it has and to end."""
         self._socket.close()
-        try:
-            self.process.wait(_END_WITHIN_S)
-        except subprocess.TimeoutExpired:
-            self.process.kill()
-            self.process.wait()
+        end_within(self.process, _END_WITHIN_S)
         for pipe in (self.process.stdout, self.process.stderr):
             if pipe is not None:
                 pipe.close()

@@ -10,12 +10,12 @@ Two kinds of environment have rclpy:
 """
 
 import os
-import subprocess
 import sys
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from firmware_runtime.errors import ConfigError
+from firmware_runtime.system.programs import ProgramFailed, answer_of
 
 PLACE = "FIRMWARE_RUNTIME_ROS_VENV"
 """Names the environment, where no option does."""
@@ -102,14 +102,11 @@ def _missing(environment: Path) -> list[str]:
     words = command_of(environment, ["-c", _MISSING.format(_NEEDED)])
     variables = variables_of(environment, os.environ)
     try:
-        done = subprocess.run(  # noqa: S603 -- the interpreter that the user named
-            words, env=variables, capture_output=True, text=True, check=True
-        )
-    except (OSError, subprocess.CalledProcessError) as error:
+        return answer_of(words, environment=variables).split()
+    except ProgramFailed as error:
         raise ConfigError.of_one(
             str(environment), f"its interpreter does not run ({error}); expected a venv with rclpy"
         ) from error
-    return done.stdout.split()
 
 
 if __name__ == "__main__":

@@ -1,7 +1,6 @@
 """Three services without arguments: arm, disarm and safe_state, each with success and a message."""
 
 import os
-import subprocess
 import sys
 from typing import Any, Final
 
@@ -10,6 +9,7 @@ from std_srvs.srv import Trigger
 from firmware_runtime.errors import FirmwareRuntimeError
 from firmware_runtime.links.ros2.node import ARM, RobotNode
 from firmware_runtime.statistics.reader import read_statistics
+from firmware_runtime.system.programs import ProgramFailed, run_program
 
 SAFE_STATE_S: Final = 20.0
 """How long `safe-state` may take; it gives up by itself much sooner."""
@@ -85,19 +85,10 @@ def _switched_off(node: RobotNode) -> tuple[str, str]:
     if plan.doubles is not None:
         words += ["--doubles", plan.doubles]
     try:
-        done = subprocess.run(  # noqa: S603 -- this program itself
-            words,
-            env=_outer_variables(),
-            capture_output=True,
-            text=True,
-            timeout=SAFE_STATE_S,
-            check=False,
-        )
-    except (OSError, subprocess.TimeoutExpired) as error:
+        ended = run_program(words, timeout_s=SAFE_STATE_S, environment=_outer_variables())
+    except ProgramFailed as error:
         return f"safe-state did not end: {error}", ""
-    if done.returncode == 0:
-        return "", done.stdout.strip()
-    return " ".join(done.stderr.split()) or f"safe-state ended with status {done.returncode}", ""
+    return ("", ended.out.strip()) if ended.status == 0 else (ended.complaint or ended.reason, "")
 
 
 def _outer_variables() -> dict[str, str]:

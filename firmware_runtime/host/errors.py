@@ -1,6 +1,13 @@
-"""What keeps a board from being installed as a service, or from being removed again."""
+"""What keeps a program from being deployed, or a board from being a service."""
 
 from firmware_runtime.errors import FirmwareRuntimeError
+
+
+class DeploymentError(FirmwareRuntimeError):
+    """The target cannot be reached, lacks something, or did not take the program.
+
+    What ran there before is still there; the text says where it is not so.
+    """
 
 
 class InstallationRefused(FirmwareRuntimeError):

@@ -1,1 +1,0 @@
-"""The Debian package: `make deb`. Its maintainer scripts are the `.sh` files beside this one."""
