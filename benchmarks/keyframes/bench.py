@@ -27,7 +27,7 @@ from firmware_runtime.cli.arguments import positive as positive_number
 from firmware_runtime.devs.time import seconds
 from firmware_runtime.executive.clocks import MonotonicClock
 from firmware_runtime.runs import recorded_edge
-from firmware_runtime.runs.session import Session
+from firmware_runtime.runs.start import start_session
 from firmware_runtime.status import Status
 
 SUMMARY = "Whether an activation ever waits for a keyframe of the run's recording."
@@ -80,7 +80,7 @@ def measured(folder: Path, rate_hz: int, span_s: float) -> dict[str, Any]:
     """Run for so long; times in us."""
     WatchedRecorder.spans, WatchedRecorder.margins = [], []
     with patch.object(recorded_edge, "Recorder", WatchedRecorder):
-        session = Session(
+        session = start_session(
             board_in_force("tachobot", assignments(rate_hz)),
             MonotonicClock(),
             doubles=True,
