@@ -2,8 +2,8 @@
 
 One is due every 5 s, at the beginning of each chunk, and soon after a section that is missing, so
 that what follows can be replayed. In real time it waits for a pause between two steps that is more
-than twice as long as one takes, and none is taken where there is no such pause: no activation waits
-for a keyframe.
+than three times as long as one takes, for beside a busy process one may take that long. Where there
+is no such pause none is taken: no activation waits for a keyframe.
 
 How long one takes is the longest attempt of late, of which a part is forgotten with time, so that
 one that met a page fault or another process does not end keyframes; but never less than the
@@ -26,7 +26,8 @@ KEYFRAME_AGAIN: Final = SECOND // 2
 LONGEST_WAIT: Final = 60 * SECOND
 """Ns between two tries that fail, at most."""
 RESERVE: Final = 200 * MICROSECOND
-"""Ns to the next event without which no keyframe is taken, beside twice what one takes."""
+"""Ns to the next event without which no keyframe is taken, beside MARGIN times what one takes."""
+MARGIN: Final = 3
 _REMEMBERED: Final = 4
 """Attempts: what all of them took is not taken for an exception."""
 _CACHE: Final = 2 << 20
@@ -95,7 +96,7 @@ class KeyframeSchedule:
         """Whether there are keyframes, and the `left` ns from `now` on are enough for one."""
         if self._keyframes is None:
             return False
-        if left >= 2 * self._takes + RESERVE or not self._is_real_time:
+        if left >= MARGIN * self._takes + RESERVE or not self._is_real_time:
             return True
         self.fault = _NO_TIME
         if now >= self._forgets_at:
