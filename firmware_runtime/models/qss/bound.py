@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 from firmware_runtime.devs.errors import ModelError
+from firmware_runtime.extras import module_of_extra
 
 if TYPE_CHECKING:
     import numpy as np
@@ -19,9 +20,10 @@ def error_bound(matrix: Sequence[Sequence[float]], quanta: Sequence[float]) -> l
 
     |V| |Re(L)^-1 L| |V^-1| quanta, with A = V L V^-1, for every method here. Raises ModelError for
     a matrix that is not square, not stable or without a full set of eigenvectors, and for quanta
-    that are not one number of 0 or more for each of its rows.
+    that are not one number of 0 or more for each of its rows, ConfigError without numpy.
     Source: Cellier and Kofman, Continuous System Simulation, 2006.
     """
+    module_of_extra("numpy", "tuning")
     import numpy as np  # noqa: PLC0415 -- a model that is run does not need it
 
     system, widths = _numbers("matrix", matrix), _numbers("quanta", quanta)
