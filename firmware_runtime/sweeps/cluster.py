@@ -7,18 +7,18 @@ need this project, the board's package, and for a board by path that file at the
 import re
 from collections.abc import Generator, Sequence
 from queue import Empty, SimpleQueue
+from threading import Thread
 from types import ModuleType
-from typing import Any, Final, TypeAlias
+from typing import Any, Final, TypeAlias, TypeVar
 
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.extras import module_of_extra
 from firmware_runtime.sweeps.plan import Sweep
 from firmware_runtime.sweeps.row import Row, lost, run_row
 
+T = TypeVar("T")
 Client: TypeAlias = Any
 """distributed has no types."""
-Ended: TypeAlias = tuple[str, Row | Exception]
-"""The key of a row that is no longer under way, and its result, or why there is none."""
 CONNECT_S: Final = 10.0
 LOOK_S: Final = 5.0
 """Where no row has ended for so long, the cluster is asked for its workers."""
@@ -50,7 +50,7 @@ def _rows(
     distributed: ModuleType, client: Client, sweep: Sweep, rows: Sequence[int]
 ) -> Generator[Row, None, None]:
     to_come, under_way = iter(rows), {}
-    ended: SimpleQueue[Ended] = SimpleQueue()
+    ended: SimpleQueue[Client] = SimpleQueue()
 
     def send() -> bool:
         row = next(to_come, None)
@@ -58,40 +58,46 @@ def _rows(
             return False
         future = client.submit(run_row, sweep, row, pure=False)
         under_way[future.key] = row, future
-        future.add_done_callback(lambda done: ended.put((done.key, _fetched(done))))
+        future.add_done_callback(ended.put)
         return True
 
     for _ in range(_AHEAD * _threads(client)):
         if not send():
             break
     while under_way:
-        key, found = _next(client, ended)
-        row, _ = under_way.pop(key)
+        future = _next(client, ended)
+        row, _ = under_way.pop(future.key)
+        found = _next(client, _fetched(future))
         if isinstance(found, Exception):
             found = _failed(distributed, found, sweep, row)
         yield found
         send()
 
 
-def _fetched(future: Client) -> Row | Exception:
-    """A row's result, or why there is none; called in a thread of distributed's own.
+def _fetched(future: Client) -> "SimpleQueue[Row | Exception]":
+    """Where a row's result will be, or why there is none.
 
     One whose worker is lost before it is fetched is run again by another, however long there is
-    none: only `_next` notices that.
+    none, and distributed waits for that without end: in a thread, so that `_next` can give up.
     """
-    try:
-        found: Row = future.result()
-    except Exception as error:  # noqa: BLE001 -- told apart by `_failed`
-        return error
+    found: SimpleQueue[Row | Exception] = SimpleQueue()
+
+    def fetch() -> None:
+        try:
+            found.put(future.result())
+        except Exception as error:  # noqa: BLE001 -- told apart by `_failed`
+            found.put(error)
+
+    Thread(target=fetch, daemon=True).start()
     return found
 
 
-def _next(client: Client, ended: SimpleQueue[Ended]) -> Ended:
-    """The next that has ended. Raises ConfigError if there has been no worker for a minute."""
+def _next(client: Client, queue: "SimpleQueue[T]") -> T:
+    """What comes next. Raises ConfigError if there has been no worker for a minute."""
     looks = 0
     while looks < _LOOKS:
         try:
-            return ended.get(timeout=LOOK_S)
+            return queue.get(timeout=LOOK_S)
         except Empty:
             looks = 0 if _has_workers(client) else looks + 1
     fault = f"{client.scheduler.address} has had no workers for {LOOK_S * _LOOKS:g} s"

@@ -5,6 +5,7 @@ import signal
 import subprocess
 import sys
 from pathlib import Path
+from queue import SimpleQueue
 
 import pytest
 
@@ -145,7 +146,7 @@ def test_a_result_that_is_lost_with_its_worker_before_it_is_fetched_is_not_waite
     fetched = sweeps_cluster._fetched
     with cluster(tmp_path, workers=1) as (address, workers):
 
-        def fetched_too_late(future: object) -> Row | Exception:
+        def fetched_too_late(future: object) -> SimpleQueue[Row | Exception]:
             workers[0].kill()
             workers[0].wait()
             return fetched(future)
