@@ -316,7 +316,7 @@ def test_ctrl_c_while_a_run_begins_is_no_traceback(tmp_path: Path) -> None:
         "import sys; from firmware_runtime.cli import main\n"
         "from firmware_runtime.cli.commands import run\n"
         "def interrupted(*_, **__): raise KeyboardInterrupt\n"
-        "run.Session = interrupted; sys.exit(main.main(sys.argv[1:]))"
+        "run.start_session = interrupted; sys.exit(main.main(sys.argv[1:]))"
     )
     words = [sys.executable, "-c", program, "run", "tachobot", "--doubles"]
     environment = {**os.environ, "FIRMWARE_RUNTIME_STATE_DIRECTORY": str(tmp_path)}

@@ -209,7 +209,7 @@ def test_a_coupled_model_s_port_has_what_is_sent_through_it(run: Path, tmp_path:
         (["RUN", "-o", "x.csv", "--port", "imu.sampel"], "did you mean"),
         (["RUN", "-o", "x.mcap", "--port", "imu.sample"], "has no effect on MCAP"),
         (["RUN", "-o", "x.csv", "--set", "a=1"], "--set: has no effect on a run"),
-        (["RUN", "-o", "nowhere/x.csv"], "no folder that can be written"),
+        (["RUN", "-o", "nowhere/x.csv"], "expected a name in a folder that takes one"),
     ],
 )
 def test_bad_words_are_refused(
