@@ -45,7 +45,7 @@ class TwoEnds:
 
     def start_controller(self) -> None:
         self.stop_controller()
-        words = ["run", "tachobot", "--role", "controller", "--link", self.link, "--json"]
+        words = ["run", "tachobot", "--role", "controller", "--link", self.link, "--json", *TURNING]
         with self._errors.open("a") as errors:
             self.controller = subprocess.Popen(
                 [*COMMAND, *words, "--statistics", str(self._errors.with_suffix(".stats"))],
