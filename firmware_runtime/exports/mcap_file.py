@@ -154,7 +154,7 @@ class _Export:
         if message is not None:
             try:
                 self._write(sent.at, where, message.type, message.fields(value, {}) or {})
-            except (TypeError, ValueError, KeyError, IndexError):
+            except (TypeError, ValueError, OverflowError, KeyError, IndexError):
                 pass  # another value than its type says
             else:
                 return

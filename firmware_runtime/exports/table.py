@@ -99,7 +99,10 @@ def _number_or_text(cell: Any) -> tuple[float | None, str | None]:  # noqa: ANN4
 
 def _number(cell: Any) -> float | None:  # noqa: ANN401
     if cell in {"nan", "inf", "-inf"} or isinstance(cell, int | float):
-        return float(cell)
+        try:
+            return float(cell)
+        except OverflowError:  # a whole number beyond any float: as text
+            return None
     return None
 
 

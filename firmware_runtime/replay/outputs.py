@@ -200,4 +200,5 @@ def _written(messages: Any) -> bytes:  # noqa: ANN401 -- of a bus or of a port
 
 
 def _is_number(value: object) -> bool:
-    return isinstance(value, int | float)
+    """Whether it is one that a float can hold: a whole number may be beyond any."""
+    return isinstance(value, float) or (isinstance(value, int) and value.bit_length() < 1024)

@@ -22,7 +22,7 @@ from firmware_runtime.statistics.errors import StatisticsFileError
 from firmware_runtime.statistics.file import STATISTICS
 from firmware_runtime.statistics.paths import default_path, find_statistics
 from firmware_runtime.status import Status
-from tests.support.mutated import VERBS, deep
+from tests.support.mutated import EXPECTED, VERBS, deep
 from tests.support.recorded import in_chunks, record
 
 STRANGER = 54321
@@ -73,6 +73,20 @@ def test_a_section_that_no_run_has_written_is_said_to_be_damaged(
     assert ended.status == Status.MODEL_ERROR
     assert said in ended.out.splitlines()[0]
     assert ended.error == ""
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("verb", VERBS)
+@pytest.mark.parametrize("port", range(12))
+def test_a_whole_number_beyond_any_float_is_a_value_like_another(
+    command: Callable[..., Any], tmp_path: Path, whole: list[list[bytes]], verb: str, port: int
+) -> None:
+    path = tmp_path / "hostile" / "x.recording"
+    path.parent.mkdir()
+    path.write_bytes(changed(whole, Kind.STEP, 6, [port, {"int": ["9" * 400]}]))
+    ended = command(*VERBS[verb](path, tmp_path))
+    assert ended.status in EXPECTED
+    assert "Traceback" not in ended.error
 
 
 @pytest.mark.parametrize("levels", [MOST_DEPTH // 2, MOST_DEPTH + 1, 100_000])
