@@ -7,7 +7,8 @@ is no such pause none is taken: no activation waits for a keyframe.
 
 How long one takes is the longest attempt of late, of which a part is forgotten with time, so that
 one that met a page fault or another process does not end keyframes; but never less than the
-shortest of the last few. One that fails has taken as long; the next is tried later and later.
+shortest of the last few, nor than what one took before the run. One that fails has taken as long;
+the next is tried later and later.
 """
 
 from collections import deque
@@ -64,6 +65,8 @@ class KeyframeSchedule:
         self._keyframes: Keyframes | None = None
         self._attempts: deque[int] = deque(maxlen=_REMEMBERED)
         self._takes = 0
+        self._usual = 0
+        """What one took, of those before the run: the one in the middle."""
         self._forgets_at = 0
         self._failures = 0
 
@@ -89,7 +92,7 @@ class KeyframeSchedule:
                 before = monotonic_ns()
                 self._able(lambda: write(keyframes.capture()))
                 self._note(monotonic_ns() - before)
-            self._takes = sorted(self._attempts)[_REMEMBERED // 2]
+            self._takes = self._usual = sorted(self._attempts)[_REMEMBERED // 2]
             self.cannot = self.fault
 
     def has_time(self, now: int, left: int) -> bool:
@@ -149,8 +152,8 @@ class KeyframeSchedule:
         self._takes = max(self._takes, spent)
 
     def _forget(self) -> None:
-        """Take one part less for needed of what is beyond the shortest attempt of late."""
-        least = min(self._attempts)
+        """Take one part less for needed of what is beyond the usual and the shortest of late."""
+        least = max(min(self._attempts), self._usual)
         beyond = max(self._takes - least, 0)
         self._takes = least + beyond - beyond // _FORGOTTEN
 
