@@ -84,7 +84,8 @@ def start_session(  # noqa: PLR0913 -- one path for the command and for programs
         right = RightToDrive(unsupervised=permission is None)
         hardware = _lines(asked, right, edge, undo)
         replaced = None if statistics_path is None else keep_clear_of_other_runs(statistics_path)
-        here = robot_here(asked.board, hardware, end, edge, has_ports=asked.has_ports)
+        is_served = has_ports(statistics_path, clock)
+        here = robot_here(board, hardware, end, edge, has_ports=is_served)
         if permission is None and hardware.is_here and here.timeouts:
             permission = FREE
         driven = _Driven(here.robot, hardware, SwitchingOff(board, hardware, edge, statistics_path))
@@ -132,11 +133,6 @@ class _Asked(Struct, frozen=True):
     end: BoardEnd | None
     link: "OpenChannel | None"
     log: Log
-
-    @property
-    def has_ports(self) -> bool:
-        """Whether others put values in and watch."""
-        return has_ports(self.statistics, self.clock)
 
 
 class _Driven(Struct, frozen=True):

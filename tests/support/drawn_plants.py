@@ -15,14 +15,12 @@ from firmware_runtime.devs.time import seconds
 from firmware_runtime.identification.plant import Numbers, PlantParameters
 from firmware_runtime.identification.series import Quantity, Series
 from sim_doubles.worlds.tachobot import TachobotWorld
-from sim_doubles.worlds.tachobot_body import TachobotParameters
+from tests.support.pushed_body import LEVER_ARM_M, PAIR_N, parameters_of
 
 LAG_S: Final = 0.03
 PERIOD_S: Final = 0.01
 FOR_S: Final = 24.0
 _SLOW_S: Final = 12.0
-_LEVER_ARM_M: Final = 0.2
-_PAIR_N: Final = 10.0
 _SPIN_UP_S: Final = 1.0
 
 
@@ -84,7 +82,7 @@ def _noise(random: np.random.Generator, count: int, correlation: float) -> Numbe
 def _moved(plant: PlantParameters, at: Numbers, given: Numbers, quantity: Quantity) -> Numbers:
     """The rate or position at these instants, of a world that is pushed a delay later."""
     duties = [0.5] * 8
-    world = TachobotWorld(_parameters(plant), lambda: tuple(duties))
+    world = TachobotWorld(parameters_of(plant, LAG_S), lambda: tuple(duties))
     pushes = [(seconds(_SPIN_UP_S + t + plant.delay_s), u) for t, u in zip(at, given, strict=True)]
     looks = [(seconds(_SPIN_UP_S + t), None) for t in at]
     found: list[float] = []
@@ -94,18 +92,6 @@ def _moved(plant: PlantParameters, at: Numbers, given: Numbers, quantity: Quanti
             found.append(state.yaw_rate_rad_s if quantity == "rate" else state.yaw_rad)
         else:
             world.advance(instant)
-            half = 0.5 * push / (4.0 * _PAIR_N * _LEVER_ARM_M)
+            half = 0.5 * push / (4.0 * PAIR_N * LEVER_ARM_M)
             duties[:] = [0.5 + half, 0.5 - half, 0.5 - half, 0.5 + half] * 2
     return np.array(found)
-
-
-def _parameters(plant: PlantParameters) -> TachobotParameters:
-    return TachobotParameters(
-        lever_arm_m=_LEVER_ARM_M,
-        yaw_inertia_kg_m2=plant.inertia,
-        pair_thrust_n=_PAIR_N,
-        motor_lag_s=LAG_S,
-        yaw_damping_nms=plant.damping,
-        static_friction_nm=plant.static,
-        coulomb_friction_nm=plant.coulomb,
-    )
