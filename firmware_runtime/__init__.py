@@ -24,7 +24,8 @@ if TYPE_CHECKING:
     from firmware_runtime.devs.classic import ClassicSimulator
     from firmware_runtime.devs.component import Component
     from firmware_runtime.devs.coupled import Coupled
-    from firmware_runtime.devs.errors import (
+    from firmware_runtime.devs.listening import Listening
+    from firmware_runtime.devs.model_errors import (
         CouplingError,
         IllegitimateModel,
         ModelError,
@@ -36,7 +37,6 @@ if TYPE_CHECKING:
         SentOutsideOutput,
         TimeAdvanceError,
     )
-    from firmware_runtime.devs.listening import Listening
     from firmware_runtime.devs.ports import InPort, OutPort
     from firmware_runtime.devs.simulator import Simulator
     from firmware_runtime.devs.time import (
@@ -62,7 +62,11 @@ if TYPE_CHECKING:
     from firmware_runtime.executive.process import ProcessSettings
     from firmware_runtime.hal.budget import BusLoad, PeriodicTransaction
     from firmware_runtime.hal.enable_line import EnableLine
-    from firmware_runtime.hal.errors import (
+    from firmware_runtime.hal.fault import Fault
+    from firmware_runtime.hal.i2c import I2cBus, Message
+    from firmware_runtime.hal.interlock import Interlock, always_enabled
+    from firmware_runtime.hal.serial import SerialPort
+    from firmware_runtime.hal.wire_errors import (
         AddressInUse,
         ArbitrationLost,
         BusAbsent,
@@ -77,10 +81,6 @@ if TYPE_CHECKING:
         Stuck,
         WrongDevice,
     )
-    from firmware_runtime.hal.fault import Fault
-    from firmware_runtime.hal.i2c import I2cBus, Message
-    from firmware_runtime.hal.interlock import Interlock, always_enabled
-    from firmware_runtime.hal.serial import SerialPort
     from firmware_runtime.models.delay import Delay
     from firmware_runtime.models.motion import Motion
     from firmware_runtime.models.pid import Pid, PidGains
@@ -92,8 +92,8 @@ if TYPE_CHECKING:
     from firmware_runtime.runs.open_board import OpenBoard, open_board
     from firmware_runtime.runs.open_run import OpenRun
     from firmware_runtime.runs.result import RunResult
-    from firmware_runtime.statistics.errors import StatisticsFileError
     from firmware_runtime.statistics.figures import Figures, ModelFigures
+    from firmware_runtime.statistics.file_errors import StatisticsFileError
     from firmware_runtime.statistics.reader import read_statistics
     from firmware_runtime.statistics.statistics import RunState, Statistics
 
@@ -168,34 +168,34 @@ _WHERE: Final = {
     "always_enabled": "hal.interlock",
     "SerialPort": "hal.serial",
     # Errors, by who must act
-    "CouplingError": "devs.errors",
-    "IllegitimateModel": "devs.errors",
-    "ModelError": "devs.errors",
-    "ModelFailure": "devs.errors",
-    "ModelTimeError": "devs.errors",
-    "OutputChangedState": "devs.errors",
-    "PortTypeError": "devs.errors",
-    "SelectError": "devs.errors",
-    "SentOutsideOutput": "devs.errors",
-    "TimeAdvanceError": "devs.errors",
+    "CouplingError": "devs.model_errors",
+    "IllegitimateModel": "devs.model_errors",
+    "ModelError": "devs.model_errors",
+    "ModelFailure": "devs.model_errors",
+    "ModelTimeError": "devs.model_errors",
+    "OutputChangedState": "devs.model_errors",
+    "PortTypeError": "devs.model_errors",
+    "SelectError": "devs.model_errors",
+    "SentOutsideOutput": "devs.model_errors",
+    "TimeAdvanceError": "devs.model_errors",
     "ConfigError": "errors",
     "FirmwareRuntimeError": "errors",
     "SettingError": "errors",
-    "AddressInUse": "hal.errors",
-    "ArbitrationLost": "hal.errors",
-    "BusAbsent": "hal.errors",
-    "BusFault": "hal.errors",
-    "BusInUse": "hal.errors",
-    "BusTimeout": "hal.errors",
-    "HalError": "hal.errors",
-    "Implausible": "hal.errors",
-    "NoAcknowledge": "hal.errors",
-    "NotReady": "hal.errors",
-    "PortClosed": "hal.errors",
-    "Stuck": "hal.errors",
-    "WrongDevice": "hal.errors",
+    "AddressInUse": "hal.wire_errors",
+    "ArbitrationLost": "hal.wire_errors",
+    "BusAbsent": "hal.wire_errors",
+    "BusFault": "hal.wire_errors",
+    "BusInUse": "hal.wire_errors",
+    "BusTimeout": "hal.wire_errors",
+    "HalError": "hal.wire_errors",
+    "Implausible": "hal.wire_errors",
+    "NoAcknowledge": "hal.wire_errors",
+    "NotReady": "hal.wire_errors",
+    "PortClosed": "hal.wire_errors",
+    "Stuck": "hal.wire_errors",
+    "WrongDevice": "hal.wire_errors",
     "StateTableError": "models.state_table",
-    "StatisticsFileError": "statistics.errors",
+    "StatisticsFileError": "statistics.file_errors",
 }
 """The room and module of each public name, below this package."""
 

@@ -2,8 +2,8 @@
 
 Three families hang below it, named by who must act:
 
-- `ModelError` (`firmware_runtime.devs.errors`): a bug in a model. Stop, outputs off, exit non-zero.
-- `HalError` (`firmware_runtime.hal.errors`): the world. Expected, counted, retried or turned into a
+- `ModelError` (`firmware_runtime.devs.model_errors`): a bug in a model. Stop, outputs off, exit non-zero.
+- `HalError` (`firmware_runtime.hal.wire_errors`): the world. Expected, counted, retried or turned into a
   `Fault` value on a port.
 - `ConfigError` (`firmware_runtime.errors`): the user's input. Refuse to start, list all faults at
   once.

@@ -17,8 +17,8 @@ from collections import deque
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, NoReturn
 
-from firmware_runtime.hal.errors import from_os_error
 from firmware_runtime.hal.i2c import I2cBus, Message
+from firmware_runtime.hal.wire_errors import from_os_error
 from sim_doubles.clock import Now
 from sim_doubles.i2c_adapter import ADAPTERS, AdapterProfile
 from sim_doubles.i2c_target import Target

@@ -13,8 +13,8 @@ import tty
 from collections import deque
 from typing import NamedTuple
 
-from firmware_runtime.hal.errors import BusFault, PortClosed
 from firmware_runtime.hal.serial import SerialPort
+from firmware_runtime.hal.wire_errors import BusFault, PortClosed
 from sim_doubles.clock import Now
 from sim_doubles.serial_target import SerialTarget
 

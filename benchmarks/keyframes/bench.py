@@ -21,11 +21,11 @@ from benchmarks.loop.rates import assignments
 from benchmarks.shared.conditions import conditions, conditions_text
 from benchmarks.shared.results import add_common_options, save
 from benchmarks.shared.side_by_side import positive
-from firmware_runtime.blackbox.recorder import Recorder
-from firmware_runtime.board.in_force import board_in_force
+from firmware_runtime.board.local_settings import board_in_force
 from firmware_runtime.cli.arguments import positive as positive_number
 from firmware_runtime.devs.time import seconds
 from firmware_runtime.executive.clocks import MonotonicClock
+from firmware_runtime.recording.blackbox.recorder import Recorder
 from firmware_runtime.runs import recorded_edge
 from firmware_runtime.runs.start import start_session
 from firmware_runtime.status import Status

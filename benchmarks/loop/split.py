@@ -15,8 +15,9 @@ from collections.abc import Callable
 from time import monotonic_ns
 from typing import Any, TypeVar
 
+from firmware_boards.tachobot.wiring import Tachobot
+
 from benchmarks.loop.rates import assignments
-from boards.tachobot.wiring import Tachobot
 from firmware_runtime.board import registry
 from firmware_runtime.board.lines import Lines
 from firmware_runtime.board.registry import Board

@@ -2,14 +2,14 @@
 
 The p99 of one and the same run is another each time, by a factor of two beside other work. So each
 turn has a second bare run, and what is said of a recording is said of that one, too: what differs
-there is the machine's. The decision is the timing gate's (`firmware_runtime.gate`).
+there is the machine's. The decision is the timing gate's (`firmware_runtime.lab.gate`).
 """
 
 from collections.abc import Mapping, Sequence
 from math import inf, log
 from typing import Any
 
-from firmware_runtime.gate.decision import FEWEST_PAIRS, Verdict, decide
+from firmware_runtime.lab.gate.decision import FEWEST_PAIRS, Verdict, decide
 
 TOLERANCE = 0.02
 """The goal: a recording makes the p99 of lateness at most so much longer."""

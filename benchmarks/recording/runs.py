@@ -14,15 +14,15 @@ from time import monotonic_ns, perf_counter_ns, process_time_ns
 from typing import Any
 from unittest.mock import patch
 
-from firmware_runtime.blackbox.reader import kind_of, read_recording
-from firmware_runtime.blackbox.recorder import Recorder
-from firmware_runtime.blackbox.section import Kind
-from firmware_runtime.board.in_force import board_in_force
+from firmware_runtime.board.local_settings import board_in_force
 from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.functions import Functions
 from firmware_runtime.devs.time import MICROSECOND, seconds
 from firmware_runtime.executive.clocks import Clock, VirtualClock
 from firmware_runtime.executive.ledger import Ledger
+from firmware_runtime.recording.blackbox.reader import kind_of, read_recording
+from firmware_runtime.recording.blackbox.recorder import Recorder
+from firmware_runtime.recording.blackbox.section import Kind
 from firmware_runtime.runs import recorded_edge
 from firmware_runtime.runs.start import start_session
 from firmware_runtime.statistics.layout import STEPS

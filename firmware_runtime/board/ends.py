@@ -9,7 +9,7 @@ from contextlib import suppress
 
 from msgspec import Struct
 
-from firmware_runtime.board.holding import holders
+from firmware_runtime.board.hardware_components import holders
 from firmware_runtime.board.registry import Board
 from firmware_runtime.board.roles import CONTROLLER, ROBOT, Roles, components_of
 from firmware_runtime.devs.coupled import Coupled

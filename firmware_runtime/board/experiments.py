@@ -76,8 +76,8 @@ class StepExperiment(Experiment, frozen=True, kw_only=True):
 class OwnExperiment(Experiment, frozen=True, kw_only=True):
     """One that a function runs: `package.module:function`, imported when the experiment is run.
 
-    It is called with a `firmware_runtime.experiments.trial.Trial` and returns a
-    `firmware_runtime.experiments.findings.Findings`.
+    It is called with a `firmware_runtime.lab.experiments.trial.Trial` and returns a
+    `firmware_runtime.lab.experiments.findings.Findings`.
     """
 
     run: str

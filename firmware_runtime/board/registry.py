@@ -18,8 +18,8 @@ from firmware_runtime.board import strict
 from firmware_runtime.board.definition import BoardDefinition
 from firmware_runtime.board.experiments import Experiment
 from firmware_runtime.board.faults import Device, device_faults, executive_faults
-from firmware_runtime.board.holding import holders
-from firmware_runtime.board.kinds import (
+from firmware_runtime.board.hardware_components import holders
+from firmware_runtime.board.installed import (
     FILE,
     blamed_on,
     broken,
@@ -33,13 +33,13 @@ from firmware_runtime.board.plants import Plant
 from firmware_runtime.board.robot import Robot
 from firmware_runtime.board.roles import role_faults
 from firmware_runtime.board.settings import BoardSettings, LinkSettings, PortSettings
-from firmware_runtime.board.unused import unused_lines
+from firmware_runtime.board.unused_lines import unused_lines
 from firmware_runtime.board.variants import drop_replaced
 from firmware_runtime.devs.component import Component
 from firmware_runtime.errors import ConfigError, SettingError
 from firmware_runtime.hal.budget import BusLoad
-from firmware_runtime.spelling import did_you_mean
-from firmware_runtime.system.whole_file import read_text
+from firmware_runtime.system.atomic_file import read_text
+from firmware_runtime.system.spelling import did_you_mean
 
 _NAME = re.compile(r"[a-z0-9][a-z0-9_-]{0,62}")
 

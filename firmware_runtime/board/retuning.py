@@ -8,7 +8,7 @@ from typing import Any
 from msgspec import Struct, json, structs
 
 from firmware_runtime.board import strict
-from firmware_runtime.board.kinds import blamed_on, definition, entry_point_of
+from firmware_runtime.board.installed import blamed_on, definition, entry_point_of
 from firmware_runtime.board.registry import Board, own_faults
 from firmware_runtime.errors import ConfigError
 

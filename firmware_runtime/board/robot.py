@@ -11,7 +11,7 @@ from firmware_runtime.devs.component import Component
 from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.ports import OutPort
 from firmware_runtime.errors import ConfigError, FirmwareRuntimeError, text_of
-from firmware_runtime.hal.errors import HalError
+from firmware_runtime.hal.wire_errors import HalError
 
 
 def _keep(_settings: object) -> None:

@@ -5,7 +5,7 @@ from contextlib import suppress
 from importlib.metadata import EntryPoint
 from typing import Any
 
-from firmware_runtime.board.kinds import blamed_on, broken
+from firmware_runtime.board.installed import blamed_on, broken
 from firmware_runtime.cli.readers_gone import OutputError
 from firmware_runtime.errors import ConfigError, FirmwareRuntimeError
 from firmware_runtime.status import Status

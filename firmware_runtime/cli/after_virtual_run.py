@@ -3,7 +3,7 @@
 import sys
 from pathlib import Path
 
-from firmware_runtime.blackbox.found import virtual_recordings
+from firmware_runtime.recording.blackbox.locations import virtual_recordings
 from firmware_runtime.statistics.dates import local
 from firmware_runtime.statistics.layout import ELAPSED
 from firmware_runtime.statistics.paths import places

@@ -9,17 +9,17 @@ from tempfile import TemporaryDirectory
 from textwrap import wrap
 from typing import Any
 
-from firmware_runtime.blackbox.reader import read_recording
 from firmware_runtime.devs.time import NEVER, SECOND
 from firmware_runtime.errors import ConfigError
+from firmware_runtime.recording.blackbox.reader import read_recording
 from firmware_runtime.recording.changed_settings import changed_board
-from firmware_runtime.replay.asserted import difference_of, in_words
-from firmware_runtime.replay.verdict import Stretch, replay
+from firmware_runtime.recording.replay.replay_assertion import difference_of, in_words
+from firmware_runtime.recording.replay.verdict import Stretch, replay
+from firmware_runtime.recording.what_if.checkout import ask, checked_folder
+from firmware_runtime.recording.what_if.piece import Cutter, Piece, Shows
+from firmware_runtime.recording.what_if.question import Question, answer
 from firmware_runtime.status import Status
-from firmware_runtime.system.whole_file import keep_output
-from firmware_runtime.what_if.checkout import ask, checked_folder
-from firmware_runtime.what_if.piece import Cutter, Piece, Shows
-from firmware_runtime.what_if.question import Question, answer
+from firmware_runtime.system.atomic_file import keep_output
 
 _WIDTH = 88
 _TEST = '''\
@@ -30,7 +30,7 @@ _TEST = '''\
 
 from pathlib import Path
 
-from firmware_runtime.replay.asserted import assert_replays
+from firmware_runtime.recording.replay.replay_assertion import assert_replays
 
 RECORDING = Path(__file__).with_suffix(".recording")
 

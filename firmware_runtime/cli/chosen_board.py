@@ -4,7 +4,7 @@ import sys
 from collections.abc import Sequence
 from functools import cache
 
-from firmware_runtime.board.in_force import board_in_force, settings_in_force
+from firmware_runtime.board.local_settings import board_in_force, settings_in_force
 from firmware_runtime.board.registry import Board, is_name
 from firmware_runtime.cli.readers_gone import print_line
 

@@ -5,8 +5,8 @@ from collections.abc import Iterator
 
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.executive.clocks import Clock
-from firmware_runtime.runs import choices
-from firmware_runtime.runs.choices import clock_faults
+from firmware_runtime.runs import options as choices
+from firmware_runtime.runs.options import clock_faults
 
 
 def choose_clock(arguments: argparse.Namespace) -> None:

@@ -15,14 +15,14 @@ import argcomplete
 from argcomplete.completers import BaseCompleter, FilesCompleter
 from argcomplete.lexers import split_line
 
-from firmware_runtime.blackbox.found import kept_recordings, last_recordings
-from firmware_runtime.blackbox.listed import name_of
 from firmware_runtime.board.experiments import ALL
-from firmware_runtime.board.in_force import known_names
+from firmware_runtime.board.local_settings import known_names
 from firmware_runtime.cli.chosen_board import chosen_board
 from firmware_runtime.cli.main import parser, verb_names
-from firmware_runtime.entry_points import installed
 from firmware_runtime.errors import ConfigError
+from firmware_runtime.recording.blackbox.listing import name_of
+from firmware_runtime.recording.blackbox.locations import kept_recordings, last_recordings
+from firmware_runtime.system.entry_points import installed
 
 CHIP_DOUBLES = "firmware_runtime.chip_doubles"
 """Entry points of what `--chip` names."""
@@ -109,7 +109,7 @@ def _keys(board: str | None) -> Iterable[str]:
 
 def _experiments() -> list[str]:
     """The experiments of every kind of board that can be read, and the word for all."""
-    from firmware_runtime.experiments.known import experiments_of  # noqa: PLC0415 -- for this alone
+    from firmware_runtime.lab.experiments.known import experiments_of  # noqa: PLC0415 -- for this alone
 
     found = {ALL}
     for name in known_names():

@@ -5,19 +5,20 @@ import sys
 from collections.abc import Collection, Iterable, Iterator
 from pathlib import Path
 
-from firmware_runtime.blackbox.found import find_recording
-from firmware_runtime.blackbox.header import Header
-from firmware_runtime.blackbox.listed import span_of
-from firmware_runtime.blackbox.reader import read_recording
-from firmware_runtime.blackbox.section import Section
 from firmware_runtime.cli.written import check_output
 from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.senders import Senders
 from firmware_runtime.devs.time import NEVER, SECOND
 from firmware_runtime.errors import ConfigError
-from firmware_runtime.exports.mcap_file import mcap_of
-from firmware_runtime.exports.table import csv_of, long_table, parquet_of, wide_table
-from firmware_runtime.exports.typed_values import (
+from firmware_runtime.recording.blackbox.header import Header
+from firmware_runtime.recording.blackbox.listing import span_of
+from firmware_runtime.recording.blackbox.locations import find_recording
+from firmware_runtime.recording.blackbox.reader import read_recording
+from firmware_runtime.recording.blackbox.section import Section
+from firmware_runtime.recording.board_of_recording import board_of
+from firmware_runtime.recording.exports.mcap_file import mcap_of
+from firmware_runtime.recording.exports.table_file import csv_of, long_table, parquet_of, wide_table
+from firmware_runtime.recording.exports.typed_values import (
     Sent,
     entered_in,
     entrance,
@@ -26,11 +27,10 @@ from firmware_runtime.exports.typed_values import (
     sections_between,
     values_in,
 )
-from firmware_runtime.recording.of_board import board_of
-from firmware_runtime.replay.verdict import Stretch
-from firmware_runtime.spelling import did_you_mean
+from firmware_runtime.recording.replay.verdict import Stretch
 from firmware_runtime.status import Status
-from firmware_runtime.system.whole_file import keep_output
+from firmware_runtime.system.atomic_file import keep_output
+from firmware_runtime.system.spelling import did_you_mean
 
 
 def export_run(arguments: argparse.Namespace, output: Path) -> int:

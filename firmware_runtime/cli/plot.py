@@ -3,9 +3,9 @@
 from pathlib import Path
 
 from firmware_runtime.board.rig import Drawn
-from firmware_runtime.diagram.picture_file import require_renderer, write_picture
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.runs.session import Session
+from firmware_runtime.view.diagram.picture_file import require_renderer, write_picture
 
 ENDINGS = (".svg", ".png")
 

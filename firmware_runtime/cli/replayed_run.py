@@ -7,17 +7,17 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from time import monotonic_ns, sleep
 
-from firmware_runtime.blackbox.reader import Recording, read_recording
-from firmware_runtime.blackbox.section import Section
 from firmware_runtime.cli.own_terminal import OwnTerminal
-from firmware_runtime.closing import Closing
 from firmware_runtime.devs.time import SECOND
-from firmware_runtime.recording.chance import UNKEPT
-from firmware_runtime.recording.of_board import board_of
+from firmware_runtime.recording.blackbox.reader import Recording, read_recording
+from firmware_runtime.recording.blackbox.section import Section
+from firmware_runtime.recording.board_of_recording import board_of
+from firmware_runtime.recording.random_state import UNKEPT
+from firmware_runtime.recording.replay.difference import Difference, in_lines
+from firmware_runtime.recording.replay.verdict import NOTHING_AGAIN, Stretch, Verdict, replay
 from firmware_runtime.recording.versions import versions_said
-from firmware_runtime.replay.difference import Difference, in_lines
-from firmware_runtime.replay.verdict import NOTHING_AGAIN, Stretch, Verdict, replay
 from firmware_runtime.statistics.dates import NO_DATES, Dates
+from firmware_runtime.system.closing import Closing
 
 
 def replay_run(arguments: argparse.Namespace, path: Path) -> int:

@@ -11,7 +11,7 @@ from pathlib import Path
 
 from firmware_runtime.cli.progress_line import Messages
 from firmware_runtime.runs.session import Session
-from firmware_runtime.statistics.errors import TraceNotWholeError
+from firmware_runtime.statistics.file_errors import TraceNotWholeError
 from firmware_runtime.status import Status
 
 
@@ -40,7 +40,7 @@ class RunFiles:
 
     def _keep(self, session: Session, into: Path) -> None:
         # what keeps is imported only if there is something to keep
-        module = import_module("firmware_runtime.runs.keeping")
+        module = import_module("firmware_runtime.runs.saved_recording")
         fault = module.keep_recording(session.recording, into)
         if fault is not None:
             self._not_whole(f"--record {fault}")
@@ -57,7 +57,7 @@ def _tracing(session: Session, path: Path) -> AbstractContextManager[None]:
     """
     waits = session.executive.clock.speed != 0
     if waits and session.recorder is not None:
-        recorded = import_module("firmware_runtime.exports.trace_of_run")
+        recorded = import_module("firmware_runtime.runs.trace_of_run")
         of_recording: AbstractContextManager[None] = recorded.traced_by_recording(session, path)
         return of_recording
     live = import_module("firmware_runtime.statistics.trace_file")

@@ -4,7 +4,7 @@ import argparse
 from pathlib import Path
 
 from firmware_runtime.cli.arguments import add_duration, add_statistics, positive, speed
-from firmware_runtime.experiments.loop_model import PERIOD_S
+from firmware_runtime.lab.experiments.loop_model import PERIOD_S
 
 
 def add_run_options(verb: argparse.ArgumentParser) -> None:

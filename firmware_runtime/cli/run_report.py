@@ -7,7 +7,6 @@ from collections.abc import Callable, Iterator
 from math import isfinite
 from typing import Any, TypeVar
 
-from firmware_runtime.cli.chart import Series, chart
 from firmware_runtime.cli.readers_gone import print_line
 from firmware_runtime.devs.time import NEVER, seconds
 from firmware_runtime.errors import ConfigError, FirmwareRuntimeError, text_of
@@ -18,6 +17,7 @@ from firmware_runtime.statistics.statistics import RunState
 from firmware_runtime.statistics.text.sentences import outputs_text, periods_not_kept
 from firmware_runtime.statistics.text.statistics import statistics_text
 from firmware_runtime.status import Status
+from firmware_runtime.view.terminal_chart import Series, chart
 
 T = TypeVar("T")
 
@@ -86,7 +86,7 @@ class Report:
 
     def _as_json(self, outcome: Outcome, figures: Figures) -> dict[str, Any]:
         # a run that is printed for people starts without
-        from firmware_runtime.stages.document import of_one_process  # noqa: PLC0415
+        from firmware_runtime.lab.stages.document import of_one_process  # noqa: PLC0415
         from firmware_runtime.statistics.json_values import plain  # noqa: PLC0415
 
         session = self._session

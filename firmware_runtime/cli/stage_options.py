@@ -6,7 +6,7 @@ from importlib import import_module
 from pathlib import Path
 
 from firmware_runtime.errors import ConfigError
-from firmware_runtime.stages.stage import Stage
+from firmware_runtime.lab.stages.stage import Stage
 
 _OF_ANY_STAGE = {
     "clock": "a stage has its clock",

@@ -7,7 +7,6 @@ from pathlib import Path
 
 from msgspec import to_builtins
 
-from firmware_runtime.blackbox.reader import read_recording
 from firmware_runtime.board.registry import Board
 from firmware_runtime.cli.chosen_board import chosen_board
 from firmware_runtime.cli.readers_gone import print_line
@@ -15,12 +14,13 @@ from firmware_runtime.cli.replayed_run import Shown, paced
 from firmware_runtime.cli.written import check_output
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.errors import ConfigError
+from firmware_runtime.recording.blackbox.reader import read_recording
 from firmware_runtime.recording.changed_settings import settings_said
-from firmware_runtime.replay.what_if import WhatIf
+from firmware_runtime.recording.what_if.checkout import ask, checked_folder
+from firmware_runtime.recording.what_if.question import Question, answer
+from firmware_runtime.recording.what_if.what_if import WhatIf
+from firmware_runtime.recording.what_if.what_if_text import what_if_text
 from firmware_runtime.status import Status
-from firmware_runtime.what_if.checkout import ask, checked_folder
-from firmware_runtime.what_if.question import Question, answer
-from firmware_runtime.what_if.text import what_if_text
 
 
 def what_if_run(arguments: argparse.Namespace, path: Path) -> int:
@@ -58,7 +58,7 @@ def _check(arguments: argparse.Namespace) -> None:
 
 
 def _plots(path: Path) -> int:
-    from firmware_runtime.what_if.page import ENDINGS, PLOTS  # noqa: PLC0415 -- with -o only
+    from firmware_runtime.recording.what_if.what_if_page import ENDINGS, PLOTS  # noqa: PLC0415 -- with -o only
 
     check_output(path, ENDINGS)
     return PLOTS
@@ -88,7 +88,7 @@ def _changed(arguments: argparse.Namespace, found: WhatIf) -> str:
 def _say(arguments: argparse.Namespace, found: WhatIf) -> None:
     changed = _changed(arguments, found)
     if arguments.output is not None:
-        from firmware_runtime.what_if.page import write_plots  # noqa: PLC0415 -- with -o only
+        from firmware_runtime.recording.what_if.what_if_page import write_plots  # noqa: PLC0415 -- with -o only
 
         write_plots(found, changed, arguments.output)
         found.curves = {}
@@ -99,7 +99,7 @@ def _say(arguments: argparse.Namespace, found: WhatIf) -> None:
 
 
 def _watch(arguments: argparse.Namespace, question: Question, folder: Path | None) -> int:
-    from firmware_runtime.what_if.watch import Watched, watch  # noqa: PLC0415 -- with --watch only
+    from firmware_runtime.recording.what_if.watch import Watched, watch  # noqa: PLC0415 -- with --watch only
 
     header = read_recording(Path(question.recording)).header
     watch(question, Watched(folder, header), _Reporter(arguments))
@@ -114,7 +114,7 @@ class _Reporter:
 
     def found(self, found: WhatIf, before: WhatIf | None, spent: int) -> None:
         """What was found, then what is not as the last time."""
-        from firmware_runtime.what_if.watch import since  # noqa: PLC0415 -- as above
+        from firmware_runtime.recording.what_if.watch import since  # noqa: PLC0415 -- as above
 
         _say(self._arguments, found)
         if not self._arguments.json:

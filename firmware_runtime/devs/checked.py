@@ -11,8 +11,8 @@ from typing import Any, Protocol
 
 from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.component import Component
-from firmware_runtime.devs.errors import OutputChangedState, PortTypeError, SentOutsideOutput
 from firmware_runtime.devs.functions import Functions, Wrapped
+from firmware_runtime.devs.model_errors import OutputChangedState, PortTypeError, SentOutsideOutput
 from firmware_runtime.devs.ports import AnyPort, InPort, OutPort, StandIn, carries
 
 _DEPTH = 4

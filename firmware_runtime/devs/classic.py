@@ -26,7 +26,7 @@ from firmware_runtime.devs.agenda import NO_MODEL
 from firmware_runtime.devs.component import Component
 from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.engine import Engine
-from firmware_runtime.devs.errors import ModelError, ModelFailure, SelectError
+from firmware_runtime.devs.model_errors import ModelError, ModelFailure, SelectError
 from firmware_runtime.devs.ports import InPort, Owner, Relay
 from firmware_runtime.devs.time import NEVER
 from firmware_runtime.devs.wiring import Feed

@@ -2,7 +2,7 @@
 
 from typing import TypeVar
 
-from firmware_runtime.devs.errors import CouplingError
+from firmware_runtime.devs.model_errors import CouplingError
 from firmware_runtime.devs.ports import InPort, OutPort, Owner, Takes
 
 T = TypeVar("T")

@@ -4,7 +4,7 @@ from collections.abc import Iterator, Sequence
 from typing import TypeVar
 
 from firmware_runtime.devs.component import Component, check_constructed
-from firmware_runtime.devs.errors import CouplingError
+from firmware_runtime.devs.model_errors import CouplingError
 from firmware_runtime.devs.ports import AnyPort, InPort, OutPort, Owner, Source, carries
 
 C = TypeVar("C", bound=Component)

@@ -9,16 +9,16 @@ from firmware_runtime.devs.agenda import NO_MODEL, Agenda
 from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.checked import CheckedBag, StateCheck, wrong_type
 from firmware_runtime.devs.component import Component
-from firmware_runtime.devs.errors import (
+from firmware_runtime.devs.finite import Refuse, sieved
+from firmware_runtime.devs.functions import Instrument, Wrapped, bind
+from firmware_runtime.devs.listening import Listener, Listening
+from firmware_runtime.devs.model_errors import (
     IllegitimateModel,
     ModelError,
     ModelFailure,
     PortTypeError,
     TimeAdvanceError,
 )
-from firmware_runtime.devs.finite import Refuse, sieved
-from firmware_runtime.devs.functions import Instrument, Wrapped, bind
-from firmware_runtime.devs.listening import Listener, Listening
 from firmware_runtime.devs.ports import AnyPort, InPort, OutPort, Owner, carries
 from firmware_runtime.devs.time import NEVER, format_time, kept, whole
 from firmware_runtime.devs.wiring import Feed, Wiring, sources_of

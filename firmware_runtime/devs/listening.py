@@ -7,8 +7,8 @@ listeners; when the last one ends, the port has its bag back and is exactly what
 from collections.abc import Callable, Sequence
 from typing import TypeAlias, TypeVar
 
-from firmware_runtime.closing import Closing
 from firmware_runtime.devs.ports import OutPort, StandIn
+from firmware_runtime.system.closing import Closing
 
 T = TypeVar("T")
 

@@ -15,7 +15,7 @@ from typing import Any
 from msgspec import Struct
 
 from firmware_runtime.devs.coupled import Coupled
-from firmware_runtime.devs.errors import CouplingError
+from firmware_runtime.devs.model_errors import CouplingError
 from firmware_runtime.devs.ports import AnyPort, InPort, OutPort
 
 

@@ -26,7 +26,7 @@ from collections.abc import Iterable
 from firmware_runtime.devs.agenda import NO_MODEL
 from firmware_runtime.devs.delivery import Delivery
 from firmware_runtime.devs.engine import Engine
-from firmware_runtime.devs.errors import ModelError
+from firmware_runtime.devs.model_errors import ModelError
 from firmware_runtime.devs.time import NEVER, ZERO
 from firmware_runtime.devs.wiring import Feed
 

@@ -15,7 +15,7 @@ from typing import Any, TypeAlias
 from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.component import Component, check_constructed
 from firmware_runtime.devs.coupled import Coupled
-from firmware_runtime.devs.errors import CouplingError
+from firmware_runtime.devs.model_errors import CouplingError
 from firmware_runtime.devs.ports import AnyPort, InPort, OutPort
 
 Ends: TypeAlias = list[InPort[Any]]

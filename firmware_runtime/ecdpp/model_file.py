@@ -19,7 +19,7 @@ from pathlib import Path
 from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.component import Component
 from firmware_runtime.devs.coupled import Coupled
-from firmware_runtime.devs.errors import ModelError
+from firmware_runtime.devs.model_errors import ModelError
 from firmware_runtime.ecdpp.atomic_class import AtomicClass, Value
 from firmware_runtime.ecdpp.class_catalogue import KnownClasses
 from firmware_runtime.ecdpp.model_links import declare_ports, draw_links

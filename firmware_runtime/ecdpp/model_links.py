@@ -6,7 +6,7 @@ from typing import Any, TypeVar
 
 from firmware_runtime.devs.component import Component
 from firmware_runtime.devs.coupled import Coupled
-from firmware_runtime.devs.errors import CouplingError
+from firmware_runtime.devs.model_errors import CouplingError
 from firmware_runtime.devs.ports import AnyPort, InPort, OutPort
 from firmware_runtime.ecdpp.model_syntax import Entry, Reference, Section
 from firmware_runtime.ecdpp.text import look_up

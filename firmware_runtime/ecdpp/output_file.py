@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 from firmware_runtime.devs.engine import Engine
 from firmware_runtime.devs.ports import OutPort
 from firmware_runtime.ecdpp.text import format_time
-from firmware_runtime.system.whole_file import keep_output
+from firmware_runtime.system.atomic_file import keep_output
 
 
 class OutputLine(NamedTuple):

@@ -9,7 +9,7 @@ from typing import TypeVar
 
 from firmware_runtime.devs.time import MICROSECOND, MILLISECOND
 from firmware_runtime.errors import ConfigError
-from firmware_runtime.system.whole_file import read_content
+from firmware_runtime.system.atomic_file import read_content
 
 T = TypeVar("T")
 

@@ -23,7 +23,7 @@ from firmware_runtime.devs.time import MILLISECOND, NEVER, SECOND, format_time
 from firmware_runtime.errors import text_of
 from firmware_runtime.executive.clocks import Clock
 from firmware_runtime.executive.fault_log import FaultLog
-from firmware_runtime.hal.errors import HalError
+from firmware_runtime.hal.wire_errors import HalError
 from firmware_runtime.statistics.statistics import RunState
 
 

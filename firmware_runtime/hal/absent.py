@@ -2,9 +2,9 @@
 
 from collections.abc import Sequence
 
-from firmware_runtime.hal.errors import BusAbsent
 from firmware_runtime.hal.i2c import I2cBus, Message
 from firmware_runtime.hal.serial import SerialPort
+from firmware_runtime.hal.wire_errors import BusAbsent
 
 
 class AbsentBus(I2cBus):

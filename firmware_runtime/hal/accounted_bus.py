@@ -13,10 +13,10 @@ import threading
 from collections.abc import Sequence
 
 from firmware_runtime.hal.budget import framed_ns, wire_bytes
-from firmware_runtime.hal.errors import HalError
 from firmware_runtime.hal.i2c import I2cBus, Message
 from firmware_runtime.hal.line_time import NO_TIME, LineTime
 from firmware_runtime.hal.retry import THREE_ATTEMPTS, RetryPolicy
+from firmware_runtime.hal.wire_errors import HalError
 
 
 class BusCounters:

@@ -5,9 +5,9 @@ them; what a device waits for is counted from when the last has left.
 """
 
 from firmware_runtime.hal.budget import wire_ns
-from firmware_runtime.hal.errors import HalError
 from firmware_runtime.hal.line_time import LineTime
 from firmware_runtime.hal.serial import BITS_PER_BYTE, SerialPort
+from firmware_runtime.hal.wire_errors import HalError
 
 
 class AccountedPort(SerialPort):

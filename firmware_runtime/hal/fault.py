@@ -7,7 +7,7 @@ or not anything is coupled to the port.
 from typing import NamedTuple
 
 from firmware_runtime.errors import FirmwareRuntimeError, text_of
-from firmware_runtime.hal.errors import DeadReading
+from firmware_runtime.hal.wire_errors import DeadReading
 
 
 class Fault(NamedTuple):

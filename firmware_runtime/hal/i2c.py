@@ -17,7 +17,7 @@ from time import sleep
 from typing import NoReturn, SupportsIndex, TypeAlias
 
 from firmware_runtime.devs.time import SECOND
-from firmware_runtime.hal.errors import NoAcknowledge
+from firmware_runtime.hal.wire_errors import NoAcknowledge
 
 Message: TypeAlias = bytes | int
 """Bytes to write, or a number of bytes to read (1 or more)."""

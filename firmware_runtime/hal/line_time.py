@@ -3,7 +3,7 @@
 A model lives at the instants of its events; within one, each transaction takes its time on the
 wire, and the lines run ahead of the model by it. A device that needs time needs it from the end of
 the transaction, so a phase that waits for it is longer by what the lines have run ahead
-(`elapsed`). `drivers.hardware.HardwareModel.hold_after_transfer` adds that.
+(`elapsed`). `firmware_drivers.hardware.HardwareModel.hold_after_transfer` adds that.
 """
 
 from typing import Final, Protocol

@@ -7,7 +7,7 @@ transactions, takes more than 32 bytes, and sends repeated STARTs. It has two ga
   claimed by I2C_SLAVE, which does check and sends nothing, before its first transaction;
 - the adapter waits a second for a stuck bus by default; so `open_i2c` sets a shorter timeout.
 
-Every errno is translated once, here, into the errors of `firmware_runtime.hal.errors`. Adapters
+Every errno is translated once, here, into the errors of `firmware_runtime.hal.wire_errors`. Adapters
 differ: bcm2835 refuses a read that is not the last message, and that arrives as a BusFault.
 Sources: Linux 6.1 drivers/i2c/i2c-dev.c, busses/i2c-bcm2835.c; smbus2 0.6.1.
 """
@@ -22,8 +22,14 @@ from typing import Final
 
 from smbus2 import I2cFunc, SMBus, i2c_msg
 
-from firmware_runtime.hal.errors import AddressInUse, BusAbsent, BusInUse, PortClosed, from_os_error
 from firmware_runtime.hal.i2c import I2cBus, Message
+from firmware_runtime.hal.wire_errors import (
+    AddressInUse,
+    BusAbsent,
+    BusInUse,
+    PortClosed,
+    from_os_error,
+)
 
 I2C_SLAVE: Final = 0x0703
 I2C_TIMEOUT: Final = 0x0702

@@ -11,9 +11,9 @@ import errno
 from importlib import import_module
 from typing import TYPE_CHECKING
 
-from firmware_runtime.extras import install_command
 from firmware_runtime.hal.enable_line import EnableLine
-from firmware_runtime.hal.errors import BusAbsent, BusFault, BusInUse, PortClosed
+from firmware_runtime.hal.wire_errors import BusAbsent, BusFault, BusInUse, PortClosed
+from firmware_runtime.system.extras import install_command
 
 if TYPE_CHECKING:
     from gpiod.line_request import LineRequest

@@ -8,7 +8,7 @@ An adapter that is unplugged may come back under the same path, such as an alias
 failure the path is opened again by the next use.
 
 Every failure of pyserial is translated once, here, into the errors of
-`firmware_runtime.hal.errors`. Parity, stop bits and flow control are left at 8N1 without any.
+`firmware_runtime.hal.wire_errors`. Parity, stop bits and flow control are left at 8N1 without any.
 Source: pyserial 3.5, serialposix.
 """
 
@@ -19,8 +19,8 @@ from typing import Final
 
 from serial import PortNotOpenError, Serial, SerialTimeoutException
 
-from firmware_runtime.hal.errors import BusAbsent, BusFault, BusTimeout, HalError, PortClosed
 from firmware_runtime.hal.serial import SerialPort
+from firmware_runtime.hal.wire_errors import BusAbsent, BusFault, BusTimeout, HalError, PortClosed
 
 MOST_AT_ONCE: Final = 4096
 """Bytes taken by one read: what a Linux terminal can hold."""

@@ -9,7 +9,7 @@ from typing import Final
 
 from msgspec import Struct
 
-from firmware_runtime.hal.errors import (
+from firmware_runtime.hal.wire_errors import (
     ArbitrationLost,
     BusFault,
     BusTimeout,

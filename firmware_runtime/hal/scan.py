@@ -10,8 +10,8 @@ from collections.abc import Iterable, Iterator
 from enum import Enum
 from typing import Final, NamedTuple
 
-from firmware_runtime.hal.errors import AddressInUse, BusFault, NoAcknowledge
 from firmware_runtime.hal.i2c import I2cBus
+from firmware_runtime.hal.wire_errors import AddressInUse, BusFault, NoAcknowledge
 
 ADDRESSES: Final = range(0x08, 0x78)
 READ_ONLY: Final = frozenset((*range(0x30, 0x38), *range(0x50, 0x60)))

@@ -16,8 +16,8 @@ from typing import Generic, NamedTuple, TypeVar
 
 from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.time import SECOND
-from firmware_runtime.hal.errors import Implausible
 from firmware_runtime.hal.fault import Fault
+from firmware_runtime.hal.wire_errors import Implausible
 
 R = TypeVar("R")
 V = TypeVar("V")

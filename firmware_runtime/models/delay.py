@@ -4,7 +4,7 @@ from collections import deque
 from typing import Generic, TypeVar
 
 from firmware_runtime.devs.atomic import Atomic
-from firmware_runtime.devs.errors import ModelError
+from firmware_runtime.devs.model_errors import ModelError
 from firmware_runtime.devs.time import whole
 
 T = TypeVar("T")

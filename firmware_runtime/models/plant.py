@@ -10,7 +10,7 @@ from typing import Protocol
 
 from msgspec import Struct
 
-from firmware_runtime.elementary import exp, expm1
+from firmware_runtime.system.elementary import exp, expm1
 
 State = tuple[float, ...]
 

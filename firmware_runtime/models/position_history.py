@@ -13,7 +13,6 @@ from typing import NamedTuple
 from msgspec import Struct
 
 from firmware_runtime.devs.time import SECOND
-from firmware_runtime.elementary import cos_sin
 from firmware_runtime.models.position_filter import (
     FilterNoise,
     Planar,
@@ -24,6 +23,7 @@ from firmware_runtime.models.position_filter import (
     restarted,
 )
 from firmware_runtime.models.position_fix import FixReport, PlanarInertial, PoseFix, PositionFix
+from firmware_runtime.system.elementary import cos_sin
 
 TOO_OLD = "older than what is kept"
 OFF_GATE = "too far from where it was expected"

@@ -10,8 +10,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Final, NamedTuple
 
-from firmware_runtime.elementary import cos_sin, hypot
 from firmware_runtime.models.trajectory import PoseSetpoint, Profile, Setpoint, at_rest
+from firmware_runtime.system.elementary import cos_sin, hypot
 
 PEAK_SPEED: Final = 15.0 / 8.0
 """Of a minimum-jerk motion: its greatest speed, in units of distance / duration."""

@@ -10,9 +10,9 @@ from typing import NamedTuple
 
 from msgspec import Struct
 
-from firmware_runtime.elementary import hypot
 from firmware_runtime.models.trajectory import PoseSetpoint, Setpoint
 from firmware_runtime.models.trajectory_paths import PEAK_SPEED, smooth, smooth_duration_s
+from firmware_runtime.system.elementary import hypot
 
 PEAK_BRAKING = 4.0
 """Of the polynomial that ends a speed: its greatest deceleration, in units of speed / duration."""

@@ -9,13 +9,13 @@ from msgspec import to_builtins
 from msgspec.structs import replace
 
 from firmware_runtime.board import strict
-from firmware_runtime.board.kinds import names, shipped_file
+from firmware_runtime.board.installed import names, shipped_file
 from firmware_runtime.board.registry import Board
 from firmware_runtime.board.retuning import changed_values
 from firmware_runtime.errors import ConfigError
-from firmware_runtime.recording.header import RecordedBoard
-from firmware_runtime.recording.of_board import board_of_table
-from firmware_runtime.system.whole_file import read_text
+from firmware_runtime.recording.board_of_recording import board_of_table
+from firmware_runtime.recording.recorded_board import RecordedBoard
+from firmware_runtime.system.atomic_file import read_text
 
 Settings: TypeAlias = Mapping[str, Mapping[str, Any]]
 """By key, its value in the run (`recorded`) and the one that is tried (`tried`)."""

@@ -12,7 +12,7 @@ array; everything else is a map of one key, which says what it is:
     {"array": ["<f8", [3], bytes]}          of numpy; with "scalar" one of its numbers
     {"random": [3, bytes, None]}            where a random.Random stands
     {"generator": ["PCG64", {"dict": ...}]} where a generator of numpy stands
-    {"drivers.thrust_pairs:Forces": [...]}  fields of a named tuple, dataclass or Struct
+    {"firmware_drivers.thrust_pairs:Forces": [...]}  fields of a named tuple, dataclass or Struct
     {"package.module:Colour": ["RED"]}      a member of an enumeration; of a Flag also its number
 
 and in the state of a robot

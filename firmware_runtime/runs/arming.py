@@ -21,7 +21,7 @@ from firmware_runtime.devs.time import MILLISECOND, NEVER, SECOND
 from firmware_runtime.errors import text_of
 from firmware_runtime.executive.executive import Executive
 from firmware_runtime.executive.outcome import OFF_AGAIN_EVERY
-from firmware_runtime.hal.errors import HalError
+from firmware_runtime.hal.wire_errors import HalError
 from firmware_runtime.runs.watched_run import is_requested
 from firmware_runtime.statistics.layout import EPOCH, GUARD
 

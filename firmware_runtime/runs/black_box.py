@@ -11,20 +11,20 @@ from time import monotonic_ns, time_ns
 from msgspec import to_builtins
 from msgspec.structs import asdict
 
-from firmware_runtime.blackbox.header import Header
-from firmware_runtime.blackbox.models import output_ports
-from firmware_runtime.blackbox.persisted import persist, place_for
-from firmware_runtime.blackbox.ring import Ring
-from firmware_runtime.blackbox.section import Kind, encode
-from firmware_runtime.blackbox.size import size_for
-from firmware_runtime.blackbox.state_of_run import state_of_run
 from firmware_runtime.board.registry import Board
 from firmware_runtime.devs.component import below_root
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.errors import ConfigError, FirmwareRuntimeError, text_of
 from firmware_runtime.executive.accounting import counts_of
 from firmware_runtime.executive.clocks import MonotonicClock
-from firmware_runtime.recording.header import recorded_board
+from firmware_runtime.recording.blackbox.header import Header
+from firmware_runtime.recording.blackbox.persistent_recordings import persist, place_for
+from firmware_runtime.recording.blackbox.ring import Ring
+from firmware_runtime.recording.blackbox.section import Kind, encode
+from firmware_runtime.recording.blackbox.size import size_for
+from firmware_runtime.recording.blackbox.state_of_run import state_of_run
+from firmware_runtime.recording.blackbox.tapped_models import output_ports
+from firmware_runtime.recording.recorded_board import recorded_board
 from firmware_runtime.runs.recorded_robot import RecordedRobot
 
 _LONGER = 4

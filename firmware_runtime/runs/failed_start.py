@@ -7,16 +7,16 @@ runs that are recorded, when they are over before their first step.
 from collections.abc import Callable
 from pathlib import Path
 
-from firmware_runtime.blackbox.chunk_file import Numbered, file_of
-from firmware_runtime.blackbox.found import failed_start_beside
-from firmware_runtime.blackbox.reader import kind_of
-from firmware_runtime.blackbox.section import Kind, decode
 from firmware_runtime.errors import text_of
 from firmware_runtime.executive.outcome import Outcome
+from firmware_runtime.recording.blackbox.chunk_file import Numbered, file_of
+from firmware_runtime.recording.blackbox.locations import failed_start_beside
+from firmware_runtime.recording.blackbox.reader import kind_of
+from firmware_runtime.recording.blackbox.section import Kind, decode
 from firmware_runtime.runs.black_box import encoded_header, header_of
 from firmware_runtime.runs.recorded_robot import RecordedRobot
 from firmware_runtime.statistics.statistics import RunState
-from firmware_runtime.system.whole_file import OWN_AND_GROUP, replace_file
+from firmware_runtime.system.atomic_file import OWN_AND_GROUP, replace_file
 
 
 def keep_failed_start(

@@ -4,18 +4,18 @@ from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
-from firmware_runtime.blackbox.recorder import Recorder
 from firmware_runtime.board.ends import BoardEnd
 from firmware_runtime.board.lines import Lines
 from firmware_runtime.board.registry import Board
 from firmware_runtime.board.rig import Doubles, Rig
+from firmware_runtime.board.rigs import blamed_on_rig, of_rig, rig_for, served_doubles
 from firmware_runtime.board.robot import Robot
 from firmware_runtime.executive.clocks import Clock, OutsideClock, WorldClock
-from firmware_runtime.hal.errors import HalError
 from firmware_runtime.hal.interlock import Interlock
-from firmware_runtime.runs.lines import close_lines, open_lines, soon_free
+from firmware_runtime.hal.wire_errors import HalError
+from firmware_runtime.recording.blackbox.recorder import Recorder
+from firmware_runtime.runs.open_lines import close_lines, open_lines, soon_free
 from firmware_runtime.runs.outputs import switched_off
-from firmware_runtime.runs.rigs import blamed_on_rig, of_rig, rig_for, served_doubles
 
 if TYPE_CHECKING:
     from firmware_runtime.hal.served.client import ServedDoubles

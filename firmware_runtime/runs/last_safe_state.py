@@ -13,7 +13,7 @@ from typing import Final
 
 from firmware_runtime.statistics.companions import Companion
 from firmware_runtime.statistics.paths import places
-from firmware_runtime.system.note_of_boot import NoteOfBoot, leave_note, read_note
+from firmware_runtime.system.boot_note import NoteOfBoot, leave_note, read_note
 from firmware_runtime.system.process_identity import boot_id
 
 _MODE: Final = 0o644

@@ -15,7 +15,9 @@ from firmware_runtime.executive.clocks import Clock
 from firmware_runtime.executive.configuration import Configuration
 from firmware_runtime.executive.executive import DEFAULT, Executive
 from firmware_runtime.links.dover.blocks import DoverBlocks
-from firmware_runtime.runs.choices import (
+from firmware_runtime.runs.dover import dover_link
+from firmware_runtime.runs.open_run import OpenRun
+from firmware_runtime.runs.options import (
     ClockName,
     clock_faults,
     clock_name,
@@ -24,8 +26,6 @@ from firmware_runtime.runs.choices import (
     end_after,
     path_of,
 )
-from firmware_runtime.runs.dover import dover_link
-from firmware_runtime.runs.open_run import OpenRun
 from firmware_runtime.runs.result import RunResult
 from firmware_runtime.statistics.companions import check_ending
 

@@ -12,19 +12,21 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
-from firmware_runtime.blackbox.found import recording_beside
 from firmware_runtime.board.assignments import assignments_of
 from firmware_runtime.board.ends import end_of
-from firmware_runtime.board.in_force import board_in_force, settings_in_force
+from firmware_runtime.board.local_settings import board_in_force, settings_in_force
 from firmware_runtime.board.registry import Board
 from firmware_runtime.board.rig import Rig
 from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.errors import ConfigError, FirmwareRuntimeError
 from firmware_runtime.executive.clocks import Clock
 from firmware_runtime.executive.outcome import Outcome
-from firmware_runtime.hal.errors import HalError
+from firmware_runtime.hal.wire_errors import HalError
+from firmware_runtime.recording.blackbox.locations import recording_beside
 from firmware_runtime.runs.arming import permission_for
-from firmware_runtime.runs.choices import (
+from firmware_runtime.runs.end_link import idle_options, way_of
+from firmware_runtime.runs.open_run import OpenRun
+from firmware_runtime.runs.options import (
     ClockName,
     clock_faults,
     clock_name,
@@ -32,8 +34,6 @@ from firmware_runtime.runs.choices import (
     demand,
     path_of,
 )
-from firmware_runtime.runs.linking import idle_options, way_of
-from firmware_runtime.runs.open_run import OpenRun
 from firmware_runtime.runs.result import RunResult
 from firmware_runtime.runs.session import Session
 from firmware_runtime.runs.start import start_session
@@ -157,7 +157,7 @@ class OpenBoard(OpenRun):
         if into is None:
             return
         # what keeps is imported only if there is something to keep
-        module = import_module("firmware_runtime.runs.keeping")
+        module = import_module("firmware_runtime.runs.saved_recording")
         fault = module.keep_recording(self._session.recording, into)
         if fault is not None:
             self._log(f"warning: {fault}")

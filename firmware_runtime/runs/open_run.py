@@ -5,19 +5,19 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Final, NoReturn, TypeVar
 
-from firmware_runtime.closing import Closing
-from firmware_runtime.devs.errors import ModelError
 from firmware_runtime.devs.listening import Listener, Listening
+from firmware_runtime.devs.model_errors import ModelError
 from firmware_runtime.devs.ports import InPort, OutPort
 from firmware_runtime.devs.time import NEVER, format_time, seconds
 from firmware_runtime.errors import ConfigError, FirmwareRuntimeError
 from firmware_runtime.executive.executive import Executive
 from firmware_runtime.executive.outcome import Outcome
-from firmware_runtime.runs.choices import end_after, positive
-from firmware_runtime.runs.quitting import quitting_is_a_bug
+from firmware_runtime.runs.exit_in_model import quitting_is_a_bug
+from firmware_runtime.runs.options import end_after, positive
 from firmware_runtime.runs.result import RunResult
 from firmware_runtime.statistics.figures import Figures
 from firmware_runtime.statistics.statistics import RunState
+from firmware_runtime.system.closing import Closing
 from firmware_runtime.system.signals import signal_number, stop_on_signals
 
 if TYPE_CHECKING:

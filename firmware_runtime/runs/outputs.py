@@ -7,14 +7,14 @@ from typing import Any
 
 from firmware_runtime.board.lines import Lines
 from firmware_runtime.board.registry import Board
+from firmware_runtime.board.rigs import served_doubles
 from firmware_runtime.board.robot import Robot
 from firmware_runtime.errors import ConfigError, text_of
-from firmware_runtime.hal.errors import HalError
 from firmware_runtime.hal.noting import NotingBus, NotingPort
 from firmware_runtime.hal.on_demand import check_node
-from firmware_runtime.runs.lines import close_lines, reach_lines
-from firmware_runtime.runs.rigs import served_doubles
-from firmware_runtime.runs.settings_in_force import kept_settings
+from firmware_runtime.hal.wire_errors import HalError
+from firmware_runtime.runs.open_lines import close_lines, reach_lines
+from firmware_runtime.runs.run_settings import kept_settings
 
 
 def switched_off(board: Board, doubles: Path | None) -> list[str]:

@@ -14,21 +14,21 @@ from time import monotonic_ns
 
 from firmware_runtime.board.registry import Board
 from firmware_runtime.devs.time import MILLISECOND, SECOND
-from firmware_runtime.hal.errors import HalError
+from firmware_runtime.hal.wire_errors import HalError
 from firmware_runtime.links.control import post
-from firmware_runtime.runs.last_safe_state import note_safe_state
-from firmware_runtime.runs.outputs import Outputs, switched_off
-from firmware_runtime.runs.runs_under_way import (
+from firmware_runtime.runs.active_runs import (
     holders_of,
     is_driven,
     lines_of,
     run_at,
     statistics_of,
 )
-from firmware_runtime.runs.settings_in_force import kept_settings
+from firmware_runtime.runs.last_safe_state import note_safe_state
+from firmware_runtime.runs.outputs import Outputs, switched_off
+from firmware_runtime.runs.run_settings import kept_settings
 from firmware_runtime.runs.watched_run import WatchedRun
 from firmware_runtime.statistics.companions import Companion
-from firmware_runtime.statistics.errors import StatisticsFileError
+from firmware_runtime.statistics.file_errors import StatisticsFileError
 from firmware_runtime.system.holders import Holder
 
 BETWEEN = 20 * MILLISECOND

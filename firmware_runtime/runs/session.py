@@ -5,22 +5,22 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from firmware_runtime.blackbox.recorder import Recorder
 from firmware_runtime.board.ending import Ending
 from firmware_runtime.board.ends import BoardEnd
 from firmware_runtime.board.registry import Board
 from firmware_runtime.board.rig import Rig
+from firmware_runtime.board.rigs import shown_by
 from firmware_runtime.board.robot import Robot
 from firmware_runtime.devs.ports import OutPort
 from firmware_runtime.executive.clocks import WorldClock
 from firmware_runtime.executive.executive import Executive
 from firmware_runtime.executive.outcome import Outcome
+from firmware_runtime.recording.blackbox.recorder import Recorder
 from firmware_runtime.runs.arming import Arming
+from firmware_runtime.runs.end_link import LinkedEnd
+from firmware_runtime.runs.exit_in_model import quitting_is_a_bug
 from firmware_runtime.runs.hardware import Hardware
-from firmware_runtime.runs.linking import LinkedEnd
-from firmware_runtime.runs.quitting import quitting_is_a_bug
 from firmware_runtime.runs.recorded_edge import RecordedEdge
-from firmware_runtime.runs.rigs import shown_by
 from firmware_runtime.runs.switching_off import SwitchingOff
 from firmware_runtime.runs.task import Task
 from firmware_runtime.runs.tuning import Tuning

@@ -17,28 +17,28 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 from msgspec import Struct
 from msgspec.structs import replace
 
-from firmware_runtime.blackbox.section import Kind
+from firmware_runtime.board.configuration import configuration_of
 from firmware_runtime.board.ends import BoardEnd
 from firmware_runtime.board.registry import Board
 from firmware_runtime.board.robot import Robot
 from firmware_runtime.executive.clocks import Clock
 from firmware_runtime.executive.executive import Executive
+from firmware_runtime.recording.blackbox.section import Kind
 from firmware_runtime.runs.arming import FREE, Arming, Permission, PrearmCheck
-from firmware_runtime.runs.board_configuration import configuration_of
 from firmware_runtime.runs.commanders import Commanders
 from firmware_runtime.runs.dover import dover_blocks, dover_link
+from firmware_runtime.runs.end_link import LinkedEnd, LinkedPart, check_end
 from firmware_runtime.runs.hardware import Hardware
-from firmware_runtime.runs.kept_by_run import keep_clear_of_other_runs
 from firmware_runtime.runs.last_safe_state import last_safe_state, safe_state_files
-from firmware_runtime.runs.linking import LinkedEnd, LinkedPart, check_end
+from firmware_runtime.runs.local_robot import RobotHere, robot_here
 from firmware_runtime.runs.overload import watch_load
 from firmware_runtime.runs.prearm_checks import prearm_checks
 from firmware_runtime.runs.recorded_edge import RecordedEdge
-from firmware_runtime.runs.right_to_drive import RightToDrive
-from firmware_runtime.runs.robot_here import RobotHere, robot_here
+from firmware_runtime.runs.run_interlock import RightToDrive
 from firmware_runtime.runs.session import Session
 from firmware_runtime.runs.sleep_watch import watch_sleep
 from firmware_runtime.runs.sockets import has_ports, serve
+from firmware_runtime.runs.statistics_in_use import keep_clear_of_other_runs
 from firmware_runtime.runs.switching_off import SwitchingOff
 from firmware_runtime.runs.task import Task
 from firmware_runtime.runs.tuning import Tuning, tuning_of

@@ -2,14 +2,14 @@
 
 from pathlib import Path
 
-from firmware_runtime.blackbox.section import Kind
 from firmware_runtime.board.registry import Board
 from firmware_runtime.board.robot import Robot
 from firmware_runtime.errors import text_of
-from firmware_runtime.hal.errors import HalError
+from firmware_runtime.hal.wire_errors import HalError
+from firmware_runtime.recording.blackbox.section import Kind
 from firmware_runtime.runs.hardware import Hardware
 from firmware_runtime.runs.recorded_edge import RecordedEdge
-from firmware_runtime.runs.settings_in_force import DrivenBy
+from firmware_runtime.runs.run_settings import DrivenBy
 
 
 class SwitchingOff:

@@ -15,9 +15,9 @@ from firmware_runtime.board.retuning import (
     retuned,
     settings_with,
 )
-from firmware_runtime.devs.errors import ModelError
+from firmware_runtime.devs.model_errors import ModelError
 from firmware_runtime.errors import ConfigError, text_of
-from firmware_runtime.spelling import did_you_mean
+from firmware_runtime.system.spelling import did_you_mean
 
 
 def tuning_of(board: Board, end: BoardEnd | None, retune: Callable[[Any], None]) -> "Tuning":
@@ -25,7 +25,7 @@ def tuning_of(board: Board, end: BoardEnd | None, retune: Callable[[Any], None])
     if end is None:
         return Tuning(board, retune)
     # a run that is the whole robot starts without it
-    from firmware_runtime.board.taken_up import taken_up_elsewhere  # noqa: PLC0415
+    from firmware_runtime.board.gain_ends import taken_up_elsewhere  # noqa: PLC0415
 
     elsewhere = taken_up_elsewhere(board, end)
     other = other_end(board, end).name if elsewhere else ""

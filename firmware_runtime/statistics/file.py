@@ -13,8 +13,8 @@ from typing import Any
 from msgspec import convert
 from msgspec.structs import replace
 
-from firmware_runtime.statistics.errors import StatisticsFileError
-from firmware_runtime.statistics.header import Driver, Header, Saved
+from firmware_runtime.statistics.file_errors import StatisticsFileError
+from firmware_runtime.statistics.file_header import Driver, Header, Saved
 from firmware_runtime.statistics.histogram import Cells
 from firmware_runtime.statistics.layout import (
     ELAPSED,
@@ -26,8 +26,8 @@ from firmware_runtime.statistics.layout import (
 from firmware_runtime.statistics.mapped_file import Kind, ReadableFile
 from firmware_runtime.statistics.overdue import count_overdue
 from firmware_runtime.statistics.statistics import Statistics
+from firmware_runtime.system.atomic_file import keep_file
 from firmware_runtime.system.process_identity import this_process
-from firmware_runtime.system.whole_file import keep_file
 
 STATISTICS = Kind("statistics file", b"FWRTSTAT", 2)
 

@@ -17,7 +17,7 @@ stuck, and the last one of a run whose process is gone.
 
 from time import monotonic_ns
 
-from firmware_runtime.statistics.header import Header, StatedModel
+from firmware_runtime.statistics.file_header import Header, StatedModel
 from firmware_runtime.statistics.histogram import Cells
 from firmware_runtime.statistics.layout import ELAPSED, GUARD, HEARTBEAT, MODEL, STATE, WRITTEN
 

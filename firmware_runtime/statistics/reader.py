@@ -11,9 +11,9 @@ import platform
 from pathlib import Path
 from time import monotonic, sleep
 
-from firmware_runtime.statistics.errors import BeingWrittenError
 from firmware_runtime.statistics.file import STATISTICS
-from firmware_runtime.statistics.header import Header
+from firmware_runtime.statistics.file_errors import BeingWrittenError
+from firmware_runtime.statistics.file_header import Header
 from firmware_runtime.statistics.layout import STATE, WORST
 from firmware_runtime.statistics.mapped_file import ReadableFile
 from firmware_runtime.statistics.overdue import count_overdue

@@ -22,7 +22,7 @@ from firmware_runtime.statistics.figures import (
     ModelFigures,
     SerialFigures,
 )
-from firmware_runtime.statistics.header import Header
+from firmware_runtime.statistics.file_header import Header
 from firmware_runtime.statistics.histogram import Cells, Histogram, empty_cells
 from firmware_runtime.statistics.layout import (
     ARMED,

@@ -18,11 +18,11 @@ from typing import NamedTuple
 from msgspec import Struct
 
 from firmware_runtime.system.c_library import LIBRARY
-from firmware_runtime.system.continued import CONTINUED
 from firmware_runtime.system.disk_times import DISKS, disks_ns
 from firmware_runtime.system.files import THIS_MACHINE, SystemFiles
 from firmware_runtime.system.frozen_groups import FrozenGroups
 from firmware_runtime.system.processors import CPUS
+from firmware_runtime.system.sigcont_counter import CONTINUED
 from firmware_runtime.system.supply import Supply
 from firmware_runtime.system.throttled_groups import throttled_files, throttled_ns, throttlings
 

@@ -12,7 +12,7 @@ from collections.abc import Callable, Mapping
 from functools import partial
 from typing import NamedTuple, TypeAlias
 
-from firmware_runtime.registers.table import Register, RegisterTable
+from firmware_runtime.board.registers.register_table import Register, RegisterTable
 from sim_doubles.chips.protocol_warnings import ProtocolWarnings
 from sim_doubles.chips.word_register_target import ByteOrder, WordRegisterTarget
 from sim_doubles.clock import Now

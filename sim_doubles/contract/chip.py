@@ -8,7 +8,7 @@ from collections.abc import Callable
 from typing import Final, TypeAlias
 
 from firmware_runtime.hal.budget import bits
-from firmware_runtime.hal.errors import BusTimeout, NoAcknowledge, NotReady, WrongDevice
+from firmware_runtime.hal.wire_errors import BusTimeout, NoAcknowledge, NotReady, WrongDevice
 from sim_doubles.contract.expectation import (
     expect_equal,
     expect_raised,

@@ -6,9 +6,9 @@ A check is a function of a row's class, and its name is its sentence, as in `con
 from collections.abc import Callable, Iterator, Sequence
 from typing import Final, TypeAlias
 
+from firmware_runtime.board.registers.register_table import Register
 from firmware_runtime.devs.time import MILLISECOND
-from firmware_runtime.hal.errors import NoAcknowledge
-from firmware_runtime.registers.table import Register
+from firmware_runtime.hal.wire_errors import NoAcknowledge
 from sim_doubles.contract.expectation import expect, expect_equal, expect_raised
 from sim_doubles.contract.table_row import TableRow
 

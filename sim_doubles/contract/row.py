@@ -16,7 +16,7 @@ MILLISECOND = 1_000_000
 
 
 class Step(Protocol):
-    """One step of a driver's bring-up, as `drivers.chips.step` has it."""
+    """One step of a driver's bring-up, as `firmware_drivers.chips.step` has it."""
 
     @property
     def action(self) -> Callable[[], None]:

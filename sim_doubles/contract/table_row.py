@@ -3,8 +3,8 @@
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import ClassVar, Protocol
 
+from firmware_runtime.board.registers.register_table import Register, RegisterTable
 from firmware_runtime.hal.i2c import I2cBus
-from firmware_runtime.registers.table import Register, RegisterTable
 from sim_doubles.chips.register_table_double import RegisterTableDouble, World
 from sim_doubles.clock import Now
 from sim_doubles.contract.row import Row, Step

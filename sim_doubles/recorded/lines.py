@@ -15,8 +15,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Final, NoReturn
 
-from firmware_runtime.blackbox.section import DISCARD, READ, WRITE, Transfer
-from firmware_runtime.hal.errors import errno_of
+from firmware_runtime.hal.wire_errors import errno_of
+from firmware_runtime.recording.blackbox.section import DISCARD, READ, WRITE, Transfer
 from sim_doubles.recorded.deviations import Deviation, Deviations
 from sim_doubles.recorded.stops import Stops, key_of
 from sim_doubles.recorded.traffic import Recorded

@@ -11,15 +11,15 @@ from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from typing import TypeAlias
 
-from firmware_runtime.blackbox.header import Header
-from firmware_runtime.blackbox.reader import Recording
-from firmware_runtime.blackbox.section import WRITE, Kind
 from firmware_runtime.board.lines import Lines
 from firmware_runtime.errors import ConfigError
-from firmware_runtime.hal.errors import BusFault
 from firmware_runtime.hal.i2c import I2cBus, Message
 from firmware_runtime.hal.serial import SerialPort
-from firmware_runtime.recording.of_board import board_of
+from firmware_runtime.hal.wire_errors import BusFault
+from firmware_runtime.recording.blackbox.header import Header
+from firmware_runtime.recording.blackbox.reader import Recording
+from firmware_runtime.recording.blackbox.section import WRITE, Kind
+from firmware_runtime.recording.board_of_recording import board_of
 
 Key: TypeAlias = tuple[str, int, tuple[Message, ...] | bytes]
 """Line, address and messages; of a port what was done, and its bytes."""

@@ -4,9 +4,9 @@ from collections.abc import Collection
 from dataclasses import dataclass
 from typing import Any, Final
 
-from firmware_runtime.blackbox.reader import Recording
-from firmware_runtime.blackbox.section import DISCARD, READ, WRITE, Transfer
 from firmware_runtime.errors import ConfigError
+from firmware_runtime.recording.blackbox.reader import Recording
+from firmware_runtime.recording.blackbox.section import DISCARD, READ, WRITE, Transfer
 
 _ON_A_PORT: Final = {WRITE: "W", READ: "R", DISCARD: "throw away"}
 

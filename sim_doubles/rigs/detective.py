@@ -4,9 +4,9 @@ import math
 from collections.abc import Mapping
 
 import msgspec
+from firmware_boards.detective.settings import DetectiveSettings
+from firmware_boards.detective.wiring import DetectiveRobot
 
-from boards.detective.settings import DetectiveSettings
-from boards.detective.wiring import DetectiveRobot
 from firmware_runtime.devs.component import Component
 from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.ports import OutPort

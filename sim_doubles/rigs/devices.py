@@ -1,12 +1,13 @@
-"""The doubles of the tables in `drivers.tables`: each chip as its table says, on a rig's lines."""
+"""The doubles of the tables in `firmware_drivers.tables`: each chip as its table says, on a rig's lines."""
 
 import math
 from collections.abc import Callable, Mapping, Sequence
 from typing import Protocol
 
-from drivers.tables.compass import Cmps12Table, CompassTable
-from drivers.tables.sonar import MaxbotixTable, SonarTable
-from drivers.tables.treads import Md25Table, TreadTable
+from firmware_drivers.tables.compass import Cmps12Table, CompassTable
+from firmware_drivers.tables.sonar import MaxbotixTable, SonarTable
+from firmware_drivers.tables.treads import Md25Table, TreadTable
+
 from firmware_runtime.board.settings import BusSettings
 from firmware_runtime.devs.time import NEVER
 from firmware_runtime.hal.line_time import WireClock

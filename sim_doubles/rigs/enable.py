@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 from firmware_runtime.board.settings import OutputEnableSettings
 from firmware_runtime.hal.enable_line import EnableLine
-from firmware_runtime.hal.errors import PortClosed
+from firmware_runtime.hal.wire_errors import PortClosed
 from sim_doubles.chips.pca9685 import Pca9685Double
 
 

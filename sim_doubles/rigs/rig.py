@@ -3,10 +3,10 @@
 from collections.abc import Mapping
 from typing import Protocol, cast
 
+from firmware_runtime.board import rigs
 from firmware_runtime.board.registry import Board
 from firmware_runtime.board.rig import Doubles, Rig
 from firmware_runtime.hal.line_time import WireClock
-from firmware_runtime.runs import rigs
 from sim_doubles.i2c_bus import I2cBusDouble
 
 

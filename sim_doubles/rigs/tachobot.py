@@ -4,11 +4,11 @@ from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING
 
 import msgspec
+from firmware_boards.tachobot.controller import Controller
+from firmware_boards.tachobot.result import yaw_result
+from firmware_boards.tachobot.settings import PositionSensorSettings, TachobotSettings
+from firmware_boards.tachobot.wiring import Tachobot
 
-from boards.tachobot.controller import Controller
-from boards.tachobot.result import yaw_result
-from boards.tachobot.settings import PositionSensorSettings, TachobotSettings
-from boards.tachobot.wiring import Tachobot
 from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.ports import OutPort
 from firmware_runtime.devs.time import NEVER, seconds
@@ -27,7 +27,8 @@ from sim_doubles.worlds.tachobot import TachobotParameters, TachobotWorld
 from sim_doubles.worlds.tachobot_probe import TachobotProbe
 
 if TYPE_CHECKING:
-    from boards.tachobot.tracking import TrackingController
+    from firmware_boards.tachobot.tracking import TrackingController
+
     from sim_doubles.worlds.position_sensor import PositionSensorParameters, TruePose
 
 
@@ -109,7 +110,8 @@ class TachobotRig:
         at the end; an end of a cut robot that does not have the controller goes by the board file.
         """
         if self._tracked is not None:
-            from boards.tachobot.track_result import track_result  # noqa: PLC0415 -- mode track
+            from firmware_boards.tachobot.track_result import track_result  # noqa: PLC0415 -- mode track
+
             from firmware_runtime.models.trajectory_paths import Pose  # noqa: PLC0415 -- likewise
 
             return track_result(self._tracked, Pose(*self._pose()))

@@ -20,12 +20,12 @@ from socket import AF_UNIX, SOCK_SEQPACKET, socket
 from time import monotonic_ns
 from typing import NamedTuple
 
-from firmware_runtime.closing import Closing
 from firmware_runtime.devs.time import MILLISECOND, NEVER, SECOND
 from firmware_runtime.executive.clocks import WorldClock
 from firmware_runtime.hal.peer import peer_of
 from firmware_runtime.hal.served.connection import lock_of
 from firmware_runtime.hal.served.packets import LONGEST
+from firmware_runtime.system.closing import Closing
 from sim_doubles.served.errors import ServingError
 from sim_doubles.served.event_log import EventLog
 from sim_doubles.served.service import Service

@@ -9,7 +9,7 @@ from collections.abc import Iterable, Iterator
 from typing import Final, NamedTuple
 from xml.sax.saxutils import escape, quoteattr
 
-from firmware_runtime.diagram.svg import pixels, point
+from firmware_runtime.view.diagram.svg import pixels, point
 from sim_doubles.worlds.arena_geometry import Point
 
 __all__ = ["HUES", "Axis", "Box", "Page", "point", "text_width"]

@@ -3,8 +3,8 @@
 import math
 from typing import Final
 
+from firmware_runtime.board.registers.register_table import Register, RegisterTable
 from firmware_runtime.devs.time import SECOND
-from firmware_runtime.registers.table import Register, RegisterTable
 from sim_doubles.chips.register_table_double import World
 
 PERIOD_S: Final = 10.0

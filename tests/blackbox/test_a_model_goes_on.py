@@ -13,13 +13,13 @@ from typing import TypeAlias
 import numpy as np
 import pytest
 
-from firmware_runtime.blackbox.state.keyframes import StateTable
 from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.simulator import Simulator
 from firmware_runtime.devs.time import MILLISECOND
 from firmware_runtime.models.motion import Motion
 from firmware_runtime.models.pid import Pid, PidGains
+from firmware_runtime.recording.blackbox.state.keyframes import StateTable
 
 Trace: TypeAlias = list[tuple[int, str, object]]
 

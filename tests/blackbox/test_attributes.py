@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import pytest
 
-from firmware_runtime.blackbox.state import attributes
-from firmware_runtime.blackbox.state.attributes import attributes_of, reader_of
+from firmware_runtime.recording.blackbox.state import attributes
+from firmware_runtime.recording.blackbox.state.attributes import attributes_of, reader_of
 
 
 class Plain:

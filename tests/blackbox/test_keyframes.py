@@ -12,8 +12,8 @@ from typing import Any, NamedTuple
 import numpy as np
 import pytest
 
-from firmware_runtime.blackbox.state.keyframes import ABSENT, ForeignState, StateTable
 from firmware_runtime.devs.atomic import Atomic
+from firmware_runtime.recording.blackbox.state.keyframes import ABSENT, ForeignState, StateTable
 from tests.support.nodes import Node
 
 

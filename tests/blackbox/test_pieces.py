@@ -5,16 +5,16 @@ from pathlib import Path
 
 import pytest
 
-from firmware_runtime.blackbox.layout import CHUNK, MAGIC, PREFIX_SIZE
-from firmware_runtime.blackbox.mirror import Mirror
-from firmware_runtime.blackbox.pieces import Pieces
-from firmware_runtime.blackbox.reader import Recording, kind_of, read_recording
-from firmware_runtime.blackbox.ring import Ring
-from firmware_runtime.blackbox.ring_file import RingFile
-from firmware_runtime.blackbox.section import Kind, decode, encode
-from firmware_runtime.blackbox.size import Size
 from firmware_runtime.devs.time import SECOND
-from firmware_runtime.statistics.errors import StatisticsFileError
+from firmware_runtime.recording.blackbox.excerpts import Pieces
+from firmware_runtime.recording.blackbox.layout import CHUNK, MAGIC, PREFIX_SIZE
+from firmware_runtime.recording.blackbox.mirror import Mirror
+from firmware_runtime.recording.blackbox.reader import Recording, kind_of, read_recording
+from firmware_runtime.recording.blackbox.ring import Ring
+from firmware_runtime.recording.blackbox.ring_file import RingFile
+from firmware_runtime.recording.blackbox.section import Kind, decode, encode
+from firmware_runtime.recording.blackbox.size import Size
+from firmware_runtime.statistics.file_errors import StatisticsFileError
 from tests.support.recorded import every_section, record
 
 PID = os.getpid()

@@ -6,15 +6,15 @@ from typing import Any
 
 import pytest
 
-from firmware_runtime.blackbox import keyframe_schedule
-from firmware_runtime.blackbox.keyframe_schedule import RESERVE, KeyframeSchedule
-from firmware_runtime.blackbox.models import tap_outputs, untapped_sends
-from firmware_runtime.blackbox.recorder import Recorder
 from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.coupled import Coupled
-from firmware_runtime.devs.errors import ModelError
+from firmware_runtime.devs.model_errors import ModelError
 from firmware_runtime.devs.time import MICROSECOND, MILLISECOND, SECOND
 from firmware_runtime.executive.clocks import VirtualClock
+from firmware_runtime.recording.blackbox import keyframe_schedule
+from firmware_runtime.recording.blackbox.keyframe_schedule import RESERVE, KeyframeSchedule
+from firmware_runtime.recording.blackbox.recorder import Recorder
+from firmware_runtime.recording.blackbox.tapped_models import tap_outputs, untapped_sends
 
 
 class Speaker(Atomic):

@@ -18,7 +18,11 @@ import msgspec
 import numpy as np
 import pytest
 
-from firmware_runtime.blackbox.state.keyframes import ForeignState, StateTable, UnkeepableState
+from firmware_runtime.recording.blackbox.state.keyframes import (
+    ForeignState,
+    StateTable,
+    UnkeepableState,
+)
 from firmware_runtime.recording.values import pack, unpack
 from tests.support.nodes import Node
 

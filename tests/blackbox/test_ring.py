@@ -9,20 +9,20 @@ from typing import Any
 
 import pytest
 
-from firmware_runtime.blackbox import steps
-from firmware_runtime.blackbox.layout import CHUNK, PREFIX_SIZE, SECTION
-from firmware_runtime.blackbox.reader import kind_of, read_recording
-from firmware_runtime.blackbox.ring import Ring, SectionTooLarge
-from firmware_runtime.blackbox.section import Kind, encode, encode_into
-from firmware_runtime.blackbox.size import Size, size_for
-from firmware_runtime.board.in_force import board_in_force
+from firmware_runtime.board.local_settings import board_in_force
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.executive.clocks import VirtualClock
 from firmware_runtime.executive.outcome import Outcome
-from firmware_runtime.recording.of_board import board_of_table
+from firmware_runtime.recording.blackbox import steps
+from firmware_runtime.recording.blackbox.layout import CHUNK, PREFIX_SIZE, SECTION
+from firmware_runtime.recording.blackbox.reader import kind_of, read_recording
+from firmware_runtime.recording.blackbox.ring import Ring, SectionTooLarge
+from firmware_runtime.recording.blackbox.section import Kind, encode, encode_into
+from firmware_runtime.recording.blackbox.size import Size, size_for
+from firmware_runtime.recording.board_of_recording import board_of_table
+from firmware_runtime.recording.replay.verdict import replay
 from firmware_runtime.recording.values import legible
-from firmware_runtime.replay.verdict import replay
 from firmware_runtime.runs.start import start_session
 from firmware_runtime.statistics.statistics import RunState
 

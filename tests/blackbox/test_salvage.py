@@ -5,12 +5,12 @@ from pathlib import Path
 
 import pytest
 
-from firmware_runtime.blackbox.chunk_file import Numbered, file_of
-from firmware_runtime.blackbox.layout import CHUNK, MAGIC, PREFIX, PREFIX_SIZE, SECTION
-from firmware_runtime.blackbox.reader import kind_of, read_recording, recording_in
-from firmware_runtime.blackbox.salvage import Saved, save
-from firmware_runtime.blackbox.section import Kind
 from firmware_runtime.errors import ConfigError
+from firmware_runtime.recording.blackbox.chunk_file import Numbered, file_of
+from firmware_runtime.recording.blackbox.layout import CHUNK, MAGIC, PREFIX, PREFIX_SIZE, SECTION
+from firmware_runtime.recording.blackbox.reader import kind_of, read_recording, recording_in
+from firmware_runtime.recording.blackbox.salvage import Saved, save
+from firmware_runtime.recording.blackbox.section import Kind
 from tests.support.recorded import every_section, in_chunks, record
 
 PATH = Path("damaged.recording")

@@ -6,12 +6,12 @@ from pathlib import Path
 
 import pytest
 
-from firmware_runtime.blackbox.file_content import whole_content_of
-from firmware_runtime.blackbox.layout import CHUNK, PREFIX, PREFIX_SIZE, SECTION
-from firmware_runtime.blackbox.mirror import Mirror
-from firmware_runtime.blackbox.reader import recording_in
-from firmware_runtime.blackbox.ring_file import RingFile
-from firmware_runtime.blackbox.salvage import save
+from firmware_runtime.recording.blackbox.file_content import whole_content_of
+from firmware_runtime.recording.blackbox.layout import CHUNK, PREFIX, PREFIX_SIZE, SECTION
+from firmware_runtime.recording.blackbox.mirror import Mirror
+from firmware_runtime.recording.blackbox.reader import recording_in
+from firmware_runtime.recording.blackbox.ring_file import RingFile
+from firmware_runtime.recording.blackbox.salvage import save
 from tests.support.recorded import record
 
 PATH = Path("damaged.recording")

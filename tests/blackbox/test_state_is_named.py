@@ -6,13 +6,13 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from firmware_boards.tachobot.allocation import Allocation
 
-from boards.tachobot.allocation import Allocation
-from firmware_runtime.blackbox.section import Kind, decode
-from firmware_runtime.board.in_force import board_in_force
+from firmware_runtime.board.local_settings import board_in_force
 from firmware_runtime.cli.main import main
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.executive.clocks import VirtualClock
+from firmware_runtime.recording.blackbox.section import Kind, decode
 from firmware_runtime.runs.start import start_session
 from tests.support.recorded import every_section
 from tests.support.replayed import check_identical

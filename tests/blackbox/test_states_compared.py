@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 
-from firmware_runtime.blackbox.state.keyframes import (
+from firmware_runtime.recording.blackbox.state.keyframes import (
     FieldDifference,
     ForeignState,
     StateTable,

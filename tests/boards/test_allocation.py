@@ -1,10 +1,10 @@
 import numpy as np
 import pytest
+from firmware_boards.tachobot.allocation import T_PSEUDO_INVERSE, Allocation, T, allocate
+from firmware_drivers.thrust_pairs import Forces
 from hypothesis import given
 from hypothesis import strategies as st
 
-from boards.tachobot.allocation import T_PSEUDO_INVERSE, Allocation, T, allocate
-from drivers.thrust_pairs import Forces
 from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.simulator import Simulator
 from firmware_runtime.devs.time import MILLISECOND

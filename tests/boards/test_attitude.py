@@ -1,9 +1,9 @@
 import math
 
 import pytest
+from firmware_boards.tachobot.attitude import FIELDS_AVERAGED, Attitude
+from firmware_drivers.chips.mpu9250_burst import InertialSample
 
-from boards.tachobot.attitude import FIELDS_AVERAGED, Attitude
-from drivers.chips.mpu9250_burst import InertialSample
 from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.simulator import Simulator
 from firmware_runtime.devs.time import MILLISECOND, SECOND

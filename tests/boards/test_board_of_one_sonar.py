@@ -1,4 +1,4 @@
-"""A third board made of one table of `drivers.tables`: it names no chip; both run on doubles."""
+"""A third board made of one table of `firmware_drivers.tables`: it names no chip; both run on doubles."""
 
 from collections.abc import Iterator
 from pathlib import Path
@@ -26,11 +26,11 @@ period_s = 0.2
 threshold_m = 1.0
 """
 DEFINITION = """
-from drivers.sonar import Sonar
-from drivers.tables.sonar import SonarTable
+from firmware_drivers.sonar import Sonar
+from firmware_drivers.tables.sonar import SonarTable
 from firmware_runtime.board.definition import BoardDefinition
 from firmware_runtime.board.faults import Device, SerialDevice
-from firmware_runtime.board.loads import bus_loads
+from firmware_runtime.board.bus_loads import bus_loads
 from firmware_runtime.board.robot import Robot
 from firmware_runtime.board.settings import BoardSettings, BusSettings
 from firmware_runtime.devs.coupled import Coupled

@@ -8,16 +8,17 @@ from pathlib import Path
 
 import pytest
 
-from firmware_runtime.board import kinds, registry
-from firmware_runtime.board.described import described
+from firmware_runtime.board import installed as kinds
+from firmware_runtime.board import registry
 from firmware_runtime.board.lines import absent_lines
+from firmware_runtime.board.rigs import has_rig, rig_for
 from firmware_runtime.board.robot import Robot
+from firmware_runtime.board.setting_descriptions import described
 from firmware_runtime.cli.main import main
 from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.executive.clocks import VirtualClock, WorldClock
-from firmware_runtime.runs.rigs import has_rig, rig_for
 from firmware_runtime.runs.start import start_session
 from firmware_runtime.status import Status
 from tests.support.installed_here import installed_here
@@ -188,8 +189,8 @@ def test_a_build_that_breaks_is_named(heron: Heron, build: str) -> None:
 
 
 DRIVEN = """
-from drivers.chips.pca9685 import Pca9685
-from drivers.esc import Esc, EscSettings
+from firmware_drivers.chips.pca9685 import Pca9685
+from firmware_drivers.esc import Esc, EscSettings
 
 def build(settings, lines):
     model = Coupled("heron")

@@ -24,7 +24,9 @@ WRITING = {"end": 1}
 def function_of_blackbox(frame: FrameType) -> str | None:
     """The name of a function of `blackbox`."""
     module = str(frame.f_globals.get("__name__"))
-    return frame.f_code.co_name if module.startswith("firmware_runtime.blackbox.") else None
+    return (
+        frame.f_code.co_name if module.startswith("firmware_runtime.recording.blackbox.") else None
+    )
 
 
 @pytest.mark.slow

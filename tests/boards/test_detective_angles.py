@@ -1,10 +1,9 @@
 import pytest
+from firmware_boards.detective.angles import are_close, growth, shorter_way_grows
+from firmware_boards.detective.messages import Degree, Message
+from firmware_boards.detective.sensors import Compass2
 from hypothesis import given, settings
 from hypothesis import strategies as st
-
-from boards.detective.angles import are_close, growth, shorter_way_grows
-from boards.detective.messages import Degree, Message
-from boards.detective.sensors import Compass2
 
 DEGREES = st.decimals(-1000, 1000, places=3).map(float)
 

@@ -3,11 +3,11 @@
 from itertools import pairwise
 
 import pytest
+from firmware_boards.detective.detective import Detective
+from firmware_boards.detective.parameters import Parameters
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from boards.detective.detective import Detective
-from boards.detective.parameters import Parameters
 from firmware_runtime.devs.time import MILLISECOND, SECOND
 from firmware_runtime.ecdpp.event_file import Event, parse_events
 from firmware_runtime.ecdpp.experiment import run_events

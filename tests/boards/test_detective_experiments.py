@@ -6,8 +6,8 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from firmware_boards.detective.experiments import figure_6
 
-from boards.detective.experiments import figure_6
 from firmware_runtime.cli.main import main
 from tests.support.figure_6 import EVENTS, OUTPUTS
 

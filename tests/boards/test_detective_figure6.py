@@ -2,10 +2,10 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
+from firmware_boards.detective.detective import ATOMIC_CLASSES, MODEL_FILE, Detective
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from boards.detective.detective import ATOMIC_CLASSES, MODEL_FILE, Detective
 from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.time import MILLISECOND, SECOND
 from firmware_runtime.ecdpp.event_file import Event, parse_events
@@ -76,5 +76,5 @@ def test_inputs_that_no_state_names_change_nothing_in_figure_6(unnamed: list[Eve
 
 
 def test_the_event_file_that_comes_with_the_board_is_that_of_figure_6() -> None:
-    shipped = Path(__file__).parents[2] / "boards/detective/figure6.ev"
+    shipped = Path(__file__).parents[2] / "boards/firmware_boards/detective/figure6.ev"
     assert shipped.read_text(encoding="utf-8") == EVENTS

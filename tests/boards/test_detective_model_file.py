@@ -1,10 +1,10 @@
 from collections.abc import Iterator
 
 import pytest
+from firmware_boards.detective.detective import ATOMIC_CLASSES, MODEL_FILE, Detective
+from firmware_boards.detective.parameters import Parameters
+from firmware_boards.detective.sensors import Compass2
 
-from boards.detective.detective import ATOMIC_CLASSES, MODEL_FILE, Detective
-from boards.detective.parameters import Parameters
-from boards.detective.sensors import Compass2
 from firmware_runtime.devs.component import Component
 from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.ports import AnyPort

@@ -1,9 +1,9 @@
 """With `mission.avoid_obstacles` the detective drives past what its radar looks over."""
 
 import pytest
+from firmware_boards.detective.detective import ATOMIC_CLASSES, Detective
+from firmware_boards.detective.parameters import Parameters
 
-from boards.detective.detective import ATOMIC_CLASSES, Detective
-from boards.detective.parameters import Parameters
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.ecdpp.event_file import parse_events
 from firmware_runtime.ecdpp.experiment import run_events

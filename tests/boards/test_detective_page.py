@@ -5,8 +5,8 @@ from pathlib import Path
 from typing import NamedTuple
 
 import pytest
+from firmware_boards.detective.detective import Detective
 
-from boards.detective.detective import Detective
 from firmware_runtime.devs.time import NEVER
 from firmware_runtime.devs.wiring import Wiring
 from firmware_runtime.models.state_diagram import StateDiagram

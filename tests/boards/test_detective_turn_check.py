@@ -4,10 +4,10 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
+from firmware_boards.detective.turning import CommandedTurn, Turn
+from firmware_drivers.motors import CLOCKWISE, COUNTERCLOCKWISE, STILL
 
-from boards.detective.turning import CommandedTurn, Turn
-from drivers.motors import CLOCKWISE, COUNTERCLOCKWISE, STILL
-from firmware_runtime.board import kinds
+from firmware_runtime.board import installed as kinds
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.models.applied import Applied
 from sim_doubles.chips.md25 import Md25Double

@@ -1,8 +1,8 @@
 """The detective's mission judges when it is over, by its time too."""
 
 import pytest
+from firmware_boards.detective.mission import Mission
 
-from boards.detective.mission import Mission
 from firmware_runtime.board.ending import Ending
 from firmware_runtime.devs.simulator import Simulator
 from firmware_runtime.devs.time import SECOND

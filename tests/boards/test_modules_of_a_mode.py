@@ -6,10 +6,10 @@ import sys
 import pytest
 
 OF_TRACK = {
-    "boards.tachobot.course",
-    "boards.tachobot.position_input",
-    "boards.tachobot.track_result",
-    "boards.tachobot.tracking",
+    "firmware_boards.tachobot.course",
+    "firmware_boards.tachobot.position_input",
+    "firmware_boards.tachobot.track_result",
+    "firmware_boards.tachobot.tracking",
     "firmware_runtime.models.position_estimator",
     "firmware_runtime.models.state_diagram",
     "firmware_runtime.models.trajectory_paths",

@@ -14,7 +14,7 @@ from firmware_runtime.board.robot import Robot
 from firmware_runtime.board.schema_keys import may_have
 from firmware_runtime.board.settings import BoardSettings
 from firmware_runtime.cli import main
-from firmware_runtime.runs.named_in_vain import named_in_vain
+from firmware_runtime.runs.unknown_names import named_in_vain
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 STEP = StepExperiment(

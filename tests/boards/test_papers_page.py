@@ -9,7 +9,7 @@ import pytest
 from firmware_runtime.board import registry
 from firmware_runtime.board.experiments import ALL
 from firmware_runtime.cli.main import parser
-from firmware_runtime.experiments.known import experiments_of
+from firmware_runtime.lab.experiments.known import experiments_of
 
 ROOT = Path(__file__).parents[2]
 PAGE = ROOT / "docs/papers.md"

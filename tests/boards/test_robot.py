@@ -4,7 +4,7 @@ from collections.abc import Callable
 
 from firmware_runtime.board.robot import Robot
 from firmware_runtime.devs.coupled import Coupled
-from firmware_runtime.hal.errors import HalError
+from firmware_runtime.hal.wire_errors import HalError
 
 
 def test_a_defect_in_one_stop_does_not_keep_the_next_chip_on() -> None:

@@ -8,9 +8,9 @@ from types import SimpleNamespace
 from typing import Any, NamedTuple
 
 import pytest
+from firmware_drivers.chips.mpu9250_burst import InertialSample
+from firmware_drivers.differential_drive import Velocity
 
-from drivers.chips.mpu9250_burst import InertialSample
-from drivers.differential_drive import Velocity
 from firmware_runtime.board.registry import load
 from firmware_runtime.board.ros.names import ros_name
 from firmware_runtime.board.ros.topics import Topics, topics, topics_of

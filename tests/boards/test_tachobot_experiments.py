@@ -6,8 +6,8 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from firmware_boards.tachobot.experiments import square_wave
 
-from boards.tachobot.experiments import square_wave
 from firmware_runtime.cli.main import main
 
 pytestmark = pytest.mark.slow

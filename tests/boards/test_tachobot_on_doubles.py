@@ -5,8 +5,8 @@ from collections.abc import Sequence
 from itertools import pairwise
 
 import pytest
+from firmware_boards.tachobot.allocation import Allocation
 
-from boards.tachobot.allocation import Allocation
 from firmware_runtime.devs.time import MILLISECOND, SECOND
 from firmware_runtime.hal.i2c import Message
 from sim_doubles.faults import FaultScript, NackAddress, StuckSda

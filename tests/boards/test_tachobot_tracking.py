@@ -6,9 +6,9 @@ from itertools import pairwise
 from typing import Any
 
 import pytest
+from firmware_boards.tachobot.tracking import TrackingController
+from firmware_drivers.thrust_pairs import Forces
 
-from boards.tachobot.tracking import TrackingController
-from drivers.thrust_pairs import Forces
 from firmware_runtime import open_board
 from firmware_runtime.board import registry
 from firmware_runtime.devs.time import SECOND

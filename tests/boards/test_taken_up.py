@@ -5,9 +5,9 @@ from msgspec.structs import replace
 
 from firmware_runtime.board import registry
 from firmware_runtime.board.ends import end_of, other_end
-from firmware_runtime.board.taken_up import taken_up_elsewhere
+from firmware_runtime.board.gain_ends import taken_up_elsewhere
 from firmware_runtime.errors import ConfigError
-from firmware_runtime.experiments.loop_model import loop_board, loop_end
+from firmware_runtime.lab.experiments.loop_model import loop_board, loop_end
 from firmware_runtime.runs.tuning import tuning_of
 
 GAINS = {f"controller.yaw.{key}" for key in ("kp", "ki", "kd", "anti_windup")}

@@ -8,8 +8,8 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import pytest
+from firmware_drivers.chips.liveness import Liveness, MeanSquare
 
-from drivers.chips.liveness import Liveness, MeanSquare
 from firmware_runtime import SECOND, OpenBoard, open_board
 from firmware_runtime.devs.coupled import with_all_below
 from sim_doubles.chips.mpu9250 import Mpu9250Double

@@ -3,12 +3,12 @@
 from typing import Any, ClassVar, TypeAlias
 
 import pytest
+from firmware_boards.tachobot.settings import ControllerSettings
+from firmware_drivers.tables.compass import CompassTable
+from firmware_drivers.tables.sonar import SonarTable, Srf08Table
+from firmware_drivers.tables.treads import TreadTable
 from msgspec import Struct
 
-from boards.tachobot.settings import ControllerSettings
-from drivers.tables.compass import CompassTable
-from drivers.tables.sonar import SonarTable, Srf08Table
-from drivers.tables.treads import TreadTable
 from firmware_runtime.board import registry, strict
 from firmware_runtime.board.retuning import changed_keys, retuned
 from firmware_runtime.board.settings import ModelPolicy

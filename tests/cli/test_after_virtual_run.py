@@ -6,9 +6,9 @@ from time import monotonic_ns
 
 import pytest
 
-from firmware_runtime.blackbox.found import recording_of_virtual_run
 from firmware_runtime.cli.main import main
 from firmware_runtime.devs.time import SECOND
+from firmware_runtime.recording.blackbox.locations import recording_of_virtual_run
 from firmware_runtime.statistics.dates import local
 from firmware_runtime.statistics.file import StatisticsFile
 from firmware_runtime.statistics.layout import STATE, Layout

@@ -8,7 +8,7 @@ from typing import Any, NoReturn
 import pytest
 
 import sim_doubles.rigs.tachobot
-from firmware_runtime.board import kinds
+from firmware_runtime.board import installed as kinds
 from firmware_runtime.cli import main
 
 VIRTUAL = ("run", "tachobot", "--doubles", "--clock", "virtual", "--for", "1")

@@ -11,8 +11,8 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from firmware_boards.tachobot.attitude import Attitude
 
-from boards.tachobot.attitude import Attitude
 from firmware_runtime.board.registry import load
 from firmware_runtime.status import Status
 from tests.support.waiting import PATIENCE_S, wait_until

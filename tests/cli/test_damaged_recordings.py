@@ -8,8 +8,8 @@ from typing import Any
 
 import pytest
 
-from firmware_runtime.blackbox import layout
-from firmware_runtime.blackbox.layout import CHUNK, MAGIC, PREFIX_SIZE
+from firmware_runtime.recording.blackbox import layout
+from firmware_runtime.recording.blackbox.layout import CHUNK, MAGIC, PREFIX_SIZE
 from tests.support.recorded import in_chunks, record
 
 SEEDS = range(12)

@@ -6,8 +6,8 @@ from typing import Any
 from xml.etree import ElementTree as ET
 
 import pytest
+from firmware_boards.detective.detective import MODEL_FILE
 
-from boards.detective.detective import MODEL_FILE
 from tests.support import figure_6
 
 pytestmark = pytest.mark.slow

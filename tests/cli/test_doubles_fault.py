@@ -8,9 +8,9 @@ from typing import Any
 import pytest
 
 from firmware_runtime.devs.time import SECOND
-from firmware_runtime.hal.errors import BusAbsent, BusTimeout, NoAcknowledge
 from firmware_runtime.hal.served.client import ServedDoubles, strike
 from firmware_runtime.hal.served.packets import Strike
+from firmware_runtime.hal.wire_errors import BusAbsent, BusTimeout, NoAcknowledge
 from tests.support.served_rig import served_rig
 
 

@@ -8,9 +8,9 @@ from typing import Any
 
 import pytest
 
-from firmware_runtime.hal.errors import NoAcknowledge
 from firmware_runtime.hal.served.client import ServedDoubles
 from firmware_runtime.hal.served.connection import Connection
+from firmware_runtime.hal.wire_errors import NoAcknowledge
 from tests.support.waiting import PATIENCE_S
 
 

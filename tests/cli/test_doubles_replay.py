@@ -10,10 +10,10 @@ from typing import Any
 
 import pytest
 
-from firmware_runtime.blackbox.reader import read_recording
-from firmware_runtime.hal.errors import BusFault
 from firmware_runtime.hal.served.client import ServedBus
 from firmware_runtime.hal.served.connection import Connection
+from firmware_runtime.hal.wire_errors import BusFault
+from firmware_runtime.recording.blackbox.reader import read_recording
 from sim_doubles.recorded.traffic import traffic_of
 from tests.support.recorded import record
 from tests.support.waiting import PATIENCE_S

@@ -9,13 +9,14 @@ from typing import Any
 import pytest
 
 import firmware_runtime
-from firmware_runtime.blackbox import chunk_file
 from firmware_runtime.cli import plot
 from firmware_runtime.cli.commands import run
 from firmware_runtime.errors import ConfigError
-from firmware_runtime.runs import black_box, keeping, open_board
+from firmware_runtime.lab.stages import staged_run
+from firmware_runtime.recording.blackbox import chunk_file
+from firmware_runtime.runs import black_box, open_board
+from firmware_runtime.runs import saved_recording as keeping
 from firmware_runtime.runs.hardware import Hardware
-from firmware_runtime.stages import staged_run
 from firmware_runtime.statistics.trace_file import TraceFile
 
 Command = Callable[..., Any]

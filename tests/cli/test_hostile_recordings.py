@@ -11,15 +11,15 @@ from typing import Any
 import msgspec
 import pytest
 
-from firmware_runtime.blackbox.chunk_file import Numbered, file_of
-from firmware_runtime.blackbox.found import find_recording
-from firmware_runtime.blackbox.layout import MOST_CHUNKS, prefix
-from firmware_runtime.blackbox.reader import kind_of, read_recording, recording_in
-from firmware_runtime.blackbox.section import MOST_DEPTH, Kind, decode, is_too_deep
 from firmware_runtime.cli.main import main
 from firmware_runtime.errors import ConfigError
-from firmware_runtime.statistics.errors import StatisticsFileError
+from firmware_runtime.recording.blackbox.chunk_file import Numbered, file_of
+from firmware_runtime.recording.blackbox.layout import MOST_CHUNKS, prefix
+from firmware_runtime.recording.blackbox.locations import find_recording
+from firmware_runtime.recording.blackbox.reader import kind_of, read_recording, recording_in
+from firmware_runtime.recording.blackbox.section import MOST_DEPTH, Kind, decode, is_too_deep
 from firmware_runtime.statistics.file import STATISTICS
+from firmware_runtime.statistics.file_errors import StatisticsFileError
 from firmware_runtime.statistics.paths import default_path, find_statistics
 from firmware_runtime.status import Status
 from tests.support.mutated import EXPECTED, VERBS, deep

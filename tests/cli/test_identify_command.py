@@ -11,8 +11,8 @@ from typing import Any
 import pytest
 
 from firmware_runtime.errors import ConfigError
-from firmware_runtime.extras import module_of_extra
 from firmware_runtime.status import Status
+from firmware_runtime.system.extras import module_of_extra
 from tests.support.made_once import made_once
 
 FRICTION = (
@@ -116,7 +116,7 @@ def test_a_file_that_is_not_there_and_an_output_of_another_kind_are_refused(
 
 
 def test_without_scipy_the_extra_is_named_with_its_command(monkeypatch: pytest.MonkeyPatch) -> None:
-    module = "firmware_runtime.identification.identified"
+    module = "firmware_runtime.lab.identification.identified"
     for name in [each for each in sys.modules if each.startswith(module.rpartition(".")[0])]:
         monkeypatch.delitem(sys.modules, name)
     monkeypatch.setitem(sys.modules, "scipy.optimize", None)

@@ -6,8 +6,8 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from firmware_boards.detective.detective import MODEL_FILE
 
-from boards.detective.detective import MODEL_FILE
 from tests.support import figure_6
 
 TOP = Path(str(files("generator_buffer_processor"))) / "top.ma"
@@ -66,7 +66,7 @@ def test_what_is_there_is_not_written_over(command: Command, tmp_path: Path) -> 
         (("export", "detective", "-o", "x.txt"), "expected a name that ends in .ma"),
         (("export", "no_such_module:Top"), "ModuleNotFoundError"),
         (("export", "builtins:dict"), "it makes dict; expected a board"),
-        (("export", "boards.detective.detective:Nobody"), "AttributeError"),
+        (("export", "firmware_boards.detective.detective:Nobody"), "AttributeError"),
         (("export", "firmware_runtime:Atomic"), "TypeError"),
         (("export", MODEL_FILE, "--set", "model.hop_s=1"), "--set changes a board"),
         (("run", MODEL_FILE, "--model", MODEL_FILE, "--events", "x"), "--model: expected a board"),

@@ -8,17 +8,17 @@ from pathlib import Path
 import pytest
 
 from firmware_runtime.board import registry
-from firmware_runtime.hal.errors import BusAbsent, BusFault
 from firmware_runtime.hal.i2c import I2cBus, Message
-from firmware_runtime.runs import lines
+from firmware_runtime.hal.wire_errors import BusAbsent, BusFault
+from firmware_runtime.runs import open_lines as lines
 from firmware_runtime.runs.outputs import Outputs, switched_off
-from firmware_runtime.runs.settings_in_force import (
+from firmware_runtime.runs.run_settings import (
     forget_settings,
     keep_settings,
     kept_for,
     kept_settings,
 )
-from firmware_runtime.statistics.errors import StatisticsFileError
+from firmware_runtime.statistics.file_errors import StatisticsFileError
 
 TWO_BUSES = (
     "controller.mode=free",

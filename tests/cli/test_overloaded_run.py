@@ -16,7 +16,7 @@ pytestmark = [pytest.mark.slow, pytest.mark.real_time]
 PROGRAM = """
 import sys
 from time import monotonic_ns
-from boards.tachobot.attitude import Attitude
+from firmware_boards.tachobot.attitude import Attitude
 from firmware_runtime.cli.main import main
 external = Attitude.external
 def slow(self, elapsed):

@@ -6,12 +6,12 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from firmware_drivers.catalogue import recognition
+from firmware_drivers.catalogue.table import identities
+from firmware_drivers.commands import probe, probing
 
-from drivers.catalogue import recognition
-from drivers.catalogue.table import identities
-from drivers.commands import probe, probing
-from firmware_runtime.hal.errors import AddressInUse, BusAbsent, BusInUse
 from firmware_runtime.hal.i2c import I2cBus, Message
+from firmware_runtime.hal.wire_errors import AddressInUse, BusAbsent, BusInUse
 from sim_doubles.chips.mpu9250 import Mpu9250Double
 from sim_doubles.chips.pca9685 import Pca9685Double
 from sim_doubles.i2c_bus import I2cBusDouble

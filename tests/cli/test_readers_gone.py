@@ -51,7 +51,7 @@ def test_outputs_that_could_not_be_switched_off_are_still_on(tmp_path: Path) -> 
 def test_a_run_that_failed_has_failed(tmp_path: Path) -> None:
     program = (
         "import sys\n"
-        "from boards.tachobot.attitude import Attitude\n"
+        "from firmware_boards.tachobot.attitude import Attitude\n"
         "from firmware_runtime.cli.main import main\n"
         "def external(self, elapsed): raise ValueError('a bug')\n"
         "Attitude.external = external\n"

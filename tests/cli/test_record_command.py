@@ -16,7 +16,7 @@ import pytest
 from firmware_runtime.statistics.file import StatisticsFile
 from firmware_runtime.statistics.layout import Layout
 from firmware_runtime.statistics.reader import read_statistics
-from firmware_runtime.system import whole_file
+from firmware_runtime.system import atomic_file as whole_file
 from tests.support.waiting import PATIENCE_S, wait_until
 
 COMMAND = (sys.executable, "-m", "firmware_runtime.cli")

@@ -8,12 +8,12 @@ from typing import Any
 
 import pytest
 
-from firmware_runtime.blackbox.chunk_file import Numbered, file_of
-from firmware_runtime.blackbox.found import find_recording, recording_of_virtual_run
-from firmware_runtime.blackbox.layout import CHUNK, PREFIX_SIZE, SECTION
-from firmware_runtime.blackbox.reader import kind_of, read_recording
-from firmware_runtime.blackbox.section import Kind
 from firmware_runtime.errors import ConfigError
+from firmware_runtime.recording.blackbox.chunk_file import Numbered, file_of
+from firmware_runtime.recording.blackbox.layout import CHUNK, PREFIX_SIZE, SECTION
+from firmware_runtime.recording.blackbox.locations import find_recording, recording_of_virtual_run
+from firmware_runtime.recording.blackbox.reader import kind_of, read_recording
+from firmware_runtime.recording.blackbox.section import Kind
 from firmware_runtime.statistics.layout import STATE
 from firmware_runtime.statistics.statistics import RunState
 from tests.support.recorded import every_section, record

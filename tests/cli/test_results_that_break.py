@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 from firmware_runtime.board.robot import Robot
-from firmware_runtime.devs.errors import ModelError
+from firmware_runtime.devs.model_errors import ModelError
 from firmware_runtime.status import Status
 from sim_doubles.rigs.tachobot import TachobotRig
 

@@ -9,7 +9,7 @@ from firmware_runtime.cli.main import main
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.links.cut.refusal import Reason
 from firmware_runtime.links.key_file import write_key
-from firmware_runtime.runs import linking
+from firmware_runtime.runs import end_link as linking
 
 
 @pytest.mark.slow

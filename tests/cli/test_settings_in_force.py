@@ -7,8 +7,9 @@ from typing import Any
 
 import pytest
 
-from firmware_runtime.board import kinds, registry
-from firmware_runtime.board.in_force import PLACE
+from firmware_runtime.board import installed as kinds
+from firmware_runtime.board import registry
+from firmware_runtime.board.local_settings import PLACE
 
 pytestmark = pytest.mark.slow
 

@@ -5,7 +5,7 @@ import sys
 
 import pytest
 
-NOT_NEEDED = ("numpy", "rclpy", "asyncio", "drivers.catalogue", "sim_doubles")
+NOT_NEEDED = ("numpy", "rclpy", "asyncio", "firmware_drivers.catalogue", "sim_doubles")
 NOT_NEEDED_OF_OURS = (
     "devs.engine",
     "executive",

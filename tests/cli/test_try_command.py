@@ -10,13 +10,13 @@ from collections.abc import Callable
 from typing import Any
 
 import pytest
+from firmware_drivers.catalogue.trial import Quantity
+from firmware_drivers.commands import single, trying
+from firmware_drivers.commands.readings import Readings
 
-from drivers.catalogue.trial import Quantity
-from drivers.commands import single, trying
-from drivers.commands.readings import Readings
 from firmware_runtime.devs.time import MILLISECOND
-from firmware_runtime.hal.errors import BusInUse
 from firmware_runtime.hal.i2c import I2cBus
+from firmware_runtime.hal.wire_errors import BusInUse
 from sim_doubles.chips.pca9685 import Pca9685Double
 from sim_doubles.faults import FaultScript, NackAddress
 from sim_doubles.i2c_bus import I2cBusDouble

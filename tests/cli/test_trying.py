@@ -4,15 +4,15 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 import pytest
+from firmware_drivers.catalogue.table import chips
+from firmware_drivers.catalogue.trial import Actuator, OnBus, Reading, Sensor
+from firmware_drivers.chips.md25 import Md25
+from firmware_drivers.chips.pca9685 import Pca9685
+from firmware_drivers.commands.trying import Watch, drive, switch_off, take
 
-from drivers.catalogue.table import chips
-from drivers.catalogue.trial import Actuator, OnBus, Reading, Sensor
-from drivers.chips.md25 import Md25
-from drivers.chips.pca9685 import Pca9685
-from drivers.commands.trying import Watch, drive, switch_off, take
 from firmware_runtime.devs.time import MILLISECOND, SECOND
 from firmware_runtime.errors import SettingError
-from firmware_runtime.hal.errors import NoAcknowledge, NotReady
+from firmware_runtime.hal.wire_errors import NoAcknowledge, NotReady
 from sim_doubles.chip_doubles import chip_double, names
 from sim_doubles.faults import FaultScript, NackAddress
 from sim_doubles.i2c_bus import I2cBusDouble

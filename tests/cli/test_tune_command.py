@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from firmware_runtime.board.kinds import shipped_file
+from firmware_runtime.board.installed import shipped_file
 from firmware_runtime.board.registry import load
 from firmware_runtime.status import Status
 

@@ -10,8 +10,8 @@ from typing import Any
 import pytest
 
 from firmware_runtime.cli.commands import tune
-from firmware_runtime.identification.plant import KEYS, PlantParameters
-from firmware_runtime.tuning.task import stated_plant
+from firmware_runtime.lab.identification.plant import KEYS, PlantParameters
+from firmware_runtime.lab.tuning.task import stated_plant
 
 WARNING = "the plant explains 0% of the output's variance; expected 90 % or more"
 VALUES = dict(zip(KEYS["rotation"], (0.15, 0.02, 0.0, 0.0, 0.03), strict=True))

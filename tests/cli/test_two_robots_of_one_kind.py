@@ -4,8 +4,9 @@ from pathlib import Path
 
 import pytest
 
-from firmware_runtime.board import kinds, registry
-from firmware_runtime.board.in_force import PLACE, known_names
+from firmware_runtime.board import installed as kinds
+from firmware_runtime.board import registry
+from firmware_runtime.board.local_settings import PLACE, known_names
 from firmware_runtime.cli.main import main
 from firmware_runtime.errors import ConfigError
 from tests.support.completion import ways_on

@@ -6,15 +6,15 @@ from pathlib import Path
 import msgspec
 import pytest
 
-from firmware_runtime.blackbox.reader import Recording, read_recording
 from firmware_runtime.board.registry import load
-from firmware_runtime.continuity.certificate import CLAIM, Certificate
-from firmware_runtime.continuity.page import certificate_page
-from firmware_runtime.continuity.signals import numbers_in, signals_of
-from firmware_runtime.continuity.stage_run import End, Plan, StageRun, all_of, run_stage
-from firmware_runtime.recording.of_board import board_of
-from firmware_runtime.replay.verdict import replay
-from firmware_runtime.stages.stage import Stage
+from firmware_runtime.lab.continuity.certificate import CLAIM, Certificate
+from firmware_runtime.lab.continuity.certificate_page import certificate_page
+from firmware_runtime.lab.continuity.compared_signals import numbers_in, signals_of
+from firmware_runtime.lab.continuity.stage_run import End, Plan, StageRun, all_of, run_stage
+from firmware_runtime.lab.stages.stage import Stage
+from firmware_runtime.recording.blackbox.reader import Recording, read_recording
+from firmware_runtime.recording.board_of_recording import board_of
+from firmware_runtime.recording.replay.verdict import replay
 from firmware_runtime.status import Status
 from tests.support.recorded import in_chunks, record
 

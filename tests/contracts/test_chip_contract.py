@@ -8,18 +8,18 @@ import importlib
 import inspect
 from pathlib import Path
 
+import firmware_drivers.chips
 import pytest
+from firmware_drivers.catalogue.table import chips, identities
+from firmware_drivers.chips.ads1115 import Ads1115
+from firmware_drivers.chips.cmps12 import Cmps12
+from firmware_drivers.chips.md25 import Md25
+from firmware_drivers.chips.mpu9250 import Mpu9250
+from firmware_drivers.chips.pca9685 import Pca9685
+from firmware_drivers.chips.sabertooth import Sabertooth
+from firmware_drivers.chips.srf08 import Srf08
 
-import drivers.chips
 import sim_doubles.chips
-from drivers.catalogue.table import chips, identities
-from drivers.chips.ads1115 import Ads1115
-from drivers.chips.cmps12 import Cmps12
-from drivers.chips.md25 import Md25
-from drivers.chips.mpu9250 import Mpu9250
-from drivers.chips.pca9685 import Pca9685
-from drivers.chips.sabertooth import Sabertooth
-from drivers.chips.srf08 import Srf08
 from sim_doubles.chips.ads1115 import Ads1115Double
 from sim_doubles.chips.cmps12 import Cmps12Double
 from sim_doubles.chips.md25 import Md25Double
@@ -94,7 +94,7 @@ def test_every_chip_of_ours_can_be_recognised() -> None:
 
 
 def test_every_driver_has_a_double_and_a_row() -> None:
-    chips = modules_of(drivers.chips.__path__[0]) - PARTS_OF_DRIVERS
+    chips = modules_of(firmware_drivers.chips.__path__[0]) - PARTS_OF_DRIVERS
     for chip in chips:
         double = importlib.import_module(f"sim_doubles.chips.{chip}")
         assert hasattr(double, f"{chip.capitalize()}Double"), f"{chip} has no double"
@@ -108,7 +108,7 @@ def modules_of(folder: str) -> set[str]:
 
 def test_every_driver_can_be_tried_and_those_on_a_bus_be_recognised() -> None:
     modules = {
-        path.stem for path in Path(drivers.chips.__path__[0]).glob("*.py")
+        path.stem for path in Path(firmware_drivers.chips.__path__[0]).glob("*.py")
     } - PARTS_OF_DRIVERS
     assert set(chips()) == modules | {"h_bridge"}
     recognised = {identity.chip.lower().replace("-", "") for identity in identities()}

@@ -12,7 +12,7 @@ import pytest
 from firmware_runtime.cli.main import parser
 
 ROOT = Path(__file__).parents[2]
-TEMPLATES = "firmware_runtime/scaffold/templates"
+TEMPLATES = "firmware_runtime/host/scaffold/templates"
 BLOCK = re.compile(r"^```.*?^```$|^ {4}.*?$", re.DOTALL | re.MULTILINE)
 LINE = re.compile(r"^ *(?:\$ )?(?:sudo |nice )?(?:\S*/)?firmware-runtime (.+)$", re.MULTILINE)
 SPAN = re.compile(r"`([^`]+)`")

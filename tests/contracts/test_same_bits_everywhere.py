@@ -18,13 +18,13 @@ LIBRARY: Final = frozenset(
 )
 """Names of `math` and `cmath` whose last bit is the C library's, or the interpreter's."""
 ELSEWHERE: Final = {
-    "drivers/ros_messages.py": "in the bridge's process, for ROS",
-    "boards/tachobot/track_result.py": "of a run that has ended",
+    "drivers/firmware_drivers/ros_messages.py": "in the bridge's process, for ROS",
+    "boards/firmware_boards/tachobot/track_result.py": "of a run that has ended",
 }
 EXACT_SUMS: Final = {
-    "drivers/chips/step.py": "of whole nanoseconds",
-    "drivers/commands/probing.py": "of truth values",
-    "boards/tachobot/allocation.py": "of 0, 1 and 0.25, which is exact",
+    "drivers/firmware_drivers/chips/step.py": "of whole nanoseconds",
+    "drivers/firmware_drivers/commands/probing.py": "of truth values",
+    "boards/firmware_boards/tachobot/allocation.py": "of 0, 1 and 0.25, which is exact",
 }
 
 
@@ -37,7 +37,7 @@ def modules() -> Iterator[Path]:
 
 def test_nothing_in_a_replay_takes_the_library_s_functions() -> None:
     found = [
-        f"{path}:{node.lineno}: {name}; expected firmware_runtime.elementary, or a product"
+        f"{path}:{node.lineno}: {name}; expected firmware_runtime.system.elementary, or a product"
         for path, tree in _trees()
         if path not in ELSEWHERE
         for node, name in _of_the_library(tree)

@@ -9,18 +9,18 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from firmware_boards.tachobot.allocation import Allocation
+from firmware_drivers.thrust_pairs import Forces
 
-from boards.tachobot.allocation import Allocation
-from drivers.thrust_pairs import Forces
-from firmware_runtime.blackbox.reader import read_recording
 from firmware_runtime.cli.main import main
-from firmware_runtime.debugger.models import Models
-from firmware_runtime.debugger.predicate import Predicate, Seen
-from firmware_runtime.debugger.records import may_have
-from firmware_runtime.debugger.travel import Travel
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.errors import ConfigError
-from firmware_runtime.recording.of_board import board_of_table
+from firmware_runtime.recording.blackbox.reader import read_recording
+from firmware_runtime.recording.board_of_recording import board_of_table
+from firmware_runtime.recording.debugger.model_state import Models
+from firmware_runtime.recording.debugger.predicate import Predicate, Seen
+from firmware_runtime.recording.debugger.record_fields import may_have
+from firmware_runtime.recording.debugger.travel import Travel
 from firmware_runtime.status import Status
 from tests.support.recorded import record
 

@@ -2,11 +2,11 @@
 
 import pytest
 
-from firmware_runtime.debugger.models import Models
-from firmware_runtime.debugger.predicate import Predicate, Seen
 from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.errors import ConfigError
+from firmware_runtime.recording.debugger.model_state import Models
+from firmware_runtime.recording.debugger.predicate import Predicate, Seen
 
 
 class Nose(Atomic):

@@ -7,7 +7,7 @@ from zipfile import ZipFile
 import pytest
 
 from firmware_runtime.cli.main import main
-from firmware_runtime.scaffold.robot import write_robot
+from firmware_runtime.host.scaffold.robot import write_robot
 from firmware_runtime.status import Status
 from tests.support.ssh_target import HOST, SshTarget, free_port, make_key
 from tests.support.written_package import as_installed
@@ -204,7 +204,7 @@ def test_board_wheel_and_settings_are_checked_first(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     words = ["deploy", "robot", "tachobit", "--wheel", str(tmp_path / "no.whl")]
-    settings = ["--settings", "boards/detective/board.toml"]
+    settings = ["--settings", "boards/firmware_boards/detective/board.toml"]
     assert main([*words, *settings]) == Status.BAD_INPUT
     said = capsys.readouterr().err
     assert "2 faults" in said
@@ -226,7 +226,9 @@ def test_a_wheel_that_was_cut_off_is_refused_here(
     assert list(root.iterdir()) == []
 
 
-@pytest.mark.parametrize("settings", ["tachobot", "boards/tachobot", "nowhere.toml"])
+@pytest.mark.parametrize(
+    "settings", ["tachobot", "boards/firmware_boards/tachobot", "nowhere.toml"]
+)
 def test_settings_that_are_no_file_are_refused_before_anything_is_run(
     settings: str, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -5,7 +5,7 @@ import pytest
 from firmware_runtime.devs.classic import ClassicSimulator
 from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.engine import Engine
-from firmware_runtime.devs.errors import ModelError, ModelFailure, PortTypeError
+from firmware_runtime.devs.model_errors import ModelError, ModelFailure, PortTypeError
 from firmware_runtime.devs.simulator import Simulator
 from firmware_runtime.devs.time import NEVER, SECOND
 from tests.support.devs_models import Clock, Echo, Log, Scripted, top

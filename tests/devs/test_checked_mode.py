@@ -11,7 +11,7 @@ import pytest
 
 from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.checked import snapshot
-from firmware_runtime.devs.errors import OutputChangedState, PortTypeError, SentOutsideOutput
+from firmware_runtime.devs.model_errors import OutputChangedState, PortTypeError, SentOutsideOutput
 from firmware_runtime.devs.simulator import Simulator
 from firmware_runtime.devs.time import NEVER
 from tests.support.devs_models import Scripted, top

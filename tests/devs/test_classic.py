@@ -7,7 +7,7 @@ import pytest
 from firmware_runtime.devs.classic import ClassicSimulator
 from firmware_runtime.devs.component import Component
 from firmware_runtime.devs.coupled import Coupled
-from firmware_runtime.devs.errors import ModelFailure, SelectError
+from firmware_runtime.devs.model_errors import ModelFailure, SelectError
 from firmware_runtime.devs.time import NEVER
 from tests.support.devs_models import Clock, Log, Scripted, top, traced
 

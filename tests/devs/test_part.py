@@ -3,7 +3,7 @@
 import pytest
 
 from firmware_runtime.devs.coupled import Coupled
-from firmware_runtime.devs.errors import CouplingError
+from firmware_runtime.devs.model_errors import CouplingError
 from firmware_runtime.devs.part import part_of
 from firmware_runtime.devs.simulator import Simulator
 from tests.support.devs_models import Clock, Echo, Log

@@ -6,7 +6,7 @@ import pytest
 from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.component import Component
 from firmware_runtime.devs.coupled import Coupled
-from firmware_runtime.devs.errors import CouplingError
+from firmware_runtime.devs.model_errors import CouplingError
 from firmware_runtime.devs.ports import InPort, OutPort
 from firmware_runtime.devs.simulator import Simulator
 from firmware_runtime.devs.wiring import Wiring

@@ -7,7 +7,7 @@ import pytest
 
 from firmware_runtime.devs.classic import ClassicSimulator
 from firmware_runtime.devs.engine import Engine
-from firmware_runtime.devs.errors import (
+from firmware_runtime.devs.model_errors import (
     IllegitimateModel,
     ModelError,
     ModelFailure,

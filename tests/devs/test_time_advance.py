@@ -8,7 +8,7 @@ import pytest
 from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.classic import ClassicSimulator
 from firmware_runtime.devs.engine import Engine
-from firmware_runtime.devs.errors import IllegitimateModel
+from firmware_runtime.devs.model_errors import IllegitimateModel
 from firmware_runtime.devs.simulator import Simulator
 from firmware_runtime.devs.time import NEVER
 from tests.support.devs_models import Clock, Echo, Log, Scripted, top, traced

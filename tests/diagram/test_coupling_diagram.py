@@ -2,18 +2,18 @@ from itertools import pairwise
 from xml.etree import ElementTree as ET
 
 import pytest
+from firmware_boards.detective.detective import Detective
 
-from boards.detective.detective import Detective
 from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.component import Component
 from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.ports import Owner
-from firmware_runtime.diagram import columns
-from firmware_runtime.diagram.boxes import Box, Node
-from firmware_runtime.diagram.draw import diagram
-from firmware_runtime.diagram.nesting import box_of
-from firmware_runtime.diagram.routes import Trunk
-from firmware_runtime.diagram.svg import Point
+from firmware_runtime.view.diagram import columns
+from firmware_runtime.view.diagram.boxes import Box, Node
+from firmware_runtime.view.diagram.draw import diagram
+from firmware_runtime.view.diagram.nesting import box_of
+from firmware_runtime.view.diagram.routes import Trunk
+from firmware_runtime.view.diagram.svg import Point
 
 SVG = "{http://www.w3.org/2000/svg}"
 

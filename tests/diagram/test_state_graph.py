@@ -2,16 +2,16 @@ import re
 from xml.etree import ElementTree as ET
 
 import pytest
+from firmware_boards.detective.detective import Detective
 
-from boards.detective.detective import Detective
 from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.time import MILLISECOND, NEVER, SECOND
 from firmware_runtime.devs.wiring import Wiring
-from firmware_runtime.diagram.draw import diagram
-from firmware_runtime.diagram.words import say_duration, wrap
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.models.state_diagram import StateDiagram
 from firmware_runtime.models.state_table import Arrow, State
+from firmware_runtime.view.diagram.diagram_words import say_duration, wrap
+from firmware_runtime.view.diagram.draw import diagram
 
 SVG = "{http://www.w3.org/2000/svg}"
 

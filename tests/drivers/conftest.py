@@ -8,8 +8,8 @@ from typing import TypeAlias
 
 import pytest
 
-from firmware_runtime.hal.errors import NoAcknowledge
 from firmware_runtime.hal.i2c import I2cBus, Message
+from firmware_runtime.hal.wire_errors import NoAcknowledge
 
 Wire: TypeAlias = list[tuple[int, tuple[Message, ...]]]
 

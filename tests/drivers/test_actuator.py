@@ -3,14 +3,14 @@
 from collections.abc import Callable
 
 import pytest
+from firmware_drivers.actuator import POLL_EVERY, STOP_AGAIN_AFTER, Actuator
+from firmware_drivers.chips.pca9685 import Pca9685
+from firmware_drivers.chips.step import Step
+from firmware_drivers.esc import Esc, EscSettings
 
-from drivers.actuator import POLL_EVERY, STOP_AGAIN_AFTER, Actuator
-from drivers.chips.pca9685 import Pca9685
-from drivers.chips.step import Step
-from drivers.esc import Esc, EscSettings
 from firmware_runtime.devs.time import MILLISECOND, SECOND
-from firmware_runtime.hal.errors import HalError, NoAcknowledge, NotReady
 from firmware_runtime.hal.interlock import POLL_PERIOD
+from firmware_runtime.hal.wire_errors import HalError, NoAcknowledge, NotReady
 from sim_doubles.chips.pca9685 import Pca9685Double
 from sim_doubles.faults import FaultScript, NackAddress
 from sim_doubles.i2c_bus import I2cBusDouble

@@ -1,10 +1,10 @@
 """The driver beside its row in the contract of all chips: settings, and what is no reading."""
 
 import pytest
+from firmware_drivers.chips.ads1115 import Ads1115, Ads1115Settings
 
-from drivers.chips.ads1115 import Ads1115, Ads1115Settings
 from firmware_runtime.errors import SettingError
-from firmware_runtime.hal.errors import NotReady, WrongDevice
+from firmware_runtime.hal.wire_errors import NotReady, WrongDevice
 from sim_doubles.chips.ads1115 import Ads1115Double
 from sim_doubles.clock import ManualClock
 from sim_doubles.i2c_bus import I2cBusDouble

@@ -2,10 +2,10 @@ import struct
 from typing import TypeAlias
 
 import pytest
+from firmware_drivers.chips.ak8963 import Ak8963
 
-from drivers.chips.ak8963 import Ak8963
-from firmware_runtime.hal.errors import NoAcknowledge, NotReady, WrongDevice
 from firmware_runtime.hal.i2c import I2cBus, Message
+from firmware_runtime.hal.wire_errors import NoAcknowledge, NotReady, WrongDevice
 
 Wire: TypeAlias = list[tuple[int, tuple[Message, ...]]]
 Registers: TypeAlias = dict[int, bytearray]

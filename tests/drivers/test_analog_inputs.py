@@ -1,10 +1,10 @@
 """Inputs of an ADS1115 read in turn, on its double."""
 
 import pytest
+from firmware_drivers.analog_inputs import AnalogInputs, AnalogInputsSettings, Voltages
+from firmware_drivers.chips.ads1115 import Ads1115, Ads1115Settings
+from firmware_drivers.fault import Fault
 
-from drivers.analog_inputs import AnalogInputs, AnalogInputsSettings, Voltages
-from drivers.chips.ads1115 import Ads1115, Ads1115Settings
-from drivers.fault import Fault
 from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.simulator import Simulator
 from firmware_runtime.devs.time import MILLISECOND, SECOND

@@ -3,13 +3,13 @@
 from collections.abc import Callable
 
 import pytest
+from firmware_drivers.actuator import Actuator
+from firmware_drivers.chips.pca9685 import Pca9685
+from firmware_drivers.esc import Esc, EscSettings
+from firmware_drivers.servo import Servo, Servos, ServosSettings
+from firmware_drivers.thrust_pairs import Forces, ThrustPairs, ThrustSettings
+from firmware_drivers.treads import Treads, TreadSettings, TreadSpeeds
 
-from drivers.actuator import Actuator
-from drivers.chips.pca9685 import Pca9685
-from drivers.esc import Esc, EscSettings
-from drivers.servo import Servo, Servos, ServosSettings
-from drivers.thrust_pairs import Forces, ThrustPairs, ThrustSettings
-from drivers.treads import Treads, TreadSettings, TreadSpeeds
 from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.simulator import Simulator
 from firmware_runtime.devs.time import MILLISECOND, SECOND

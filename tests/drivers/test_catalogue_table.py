@@ -4,10 +4,9 @@ from collections.abc import Iterator
 from typing import NamedTuple
 
 import pytest
-
-from drivers.catalogue import table
-from drivers.catalogue.sensors import HMC5883L, MAXBOTIX
-from drivers.catalogue.trial import Identity, OnBus
+from firmware_drivers.catalogue import table
+from firmware_drivers.catalogue.sensors import HMC5883L, MAXBOTIX
+from firmware_drivers.catalogue.trial import Identity, OnBus
 
 
 class EntryPoint(NamedTuple):

@@ -1,4 +1,4 @@
-"""`drivers.circuitpython`: `busio.I2C` over the HAL, and a driver as a hardware model."""
+"""`firmware_drivers.circuitpython`: `busio.I2C` over the HAL, and a driver as a hardware model."""
 
 import errno
 import sys
@@ -8,12 +8,18 @@ from threading import Thread
 from typing import Any
 
 import pytest
+from firmware_drivers.circuitpython import Busio, CircuitPythonSensor, driver_calls, imports
 
-from drivers.circuitpython import Busio, CircuitPythonSensor, driver_calls, imports
 from firmware_runtime.devs.time import MILLISECOND, SECOND
 from firmware_runtime.errors import SettingError
-from firmware_runtime.hal.errors import BusTimeout, HalError, NoAcknowledge, NotReady, WrongDevice
 from firmware_runtime.hal.fault import Fault
+from firmware_runtime.hal.wire_errors import (
+    BusTimeout,
+    HalError,
+    NoAcknowledge,
+    NotReady,
+    WrongDevice,
+)
 from sim_doubles.chips.pca9685 import Pca9685Double
 from sim_doubles.faults import AdapterError, FaultScript, NackAddress
 from tests.support.virtual_bus import VirtualBus

@@ -2,12 +2,18 @@ import math
 from typing import TypeAlias
 
 import pytest
+from firmware_drivers.chips.bearing import in_circle
+from firmware_drivers.chips.cmps12 import Cmps12
 
-from drivers.chips.bearing import in_circle
-from drivers.chips.cmps12 import Cmps12
 from firmware_runtime.errors import SettingError
-from firmware_runtime.hal.errors import Implausible, NoAcknowledge, NotReady, Stuck, WrongDevice
 from firmware_runtime.hal.i2c import I2cBus, Message
+from firmware_runtime.hal.wire_errors import (
+    Implausible,
+    NoAcknowledge,
+    NotReady,
+    Stuck,
+    WrongDevice,
+)
 
 Wire: TypeAlias = list[tuple[int, tuple[Message, ...]]]
 Registers: TypeAlias = dict[int, bytearray]

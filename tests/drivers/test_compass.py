@@ -1,12 +1,12 @@
 import pytest
+from firmware_drivers.chips.bearing import Bearing
+from firmware_drivers.chips.step import Step
+from firmware_drivers.compass import ONCE, PERIODIC, STOP, Compass, CompassSettings
 
-from drivers.chips.bearing import Bearing
-from drivers.chips.step import Step
-from drivers.compass import ONCE, PERIODIC, STOP, Compass, CompassSettings
-from firmware_runtime.devs.errors import ModelFailure
+from firmware_runtime.devs.model_errors import ModelFailure
 from firmware_runtime.devs.time import MILLISECOND
 from firmware_runtime.errors import SettingError
-from firmware_runtime.hal.errors import HalError, Stuck
+from firmware_runtime.hal.wire_errors import HalError, Stuck
 from tests.support.atomic_bench import AtomicBench
 from tests.support.scripted_chip import SILENT, ScriptedChip
 

@@ -4,13 +4,13 @@ import math
 from collections.abc import Sequence
 
 import pytest
+from firmware_drivers.chips.hmc5883l import Hmc5883l, Hmc5883lSettings
+from firmware_drivers.chips.md25 import Md25, Md25Settings
+from firmware_drivers.chips.srf08 import Srf08, Srf08Settings
+from firmware_drivers.chips.step import Step
 
-from drivers.chips.hmc5883l import Hmc5883l, Hmc5883lSettings
-from drivers.chips.md25 import Md25, Md25Settings
-from drivers.chips.srf08 import Srf08, Srf08Settings
-from drivers.chips.step import Step
 from firmware_runtime.devs.time import MILLISECOND, SECOND
-from firmware_runtime.hal.errors import NoAcknowledge, NotReady
+from firmware_runtime.hal.wire_errors import NoAcknowledge, NotReady
 from sim_doubles.chips.hmc5883l import Hmc5883lDouble
 from sim_doubles.chips.md25 import Md25Double
 from sim_doubles.chips.srf08 import Srf08Double

@@ -3,18 +3,18 @@
 import math
 
 import pytest
+from firmware_drivers.chips.cmps12 import Cmps12
+from firmware_drivers.chips.hmc5883l import Hmc5883l
+from firmware_drivers.chips.maxbotix import Maxbotix
+from firmware_drivers.chips.md25 import Md25
+from firmware_drivers.chips.sabertooth import Sabertooth
+from firmware_drivers.chips.srf08 import Srf08, Srf08Settings
+from firmware_drivers.compass import ONCE, PERIODIC, Compass, CompassSettings
+from firmware_drivers.sonar import RangeFinder, Sonar, SonarSettings
+from firmware_drivers.treads import Treads, TreadSettings
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from drivers.chips.cmps12 import Cmps12
-from drivers.chips.hmc5883l import Hmc5883l
-from drivers.chips.maxbotix import Maxbotix
-from drivers.chips.md25 import Md25
-from drivers.chips.sabertooth import Sabertooth
-from drivers.chips.srf08 import Srf08, Srf08Settings
-from drivers.compass import ONCE, PERIODIC, Compass, CompassSettings
-from drivers.sonar import RangeFinder, Sonar, SonarSettings
-from drivers.treads import Treads, TreadSettings
 from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.time import MILLISECOND, SECOND
 from sim_doubles.chips.cmps12 import Cmps12Double

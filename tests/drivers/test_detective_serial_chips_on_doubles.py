@@ -4,12 +4,12 @@ import math
 from collections.abc import Iterator
 
 import pytest
+from firmware_drivers.chips.maxbotix import Maxbotix
+from firmware_drivers.chips.sabertooth import Sabertooth, SabertoothSettings
 
-from drivers.chips.maxbotix import Maxbotix
-from drivers.chips.sabertooth import Sabertooth, SabertoothSettings
 from firmware_runtime.devs.time import MILLISECOND, SECOND
-from firmware_runtime.hal.errors import BusFault, NotReady, PortClosed
 from firmware_runtime.hal.linux_serial import open_serial
+from firmware_runtime.hal.wire_errors import BusFault, NotReady, PortClosed
 from sim_doubles.chips.maxbotix import MaxbotixDouble
 from sim_doubles.chips.sabertooth import SabertoothDouble
 from sim_doubles.clock import ManualClock

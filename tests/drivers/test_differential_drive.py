@@ -1,9 +1,9 @@
 """A vehicle's velocity becomes two speeds, and ends when it is not renewed."""
 
 import pytest
+from firmware_drivers.differential_drive import DifferentialDrive, Velocity
+from firmware_drivers.treads import STANDING, TreadSpeeds
 
-from drivers.differential_drive import DifferentialDrive, Velocity
-from drivers.treads import STANDING, TreadSpeeds
 from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.simulator import Simulator
 from firmware_runtime.devs.time import MILLISECOND

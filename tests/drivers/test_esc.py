@@ -1,10 +1,10 @@
 import struct
 
 import pytest
+from firmware_drivers.chips.pca9685 import Pca9685
+from firmware_drivers.esc import Esc, EscSettings
+from firmware_drivers.fault import Fault
 
-from drivers.chips.pca9685 import Pca9685
-from drivers.esc import Esc, EscSettings
-from drivers.fault import Fault
 from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.simulator import Simulator
 from firmware_runtime.devs.time import MILLISECOND, NEVER, SECOND

@@ -1,9 +1,9 @@
 import math
 
 import pytest
+from firmware_drivers.gyro_bias import GyroBias
 
-from drivers.gyro_bias import GyroBias
-from firmware_runtime.hal.errors import NotReady
+from firmware_runtime.hal.wire_errors import NotReady
 from sim_doubles.worlds.noise import InstantNoise
 
 

@@ -1,12 +1,12 @@
 from typing import TypeAlias
 
 import pytest
+from firmware_drivers.chips.h_bridge import HBridge
+from firmware_drivers.chips.pca9685 import Pca9685
 
-from drivers.chips.h_bridge import HBridge
-from drivers.chips.pca9685 import Pca9685
 from firmware_runtime.errors import SettingError
-from firmware_runtime.hal.errors import NotReady
 from firmware_runtime.hal.i2c import I2cBus, Message
+from firmware_runtime.hal.wire_errors import NotReady
 
 Wire: TypeAlias = list[tuple[int, tuple[Message, ...]]]
 

@@ -3,11 +3,11 @@ import struct
 from typing import TypeAlias
 
 import pytest
+from firmware_drivers.chips.hmc5883l import Hmc5883l, Hmc5883lSettings
 
-from drivers.chips.hmc5883l import Hmc5883l, Hmc5883lSettings
 from firmware_runtime.errors import SettingError
-from firmware_runtime.hal.errors import NoAcknowledge, NotReady, Stuck, WrongDevice
 from firmware_runtime.hal.i2c import I2cBus, Message
+from firmware_runtime.hal.wire_errors import NoAcknowledge, NotReady, Stuck, WrongDevice
 
 Wire: TypeAlias = list[tuple[int, tuple[Message, ...]]]
 Registers: TypeAlias = dict[int, bytearray]

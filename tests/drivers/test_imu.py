@@ -3,18 +3,18 @@
 from typing import Any, cast
 
 import pytest
+from firmware_drivers.bring_up import RETRY_AFTER
+from firmware_drivers.chips.mounting import Vector
+from firmware_drivers.chips.mpu9250 import Mpu9250
+from firmware_drivers.chips.mpu9250_burst import InertialSample
+from firmware_drivers.chips.mpu9250_settings import Mpu9250Settings
+from firmware_drivers.chips.step import Step
+from firmware_drivers.gyro_bias import GyroBias
+from firmware_drivers.imu import FAULTS_BEFORE_BRING_UP, Imu
 
-from drivers.bring_up import RETRY_AFTER
-from drivers.chips.mounting import Vector
-from drivers.chips.mpu9250 import Mpu9250
-from drivers.chips.mpu9250_burst import InertialSample
-from drivers.chips.mpu9250_settings import Mpu9250Settings
-from drivers.chips.step import Step
-from drivers.gyro_bias import GyroBias
-from drivers.imu import FAULTS_BEFORE_BRING_UP, Imu
 from firmware_runtime.devs.time import MILLISECOND
 from firmware_runtime.errors import SettingError
-from firmware_runtime.hal.errors import HalError, Implausible, Stuck
+from firmware_runtime.hal.wire_errors import HalError, Implausible, Stuck
 from tests.support.atomic_bench import AtomicBench
 from tests.support.scripted_chip import SILENT, ScriptedChip
 

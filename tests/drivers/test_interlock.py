@@ -1,10 +1,10 @@
 """With outputs disabled nothing that could move is written; enabled, commands are obeyed."""
 
 import pytest
+from firmware_drivers.chips.pca9685 import Pca9685
+from firmware_drivers.esc import Esc, EscSettings
+from firmware_drivers.thrust_pairs import Forces, ThrustPairs, ThrustSettings
 
-from drivers.chips.pca9685 import Pca9685
-from drivers.esc import Esc, EscSettings
-from drivers.thrust_pairs import Forces, ThrustPairs, ThrustSettings
 from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.simulator import Simulator
 from firmware_runtime.devs.time import MILLISECOND, SECOND

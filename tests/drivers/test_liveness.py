@@ -3,9 +3,9 @@
 import math
 
 import pytest
+from firmware_drivers.chips.liveness import LEAST_ODDS, Liveness, MeanSquare, fresh_noise
 
-from drivers.chips.liveness import LEAST_ODDS, Liveness, MeanSquare, fresh_noise
-from firmware_runtime.hal.errors import Implausible, Stuck
+from firmware_runtime.hal.wire_errors import Implausible, Stuck
 from sim_doubles.worlds.noise import InstantNoise
 
 DEVIATION = 3.0

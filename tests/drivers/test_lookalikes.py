@@ -6,20 +6,20 @@ The table in docs/dead-sensors.md says which of both, for every chip.
 from collections.abc import Callable, Iterable, Mapping
 
 import pytest
+from firmware_drivers.chips.ads1115 import Ads1115
+from firmware_drivers.chips.ak8963 import Ak8963
+from firmware_drivers.chips.cmps12 import Cmps12
+from firmware_drivers.chips.hmc5883l import Hmc5883l
+from firmware_drivers.chips.md25 import Md25
+from firmware_drivers.chips.mpu9250 import Mpu9250
+from firmware_drivers.chips.pca9685 import Pca9685
+from firmware_drivers.chips.srf08 import SHIPPED_AT, Srf08
+from firmware_drivers.chips.step import Step
+from firmware_drivers.sonar import Sonar, SonarSettings
 
-from drivers.chips.ads1115 import Ads1115
-from drivers.chips.ak8963 import Ak8963
-from drivers.chips.cmps12 import Cmps12
-from drivers.chips.hmc5883l import Hmc5883l
-from drivers.chips.md25 import Md25
-from drivers.chips.mpu9250 import Mpu9250
-from drivers.chips.pca9685 import Pca9685
-from drivers.chips.srf08 import SHIPPED_AT, Srf08
-from drivers.chips.step import Step
-from drivers.sonar import Sonar, SonarSettings
 from firmware_runtime.devs.time import MILLISECOND, SECOND
-from firmware_runtime.hal.errors import HalError, NoAcknowledge, NotReady, Stuck, WrongDevice
 from firmware_runtime.hal.i2c import I2cBus
+from firmware_runtime.hal.wire_errors import HalError, NoAcknowledge, NotReady, Stuck, WrongDevice
 from sim_doubles.clock import ManualClock
 from sim_doubles.i2c_bus import I2cBusDouble
 from tests.support.lookalikes import BusyRam, Eeprom, ReadOnly, RegisterRam

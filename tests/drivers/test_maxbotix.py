@@ -3,14 +3,14 @@ from itertools import pairwise
 from typing import get_args, get_type_hints
 
 import pytest
+from firmware_drivers.chips.maxbotix import BAUD, FAMILIES, FRAME_NS, FrameDecoder, Maxbotix
+from firmware_drivers.tables.sonar import MaxbotixTable
 from hypothesis import given
 from hypothesis import strategies as st
 
-from drivers.chips.maxbotix import BAUD, FAMILIES, FRAME_NS, FrameDecoder, Maxbotix
-from drivers.tables.sonar import MaxbotixTable
 from firmware_runtime.errors import SettingError
-from firmware_runtime.hal.errors import NotReady
 from firmware_runtime.hal.serial import SerialPort
+from firmware_runtime.hal.wire_errors import NotReady
 
 GARBAGE = st.binary(max_size=20)
 COUNTS = st.lists(st.integers(0, 999), max_size=8)

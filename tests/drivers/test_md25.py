@@ -3,13 +3,13 @@ import struct
 from typing import TypeAlias
 
 import pytest
+from firmware_drivers.chips.md25 import Md25, Md25Report, Md25Settings
+from firmware_drivers.chips.step import duration_ns
 
-from drivers.chips.md25 import Md25, Md25Report, Md25Settings
-from drivers.chips.step import duration_ns
 from firmware_runtime.errors import SettingError
 from firmware_runtime.hal.budget import bits
-from firmware_runtime.hal.errors import NoAcknowledge, NotReady, WrongDevice
 from firmware_runtime.hal.i2c import I2cBus, Message
+from firmware_runtime.hal.wire_errors import NoAcknowledge, NotReady, WrongDevice
 
 Wire: TypeAlias = list[tuple[int, tuple[Message, ...]]]
 Registers: TypeAlias = dict[int, bytearray]

@@ -2,8 +2,8 @@ from contextlib import suppress
 from itertools import permutations, product
 
 import pytest
+from firmware_drivers.chips.mounting import Mounting, parse_mounting
 
-from drivers.chips.mounting import Mounting, parse_mounting
 from firmware_runtime.errors import SettingError
 
 

@@ -4,13 +4,13 @@ from collections.abc import Callable
 from typing import TypeAlias
 
 import pytest
+from firmware_drivers.chips.mpu9250 import Mpu9250
+from firmware_drivers.chips.mpu9250_settings import Mpu9250Settings
+from firmware_drivers.chips.step import duration_ns
 
-from drivers.chips.mpu9250 import Mpu9250
-from drivers.chips.mpu9250_settings import Mpu9250Settings
-from drivers.chips.step import duration_ns
 from firmware_runtime.hal.budget import bits, wire_bytes
-from firmware_runtime.hal.errors import NoAcknowledge, NotReady, WrongDevice
 from firmware_runtime.hal.i2c import I2cBus, Message
+from firmware_runtime.hal.wire_errors import NoAcknowledge, NotReady, WrongDevice
 
 Wire: TypeAlias = list[tuple[int, tuple[Message, ...]]]
 Registers: TypeAlias = dict[int, bytearray]

@@ -2,11 +2,11 @@ from collections.abc import Callable
 from typing import TypeAlias
 
 import pytest
+from firmware_drivers.chips.mpu9250 import Mpu9250
+from firmware_drivers.chips.mpu9250_burst import InertialSample
+from firmware_drivers.chips.mpu9250_settings import Mpu9250Settings
 
-from drivers.chips.mpu9250 import Mpu9250
-from drivers.chips.mpu9250_burst import InertialSample
-from drivers.chips.mpu9250_settings import Mpu9250Settings
-from firmware_runtime.hal.errors import NoAcknowledge, NotReady
+from firmware_runtime.hal.wire_errors import NoAcknowledge, NotReady
 from sim_doubles.chips.ak8963 import Ak8963Double
 from sim_doubles.chips.mpu9250 import Mpu9250Double
 from sim_doubles.clock import ManualClock

@@ -1,7 +1,7 @@
 import pytest
+from firmware_drivers.chips.mpu9250 import Mpu9250
+from firmware_drivers.chips.mpu9250_settings import Mpu9250Settings
 
-from drivers.chips.mpu9250 import Mpu9250
-from drivers.chips.mpu9250_settings import Mpu9250Settings
 from firmware_runtime.errors import SettingError
 from firmware_runtime.hal.i2c import I2cBus
 

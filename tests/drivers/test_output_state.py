@@ -1,6 +1,7 @@
 """Whether outputs are enabled is said at first, and when it changes."""
 
-from drivers.output_state import OutputState
+from firmware_drivers.output_state import OutputState
+
 from firmware_runtime.devs.simulator import Simulator
 from firmware_runtime.devs.time import MILLISECOND
 

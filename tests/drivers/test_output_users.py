@@ -3,12 +3,12 @@
 from collections.abc import Callable
 
 import pytest
+from firmware_drivers.chips.h_bridge import HBridge
+from firmware_drivers.chips.pca9685 import Pca9685
+from firmware_drivers.esc import Esc, EscSettings
+from firmware_drivers.servo import Servo, Servos, ServosSettings
+from firmware_drivers.thrust_pairs import ThrustPairs, ThrustSettings
 
-from drivers.chips.h_bridge import HBridge
-from drivers.chips.pca9685 import Pca9685
-from drivers.esc import Esc, EscSettings
-from drivers.servo import Servo, Servos, ServosSettings
-from drivers.thrust_pairs import ThrustPairs, ThrustSettings
 from firmware_runtime.devs.time import MILLISECOND
 from firmware_runtime.errors import SettingError
 from sim_doubles.i2c_bus import I2cBusDouble

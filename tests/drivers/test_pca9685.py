@@ -2,17 +2,17 @@ import math
 from typing import TypeAlias
 
 import pytest
+from firmware_drivers.chips.pca9685 import Pca9685, software_reset
+from firmware_drivers.chips.pca9685_burst import duty_burst
+from firmware_drivers.chips.pca9685_rate import actual_frequency_hz, prescale_for
+from firmware_drivers.chips.step import duration_ns
 from hypothesis import given
 from hypothesis import strategies as st
 
-from drivers.chips.pca9685 import Pca9685, software_reset
-from drivers.chips.pca9685_burst import duty_burst
-from drivers.chips.pca9685_rate import actual_frequency_hz, prescale_for
-from drivers.chips.step import duration_ns
 from firmware_runtime.errors import SettingError
 from firmware_runtime.hal.budget import bits, wire_bytes
-from firmware_runtime.hal.errors import NoAcknowledge, NotReady, WrongDevice
 from firmware_runtime.hal.i2c import I2cBus, Message
+from firmware_runtime.hal.wire_errors import NoAcknowledge, NotReady, WrongDevice
 
 Wire: TypeAlias = list[tuple[int, tuple[Message, ...]]]
 

@@ -1,7 +1,7 @@
 import pytest
+from firmware_drivers.chips.pca9685 import Pca9685, software_reset
 
-from drivers.chips.pca9685 import Pca9685, software_reset
-from firmware_runtime.hal.errors import NoAcknowledge, NotReady
+from firmware_runtime.hal.wire_errors import NoAcknowledge, NotReady
 from sim_doubles.chips.pca9685 import Pca9685Double
 from sim_doubles.clock import ManualClock
 from sim_doubles.i2c_bus import I2cBusDouble

@@ -1,8 +1,8 @@
 import pytest
+from firmware_drivers.chips.h_bridge import HBridge
+from firmware_drivers.chips.pca9685 import Pca9685
+from firmware_drivers.radar_motor import RadarMotor, RadarMotorSettings
 
-from drivers.chips.h_bridge import HBridge
-from drivers.chips.pca9685 import Pca9685
-from drivers.radar_motor import RadarMotor, RadarMotorSettings
 from firmware_runtime.devs.time import NEVER, SECOND
 from firmware_runtime.errors import SettingError
 from sim_doubles.chips.pca9685 import Pca9685Double

@@ -1,9 +1,9 @@
 """Recognising a chip by reading: every one with a driver, and nothing that only looks like it."""
 
 import pytest
+from firmware_drivers.catalogue.recognition import recognise
 
-from drivers.catalogue.recognition import recognise
-from firmware_runtime.hal.errors import NoAcknowledge
+from firmware_runtime.hal.wire_errors import NoAcknowledge
 from sim_doubles.chips.ads1115 import Ads1115Double
 from sim_doubles.chips.ak8963 import Ak8963Double
 from sim_doubles.chips.cmps12 import Cmps12Double

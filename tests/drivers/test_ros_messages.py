@@ -5,10 +5,10 @@ from types import SimpleNamespace
 from typing import Any
 
 import pytest
+from firmware_drivers.chips.md25 import Md25Report
+from firmware_drivers.chips.mpu9250_burst import InertialSample
+from firmware_drivers.ros_messages import COMPASS, INERTIAL_SAMPLE, MD25_REPORT, SONAR, VELOCITY
 
-from drivers.chips.md25 import Md25Report
-from drivers.chips.mpu9250_burst import InertialSample
-from drivers.ros_messages import COMPASS, INERTIAL_SAMPLE, MD25_REPORT, SONAR, VELOCITY
 from firmware_runtime.board.ros.conventions import Convention, Fields
 from firmware_runtime.statistics.json_values import plain
 

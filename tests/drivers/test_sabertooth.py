@@ -1,11 +1,11 @@
 import math
 
 import pytest
+from firmware_drivers.chips.sabertooth import Sabertooth, SabertoothSettings, packet, speed_packet
+from firmware_drivers.chips.step import duration_ns
 from hypothesis import given
 from hypothesis import strategies as st
 
-from drivers.chips.sabertooth import Sabertooth, SabertoothSettings, packet, speed_packet
-from drivers.chips.step import duration_ns
 from firmware_runtime.errors import SettingError
 from firmware_runtime.hal.serial import SerialPort
 

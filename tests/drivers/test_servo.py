@@ -1,10 +1,10 @@
 import math
 
 import pytest
+from firmware_drivers.chips.pca9685 import Pca9685
+from firmware_drivers.fault import Fault
+from firmware_drivers.servo import Servo, Servos, ServosSettings
 
-from drivers.chips.pca9685 import Pca9685
-from drivers.fault import Fault
-from drivers.servo import Servo, Servos, ServosSettings
 from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.simulator import Simulator
 from firmware_runtime.devs.time import MILLISECOND, NEVER

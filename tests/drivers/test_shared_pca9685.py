@@ -3,14 +3,14 @@
 from collections.abc import Iterator
 
 import pytest
+from firmware_drivers.bring_up import BringUp
+from firmware_drivers.chips.h_bridge import HBridge
+from firmware_drivers.chips.pca9685 import Pca9685
+from firmware_drivers.dc_motor import DcMotor, DcMotorSettings
 
-from drivers.bring_up import BringUp
-from drivers.chips.h_bridge import HBridge
-from drivers.chips.pca9685 import Pca9685
-from drivers.dc_motor import DcMotor, DcMotorSettings
 from firmware_runtime.devs.time import MILLISECOND, SECOND
 from firmware_runtime.errors import SettingError
-from firmware_runtime.hal.errors import NoAcknowledge, NotReady
+from firmware_runtime.hal.wire_errors import NoAcknowledge, NotReady
 from sim_doubles.chips.pca9685 import Pca9685Double
 from sim_doubles.clock import ManualClock
 from sim_doubles.faults import FaultScript, NackAddress

@@ -1,12 +1,12 @@
 import math
 
 import pytest
+from firmware_drivers.chips.step import Step
+from firmware_drivers.sonar import READINGS, Sonar, SonarSettings
 
-from drivers.chips.step import Step
-from drivers.sonar import READINGS, Sonar, SonarSettings
 from firmware_runtime.devs.time import MILLISECOND
 from firmware_runtime.errors import SettingError
-from firmware_runtime.hal.errors import BusTimeout, HalError, NotReady
+from firmware_runtime.hal.wire_errors import BusTimeout, HalError, NotReady
 from tests.support.atomic_bench import AtomicBench
 from tests.support.scripted_chip import SILENT, ScriptedChip
 

@@ -2,14 +2,14 @@ import math
 from typing import TypeAlias
 
 import pytest
+from firmware_drivers.chips.srf08 import INTERVAL_NS, Srf08, Srf08Settings
+from firmware_drivers.chips.step import duration_ns
 from hypothesis import given
 from hypothesis import strategies as st
 
-from drivers.chips.srf08 import INTERVAL_NS, Srf08, Srf08Settings
-from drivers.chips.step import duration_ns
 from firmware_runtime.errors import SettingError
-from firmware_runtime.hal.errors import NoAcknowledge, NotReady, WrongDevice
 from firmware_runtime.hal.i2c import I2cBus, Message
+from firmware_runtime.hal.wire_errors import NoAcknowledge, NotReady, WrongDevice
 
 Wire: TypeAlias = list[tuple[int, tuple[Message, ...]]]
 Registers: TypeAlias = dict[int, bytearray]

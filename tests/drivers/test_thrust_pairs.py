@@ -1,10 +1,10 @@
 import pytest
+from firmware_drivers.chips.pca9685 import Pca9685
+from firmware_drivers.fault import Fault
+from firmware_drivers.thrust_pairs import Forces, ThrustPairs, ThrustSettings, duties_of
 from hypothesis import given
 from hypothesis import strategies as st
 
-from drivers.chips.pca9685 import Pca9685
-from drivers.fault import Fault
-from drivers.thrust_pairs import Forces, ThrustPairs, ThrustSettings, duties_of
 from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.simulator import Simulator
 from firmware_runtime.devs.time import MILLISECOND

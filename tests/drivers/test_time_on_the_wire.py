@@ -4,8 +4,8 @@ from collections.abc import Callable
 from typing import TypeAlias
 
 import pytest
+from firmware_drivers.fault import Fault
 
-from drivers.fault import Fault
 from firmware_runtime.devs.time import MILLISECOND, SECOND
 from firmware_runtime.executive.clocks import Clock, OutsideClock, VirtualClock, WorldClock
 from firmware_runtime.executive.executive import Executive

@@ -7,8 +7,8 @@ from pathlib import Path
 from typing import TypeAlias, cast
 
 import pytest
+from firmware_drivers.fault import Fault
 
-from drivers.fault import Fault
 from firmware_runtime.devs.time import MILLISECOND, NEVER
 from firmware_runtime.executive.clocks import MonotonicClock, OutsideClock
 from firmware_runtime.executive.executive import Executive

@@ -1,9 +1,9 @@
 import math
 
 import pytest
+from firmware_drivers.chips.md25 import Md25Report
+from firmware_drivers.treads import Treads, TreadSpeeds
 
-from drivers.chips.md25 import Md25Report
-from drivers.treads import Treads, TreadSpeeds
 from firmware_runtime.devs.time import MILLISECOND
 from firmware_runtime.errors import SettingError
 from tests.support.atomic_bench import AtomicBench

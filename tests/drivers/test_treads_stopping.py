@@ -2,9 +2,9 @@ import math
 import re
 
 import pytest
+from firmware_drivers.motors import FAULTS_BEFORE_FORGETTING
+from firmware_drivers.treads import TreadSpeeds
 
-from drivers.motors import FAULTS_BEFORE_FORGETTING
-from drivers.treads import TreadSpeeds
 from firmware_runtime.devs.time import MILLISECOND
 from tests.support.atomic_bench import AtomicBench
 from tests.support.scripted_chip import SILENT

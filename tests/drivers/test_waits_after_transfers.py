@@ -3,13 +3,13 @@
 from itertools import pairwise
 
 import pytest
+from firmware_drivers.chips.bearing import Bearing
+from firmware_drivers.chips.pca9685 import Pca9685
+from firmware_drivers.chips.step import Step
+from firmware_drivers.compass import ONCE, Compass, CompassSettings
+from firmware_drivers.esc import Esc, EscSettings
+from firmware_drivers.sonar import Sonar, SonarSettings
 
-from drivers.chips.bearing import Bearing
-from drivers.chips.pca9685 import Pca9685
-from drivers.chips.step import Step
-from drivers.compass import ONCE, Compass, CompassSettings
-from drivers.esc import Esc, EscSettings
-from drivers.sonar import Sonar, SonarSettings
 from firmware_runtime.devs.time import MILLISECOND, SECOND
 from firmware_runtime.hal.accounted_bus import AccountedBus
 from sim_doubles.chips.pca9685 import Pca9685Double

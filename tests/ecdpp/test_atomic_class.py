@@ -5,8 +5,8 @@ from importlib.metadata import EntryPoint
 from pathlib import Path
 
 import pytest
+from firmware_boards.detective.detective import MODEL_FILE
 
-from boards.detective.detective import MODEL_FILE
 from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.ecdpp import class_catalogue
 from firmware_runtime.ecdpp.atomic_class import AtomicClass

@@ -3,7 +3,7 @@ from pathlib import Path
 import pytest
 
 from firmware_runtime.devs.atomic import Atomic
-from firmware_runtime.devs.errors import ModelFailure
+from firmware_runtime.devs.model_errors import ModelFailure
 from firmware_runtime.devs.simulator import Simulator
 from firmware_runtime.devs.time import MILLISECOND, SECOND
 from firmware_runtime.ecdpp.event_file import Event

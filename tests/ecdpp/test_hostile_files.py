@@ -12,7 +12,7 @@ from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.ecdpp.event_file import read_events
 from firmware_runtime.ecdpp.model_file import parse_model
 from firmware_runtime.errors import ConfigError
-from firmware_runtime.system.whole_file import read_text
+from firmware_runtime.system.atomic_file import read_text
 from tests.ecdpp.test_model_file import CLASSES
 
 NAMES = st.sampled_from(["top", "a", "b", "c@Relay", "b@a", "In", "Out@c", "x", "count", "1"])

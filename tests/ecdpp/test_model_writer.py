@@ -3,9 +3,9 @@
 from collections.abc import Sequence
 
 import pytest
+from firmware_boards.detective.detective import ATOMIC_CLASSES, Detective
+from firmware_boards.detective.parameters import Parameters
 
-from boards.detective.detective import ATOMIC_CLASSES, Detective
-from boards.detective.parameters import Parameters
 from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.component import Component
 from firmware_runtime.devs.coupled import Coupled

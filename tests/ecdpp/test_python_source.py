@@ -5,10 +5,10 @@ from contextlib import suppress
 from pathlib import Path
 
 import pytest
+from firmware_boards.detective.detective import MODEL_FILE, Detective
 from hypothesis import given
 from hypothesis import strategies as st
 
-from boards.detective.detective import MODEL_FILE, Detective
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.ecdpp.atomic_class import AtomicClass
 from firmware_runtime.ecdpp.event_file import parse_events

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from firmware_runtime.devs.component import Component
 from firmware_runtime.devs.coupled import Coupled
-from firmware_runtime.devs.errors import CouplingError
+from firmware_runtime.devs.model_errors import CouplingError
 from firmware_runtime.devs.ports import AnyPort
 from firmware_runtime.devs.time import MILLISECOND
 from firmware_runtime.ecdpp.event_file import Event

@@ -9,10 +9,10 @@ from types import SimpleNamespace
 from typing import Any
 
 import pytest
+from firmware_boards.tachobot.experiments import circle
 
-from boards.tachobot.experiments import circle
 from firmware_runtime.errors import ConfigError
-from firmware_runtime.experiments.running import Traced
+from firmware_runtime.lab.experiments.running import Traced
 
 
 def lines(off_m: float) -> Iterator[str]:

@@ -8,7 +8,7 @@ from xml.etree import ElementTree as ET
 import pytest
 
 from firmware_runtime.cli.main import main
-from firmware_runtime.experiments.loop_delay import Round, delays_of, rounds_of
+from firmware_runtime.lab.experiments.loop_delay import Round, delays_of, rounds_of
 from firmware_runtime.statistics.quantile import quantile
 
 

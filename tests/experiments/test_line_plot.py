@@ -4,7 +4,7 @@ from xml.etree.ElementTree import Element
 
 import pytest
 
-from firmware_runtime.experiments.line_plot import Curve, LinePlot, Span, on_common_axes
+from firmware_runtime.view.line_plot import Curve, LinePlot, Span, on_common_axes
 
 
 def polyline(plot: LinePlot, number: int = 0) -> Element:

@@ -2,7 +2,7 @@
 
 import pytest
 
-from firmware_runtime.experiments.quantities import in_words, with_unit
+from firmware_runtime.lab.experiments.quantities import in_words, with_unit
 
 
 @pytest.mark.parametrize(

@@ -2,7 +2,7 @@
 
 import pytest
 
-from firmware_runtime.experiments.stuck import (
+from firmware_runtime.lab.experiments.stuck import (
     Stuck,
     first_motion_s,
     slope,

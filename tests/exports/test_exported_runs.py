@@ -14,13 +14,13 @@ import pytest
 from rosbags.highlevel import AnyReader
 from rosbags.typesys import Stores, get_typestore
 
-from firmware_runtime.blackbox.reader import Recording, read_recording
-from firmware_runtime.blackbox.section import Kind, Section, sent_of
 from firmware_runtime.cli.main import main
 from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.time import NEVER, SECOND
-from firmware_runtime.exports.ros_definitions import _FIELDS, definition_of
-from firmware_runtime.exports.typed_values import entered_in, sections_between, typed
+from firmware_runtime.recording.blackbox.reader import Recording, read_recording
+from firmware_runtime.recording.blackbox.section import Kind, Section, sent_of
+from firmware_runtime.recording.exports.ros_definitions import _FIELDS, definition_of
+from firmware_runtime.recording.exports.typed_values import entered_in, sections_between, typed
 from firmware_runtime.runs.session import Session
 from firmware_runtime.statistics.dates import utc
 from firmware_runtime.statistics.json_values import plain

@@ -6,17 +6,17 @@ from pathlib import Path
 
 import pytest
 
-from firmware_runtime.blackbox.chunk_file import Numbered, file_of
-from firmware_runtime.blackbox.found import recording_beside
-from firmware_runtime.blackbox.reader import kind_of, read_recording
-from firmware_runtime.blackbox.section import Kind
-from firmware_runtime.board.in_force import board_in_force
+from firmware_runtime.board.local_settings import board_in_force
 from firmware_runtime.devs.time import MILLISECOND, SECOND
 from firmware_runtime.devs.trace import trace
 from firmware_runtime.executive.clocks import MonotonicClock
-from firmware_runtime.exports.observed_run import Moment, missing_in, moments_of
-from firmware_runtime.recording.of_board import board_of
-from firmware_runtime.replay.verdict import WHOLE, Stretch
+from firmware_runtime.recording.blackbox.chunk_file import Numbered, file_of
+from firmware_runtime.recording.blackbox.locations import recording_beside
+from firmware_runtime.recording.blackbox.reader import kind_of, read_recording
+from firmware_runtime.recording.blackbox.section import Kind
+from firmware_runtime.recording.board_of_recording import board_of
+from firmware_runtime.recording.exports.observed_run import Moment, missing_in, moments_of
+from firmware_runtime.recording.replay.verdict import WHOLE, Stretch
 from firmware_runtime.runs.session import Session
 from firmware_runtime.runs.start import start_session
 from firmware_runtime.statistics.histogram import Histogram

@@ -7,8 +7,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from firmware_runtime.devs.time import MILLISECOND
-from firmware_runtime.exports.observed_run import Moment, Ran
-from firmware_runtime.exports.perfetto import chrome_trace
+from firmware_runtime.recording.exports.observed_run import Moment, Ran
+from firmware_runtime.recording.exports.perfetto import chrome_trace
 from firmware_runtime.statistics.late_watch import Late
 from tests.support.trace_rules import assert_sound, counter, slices
 from tests.support.written_run import WrittenRun

@@ -16,18 +16,19 @@ from firmware_runtime import (
     VirtualClock,
     open_board,
 )
-from firmware_runtime.blackbox.reader import read_recording
-from firmware_runtime.board import kinds, registry
+from firmware_runtime.board import installed as kinds
+from firmware_runtime.board import registry
 from firmware_runtime.board.assignments import assignments_of
-from firmware_runtime.board.in_force import PLACE
+from firmware_runtime.board.local_settings import PLACE
 from firmware_runtime.board.registry import Board, load
 from firmware_runtime.hal.served.client import ServedDoubles
-from firmware_runtime.recording.of_board import board_of
-from firmware_runtime.replay.verdict import replay
+from firmware_runtime.recording.blackbox.reader import read_recording
+from firmware_runtime.recording.board_of_recording import board_of
+from firmware_runtime.recording.replay.verdict import replay
 from firmware_runtime.runs import hardware
 from firmware_runtime.runs.arming import Permission
-from firmware_runtime.runs.lines import open_lines
 from firmware_runtime.runs.open_board import OpenBoard
+from firmware_runtime.runs.open_lines import open_lines
 from firmware_runtime.runs.start import start_session
 from firmware_runtime.statistics.paths import directories
 from sim_doubles.faults import FaultScript, NackAddress

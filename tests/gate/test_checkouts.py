@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from firmware_runtime.errors import ConfigError
-from firmware_runtime.gate.checkouts import checkouts
+from firmware_runtime.lab.gate.checkouts import checkouts
 
 
 def git(folder: Path, *words: str) -> str:

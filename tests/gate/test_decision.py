@@ -6,7 +6,7 @@ from math import log
 
 import pytest
 
-from firmware_runtime.gate.decision import (
+from firmware_runtime.lab.gate.decision import (
     ERROR,
     FEWEST_PAIRS,
     LOOKS,

@@ -16,11 +16,11 @@ import pytest
 
 from firmware_runtime.cli.commands import gate
 from firmware_runtime.cli.main import main
-from firmware_runtime.gate.checkouts import Checkout
-from firmware_runtime.gate.contestant import Contestant
-from firmware_runtime.gate.decision import Verdict
-from firmware_runtime.gate.gate import pass_gate
-from firmware_runtime.gate.pairs import Pair, Stretch, last_error, measured_pairs
+from firmware_runtime.lab.gate.checkouts import Checkout
+from firmware_runtime.lab.gate.contestant import Contestant
+from firmware_runtime.lab.gate.decision import Verdict
+from firmware_runtime.lab.gate.gate import pass_gate
+from firmware_runtime.lab.gate.pairs import Pair, Stretch, last_error, measured_pairs
 from tests.support.waiting import PATIENCE_S, wait_until
 
 Version = Callable[[str, int], Path]

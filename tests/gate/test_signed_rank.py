@@ -7,7 +7,7 @@ from statistics import StatisticsError
 
 import pytest
 
-from firmware_runtime.gate.decision import FEWEST_PAIRS, LEVEL, interval, p_greater
+from firmware_runtime.lab.gate.decision import FEWEST_PAIRS, LEVEL, interval, p_greater
 
 CRITICAL = {5: 0, 6: 2, 7: 3, 8: 5, 9: 8, 10: 10, 12: 17, 15: 30, 20: 60, 25: 100, 30: 151}
 """The largest smaller sum of ranks that is significant at 0.05, one-sided, by n; F. Wilcoxon and

@@ -5,7 +5,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from firmware_runtime.hal.accounted_bus import AccountedBus, BusCounters
-from firmware_runtime.hal.errors import (
+from firmware_runtime.hal.i2c import I2cBus, Message
+from firmware_runtime.hal.retry import ONE_ATTEMPT, RetryPolicy
+from firmware_runtime.hal.wire_errors import (
     ArbitrationLost,
     BusFault,
     BusTimeout,
@@ -13,8 +15,6 @@ from firmware_runtime.hal.errors import (
     NoAcknowledge,
     PortClosed,
 )
-from firmware_runtime.hal.i2c import I2cBus, Message
-from firmware_runtime.hal.retry import ONE_ATTEMPT, RetryPolicy
 from sim_doubles.clock import FollowingClock, ManualClock
 
 BUS_HZ = 400_000

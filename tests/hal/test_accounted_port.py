@@ -5,8 +5,8 @@ import pytest
 
 from firmware_runtime.hal.absent import AbsentPort
 from firmware_runtime.hal.accounted_port import AccountedPort
-from firmware_runtime.hal.errors import HalError
 from firmware_runtime.hal.serial import SerialPort
+from firmware_runtime.hal.wire_errors import HalError
 from sim_doubles.clock import FollowingClock, ManualClock
 
 BAUD = 9600

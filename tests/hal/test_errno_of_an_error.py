@@ -5,7 +5,7 @@ import os
 
 import pytest
 
-from firmware_runtime.hal.errors import errno_of, from_os_error
+from firmware_runtime.hal.wire_errors import errno_of, from_os_error
 
 
 @pytest.mark.parametrize("number", sorted(errno.errorcode))

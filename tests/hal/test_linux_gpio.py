@@ -11,8 +11,8 @@ from typing import Any
 import gpiod
 import pytest
 
-from firmware_runtime.hal.errors import BusAbsent, BusFault, BusInUse, PortClosed
 from firmware_runtime.hal.linux_gpio import open_enable_line
+from firmware_runtime.hal.wire_errors import BusAbsent, BusFault, BusInUse, PortClosed
 
 Value = gpiod.line.Value
 

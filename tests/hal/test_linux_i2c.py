@@ -11,7 +11,7 @@ import pytest
 import smbus2.smbus2
 
 from firmware_runtime.hal import linux
-from firmware_runtime.hal.errors import (
+from firmware_runtime.hal.wire_errors import (
     AddressInUse,
     ArbitrationLost,
     BusAbsent,

@@ -5,8 +5,8 @@ from pathlib import Path
 
 import pytest
 
-from firmware_runtime.hal.errors import BusAbsent
 from firmware_runtime.hal.linux import check_node
+from firmware_runtime.hal.wire_errors import BusAbsent
 
 
 def test_a_port_that_may_be_opened_is_left_as_it_was() -> None:

@@ -4,9 +4,9 @@ from collections.abc import Sequence
 
 import pytest
 
-from firmware_runtime.hal.errors import AddressInUse, BusTimeout, NoAcknowledge
 from firmware_runtime.hal.i2c import I2cBus, Message
 from firmware_runtime.hal.scan import ADDRESSES, READ_ONLY, State, scan
+from firmware_runtime.hal.wire_errors import AddressInUse, BusTimeout, NoAcknowledge
 from sim_doubles.chips.md25 import Md25Double
 from sim_doubles.chips.pca9685 import Pca9685Double
 from sim_doubles.faults import FaultScript, StuckSda

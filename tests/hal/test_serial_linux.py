@@ -9,8 +9,8 @@ from pathlib import Path
 
 import pytest
 
-from firmware_runtime.hal.errors import BusAbsent, BusFault, BusTimeout, PortClosed
 from firmware_runtime.hal.linux_serial import LinuxSerialPort, open_serial
+from firmware_runtime.hal.wire_errors import BusAbsent, BusFault, BusTimeout, PortClosed
 
 
 class Line:

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from firmware_runtime.errors import ConfigError
-from firmware_runtime.identification.identified import identify
-from firmware_runtime.identification.noise import noise_of
-from firmware_runtime.identification.plant import Numbers, PlantParameters
-from firmware_runtime.identification.regression import guesses
-from firmware_runtime.identification.series import Quantity, Series, checked
+from firmware_runtime.lab.identification.identified import identify
+from firmware_runtime.lab.identification.noise import noise_of
+from firmware_runtime.lab.identification.plant import Numbers, PlantParameters
+from firmware_runtime.lab.identification.recorded_series import Quantity, Series, checked
+from firmware_runtime.lab.identification.regression import guesses
 from tests.support.pushed_body import pushed_body
 
 PLANT = PlantParameters(0.075, 0.05, 0.03, 0.05, 0.043)

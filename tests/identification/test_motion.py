@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from firmware_runtime.identification.motion import Body, State, motion
-from firmware_runtime.identification.output_error import OutputError
-from firmware_runtime.identification.plant import Numbers, PlantParameters
-from firmware_runtime.identification.series import Series
-from firmware_runtime.identification.stretches import stretches_of
+from firmware_runtime.lab.identification.motion import Body, State, motion
+from firmware_runtime.lab.identification.output_error import OutputError
+from firmware_runtime.lab.identification.plant import Numbers, PlantParameters
+from firmware_runtime.lab.identification.recorded_series import Series
+from firmware_runtime.lab.identification.stretches import stretches_of
 from sim_doubles.worlds.swing import Swing
 from sim_doubles.worlds.transient import Transient
 from tests.support.pushed_body import pushed_body

@@ -6,14 +6,14 @@ from typing import Final
 import numpy as np
 import pytest
 
-from firmware_runtime.identification.identified import identify
-from firmware_runtime.identification.noise import WHITE, noise_of, random_walk
-from firmware_runtime.identification.output_error import EXCESS, OutputError
-from firmware_runtime.identification.plant import Numbers, PlantParameters
-from firmware_runtime.identification.profile import Profile
-from firmware_runtime.identification.regression import guesses
-from firmware_runtime.identification.search import Search
-from firmware_runtime.identification.series import Series
+from firmware_runtime.lab.identification.identified import identify
+from firmware_runtime.lab.identification.noise import WHITE, noise_of, random_walk
+from firmware_runtime.lab.identification.output_error import EXCESS, OutputError
+from firmware_runtime.lab.identification.plant import Numbers, PlantParameters
+from firmware_runtime.lab.identification.profile import Profile
+from firmware_runtime.lab.identification.recorded_series import Series
+from firmware_runtime.lab.identification.regression import guesses
+from firmware_runtime.lab.identification.search import Search
 from tests.support.drawn_plants import LAG_S, drawn
 from tests.support.pushed_body import pushed_body
 

@@ -5,10 +5,10 @@ import socket
 import pytest
 
 from firmware_runtime.errors import ConfigError
+from firmware_runtime.lab.stages.path_process import PathProcess
 from firmware_runtime.links.cut.impaired_path import ImpairedPath
 from firmware_runtime.links.cut.impairment import Decisions, Impairment
 from firmware_runtime.links.endpoint import Endpoint, bound, endpoint
-from firmware_runtime.stages.path_process import PathProcess
 from tests.support.waiting import PATIENCE_S
 
 LOSSY = Impairment(loss=0.5, seed=3)

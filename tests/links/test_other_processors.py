@@ -17,7 +17,7 @@ from tests.support.waiting import wait_until
 ALL = os.sched_getaffinity(0)
 GIVEN = min(ALL)
 OTHERS = ALL - {GIVEN} or ALL
-SHIPPED = Path(__file__).parents[2] / "boards/tachobot/board.toml"
+SHIPPED = Path(__file__).parents[2] / "boards/firmware_boards/tachobot/board.toml"
 
 
 class Beside:

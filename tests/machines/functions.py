@@ -13,7 +13,7 @@ from array import array
 from collections.abc import Callable, Iterable, Sequence
 from typing import Final
 
-from firmware_runtime import elementary
+from firmware_runtime.system import elementary
 
 COUNT: Final = 100_000
 OURS: Final = ("sin", "cos", "atan2", "hypot", "exp", "expm1")

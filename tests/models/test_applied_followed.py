@@ -3,10 +3,10 @@
 from typing import Any
 
 import pytest
+from firmware_boards.tachobot.allocation import Allocation
+from firmware_boards.tachobot.attitude import Attitude
+from firmware_drivers.chips.mpu9250_burst import InertialSample
 
-from boards.tachobot.allocation import Allocation
-from boards.tachobot.attitude import Attitude
-from drivers.chips.mpu9250_burst import InertialSample
 from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.simulator import Simulator

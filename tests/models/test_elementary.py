@@ -4,7 +4,7 @@ from collections.abc import Callable, Iterator
 
 import pytest
 
-from firmware_runtime import elementary
+from firmware_runtime.system import elementary
 from tests.machines.functions import digests
 from tests.support.true_values import units_off
 

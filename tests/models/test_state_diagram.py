@@ -5,7 +5,7 @@ from typing import ClassVar
 import pytest
 
 from firmware_runtime.devs.coupled import Coupled
-from firmware_runtime.devs.errors import ModelFailure
+from firmware_runtime.devs.model_errors import ModelFailure
 from firmware_runtime.devs.simulator import Simulator
 from firmware_runtime.devs.time import MILLISECOND, NEVER
 from firmware_runtime.models.state_diagram import StateDiagram

@@ -7,13 +7,13 @@ import adafruit_ads1x15
 import adafruit_motorkit
 import adafruit_pca9685
 import pytest
+from firmware_drivers.chips.step import Step
+from firmware_drivers.circuitpython import Busio, CircuitPythonSensor, driver_calls
+from firmware_drivers.hardware import HardwareModel
 
-from drivers.chips.step import Step
-from drivers.circuitpython import Busio, CircuitPythonSensor, driver_calls
-from drivers.hardware import HardwareModel
 from firmware_runtime.devs.time import MILLISECOND
-from firmware_runtime.hal.errors import HalError
 from firmware_runtime.hal.i2c import I2cBus
+from firmware_runtime.hal.wire_errors import HalError
 from sim_doubles.chips.ads1115 import Ads1115Double
 from sim_doubles.chips.pca9685 import Pca9685Double
 from sim_doubles.faults import FaultScript, NackAddress

@@ -14,7 +14,6 @@ from pathlib import Path
 import pytest
 from prometheus_client.parser import text_string_to_metric_families
 
-from firmware_runtime import extras
 from firmware_runtime.cli.main import main
 from firmware_runtime.devs.time import MILLISECOND, SECOND
 from firmware_runtime.errors import ConfigError
@@ -30,6 +29,7 @@ from firmware_runtime.statistics.prometheus.collector import (
     text_of,
 )
 from firmware_runtime.statistics.prometheus.families import BOUNDS
+from firmware_runtime.system import extras
 from tests.support.executives import Run
 from tests.support.phased_models import FIFTY_HZ, Phased
 from tests.support.waiting import PATIENCE_S

@@ -10,9 +10,9 @@ from typing import Any
 
 import pytest
 
-from firmware_runtime.blackbox.state import differences, rows
-from firmware_runtime.blackbox.state.keyframes import ForeignState, StateTable
 from firmware_runtime.recording import records, value_reader, value_writer, values
+from firmware_runtime.recording.blackbox.state import differences, rows
+from firmware_runtime.recording.blackbox.state.keyframes import ForeignState, StateTable
 from firmware_runtime.recording.values import Reader, pack, unpack
 from tests.blackbox.test_keyframes import VALUES
 from tests.blackbox.test_refused_states import HOSTILE

@@ -6,7 +6,7 @@ import pytest
 
 from firmware_runtime.board import registry
 from firmware_runtime.errors import ConfigError
-from firmware_runtime.recording.of_board import board_of_table
+from firmware_runtime.recording.board_of_recording import board_of_table
 
 
 def test_a_key_that_the_code_no_longer_has_is_named_with_the_run_and_not_with_a_passing_file() -> (

@@ -7,11 +7,11 @@ from typing import NamedTuple
 import msgspec
 import numpy as np
 import pytest
+from firmware_drivers.fault import Fault
+from firmware_drivers.thrust_pairs import Forces
 from hypothesis import given
 from hypothesis import strategies as st
 
-from drivers.fault import Fault
-from drivers.thrust_pairs import Forces
 from firmware_runtime.models.motion import Motion
 from firmware_runtime.recording.values import UnknownValue, encoded, made, unpack
 
@@ -88,8 +88,8 @@ def test_what_cannot_be_written_down_is_refused(value: object) -> None:
         {"os:system": ["true"]},
         {"subprocess:Popen": ["true"]},
         {"sys:modules.os.system": ["true"]},
-        {"drivers.thrust_pairs:Forces": [1.0]},
-        {"drivers.thrust_pairs:math.pi": []},
+        {"firmware_drivers.thrust_pairs:Forces": [1.0]},
+        {"firmware_drivers.thrust_pairs:math.pi": []},
         {"no_such_module:Thing": []},
         {"array": ["|O", [1], b"\0" * 8]},
         {"tests.recording:Colour": ["BLUE"]},

@@ -10,20 +10,20 @@ from typing import Any
 
 import numpy as np
 import pytest
+from firmware_boards.tachobot.allocation import Allocation
+from firmware_drivers.thrust_pairs import Forces
 
-from boards.tachobot.allocation import Allocation
-from drivers.thrust_pairs import Forces
-from firmware_runtime.blackbox import keyframe_schedule
-from firmware_runtime.blackbox.reader import read_recording
-from firmware_runtime.blackbox.section import Kind, decode, sent_of
 from firmware_runtime.cli.main import main
-from firmware_runtime.debugger.travel import Travel
 from firmware_runtime.devs.time import MILLISECOND, SECOND
-from firmware_runtime.recording import chance
-from firmware_runtime.recording.of_board import board_of_table
+from firmware_runtime.host.scaffold.robot import write_robot
+from firmware_runtime.recording import random_state as chance
+from firmware_runtime.recording.blackbox import keyframe_schedule
+from firmware_runtime.recording.blackbox.reader import read_recording
+from firmware_runtime.recording.blackbox.section import Kind, decode, sent_of
+from firmware_runtime.recording.board_of_recording import board_of_table
+from firmware_runtime.recording.debugger.travel import Travel
+from firmware_runtime.recording.replay.verdict import Stretch, replay
 from firmware_runtime.recording.values import unpack
-from firmware_runtime.replay.verdict import Stretch, replay
-from firmware_runtime.scaffold.robot import write_robot
 from tests.support.recorded import every_section, record
 from tests.support.replayed import check_identical, replayed
 from tests.support.written_package import as_installed
@@ -192,7 +192,7 @@ def test_places_are_put_back_and_what_is_none_is_left_alone() -> None:
 LATE = """
 import os
 import numpy as np
-from firmware_runtime.recording import chance
+from firmware_runtime.recording import random_state as chance
 
 stood = chance.places()
 stood[3] = None

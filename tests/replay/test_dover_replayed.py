@@ -4,13 +4,13 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from firmware_boards.tachobot.wiring import Tachobot
 
-from boards.tachobot.wiring import Tachobot
-from firmware_runtime.blackbox.reader import read_recording
-from firmware_runtime.board.in_force import board_in_force
+from firmware_runtime.board.local_settings import board_in_force
 from firmware_runtime.devs.time import MILLISECOND
 from firmware_runtime.executive.clocks import MonotonicClock
 from firmware_runtime.models.dover import RcvDover, SndDover
+from firmware_runtime.recording.blackbox.reader import read_recording
 from firmware_runtime.runs.start import start_session
 from tests.support.linked_runs import free_port
 from tests.support.replayed import check_identical

@@ -6,24 +6,24 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from firmware_boards.tachobot.allocation import Allocation
+from firmware_drivers.chips.mpu9250 import Mpu9250
+from firmware_drivers.chips.pca9685 import Pca9685
 
-from boards.tachobot.allocation import Allocation
-from drivers.chips.mpu9250 import Mpu9250
-from drivers.chips.pca9685 import Pca9685
-from firmware_runtime.blackbox.found import (
-    find_recording,
-    recording_of_virtual_run,
-)
-from firmware_runtime.blackbox.reader import read_recording
 from firmware_runtime.board import registry
 from firmware_runtime.board.robot import Robot
 from firmware_runtime.cli.main import main
-from firmware_runtime.devs.errors import ModelError
+from firmware_runtime.devs.model_errors import ModelError
 from firmware_runtime.errors import FirmwareRuntimeError, text_of
 from firmware_runtime.executive.clocks import VirtualClock
-from firmware_runtime.hal.errors import BusFault, HalError
-from firmware_runtime.recording.of_board import board_of_table
-from firmware_runtime.replay.verdict import Verdict, replay
+from firmware_runtime.hal.wire_errors import BusFault, HalError
+from firmware_runtime.recording.blackbox.locations import (
+    find_recording,
+    recording_of_virtual_run,
+)
+from firmware_runtime.recording.blackbox.reader import read_recording
+from firmware_runtime.recording.board_of_recording import board_of_table
+from firmware_runtime.recording.replay.verdict import Verdict, replay
 from firmware_runtime.runs import failed_start
 from firmware_runtime.runs.hardware import Hardware
 from firmware_runtime.runs.recorded_edge import RecordedEdge

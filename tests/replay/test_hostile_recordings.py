@@ -7,13 +7,13 @@ from pathlib import Path
 
 import pytest
 
-from firmware_runtime.blackbox import keyframe_schedule
-from firmware_runtime.blackbox.chunk_file import Numbered, file_of
-from firmware_runtime.blackbox.reader import read_recording
-from firmware_runtime.blackbox.section import Kind, encode
 from firmware_runtime.devs.time import MILLISECOND
 from firmware_runtime.errors import ConfigError
-from firmware_runtime.recording.of_board import board_of_table
+from firmware_runtime.recording.blackbox import keyframe_schedule
+from firmware_runtime.recording.blackbox.chunk_file import Numbered, file_of
+from firmware_runtime.recording.blackbox.reader import read_recording
+from firmware_runtime.recording.blackbox.section import Kind, encode
+from firmware_runtime.recording.board_of_recording import board_of_table
 from tests.support.mutated import VERBS, fault_of, mutations
 from tests.support.recorded import every_section, in_chunks, record
 

@@ -4,10 +4,10 @@ from pathlib import Path
 
 import pytest
 
-from firmware_runtime.blackbox.reader import read_recording
 from firmware_runtime.devs.trace import trace
-from firmware_runtime.recording.of_board import board_of_table
-from firmware_runtime.replay.verdict import replay
+from firmware_runtime.recording.blackbox.reader import read_recording
+from firmware_runtime.recording.board_of_recording import board_of_table
+from firmware_runtime.recording.replay.verdict import replay
 from firmware_runtime.runs.session import Session
 from tests.support.recorded import every_section, record
 

@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
+from firmware_drivers.thrust_pairs import Forces
 
-from drivers.thrust_pairs import Forces
+from firmware_runtime.recording.replay.outputs import leaves
 from firmware_runtime.recording.values import plain
-from firmware_runtime.replay.outputs import leaves
 
 
 @pytest.mark.parametrize(

@@ -9,11 +9,11 @@ from typing import Any
 import msgspec
 import pytest
 
-from firmware_runtime.blackbox.chunk_file import Numbered, file_of
-from firmware_runtime.blackbox.reader import read_recording
-from firmware_runtime.blackbox.section import Kind, decode, encode, sent_of
-from firmware_runtime.recording.of_board import board_of
-from firmware_runtime.replay.verdict import replay
+from firmware_runtime.recording.blackbox.chunk_file import Numbered, file_of
+from firmware_runtime.recording.blackbox.reader import read_recording
+from firmware_runtime.recording.blackbox.section import Kind, decode, encode, sent_of
+from firmware_runtime.recording.board_of_recording import board_of
+from firmware_runtime.recording.replay.verdict import replay
 from tests.support.recorded import every_section, record
 
 PLACES = 25

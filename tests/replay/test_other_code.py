@@ -6,14 +6,14 @@ from typing import Any
 
 import pytest
 
-from firmware_runtime.blackbox.reader import Recording, read_recording
 from firmware_runtime.board.registry import Board
-from firmware_runtime.debugger.travel import Travel
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.models.pid import Pid
-from firmware_runtime.recording.of_board import board_of_table
-from firmware_runtime.replay.verdict import Stretch, replay
+from firmware_runtime.recording.blackbox.reader import Recording, read_recording
+from firmware_runtime.recording.board_of_recording import board_of_table
+from firmware_runtime.recording.debugger.travel import Travel
+from firmware_runtime.recording.replay.verdict import Stretch, replay
 from tests.support.recorded import record
 
 pytestmark = pytest.mark.slow

@@ -14,14 +14,14 @@ from typing import Any
 
 import pytest
 
-from firmware_runtime.blackbox.reader import read_recording
-from firmware_runtime.board.in_force import board_in_force
+from firmware_runtime.board.local_settings import board_in_force
 from firmware_runtime.devs.time import MILLISECOND, SECOND
 from firmware_runtime.executive.clocks import MonotonicClock
 from firmware_runtime.hal import linux
 from firmware_runtime.hal.linux_serial import open_serial
+from firmware_runtime.recording.blackbox.reader import read_recording
 from firmware_runtime.runs import hardware
-from firmware_runtime.runs.lines import open_lines
+from firmware_runtime.runs.open_lines import open_lines
 from firmware_runtime.runs.start import start_session
 from sim_doubles.faults import AdapterError, FaultScript
 from sim_doubles.rigs.rig import rig_for

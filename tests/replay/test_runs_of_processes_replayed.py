@@ -10,9 +10,9 @@ from typing import Any
 import pytest
 
 from firmware_runtime import open_board
-from firmware_runtime.blackbox.reader import read_recording
-from firmware_runtime.blackbox.section import Kind
-from firmware_runtime.board import kinds
+from firmware_runtime.board import installed as kinds
+from firmware_runtime.recording.blackbox.reader import read_recording
+from firmware_runtime.recording.blackbox.section import Kind
 from tests.support.guarded_run import GuardedRun, guarded_run
 from tests.support.linked_runs import linked
 from tests.support.replayed import check_identical

@@ -5,21 +5,21 @@ from pathlib import Path
 
 import msgspec
 import pytest
+from firmware_boards.tachobot.allocation import Allocation
 
-from boards.tachobot.allocation import Allocation
-from firmware_runtime.blackbox.chunk_file import Numbered, file_of
-from firmware_runtime.blackbox.layout import CHUNK, PREFIX_SIZE
-from firmware_runtime.blackbox.reader import read_recording
-from firmware_runtime.blackbox.section import decode
-from firmware_runtime.board.in_force import board_in_force
-from firmware_runtime.devs.errors import ModelError
+from firmware_runtime.board.local_settings import board_in_force
+from firmware_runtime.devs.model_errors import ModelError
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.executive.outcome import Outcome
-from firmware_runtime.hal.errors import NoAcknowledge
 from firmware_runtime.hal.i2c import Message
-from firmware_runtime.recording.of_board import board_of_table
-from firmware_runtime.replay.verdict import Stretch, Verdict, replay
+from firmware_runtime.hal.wire_errors import NoAcknowledge
+from firmware_runtime.recording.blackbox.chunk_file import Numbered, file_of
+from firmware_runtime.recording.blackbox.layout import CHUNK, PREFIX_SIZE
+from firmware_runtime.recording.blackbox.reader import read_recording
+from firmware_runtime.recording.blackbox.section import decode
+from firmware_runtime.recording.board_of_recording import board_of_table
+from firmware_runtime.recording.replay.verdict import Stretch, Verdict, replay
 from firmware_runtime.runs.session import Session
 from tests.support.recorded import record as record_run
 

@@ -4,9 +4,9 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from firmware_boards.tachobot.allocation import Allocation
 
-from boards.tachobot.allocation import Allocation
-from firmware_runtime.replay.difference import Difference, model_and_field
+from firmware_runtime.recording.replay.difference import Difference, model_and_field
 from tests.support.recorded import record
 from tests.support.replayed import check_identical, replayed
 

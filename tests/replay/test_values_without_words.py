@@ -6,19 +6,19 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from firmware_boards.tachobot.allocation import Allocation
+from firmware_drivers.thrust_pairs import Forces
 
-from boards.tachobot.allocation import Allocation
-from drivers.thrust_pairs import Forces
-from firmware_runtime.blackbox.section import (
+from firmware_runtime.cli.main import main
+from firmware_runtime.recording.blackbox.section import (
     Section,
     count_of_unknown,
     decode,
     encode_in_words,
     sent_of,
 )
-from firmware_runtime.cli.main import main
-from firmware_runtime.exports.typed_values import values_in
-from firmware_runtime.replay.difference import Difference
+from firmware_runtime.recording.exports.typed_values import values_in
+from firmware_runtime.recording.replay.difference import Difference
 from firmware_runtime.status import Status
 from tests.support.recorded import record
 

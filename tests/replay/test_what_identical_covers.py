@@ -14,22 +14,22 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
+from firmware_boards.tachobot.allocation import Allocation
 from msgspec import Struct
 
-from boards.tachobot.allocation import Allocation
-from firmware_runtime.blackbox.reader import read_recording
 from firmware_runtime.cli.main import main
 from firmware_runtime.devs.ports import OutPort, Owner
 from firmware_runtime.devs.tapped_ports import Sent, tap
 from firmware_runtime.devs.time import SECOND
+from firmware_runtime.recording.blackbox.reader import read_recording
+from firmware_runtime.recording.board_of_recording import board_of_table
 from firmware_runtime.recording.classes import (
     MOST_WORDS,
     NotedClasses,
     ReadClasses,
 )
-from firmware_runtime.recording.of_board import board_of_table
-from firmware_runtime.replay.difference import Difference
-from firmware_runtime.replay.verdict import Verdict, replay
+from firmware_runtime.recording.replay.difference import Difference
+from firmware_runtime.recording.replay.verdict import Verdict, replay
 from firmware_runtime.status import Status
 from tests.support.recorded import record
 

@@ -4,10 +4,10 @@ import math
 from typing import Any
 
 import pytest
+from firmware_drivers.chips.md25 import Md25Report
+from firmware_drivers.chips.mpu9250_burst import InertialSample
+from firmware_drivers.differential_drive import Velocity
 
-from drivers.chips.md25 import Md25Report
-from drivers.chips.mpu9250_burst import InertialSample
-from drivers.differential_drive import Velocity
 from firmware_runtime.board.ros.conventions import Convention, conventions
 from firmware_runtime.board.ros.plain_types import plain_convention
 from firmware_runtime.links.ros2.messages import message_of, stamp, stamp_of

@@ -18,8 +18,8 @@ from typing import Any
 import numpy as np
 import pytest
 
+from firmware_runtime.board.ros.topic_table import table_of
 from firmware_runtime.board.ros.topics import topics
-from firmware_runtime.board.ros.written import table_of
 from firmware_runtime.board.settings import RosSettings
 from tests.support.bridged_run import line
 from tests.support.referee import Referee, bytes_of, made, part, read, take_all, type_hash

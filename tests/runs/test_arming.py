@@ -7,7 +7,7 @@ from firmware_runtime.executive.clocks import VirtualClock
 from firmware_runtime.executive.configuration import Configuration
 from firmware_runtime.executive.executive import Executive
 from firmware_runtime.executive.outcome import OFF_AGAIN_EVERY
-from firmware_runtime.hal.errors import BusFault, HalError
+from firmware_runtime.hal.wire_errors import BusFault, HalError
 from firmware_runtime.runs import arming
 from firmware_runtime.runs.arming import GUARD_TIMEOUT, Arming, Permission
 from firmware_runtime.statistics.layout import ACKNOWLEDGED, ARMED, EPOCH, GUARD

@@ -12,7 +12,7 @@ from typing import Any
 import pytest
 
 from firmware_runtime.devs.time import SECOND
-from firmware_runtime.hal.errors import BusAbsent
+from firmware_runtime.hal.wire_errors import BusAbsent
 from firmware_runtime.runs.guard import Guard, Phase
 from firmware_runtime.statistics.file import StatisticsFile
 from firmware_runtime.statistics.layout import ACKNOWLEDGED, EPOCH, GUARD, HEARTBEAT, STATE, Layout

@@ -6,9 +6,10 @@ from pathlib import Path
 
 import pytest
 
-from firmware_runtime.board import kinds, registry
+from firmware_runtime.board import installed as kinds
+from firmware_runtime.board import registry
 from firmware_runtime.errors import ConfigError
-from firmware_runtime.host.errors import StepFailed
+from firmware_runtime.host.host_errors import StepFailed
 from firmware_runtime.host.installation.places import settings_path
 from firmware_runtime.host.installation.target import Target
 from firmware_runtime.host.installation.tree import Tree

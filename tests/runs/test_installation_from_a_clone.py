@@ -50,7 +50,7 @@ def test_two_commands_install_a_board_below_a_root(clone: Path, tmp_path: Path) 
     ended = subprocess.run(words, cwd=tmp_path, capture_output=True, text=True, check=False)
     assert (ended.returncode, ended.stderr) == (0, "")
     for path, shipped in (
-        (settings_path("detective"), "boards/detective/board.toml"),
+        (settings_path("detective"), "boards/firmware_boards/detective/board.toml"),
         (unit_path("firmware-runtime"), "systemd/firmware-runtime@.service"),
         (unit_path("firmware-runtime-guard"), "systemd/firmware-runtime-guard@.service"),
     ):

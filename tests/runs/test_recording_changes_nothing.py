@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from firmware_runtime.board.in_force import board_in_force
+from firmware_runtime.board.local_settings import board_in_force
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.executive.clocks import VirtualClock
 from firmware_runtime.runs.start import start_session

@@ -3,9 +3,10 @@
 from pathlib import Path
 
 import pytest
+from firmware_drivers.thrust_pairs import ThrustPairs
 
-from drivers.thrust_pairs import ThrustPairs
-from firmware_runtime.board import kinds, registry
+from firmware_runtime.board import installed as kinds
+from firmware_runtime.board import registry
 from firmware_runtime.devs.time import MILLISECOND
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.executive.clocks import VirtualClock

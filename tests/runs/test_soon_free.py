@@ -2,9 +2,9 @@
 
 import pytest
 
-from firmware_runtime.hal.errors import BusInUse
-from firmware_runtime.runs.lines import soon_free
-from firmware_runtime.system import tried_again
+from firmware_runtime.hal.wire_errors import BusInUse
+from firmware_runtime.runs.open_lines import soon_free
+from firmware_runtime.system import short_retry as tried_again
 
 
 def test_what_another_process_lets_go_is_taken(monkeypatch: pytest.MonkeyPatch) -> None:

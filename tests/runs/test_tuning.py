@@ -1,13 +1,13 @@
 """Gains and limits changed while a robot runs: all of them, or none."""
 
 import pytest
+from firmware_boards.detective.definition import BOARD as DETECTIVE
+from firmware_boards.tachobot.settings import TachobotSettings
 
-from boards.detective.definition import BOARD as DETECTIVE
-from boards.tachobot.settings import TachobotSettings
 from firmware_runtime.board import registry
-from firmware_runtime.board.described import described
 from firmware_runtime.board.retuning import retunable_values
-from firmware_runtime.devs.errors import ModelError
+from firmware_runtime.board.setting_descriptions import described
+from firmware_runtime.devs.model_errors import ModelError
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.executive.clocks import VirtualClock
 from firmware_runtime.runs.start import start_session

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from firmware_runtime.board import kinds
+from firmware_runtime.board import installed as kinds
 from firmware_runtime.devs.time import MILLISECOND
 from firmware_runtime.host.installation.places import (
     GUARD,

@@ -15,7 +15,7 @@ pytestmark = pytest.mark.slow
 PROGRAM = """
 import sys
 from msgspec.structs import replace
-from boards.tachobot import definition
+from firmware_boards.tachobot import definition
 definition.BOARD = replace(definition.BOARD, inputs={"yaw_reference": 0.5})
 from firmware_runtime.cli.main import main
 sys.exit(main(sys.argv[1:]))

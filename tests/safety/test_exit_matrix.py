@@ -41,7 +41,7 @@ line = 17
 BROKEN_MODEL = """
 import sys
 from firmware_runtime.cli.main import main
-from boards.tachobot.attitude import Attitude
+from firmware_boards.tachobot.attitude import Attitude
 from pathlib import Path
 from time import monotonic_ns
 whole = Attitude.external
@@ -57,7 +57,7 @@ sys.exit(main(sys.argv[1:]))
 BROKEN_DRIVER = """
 import sys
 from firmware_runtime.cli.main import main
-from drivers.chips.mpu9250 import Mpu9250
+from firmware_drivers.chips.mpu9250 import Mpu9250
 from pathlib import Path
 from time import monotonic_ns
 whole = Mpu9250.read_sample
@@ -153,7 +153,7 @@ def test_a_hang_and_what_comes_back_from_it(tmp_path: Path, table: SafetyTable) 
 
 
 def test_a_broken_file_at_sighup_changes_nothing(tmp_path: Path) -> None:
-    source = Path("boards/tachobot/board.toml").read_text()
+    source = Path("boards/firmware_boards/tachobot/board.toml").read_text()
     board = tmp_path / "board.toml"
     board.write_text(source)
     with guarded_run(tmp_path, board=str(board), guard=False, words=PATIENT) as run:
@@ -255,7 +255,7 @@ def test_an_enable_line_needs_no_guard(
 ) -> None:
     """The kernel frees the line of a process that ends; the resistor at OE does the rest."""
     board = tmp_path / "board.toml"
-    board.write_text(Path("boards/tachobot/board.toml").read_text() + ENABLE_LINE)
+    board.write_text(Path("boards/firmware_boards/tachobot/board.toml").read_text() + ENABLE_LINE)
     with guarded_run(tmp_path, board=str(board), guard=False) as run:
         took = run.until_off_ms(run.signal(number))
         run.run.wait(PATIENCE_S)

@@ -8,7 +8,7 @@ import pytest
 
 from firmware_runtime.board import registry
 from firmware_runtime.links.control import ask
-from firmware_runtime.links.errors import ControlError
+from firmware_runtime.links.link_errors import ControlError
 from firmware_runtime.runs.safe_state import SafeState
 from tests.support.guarded_run import UNHURRIED, GuardedRun, guarded_run, wait_until
 from tests.support.trials import TURNING
@@ -43,8 +43,8 @@ sys.exit(main(sys.argv[1:]))
 BROKEN_END = """
 import resource, sys
 from pathlib import Path
-from boards.tachobot import definition
-from boards.tachobot.wiring import Tachobot
+from firmware_boards.tachobot import definition
+from firmware_boards.tachobot.wiring import Tachobot
 from firmware_runtime.devs.atomic import Atomic
 
 class Failing(Atomic):

@@ -15,9 +15,8 @@ from random import Random
 from typing import Any, get_args, get_type_hints
 
 import pytest
+from firmware_drivers.hardware import HardwareModel
 
-from drivers.hardware import HardwareModel
-from firmware_runtime import scaffold
 from firmware_runtime.board import registry
 from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.checked import snapshot
@@ -28,6 +27,7 @@ from firmware_runtime.devs.ports import InPort
 from firmware_runtime.devs.simulator import Simulator
 from firmware_runtime.devs.time import MILLISECOND, SECOND
 from firmware_runtime.executive.clocks import VirtualClock
+from firmware_runtime.host import scaffold
 from firmware_runtime.models.motion import Motion
 from firmware_runtime.models.pid import Pid, PidGains
 from firmware_runtime.runs.start import start_session

@@ -24,13 +24,13 @@ def become_ordinary():
 """
 """What root is not kept from, another user is."""
 LOOK = f"""{ORDINARY}
-from firmware_runtime.runs.runs_under_way import is_driven
+from firmware_runtime.runs.active_runs import is_driven
 become_ordinary()
 print(is_driven(sys.argv[1:]))
 """
 LOCK = f"""{ORDINARY}
 from pathlib import Path
-from firmware_runtime.hal.errors import HalError
+from firmware_runtime.hal.wire_errors import HalError
 from firmware_runtime.hal.served.connection import Connection
 connection = Connection(Path(sys.argv[1]))
 become_ordinary()

@@ -23,7 +23,7 @@ STRANGER = """
 import sys
 from pathlib import Path
 from time import sleep
-from drivers.chips.pca9685 import Pca9685
+from firmware_drivers.chips.pca9685 import Pca9685
 from firmware_runtime.hal.served.client import ServedBus
 from firmware_runtime.hal.served.connection import Connection
 chip = Pca9685(ServedBus("i2c1", Connection(Path(sys.argv[1])).ask))

@@ -25,8 +25,8 @@ import sys
 from pathlib import Path
 from subprocess import DEVNULL
 from time import monotonic_ns
-from boards.tachobot import definition
-from boards.tachobot.wiring import Tachobot
+from firmware_boards.tachobot import definition
+from firmware_boards.tachobot.wiring import Tachobot
 from firmware_runtime.devs.atomic import Atomic
 
 class Spinning(Atomic):

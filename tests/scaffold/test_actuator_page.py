@@ -5,8 +5,8 @@ import shlex
 from pathlib import Path
 
 import pytest
+from firmware_drivers.actuator import Actuator
 
-from drivers.actuator import Actuator
 from tests.support.pages import PROJECT, files_of
 from tests.support.written_package import WrittenPackage, as_installed
 

@@ -8,7 +8,7 @@ import pytest
 
 from firmware_runtime.cli.main import main
 from firmware_runtime.errors import ConfigError
-from firmware_runtime.scaffold.chip import write_chip
+from firmware_runtime.host.scaffold.chip import write_chip
 from tests.support.table_chip import ABOVE_FLAGS, EIGHT_BITS, WORDS
 from tests.support.written_package import as_installed
 
@@ -103,7 +103,9 @@ def test_the_command_line_knows_the_chip_once_it_is_installed(tmp_path: Path) ->
     refused = package.command("doubles", "usbip", "--chip", "light@0x10")
     assert refused.returncode == 2
     assert "expected 0x29, 0x39" in refused.stderr
-    page = package.python("-m", "firmware_runtime.scaffold.register_page", "light/registers.toml")
+    page = package.python(
+        "-m", "firmware_runtime.host.scaffold.register_page", "light/registers.toml"
+    )
     assert page.stdout == (tmp_path / "light" / "REGISTERS.md").read_text()
 
 

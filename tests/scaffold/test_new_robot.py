@@ -6,9 +6,9 @@ import pytest
 
 from firmware_runtime.cli.main import main
 from firmware_runtime.errors import ConfigError
-from firmware_runtime.scaffold.names import class_name
-from firmware_runtime.scaffold.package import write_package
-from firmware_runtime.scaffold.robot import write_robot
+from firmware_runtime.host.scaffold.names import class_name
+from firmware_runtime.host.scaffold.package import write_package
+from firmware_runtime.host.scaffold.robot import write_robot
 from tests.support.written_package import as_installed
 
 

@@ -4,10 +4,10 @@ from pathlib import Path
 
 import pytest
 
+from firmware_runtime.board.registers.register_file import load_table, parse_table
 from firmware_runtime.errors import ConfigError
-from firmware_runtime.registers.table_file import load_table, parse_table
-from firmware_runtime.scaffold import register_page
-from firmware_runtime.scaffold.register_page import page
+from firmware_runtime.host.scaffold import register_page
+from firmware_runtime.host.scaffold.register_page import page
 from sim_doubles.chips.register_table_double import RegisterTableDouble
 from sim_doubles.i2c_bus import I2cBusDouble
 from tests.support.table_chip import ABOVE_FLAGS, EIGHT_BITS, WORDS, table_of

@@ -1,6 +1,6 @@
 import pytest
 
-from firmware_runtime.hal.errors import NoAcknowledge
+from firmware_runtime.hal.wire_errors import NoAcknowledge
 from sim_doubles.chips.ads1115 import Ads1115Double
 from sim_doubles.clock import ManualClock
 from sim_doubles.i2c_bus import I2cBusDouble

@@ -10,7 +10,7 @@ from xml.etree import ElementTree as ET
 import pytest
 
 from firmware_runtime.devs.time import MILLISECOND, SECOND
-from firmware_runtime.diagram.picture_file import require_renderer, write_picture
+from firmware_runtime.view.diagram.picture_file import require_renderer, write_picture
 from sim_doubles.worlds.arena import ArenaParameters
 from sim_doubles.worlds.arena_log import ArenaLog, Stay
 from sim_doubles.worlds.arena_picture import draw_run

@@ -3,9 +3,9 @@
 from collections.abc import Iterator, Sequence
 
 import pytest
+from firmware_drivers.chips.step import Step
 
-from drivers.chips.step import Step
-from firmware_runtime.hal.errors import NoAcknowledge
+from firmware_runtime.hal.wire_errors import NoAcknowledge
 from sim_doubles.contract import chip
 from sim_doubles.contract.chip import CHECKS, Check
 from sim_doubles.contract.expectation import expect_raised

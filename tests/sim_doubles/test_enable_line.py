@@ -5,9 +5,9 @@ from pathlib import Path
 
 import pytest
 
-from firmware_runtime.hal.errors import AddressInUse, BusAbsent, PortClosed
 from firmware_runtime.hal.served.client import ServedEnableLine
 from firmware_runtime.hal.served.packets import Enable, Failed, Question, encode, read_answer
+from firmware_runtime.hal.wire_errors import AddressInUse, BusAbsent, PortClosed
 from sim_doubles.rigs.tachobot import TachobotRig
 from tests.support.served_rig import ServedRig, lines_of, served_rig
 

@@ -7,9 +7,9 @@ from threading import Thread
 
 import pytest
 
-from firmware_runtime.hal.errors import BusFault
 from firmware_runtime.hal.served.connection import Connection
 from firmware_runtime.hal.served.packets import Look
+from firmware_runtime.hal.wire_errors import BusFault
 from tests.support.waiting import PATIENCE_S
 
 

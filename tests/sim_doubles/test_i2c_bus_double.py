@@ -4,7 +4,7 @@ import errno
 
 import pytest
 
-from firmware_runtime.hal.errors import BusFault, HalError, NoAcknowledge, PortClosed
+from firmware_runtime.hal.wire_errors import BusFault, HalError, NoAcknowledge, PortClosed
 from sim_doubles.clock import ManualClock
 from sim_doubles.faults import FaultScript, StuckSda
 from sim_doubles.i2c_bus import I2cBusDouble, Target

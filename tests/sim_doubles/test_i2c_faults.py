@@ -4,7 +4,7 @@ import errno
 
 import pytest
 
-from firmware_runtime.hal.errors import (
+from firmware_runtime.hal.wire_errors import (
     ArbitrationLost,
     BusFault,
     BusTimeout,

@@ -5,7 +5,7 @@ from struct import unpack
 
 import pytest
 
-from firmware_runtime.hal.errors import NoAcknowledge
+from firmware_runtime.hal.wire_errors import NoAcknowledge
 from sim_doubles.chips.md25 import Md25Double
 from sim_doubles.clock import ManualClock
 from sim_doubles.i2c_bus import I2cBusDouble

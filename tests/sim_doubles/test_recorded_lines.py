@@ -6,18 +6,18 @@ from pathlib import Path
 
 import pytest
 
-from firmware_runtime.blackbox.chunk_file import Numbered, file_of
-from firmware_runtime.blackbox.reader import kind_of, read_recording
-from firmware_runtime.blackbox.section import DISCARD, READ, WRITE, Kind, Transfer
 from firmware_runtime.board.registry import Board
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.executive.clocks import VirtualClock
-from firmware_runtime.hal.errors import BusAbsent, BusFault, HalError, from_os_error
 from firmware_runtime.hal.i2c import Message
 from firmware_runtime.hal.served.client import ServedBus, ServedDoubles, ServedPort, look, strike
 from firmware_runtime.hal.served.packets import Strike
-from firmware_runtime.recording.of_board import board_of_table
+from firmware_runtime.hal.wire_errors import BusAbsent, BusFault, HalError, from_os_error
+from firmware_runtime.recording.blackbox.chunk_file import Numbered, file_of
+from firmware_runtime.recording.blackbox.reader import kind_of, read_recording
+from firmware_runtime.recording.blackbox.section import DISCARD, READ, WRITE, Kind, Transfer
+from firmware_runtime.recording.board_of_recording import board_of_table
 from firmware_runtime.runs import hardware
 from firmware_runtime.runs.session import Session
 from firmware_runtime.runs.start import start_session

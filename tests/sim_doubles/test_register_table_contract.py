@@ -4,10 +4,10 @@ import re
 from collections.abc import Callable
 
 import pytest
+from firmware_drivers.chips.register_chip import RegisterChip
 
-from drivers.chips.register_chip import RegisterChip
-from firmware_runtime.hal.errors import NoAcknowledge, WrongDevice
 from firmware_runtime.hal.i2c import I2cBus
+from firmware_runtime.hal.wire_errors import NoAcknowledge, WrongDevice
 from sim_doubles.chips.register_table_double import RegisterTableDouble, World
 from sim_doubles.clock import ManualClock, Now
 from sim_doubles.contract import register_table as checks

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import pytest
 import serial
 
-from firmware_runtime.hal.errors import BusFault, PortClosed
+from firmware_runtime.hal.wire_errors import BusFault, PortClosed
 from sim_doubles.chips.maxbotix import MaxbotixDouble
 from sim_doubles.chips.sabertooth import SabertoothDouble
 from sim_doubles.clock import ManualClock

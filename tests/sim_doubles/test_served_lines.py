@@ -10,9 +10,9 @@ from hypothesis import strategies as st
 
 from firmware_runtime.board import registry
 from firmware_runtime.devs.time import MILLISECOND, SECOND
-from firmware_runtime.hal.errors import BusAbsent, BusFault, HalError, PortClosed
 from firmware_runtime.hal.i2c import Message
 from firmware_runtime.hal.served.client import ServedBus, ServedDoubles, ServedPort, look
+from firmware_runtime.hal.wire_errors import BusAbsent, BusFault, HalError, PortClosed
 from sim_doubles.clock import ManualClock
 from sim_doubles.faults import AdapterError, FaultScript
 from sim_doubles.rigs.rig import DoublesRig, rig_for

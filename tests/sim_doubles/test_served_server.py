@@ -10,7 +10,6 @@ import pytest
 
 from firmware_runtime.board import registry
 from firmware_runtime.executive.clocks import FURTHEST_AHEAD
-from firmware_runtime.hal.errors import BusAbsent, BusInUse, BusTimeout
 from firmware_runtime.hal.served.connection import Connection, lock_of
 from firmware_runtime.hal.served.packets import (
     LONGEST,
@@ -25,6 +24,7 @@ from firmware_runtime.hal.served.packets import (
     encode,
     read_answer,
 )
+from firmware_runtime.hal.wire_errors import BusAbsent, BusInUse, BusTimeout
 from sim_doubles.rigs.rig import rig_for
 from sim_doubles.served import server
 from sim_doubles.served.errors import ServingError

@@ -1,6 +1,7 @@
 """A second sonar left at 0x70, where every PCA9685 answers from power-up: what comes of it."""
 
-from drivers.chips.srf08 import Srf08
+from firmware_drivers.chips.srf08 import Srf08
+
 from firmware_runtime.devs.time import MILLISECOND
 from sim_doubles.chips.pca9685 import Pca9685Double
 from sim_doubles.chips.srf08 import Srf08Double

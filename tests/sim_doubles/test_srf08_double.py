@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from firmware_runtime.hal.errors import NoAcknowledge
+from firmware_runtime.hal.wire_errors import NoAcknowledge
 from sim_doubles.chips.pca9685 import Pca9685Double
 from sim_doubles.chips.srf08 import Srf08Double
 from sim_doubles.clock import ManualClock

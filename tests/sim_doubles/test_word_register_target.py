@@ -2,7 +2,7 @@
 
 import pytest
 
-from firmware_runtime.hal.errors import NoAcknowledge
+from firmware_runtime.hal.wire_errors import NoAcknowledge
 from sim_doubles.chips.word_register_target import ByteOrder, WordRegisterTarget
 from sim_doubles.clock import ManualClock
 from sim_doubles.i2c_bus import I2cBusDouble

@@ -6,10 +6,10 @@ from pathlib import Path
 
 import pytest
 
+from firmware_runtime.lab.stages import namespaces
+from firmware_runtime.lab.stages.namespaces import Namespaces, netem, remove_leftovers
+from firmware_runtime.lab.stages.way import bad_network
 from firmware_runtime.links.cut.impairment import Impairment
-from firmware_runtime.stages import namespaces
-from firmware_runtime.stages.namespaces import Namespaces, netem, remove_leftovers
-from firmware_runtime.stages.way import bad_network
 from firmware_runtime.system.process_identity import ProcessIdentity, boot_id, this_process
 from firmware_runtime.system.programs import ProgramFailed
 

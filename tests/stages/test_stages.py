@@ -15,12 +15,12 @@ import pytest
 
 from firmware_runtime.board.registry import load
 from firmware_runtime.devs.time import SECOND
-from firmware_runtime.stages import namespaces
-from firmware_runtime.stages.stage import Stage
-from firmware_runtime.stages.staged_run import Staged, run_staged
+from firmware_runtime.lab.stages import namespaces
+from firmware_runtime.lab.stages.stage import Stage
+from firmware_runtime.lab.stages.staged_run import Staged, run_staged
 from firmware_runtime.statistics.companions import Companion
 from firmware_runtime.statistics.paths import default_path
-from firmware_runtime.system.note_of_boot import NoteOfBoot, leave_note
+from firmware_runtime.system.boot_note import NoteOfBoot, leave_note
 from firmware_runtime.system.process_identity import boot_id
 from tests.support.waiting import PATIENCE_S, wait_until
 

@@ -16,8 +16,8 @@ from firmware_runtime.statistics.comparison import (
     merged,
     same_run,
 )
-from firmware_runtime.statistics.errors import StatisticsFileError
 from firmware_runtime.statistics.file import StatisticsFile, save
+from firmware_runtime.statistics.file_errors import StatisticsFileError
 from firmware_runtime.statistics.histogram import LARGEST, SUM_CELL, Histogram
 from firmware_runtime.statistics.layout import ELAPSED, MODEL, STATE, STEP_HISTOGRAM, Layout
 from firmware_runtime.statistics.reader import read_statistics

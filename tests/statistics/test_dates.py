@@ -5,12 +5,12 @@ from pathlib import Path
 
 import pytest
 
-from firmware_runtime.blackbox import keyframe_schedule, recorder
-from firmware_runtime.blackbox.listed import listed
-from firmware_runtime.blackbox.reader import read_recording
-from firmware_runtime.board.in_force import board_in_force
+from firmware_runtime.board.local_settings import board_in_force
 from firmware_runtime.devs.time import MILLISECOND, SECOND
 from firmware_runtime.executive.clocks import MonotonicClock
+from firmware_runtime.recording.blackbox import keyframe_schedule, recorder
+from firmware_runtime.recording.blackbox.listing import listed
+from firmware_runtime.recording.blackbox.reader import read_recording
 from firmware_runtime.runs.start import start_session
 from firmware_runtime.statistics.dates import NO_DATES, STEP, Dates, local, local_of, utc
 from firmware_runtime.statistics.reader import read_statistics

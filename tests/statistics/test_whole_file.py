@@ -13,13 +13,13 @@ from firmware_runtime.statistics.takeovers import (
     note_takeover,
     read_takeovers,
 )
-from firmware_runtime.system.process_identity import this_process
-from firmware_runtime.system.whole_file import (
+from firmware_runtime.system.atomic_file import (
     OWN_AND_GROUP,
     keep_file,
     read_file,
     replace_file,
 )
+from firmware_runtime.system.process_identity import this_process
 
 
 @pytest.fixture

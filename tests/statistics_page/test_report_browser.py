@@ -5,9 +5,9 @@ from pathlib import Path
 
 import pytest
 
-from firmware_runtime.statistics.page.page import page as page_of
-from firmware_runtime.statistics.page.style import PALETTE
 from firmware_runtime.statistics.statistics import Statistics
+from firmware_runtime.view.report.report import page as page_of
+from firmware_runtime.view.style import PALETTE
 from tests.support import chromium
 
 pytestmark = [

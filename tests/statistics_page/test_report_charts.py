@@ -10,14 +10,14 @@ from hypothesis import strategies as st
 from firmware_runtime.devs.time import MILLISECOND, SECOND
 from firmware_runtime.statistics.histogram import Histogram, empty_cells
 from firmware_runtime.statistics.layout import ELAPSED
-from firmware_runtime.statistics.page.distribution import Mark, distribution
-from firmware_runtime.statistics.page.over_time import (
+from firmware_runtime.statistics.statistics import Statistics
+from firmware_runtime.view.report.distribution import Mark, distribution
+from firmware_runtime.view.report.over_time import (
     lateness_over_time,
     load_over_time,
     stretches,
 )
-from firmware_runtime.statistics.page.worst import Colours, in_row, within, worst_activations
-from firmware_runtime.statistics.statistics import Statistics
+from firmware_runtime.view.report.worst import Colours, in_row, within, worst_activations
 
 
 def histogram_of(*samples: int) -> Histogram:

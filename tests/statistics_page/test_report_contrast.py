@@ -2,7 +2,7 @@
 
 import pytest
 
-from firmware_runtime.statistics.page.style import PALETTE
+from firmware_runtime.view.style import PALETTE
 
 LETTERS = ("ink", "quiet", "good", "doubtful", "bad")
 SHAPES = ("blue", "mean", "late", "skipped", "waking", "behind", "garbage")

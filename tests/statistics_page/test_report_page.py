@@ -6,8 +6,8 @@ from html.parser import HTMLParser
 
 import pytest
 
-from firmware_runtime.statistics.page.page import page
 from firmware_runtime.statistics.statistics import Statistics
+from firmware_runtime.view.report.report import page
 
 HEADLINE = "100 Hz, and the rest of the line"
 VOID = {"meta", "link"}

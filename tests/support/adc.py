@@ -6,11 +6,12 @@ takes time on the wire; the other counts from the end of the transfer.
 
 from abc import abstractmethod
 
-from drivers.chips.step import Step
-from drivers.hardware import HardwareModel
+from firmware_drivers.chips.step import Step
+from firmware_drivers.hardware import HardwareModel
+
 from firmware_runtime.devs.time import MICROSECOND
-from firmware_runtime.hal.errors import HalError, NotReady
 from firmware_runtime.hal.i2c import I2cBus
+from firmware_runtime.hal.wire_errors import HalError, NotReady
 from sim_doubles.chips.register_target import RegisterTarget
 from sim_doubles.clock import Now
 

@@ -2,9 +2,10 @@
 
 from collections.abc import Iterator, Sequence
 
-from drivers.chips import ads1115
-from drivers.chips.ads1115 import Ads1115, Ads1115Settings
-from drivers.chips.step import Step
+from firmware_drivers.chips import ads1115
+from firmware_drivers.chips.ads1115 import Ads1115, Ads1115Settings
+from firmware_drivers.chips.step import Step
+
 from sim_doubles.chips.ads1115 import Ads1115Double
 from sim_doubles.contract.row import Row
 from sim_doubles.i2c_target import Target

@@ -2,7 +2,8 @@
 
 from typing import Any
 
-from drivers.fault import Fault
+from firmware_drivers.fault import Fault
+
 from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.simulator import Simulator
 from firmware_runtime.devs.time import MILLISECOND

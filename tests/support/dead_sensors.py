@@ -12,19 +12,20 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Final, Literal, NamedTuple, TypeAlias
 
-from boards.detective.settings import DetectiveSettings
-from boards.detective.turning import Turn, turn_check
-from boards.tachobot.attitude import heading_check
-from boards.tachobot.settings import TachobotSettings
-from drivers.chips import ads1115, hmc5883l, maxbotix, md25, srf08
-from drivers.chips.cmps12 import Cmps12
-from drivers.chips.mpu9250 import Mpu9250
-from drivers.chips.mpu9250_settings import Mpu9250Settings
-from drivers.chips.step import Step
+from firmware_boards.detective.settings import DetectiveSettings
+from firmware_boards.detective.turning import Turn, turn_check
+from firmware_boards.tachobot.attitude import heading_check
+from firmware_boards.tachobot.settings import TachobotSettings
+from firmware_drivers.chips import ads1115, hmc5883l, maxbotix, md25, srf08
+from firmware_drivers.chips.cmps12 import Cmps12
+from firmware_drivers.chips.mpu9250 import Mpu9250
+from firmware_drivers.chips.mpu9250_settings import Mpu9250Settings
+from firmware_drivers.chips.step import Step
+
 from firmware_runtime.board import registry
 from firmware_runtime.devs.time import MILLISECOND, SECOND
-from firmware_runtime.hal.errors import HalError, Implausible
 from firmware_runtime.hal.i2c import Message
+from firmware_runtime.hal.wire_errors import HalError, Implausible
 from sim_doubles.chips.ads1115 import Ads1115Double
 from sim_doubles.chips.ak8963 import Ak8963Double
 from sim_doubles.chips.cmps12 import Cmps12Double

@@ -3,12 +3,13 @@
 import math
 from collections.abc import Iterator, Sequence
 
-from drivers.chips import cmps12, hmc5883l, md25, srf08
-from drivers.chips.cmps12 import Cmps12
-from drivers.chips.hmc5883l import Hmc5883l, Hmc5883lSettings
-from drivers.chips.md25 import Md25, Md25Settings
-from drivers.chips.srf08 import Srf08, Srf08Settings
-from drivers.chips.step import Step
+from firmware_drivers.chips import cmps12, hmc5883l, md25, srf08
+from firmware_drivers.chips.cmps12 import Cmps12
+from firmware_drivers.chips.hmc5883l import Hmc5883l, Hmc5883lSettings
+from firmware_drivers.chips.md25 import Md25, Md25Settings
+from firmware_drivers.chips.srf08 import Srf08, Srf08Settings
+from firmware_drivers.chips.step import Step
+
 from sim_doubles.chips.cmps12 import Cmps12Double
 from sim_doubles.chips.hmc5883l import Hmc5883lDouble
 from sim_doubles.chips.md25 import Md25Double

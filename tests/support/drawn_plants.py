@@ -12,8 +12,8 @@ from typing import Final
 import numpy as np
 
 from firmware_runtime.devs.time import seconds
-from firmware_runtime.identification.plant import Numbers, PlantParameters
-from firmware_runtime.identification.series import Quantity, Series
+from firmware_runtime.lab.identification.plant import Numbers, PlantParameters
+from firmware_runtime.lab.identification.recorded_series import Quantity, Series
 from sim_doubles.worlds.tachobot import TachobotWorld
 from tests.support.pushed_body import LEVER_ARM_M, PAIR_N, parameters_of
 

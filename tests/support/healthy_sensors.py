@@ -10,18 +10,18 @@ from collections.abc import Callable, Iterator
 from typing import Final, NamedTuple, TypeAlias
 
 import numpy as np
+from firmware_boards.tachobot.attitude import heading_check
+from firmware_boards.tachobot.settings import TachobotSettings
+from firmware_boards.tachobot.wiring import chip_settings
+from firmware_drivers.chips.cmps12 import FIELD_PERIOD_NS, FRESH_STEPS
+from firmware_drivers.chips.hmc5883l import FRESH_GAUSS
+from firmware_drivers.chips.liveness import Liveness
+from firmware_drivers.chips.mpu9250_burst import FIELD_NOISE_COUNTS, InertialChecks
 from numpy.typing import NDArray
 
-from boards.tachobot.attitude import heading_check
-from boards.tachobot.settings import TachobotSettings
-from boards.tachobot.wiring import chip_settings
-from drivers.chips.cmps12 import FIELD_PERIOD_NS, FRESH_STEPS
-from drivers.chips.hmc5883l import FRESH_GAUSS
-from drivers.chips.liveness import Liveness
-from drivers.chips.mpu9250_burst import FIELD_NOISE_COUNTS, InertialChecks
 from firmware_runtime.board import registry
 from firmware_runtime.devs.time import MILLISECOND
-from firmware_runtime.hal.errors import DeadReading
+from firmware_runtime.hal.wire_errors import DeadReading
 
 Numbers: TypeAlias = NDArray[np.float64]
 Check: TypeAlias = Callable[[tuple[int, ...]], None]

@@ -6,7 +6,7 @@ from contextlib import contextmanager
 from importlib import invalidate_caches
 from pathlib import Path
 
-from firmware_runtime import entry_points
+from firmware_runtime.system import entry_points
 
 
 @contextmanager

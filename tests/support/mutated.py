@@ -22,10 +22,10 @@ from typing import Any
 
 import msgspec
 
-from firmware_runtime.blackbox.chunk_file import Numbered, file_of
-from firmware_runtime.blackbox.reader import read_recording
-from firmware_runtime.blackbox.section import Kind
 from firmware_runtime.cli.main import main
+from firmware_runtime.recording.blackbox.chunk_file import Numbered, file_of
+from firmware_runtime.recording.blackbox.reader import read_recording
+from firmware_runtime.recording.blackbox.section import Kind
 from firmware_runtime.recording.values import pack, unpack
 from firmware_runtime.status import Status
 

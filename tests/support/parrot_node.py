@@ -6,8 +6,8 @@ from pathlib import Path
 
 import rclpy
 
+from firmware_runtime.board.ros.topic_table import table_of
 from firmware_runtime.board.ros.topics import topics
-from firmware_runtime.board.ros.written import table_of
 from firmware_runtime.board.settings import RosSettings
 from firmware_runtime.links.ros2.node import RobotNode
 from firmware_runtime.links.ros2.plan import Plan

@@ -3,7 +3,7 @@
 import numpy as np
 
 from firmware_runtime.devs.time import seconds
-from firmware_runtime.identification.plant import Numbers, PlantParameters
+from firmware_runtime.lab.identification.plant import Numbers, PlantParameters
 from sim_doubles.worlds.tachobot import TachobotWorld
 from sim_doubles.worlds.tachobot_body import TachobotParameters
 

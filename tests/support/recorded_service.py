@@ -4,8 +4,8 @@ from collections.abc import Collection
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from firmware_runtime.blackbox.reader import Recording, read_recording
 from firmware_runtime.hal.served.packets import Answered, Asked, Question, encode, read_answer
+from firmware_runtime.recording.blackbox.reader import Recording, read_recording
 from sim_doubles.recorded.deviations import Deviation, Deviations
 from sim_doubles.recorded.lines import Rules
 from sim_doubles.recorded.service import RecordedService

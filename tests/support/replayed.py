@@ -2,9 +2,9 @@
 
 from pathlib import Path
 
-from firmware_runtime.blackbox.reader import read_recording
-from firmware_runtime.recording.of_board import board_of_table
-from firmware_runtime.replay.verdict import Verdict, replay
+from firmware_runtime.recording.blackbox.reader import read_recording
+from firmware_runtime.recording.board_of_recording import board_of_table
+from firmware_runtime.recording.replay.verdict import Verdict, replay
 
 
 def replayed(path: Path) -> Verdict:

@@ -4,12 +4,12 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from functools import partial
 
-from firmware_runtime.blackbox.state.keyframes import StateTable
-from firmware_runtime.blackbox.state_of_run import state_of_run
 from firmware_runtime.board import registry
-from firmware_runtime.devs.errors import ModelError
+from firmware_runtime.devs.model_errors import ModelError
 from firmware_runtime.devs.time import seconds
 from firmware_runtime.executive.clocks import VirtualClock
+from firmware_runtime.recording.blackbox.state.keyframes import StateTable
+from firmware_runtime.recording.blackbox.state_of_run import state_of_run
 from firmware_runtime.runs.session import Session
 from firmware_runtime.runs.start import start_session
 

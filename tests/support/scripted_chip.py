@@ -4,7 +4,7 @@ from collections.abc import Callable
 from typing import TypeVar
 
 from firmware_runtime.devs.time import MILLISECOND
-from firmware_runtime.hal.errors import HalError, NoAcknowledge
+from firmware_runtime.hal.wire_errors import HalError, NoAcknowledge
 
 T = TypeVar("T")
 

@@ -1,10 +1,11 @@
 """A dual motor driver that answers as scripted, and the treads model on it."""
 
-from drivers.chips.md25 import Md25Report
-from drivers.chips.step import Step
-from drivers.treads import Treads, TreadSettings
+from firmware_drivers.chips.md25 import Md25Report
+from firmware_drivers.chips.step import Step
+from firmware_drivers.treads import Treads, TreadSettings
+
 from firmware_runtime.devs.time import MILLISECOND
-from firmware_runtime.hal.errors import HalError
+from firmware_runtime.hal.wire_errors import HalError
 from tests.support.atomic_bench import AtomicBench
 from tests.support.scripted_chip import ScriptedChip
 

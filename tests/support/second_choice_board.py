@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from firmware_runtime.board import kinds
+from firmware_runtime.board import installed as kinds
 
 _MD25 = """driver = "md25"
 bus = "i2c1"

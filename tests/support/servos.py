@@ -2,7 +2,7 @@
 
 from typing import Final
 
-from drivers.servo import Servo
+from firmware_drivers.servo import Servo
 
 PAN: Final = Servo(
     name="pan",

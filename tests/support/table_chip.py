@@ -2,10 +2,11 @@
 
 from types import MappingProxyType
 
-from drivers.chips.register_chip import ChipRegister, Expected, RegisterChip, Setting
+from firmware_drivers.chips.register_chip import ChipRegister, Expected, RegisterChip, Setting
+
+from firmware_runtime.board.registers.register_file import parse_table
+from firmware_runtime.board.registers.register_table import Register, RegisterTable
 from firmware_runtime.hal.i2c import I2cBus
-from firmware_runtime.registers.table import Register, RegisterTable
-from firmware_runtime.registers.table_file import parse_table
 from sim_doubles.chips.register_table_double import RegisterTableDouble, World
 from sim_doubles.clock import Now
 from sim_doubles.contract.table_row import TableRow

@@ -3,10 +3,11 @@
 import math
 from collections.abc import Iterator, Sequence
 
-from drivers.chips.ak8963 import Ak8963
-from drivers.chips.mpu9250 import Mpu9250
-from drivers.chips.pca9685 import Pca9685
-from drivers.chips.step import Step
+from firmware_drivers.chips.ak8963 import Ak8963
+from firmware_drivers.chips.mpu9250 import Mpu9250
+from firmware_drivers.chips.pca9685 import Pca9685
+from firmware_drivers.chips.step import Step
+
 from sim_doubles.chips.ak8963 import Ak8963Double
 from sim_doubles.chips.mpu9250 import Mpu9250Double
 from sim_doubles.chips.pca9685 import Pca9685Double

@@ -13,7 +13,7 @@ from rclpy.experimental import EventsExecutor
 from rclpy.node import Node
 
 from firmware_runtime.board.ros.conventions import conventions
-from firmware_runtime.board.ros.written import topics_in
+from firmware_runtime.board.ros.topic_table import topics_in
 from firmware_runtime.links.ros2.topics import RobotTopics
 
 

@@ -6,7 +6,8 @@ python -m tests.support.topics_run STATISTICS
 import sys
 from pathlib import Path
 
-from drivers.differential_drive import Velocity
+from firmware_drivers.differential_drive import Velocity
+
 from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.time import NEVER

@@ -5,8 +5,9 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from boards.detective.wiring import DetectiveRobot
-from drivers.fault import Fault
+from firmware_boards.detective.wiring import DetectiveRobot
+from firmware_drivers.fault import Fault
+
 from firmware_runtime.board import registry
 from firmware_runtime.board.ending import Ending
 from firmware_runtime.board.lines import Lines

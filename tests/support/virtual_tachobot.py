@@ -3,8 +3,9 @@
 from dataclasses import dataclass, field
 from typing import Any
 
-from boards.tachobot.wiring import Tachobot
-from drivers.fault import Fault
+from firmware_boards.tachobot.wiring import Tachobot
+from firmware_drivers.fault import Fault
+
 from firmware_runtime.board import registry
 from firmware_runtime.board.lines import Lines
 from firmware_runtime.board.robot import Robot

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from firmware_runtime.sweeps.distributions import FORMS, Drawn, Grid, Value, distribution
+from firmware_runtime.lab.sweeps.distributions import FORMS, Drawn, Grid, Value, distribution
 
 shares = st.floats(0.0, 1.0, exclude_min=True, exclude_max=True)
 

@@ -1,11 +1,11 @@
 """A sweep of an experiment: its figures in every row, as a run by hand gives them."""
 
 import pytest
+from firmware_boards.tachobot.definition import BOARD
 
-from boards.tachobot.definition import BOARD
 from firmware_runtime import open_board
-from firmware_runtime.experiments.step_response import step_response
-from firmware_runtime.sweeps import sweep
+from firmware_runtime.lab.experiments.step_response import step_response
+from firmware_runtime.lab.sweeps import sweep
 
 
 @pytest.mark.slow

@@ -10,12 +10,12 @@ from queue import SimpleQueue
 import pytest
 
 from firmware_runtime.errors import ConfigError
-from firmware_runtime.sweeps import cluster as sweeps_cluster
-from firmware_runtime.sweeps import sweep
-from firmware_runtime.sweeps.partial import partial_of
-from firmware_runtime.sweeps.plan import Sweep
-from firmware_runtime.sweeps.row import Row
-from firmware_runtime.sweeps.sweeping import carry_out
+from firmware_runtime.lab.sweeps import cluster as sweeps_cluster
+from firmware_runtime.lab.sweeps import sweep
+from firmware_runtime.lab.sweeps.partial import partial_of
+from firmware_runtime.lab.sweeps.plan import Sweep
+from firmware_runtime.lab.sweeps.row import Row
+from firmware_runtime.lab.sweeps.sweeping import carry_out
 from tests.support.dask_cluster import cluster
 from tests.support.waiting import wait_until
 
@@ -125,7 +125,7 @@ def test_a_cluster_that_loses_a_worker_makes_the_same_table(
 def test_a_cluster_that_loses_all_its_workers_is_not_waited_for_without_end(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("firmware_runtime.sweeps.cluster.LOOK_S", 0.2)
+    monkeypatch.setattr("firmware_runtime.lab.sweeps.cluster.LOOK_S", 0.2)
     output = tmp_path / "table.csv"
     with cluster(tmp_path, workers=1) as (address, workers):
 
@@ -142,7 +142,7 @@ def test_a_cluster_that_loses_all_its_workers_is_not_waited_for_without_end(
 def test_a_result_that_is_lost_with_its_worker_before_it_is_fetched_is_not_waited_for(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("firmware_runtime.sweeps.cluster.LOOK_S", 0.2)
+    monkeypatch.setattr("firmware_runtime.lab.sweeps.cluster.LOOK_S", 0.2)
     fetched = sweeps_cluster._fetched
     with cluster(tmp_path, workers=1) as (address, workers):
 
@@ -158,7 +158,7 @@ def test_a_result_that_is_lost_with_its_worker_before_it_is_fetched_is_not_waite
 
 @pytest.mark.slow
 def test_a_scheduler_that_is_not_there_is_one_sentence(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("firmware_runtime.sweeps.cluster.CONNECT_S", 1.0)
+    monkeypatch.setattr("firmware_runtime.lab.sweeps.cluster.CONNECT_S", 1.0)
     for address in ("tcp://127.0.0.1:1", "nonsense://x"):
         with pytest.raises(ConfigError, match="expected the address of a scheduler"):
             sweep("tachobot", SHORT.vary, scheduler=address)

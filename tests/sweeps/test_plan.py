@@ -5,7 +5,7 @@ from itertools import product
 import pytest
 from msgspec.structs import replace
 
-from firmware_runtime.sweeps.plan import Sweep
+from firmware_runtime.lab.sweeps.plan import Sweep
 
 DRAWN = Sweep(board="b", vary={"world.a": "uniform(0, 1)", "world.b": "uniform(0, 1)"}, runs=20)
 

@@ -2,10 +2,10 @@
 
 import re
 
-from firmware_runtime.sweeps.page import sweep_page
-from firmware_runtime.sweeps.plots import WIDTH, Scatter
-from firmware_runtime.sweeps.summary import summary
-from firmware_runtime.sweeps.table import Table
+from firmware_runtime.lab.sweeps.summary import summary
+from firmware_runtime.lab.sweeps.sweep_page import sweep_page
+from firmware_runtime.lab.sweeps.sweep_table import Table
+from firmware_runtime.view.scatter import WIDTH, Scatter
 from tests.sweeps.test_rows_to_look_at import STATED
 
 

@@ -4,10 +4,10 @@ from typing import Any
 
 import pytest
 
-from firmware_runtime.sweeps.row import Row
-from firmware_runtime.sweeps.summary import rarer_truth, summary
-from firmware_runtime.sweeps.table import Table
-from firmware_runtime.sweeps.text import text_of
+from firmware_runtime.lab.sweeps.row import Row
+from firmware_runtime.lab.sweeps.summary import rarer_truth, summary
+from firmware_runtime.lab.sweeps.sweep_table import Table
+from firmware_runtime.lab.sweeps.sweep_text import text_of
 
 STATED: Row = {
     "board": "diver",

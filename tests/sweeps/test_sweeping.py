@@ -8,12 +8,12 @@ import msgspec
 import pytest
 
 from firmware_runtime.errors import ConfigError
-from firmware_runtime.sweeps import Table, sweep
-from firmware_runtime.sweeps.partial import Partial, partial_of
-from firmware_runtime.sweeps.plan import Sweep
-from firmware_runtime.sweeps.row import Row, run_row
-from firmware_runtime.sweeps.sweeping import carry_out
-from firmware_runtime.sweeps.table import read_table, sweep_of, write_table
+from firmware_runtime.lab.sweeps import Table, sweep
+from firmware_runtime.lab.sweeps.partial import Partial, partial_of
+from firmware_runtime.lab.sweeps.plan import Sweep
+from firmware_runtime.lab.sweeps.row import Row, run_row
+from firmware_runtime.lab.sweeps.sweep_table import read_table, sweep_of, write_table
+from firmware_runtime.lab.sweeps.sweeping import carry_out
 
 VARY = {"world.mass_kg": "uniform(2, 4)", "world.seed": "range(6)"}
 SHORT = Sweep(board="tachobot", vary=VARY, for_s=1.5)

@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from firmware_runtime.system.continued import Continued
+from firmware_runtime.system.sigcont_counter import Continued
 from firmware_runtime.system.supply import TOO_HOT, UNDER_VOLTAGE, Supply
 from firmware_runtime.system.thread_counters import (
     TICK_NS,

@@ -5,11 +5,11 @@ from pathlib import Path
 
 import pytest
 
-from firmware_runtime.board.in_force import PLACE
-from firmware_runtime.board.kinds import shipped_file
+from firmware_runtime.board.installed import shipped_file
+from firmware_runtime.board.local_settings import PLACE
 from firmware_runtime.board.registry import load
 from firmware_runtime.errors import ConfigError
-from firmware_runtime.tuning.board_file import changed, write_copy
+from firmware_runtime.lab.tuning.board_file import changed, write_copy
 
 VALUES = {"controller.yaw.kp": 2.5, "controller.yaw.kd": 1.25}
 

@@ -5,10 +5,10 @@ from dataclasses import replace
 
 import pytest
 
-from firmware_runtime.identification.plant import PlantParameters
+from firmware_runtime.lab.identification.plant import PlantParameters
+from firmware_runtime.lab.tuning.loop import Gains, Loop, Predictor, margins
+from firmware_runtime.lab.tuning.response import Body, Scenario, stepped
 from firmware_runtime.models.plant import SecondOrderPlant
-from firmware_runtime.tuning.loop import Gains, Loop, Predictor, margins
-from firmware_runtime.tuning.response import Body, Scenario, stepped
 
 GAINS = Gains(0.75, 0.0, 0.55)
 

@@ -3,17 +3,17 @@
 from dataclasses import replace
 
 import pytest
+from firmware_boards.tachobot.definition import BOARD
 from msgspec import structs
 
-from boards.tachobot.definition import BOARD
 from firmware_runtime.board.registry import load
 from firmware_runtime.errors import ConfigError
-from firmware_runtime.identification.plant import PlantParameters
-from firmware_runtime.tuning import search
-from firmware_runtime.tuning.loop import Gains
-from firmware_runtime.tuning.response import Body, Scenario, stepped
-from firmware_runtime.tuning.search import GAIN_DB, PHASE_DEG, tune
-from firmware_runtime.tuning.task import loop_of, plant_of_settings, stated_plant, task_of
+from firmware_runtime.lab.identification.plant import PlantParameters
+from firmware_runtime.lab.tuning import search
+from firmware_runtime.lab.tuning.loop import Gains
+from firmware_runtime.lab.tuning.response import Body, Scenario, stepped
+from firmware_runtime.lab.tuning.search import GAIN_DB, PHASE_DEG, tune
+from firmware_runtime.lab.tuning.task import loop_of, plant_of_settings, stated_plant, task_of
 from tests.support.virtual_tachobot import virtual_tachobot
 
 HEAVY = PlantParameters(0.15, 0.02, 0.01, 0.015, 0.04)

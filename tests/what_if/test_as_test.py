@@ -8,11 +8,11 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from firmware_boards.tachobot.allocation import Allocation
+from firmware_drivers.thrust_pairs import Forces
 
-from boards.tachobot.allocation import Allocation
-from drivers.thrust_pairs import Forces
 from firmware_runtime.cli.main import main
-from firmware_runtime.replay.asserted import assert_replays, difference_of
+from firmware_runtime.recording.replay.replay_assertion import assert_replays, difference_of
 from tests.support.recorded import record
 
 GAIN = "controller.yaw.kp=0.8"

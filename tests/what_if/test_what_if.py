@@ -11,14 +11,14 @@ from xml.etree.ElementTree import fromstring
 
 import pytest
 
-from firmware_runtime.blackbox.reader import read_recording
 from firmware_runtime.cli.main import main
 from firmware_runtime.devs.time import SECOND, format_time
 from firmware_runtime.errors import ConfigError
-from firmware_runtime.replay.difference import in_lines
-from firmware_runtime.replay.what_if import WhatIf
-from firmware_runtime.what_if.question import Question, answer
-from firmware_runtime.what_if.watch import Watched, since
+from firmware_runtime.recording.blackbox.reader import read_recording
+from firmware_runtime.recording.replay.difference import in_lines
+from firmware_runtime.recording.what_if.question import Question, answer
+from firmware_runtime.recording.what_if.watch import Watched, since
+from firmware_runtime.recording.what_if.what_if import WhatIf
 from tests.support.recorded import record
 
 YAW = "controller.yaw.command_n"

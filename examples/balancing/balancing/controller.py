@@ -5,11 +5,12 @@ It begins when its outputs are enabled: a hand that holds it waits for its motor
 It knows neither chips nor clocks; the same object runs in simulation and on the robot.
 """
 
+from firmware_drivers.chips.mpu9250_burst import InertialSample
+
 from balancing.lean import Lean
 from balancing.ready import Ready
 from balancing.settings import ControllerTable
 from balancing.tilt import Tilt
-from drivers.chips.mpu9250_burst import InertialSample
 from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.time import NEVER, seconds

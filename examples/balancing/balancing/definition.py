@@ -1,16 +1,17 @@
 """What the runtime asks of a board: its schema, its faults, its bus load, and the robot itself."""
 
+from firmware_drivers import dc_motor
+from firmware_drivers.chips.mpu9250_burst import NINE_AXES
+from firmware_drivers.chips.pca9685_rate import prescale_for
+
 from balancing.result import result
 from balancing.settings import BalancingSettings
 from balancing.wiring import Balancing, chip_settings
-from drivers import dc_motor
-from drivers.chips.mpu9250_burst import NINE_AXES
-from drivers.chips.pca9685_rate import prescale_for
+from firmware_runtime.board.bus_loads import Recurring, bus_loads
 from firmware_runtime.board.definition import BoardDefinition
 from firmware_runtime.board.experiments import StepExperiment
 from firmware_runtime.board.faults import Device, device_faults, setting_fault
 from firmware_runtime.board.lines import Lines, absent_lines
-from firmware_runtime.board.loads import Recurring, bus_loads
 from firmware_runtime.board.robot import Robot
 from firmware_runtime.devs.time import seconds
 from firmware_runtime.hal.budget import BusLoad

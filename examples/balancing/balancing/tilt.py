@@ -1,10 +1,11 @@
 """How far the robot leans: the gyro's rate integrated, slowly pulled to where gravity points."""
 
-from drivers.chips.mpu9250_burst import InertialSample
+from firmware_drivers.chips.mpu9250_burst import InertialSample
+
 from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.time import SECOND
-from firmware_runtime.elementary import atan2
 from firmware_runtime.models.motion import Motion
+from firmware_runtime.system.elementary import atan2
 
 
 class Tilt(Atomic):

@@ -1,16 +1,17 @@
 """The schematic: which chip hangs on which bus, and which wire leads where."""
 
+from firmware_drivers.chips.h_bridge import HBridge
+from firmware_drivers.chips.mpu9250 import Mpu9250
+from firmware_drivers.chips.mpu9250_settings import Mpu9250Settings
+from firmware_drivers.chips.pca9685 import Pca9685
+from firmware_drivers.dc_motor import DcMotor, DcMotorSettings
+from firmware_drivers.gyro_bias import GyroBias
+from firmware_drivers.imu import Imu
+from firmware_drivers.output_state import OutputState
+
 from balancing.controller import Controller
 from balancing.settings import BalancingSettings, BridgeTable, WheelsTable
 from balancing.sides import Sides
-from drivers.chips.h_bridge import HBridge
-from drivers.chips.mpu9250 import Mpu9250
-from drivers.chips.mpu9250_settings import Mpu9250Settings
-from drivers.chips.pca9685 import Pca9685
-from drivers.dc_motor import DcMotor, DcMotorSettings
-from drivers.gyro_bias import GyroBias
-from drivers.imu import Imu
-from drivers.output_state import OutputState
 from firmware_runtime.board.lines import Lines
 from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.time import seconds

@@ -5,8 +5,9 @@ It waits for each conversion, so four of them hold the loop for some 6 ms; what 
 
 from typing import TYPE_CHECKING
 
-from drivers.analog_inputs import Voltages
-from drivers.circuitpython import Busio, CircuitPythonSensor, imports
+from firmware_drivers.analog_inputs import Voltages
+from firmware_drivers.circuitpython import Busio, CircuitPythonSensor, imports
+
 from firmware_runtime.devs.time import seconds
 from firmware_runtime.hal.i2c import I2cBus
 from pan_tilt.settings import EyesTable

@@ -3,7 +3,8 @@
 It knows neither chips nor clocks; the same object runs in simulation and on the robot.
 """
 
-from drivers.analog_inputs import Voltages
+from firmware_drivers.analog_inputs import Voltages
+
 from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.time import NEVER, seconds
 from firmware_runtime.models.applied import Applied

@@ -2,11 +2,12 @@
 
 from importlib.util import find_spec
 
-from drivers.chips import ads1115
+from firmware_drivers.chips import ads1115
+
+from firmware_runtime.board.bus_loads import Recurring, bus_loads
 from firmware_runtime.board.definition import BoardDefinition
 from firmware_runtime.board.faults import Device, device_faults, setting_fault
 from firmware_runtime.board.lines import Lines, absent_lines
-from firmware_runtime.board.loads import Recurring, bus_loads
 from firmware_runtime.board.robot import Robot
 from firmware_runtime.devs.time import seconds
 from firmware_runtime.hal.budget import BusLoad

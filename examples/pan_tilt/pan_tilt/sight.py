@@ -1,6 +1,7 @@
 """From four photocells to where the head looks, relative to the light."""
 
-from drivers.analog_inputs import Voltages
+from firmware_drivers.analog_inputs import Voltages
+
 from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.models.motion import Motion

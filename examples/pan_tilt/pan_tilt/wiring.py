@@ -1,9 +1,10 @@
 """The schematic: which chip hangs on which bus, and which wire leads where."""
 
-from drivers.analog_inputs import AnalogInputs, AnalogInputsSettings, Voltages
-from drivers.chips.ads1115 import Ads1115, Ads1115Settings
-from drivers.chips.pca9685 import Pca9685
-from drivers.servo import Servo, Servos, ServosSettings
+from firmware_drivers.analog_inputs import AnalogInputs, AnalogInputsSettings, Voltages
+from firmware_drivers.chips.ads1115 import Ads1115, Ads1115Settings
+from firmware_drivers.chips.pca9685 import Pca9685
+from firmware_drivers.servo import Servo, Servos, ServosSettings
+
 from firmware_runtime.board.lines import Lines
 from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.ports import OutPort

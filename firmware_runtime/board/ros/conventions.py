@@ -14,8 +14,8 @@ from dataclasses import dataclass, field
 from typing import Any, Final, TypeAlias
 
 from firmware_runtime.devs.component import Component
-from firmware_runtime.entry_points import installed
 from firmware_runtime.errors import ConfigError, SettingError, text_of
+from firmware_runtime.system.entry_points import installed
 
 GROUP: Final = "firmware_runtime.ros_messages"
 

@@ -3,8 +3,9 @@
 import argparse
 import sys
 
-from firmware_runtime.board import kinds, registry
-from firmware_runtime.board.in_force import known_names, settings_in_force
+from firmware_runtime.board import installed as kinds
+from firmware_runtime.board import registry
+from firmware_runtime.board.local_settings import known_names, settings_in_force
 from firmware_runtime.cli.arguments import SubParsers, add_verb
 from firmware_runtime.cli.readers_gone import print_line
 from firmware_runtime.errors import ConfigError

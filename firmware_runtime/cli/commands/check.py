@@ -2,19 +2,19 @@
 
 import argparse
 
-from firmware_runtime.blackbox.size import seconds_held, size_for
-from firmware_runtime.blackbox.state_of_run import why_unkeepable
+from firmware_runtime.board.configuration import configuration_of
 from firmware_runtime.board.ends import check_ends
 from firmware_runtime.board.inputs import described, input_timeouts
 from firmware_runtime.board.registry import Board
+from firmware_runtime.board.rigs import has_rig
 from firmware_runtime.board.ros.topics import topics_of
 from firmware_runtime.cli.arguments import SubParsers, add_board, add_verb
 from firmware_runtime.cli.chosen_board import chosen_board
 from firmware_runtime.executive.clocks import VirtualClock
-from firmware_runtime.runs.board_configuration import configuration_of
-from firmware_runtime.runs.named_in_vain import named_in_vain
-from firmware_runtime.runs.rigs import has_rig
+from firmware_runtime.recording.blackbox.size import seconds_held, size_for
+from firmware_runtime.recording.blackbox.state_of_run import why_unkeepable
 from firmware_runtime.runs.start import start_session
+from firmware_runtime.runs.unknown_names import named_in_vain
 from firmware_runtime.status import Status
 
 

@@ -18,16 +18,16 @@ from firmware_runtime.cli.chosen_board import chosen_board
 from firmware_runtime.cli.readers_gone import print_line
 from firmware_runtime.cli.replayed_run import difference_in_words
 from firmware_runtime.cli.written import check_output
-from firmware_runtime.continuity.certificate import Certificate
-from firmware_runtime.continuity.page import certificate_page
-from firmware_runtime.continuity.stage_run import Plan, StageRun, run_stage
 from firmware_runtime.errors import ConfigError
+from firmware_runtime.lab.continuity.certificate import Certificate
+from firmware_runtime.lab.continuity.certificate_page import certificate_page
+from firmware_runtime.lab.continuity.stage_run import Plan, StageRun, run_stage
+from firmware_runtime.lab.stages.stage import Stage
 from firmware_runtime.links.cut.impairment import impairment
-from firmware_runtime.recording.chance import UNKEPT
-from firmware_runtime.stages.stage import Stage
+from firmware_runtime.recording.random_state import UNKEPT
+from firmware_runtime.system.atomic_file import keep_output
 from firmware_runtime.system.exit_on_signals import exit_on_signals
-from firmware_runtime.system.own_folder import own_folder
-from firmware_runtime.system.whole_file import keep_output
+from firmware_runtime.system.process_folder import own_folder
 
 _ABOUT = """
 Each stage runs on doubles, in processes of its own. What entered them enters the same drivers and

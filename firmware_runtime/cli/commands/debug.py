@@ -7,16 +7,16 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
 from typing import Any
 
-from firmware_runtime.blackbox.found import find_recording
-from firmware_runtime.blackbox.reader import read_recording
 from firmware_runtime.cli.arguments import SubParsers, add_recorded, add_verb, second
 from firmware_runtime.cli.readers_gone import print_line
-from firmware_runtime.debugger.commands import Commands
-from firmware_runtime.debugger.debugger import Debugger, Ended
-from firmware_runtime.debugger.pdb_inside import PdbInside
-from firmware_runtime.debugger.travel import Travel
 from firmware_runtime.errors import ConfigError
-from firmware_runtime.recording.of_board import board_of
+from firmware_runtime.recording.blackbox.locations import find_recording
+from firmware_runtime.recording.blackbox.reader import read_recording
+from firmware_runtime.recording.board_of_recording import board_of
+from firmware_runtime.recording.debugger.commands import Commands
+from firmware_runtime.recording.debugger.debugger import Debugger, Ended
+from firmware_runtime.recording.debugger.pdb_inside import PdbInside
+from firmware_runtime.recording.debugger.travel import Travel
 from firmware_runtime.status import Status
 
 _PROMPT = "(debug) "

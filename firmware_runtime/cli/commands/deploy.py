@@ -5,7 +5,8 @@ import sys
 from pathlib import Path
 from time import monotonic, sleep
 
-from firmware_runtime.board import kinds, registry
+from firmware_runtime.board import installed as kinds
+from firmware_runtime.board import registry
 from firmware_runtime.cli.arguments import SubParsers, add_verb
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.host.deployment.commands import Commands

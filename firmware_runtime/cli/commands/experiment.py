@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Final
 
 from firmware_runtime.board.experiments import ALL
-from firmware_runtime.board.kinds import names
+from firmware_runtime.board.installed import names
 from firmware_runtime.board.registry import Board
 from firmware_runtime.cli.arguments import (
     SubParsers,
@@ -22,19 +22,19 @@ from firmware_runtime.cli.arguments import (
 from firmware_runtime.cli.chosen_board import chosen_board
 from firmware_runtime.cli.readers_gone import print_line
 from firmware_runtime.errors import ConfigError
-from firmware_runtime.experiments.known import LOOP, experiments_of, stages_of
-from firmware_runtime.experiments.packages import missing_packages
-from firmware_runtime.experiments.results import leave
-from firmware_runtime.experiments.series import Series, run_series, write_series
-from firmware_runtime.experiments.trial import Choices, Trial
+from firmware_runtime.lab.experiments.experiment_series import Series, run_series, write_series
+from firmware_runtime.lab.experiments.known import LOOP, experiments_of, stages_of
+from firmware_runtime.lab.experiments.packages import missing_packages
+from firmware_runtime.lab.experiments.results import leave
+from firmware_runtime.lab.experiments.trial import Choices, Trial
+from firmware_runtime.lab.stages.stage import Stage
+from firmware_runtime.lab.stages.way import WIFI
 from firmware_runtime.links.cut.impairment import impairment
-from firmware_runtime.spelling import did_you_mean
-from firmware_runtime.stages.stage import Stage
-from firmware_runtime.stages.way import WIFI
 from firmware_runtime.status import Status
+from firmware_runtime.system.atomic_folder import nearest, whole_folder
 from firmware_runtime.system.exit_on_signals import exit_on_signals
-from firmware_runtime.system.own_folder import own_folder
-from firmware_runtime.system.whole_folder import nearest, whole_folder
+from firmware_runtime.system.process_folder import own_folder
+from firmware_runtime.system.spelling import did_you_mean
 
 _SUMMARY = "Repeat an experiment with a board: data, a plot and a page, beside what was published."
 _ABOUT = f"""

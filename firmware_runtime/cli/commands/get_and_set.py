@@ -7,16 +7,16 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 
 from firmware_runtime.board.assignments import assigned
-from firmware_runtime.board.described import Setting, described
 from firmware_runtime.board.registry import Board
 from firmware_runtime.board.retuning import has_key
+from firmware_runtime.board.setting_descriptions import Setting, described
 from firmware_runtime.cli.arguments import SubParsers, add_statistics, add_verb
 from firmware_runtime.cli.chosen_board import chosen_run
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.links.control import ask
-from firmware_runtime.spelling import did_you_mean
 from firmware_runtime.statistics.paths import default_path
 from firmware_runtime.status import Status
+from firmware_runtime.system.spelling import did_you_mean
 
 _ABOUT = """
 All of the values are taken up, or none. They hold until the run ends or its file is read again

@@ -29,8 +29,8 @@ from firmware_runtime.statistics.paths import default_path
 from firmware_runtime.statistics.takeovers import note_takeover
 from firmware_runtime.statistics.text.sentences import refusals
 from firmware_runtime.status import Status
+from firmware_runtime.system.check_no_rclpy import refuse_ros
 from firmware_runtime.system.notices import Notices
-from firmware_runtime.system.own_environment import refuse_ros
 from firmware_runtime.system.sentences import Sentences
 from firmware_runtime.system.until_signal import UntilSignal, until_signal
 

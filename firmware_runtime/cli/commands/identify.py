@@ -9,15 +9,15 @@ from firmware_runtime.board.registry import Board
 from firmware_runtime.cli.arguments import SubParsers, add_board, add_output, add_verb, since
 from firmware_runtime.cli.chosen_board import chosen_board
 from firmware_runtime.cli.written import check_output
-from firmware_runtime.extras import module_of_extra
 from firmware_runtime.status import Status
+from firmware_runtime.system.atomic_file import keep_output
 from firmware_runtime.system.exit_on_signals import exit_on_signals
-from firmware_runtime.system.whole_file import keep_output
+from firmware_runtime.system.extras import module_of_extra
 
 if TYPE_CHECKING:
-    from firmware_runtime.identification.fit import Fit
-    from firmware_runtime.identification.identified import Identified
-    from firmware_runtime.identification.series import Series
+    from firmware_runtime.lab.identification.fit import Fit
+    from firmware_runtime.lab.identification.identified import Identified
+    from firmware_runtime.lab.identification.recorded_series import Series
 
 _ABOUT = """
 RUN is a recording, as `replay` takes it: a file, or a board for its last run; or a file of
@@ -68,7 +68,7 @@ def execute(arguments: argparse.Namespace) -> int:
     if arguments.json:
         print(json.dumps(_as_json(board, identified), allow_nan=False))
     else:
-        words = module_of_extra("firmware_runtime.identification.words", "tuning")
+        words = module_of_extra("firmware_runtime.lab.identification.identification_page", "tuning")
         print("\n".join(words.lines(identified)))
     return Status.OK
 
@@ -77,16 +77,16 @@ def identified_from(
     run: str, board: Board, since_s: float | None
 ) -> "tuple[Series, Identified, Fit]":
     """What a run shows of a board's plant. Raises ConfigError, also without scipy."""
-    source = module_of_extra("firmware_runtime.identification.source", "tuning")
+    source = module_of_extra("firmware_runtime.lab.identification.source", "tuning")
     plant = source.plant_of(board)
     series = source.read_series(run, board, since_s)
-    found = module_of_extra("firmware_runtime.identification.identified", "tuning")
+    found = module_of_extra("firmware_runtime.lab.identification.identified", "tuning")
     identified, fit = found.identify(series, plant.structure, plant.lag_s(board.settings))
     return series, identified, fit
 
 
 def _as_json(board: Board, identified: "Identified") -> dict[str, Any]:
-    found = module_of_extra("firmware_runtime.identification.identified", "tuning")
+    found = module_of_extra("firmware_runtime.lab.identification.identified", "tuning")
     title = "" if board.plant is None else board.plant.title
     return {"board": board.name, "plant": title, **found.as_json(identified)}
 
@@ -95,7 +95,7 @@ def _write(
     output: Path, board: Board, series: "Series", identified: "Identified", fit: "Fit"
 ) -> None:
     if output.suffix == ".html":
-        words = module_of_extra("firmware_runtime.identification.words", "tuning")
+        words = module_of_extra("firmware_runtime.lab.identification.identification_page", "tuning")
         title = "" if board.plant is None else board.plant.title
         text = words.page(board.name, title, identified, series, fit)
     else:

@@ -7,11 +7,11 @@ from threading import Thread
 
 from firmware_runtime.cli.arguments import SubParsers, add_verb, positive
 from firmware_runtime.errors import ConfigError
-from firmware_runtime.extras import module_of_extra
 from firmware_runtime.statistics.paths import all_statistics
 from firmware_runtime.status import Status
+from firmware_runtime.system.atomic_file import keep_output
+from firmware_runtime.system.extras import module_of_extra
 from firmware_runtime.system.until_signal import until_signal
-from firmware_runtime.system.whole_file import keep_output
 
 
 def add_to(verbs: SubParsers) -> None:

@@ -7,8 +7,8 @@ import sys
 from pathlib import Path
 
 from firmware_runtime.cli.arguments import SubParsers, add_verb
-from firmware_runtime.scaffold.chip import write_chip
-from firmware_runtime.scaffold.robot import write_robot
+from firmware_runtime.host.scaffold.chip import write_chip
+from firmware_runtime.host.scaffold.robot import write_robot
 from firmware_runtime.status import Status
 
 _ROBOT = """

@@ -13,24 +13,24 @@ import sys
 from pathlib import Path
 from time import monotonic, sleep
 
-from firmware_runtime.blackbox.found import find_recording, recording_beside
-from firmware_runtime.blackbox.listed import span_of
-from firmware_runtime.blackbox.reader import Recording, read_recording
 from firmware_runtime.cli.arguments import SubParsers, add_output, add_verb, path_of, positive
 from firmware_runtime.devs.time import MICROSECOND, SECOND, seconds
 from firmware_runtime.errors import ConfigError
-from firmware_runtime.exports.observed_run import missing_in, moments_of
-from firmware_runtime.exports.perfetto import chrome_trace
-from firmware_runtime.recording.of_board import board_of
-from firmware_runtime.replay.verdict import Stretch
-from firmware_runtime.statistics.errors import BeingWrittenError, StatisticsFileError
+from firmware_runtime.recording.blackbox.listing import span_of
+from firmware_runtime.recording.blackbox.locations import find_recording, recording_beside
+from firmware_runtime.recording.blackbox.reader import Recording, read_recording
+from firmware_runtime.recording.board_of_recording import board_of
+from firmware_runtime.recording.exports.observed_run import missing_in, moments_of
+from firmware_runtime.recording.exports.perfetto import chrome_trace
+from firmware_runtime.recording.replay.verdict import Stretch
+from firmware_runtime.statistics.file_errors import BeingWrittenError, StatisticsFileError
 from firmware_runtime.statistics.late_watch import Late, LateWatch
 from firmware_runtime.statistics.number_formats import instant
 from firmware_runtime.statistics.paths import SUFFIX
 from firmware_runtime.statistics.reader import read_statistics
 from firmware_runtime.statistics.statistics import RunState, Statistics
 from firmware_runtime.status import Status
-from firmware_runtime.system.whole_file import keep_output
+from firmware_runtime.system.atomic_file import keep_output
 
 LAST = 15 * SECOND
 """How much of a run a trace shows unless that is said."""

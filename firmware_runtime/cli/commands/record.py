@@ -7,7 +7,6 @@ from functools import partial
 from pathlib import Path
 from time import monotonic_ns
 
-from firmware_runtime.blackbox.pieces import Pieces
 from firmware_runtime.cli.arguments import (
     SubParsers,
     add_board,
@@ -19,7 +18,8 @@ from firmware_runtime.cli.arguments import (
 from firmware_runtime.cli.chosen_board import chosen_board
 from firmware_runtime.devs.time import MICROSECOND, SECOND
 from firmware_runtime.errors import ConfigError
-from firmware_runtime.statistics.errors import StatisticsFileError
+from firmware_runtime.recording.blackbox.excerpts import Pieces
+from firmware_runtime.statistics.file_errors import StatisticsFileError
 from firmware_runtime.statistics.paths import default_path
 from firmware_runtime.statistics.recorder import Recorder
 from firmware_runtime.status import Status

@@ -5,19 +5,23 @@ import json
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
-from firmware_runtime.blackbox.chunk_file import used_of
-from firmware_runtime.blackbox.file_content import whole_content_of
-from firmware_runtime.blackbox.found import find_recording, kept_recordings, last_recordings
-from firmware_runtime.blackbox.layout import PREFIX_SIZE, is_of_another_format
-from firmware_runtime.blackbox.listed import KEPT_RUN, LAST, Listed, listed, span_of
-from firmware_runtime.blackbox.reader import another_format, read_recording
-from firmware_runtime.blackbox.salvage import save
 from firmware_runtime.cli.arguments import SubParsers, add_output, add_verb
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.errors import ConfigError
+from firmware_runtime.recording.blackbox.chunk_file import used_of
+from firmware_runtime.recording.blackbox.file_content import whole_content_of
+from firmware_runtime.recording.blackbox.layout import PREFIX_SIZE, is_of_another_format
+from firmware_runtime.recording.blackbox.listing import KEPT_RUN, LAST, Listed, listed, span_of
+from firmware_runtime.recording.blackbox.locations import (
+    find_recording,
+    kept_recordings,
+    last_recordings,
+)
+from firmware_runtime.recording.blackbox.reader import another_format, read_recording
+from firmware_runtime.recording.blackbox.salvage import save
 from firmware_runtime.statistics.dates import local
 from firmware_runtime.status import Status
-from firmware_runtime.system.whole_file import keep_output
+from firmware_runtime.system.atomic_file import keep_output
 
 KEEP, RECOVER = "keep", "recover"
 

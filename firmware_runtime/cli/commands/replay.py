@@ -3,7 +3,6 @@
 import argparse
 from pathlib import Path
 
-from firmware_runtime.blackbox.found import find_recording
 from firmware_runtime.cli.arguments import (
     SubParsers,
     add_output,
@@ -15,6 +14,7 @@ from firmware_runtime.cli.arguments import (
 )
 from firmware_runtime.devs.time import NEVER
 from firmware_runtime.errors import ConfigError
+from firmware_runtime.recording.blackbox.locations import find_recording
 
 _ABOUT = """
 Every run leaves a recording of what entered it: bytes of its buses and ports, external events, the

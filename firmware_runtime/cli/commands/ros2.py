@@ -5,10 +5,10 @@ import os
 import sys
 from pathlib import Path
 
-from firmware_runtime.board.described import described
 from firmware_runtime.board.registry import is_name
+from firmware_runtime.board.ros.topic_table import table_of
 from firmware_runtime.board.ros.topics import topics_of
-from firmware_runtime.board.ros.written import table_of
+from firmware_runtime.board.setting_descriptions import described
 from firmware_runtime.cli.arguments import SubParsers, add_board, add_statistics, add_verb, positive
 from firmware_runtime.cli.chosen_board import chosen_board
 from firmware_runtime.links.ros2.interpreter import find_environment, start

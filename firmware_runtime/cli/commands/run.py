@@ -9,7 +9,6 @@ from pathlib import Path
 from time import monotonic_ns
 from typing import TYPE_CHECKING, Any
 
-from firmware_runtime.blackbox.found import recording_beside, recording_of_virtual_run
 from firmware_runtime.board import registry
 from firmware_runtime.board.ends import BoardEnd, end_of
 from firmware_runtime.cli.arguments import SubParsers, add_board, add_verb
@@ -29,9 +28,10 @@ from firmware_runtime.cli.written import check_files
 from firmware_runtime.devs.time import MICROSECOND, seconds
 from firmware_runtime.errors import ConfigError, text_of
 from firmware_runtime.executive.outcome import Outcome
-from firmware_runtime.experiments.loop_model import loop_board, loop_end
+from firmware_runtime.lab.experiments.loop_model import loop_board, loop_end
+from firmware_runtime.recording.blackbox.locations import recording_beside, recording_of_virtual_run
 from firmware_runtime.runs.arming import permission_for
-from firmware_runtime.runs.linking import idle_options, way_of
+from firmware_runtime.runs.end_link import idle_options, way_of
 from firmware_runtime.runs.reloading import Reloading
 from firmware_runtime.runs.reporter import Reporter
 from firmware_runtime.runs.restarting import counted
@@ -39,19 +39,19 @@ from firmware_runtime.runs.restarts import Restarts
 from firmware_runtime.runs.session import Session
 from firmware_runtime.runs.start import start_session
 from firmware_runtime.statistics.companions import check_ending
-from firmware_runtime.statistics.errors import StatisticsFileError
+from firmware_runtime.statistics.file_errors import StatisticsFileError
 from firmware_runtime.statistics.paths import default_path
 from firmware_runtime.statistics.statistics import RunState
 from firmware_runtime.statistics.text.summary import summary
 from firmware_runtime.status import Status
+from firmware_runtime.system.check_no_rclpy import refuse_ros
 from firmware_runtime.system.journal import Journal
 from firmware_runtime.system.notices import Notices
-from firmware_runtime.system.own_environment import refuse_ros
 from firmware_runtime.system.process_identity import started_at
 from firmware_runtime.system.signals import stop_on_signals
 
 if TYPE_CHECKING:
-    from firmware_runtime.stages.reports import EndReports
+    from firmware_runtime.lab.stages.reports import EndReports
 
 
 def add_to(verbs: SubParsers) -> None:
@@ -204,7 +204,7 @@ def _reports(session: Session, descriptor: int | None) -> "EndReports | None":
         return None
     if session.linked is not None:  # the time of a stage is that of its controller
         session.linked.ends_both = True
-    from firmware_runtime.stages.reports import EndReports  # noqa: PLC0415 -- of a stage only
+    from firmware_runtime.lab.stages.reports import EndReports  # noqa: PLC0415 -- of a stage only
 
     return EndReports(session.executive, descriptor, session.shown, lambda: _standing(session))
 

@@ -11,8 +11,9 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
-from firmware_runtime.board import kinds, registry
-from firmware_runtime.board.in_force import SETTINGS
+from firmware_runtime.board import installed as kinds
+from firmware_runtime.board import registry
+from firmware_runtime.board.local_settings import SETTINGS
 from firmware_runtime.cli.arguments import SubParsers, add_verb
 from firmware_runtime.cli.service_status import (
     add_board_name,
@@ -21,7 +22,7 @@ from firmware_runtime.cli.service_status import (
     explained,
     show_status,
 )
-from firmware_runtime.host.errors import InstallationRefused, StepFailed
+from firmware_runtime.host.host_errors import InstallationRefused, StepFailed
 from firmware_runtime.host.installation.install import Installation
 from firmware_runtime.host.installation.places import (
     GUARD,

@@ -12,13 +12,13 @@ from select import select
 
 from firmware_runtime.cli.after_virtual_run import say_if_last_run_was_virtual
 from firmware_runtime.cli.arguments import SubParsers, add_statistics, add_verb, positive
-from firmware_runtime.extras import module_of_extra
 from firmware_runtime.statistics.comparison import difference, same_run
-from firmware_runtime.statistics.errors import StatisticsFileError
+from firmware_runtime.statistics.file_errors import StatisticsFileError
 from firmware_runtime.statistics.paths import find_statistics
 from firmware_runtime.statistics.reader import read_statistics
 from firmware_runtime.statistics.statistics import Statistics
 from firmware_runtime.status import Status
+from firmware_runtime.system.extras import module_of_extra
 from firmware_runtime.system.until_signal import UntilSignal, until_signal
 
 QUIT, PAUSE = b"qQ\x03", b" "
@@ -44,7 +44,7 @@ def add_to(verbs: SubParsers) -> None:
 
 def execute(arguments: argparse.Namespace) -> int:
     """Show it until q; once, where there is no terminal to show it in."""
-    drawing = module_of_extra("firmware_runtime.statistics.top.screen", "top")
+    drawing = module_of_extra("firmware_runtime.view.top.screen", "top")
     console = module_of_extra("rich.console", "top").Console(highlight=False)
     path = arguments.statistics or find_statistics(arguments.board)
     watched = Watched(path)

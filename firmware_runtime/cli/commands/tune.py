@@ -11,15 +11,15 @@ from firmware_runtime.cli.arguments import SubParsers, add_board, add_output, ad
 from firmware_runtime.cli.chosen_board import chosen_board
 from firmware_runtime.cli.commands.identify import add_since, identified_from
 from firmware_runtime.errors import ConfigError
-from firmware_runtime.extras import module_of_extra
 from firmware_runtime.statistics.text.columns import aligned
 from firmware_runtime.status import Status
 from firmware_runtime.system.exit_on_signals import exit_on_signals
+from firmware_runtime.system.extras import module_of_extra
 
 if TYPE_CHECKING:
-    from firmware_runtime.tuning.loop import Gains, Margins
-    from firmware_runtime.tuning.search import Tuned
-    from firmware_runtime.tuning.task import Task
+    from firmware_runtime.lab.tuning.loop import Gains, Margins
+    from firmware_runtime.lab.tuning.search import Tuned
+    from firmware_runtime.lab.tuning.task import Task
 
 _ABOUT = """
 The gains of least cost for the plant, with a gain margin of 6 dB and a phase margin of 45 degrees
@@ -53,15 +53,15 @@ def add_to(verbs: SubParsers) -> None:
 def execute(arguments: argparse.Namespace) -> int:
     """Tune; print what was found, write the copy."""
     board = chosen_board(arguments.board, arguments.assignments)
-    task_module = module_of_extra("firmware_runtime.tuning.task", "tuning")
-    file = module_of_extra("firmware_runtime.tuning.board_file", "tuning")
+    task_module = module_of_extra("firmware_runtime.lab.tuning.task", "tuning")
+    file = module_of_extra("firmware_runtime.lab.tuning.board_file", "tuning")
     _, loop = task_module.loop_of(board)
     output: Path | None = arguments.output
     if output is not None and (fault := file.output_fault(output, board)) is not None:
         raise ConfigError("-o", [fault])
     with exit_on_signals():
         task, doubts = _task(arguments, board)
-        tuned = module_of_extra("firmware_runtime.tuning.search", "tuning").tune(task)
+        tuned = module_of_extra("firmware_runtime.lab.tuning.search", "tuning").tune(task)
     if not tuned.shipped_margins.is_stable:
         doubts = [*doubts, "the shipped gains make a loop with this plant that is not stable"]
     keys = task_module.keys_of(loop)
@@ -80,7 +80,7 @@ def execute(arguments: argparse.Namespace) -> int:
 def _task(arguments: argparse.Namespace, board: Board) -> "tuple[Task, list[str]]":
     """What is sought, and what speaks against the plant that it is sought for."""
     doubts: list[str] = []
-    module = module_of_extra("firmware_runtime.tuning.task", "tuning")
+    module = module_of_extra("firmware_runtime.lab.tuning.task", "tuning")
     if arguments.run is not None:
         _, identified, _ = identified_from(arguments.run, board, arguments.since)
         plant, intervals = module.of_identified(identified)
@@ -96,7 +96,7 @@ def _task(arguments: argparse.Namespace, board: Board) -> "tuple[Task, list[str]
 
 
 def _as_json(board: Board, keys: dict[str, str], task: "Task", tuned: "Tuned") -> dict[str, Any]:
-    plant = module_of_extra("firmware_runtime.identification.plant", "tuning")
+    plant = module_of_extra("firmware_runtime.lab.identification.plant", "tuning")
     structure = "rotation" if board.plant is None else board.plant.structure
     shipped, found = tuned.seen
     return {

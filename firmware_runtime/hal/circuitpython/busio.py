@@ -8,7 +8,7 @@ class _InName:
     def __init__(self, *_: object, **__: object) -> None:
         raise NotImplementedError(
             f"busio.{type(self).__name__}: there is none of its own here; expected the bus that "
-            "drivers.circuitpython.Busio makes of a robot's, or in a test sim_doubles.busio.I2C"
+            "firmware_drivers.circuitpython.Busio makes of a robot's, or in a test sim_doubles.busio.I2C"
         )
 
 

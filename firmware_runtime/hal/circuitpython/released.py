@@ -2,7 +2,7 @@
 
 from abc import abstractmethod
 
-from firmware_runtime.closing import Closing
+from firmware_runtime.system.closing import Closing
 
 
 class Released(Closing):

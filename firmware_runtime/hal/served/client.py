@@ -7,7 +7,6 @@ from contextlib import suppress
 from typing import TypeAlias
 
 from firmware_runtime.hal.enable_line import EnableLine
-from firmware_runtime.hal.errors import BusFault, HalError, from_os_error
 from firmware_runtime.hal.i2c import I2cBus, Message
 from firmware_runtime.hal.serial import SerialPort
 from firmware_runtime.hal.served.packets import (
@@ -25,6 +24,7 @@ from firmware_runtime.hal.served.packets import (
     Transfer,
     Write,
 )
+from firmware_runtime.hal.wire_errors import BusFault, HalError, from_os_error
 
 Ask: TypeAlias = Callable[[Asked, str], Answered]
 """Asks a server; the text is what the sentence of an error begins with."""

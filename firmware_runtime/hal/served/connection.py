@@ -9,7 +9,6 @@ from typing import BinaryIO, Final
 
 from msgspec import MsgspecError
 
-from firmware_runtime.hal.errors import BusAbsent, BusFault, BusInUse, BusTimeout
 from firmware_runtime.hal.peer import peer_of, trusted_users
 from firmware_runtime.hal.served.packets import (
     LONGEST,
@@ -19,7 +18,8 @@ from firmware_runtime.hal.served.packets import (
     encode,
     read_answer,
 )
-from firmware_runtime.system.tried_again import tried_again
+from firmware_runtime.hal.wire_errors import BusAbsent, BusFault, BusInUse, BusTimeout
+from firmware_runtime.system.short_retry import tried_again
 
 ANSWER_S: Final = 1.0
 """How long an answer may take; doubles need less than a millisecond, a busy machine more."""

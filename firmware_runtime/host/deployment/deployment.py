@@ -24,7 +24,7 @@ from firmware_runtime.host.deployment.connection import Connection
 from firmware_runtime.host.deployment.local_packages import with_local_dependencies
 from firmware_runtime.host.deployment.package_wheel import packages_of
 from firmware_runtime.host.deployment.target import Target
-from firmware_runtime.host.errors import DeploymentError
+from firmware_runtime.host.host_errors import DeploymentError
 
 DOCTOR_FAILS = 8
 """Exit status of `firmware-runtime doctor` for a failure."""

@@ -7,7 +7,7 @@ from zipfile import BadZipFile, ZipFile
 
 from firmware_runtime.host.deployment.commands import Commands
 from firmware_runtime.host.deployment.package_wheel import OUR_OWN, built, packed_again
-from firmware_runtime.host.errors import DeploymentError
+from firmware_runtime.host.host_errors import DeploymentError
 
 NAME = "firmware_runtime"
 

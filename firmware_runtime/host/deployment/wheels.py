@@ -17,7 +17,7 @@ from firmware_runtime.host.deployment import project_wheel
 from firmware_runtime.host.deployment.commands import Commands
 from firmware_runtime.host.deployment.package_wheel import PIP, wheel_of
 from firmware_runtime.host.deployment.platform import Platform
-from firmware_runtime.host.errors import DeploymentError
+from firmware_runtime.host.host_errors import DeploymentError
 
 EXTRAS = ("gpio", "metrics", "top", "completion")
 """What a robot can use beside the bare program."""

@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 from fnmatch import filter as matching
 
-from firmware_runtime.board.in_force import SETTINGS
+from firmware_runtime.board.local_settings import SETTINGS
 
 RUNTIME, GUARD = "firmware-runtime", "firmware-runtime-guard"
 METRICS, RECORDER = "firmware-runtime-metrics", "firmware-runtime-record"

@@ -6,7 +6,7 @@ from hashlib import sha256
 from operator import itemgetter
 from typing import Any, TypeAlias
 
-from firmware_runtime.devs.errors import ModelError
+from firmware_runtime.devs.model_errors import ModelError
 from firmware_runtime.devs.part import Part
 from firmware_runtime.devs.ports import AnyPort
 from firmware_runtime.errors import ConfigError

@@ -9,7 +9,7 @@ from itertools import groupby
 from operator import itemgetter
 from typing import Final, TypeAlias
 
-from firmware_runtime.devs.errors import ModelError
+from firmware_runtime.devs.model_errors import ModelError
 from firmware_runtime.devs.simulator import Simulator
 from firmware_runtime.links.cut.cut import Crossing
 from firmware_runtime.links.cut.step import HEAD

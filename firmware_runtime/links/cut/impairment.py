@@ -14,7 +14,7 @@ from typing import Final, Literal, TypeAlias
 
 from firmware_runtime.devs.time import MICROSECOND, MILLISECOND, SECOND
 from firmware_runtime.errors import ConfigError
-from firmware_runtime.spelling import did_you_mean
+from firmware_runtime.system.spelling import did_you_mean
 
 Way: TypeAlias = Literal["out", "back"]
 """Out: from the controller to the robot."""

@@ -11,8 +11,8 @@ from time import monotonic_ns
 from typing import Final
 
 from firmware_runtime.devs.time import SECOND
-from firmware_runtime.hal.errors import HalError
 from firmware_runtime.hal.peer import peer_of
+from firmware_runtime.hal.wire_errors import HalError
 from firmware_runtime.links.ports.datagrams import GREETING
 from firmware_runtime.links.ports.speaker_of_run import why_not_of_run
 from firmware_runtime.statistics.companions import Companion

@@ -9,8 +9,8 @@ from rclpy.experimental import EventsExecutor
 from rclpy.signals import SignalHandlerOptions
 
 from firmware_runtime.board.ros.conventions import conventions
+from firmware_runtime.board.ros.topic_table import topics_in
 from firmware_runtime.board.ros.topics import Topics
-from firmware_runtime.board.ros.written import topics_in
 from firmware_runtime.errors import FirmwareRuntimeError
 from firmware_runtime.links.ros2.diagnostics import Diagnostics
 from firmware_runtime.links.ros2.node import RobotNode

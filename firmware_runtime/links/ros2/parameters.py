@@ -16,7 +16,7 @@ from rcl_interfaces.msg import (
 from rclpy.exceptions import InvalidParameterValueException
 from rclpy.parameter import Parameter
 
-from firmware_runtime.board.described import Setting
+from firmware_runtime.board.setting_descriptions import Setting
 from firmware_runtime.errors import FirmwareRuntimeError
 from firmware_runtime.links.ros2.node import Refused, RobotNode
 from firmware_runtime.links.ros2.part import Part

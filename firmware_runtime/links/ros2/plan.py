@@ -9,8 +9,8 @@ from typing import Any, Final
 import msgspec
 from msgspec import Struct
 
-from firmware_runtime.board.described import Setting
 from firmware_runtime.board.ros.names import node_name
+from firmware_runtime.board.setting_descriptions import Setting
 
 LEASE_S: Final = 0.4
 """Outputs are off within half a second and a period of the node's end."""

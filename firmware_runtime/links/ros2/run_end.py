@@ -13,7 +13,7 @@ from typing import Final
 
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.links.control import ask, post
-from firmware_runtime.links.errors import ControlError
+from firmware_runtime.links.link_errors import ControlError
 from firmware_runtime.links.ports.datagrams import message_of
 from firmware_runtime.links.ports.desk import Answer
 from firmware_runtime.links.ports.robot_end import RobotEnd

@@ -7,7 +7,7 @@ from typing import Any, ClassVar
 
 from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.coupled import Coupled
-from firmware_runtime.devs.errors import ModelError
+from firmware_runtime.devs.model_errors import ModelError
 from firmware_runtime.devs.ports import AnyPort, InPort
 from firmware_runtime.models.qss.engine import Engine, Setting
 from firmware_runtime.models.qss.expression import TIME, parse

@@ -3,8 +3,8 @@
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, TypeAlias
 
-from firmware_runtime.devs.errors import ModelError
-from firmware_runtime.extras import module_of_extra
+from firmware_runtime.devs.model_errors import ModelError
+from firmware_runtime.system.extras import module_of_extra
 
 if TYPE_CHECKING:
     import numpy as np

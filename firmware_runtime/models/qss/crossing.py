@@ -4,7 +4,7 @@ import ast
 from collections.abc import Sequence
 from typing import ClassVar, Final, Literal
 
-from firmware_runtime.devs.errors import ModelError
+from firmware_runtime.devs.model_errors import ModelError
 from firmware_runtime.devs.time import NEVER, format_time
 from firmware_runtime.models.qss.program import compile_condition
 from firmware_runtime.models.qss.segment import NANO, next_instant

@@ -24,7 +24,7 @@ from math import isfinite
 from typing import Any, Final, NamedTuple, TypeAlias
 
 from firmware_runtime.devs.atomic import Atomic
-from firmware_runtime.devs.errors import ModelError
+from firmware_runtime.devs.model_errors import ModelError
 from firmware_runtime.devs.ports import InPort, OutPort
 from firmware_runtime.devs.time import NEVER, format_time
 from firmware_runtime.models.qss.crossing import Crossing

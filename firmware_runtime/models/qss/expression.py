@@ -9,7 +9,7 @@ import math
 from collections.abc import Callable, Collection, Iterator
 from typing import Final
 
-from firmware_runtime.devs.errors import ModelError
+from firmware_runtime.devs.model_errors import ModelError
 
 CONSTANTS: Final = {"pi": math.pi, "tau": math.tau, "e": math.e}
 TIME: Final = "t"

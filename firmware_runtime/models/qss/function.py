@@ -12,7 +12,7 @@ from collections.abc import Mapping, Sequence
 from math import inf
 from typing import ClassVar, Final
 
-from firmware_runtime.devs.errors import ModelError
+from firmware_runtime.devs.model_errors import ModelError
 from firmware_runtime.models.qss.expression import TIME, names_of
 from firmware_runtime.models.qss.program import Code, Quanta, compile_allowance, compile_expression
 from firmware_runtime.models.qss.segment import NANO, next_instant

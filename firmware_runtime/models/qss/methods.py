@@ -18,7 +18,7 @@ from functools import partial
 from math import cbrt, inf, isfinite, sqrt
 from typing import ClassVar, Final
 
-from firmware_runtime.devs.errors import ModelError
+from firmware_runtime.devs.model_errors import ModelError
 from firmware_runtime.devs.time import NEVER
 from firmware_runtime.models.qss.roots import leaves_band
 from firmware_runtime.models.qss.segment import LONGEST_S, NANO, demand_finite, is_finite

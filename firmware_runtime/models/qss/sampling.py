@@ -4,7 +4,7 @@ from bisect import bisect_right
 from math import inf
 
 from firmware_runtime.devs.atomic import Atomic
-from firmware_runtime.devs.errors import ModelError
+from firmware_runtime.devs.model_errors import ModelError
 from firmware_runtime.devs.time import SECOND, whole
 from firmware_runtime.models.delay import Delay
 from firmware_runtime.models.qss.roots import falls_below_zero

@@ -4,7 +4,7 @@ from math import isfinite
 from numbers import Real
 from typing import Final, NamedTuple
 
-from firmware_runtime.devs.errors import ModelError
+from firmware_runtime.devs.model_errors import ModelError
 from firmware_runtime.devs.time import NEVER, SECOND
 
 NANO: Final = 1e-9

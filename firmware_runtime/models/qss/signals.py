@@ -4,7 +4,7 @@ import ast
 from collections.abc import Callable, Mapping, Sequence
 from typing import ClassVar
 
-from firmware_runtime.devs.errors import ModelError
+from firmware_runtime.devs.model_errors import ModelError
 from firmware_runtime.devs.ports import OutPort
 from firmware_runtime.devs.time import format_time
 from firmware_runtime.models.qss.program import Layout

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import TypeAlias
 
 from firmware_runtime.devs.atomic import Atomic
-from firmware_runtime.devs.errors import ModelError
+from firmware_runtime.devs.model_errors import ModelError
 from firmware_runtime.devs.time import NEVER, SECOND
 from firmware_runtime.devs.time import seconds as whole_ns
 from firmware_runtime.models.qss.segment import ZERO_SEGMENT, Segment

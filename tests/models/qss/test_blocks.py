@@ -8,11 +8,10 @@ import pytest
 
 from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.coupled import Coupled
-from firmware_runtime.devs.errors import ModelError
+from firmware_runtime.devs.model_errors import ModelError
 from firmware_runtime.devs.ports import OutPort
 from firmware_runtime.devs.simulator import Simulator
 from firmware_runtime.devs.time import MILLISECOND, SECOND
-from firmware_runtime.diagram.draw import diagram
 from firmware_runtime.models.qss import (
     Constant,
     Crossing,
@@ -40,6 +39,7 @@ from firmware_runtime.models.qss import (
     When,
 )
 from firmware_runtime.runs.model_alone import run
+from firmware_runtime.view.diagram.draw import diagram
 
 
 class Diagram:

@@ -5,7 +5,7 @@ from fractions import Fraction
 import pytest
 
 from firmware_runtime.devs.coupled import Coupled
-from firmware_runtime.devs.errors import ModelError
+from firmware_runtime.devs.model_errors import ModelError
 from firmware_runtime.devs.simulator import Simulator
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.models.qss import Crossing, Segment, Simulation, System, When, solve

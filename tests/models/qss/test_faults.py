@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from firmware_runtime.devs.errors import ModelError
+from firmware_runtime.devs.model_errors import ModelError
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.models.qss import Constant, FromFile, Step, System, When, solve
 

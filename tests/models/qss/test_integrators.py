@@ -10,7 +10,7 @@ from scipy.linalg import expm
 
 from firmware_runtime.devs.classic import ClassicSimulator
 from firmware_runtime.devs.coupled import Coupled
-from firmware_runtime.devs.errors import ModelError
+from firmware_runtime.devs.model_errors import ModelError
 from firmware_runtime.devs.simulator import Simulator
 from firmware_runtime.devs.time import MILLISECOND, NEVER, SECOND
 from firmware_runtime.models.qss import (

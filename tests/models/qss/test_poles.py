@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from firmware_runtime.devs.errors import ModelError
+from firmware_runtime.devs.model_errors import ModelError
 from firmware_runtime.models.qss import System, When, solve
 
 METHODS = ["QSS1", "QSS2", "QSS3", "LIQSS2"]

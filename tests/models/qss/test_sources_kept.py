@@ -5,7 +5,6 @@ from functools import partial
 
 import pytest
 
-from firmware_runtime.blackbox.state.keyframes import StateTable
 from firmware_runtime.devs.simulator import Simulator
 from firmware_runtime.devs.time import seconds
 from firmware_runtime.models.qss.model import SystemModel
@@ -19,6 +18,7 @@ from firmware_runtime.models.qss.sources import (
     Step,
 )
 from firmware_runtime.models.qss.system import System
+from firmware_runtime.recording.blackbox.state.keyframes import StateTable
 
 SAMPLES = [(0.3, 1.0), (0.9, 3.0), (1.5, -1.0)]
 SOURCES: list[Callable[[], Schedule]] = [

@@ -2,7 +2,7 @@
 
 import pytest
 
-from firmware_runtime.hal.errors import NoAcknowledge
+from firmware_runtime.hal.wire_errors import NoAcknowledge
 from sim_doubles.clock import ManualClock
 from tests.support.magnetometer import Die
 

@@ -2,7 +2,7 @@
 
 import pytest
 
-from firmware_runtime.hal.errors import NoAcknowledge
+from firmware_runtime.hal.wire_errors import NoAcknowledge
 from sim_doubles.chips.mpu9250 import Mpu9250Double
 from sim_doubles.clock import ManualClock
 from sim_doubles.i2c_bus import I2cBusDouble

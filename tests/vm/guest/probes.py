@@ -8,8 +8,8 @@ from typing import Final
 
 from smbus2 import I2cFunc, SMBus, i2c_msg
 
-from firmware_runtime.hal.errors import NoAcknowledge
 from firmware_runtime.hal.linux import open_i2c
+from firmware_runtime.hal.wire_errors import NoAcknowledge
 
 SENSOR, WHO_AM_I, MPU_9250 = 0x68, 0x75, 0x71
 PWM, FIRST_LED, AUTO_INCREMENT = 0x40, 0x06, 0x20

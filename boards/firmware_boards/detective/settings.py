@@ -1,0 +1,140 @@
+"""The schema of the detective robot's board.toml. Units are in the keys, or named here."""
+
+from typing import Annotated, Literal
+
+from firmware_drivers.tables.compass import CompassTable
+from firmware_drivers.tables.sonar import SonarTable
+from firmware_drivers.tables.treads import Share, TreadTable
+from msgspec import Meta
+
+from firmware_boards.detective.parameters import Parameters
+from firmware_runtime.board.settings import (
+    Address,
+    BoardSettings,
+    Channel,
+    NotNegative,
+    Positive,
+    Seconds,
+    SecondsOrNone,
+    Settings,
+)
+from firmware_runtime.devs.time import seconds
+
+
+class RadarMotorTable(Settings, frozen=True):
+    """The radar's motor on an H-bridge behind a PCA9685."""
+
+    bus: str
+    address: Address
+    osc_hz: Positive
+    frequency_hz: Positive
+    pwm_channel: Channel
+    in1: Channel
+    in2: Channel
+    duty: Share
+    longest_turn_s: Seconds
+    """The head is stopped when no command came for so long: no chip here would stop it."""
+
+
+class ModelTable(Settings, frozen=True):
+    """What the paper leaves open, as event files run it; see README.md."""
+
+    hop_s: SecondsOrNone
+    half_sweep_s: Seconds
+    tolerance_deg: NotNegative
+
+
+class MissionTable(Settings, frozen=True):
+    """What the model's parameters are on a robot, when it starts, and when hardware has failed."""
+
+    half_sweep_s: Seconds
+    tolerance_deg: NotNegative
+    start_s: SecondsOrNone
+    faults: Annotated[int, Meta(ge=1)]
+    """Faults of one device in a row that count as its failure."""
+    on_failure: Literal["end", "wait"]
+    """`end`: treads and radar stop and the run ends. `wait`: they stop and stay stopped."""
+    longest_s: Seconds = 220.0
+    """A mission that has not reached its target after so long has failed."""
+    avoid_obstacles: bool = False
+    """Whether the body's sonar looks ahead on every drive; the vehicle drives past what is low."""
+    near_m: Positive = 0.75
+    """With `avoid_obstacles`: what the radar's sonar finds from here or nearer is within reach."""
+    aside_s: Seconds = 8.0
+    """With `avoid_obstacles`: how long it drives past an obstacle before it looks again."""
+
+
+class TurnCheckTable(Settings, frozen=True):
+    """Turns commanded against those of the body's compass: how far apart both may be."""
+
+    full_turn_deg_s: Positive
+    """How fast the vehicle turns with both treads at full speed against each other."""
+    window_s: Seconds
+    """How long turns are remembered."""
+    tolerance_deg: Positive
+    share: NotNegative
+    """And so much of the commanded turn more: treads slip."""
+
+
+class ArenaTable(Settings, frozen=True):
+    """The world behind the doubles. Not used on the real robot's lines."""
+
+    target: tuple[float, float]
+    target_radius_m: Positive
+    obstacles: tuple[tuple[float, float, float], ...]
+    walls: tuple[tuple[float, float, float, float], ...]
+    start: tuple[float, float]
+    start_bearing_deg: float
+    wheel_radius_m: Positive
+    track_width_m: Positive
+    body_radius_m: Positive
+    right_slip: NotNegative
+    left_slip: NotNegative
+    slip_std: NotNegative
+    head_speed_deg_s: Positive
+    head_limit_deg: NotNegative
+    head_start_deg: float
+    radar_half_angle_deg: Positive
+    body_half_angle_deg: Positive
+    sonar_nearest_m: NotNegative
+    sonar_farthest_m: Positive
+    compass_mounting: Literal["inverted", "upright"]
+    compass_noise_deg: NotNegative
+    radar_compass_offset_deg: float
+    body_compass_offset_deg: float
+    seed: Annotated[int, Meta(ge=0)]
+    solver: Literal["exact", "qss2"] = "exact"
+    """The vehicle's motion in closed form, or as a DEVS model of quantized integrators."""
+    radar_compass_stuck_s: SecondsOrNone | None = None
+    body_compass_stuck_s: SecondsOrNone | None = None
+    low_obstacles: tuple[tuple[float, float, float], ...] = ()
+    low_walls: tuple[tuple[float, float, float, float], ...] = ()
+
+
+class DetectiveSettings(BoardSettings, frozen=True, kw_only=True):
+    """The whole file."""
+
+    board: Literal["detective"]
+    model: ModelTable
+    mission: MissionTable
+    radar_sonar: SonarTable
+    body_sonar: SonarTable
+    radar_compass: CompassTable
+    body_compass: CompassTable
+    radar_motor: RadarMotorTable
+    treads: TreadTable
+    turn_check: TurnCheckTable | None = None
+    """None, where the file has no such table: nothing is compared."""
+    world: ArenaTable
+
+
+def event_parameters(settings: DetectiveSettings) -> Parameters:
+    """The model's parameters as event files run it."""
+    model, mission = settings.model, settings.mission
+    return Parameters(
+        seconds(model.hop_s),
+        seconds(model.half_sweep_s),
+        model.tolerance_deg,
+        mission.avoid_obstacles,
+        seconds(mission.aside_s),
+    )

@@ -1,0 +1,128 @@
+"""Where TachoBot points: the gyro's rate integrated, slowly pulled to the compass."""
+
+import math
+
+from firmware_drivers.chips.mpu9250_burst import InertialSample
+
+from firmware_boards.tachobot.settings import ControllerSettings
+from firmware_runtime.devs.atomic import Atomic
+from firmware_runtime.devs.time import SECOND, seconds
+from firmware_runtime.models.cross_check import CrossCheck, CrossCheckSettings, Source
+from firmware_runtime.models.motion import Motion
+from firmware_runtime.system.elementary import atan2
+
+FIELDS_AVERAGED = 100
+"""Readings of the compass from which its angle at yaw zero is taken; one alone is too noisy."""
+
+
+class Attitude(Atomic):
+    """Turns every inertial sample into yaw (rad) and yaw rate (rad/s), at the same instant.
+
+    disabled --enable? true--> waiting --sample?--> estimating (0) --yaw!--> waiting
+    waiting --enable? false--> disabled
+
+    While `trusted` is false gyro and compass contradict each other, and no yaw is sent. Disabled
+    again, it goes on estimating and says nothing: the robot may turn meanwhile.
+
+    Yaw is zero where the first sample found the robot and counts anticlockwise seen from above.
+    Rates are integrated by the trapezoid rule over the time that really passed. The compass gives
+    how far the estimate has strayed from it since the start, on average of its first fields; of
+    that, elapsed / time constant is taken off in one step.
+    """
+
+    def __init__(self, name: str, compass_time_constant: int, *, enabled: bool) -> None:
+        super().__init__(name)
+        self.sample = self.in_port("sample", InertialSample)
+        self.enable = self.in_port("enable", bool)
+        self.trusted = self.in_port("trusted", bool)
+        self.yaw = self.out_port("yaw", Motion)
+        self.compass_time_constant = compass_time_constant
+        self.enabled = enabled
+        self.is_trusted = True
+        self.motion: Motion | None = None
+        self._since_sample = 0
+        self._headings = 0
+        self._heading_at_zero = 0.0
+
+    def initialize(self) -> None:
+        """Wait for a sample, or to be enabled."""
+        self.passivate("waiting" if self.enabled else "disabled")
+
+    def output(self) -> None:
+        """Send the estimate."""
+        if self.motion is not None:
+            self.yaw.send(self.motion)
+
+    def internal(self) -> None:
+        """Wait for the next sample."""
+        self.passivate("waiting")
+
+    def external(self, elapsed: int) -> None:
+        """Take the newest sample in, if enabled."""
+        self._since_sample += elapsed
+        if self.enable:
+            self.enabled = self.enable[-1]
+        if self.trusted:
+            self.is_trusted = self.trusted[-1]
+        is_sound = bool(self.sample) and self.is_trusted
+        if is_sound and (self.enabled or self.motion is not None):
+            self.motion = self._estimate(self.sample[-1], self._since_sample)
+            self._since_sample = 0
+        if not self.enabled:
+            self.passivate("disabled")
+        elif is_sound:
+            self.activate("estimating")
+        else:
+            self.passivate("waiting")
+
+    def _estimate(self, sample: InertialSample, elapsed: int) -> Motion:
+        rate, field = sample.rate[2], sample.field
+        if self.motion is None:
+            return Motion(0.0, rate)
+        yaw, rate_before = self.motion
+        yaw += (rate_before + rate) / 2 * elapsed / SECOND
+        if field is not None and self.compass_time_constant:
+            constant = self.compass_time_constant
+            share = elapsed / constant if elapsed < constant else 1.0
+            yaw += share * self._compass_error(field, yaw)
+        return Motion(yaw, rate)
+
+    def _compass_error(self, field: tuple[float, float, float], yaw: float) -> float:
+        """How far the compass stands from the estimate, within plus and minus pi; 0 at first."""
+        heading = _heading_of(field)
+        error = math.remainder(heading - self._heading_at_zero - yaw, math.tau)
+        if self._headings == FIELDS_AVERAGED:
+            return error
+        self._headings += 1
+        self._heading_at_zero += error / self._headings
+        return 0.0
+
+
+def heading_check(settings: ControllerSettings) -> CrossCheck[InertialSample, InertialSample]:
+    """The gyro's yaw against the compass': either may read what no longer is."""
+    stated = settings.compass_check
+    return CrossCheck(
+        "heading_check",
+        CrossCheckSettings(
+            quantity="heading (rad, compass less gyro)",
+            window=seconds(stated.window_s),
+            tolerance=stated.tolerance_rad,
+            share=stated.share,
+            circle=math.tau,
+        ),
+        rate=Source(InertialSample, _yaw_rate),
+        value=Source(InertialSample, _heading),
+    )
+
+
+def _yaw_rate(sample: InertialSample) -> float:
+    return sample.rate[2]
+
+
+def _heading(sample: InertialSample) -> float | None:
+    """Of the compass, in rad; None where there is no new field."""
+    return None if sample.field is None else _heading_of(sample.field)
+
+
+def _heading_of(field: tuple[float, float, float]) -> float:
+    return atan2(-field[1], field[0])

@@ -1,0 +1,189 @@
+"""What the runtime asks of a board: its schema, its faults, its bus load, and the robot itself."""
+
+from firmware_drivers.chips.mpu9250_burst import NINE_AXES
+from firmware_drivers.chips.pca9685_burst import duty_burst
+from firmware_drivers.chips.pca9685_rate import prescale_for
+from firmware_drivers.thrust_pairs import MOTORS
+
+from firmware_boards.tachobot.controller import Controller
+from firmware_boards.tachobot.experiments import EXPERIMENTS
+from firmware_boards.tachobot.result import yaw_result
+from firmware_boards.tachobot.settings import EscSettings, TachobotSettings
+from firmware_boards.tachobot.wiring import Tachobot, chip_settings, control_period
+from firmware_boards.tachobot.yaw import YAW
+from firmware_runtime.board.bus_loads import Recurring, bus_loads
+from firmware_runtime.board.definition import BoardDefinition
+from firmware_runtime.board.ending import Ending
+from firmware_runtime.board.faults import Device, device_faults, setting_fault
+from firmware_runtime.board.lines import Lines
+from firmware_runtime.board.robot import Robot
+from firmware_runtime.devs.ports import OutPort
+from firmware_runtime.hal.budget import BusLoad
+
+
+def faults(settings: TachobotSettings) -> list[str]:
+    """Everything wrong that no single value shows, each with its key."""
+    thrust = settings.thrust_pairs
+    return [
+        *device_faults(devices(settings), settings.buses),
+        *(f"imu.{fault}" for fault in chip_settings(settings).faults()),
+        *setting_fault(
+            "thrust_pairs.frequency_hz", lambda: prescale_for(thrust.frequency_hz, thrust.osc_hz)
+        ),
+        *_esc_faults(settings),
+        *_rate_faults(settings),
+        *_friction_faults(settings),
+        *_track_faults(settings),
+    ]
+
+
+def loads(settings: TachobotSettings) -> dict[str, BusLoad]:
+    """What every control tick costs on each bus; a poll of a PCA9685 once a second is left out."""
+    imu, thrust, period = settings.imu, settings.thrust_pairs, control_period(settings)
+    recurring = (
+        Recurring(imu.bus, "imu sample", (NINE_AXES,), period),
+        Recurring(thrust.bus, "thrust_pairs duties", (duty_burst(MOTORS),), period),
+    )
+    return bus_loads(settings.buses, recurring)
+
+
+def build(settings: TachobotSettings, lines: Lines) -> Robot:
+    """The robot on these buses; nothing is sent yet."""
+    model = Tachobot(settings, lines)
+    pwm = model.pwm_chips
+    return Robot(
+        model=model,
+        # Every PCA9685 leaves the ALLCALL address before anything else is said on the bus.
+        probe=(
+            *(chip.silence for chip in pwm),
+            *(chip.identify for chip in pwm),
+            model.imu_chip.identify,
+        ),
+        stop=tuple(chip.stop_all for chip in pwm),
+        still_on=tuple(chip.still_on for chip in pwm),
+        result=lambda: _result(model),
+        ended=_ended(model),
+        ends_on_failure=True,
+        retune=model.retune,
+        warnings=model.imu_chip.warnings,
+    )
+
+
+def devices(settings: TachobotSettings) -> tuple[Device, ...]:
+    """Every chip that something is coupled to, each on its bus."""
+    imu, thrust, esc = settings.imu, settings.thrust_pairs, settings.esc_in_use
+    always = (
+        Device("imu", "MPU-9250", imu.bus, imu.address),
+        Device("thrust_pairs", "PCA9685", thrust.bus, thrust.address),
+    )
+    return always if esc is None else (*always, Device("esc", "PCA9685", esc.bus, esc.address))
+
+
+def _esc_faults(settings: TachobotSettings) -> list[str]:
+    """What is wrong with the speed controller, in the modes that lift with it."""
+    mode = settings.controller.mode
+    if mode != "platform" and settings.esc is None:
+        missing = f"esc: missing; controller.mode {mode!r} lifts with it, expected a table [esc]"
+        return [f"{missing} with its bus and address"]
+    if (esc := settings.esc_in_use) is None:
+        return []
+    return [
+        *setting_fault("esc.frequency_hz", lambda: prescale_for(esc.frequency_hz, esc.osc_hz)),
+        *_pulse_faults(esc),
+    ]
+
+
+def _pulse_faults(esc: EscSettings) -> list[str]:
+    cycle_us = 1e6 / esc.frequency_hz
+    sentence = (
+        f"esc.high_pulse_us: {esc.high_pulse_us} us, expected more than low_pulse_us "
+        f"({esc.low_pulse_us} us) and less than a cycle ({cycle_us:.0f} us)"
+    )
+    return [] if esc.low_pulse_us < esc.high_pulse_us < cycle_us else [sentence]
+
+
+def _rate_faults(settings: TachobotSettings) -> list[str]:
+    period_s, timeout_s = settings.controller.period_s, settings.thrust_pairs.timeout_s
+    faults: list[str] = []
+    if settings.imu.sample_hz * period_s <= 1:
+        faults.append(
+            f"imu.sample_hz: {settings.imu.sample_hz} Hz, expected more than the control rate "
+            f"({1 / period_s:g} Hz), or ticks would find no new sample"
+        )
+    if timeout_s < 2 * period_s:
+        faults.append(
+            f"thrust_pairs.timeout_s: {timeout_s} s, expected two control periods "
+            f"({2 * period_s:g} s) or more"
+        )
+    return faults
+
+
+def _friction_faults(settings: TachobotSettings) -> list[str]:
+    world = settings.world
+    sentence = (
+        f"world.static_friction_nm: {world.static_friction_nm} N m, expected at least "
+        f"world.coulomb_friction_nm ({world.coulomb_friction_nm} N m)"
+    )
+    return [] if world.static_friction_nm >= world.coulomb_friction_nm else [sentence]
+
+
+def _track_faults(settings: TachobotSettings) -> list[str]:
+    """What is wrong with the tables that mode `track` goes by, in that mode."""
+    if settings.controller.mode != "track":
+        return []
+    from firmware_boards.tachobot.course import course_faults  # noqa: PLC0415 -- mode track
+
+    yaw = settings.controller.yaw
+    given = {"smith": yaw.smith, "wave": yaw.wave}
+    return [
+        *settings.position.faults(),
+        *settings.world.position.faults(),
+        *course_faults(settings),
+        *(
+            f"controller.yaw.{key}: has no effect; controller.mode is 'track'"
+            for key, table in given.items()
+            if table is not None
+        ),
+    ]
+
+
+def _result(model: Tachobot) -> dict[str, object]:
+    """How it ended by what the robot itself knows."""
+    controller = model.controller
+    if isinstance(controller, Controller):
+        return yaw_result(controller.yaw.reference, controller.attitude.motion)
+    from firmware_boards.tachobot.track_result import own_track_result  # noqa: PLC0415 -- mode track
+
+    return own_track_result(controller)
+
+
+def _ended(model: Tachobot) -> OutPort[Ending] | None:
+    """Where mode `track` says that it gave up; the other modes have no end of their own."""
+    controller = model.controller
+    return None if isinstance(controller, Controller) else controller.given_up.ended
+
+
+BOARD = BoardDefinition(
+    settings=TachobotSettings,
+    build=build,
+    devices=devices,
+    loads=loads,
+    faults=faults,
+    retunable=(
+        "controller.*.kp",
+        "controller.*.ki",
+        "controller.*.kd",
+        "controller.*.anti_windup",
+        "thrust_pairs.slew_per_s",
+        "thrust_pairs.timeout_s",
+    ),
+    optional_components=("esc", "lift", "position_input"),  # where it hovers
+    inputs={
+        "yaw_reference": "hold",
+        # each of these has a timeout of its own, in the model that takes it
+        **dict.fromkeys(("x_position", "y_position", "position", "pose"), "hold"),
+    },
+    doubles_run_s=10.0,
+    experiments=EXPERIMENTS,
+    plant=YAW,
+)

@@ -1,0 +1,58 @@
+"""What both of TachoBot's controllers have: a PID a coordinate, and a delay of the yaw command."""
+
+from typing import Generic, Protocol, TypeVar
+
+from firmware_boards.tachobot.allocation import Allocation
+from firmware_boards.tachobot.settings import PidSettings, TachobotSettings
+from firmware_runtime.devs.coupled import Coupled
+from firmware_runtime.devs.ports import InPort, OutPort
+from firmware_runtime.devs.time import seconds
+from firmware_runtime.models.applied import Applied
+from firmware_runtime.models.delay import Delay
+from firmware_runtime.models.pid import PidGains
+
+
+class AnyPid(Protocol):
+    """A PID of either kind."""
+
+    gains: PidGains
+    applied_in: InPort[Applied]
+
+
+P = TypeVar("P", bound=AnyPid)
+
+
+class PidController(Coupled, Generic[P]):
+    """PIDs by their keys below `controller` in board.toml; two pairs push for each."""
+
+    def __init__(self, name: str, pair_thrust_n: float) -> None:
+        super().__init__(name)
+        self.applied = self.in_port("applied", Applied)
+        """What the thrust pairs apply."""
+        self._pids: dict[str, P] = {}
+        self._limit_n = 2 * pair_thrust_n
+
+    def retune(self, settings: TachobotSettings) -> None:
+        """Take up new gains; integrals stay, so nothing jumps."""
+        for name, pid in self._pids.items():
+            pid.gains = self._gains(getattr(settings.controller, name))
+
+    def _couple_applied(self, allocation: Allocation) -> None:
+        """What the pairs apply to each PID: to those of x and y by way of the allocation."""
+        self.couple(self.applied, allocation.pairs_applied)
+        for name, pid in self._pids.items():
+            if name == "yaw":
+                self.couple(self.applied, pid.applied_in)
+            else:
+                self.couple(allocation.position_applied, pid.applied_in)
+
+    def _gains(self, settings: PidSettings) -> PidGains:
+        return PidGains(settings.kp, settings.ki, settings.kd, self._limit_n, settings.anti_windup)
+
+    def _delayed(self, command: OutPort[float], delay_s: float) -> OutPort[float]:
+        """The port at which the yaw command leaves after the delay; its own where there is none."""
+        if not delay_s:
+            return command
+        delay = self.add(Delay("yaw_delay", float, seconds(delay_s)))
+        self.couple(command, delay.entrance)
+        return delay.delayed

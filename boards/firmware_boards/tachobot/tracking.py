@@ -1,0 +1,103 @@
+"""TachoBot's controller in mode `track`: it knows where it is, and follows a path.
+
+The errors of x and y are those of the room; `allocation` turns their commands into the body's axes
+by the yaw of the room. The estimator works from the first sample on, so that there is a position
+before outputs are armed; the trajectory begins once the robot is lifted. Without a position no
+command leaves, and the propellers stay off.
+"""
+
+from typing import Final
+
+from firmware_drivers.chips.mpu9250_burst import InertialSample
+from firmware_drivers.thrust_pairs import Forces
+
+from firmware_boards.tachobot.allocation import Allocation
+from firmware_boards.tachobot.attitude import Attitude, heading_check
+from firmware_boards.tachobot.course import path_of
+from firmware_boards.tachobot.given_up import GivenUp
+from firmware_boards.tachobot.inertial import Inertial
+from firmware_boards.tachobot.pid_controller import PidController
+from firmware_boards.tachobot.settings import PidSettings, TachobotSettings, TrackSettings
+from firmware_runtime.devs.time import seconds
+from firmware_runtime.models.position_estimator import PositionEstimator
+from firmware_runtime.models.position_fix import PoseFix, PositionFix
+from firmware_runtime.models.position_watch import PositionWatch
+from firmware_runtime.models.tracking_pid import TrackingPid
+from firmware_runtime.models.trajectory_source import TrajectorySource
+
+PERIODS: Final = 10
+"""Of control, after which a command of x or y, and of setpoints, after which one counts no more."""
+
+
+class TrackingController(PidController[TrackingPid]):
+    """sample, position -> estimator -> PIDs along the trajectory -> allocation -> forces."""
+
+    def __init__(self, name: str, settings: TachobotSettings, control: TrackSettings) -> None:
+        super().__init__(name, settings.pair_thrust_n)
+        self.sample = self.in_port("sample", InertialSample)
+        self.enable = self.in_port("enable", bool)
+        self.position = self.in_port("position", PositionFix)
+        self.pose = self.in_port("pose", PoseFix)
+        self.forces = self.out_port("forces", Forces)
+        compass = seconds(control.compass_time_constant_s)
+        estimates = settings.position.estimator(control.period_s)
+        period, limits = seconds(settings.trajectory.period_s), settings.trajectory.rejoin()
+
+        self.attitude = self.add(Attitude("attitude", compass, enabled=True))
+        inertial = self.add(Inertial("inertial"))
+        self.estimator = self.add(PositionEstimator("estimator", estimates))
+        self.watch = self.add(PositionWatch("watch", settings.position.patience()))
+        self.given_up = self.add(GivenUp("given_up", settings.position.safe_after_s))
+        self.trajectory = self.add(
+            TrajectorySource("trajectory", path_of(settings), period, limits, enabled=False)
+        )
+        mass_kg, turning = settings.mass_kg, settings.turning_inertia
+        self._pids = {
+            "x": self._pid("x", control.x, mass_kg, PERIODS * period),
+            "y": self._pid("y", control.y, mass_kg, PERIODS * period),
+            "yaw": self._pid("yaw", control.yaw, turning, PERIODS * period),
+        }
+        timeout = PERIODS * seconds(control.period_s)
+        self.allocation = self.add(Allocation("allocation", settings.pair_thrust_n, timeout))
+
+        if control.compass_time_constant_s:
+            check = self.add(heading_check(control))
+            self.couple(self.sample, check.rate)
+            self.couple(self.sample, check.value)
+            self.couple(check.agrees_out, self.attitude.trusted)
+        self.couple(self.sample, inertial.sample)
+        self.couple(self.sample, self.attitude.sample)
+        self.couple(self.enable, self.trajectory.enable)
+        self.couple(self.attitude.yaw, inertial.yaw)
+        self.couple(inertial.inertial, self.estimator.inertial)
+        self.couple(self.position, self.estimator.position)
+        self.couple(self.pose, self.estimator.pose)
+        self.couple(self.estimator.fix, self.watch.fix)
+        self.couple(self.watch.state, self.estimator.state_in)
+        self.couple(self.watch.state, self.trajectory.state_in)
+        self.couple(self.watch.state, self.given_up.state)
+        self.couple(self.applied, self.trajectory.applied_in)
+        self._couple_axes(control)
+        self._couple_applied(self.allocation)
+        self.couple(self.allocation.forces_out, self.forces)
+
+    def _couple_axes(self, control: TrackSettings) -> None:
+        """Estimate and setpoint to each PID, and their commands to the allocation."""
+        estimator, trajectory, allocation = self.estimator, self.trajectory, self.allocation
+        x, y, yaw = self._pids.values()
+        self.couple(estimator.x, trajectory.x_now)
+        self.couple(estimator.y, trajectory.y_now)
+        self.couple(estimator.yaw, trajectory.yaw_now)
+        self.couple(trajectory.x, x.setpoint)
+        self.couple(trajectory.y, y.setpoint)
+        self.couple(trajectory.yaw, yaw.setpoint)
+        self.couple(estimator.x, x.measurement)
+        self.couple(estimator.y, y.measurement)
+        self.couple(estimator.yaw, yaw.measurement)
+        self.couple(estimator.yaw, allocation.yaw)
+        self.couple(x.command, allocation.x_n)
+        self.couple(y.command, allocation.y_n)
+        self.couple(self._delayed(yaw.command, control.yaw.delay_s), allocation.yaw_n)
+
+    def _pid(self, name: str, settings: PidSettings, inertia: float, timeout: int) -> TrackingPid:
+        return self.add(TrackingPid(name, self._gains(settings), inertia, timeout))

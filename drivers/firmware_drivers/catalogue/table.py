@@ -1,0 +1,47 @@
+"""The chips that can be tried out, ours and those of other packages, found by entry point.
+
+An entry point of the group `firmware_runtime.chips` is an `OnBus` or `OnPort` under its own name.
+One that cannot be loaded is skipped with a sentence: it takes nothing from the others.
+"""
+
+import sys
+from collections.abc import Mapping
+from functools import cache
+from types import MappingProxyType
+from typing import Final
+
+from firmware_drivers.catalogue.identity import WITHOUT_A_DRIVER
+from firmware_drivers.catalogue.trial import Identity, OnBus, OnPort, Triable
+from firmware_runtime.cli.readers_gone import print_line
+from firmware_runtime.system.entry_points import installed
+
+GROUP: Final = "firmware_runtime.chips"
+
+
+@cache
+def chips() -> Mapping[str, Triable]:
+    """Every chip by its name on the command line, in alphabetical order."""
+    found: dict[str, Triable] = {}
+    for each in sorted(installed(GROUP), key=lambda entry_point: entry_point.name):
+        try:
+            found[each.name] = _checked(each.name, each.load())
+        except Exception as error:  # noqa: BLE001 -- another package's module can raise anything
+            print_line(f"firmware-runtime: chip {each.name} left out: {error}", sys.stderr)
+    return MappingProxyType(found)
+
+
+@cache
+def identities() -> tuple[Identity, ...]:
+    """What can be recognised on a bus, in order of addresses."""
+    of_chips = [chip.identity for chip in chips().values() if isinstance(chip, OnBus)]
+    known = (*WITHOUT_A_DRIVER, *(each for each in of_chips if each is not None))
+    return tuple(sorted(known, key=lambda identity: min(identity.addresses)))
+
+
+def _checked(name: str, chip: object) -> Triable:
+    """The chip of an entry point. Raises TypeError or ValueError if it is none, or another's."""
+    if not isinstance(chip, OnBus | OnPort):
+        raise TypeError(f"its entry point is {type(chip).__name__}, expected OnBus or OnPort")
+    if chip.name != name:
+        raise ValueError(f"its entry point is of {chip.name!r}, expected that of {name!r}")
+    return chip

@@ -1,0 +1,81 @@
+"""One DC motor on an H-bridge as a hardware atomic model: driven by a share of full voltage."""
+
+import math
+from dataclasses import dataclass
+from typing import Final
+
+from firmware_drivers.chips.h_bridge import HBridge
+from firmware_drivers.chips.pca9685 import POLL
+from firmware_drivers.chips.pca9685_burst import duty_burst
+from firmware_drivers.motors import Motors
+from firmware_runtime.errors import SettingError
+from firmware_runtime.hal.i2c import Message
+from firmware_runtime.hal.interlock import Interlock, always_enabled
+from firmware_runtime.hal.wire_errors import NotReady
+
+TRAFFIC: Final[tuple[tuple[Message, ...], ...]] = (*POLL, duty_burst(3))
+"""Transactions of one command, on neighbouring channels, for the bus-time budget."""
+
+
+@dataclass(frozen=True, slots=True)
+class DcMotorSettings:
+    """The PWM frequency, and how long a command holds."""
+
+    frequency_hz: float
+    """It is the whole chip's."""
+    timeout: int
+    """Ns without a new command after which a turning motor is stopped."""
+
+
+class DcMotor(Motors):
+    """Obeys `drive`, -1 to 1 of full voltage; 0 brakes.
+
+    The phases are those of `Motors`, without refresh. After a fault and at the end its outputs are
+    full-off instead. Other models may drive other outputs of the chip.
+    """
+
+    def __init__(
+        self,
+        name: str,
+        bridge: HBridge,
+        settings: DcMotorSettings,
+        interlock: Interlock = always_enabled,
+    ) -> None:
+        super().__init__(
+            name,
+            lambda: bridge.share_bring_up(settings.frequency_hz),
+            bridge.chip.line,
+            command_timeout=settings.timeout,
+            interlock=interlock,
+        )
+        if settings.timeout <= 0:
+            raise SettingError(
+                f"{name} on {bridge.place}: timeout {settings.timeout} ns, expected more than 0"
+            )
+        self.drive = self.in_port("drive", float)
+        self.bridge = bridge
+        self.commanded = 0.0
+
+    def take_command(self) -> None:
+        """Read the command."""
+        drive = self.drive[-1]
+        if not (math.isfinite(drive) and -1.0 <= drive <= 1.0):
+            raise NotReady(f"{self.drive.path}: drive {drive}, expected -1 to 1; stopped")
+        self.commanded = drive
+
+    def forget_command(self) -> None:
+        """Command the motor to stand."""
+        self.commanded = 0.0
+
+    def is_moving(self) -> bool:
+        """Whether the motor is commanded to turn."""
+        return self.commanded != 0.0
+
+    def write_command(self) -> None:
+        """Turn or brake, if the chip is as set: reset, it would acknowledge and do nothing."""
+        self.bridge.chip.poll()
+        self.bridge.drive(self.commanded)
+
+    def write_stop(self) -> None:
+        """Turn the bridge's outputs full-off, right in any state of the chip."""
+        self.bridge.stop()

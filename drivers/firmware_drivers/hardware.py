@@ -1,0 +1,129 @@
+"""What hardware models over one chip share: it is brought up first, and faults have a port.
+
+A chip that needs time needs it from the end of a transaction, and a transaction takes time on the
+wire. So a phase that waits for a chip is entered by `hold_after_transfer`, not by `hold_in`.
+"""
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Iterable
+
+from firmware_drivers.bring_up import RETRY_AFTER, BringUp, failed_in_a_row
+from firmware_drivers.chips.step import Step
+from firmware_drivers.fault import Fault
+from firmware_runtime.devs.atomic import Atomic
+from firmware_runtime.errors import FirmwareRuntimeError
+from firmware_runtime.hal.line_time import Line
+from firmware_runtime.hal.wire_errors import HalError
+
+
+class HardwareModel(Atomic, ABC):
+    """Brings its chip up, then leaves the phases to the subclass; sends all faults noted.
+
+    `line` is the bus or port that the chip is on, `period` the ns from one reading to the next, 0
+    for a model that does not read at a period.
+
+    bring_up (the steps' waits) --> the subclass's own phases
+    bring_up, a step failed --> bring_up_failed (0) --fault!--> bring_up (RETRY_AFTER)
+    """
+
+    bring_up_proves = True
+    """Whether a bring-up that worked ends faults in a row; of a sensor its next reading does."""
+
+    def __init__(
+        self, name: str, bring_up: Callable[[], Iterable[Step]], line: Line, period: int = 0
+    ) -> None:
+        super().__init__(name)
+        self.fault_out = self.out_port("fault", Fault)
+        self.faults: list[Fault] = []
+        self._consecutive_faults = 0
+        self._failed_uses = 0
+        self._has_worked = False
+        self._line = line
+        self._reading_period = period
+        self._bring_up = BringUp(bring_up)
+
+    @property
+    def consecutive_faults(self) -> int:
+        """Faults since the last good use; a subclass sets it to 0 after each of those."""
+        return self._consecutive_faults
+
+    @consecutive_faults.setter
+    def consecutive_faults(self, faults: int) -> None:
+        self._consecutive_faults = faults
+        self._has_worked = True
+
+    @abstractmethod
+    def begin(self) -> None:
+        """Enter the first phase of one's own: the chip is up."""
+
+    @abstractmethod
+    def proceed(self) -> None:
+        """Go on from a phase of one's own whose time advance ran out."""
+
+    def unready(self) -> str | None:
+        """Why the device does not work, in a few words; None if it does."""
+        if self.phase.startswith("bring_up"):
+            return "is not up yet"
+        if self._consecutive_faults > 0:
+            return failed_in_a_row(self._consecutive_faults)
+        return None
+
+    def failed_uses(self) -> int:
+        """How often its chip, once it was up, was used and failed; 0 if a use was ever good."""
+        return 0 if self._has_worked else self._failed_uses
+
+    def initialize(self) -> None:
+        """Begin the chip's bring-up at once."""
+        self.bring_up_again()
+
+    def output(self) -> None:
+        """Send the faults noted since the last time."""
+        for fault in self.faults:
+            self.fault_out.send(fault)
+
+    def internal(self) -> None:
+        """Go on with the bring-up, or with what the subclass does."""
+        self.faults.clear()
+        if self.phase == "bring_up":
+            self.continue_bring_up()
+        elif self.phase == "bring_up_failed":
+            self.wait_in_bring_up(RETRY_AFTER)
+        else:
+            self.proceed()
+
+    def hold_after_transfer(self, phase: str, duration: int) -> None:
+        """Stay in a phase until `duration` ns after the last transfer has ended on the wire."""
+        self.hold_in(phase, self._line.elapsed() + duration)
+
+    def wait_in_bring_up(self, duration: int) -> None:
+        """Let the chip alone for `duration` ns, then take the next step of the bring-up."""
+        self.hold_in("bring_up", duration)
+
+    def bring_up_again(self) -> None:
+        """Leave whatever phase it is in for the first step of the bring-up."""
+        self._bring_up.restart()
+        self.activate("bring_up")
+
+    def note(self, error: FirmwareRuntimeError) -> None:
+        """Keep a fault for the next output; the caller then enters a phase of zero time."""
+        self._consecutive_faults += 1
+        if not self.phase.startswith("bring_up"):
+            self._failed_uses += 1
+        self.faults.append(Fault.of(error, self._consecutive_faults, self._reading_period))
+
+    def continue_bring_up(self) -> None:
+        """Take the next step of the bring-up: the last one's wait is over."""
+        try:
+            wait = self._bring_up.take()
+        except HalError as error:
+            self.note(error)
+            self.activate("bring_up_failed")
+            return
+        if wait is None:
+            if self.bring_up_proves:
+                self._consecutive_faults = 0
+            self.begin()
+        elif wait == 0:
+            self.activate("bring_up")
+        else:
+            self.wait_in_bring_up(self._line.elapsed() + wait)

@@ -1,0 +1,178 @@
+"""The two treads of a vehicle as a hardware atomic model, on an MD25 or a Sabertooth."""
+
+import math
+from dataclasses import dataclass
+from typing import NamedTuple, Protocol
+
+from firmware_drivers.chips.md25 import Md25Report
+from firmware_drivers.chips.step import Step
+from firmware_drivers.motors import CLOCKWISE, COUNTERCLOCKWISE, STILL, Motors
+from firmware_runtime.devs.ports import InPort
+from firmware_runtime.devs.time import NEVER
+from firmware_runtime.errors import SettingError
+from firmware_runtime.hal.interlock import Interlock, always_enabled
+from firmware_runtime.hal.line_time import Line
+from firmware_runtime.hal.wire_errors import NotReady
+from firmware_runtime.models.applied import Applied
+
+
+class TreadSpeeds(NamedTuple):
+    """Speeds of both treads as shares of full speed, -1 to 1, positive forward."""
+
+    left: float
+    right: float
+
+
+STANDING = TreadSpeeds(0.0, 0.0)
+
+
+class TreadDriver(Protocol):
+    """A dual motor driver that stops its motors by itself when nothing is sent to it."""
+
+    @property
+    def place(self) -> str:
+        """Which driver this is, for the sentence of an error."""
+
+    @property
+    def line(self) -> Line:
+        """What it is connected by."""
+
+    @property
+    def timeout_ns(self) -> int:
+        """Silence after which the motors stop."""
+
+    def bring_up(self) -> tuple[Step, ...]:
+        """Give the steps from any state to stopped and ready."""
+
+    def set_speeds(self, left: float, right: float) -> Md25Report | None:
+        """Set both speeds, and give what the chip says of itself if it can speak."""
+
+    def stop(self) -> None:
+        """Set both speeds to zero, in any state of the chip."""
+
+
+@dataclass(frozen=True, slots=True)
+class TreadSettings:
+    """What a signal means, and how often the driver is written to."""
+
+    speed: float
+    """Share of full speed that signals 1 and 2 stand for."""
+    refresh: int
+    """Ns until the last speeds are sent again while moving."""
+    left_reversed: bool = False
+    right_reversed: bool = False
+    """A motor that is wired or mounted the other way round."""
+    command_timeout: int = NEVER
+    """Ns without any signal or speeds after which moving treads are stopped."""
+
+    def faults(self, timeout_ns: int) -> tuple[str, ...]:
+        """List every setting that cannot be with a driver of that timeout, a sentence each."""
+        faults = []
+        if not 0.0 < self.speed <= 1.0:
+            faults.append(f"speed: {self.speed}, expected more than 0, 1 at most")
+        if not 0 < self.refresh <= timeout_ns // 2:
+            faults.append(
+                f"refresh: {self.refresh / 1e6:g} ms, expected more than 0, at most "
+                f"{timeout_ns / 2e6:g} ms, half the driver's timeout"
+            )
+        if self.command_timeout <= 0:
+            faults.append(f"command_timeout: {self.command_timeout} ns, expected more than 0")
+        return tuple(faults)
+
+
+class Treads(Motors):
+    """Obeys `right` and `left` (0 stop, 1 clockwise: forward, 2 counterclockwise) and `speeds`.
+
+    The phases are those of `Motors`. `report` is what the driver says of itself, where it can.
+    Speeds are clipped to -1 to 1; at one instant a signal goes before speeds for its own side.
+    """
+
+    def __init__(
+        self,
+        name: str,
+        driver: TreadDriver,
+        settings: TreadSettings,
+        interlock: Interlock = always_enabled,
+    ) -> None:
+        super().__init__(
+            name,
+            driver.bring_up,
+            driver.line,
+            refresh=settings.refresh,
+            command_timeout=settings.command_timeout,
+            interlock=interlock,
+        )
+        faults = settings.faults(driver.timeout_ns)
+        if faults:
+            raise SettingError(f"{name} on {driver.place}: {'; '.join(faults)}")
+        self.right = self.in_port("right", int)
+        self.left = self.in_port("left", int)
+        self.speeds = self.in_port("speeds", TreadSpeeds)
+        self.report_out = self.out_port("report", Md25Report)
+        self.driver = driver
+        self.settings = settings
+        self.command = STANDING
+        self.report: Md25Report | None = None
+        self._is_clipped = False
+
+    def output(self) -> None:
+        """Send what the driver said, and faults."""
+        super().output()
+        if self.report is not None:
+            self.report_out.send(self.report)
+
+    def proceed(self) -> None:
+        """Go on as motors do; a report is sent once."""
+        self.report = None
+        super().proceed()
+
+    def take_command(self) -> None:
+        """Read the ports: speeds for both, then signals for one side each."""
+        self._is_clipped = False
+        if self.speeds:
+            self.command = self._clipped(self.speeds[-1])
+            self._is_clipped = self.command != self.speeds[-1]
+        if self.left:
+            self.command = self.command._replace(left=self._speed_of(self.left))
+        if self.right:
+            self.command = self.command._replace(right=self._speed_of(self.right))
+
+    def forget_command(self) -> None:
+        """Make both treads stand."""
+        self.command = STANDING
+
+    def is_moving(self) -> bool:
+        """Whether a tread is to turn."""
+        return self.command != STANDING
+
+    def write_command(self) -> None:
+        """Write both speeds as the motors are mounted."""
+        left, right = self.command
+        self.report = self.driver.set_speeds(
+            -left if self.settings.left_reversed else left,
+            -right if self.settings.right_reversed else right,
+        )
+
+    def written_of_command(self) -> Applied:
+        """Part where speeds beyond -1 to 1 were clipped."""
+        return Applied.PART if self._is_clipped else Applied.ALL
+
+    def write_stop(self) -> None:
+        """Stop both."""
+        self.driver.stop()
+
+    # ---------------------------------------------------------------------------------------------
+
+    def _speed_of(self, port: InPort[int]) -> float:
+        speed = self.settings.speed
+        speeds = {STILL: 0.0, CLOCKWISE: speed, COUNTERCLOCKWISE: -speed}
+        signal = port[-1]
+        if signal not in speeds:
+            raise NotReady(f"{port.path}: signal {signal}, expected 0, 1 or 2; stopped")
+        return speeds[signal]
+
+    def _clipped(self, speeds: TreadSpeeds) -> TreadSpeeds:
+        if not all(map(math.isfinite, speeds)):
+            raise NotReady(f"{self.speeds.path}: speeds {tuple(speeds)}, expected finite numbers")
+        left, right = (max(-1.0, min(1.0, speed)) for speed in speeds)
+        return TreadSpeeds(left, right)

@@ -1,0 +1,46 @@
+"""The driver against its double: the contract of all chips, and the table register by register."""
+
+from pathlib import Path
+
+import pytest
+from firmware_runtime.hal.i2c import I2cBus
+from firmware_runtime.host.scaffold.register_page import page
+from sim_doubles.chips.register_table_double import World
+from sim_doubles.clock import Now
+from sim_doubles.contract.chip import CHECKS, Check
+from sim_doubles.contract.register_table import TABLE_CHECKS, TableCheck
+from sim_doubles.contract.table_row import TableRow
+
+from chipname.double import TABLE, ChipNameDouble
+from chipname.driver import ADDRESSES, ChipName
+
+
+class ChipNameRow(TableRow):
+    """How the two are made; what they must do is in the table."""
+
+    table = TABLE
+
+    def make_driver(self, bus: I2cBus, address: int) -> ChipName:
+        return ChipName(bus, address)
+
+    def make_double(self, now: Now, address: int, world: World) -> ChipNameDouble:
+        return ChipNameDouble(now, address, world)
+
+
+@pytest.mark.parametrize("check", CHECKS, ids=lambda check: check.__name__)
+def test_contract_of_chips(check: Check) -> None:
+    check(ChipNameRow)
+
+
+@pytest.mark.parametrize("check", TABLE_CHECKS, ids=lambda check: check.__name__)
+def test_register_table(check: TableCheck) -> None:
+    check(ChipNameRow)
+
+
+def test_driver_and_double_know_the_same_addresses() -> None:
+    assert TABLE.addresses == ADDRESSES
+
+
+def test_the_page_says_what_the_table_says() -> None:
+    written = Path(__file__).parents[1] / "REGISTERS.md"
+    assert written.read_text(encoding="utf-8") == page(TABLE), "make page writes it again"

@@ -1,0 +1,50 @@
+"""What an experiment found: numbers, data, plots and tables; what writes files goes by it."""
+
+from base64 import b64encode
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+from xml.etree.ElementTree import Element
+
+from firmware_runtime.view.line_plot import LinePlot
+from firmware_runtime.view.markup import element
+
+
+@dataclass(frozen=True, slots=True)
+class Picture:
+    """A drawing that is no plot of curves, such as a rig's of its world: text of an SVG file."""
+
+    title: str
+    text: str
+
+    def image(self) -> Element:
+        """The picture as a page shows it; its style sheet holds for nothing else there."""
+        source = b64encode(self.text.encode()).decode()
+        return element(
+            "img",
+            src=f"data:image/svg+xml;base64,{source}",
+            alt=self.title,
+            style="display:block;width:100%;height:auto",
+        )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Findings:
+    """Everything that goes into an experiment's files.
+
+    Names of plots and data are what stands in the file's name behind the experiment's: `` for
+    `yaw-step.svg`, `network` for `yaw-step-network.svg`.
+    """
+
+    ours: Mapping[str, float | None] = field(default_factory=dict)
+    """Our numbers, by the paper's keys where it has them; None: did not happen, and is left out."""
+    sentences: Sequence[str] = ()
+    """What was found, in words: printed, and first on the page."""
+    plots: Mapping[str, LinePlot | Picture] = field(default_factory=dict)
+    data: Mapping[str, Iterable[str]] = field(default_factory=dict)
+    """Lines of CSV, without line ends."""
+    tables: Sequence[Element] = ()
+    details: Mapping[str, Any] = field(default_factory=dict)
+    """More for the JSON file; whatever msgspec can encode."""
+    between: Sequence[str] = ()
+    """What was between controller and robot, a sentence a stage, for the page's conditions."""

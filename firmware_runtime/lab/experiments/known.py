@@ -1,0 +1,31 @@
+"""The experiments of a board: its own by name, and those that any board can have."""
+
+from collections.abc import Mapping, Sequence
+from typing import Final
+
+from firmware_runtime.board.experiments import Experiment, OwnExperiment
+from firmware_runtime.board.registry import Board
+from firmware_runtime.lab.stages.stage import Stage
+
+LOOP: Final = "loop-delay"
+LOOP_DELAY: Final = OwnExperiment(
+    title="Delay of a loop: a ramp out and back",
+    stages=(Stage.NETWORK, Stage.REMOTE),
+    run="firmware_runtime.lab.experiments.loop_experiment:run_loop",
+)
+"""Of any board with a table [roles]; one with published figures has its own of this name."""
+
+
+def experiments_of(board: Board) -> Mapping[str, Experiment]:
+    """All that can be tried with this board, in the order in which it names them."""
+    found = dict(board.experiments)
+    return {**found, LOOP: LOOP_DELAY, **found} if board.settings.roles else found
+
+
+def stages_of(board: Board, experiment: Experiment) -> Sequence[Stage]:
+    """The stages that an experiment can be run in with this board, in order.
+
+    A stage of two ends takes a table [roles].
+    """
+    wanted = [stage for stage in Stage if not experiment.stages or stage in experiment.stages]
+    return [stage for stage in wanted if board.settings.roles or not stage.has_two_ends]

@@ -1,0 +1,78 @@
+"""The gate itself: pairs are measured until a look decides, or there are as many as allowed."""
+
+from collections.abc import Callable, Generator
+from contextlib import closing
+from statistics import median
+from time import monotonic
+from typing import Any
+
+from msgspec import Struct
+
+from firmware_runtime.lab.gate.decision import Decision, Verdict, decide, looks_of
+from firmware_runtime.lab.gate.pairs import Pair
+from firmware_runtime.system.conditions import system_conditions
+from firmware_runtime.system.neighbours import Neighbours, busy
+
+
+class Outcome(Struct, frozen=True, kw_only=True):
+    """A decision and what it was made from, as `--json` prints it; docs/timing-gate.md."""
+
+    decision: Decision
+    tolerance: float
+    most_pairs: int
+    cost_of: str
+    """What a cost is of: `1 s of robot time`, `a run of the command`."""
+    base_us: float
+    """The median cost of that, us of processor time."""
+    head_us: float
+    log_ratios: list[float]
+    reasons: list[str]
+    """What disturbed the measurement; a sentence each."""
+    notes: list[str]
+    """Where the versions do not do the same work."""
+    neighbours: dict[str, float]
+    conditions: dict[str, Any]
+    elapsed_s: float
+
+
+def pass_gate(
+    more: Generator[Pair, None, None],
+    cost_of: str,
+    tolerance: float,
+    most_pairs: int,
+    show: Callable[[int, int], None] = lambda *_: None,
+) -> Outcome:
+    """Measure and decide; `show` gets how many pairs there are, and may be. Raises ConfigError."""
+    began, neighbours = monotonic(), Neighbours()
+    looks = looks_of(most_pairs)
+    pairs: list[Pair] = []
+    with closing(more):
+        for number, look in enumerate(looks, 1):
+            while len(pairs) < look:
+                show(len(pairs), looks[-1])
+                pairs.append(next(more))
+            decision = decide([pair.log_ratio for pair in pairs], tolerance, number)
+            if decision.verdict is not Verdict.CANNOT_TELL:
+                break
+    shares = dict(neighbours.shares())
+    return Outcome(
+        decision=decision,
+        tolerance=tolerance,
+        most_pairs=looks[-1],
+        cost_of=cost_of,
+        base_us=median(each.base.ns / each.base.span_s for each in pairs) / 1000,
+        head_us=median(each.head.ns / each.head.span_s for each in pairs) / 1000,
+        log_ratios=[pair.log_ratio for pair in pairs],
+        reasons=busy(shares),
+        notes=_notes(pairs),
+        neighbours=shares,
+        conditions=system_conditions(),
+        elapsed_s=monotonic() - began,
+    )
+
+
+def _notes(pairs: list[Pair]) -> list[str]:
+    base = sum(each.base.activations for each in pairs)
+    head = sum(each.head.activations for each in pairs)
+    unlike = f"in the same robot time BASE had {base} activations, HEAD {head}"
+    return [unlike] if base != head else []

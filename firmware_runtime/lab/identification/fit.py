@@ -1,0 +1,128 @@
+"""The plant whose simulated output lies closest to the measured one, and how sure that is.
+
+The residuals are whitened by the noise's own autoregression, fitted in turns with the plant. What a
+position is off by is all that went wrong before, so a search from afar would end where it is not
+best: positions are first compared over short spans, then over longer ones, last as they are.
+"""
+
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+
+from firmware_runtime.lab.identification.noise import WHITE, Noise, noise_of, random_walk
+from firmware_runtime.lab.identification.output_error import (
+    COULOMB,
+    EXCESS,
+    PLANT,
+    OutputError,
+)
+from firmware_runtime.lab.identification.plant import Numbers, PlantParameters
+from firmware_runtime.lab.identification.profile import Intervals, Profile
+from firmware_runtime.lab.identification.recorded_series import Series
+from firmware_runtime.lab.identification.regression import Guess, guesses
+from firmware_runtime.lab.identification.search import ROUGH, Search
+from firmware_runtime.lab.identification.start import Start, begins_moving, scales, starts
+
+_ROUNDS: Final = 2
+_STARTS: Final = 3
+_WALKS: Final = 6
+"""Of which each but the last found values that fit better."""
+_SPANS: Final = (64, 16, 4)
+"""Parts of the recording over which a change of position is compared, one after another."""
+_LONG: Final = 10.0
+_LONG_S: Final = 0.2
+
+
+@dataclass(frozen=True, slots=True)
+class Fit:
+    """Values in the order inertia, damping, coulomb, static, delay; then the rest.
+
+    The rest is an offset of the output and, for a body that moved at the first measurement, its
+    rate there.
+    """
+
+    values: Numbers
+    intervals: Intervals
+    """Of the five."""
+    residuals: Numbers
+    noise: Noise
+    settled: bool
+    """Whether the last walk over static friction found nothing that fits better."""
+    wanders: bool
+    """Whether the residuals are remembered for longer than noise is."""
+    guess: Guess
+
+    @property
+    def plant(self) -> PlantParameters:
+        """The best."""
+        return PlantParameters(*map(float, self.values[:PLANT]))
+
+
+@dataclass(frozen=True, slots=True)
+class _Found:
+    """Where a search ended."""
+
+    search: Search
+    start: Start
+    noise: Noise
+    values: Numbers
+    residuals: Numbers
+
+
+def fit(series: Series, lag_s: float, confidence: float) -> Fit:
+    """The plant with the least whitened residuals; `lag_s` is known."""
+    model = OutputError(series, lag_s, begins_moving=begins_moving(series))
+    found = _best(model, series, starts(model, series, guesses(series, lag_s)))
+    for _ in range(_WALKS):
+        profile = Profile(found.search, found.noise, found.values, confidence)
+        better = profile.run()
+        if better is None:
+            break
+        found = _in_turns(found.search, found.start, better)
+    values = found.values.copy()
+    values[EXCESS] += values[COULOMB]
+    return Fit(
+        values,
+        profile.intervals,
+        found.residuals,
+        found.noise,
+        better is None,
+        _wanders(found.noise, series),
+        found.start.guess,
+    )
+
+
+def _best(model: OutputError, series: Series, begun: list[Start]) -> _Found:
+    """The first start's, unless what it leaves is no noise: then the best of some."""
+    found: list[_Found] = []
+    for start in begun[:_STARTS]:
+        found.append(_searched(model, series, start))
+        if not _wanders(found[-1].noise, series):
+            break
+    return min(found, key=lambda each: float(np.sum(each.residuals**2)))
+
+
+def _searched(model: OutputError, series: Series, start: Start) -> _Found:
+    search = Search(model, scales(series, start))
+    values = start.values
+    if series.quantity == "position":
+        for parts in _SPANS:
+            walk = random_walk(max(1, len(series.at) // parts))
+            values = search.solved(walk, values, ends=ROUGH)
+    values = search.solved(WHITE, values, ends=ROUGH)
+    return _in_turns(search, start, values)
+
+
+def _in_turns(search: Search, start: Start, values: Numbers) -> _Found:
+    """Noise of what the plant leaves, plant of what the noise leaves white."""
+    for _ in range(_ROUNDS):
+        noise = noise_of(search.model.residuals(values))
+        values = search.solved(noise, values)
+    return _Found(search, start, noise, values, search.model.residuals(values))
+
+
+def _wanders(noise: Noise, series: Series) -> bool:
+    """Whether it is remembered over many measurements and for long: a plant that is not so."""
+    period = float(np.median(np.diff(series.at)))
+    return noise.memory > max(_LONG, _LONG_S / period)

@@ -1,0 +1,96 @@
+"""What was identified, for people: lines for a terminal, and a page."""
+
+from collections.abc import Iterator, Mapping
+from typing import Final
+
+from firmware_runtime.lab.experiments.experiment_page import plot_figure
+from firmware_runtime.lab.identification.fit import Fit
+from firmware_runtime.lab.identification.identified import CONFIDENCE, Estimate, Identified
+from firmware_runtime.lab.identification.recorded_series import Series
+from firmware_runtime.statistics.text.columns import aligned
+from firmware_runtime.view.line_plot import Curve, LinePlot
+from firmware_runtime.view.markup import element, table
+from firmware_runtime.view.report.report import page_of, section
+
+UNITS: Final[Mapping[str, tuple[str, str]]] = {
+    "inertia_kg_m2": ("moment of inertia", "kg m2"),
+    "damping_nms": ("viscous damping", "N m s"),
+    "coulomb_friction_nm": ("Coulomb friction", "N m"),
+    "static_friction_nm": ("static friction", "N m"),
+    "mass_kg": ("mass", "kg"),
+    "damping_ns_m": ("viscous damping", "N s/m"),
+    "coulomb_friction_n": ("Coulomb friction", "N"),
+    "static_friction_n": ("static friction", "N"),
+    "delay_s": ("delay", "s"),
+}
+_OUTPUT: Final = {
+    ("rotation", "rate"): "rad/s",
+    ("rotation", "position"): "rad",
+    ("translation", "rate"): "m/s",
+    ("translation", "position"): "m",
+}
+_HEAD: Final = ("", "value", f"{CONFIDENCE:.0%} from", "to", "unit", "by regression")
+
+
+def lines(identified: Identified) -> Iterator[str]:
+    """A table of the numbers, then what is to be known beside them."""
+    yield from aligned([_HEAD, *_rows(identified)])
+    yield from sentences(identified)
+
+
+def sentences(identified: Identified) -> Iterator[str]:
+    """What is to be known beside the numbers."""
+    order = len(identified.noise_weights)
+    yield (
+        f"{identified.measurements} measurements in {identified.seconds:.3g} s; the plant explains "
+        f"{identified.explained:.2%} of their variance"
+    )
+    kind = f"foretold by the {order} before it" if order else "white"
+    yield f"noise {identified.noise:.3g}, {kind}; actuators' lag {identified.lag_s:g} s, as stated"
+    for warning in identified.warnings:
+        yield f"warning: {warning}"
+
+
+def page(board: str, title: str, identified: Identified, series: Series, fit: Fit) -> str:
+    """The page's text: numbers, and the measured output beside the simulated one."""
+    heading = f"{board}: {title}, identified"
+    said = element("ul", *(element("li", each) for each in sentences(identified)))
+    return page_of(
+        heading,
+        (
+            element("header", element("h1", heading), said),
+            section("Numbers", table("The plant", _HEAD, _rows(identified))),
+            section("Measured and simulated", *map(plot_figure, plots(identified, series, fit))),
+        ),
+    )
+
+
+def plots(identified: Identified, series: Series, fit: Fit) -> tuple[LinePlot, ...]:
+    """The input; the output as measured and as simulated from the input alone; the difference."""
+    unit = _OUTPUT[identified.structure, series.quantity]
+    at = series.at.tolist()
+    measured, residuals = series.measured.tolist(), fit.residuals.tolist()
+    simulated = (series.measured - fit.residuals).tolist()
+    output = [
+        Curve("measured", list(zip(at, measured, strict=True))),
+        Curve("simulated", list(zip(at, simulated, strict=True))),
+    ]
+    given = list(zip(series.given_at.tolist(), series.given.tolist(), strict=True))
+    pushed = "N m" if identified.structure == "rotation" else "N"
+    return (
+        LinePlot("Input", "s", pushed, [Curve("input", given)]),
+        LinePlot("Output, measured and simulated", "s", unit, output),
+        LinePlot(
+            "Difference", "s", unit, [Curve("difference", list(zip(at, residuals, strict=True)))]
+        ),
+    )
+
+
+def _rows(identified: Identified) -> list[tuple[str, ...]]:
+    return [_row(key, each) for key, each in identified.parameters.items()]
+
+
+def _row(key: str, each: Estimate) -> tuple[str, ...]:
+    name, unit = UNITS[key]
+    ends = ["unknown" if end is None else f"{end:.4g}" for end in (each.low, each.high)]
+    return (name, f"{each.value:.4g}", *ends, unit, f"{each.regression:.3g}")

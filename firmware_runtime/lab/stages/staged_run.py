@@ -1,0 +1,237 @@
+"""A stage of two ends, from their start to their one result."""
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import AbstractContextManager, ExitStack, contextmanager
+from dataclasses import dataclass, field
+from pathlib import Path
+from time import monotonic_ns
+from typing import Any, Final
+
+from firmware_runtime.board.ends import ends_of
+from firmware_runtime.board.registry import Board
+from firmware_runtime.board.roles import CONTROLLER, ROBOT, components_of
+from firmware_runtime.devs.time import SECOND, seconds
+from firmware_runtime.errors import ConfigError
+from firmware_runtime.lab.stages.document import crossed, of_an_end, of_two_ends
+from firmware_runtime.lab.stages.end_process import EndProcess
+from firmware_runtime.lab.stages.merged_trace import begin_trace, merge_traces
+from firmware_runtime.lab.stages.stage import Stage
+from firmware_runtime.lab.stages.two_ends import TwoEnds
+from firmware_runtime.lab.stages.way import WIFI, Way, bad_network, loopback, ros_graph, to_peer
+from firmware_runtime.links.cut.impairment import Impairment
+from firmware_runtime.status import Status
+from firmware_runtime.system.other_processors import kept_off
+from firmware_runtime.system.process_folder import own_folder
+from firmware_runtime.system.until_signal import UntilSignal, until_signal
+
+UNTIL_STOPPED_S: Final = 1e9
+Say = Callable[[str], None]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Staged:
+    """What is to run; `named` is the board as the command line has it."""
+
+    board: Board
+    named: str
+    stage: Stage
+    for_s: float
+    how: Impairment = WIFI
+    peer: str | None = None
+    key: Path | None = None
+    is_over_ros: bool = False
+    inputs: Sequence[str] = ()
+    trace: Path | None = None
+    record: Path | None = None
+    """Where the controller's recording is kept; the robot end's, if it is here, beside it."""
+    loop_s: float | None = None
+    """The period of a loop that is run in place of the board's model, to measure its delay."""
+    called_at: int = field(default_factory=monotonic_ns)
+    """When the stage was called for, ns of CLOCK_MONOTONIC: a `safe-state` that came later is for
+    ends that start after it, too."""
+
+    @property
+    def way(self) -> Callable[[Say], AbstractContextManager[Way]]:
+        """What is between the ends."""
+        if self.peer is not None and self.key is not None:
+            peer, key = self.peer, self.key
+            return lambda _say: to_peer(peer, key)
+        if self.stage is Stage.NETWORK:
+            return lambda _say: ros_graph() if self.is_over_ros else loopback()
+        return lambda say: bad_network(self.how, say)
+
+
+@dataclass(slots=True)
+class StagedRun:
+    """Both ends while they run; `reports` are the newest of each, by role."""
+
+    staged: Staged
+    way: Way
+    ends: TwoEnds
+    folder: Path
+    roles: Mapping[str, str]
+    """What the board calls the two ends."""
+    by_role: dict[str, EndProcess] = field(default_factory=dict)
+
+    @property
+    def reports(self) -> Mapping[str, Mapping[str, Any]]:
+        """How each end fares."""
+        return {role: end.report for role, end in self.by_role.items()}
+
+    def run(self) -> None:
+        """Start the robot end, then the controller, and watch them until both have ended."""
+        timeout = seconds(self.staged.board.settings.executive.bring_up_s)
+        if self.staged.peer is None:
+            robot = self._start(ROBOT, self.way.robot_link, self.way.before_robot)
+            is_there = self.ends.wait_until(lambda: bool(robot.report), timeout)
+            if not is_there and not self.ends.is_ending:
+                raise ConfigError("robot end", [f"not running within {timeout // SECOND} s"])
+        if not self.ends.is_ending:
+            self._start(CONTROLLER, self.way.controller_link, self.way.before_controller)
+        self.ends.wait_until(lambda: False)
+
+    def trace_of(self, role: str) -> Path:
+        """Where an end keeps its own trace."""
+        return self.folder / f"{role}.jsonl"
+
+    def _start(self, role: str, link: str, before: Sequence[str]) -> EndProcess:
+        staged = self.staged
+        words = ["run", staged.named, "--role", self.roles[role], "--link", link]
+        for assignment in staged.board.assignments:
+            words += ["--set", assignment]
+        is_robot = role == ROBOT
+        words += ["--called-at", str(staged.called_at)]
+        words += ["--for", f"{UNTIL_STOPPED_S if is_robot else staged.for_s:g}"]
+        words += ["--doubles"] if is_robot and staged.loop_s is None else []
+        for planned in staged.inputs:
+            if (role == ROBOT) == leads_to(staged.board, planned, self.roles[ROBOT]):
+                words += ["--input", planned]
+        if staged.loop_s is not None:
+            words += [
+                "--loop",
+                f"{staged.loop_s:g}",
+                "--statistics",
+                str(self.folder / f"{role}.stats"),
+            ]
+        if staged.trace is not None:
+            words += ["--trace", str(self.trace_of(role))]
+        if staged.record is not None:
+            kept = staged.record if role == CONTROLLER else beside(staged.record)
+            words += ["--record", str(kept.absolute())]
+        self.by_role[role] = end = EndProcess(role, words, before)
+        self.ends.add(end)
+        return end
+
+
+@dataclass(frozen=True, slots=True)
+class StagedResult:
+    """How a stage ended: its exit status, its document, and which port was shown."""
+
+    status: int
+    document: dict[str, Any]
+    shown: str | None
+
+
+def run_staged(staged: Staged, say: Say, show: Callable[[StagedRun], None]) -> StagedResult:
+    """Run a stage of two ends to its end; nothing of it is left running."""
+    roles = (
+        {each: each for each in (ROBOT, CONTROLLER)}
+        if staged.loop_s is not None
+        else ends_of(staged.board)
+    )
+    if staged.trace is not None:
+        begin_trace(staged.trace)
+    with ExitStack() as stack:
+        signalled = stack.enter_context(until_signal())
+        folder = stack.enter_context(own_folder())
+        with kept_off(staged.board.settings.executive.cpus):
+            way = stack.enter_context(staged.way(say))
+        ends = TwoEnds(signalled, say, lambda: show(run))
+        stack.callback(ends.close)
+        run = StagedRun(staged, way, ends, folder, roles)
+        with _ended(ends):
+            run.run()
+        return _result(run, signalled)
+
+
+def beside(record: Path) -> Path:
+    """Where the robot end's recording is kept, beside the controller's."""
+    return record.with_name(f"{record.name}.robot")
+
+
+def leads_to(board: Board, planned: str, role: str) -> bool:
+    """Whether an input of the top model leads to a component of this role."""
+    name = planned.partition(":")[2].partition("=")[0]
+    model = board.unconnected().model
+    own = set(components_of(board.settings.roles, model, role))
+    return any(end.owner.name in own for begin, end in model.couplings if begin.name == name)
+
+
+@contextmanager
+def _ended(ends: TwoEnds) -> Iterator[None]:
+    """After the block all ends have ended, whatever went wrong in it."""
+    try:
+        yield
+    finally:
+        ends.end()
+
+
+def _result(run: StagedRun, signalled: UntilSignal) -> StagedResult:
+    staged, ends = run.staged, run.ends
+    counted = run.way.finish()
+    documents = {role: end.document() for role, end in run.by_role.items()}
+    began = {
+        role: report["began_ns"] for role, report in run.reports.items() if "began_ns" in report
+    }
+    if staged.trace is not None:
+        merge_traces({role: run.trace_of(role) for role in run.by_role}, began, staged.trace)
+    failed = ends.failed_first
+    status = _stopped_by(signalled) if failed is None else failed.status or Status.MODEL_ERROR
+    controller, robot = (
+        of_an_end(documents[role], run.by_role[role].status) if role in documents else None
+        for role in (CONTROLLER, ROBOT)
+    )
+    merged = of_two_ends(controller or {}, robot, began)
+    link = {**run.way.conditions, **crossed(controller, robot)}
+    if counted:
+        link["datagrams"] = counted
+    return StagedResult(
+        status,
+        {
+            "board": staged.board.name,
+            "stage": staged.stage.value,
+            "clock": "monotonic",
+            "ended": _how(ends, documents, signalled),
+            **merged,
+            "link": link,
+        },
+        next((name for each in run.reports.values() if (name := each.get("shown"))), None),
+    )
+
+
+def _stopped_by(signalled: UntilSignal) -> int:
+    if not signalled.came:
+        return Status.OK
+    return Status.INTERRUPTED if signalled.name == "SIGINT" else Status.TERMINATED
+
+
+def _how(
+    ends: TwoEnds, documents: Mapping[str, Mapping[str, Any]], signalled: UntilSignal
+) -> dict[str, Any]:
+    """How it ended: by the end that failed first, whose time was up, or that ended first."""
+    failed = ends.failed_first
+    if failed is None and signalled.came:
+        return {"state": "stopped", "reason": signalled.name, "by": None}
+    in_time = (end for end in ends.ended if _was_in_time(documents[end.role]))
+    first = failed or next(in_time, ends.ended[0] if ends.ended else None)
+    if first is None:
+        return {"state": "failed", "reason": "no end was started", "by": None}
+    ended = documents[first.role].get("ended")
+    if ended is None:
+        ended = {"state": "failed", "reason": f"ended with status {first.status}"}
+    return {**ended, "by": first.role}
+
+
+def _was_in_time(document: Mapping[str, Any]) -> bool:
+    """Whether an end ended because its time was up."""
+    return bool(document.get("ended", {}).get("state") == "ended")

@@ -1,0 +1,150 @@
+"""The way between two ends on this machine: loopback, or a bad network that stands in for WiFi.
+
+A bad network is, by what the machine allows:
+
+1. two network namespaces, each end of the cable between them impaired by the kernel (`tc netem`);
+2. two namespaces and a process that impairs, where the kernel has no netem;
+3. loopback and that process, where there can be no namespaces.
+"""
+
+import socket
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, Final
+
+from firmware_runtime.lab.stages import namespaces
+from firmware_runtime.lab.stages.namespaces import CONTROLLER_AT, ROBOT_AT, Namespaces
+from firmware_runtime.lab.stages.path_process import PathProcess
+from firmware_runtime.links.cut.impairment import Impairment
+from firmware_runtime.links.endpoint import endpoint, written
+from firmware_runtime.links.key_file import read_key, write_key
+from firmware_runtime.system.process_folder import own_folder
+from firmware_runtime.system.programs import ProgramFailed
+
+WIFI: Final = Impairment(delay=40_000_000, jitter=10_000_000, loss=0.02)
+"""A loop of some 80 ms, as the paper measured over WiFi, and some loss."""
+_LOOPBACK: Final = "127.0.0.1"
+_PORT: Final = 7302
+"""In namespaces of our own, where every port is free."""
+
+
+@dataclass(slots=True)
+class Way:
+    """Where each end is, and how they reach each other."""
+
+    controller_link: str
+    robot_link: str
+    conditions: dict[str, Any]
+    """What is between them, for the result."""
+    before_controller: list[str] = field(default_factory=list)
+    before_robot: list[str] = field(default_factory=list)
+    finish: Callable[[], dict[str, Any]] = dict
+    """Ends what impairs; returns what it has counted."""
+
+
+@contextmanager
+def loopback() -> Iterator[Way]:
+    """UDP on this machine's loopback, as good as it gets."""
+    controller, robot = _free_addresses()
+    conditions = {"over": "udp", "between": "loopback", "impairment": None}
+    yield Way(_udp(controller, robot), _udp(robot, controller), conditions)
+
+
+@contextmanager
+def to_peer(peer: str, key: Path) -> Iterator[Way]:
+    """The robot end is on another machine, and listens there. Raises ConfigError."""
+    endpoint("--peer", peer)
+    read_key(key, "--key")
+    conditions = {"over": "udp", "between": f"this machine and {peer}", "impairment": None}
+    yield Way(f"udp:{peer},key={key}", "", conditions)
+
+
+@contextmanager
+def ros_graph() -> Iterator[Way]:
+    """Topics of ROS 2, between nodes of this machine."""
+    yield Way("ros2", "ros2", {"over": "ros2", "between": "this machine", "impairment": None})
+
+
+@contextmanager
+def bad_network(how: Impairment, say: Callable[[str], None]) -> Iterator[Way]:
+    """A network with this impairment; what is in its way here is said."""
+    with ExitStack() as stack:
+        key = stack.enter_context(_key())
+        pair = _namespaces(stack, say)
+        if pair is None:
+            way = _impaired_loopback(stack, how, key)
+        else:
+            way = _impaired_cable(stack, pair, how, key)
+        yield way
+
+
+def _namespaces(stack: ExitStack, say: Callable[[str], None]) -> Namespaces | None:
+    """A pair of namespaces, or None where there can be none."""
+    why = namespaces.why_not()
+    if why is None:
+        for name in namespaces.remove_leftovers():
+            say(f"removed the network namespace {name}, whose owner is not running any more")
+        try:
+            return stack.enter_context(namespaces.made())
+        except ProgramFailed as error:
+            why = str(error)
+    say(f"no network namespaces here ({why}); the bad network is a process on loopback")
+    return None
+
+
+def _impaired_cable(stack: ExitStack, pair: Namespaces, how: Impairment, key: Path) -> Way:
+    controller, robot = f"{CONTROLLER_AT}:{_PORT}", f"{ROBOT_AT}:{_PORT}"
+    conditions: dict[str, Any] = {"over": "udp", "between": "two network namespaces"}
+    insides = namespaces.inside(pair.controller), namespaces.inside(pair.robot)
+    try:
+        pair.impair(how)
+    except ProgramFailed as error:
+        path = PathProcess(CONTROLLER_AT, robot, how, insides[0])
+        stack.callback(path.end)
+        by = {"by": "a process", "no_netem": str(error), "how": str(how)}
+        links = _udp(controller, path.front, key), _udp(robot, path.back, key)
+        return Way(*links, {**conditions, "impairment": by}, *insides, path.end)
+    by = {"by": "tc netem", "how": str(how)}
+    links = _udp(controller, robot, key), _udp(robot, controller, key)
+    return Way(*links, {**conditions, "impairment": by}, *insides)
+
+
+def _impaired_loopback(stack: ExitStack, how: Impairment, key: Path) -> Way:
+    controller, robot = _free_addresses()
+    path = PathProcess(_LOOPBACK, robot, how)
+    stack.callback(path.end)
+    conditions = {
+        "over": "udp",
+        "between": "loopback",
+        "impairment": {"by": "a process", "how": str(how)},
+    }
+    links = _udp(controller, path.front, key), _udp(robot, path.back, key)
+    return Way(*links, conditions, finish=path.end)
+
+
+def _udp(own: str, peer: str, key: Path | None = None) -> str:
+    """A link's words for the end that listens at `own` and speaks to `peer`."""
+    words = f"udp:{peer},listen={own}"
+    return words if key is None else f"{words},key={key}"
+
+
+@contextmanager
+def _key() -> Iterator[Path]:
+    """A key for this run alone, in a folder that only this user can read."""
+    with own_folder() as folder:
+        path = folder / "key"
+        write_key(path)
+        yield path
+
+
+def _free_addresses() -> tuple[str, str]:
+    """Two addresses of loopback at which nothing listens now."""
+    with (
+        socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as one,
+        socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as other,
+    ):
+        one.bind((_LOOPBACK, 0))
+        other.bind((_LOOPBACK, 0))
+        return written(one.getsockname()), written(other.getsockname())

@@ -1,0 +1,171 @@
+"""What a sweep's table says: outcomes, the spread of each figure, and the worst rows by name."""
+
+import shlex
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from math import ceil
+from statistics import fmean
+from typing import Final
+
+from msgspec import Struct
+
+from firmware_runtime.lab.sweeps.row import Cell, Row
+from firmware_runtime.lab.sweeps.sweep_table import Table, sweep_of
+from firmware_runtime.lab.sweeps.sweeping import SOUND
+
+WORST: Final = 5
+BINS: Final = 20
+
+
+class Spread(Struct, frozen=True):
+    """The numbers of one column; ranks are those of sorted values, nothing is interpolated."""
+
+    count: int
+    min: float
+    p05: float
+    median: float
+    mean: float
+    p95: float
+    max: float
+    histogram: list[int]
+    """How many fell into each of `BINS` equal parts from min to max; one if all are equal."""
+
+
+class Share(Struct, frozen=True):
+    """How often a column of truths was true."""
+
+    count: int
+    true: int
+
+    @property
+    def share(self) -> float:
+        """From 0 to 1."""
+        return self.true / self.count
+
+
+class Case(Struct, frozen=True):
+    """A row to look at, why, and the command that runs it again."""
+
+    row: int
+    value: Cell
+    why: str
+    command: str
+
+
+class Summary(Struct, frozen=True):
+    """All of it; figures by their column."""
+
+    rows: int
+    outcomes: dict[str, int]
+    spreads: dict[str, Spread]
+    shares: dict[str, Share]
+    worst: dict[str, list[Case]]
+    """By column; `outcome` has the rows that did not end in order."""
+
+
+def summary(table: Table, name: str) -> Summary:
+    """Summarise a table; `name` is the file's, for commands."""
+    names = [*table.figures, *(each for each in table.columns if each == "duration_s")]
+    numbers = {each: found for each in names if (found := _numbers(table, each))}
+    truths = {each: said for each in names if (said := _truths(table, each))}
+    return Summary(
+        rows=len(table.rows),
+        outcomes=dict(Counter(str(each) for each in table.column("outcome")).most_common()),
+        spreads={each: spread(found) for each, found in numbers.items()},
+        shares={each: Share(len(found), sum(found)) for each, found in truths.items()},
+        worst=dict(_worst(table, name, list(numbers), list(truths))),
+    )
+
+
+def spread(values: Sequence[float]) -> Spread:
+    """The spread of some numbers, one at least."""
+    ranked = sorted(values)
+    low, high = ranked[0], ranked[-1]
+    return Spread(
+        count=len(ranked),
+        min=low,
+        p05=_rank(ranked, 0.05),
+        median=_rank(ranked, 0.5),
+        mean=fmean(ranked),
+        p95=_rank(ranked, 0.95),
+        max=high,
+        histogram=_histogram(ranked, low, high),
+    )
+
+
+def command_of(row: Row, file: str) -> str:
+    """The command that runs a row again: `run` where that can say all of it, else `sweep rerun`."""
+    sweep = sweep_of(row)
+    if sweep.experiment is not None or sweep.for_s is None:
+        return shlex.join(["firmware-runtime", "sweep", "rerun", file, str(row["row"])])
+    words = ["firmware-runtime", "run", sweep.board, "--doubles", "--clock", "virtual"]
+    words += ["--for", f"{sweep.for_s!r}"]
+    for each in sweep.assignments:
+        words += ["--set", each]
+    return shlex.join(words)
+
+
+def _numbers(table: Table, name: str) -> list[float]:
+    cells = [each for each in table.column(name) if each is not None]
+    are_numbers = all(isinstance(each, int | float) and type(each) is not bool for each in cells)
+    return [float(each) for each in cells] if are_numbers else []
+
+
+def _truths(table: Table, name: str) -> list[bool]:
+    cells = [each for each in table.column(name) if each is not None]
+    return [each for each in cells if isinstance(each, bool)] if _all_bool(cells) else []
+
+
+def rarer_truth(table: Table, name: str) -> bool | None:
+    """What a column of truths is in fewer rows, false where both are as many; None if it is one.
+
+    A name does not say whether true is good news, as of `settled`, or bad, as of `flooded`.
+    """
+    said = _truths(table, name)
+    true = sum(said)
+    return None if true in {0, len(said)} else true < len(said) - true
+
+
+def _all_bool(cells: Sequence[Cell]) -> bool:
+    return all(isinstance(each, bool) for each in cells)
+
+
+def _rank(ranked: Sequence[float], share: float) -> float:
+    return ranked[max(ceil(share * len(ranked)), 1) - 1]
+
+
+def _histogram(values: Sequence[float], low: float, high: float) -> list[int]:
+    if low == high:
+        return [len(values)]
+    counts = [0] * BINS
+    for value in values:
+        counts[min(int((value - low) / (high - low) * BINS), BINS - 1)] += 1
+    return counts
+
+
+def _worst(
+    table: Table, file: str, numbers: Sequence[str], truths: Sequence[str]
+) -> Iterator[tuple[str, list[Case]]]:
+    """Rows that did not end in order; of truths the rarer ones; of numbers the largest."""
+    failed = [row for row in table.rows if row["outcome"] not in SOUND]
+    if failed:
+        yield "outcome", [_case(table, row, "outcome", file) for row in failed[:WORST]]
+    for name in truths:
+        rarer = rarer_truth(table, name)
+        cases = [row for row in table.rows if rarer is not None and row.get(name) is rarer]
+        if cases:
+            yield name, [_case(table, row, name, file) for row in cases[:WORST]]
+    for name in numbers:
+        if name == "duration_s":
+            continue
+        there = [row for row in table.rows if row.get(name) is not None]
+        there.sort(key=lambda row: -abs(row[name]))  # type: ignore[arg-type]  # numbers, all
+        yield name, [_case(table, row, name, file) for row in there[:WORST]]
+
+
+def _case(table: Table, row: Row, name: str, file: str) -> Case:
+    reasons = [row.get(each) for each in table.figures if each.endswith("_reason")]
+    why = next((str(each) for each in (row.get("error"), *reasons) if each is not None), "")
+    number = row["row"]
+    assert isinstance(number, int)  # noqa: S101 -- a table is read so
+    return Case(number, row[name], why, command_of(row, file))

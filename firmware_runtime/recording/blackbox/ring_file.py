@@ -1,0 +1,113 @@
+"""A ring that a run is writing, read by another process: chunks that are whole, and when.
+
+It is held open, so it stays when the next run puts its own in its place. A run appends to a chunk
+and then says so at its beginning; it takes the chunk's number away before it writes over it. So
+bytes up to `used` are whole if the number is the same before and after they were read.
+"""
+
+import errno
+import os
+from pathlib import Path
+
+from msgspec import Struct
+
+from firmware_runtime.recording.blackbox.header import Header, header_in
+from firmware_runtime.recording.blackbox.layout import (
+    CHUNK,
+    LARGEST_CHUNK,
+    MAGIC,
+    MOST_CHUNKS,
+    PREFIX,
+    PREFIX_SIZE,
+    SECTION,
+)
+from firmware_runtime.system.closing import Closing
+
+
+class Slot(Struct, frozen=True):
+    """What the beginning of a chunk says: its number, and how many of its bytes are used."""
+
+    number: int
+    used: int
+
+
+class RingFile(Closing):
+    """The ring at `path`, held open until it is closed. Raises OSError, also for what is none."""
+
+    def __init__(self, path: Path) -> None:
+        self._descriptor = os.open(path, os.O_RDONLY | os.O_NONBLOCK | os.O_CLOEXEC)
+        self.prefix = os.pread(self._descriptor, PREFIX_SIZE, 0)
+        self.chunk_size, self.count = sizes_in(self.prefix)
+        if self.chunk_size == 0:
+            self.close()
+            raise OSError(errno.EINVAL, "no recording of a run", str(path))
+
+    def close(self) -> None:
+        """Let it go. Again does nothing."""
+        if self._descriptor >= 0:
+            os.close(self._descriptor)
+            self._descriptor = -1
+
+    @property
+    def size(self) -> int:
+        """Bytes of all of it, but for the spare."""
+        return self.begin(self.count)
+
+    def begin(self, place: int) -> int:
+        """Where a chunk begins."""
+        return PREFIX_SIZE + place * self.chunk_size
+
+    @property
+    def spare(self) -> bytes:
+        """The second copy of prefix and header, behind the last chunk."""
+        return os.pread(self._descriptor, self.chunk_size, self.size)
+
+    def slot(self, place: int) -> Slot:
+        """What is in a chunk now; number 0: nothing, or nothing whole."""
+        said = os.pread(self._descriptor, CHUNK.size, self.begin(place))
+        number, used = CHUNK.unpack(said) if len(said) == CHUNK.size else (0, 0)
+        return Slot(number, used) if CHUNK.size < used <= self.chunk_size else Slot(0, 0)
+
+    def content(self, place: int, begin: int, slot: Slot) -> bytes | None:
+        """Bytes of a chunk from `begin` to what was used; None if it has been written over."""
+        read = os.pread(self._descriptor, slot.used - begin, self.begin(place) + begin)
+        is_whole = len(read) == slot.used - begin and self.slot(place).number == slot.number
+        return read if is_whole else None
+
+    def chunks(self) -> list[tuple[int, list[bytes]]]:
+        """Number and sections of each chunk, header first, in order; the bytes of sections."""
+        found = []
+        for place in range(self.count):
+            slot = self.slot(place)
+            if slot.number > 0 and (content := self.content(place, 0, slot)) is not None:
+                found.append((slot.number, sections_in(content)))
+        return sorted(found)
+
+    def header(self) -> Header | None:
+        """What the recording says of itself; None if it does not."""
+        for place in range(self.count):
+            slot = self.slot(place)
+            if slot.number > 0 and (content := self.content(place, 0, slot)) is not None:
+                return header_in(next(iter(sections_in(content)), b""))
+        return None
+
+
+def sizes_in(prefix: bytes) -> tuple[int, int]:
+    """Bytes of a chunk, and how many chunks; 0 where a file does not begin as a recording does."""
+    if len(prefix) < PREFIX_SIZE or prefix[: len(MAGIC)] != MAGIC:
+        return 0, 0
+    size, count = map(int, PREFIX.unpack_from(prefix)[1:])
+    is_sensible = CHUNK.size < size <= LARGEST_CHUNK and 0 < count <= MOST_CHUNKS
+    return (size, count) if is_sensible else (0, 0)
+
+
+def sections_in(content: bytes) -> list[bytes]:
+    """The sections of a chunk that is whole."""
+    found = []
+    place = CHUNK.size
+    while place + SECTION.size <= len(content):
+        length, _ = SECTION.unpack_from(content, place)
+        place += SECTION.size
+        found.append(content[place : place + length])
+        place += length
+    return found

@@ -1,0 +1,244 @@
+"""The debugger: goes on to where it is to stop, and stops there, also in the middle of an instant.
+
+An event is the call of one function of one model: at an instant the output functions of all that
+are due, then their transitions. A stop in the middle of an instant is made within the call, so that
+what is shown is what is there. To go back, the instant is finished, the state of a keyframe or of
+where it has been is set back, and the run is run again up to the event before.
+"""
+
+from collections.abc import Callable
+from functools import partial
+from typing import Any, Final
+
+from firmware_runtime.devs.atomic import Atomic
+from firmware_runtime.devs.component import below_root
+from firmware_runtime.devs.functions import Functions, Wrapped
+from firmware_runtime.errors import text_of
+from firmware_runtime.recording.debugger.model_state import FUNCTIONS, Models
+from firmware_runtime.recording.debugger.predicate import Predicate
+from firmware_runtime.recording.debugger.stops import Event, Goal, Place, Stops
+from firmware_runtime.recording.debugger.travel import Travel
+
+BOUNDARY: Final = "between two instants"
+
+
+class Ended(BaseException):
+    """The debugger is left, from wherever it has stopped."""
+
+
+class Debugger:
+    """Stops at its goal, and calls `stopped` with the reason; that sets the next goal.
+
+    `attach` calls a function under an ordinary debugger.
+    """
+
+    def __init__(
+        self,
+        travel: Travel,
+        stopped: Callable[[str], None],
+        attach: Callable[[Callable[..., None], Any, tuple[Any, ...]], None],
+    ) -> None:
+        self.travel = travel
+        self.models = Models(travel.player.simulator.root)
+        self.stops = Stops()
+        self.event: Event | None = None
+        """What was called last at this instant; None between two."""
+        self._count = 0
+        self._stopped = stopped
+        self._attach = attach
+        self._is_muted = False
+        self._paths: dict[int, str] = {}
+        self._seen = 0
+        self._is_within = False
+        """Whether a section is being taken."""
+
+    # Where it is ----------------------------------------------------------------------------------
+
+    @property
+    def place(self) -> Place:
+        """Sections taken, and events of the one under way."""
+        return Place(self.travel.index, self._count)
+
+    @property
+    def at(self) -> int:
+        """The instant of the run, ns."""
+        return self.travel.at
+
+    def last(self, port: str) -> Any:  # noqa: ANN401 -- whatever it carries
+        """The last value of a port, by path. Raises KeyError if it is not known."""
+        return self.travel.last[port]
+
+    # Where to go ----------------------------------------------------------------------------------
+
+    def stay(self) -> None:
+        """Stop where it is, between two instants."""
+        self.stops.goal = Goal(place=Place(self.travel.index, 0))
+
+    def go_to_instant(self, at: int) -> None:
+        """To where all up to and including an instant has happened. Raises ConfigError outside."""
+        self.travel.check(at)
+        self.stops.goal = Goal(place=Place(self.travel.index_after(at), 0))
+
+    def go_back_events(self, count: int) -> None:
+        """To before the last events."""
+        index, event = self.place
+        self.stops.goal = Goal(place=Place(index, event - count))
+
+    def go_back_instants(self, count: int) -> None:
+        """To before the last instants, that of the stop included."""
+        index, event = self.place
+        for _ in range(count - (1 if event else 0)):
+            index = self.travel.step_before(index) or 1
+        self.stops.goal = Goal(place=Place(index, 0))
+
+    def go_until(self, predicate: Predicate | None) -> None:
+        """To where the predicate begins to hold, or to a breakpoint."""
+        self.stops.go_until(predicate)
+
+    # Going there ----------------------------------------------------------------------------------
+
+    def run(self) -> None:
+        """Go from goal to goal until it is left."""
+        try:
+            while True:
+                self._go_on()
+        except Ended:
+            return
+
+    def _go_on(self) -> None:
+        """To a place; or one section further."""
+        if self.stops.goal.place is not None:
+            index, event = self._resolved(self.stops.goal.place)
+            self._be_at(index)
+            self.stops.set(Goal(events=event), ignores_breakpoints=event > 0)
+            if event == 0:
+                self._stop(BOUNDARY)
+                return
+        if self.travel.index >= self.travel.length:
+            self._stop(self.travel.ends_with)
+            return
+        is_step = self.travel.is_step(self.travel.index)
+        self._seen = 0
+        self._is_within = True
+        self.travel.take(self._watched)
+        self._is_within = False
+        self._count, self.event = 0, None
+        was_muted, self._is_muted = self._is_muted, False
+        if not was_muted and is_step:
+            self._after_instant()
+
+    def _after_instant(self) -> None:
+        failure = self.travel.player.failure
+        if failure is not None:
+            self._stop(f"the robot raised {type(failure).__name__}: {text_of(failure)}")
+        elif self.stops.count_instant():
+            self._stop(BOUNDARY)
+
+    def _be_at(self, index: int) -> None:
+        self.travel.go_to(index)
+        self.models.update(self.travel.player.simulator.root)
+        self._paths.clear()
+        self._count, self.event = 0, None
+        self.stops.seen.last, self.stops.seen.sent = self.travel.last, set()
+
+    def _resolved(self, place: Place) -> Place:
+        """A place whose events are counted from the beginning of a step, not from its end."""
+        index, event = place
+        while event < 0:
+            step = self.travel.step_before(index)
+            if step is None:
+                return Place(1, 0)
+            self._be_at(step)
+            index, event = step, event + self._events_of_next()
+        return Place(index, event)
+
+    def _events_of_next(self) -> int:
+        """Take a step to count its events."""
+        self._is_muted, count = True, 0
+
+        def counted(atomic: Atomic, functions: Functions) -> Functions:
+            def call(function: Callable[..., None], *arguments: int) -> None:
+                nonlocal count
+                function(*arguments)
+                count += 1
+
+            return _around(atomic, functions, lambda function, _: partial(call, function))
+
+        self.travel.take(counted)
+        self._is_muted = False
+        return count
+
+    # At each event --------------------------------------------------------------------------------
+
+    def _watched(self, atomic: Atomic, functions: Functions) -> Functions:
+        return _around(
+            atomic, functions, lambda function, name: partial(self._call, atomic, name, function)
+        )
+
+    def _call(
+        self, atomic: Atomic, name: str, function: Callable[..., None], *arguments: int
+    ) -> None:
+        event = Event(self._path(atomic), name)
+        attached = self._before(event)
+        if attached:
+            self._attach(function, getattr(type(atomic), name), arguments)
+            self.stops.goal = Goal(events=1)  # back to the recording
+        else:
+            function(*arguments)
+        self._count += 1
+        self.event = event
+        if not self._is_muted:
+            self._after(event)
+
+    def _before(self, event: Event) -> bool:
+        """Stop at a breakpoint of this function; return whether a debugger is to be attached."""
+        if self._is_muted or self.stops.ignores_breakpoints:
+            return False
+        mine = [each for each in self.stops.breakpoints if each.function == event]
+        for each in mine:
+            if not each.attaches and not self._is_muted:
+                self._stop(f"breakpoint {each.number}, before {event}")
+        attaching = [each for each in mine if each.attaches and not self._is_muted]
+        for each in attaching:
+            self.stops.breakpoints.remove(each)
+        return bool(attaching)
+
+    def _after(self, event: Event) -> None:
+        self._see()
+        reason = self.stops.reason(event)
+        if reason is not None:
+            self._stop(reason)
+        self.stops.seen.sent.clear()
+
+    def _see(self) -> None:
+        """Take notice of what has been sent since the last event."""
+        sent, ports = self.travel.player.sent, self.travel.player.ports
+        for number, value in sent[self._seen :]:
+            self.travel.last[ports[number]] = value
+            self.stops.seen.sent.add(ports[number])
+        self._seen = len(sent)
+        self.stops.seen.last = self.travel.last
+
+    def _stop(self, reason: str) -> None:
+        self.stops.set(Goal(), ignores_breakpoints=False)
+        self._stopped(reason)
+        if self._is_within:
+            self._is_muted = self.stops.goal.place is not None
+
+    def _path(self, atomic: Atomic) -> str:
+        path = self._paths.get(id(atomic))
+        if path is None:
+            path = self._paths[id(atomic)] = below_root(atomic.path)
+        return path
+
+
+def _around(
+    atomic: Atomic,
+    functions: Functions,
+    wrapped: Callable[[Callable[..., None], str], Callable[..., None]],
+) -> Functions:
+    """A model's functions, each with something around it."""
+    output, internal, external = (wrapped(getattr(functions, name), name) for name in FUNCTIONS[:3])
+    own = functions.confluent
+    confluent = None if own is None else wrapped(own, FUNCTIONS[3])
+    return Wrapped(atomic, output, internal, external, confluent)

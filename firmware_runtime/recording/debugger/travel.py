@@ -1,0 +1,193 @@
+"""Travel in a recording: the robot is run to any section of it, from the keyframe before."""
+
+import gc
+from bisect import bisect_right
+from collections.abc import Iterator
+from contextlib import contextmanager, nullcontext, suppress
+from typing import Any, Final
+
+from firmware_runtime.board.registry import Board
+from firmware_runtime.devs.functions import Instrument
+from firmware_runtime.devs.time import NEVER, SECOND
+from firmware_runtime.errors import ConfigError
+from firmware_runtime.recording.blackbox.missing_instant import damage, no_instant
+from firmware_runtime.recording.blackbox.reader import Recording, Segment, kind_of
+from firmware_runtime.recording.blackbox.section import Kind, Section, decode
+from firmware_runtime.recording.blackbox.state.keyframes import ForeignState, UnkeepableState
+from firmware_runtime.recording.replay.foreign_keyframe import foreign_keyframe
+from firmware_runtime.recording.replay.player import Player
+
+END: Final = "the recording ends here"
+_SNAPSHOT_EVERY: Final = SECOND
+"""Of the run: what has been passed is gone back to from here."""
+
+
+class Travel:
+    """`index` sections have been taken; `last` has the value that left each port last, by path."""
+
+    def __init__(self, recording: Recording, board: Board, at: int | None) -> None:
+        segment = _segment(recording, at)
+        self._recording, self._board = recording, board
+        self.dates = recording.dates()
+        self._contents = [each for each in segment.contents if kind_of(each) != Kind.HEADER]
+        self._starts = self._starts_of()
+        self._states: dict[int, tuple[int, bytes, dict[str, Any]]] = {}
+        """Instant, state and last values, by how many sections had been taken."""
+        self._snapshot_at = 0
+        self._takes_keyframes = True
+        """Whether the recorded states are of this code's models, as far as is known."""
+        self.last: dict[str, Any] = {}
+        self._begin()
+
+    def _begin(self) -> None:
+        """Build the robot, and be where the recording begins."""
+        first = decode(self._contents[0])
+        self.player = Player(self._recording.header, self._board, first)
+        self.index = 1
+        self.last.clear()
+
+    @property
+    def length(self) -> int:
+        """How many sections there are."""
+        return len(self._contents)
+
+    @property
+    def ends_with(self) -> str:
+        """What is said where there is nothing further: whether it is the end, or a damage."""
+        is_end = kind_of(self._contents[-1]) == Kind.ENDED
+        return END if is_end else f"{END}{damage(self._recording)}"
+
+    @property
+    def at(self) -> int:
+        """The instant of the run that the robot has come to, ns."""
+        return self.player.at
+
+    def section(self, index: int) -> Section:
+        """The section that is taken when so many have been."""
+        return decode(self._contents[index])
+
+    def is_step(self, index: int) -> bool:
+        """Whether the models run in that section."""
+        return kind_of(self._contents[index]) == Kind.STEP
+
+    def step_before(self, index: int) -> int | None:
+        """The last step before that place; None if there is none to go back to."""
+        places = range(index - 1, 0, -1)
+        return next((place for place in places if self.is_step(place)), None)
+
+    def check(self, at: int) -> None:
+        """Raise ConfigError for an instant before the beginning of it, or after its end."""
+        first, last = self._starts[0], self._starts[-1]
+        if not first <= at <= last:
+            span = f"from {first / SECOND:g} to {last / SECOND:g} s"
+            said = f"not in this part of the recording{damage(self._recording)}"
+            fault = f"{said}; expected an instant {span}"
+            raise ConfigError.of_one(f"{at / SECOND:g} s", fault)
+
+    def index_after(self, at: int) -> int:
+        """How many sections have been taken when all up to and including an instant have been."""
+        return max(1, bisect_right(self._starts, at))
+
+    def take(self, instrument: Instrument | None = None) -> None:
+        """Take the next section; its models are called through the instrument."""
+        section, player = self.section(self.index), self.player
+        is_watched = instrument is not None and section.kind is Kind.STEP
+        watched = player.simulator.watched(instrument) if is_watched and instrument else None
+        with watched or nullcontext():
+            player.take(section)
+        self.keep_values()
+        self.index += 1
+        if section.kind is Kind.STEP and section.at >= self._snapshot_at:
+            self._keep_state(section.at)
+
+    def keep_values(self) -> None:
+        """Keep what has been sent in this section so far."""
+        ports = self.player.ports
+        self.last.update((ports[number], value) for number, value in self.player.sent)
+
+    def go_to(self, index: int) -> None:
+        """Be where so many sections have been taken."""
+        index = min(index, self.length)
+        if not self._is_ahead(index):
+            self._restore(index)
+        with _no_garbage():
+            while self.index < index:
+                self.take()
+
+    # ---------------------------------------------------------------------------------------------
+
+    def _starts_of(self) -> list[int]:
+        """The instant of each section; of what stands between two steps that of the former."""
+        found, latest = [], 0
+        for content in self._contents:
+            if kind_of(content) in (Kind.STEP, Kind.KEYFRAME, Kind.ENDED):
+                latest = max(latest, decode(content).at)
+            found.append(latest)
+        return found
+
+    def _is_ahead(self, index: int) -> bool:
+        """Whether going on is the shortest way there."""
+        return self.index <= index and not any(self.index < each <= index for each in self._known())
+
+    def _known(self) -> Iterator[int]:
+        """Where a state is known, by how many sections have been taken."""
+        if self.player.table is not None:
+            yield from self._states
+        if self.player.table is not None and self._takes_keyframes:
+            for place, content in enumerate(self._contents):
+                if kind_of(content) == Kind.KEYFRAME:
+                    yield place + 1
+
+    def _restore(self, index: int) -> None:
+        """Be in the last state that is known before a place."""
+        place = max((each for each in self._known() if each <= index), default=1)
+        if place == 1:
+            self._begin()
+            return
+        if place in self._states:
+            at, state, last = self._states[place]
+        else:
+            keyframe = self.section(place - 1)
+            at, state, last = keyframe.at, keyframe.extra, {}
+        try:
+            self.player.go_back(at, state)
+        except ForeignState as error:
+            if not self._takes_keyframes or kind_of(self._contents[0]) != Kind.BUILD:
+                raise foreign_keyframe(error, self.player.code_changed) from error
+            self._takes_keyframes = False  # from its start, then
+            self._restore(index)
+            return
+        self.index, self.last = place, dict(last)
+        self._snapshot_at = at + _SNAPSHOT_EVERY
+
+    def _keep_state(self, at: int) -> None:
+        self._snapshot_at = at + _SNAPSHOT_EVERY
+        if self.player.table is not None and self.index not in self._states:
+            with suppress(UnkeepableState):  # then it is gone back to from where there was one
+                state = self.player.table.capture()
+                self._states[self.index] = (at, state, dict(self.last))
+
+
+def _segment(recording: Recording, at: int | None) -> Segment:
+    """The one that has the instant; the first for None. Raises ConfigError."""
+    segments = recording.segments()
+    if not segments:
+        raise no_instant(recording, at or 0)
+    if at is None:
+        return segments[0]
+    found = [each for each in segments if each.first_at <= at] or segments[:1]
+    if found[-1].last_at < at < NEVER:
+        raise no_instant(recording, at)
+    return found[-1]
+
+
+@contextmanager
+def _no_garbage() -> Iterator[None]:
+    """Within the block nothing is searched for garbage, which takes longer than a step."""
+    was = gc.isenabled()
+    gc.disable()
+    try:
+        yield
+    finally:
+        if was:
+            gc.enable()

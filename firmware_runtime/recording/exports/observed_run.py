@@ -1,0 +1,119 @@
+"""A recorded run, observed as it is run again: what ran when, and what left which port.
+
+Instants are the clock's readings within a step, which a recording has in order: a step begins with
+the first and ends with the last, a model's function ends with the one that was read behind it and
+begins where the one before it ended. In virtual time there are none, and all are the step's.
+Collections of garbage are not among them.
+
+Values are those that the models sent again. Where these are not the recorded ones, as where a model
+reads a clock of its own, they are the recorded ones, by the types of their ports.
+"""
+
+from collections.abc import Callable, Iterator
+from functools import partial
+from typing import NamedTuple
+
+from firmware_runtime.board.registry import Board
+from firmware_runtime.devs.atomic import Atomic
+from firmware_runtime.devs.component import below_root
+from firmware_runtime.devs.functions import Functions, Wrapped
+from firmware_runtime.devs.time import SECOND
+from firmware_runtime.executive.step import Step
+from firmware_runtime.recording.blackbox.reader import Recording, Segment
+from firmware_runtime.recording.blackbox.section import Kind, Section
+from firmware_runtime.recording.blackbox.tapped_models import output_ports
+from firmware_runtime.recording.exports.typed_values import Port, Sent, values_in
+from firmware_runtime.recording.replay.player import Player
+from firmware_runtime.recording.replay.verdict import WHOLE, Stretch, segments_of, stretch_of
+
+
+class Ran(NamedTuple):
+    """A function of a model that ran, from and to an instant of the run, ns."""
+
+    model: str
+    function: str
+    begin: int
+    end: int
+
+
+class Moment(NamedTuple):
+    """What a run did at an instant `at`, ns; `is_step`, or else between two steps."""
+
+    at: int
+    begin: int
+    end: int
+    ran: list[Ran]
+    sent: list[Sent]
+    is_step: bool = True
+
+
+def moments_of(recording: Recording, board: Board, stretch: Stretch = WHOLE) -> Iterator[Moment]:
+    """Run a stretch of it again; what came before its first keyframe is left out.
+
+    Raises ConfigError for a recording that has nothing to begin with, or is none of this board.
+    """
+    for segment in segments_of(recording, stretch):
+        yield from _moments(recording, board, segment.from_instant(stretch.begin), stretch)
+
+
+def missing_in(recording: Recording, begin: int = 0) -> list[str]:
+    """What of the run from an instant on cannot be observed, one sentence each."""
+    faults = recording.faults()
+    first = next((each.first_at for each in recording.segments()), 0)
+    if first > begin and not recording.is_from_start:
+        faults.insert(0, f"the run before {first / SECOND:.3f} s has been written over")
+    return faults
+
+
+def _moments(
+    recording: Recording, board: Board, segment: Segment, stretch: Stretch
+) -> Iterator[Moment]:
+    sections = segment.sections()
+    player = Player(recording.header, board, next(sections))
+    simulator = player.simulator
+    ports = {below_root(port.path): port for port in output_ports(simulator.atomics)}
+    ran: list[Ran] = []
+    with simulator.watched(partial(_observed, player.profiler.step, ran)):
+        for section in stretch_of(sections, stretch.until):
+            found = player.differences
+            player.take(section)
+            if section.has_instant and section.at >= stretch.begin:
+                is_recorded = player.differences == found
+                sent = _sent(player, section) if is_recorded else _recorded(player, section, ports)
+                yield _moment(section, ran.copy(), sent)
+            ran.clear()
+
+
+def _observed(step: Step, ran: list[Ran], atomic: Atomic, functions: Functions) -> Functions:
+    """What to call for a model, so that its functions are noted in `ran`."""
+    path = below_root(atomic.path)
+
+    def noted(name: str, call: Callable[..., None]) -> Callable[..., None]:
+        def run(*arguments: int) -> None:
+            begin = step.lap
+            call(*arguments)
+            ran.append(Ran(path, name, begin, step.lap))
+
+        return run
+
+    confluent = functions.confluent
+    return Wrapped(
+        atomic,
+        noted("output", functions.output),
+        noted("internal", functions.internal),
+        noted("external", functions.external),
+        None if confluent is None else noted("confluent", confluent),
+    )
+
+
+def _sent(player: Player, section: Section) -> list[Sent]:
+    return [Sent(section.at, player.ports[number], value) for number, value in player.sent]
+
+
+def _recorded(player: Player, section: Section, ports: dict[str, Port]) -> list[Sent]:
+    return list(values_in(section, player.header.ports, ports))
+
+
+def _moment(section: Section, ran: list[Ran], sent: list[Sent]) -> Moment:
+    readings = section.readings or [section.at]
+    return Moment(section.at, readings[0], readings[-1], ran, sent, section.kind is Kind.STEP)

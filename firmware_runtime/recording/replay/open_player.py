@@ -1,0 +1,191 @@
+"""The player of an open loop: other code or settings, on what entered then.
+
+What the changed robot says cannot change what enters. It makes the recorded steps where it has
+something to do, and those of its own that were not recorded as they come due.
+"""
+
+from collections import Counter
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import Any, Final
+
+import msgspec
+
+from firmware_runtime.board.registry import Board
+from firmware_runtime.hal.wire_errors import HalError
+from firmware_runtime.recording.blackbox.header import Header
+from firmware_runtime.recording.blackbox.section import Section, encode_sent, pairs_of, sent_of
+from firmware_runtime.recording.classes import Word
+from firmware_runtime.recording.replay.difference import NOTHING, Difference
+from firmware_runtime.recording.replay.feed import Feed
+from firmware_runtime.recording.replay.open_feed import OpenFeed
+from firmware_runtime.recording.replay.outputs import Outputs, compare_in_order
+from firmware_runtime.recording.replay.player import Player
+from firmware_runtime.recording.values import unpack
+
+OWN_STEPS: Final = 100_000
+"""Steps between two recorded ones after which the changed code is said to be stuck."""
+
+
+@dataclass(frozen=True, slots=True)
+class Change:
+    """What is tried on a recording.
+
+    Of a keyframe, what the robot had changed since it was built is taken up, and what a changed
+    setting or line of code has made otherwise stays so.
+    """
+
+    board: Board
+    """By the settings that are tried."""
+    recorded: Board
+    """By those of the run."""
+
+
+class OpenPlayer(Player):
+    """`outputs` collects what differs, `structure` counts what is not a matter of values."""
+
+    def __init__(self, header: Header, change: Change, beginning: Section, found: Outputs) -> None:
+        self.outputs = found
+        self.structure: Counter[str] = Counter()
+        self._change = change
+        super().__init__(header, change.board, beginning)
+
+    def _new_feed(self) -> Feed:
+        return OpenFeed(self.header, self._note)
+
+    def _compare_state(self, section: Section) -> None:
+        """A changed robot has another state."""
+
+    def _probe(self, _section: Section) -> None:
+        """A chip that was not there then does not end it: its driver has faults, as on a robot."""
+        try:
+            self.robot.find_chips()
+        except HalError:
+            self.structure["chips of which nothing was recorded"] += 1
+
+    def _reach(self, section: Section) -> bool:
+        """Make the steps that come before; return whether there is something to do in this one."""
+        own, simulator = 0, self.simulator
+        while simulator.next_at < section.at and self.failure is None and own < OWN_STEPS:
+            own += 1
+            self._own_step(simulator.next_at)
+        if own >= OWN_STEPS:
+            due = simulator.next_at
+            self.failure = RuntimeError(f"{OWN_STEPS} steps of its own before {section.at} ns")
+            self._note(Difference(section.at, "step", "", "next event", section.at, due))
+        if self.failure is not None:
+            return False
+        if own:
+            self.feed.load(section)
+        is_due = bool(section.entered) or simulator.next_at == section.at
+        if not is_due:
+            self._note(Difference(section.at, "step", "", "step", "recorded", NOTHING))
+        return is_due
+
+    def _own_step(self, at: int) -> None:
+        """A step of the changed robot that was not recorded."""
+        self._note(Difference(at, "step", "", "step", NOTHING, "made"))
+        assert isinstance(self.feed, OpenFeed)  # noqa: S101 -- as `_new_feed` has made it
+        self.feed.load_nothing(at)
+        step = self.profiler.step
+        step.begin(at)
+        try:
+            self.simulator.advance(at)
+        except Exception as error:  # noqa: BLE001 -- the changed code's; what came before stands
+            self.failure = error
+        finally:
+            self._ledger.commit(step.now(), lambda: self.simulator.next_at)
+        for number in self._sent[::2]:
+            if number not in self.values.played:
+                self.outputs.missing(self.ports[number], at, replayed=True)
+        self._sent.clear()
+
+    def _in_force(self, settings: Any) -> Any:  # noqa: ANN401 -- the board's own class
+        began, wished = self._change.recorded, self._change.board
+        return _carried(settings, began.settings, wished.settings)
+
+    # What is compared -----------------------------------------------------------------------------
+
+    def _compare_sent(self, section: Section) -> None:
+        self.events += len(self._sent) // 2
+        content = encode_sent(self._sent)
+        if content == bytes(section.sent) and not self.outputs.draws:
+            self.outputs.same(self.ports[number] for number in self._sent[::2])
+            self._noted += self.values.differences(section, self._sent)
+        else:
+            self._compare_ports(section, pairs_of(unpack(content)))
+        self._compare_writes(section)
+
+    def _compare_ports(self, section: Section, replayed: list[Any]) -> None:
+        recorded = sent_of(section)
+        words = self.values.words(section, [number for number, _ in recorded])
+        by_port: dict[int, tuple[list[Any], list[Any]]] = {}
+        for side, sent in enumerate((recorded, replayed)):
+            for number, form in sent:
+                by_port.setdefault(number, ([], []))[side].append(form)
+        for number, (were, are) in by_port.items():
+            if number not in self.values.played:
+                path = self.values.name(number)
+                model, _, port = path.rpartition(".")
+                for was, now in compare_in_order(self.outputs, path, section.at, were, are):
+                    self._note(Difference(section.at, "value", model, port, was, now))
+            self._compare_classes(section.at, number, zip(recorded, words, strict=True))
+
+    def _compare_classes(
+        self, at: int, number: int, recorded: Iterable[tuple[tuple[int, Any], Word | None]]
+    ) -> None:
+        """Compare those of what left a port both times with the same form."""
+        values = [value for other, value in self.sent if other == number]
+        for (other, form), word in recorded:
+            if other == number:
+                value = values.pop(0) if values else None
+                if encode_sent([0, value]) == encode_sent([0, form]):
+                    self._noted += self.values.compare(at, number, word, value)
+                else:
+                    self.values.count(number)
+
+    def _compare_writes(self, section: Section) -> None:
+        """Compare what was read from each device and written to it."""
+        assert isinstance(self.feed, OpenFeed)  # noqa: S101 -- as `_new_feed` has made it
+        if section.transfers == [] and self.feed.asked == []:
+            return
+        by_device: dict[tuple[int, int], tuple[list[Any], list[Any]]] = {}
+        for side, transfers in enumerate((section.transfers, self.feed.asked)):
+            for each in transfers:
+                device = each.line, each.address
+                by_device.setdefault(device, ([], []))[side].append(each.messages)
+        for (line, address), (were, are) in by_device.items():
+            name = self.feed.device(line, address)
+            self.outputs.compare_writes(name, section.at, were, are)  # the feed has reported them
+
+    def _report(self) -> None:
+        for each in self._noted:
+            if (word := _structural(each)) is not None:
+                self.structure[word] += 1
+        super()._report()
+
+
+def _structural(difference: Difference) -> str | None:
+    """What is not a matter of values, in words; None for what is."""
+    is_new = difference.recorded == NOTHING
+    is_gone = difference.replayed == NOTHING
+    words = {"step": "steps", "write": "transfers", "value": "values", "asked": "readings"}
+    if difference.what not in words or not (is_new or is_gone):
+        return None
+    return f"{words[difference.what]} {'that were not recorded' if is_new else 'no longer made'}"
+
+
+def _carried(given: Any, recorded: Any, wished: Any) -> Any:  # noqa: ANN401 -- any settings
+    """Settings that a run took up, but for those that are tried otherwise than it began."""
+    if isinstance(given, msgspec.Struct) and type(given) is type(recorded) is type(wished):
+        return msgspec.structs.replace(
+            given,
+            **{
+                name: _carried(*(getattr(each, name) for each in (given, recorded, wished)))
+                for name in given.__struct_fields__
+            },
+        )
+    if isinstance(given, dict) and isinstance(recorded, dict) and isinstance(wished, dict):
+        keys = [key for key in given if key in recorded and key in wished]
+        return given | {key: _carried(given[key], recorded[key], wished[key]) for key in keys}
+    return given if recorded == wished else wished

@@ -1,0 +1,158 @@
+"""What a section's replay sent and counted, beside what the recording has of it."""
+
+from collections import Counter
+from collections.abc import Container, Iterator, Mapping, Sequence
+from typing import Any, Final, TypeAlias
+
+from firmware_runtime.devs.tapped_ports import Sent
+from firmware_runtime.errors import ConfigError
+from firmware_runtime.recording.blackbox.section import (
+    Kind,
+    Section,
+    encode_sent,
+    pairs_of,
+    sent_of,
+)
+from firmware_runtime.recording.classes import (
+    SHALLOW,
+    ReadClasses,
+    Word,
+    compare_classes,
+)
+from firmware_runtime.recording.replay.difference import NOTHING, Difference
+from firmware_runtime.recording.replay.set_order import is_same_but_for_order
+from firmware_runtime.recording.values import unpack
+
+Counts: TypeAlias = Mapping[str, Mapping[str, int]]
+"""By model and what is counted."""
+
+_MOST_NAMED: Final = 10
+
+
+class ComparedValues:
+    """Compares what left the robot's own ports with what is recorded, and counts it.
+
+    A value is compared if its form says all of it and its classes are known. Values of a world are
+    none of the robot's own: they are played back.
+    """
+
+    def __init__(self, ports: Sequence[str], played: Container[int]) -> None:
+        self.values = 0
+        """Own values that are recorded."""
+        self.compared = 0
+        """Of these, those that were compared as a whole, and are the same or differ."""
+        self.played_back = 0
+        self._ports = ports
+        self.played = played
+        self._noted: ReadClasses | None = ReadClasses()
+        self._unsure: Counter[tuple[int, Word]] = Counter()
+
+    def restart(self, state: Any = None) -> None:  # noqa: ANN401 -- what is in a file
+        """Go on where these classes had been noted; without any, classes are unknown for now."""
+        self._noted = None
+        if state is not None:
+            self._noted = ReadClasses()
+            try:
+                self._noted.restart(state)
+            except ValueError as error:
+                raise _foreign(error) from error
+
+    def state(self) -> dict[str, Any] | None:
+        """The classes that have been noted so far."""
+        return None if self._noted is None else self._noted.state()
+
+    def not_compared(self) -> Iterator[str]:
+        """What was not compared, a sentence for each port and class."""
+        for (number, word), count in self._unsure.most_common(_MOST_NAMED):
+            values = "1 value" if count == 1 else f"{count} values"
+            yield f"{values} of {self.name(number)}: {word.removeprefix(SHALLOW)}"
+        if len(self._unsure) > _MOST_NAMED:
+            others = sum(count for _, count in self._unsure.most_common()[_MOST_NAMED:])
+            yield f"{others} other values"
+
+    def differences(self, section: Section, sent: Sent) -> Iterator[Difference]:
+        """Values that are not the recorded ones, in order."""
+        content = encode_sent(sent)
+        if content == bytes(section.sent):
+            words = self.words(section, sent[::2])
+            for number, value, word in zip(sent[::2], sent[1::2], words, strict=True):
+                yield from self.compare(section.at, number, word, value)
+            return
+        recorded, replayed, values = sent_of(section), pairs_of(unpack(content)), pairs_of(sent)
+        words = self.words(section, [number for number, _ in recorded])
+        for place in range(max(len(recorded), len(replayed))):
+            was = recorded[place] if place < len(recorded) else None
+            now = replayed[place] if place < len(replayed) else None
+            if was is not None and now is not None and _is_same(was, now, values[place]):
+                yield from self.compare(section.at, was[0], words[place], values[place][1])
+                continue
+            if was is not None:
+                self.count(was[0])
+            yield _difference(section.at, was, now, self._ports)
+
+    def words(self, section: Section, numbers: Sequence[int]) -> list[Word | None]:
+        """The word of each value of a section, as they left these ports."""
+        if self._noted is None or section.kind is not Kind.STEP:
+            return [None] * len(numbers)
+        try:
+            return self._noted.read(numbers, section.extra)
+        except ValueError as error:
+            raise _foreign(error) from error
+
+    def compare(
+        self, at: int, number: int, word: Word | None, value: object
+    ) -> Iterator[Difference]:
+        """Compare the classes of a value that has the form of the recorded one; count it."""
+        if number in self.played:
+            self.played_back += 1
+            return
+        self.values += 1
+        is_same, now = compare_classes(word, value)
+        if is_same is None:
+            self._unsure[number, now] += 1
+            return
+        self.compared += 1
+        if not is_same and word is not None:
+            model, _, port = self.name(number).rpartition(".")
+            yield Difference(at, "class", model, port, word.removeprefix(SHALLOW), now)
+
+    def count(self, number: int) -> None:
+        """Count a recorded value that differs, or was not sent."""
+        if number in self.played:
+            self.played_back += 1
+        else:
+            self.values += 1
+            self.compared += 1
+
+    def name(self, number: int) -> str:
+        """The path of a port; its number where the recording has none."""
+        return self._ports[number] if 0 <= number < len(self._ports) else f"port {number}"
+
+
+def differences_of_counts(at: int, recorded: Counts, replayed: Counts) -> Iterator[Difference]:
+    """What became of activations, where that is not what is recorded."""
+    for path, counts in recorded.items():
+        found = replayed.get(path, {})
+        for name, count in counts.items():
+            if found.get(name) != count:
+                yield Difference(at, "count", path, name, count, found.get(name, NOTHING))
+
+
+def _foreign(error: ValueError) -> ConfigError:
+    return ConfigError.of_one("recording", f"{error}; expected those that a run notes")
+
+
+def _is_same(was: Any, now: Any, sent: Any) -> bool:  # noqa: ANN401 -- pairs
+    if encode_sent([*was]) == encode_sent([*now]):
+        return True
+    return bool(was[0] == now[0]) and is_same_but_for_order(sent[1], was[1])
+
+
+def _difference(at: int, was: Any, now: Any, ports: Sequence[str]) -> Difference:  # noqa: ANN401
+    if was is not None and now is not None and was[0] != now[0]:
+        now = None  # it sent from another port: what was sent then is missing
+    number = (was if was is not None else now)[0]
+    path = ports[number] if 0 <= number < len(ports) else f"port {number}"
+    model, _, port = path.rpartition(".")
+    recorded = NOTHING if was is None else was[1]
+    return Difference(at, "value", model, port, recorded, NOTHING if now is None else now[1])

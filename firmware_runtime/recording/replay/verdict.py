@@ -1,0 +1,252 @@
+"""The verdict on a recording, or a stretch of it: whether its replay is the run, bit for bit."""
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, field
+from typing import Any, Final
+
+from firmware_runtime.board.registry import Board
+from firmware_runtime.devs.time import NEVER, SECOND, format_time
+from firmware_runtime.errors import ConfigError, text_of
+from firmware_runtime.recording.blackbox.missing_instant import no_instant
+from firmware_runtime.recording.blackbox.reader import Recording, Segment, kind_of
+from firmware_runtime.recording.blackbox.section import Kind, Section, count_of_unknown
+from firmware_runtime.recording.random_state import places
+from firmware_runtime.recording.replay.difference import Difference
+from firmware_runtime.recording.replay.player import Player
+from firmware_runtime.recording.versions import changed_versions
+from firmware_runtime.statistics.dates import NO_DATES, Dates
+from firmware_runtime.status import Status
+
+NOT_ALL: Final = "not all of it was compared"
+NOTHING_AGAIN: Final = "nothing of it was run again: no step and no transfer is in it"
+
+
+@dataclass(slots=True)
+class Verdict:
+    """What a replay found."""
+
+    events: int = 0
+    """Values that left ports, also those of a world."""
+    values: int = 0
+    """Values that left the robot's own ports, in the recording."""
+    compared: int = 0
+    """Of these, those that were compared as a whole."""
+    played_back: int = 0
+    """Values of a world on doubles, which are none of the robot's own."""
+    values_not_compared: list[str] = field(default_factory=list)
+    """How many values of which port were not compared, and their class, one text each."""
+    unknown: int = 0
+    """Of these, values of which only a class is recorded, whole or in part, and compared."""
+    steps: int = 0
+    writes: int = 0
+    """Transfers on buses and ports, each as often as it was tried."""
+    duration: int = 0
+    """How much of the run was run again, ns."""
+    differences: int = 0
+    first: Difference | None = None
+    faults: list[str] = field(default_factory=list)
+    """What is missing in the recording, one sentence each."""
+    code_changed: list[str] = field(default_factory=list)
+    """Modules of the robot whose source is another than in the run."""
+    versions_changed: dict[str, dict[str, str | None]] = field(default_factory=dict)
+    """Python and packages that are others, as `changed_versions` has them."""
+    uncompared: int = 0
+    """Keyframes whose state was not compared: the models of the changed code have another form."""
+    has_drawn: bool = False
+    """Whether the process's own generators of random numbers were drawn from."""
+    failure: str | None = None
+    """What ended it, in a sentence: what the robot raised as it was run again."""
+    end: str | None = None
+    """Why the run had failed, as it says; None for one that had not."""
+    began_earlier: str | None = None
+    """That it began at the start, with no keyframe before the instant asked for, in a sentence."""
+
+    @property
+    def is_identical(self) -> bool | None:
+        """Whether something was run again, all of it as it was, and nothing is missing.
+
+        None where nothing differs, but not all that left the models was compared.
+        """
+        if not self.is_something or self.differences or self.faults:
+            return False
+        return None if self.not_compared else True
+
+    @property
+    def status(self) -> Status:
+        """The exit status that says so."""
+        return Status.of_comparison(self.is_identical)
+
+    @property
+    def in_words(self) -> str:
+        """What was found, in one sentence without an end."""
+        if self.first is not None:
+            return f"{self.differences} differences"
+        if not self.is_something:
+            return NOTHING_AGAIN
+        if self.not_compared:
+            return f"no difference in {self.compared} of {self.values} values"
+        return f"{'no difference' if self.faults else 'identical'}: {self.values} values"
+
+    @property
+    def reason(self) -> str | None:
+        """Why it is not identical, in a sentence; None if it is."""
+        if self.first is not None:
+            first = f"{self.first.what} of {self.first.where} at {format_time(self.first.at)}"
+            return f"{self.differences} differences, the first in {first}"
+        if not self.is_something:
+            return NOTHING_AGAIN
+        if self.faults:
+            return f"not whole: {'; '.join(self.faults)}"
+        if self.not_compared:
+            return f"{self.in_words}; not compared: {'; '.join(self.not_compared)}"
+        return None
+
+    @property
+    def not_compared(self) -> list[str]:
+        """What has not been compared though it is recorded, one sentence each."""
+        found = list(self.values_not_compared)
+        if self.uncompared:
+            why = "other code has models of another form"
+            found.append(f"the state at {self.uncompared} keyframes: {why}")
+        return found
+
+    @property
+    def is_something(self) -> bool:
+        """Whether any of it was run again; of a start that failed, what its chips were asked."""
+        return self.steps > 0 or self.writes > 0
+
+    def add(self, player: Player, begin: int) -> None:
+        """Add what a player found from an instant on."""
+        self.events += player.events
+        self.values += player.values.values
+        self.compared += player.values.compared
+        self.played_back += player.values.played_back
+        self.values_not_compared += player.values.not_compared()
+        self.steps += player.steps
+        self.duration += max(0, player.at - begin)
+        self.differences += player.differences
+        self.first = self.first or player.first
+        self.uncompared += player.uncompared
+        self.failure = None if player.failure is None else text_of(player.failure)
+        self.end = player.end
+        self.faults += [] if player.missing is None else [player.missing]
+
+    def as_json(self, dates: Dates = NO_DATES) -> dict[str, Any]:
+        """For a program."""
+        return {
+            "identical": self.is_identical,
+            "reason": self.reason,
+            "events": self.events,
+            "values": self.values,
+            "compared": self.compared,
+            "played_back": self.played_back,
+            "not_compared": self.not_compared,
+            "duration_s": self.duration / SECOND,
+            "first_difference": None if self.first is None else self.first.as_json(dates),
+            "differences": self.differences,
+            "unknown": self.unknown,
+            "states_not_compared": self.uncompared,
+            "steps": self.steps,
+            "transfers": self.writes,
+            "faults": self.faults,
+            "code_changed": self.code_changed,
+            "versions_changed": self.versions_changed,
+            "has_drawn": self.has_drawn,
+            "began_earlier": self.began_earlier,
+            "failure": self.failure,
+            "end": self.end,
+        }
+
+
+@dataclass(frozen=True, slots=True)
+class Stretch:
+    """What of a run is run again: from the keyframe before `begin` up to and including `until`."""
+
+    begin: int = 0
+    until: int = NEVER
+
+    def __post_init__(self) -> None:
+        """Raise ConfigError for one that ends before it begins."""
+        if self.until < self.begin:
+            begin, until = (f"{each / SECOND:g}" for each in (self.begin, self.until))
+            fault = f"expected an instant after --from {begin}"
+            raise ConfigError.of_one(f"--until {until}", fault)
+
+
+WHOLE: Final = Stretch()
+
+
+def replay(
+    recording: Recording,
+    board: Board,
+    stretch: Stretch = WHOLE,
+    *,
+    before: Callable[[Section], None] = lambda _: None,
+    listener: Callable[[Difference], None] = lambda _: None,
+) -> Verdict:
+    """Run it again. `before` is called before each section, `listener` with each difference.
+
+    Raises ConfigError for a recording that has nothing to begin with, or is none of this board.
+    """
+    versions = changed_versions(recording.header.versions)
+    verdict = Verdict(faults=recording.faults(), versions_changed=versions)
+    segments = segments_of(recording, stretch)
+    verdict.began_earlier = began_earlier(recording, segments, stretch.begin)
+    for segment in segments:
+        sections = segment.from_instant(stretch.begin).sections()
+        player = Player(recording.header, board, first := next(sections))
+        player.listeners.append(listener)
+        stood, last = places(), first
+        for section in stretch_of(sections, stretch.until):
+            before(section)
+            verdict.writes += len(section.transfers)
+            verdict.unknown += count_of_unknown(section)
+            player.take(section)
+            last = section
+        if stretch.until == NEVER and last.kind is Kind.STEP:
+            player.went_on()
+        verdict.add(player, first.at)
+        verdict.has_drawn |= places() != stood
+        verdict.code_changed = player.code_changed
+    return verdict
+
+
+def segments_of(recording: Recording, stretch: Stretch) -> list[Segment]:
+    """The segments that a stretch is in. Raises ConfigError where none reaches its beginning."""
+    segments = [each for each in recording.segments() if each.last_at >= stretch.begin]
+    if not segments:
+        raise no_instant(recording, stretch.begin)
+    return [each for each in segments if each.first_at <= stretch.until]
+
+
+def began_earlier(recording: Recording, segments: Sequence[Segment], begin: int) -> str | None:
+    """That the start is begun at, as no keyframe stands before `begin`; None where that is not so.
+
+    A run whose models hold what cannot be kept, such as a lock made on the way, has no keyframes.
+    """
+    if begin == 0 or not segments:
+        return None
+    first = segments[0].from_instant(begin)
+    if kind_of(first.contents[0]) != Kind.BUILD:
+        return None
+    has_one = any(kind_of(each) == Kind.KEYFRAME for each in first.contents)
+    why = None if has_one else recording.no_keyframe()
+    because = "" if why is None else f" ({why})"
+    return f"begun at the start of the run: no keyframe is before {begin / SECOND:g} s{because}"
+
+
+def stretch_of(sections: Iterator[Section], until: int) -> Iterator[Section]:
+    """Sections up to and including an instant.
+
+    What is no step has the instant at which it was; a step that was late for its own may follow.
+    """
+    beyond: list[Section] = []
+    for section in sections:
+        if not section.has_instant or section.at <= until:
+            yield from beyond
+            beyond.clear()
+            yield section
+        elif section.kind is Kind.STEP:
+            return
+        else:
+            beyond.append(section)

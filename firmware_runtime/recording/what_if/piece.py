@@ -1,0 +1,143 @@
+"""The shortest piece of a recording that shows a difference, as a recording of its own.
+
+Where the present code replays the run to the bit, a piece can begin anywhere: the state is captured
+there. Where it does not, only the keyframes of the recording are true, and a piece begins at one.
+Each piece is tried before it is taken.
+"""
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import suppress
+from dataclasses import dataclass
+from typing import Any, Final, TypeAlias
+
+from firmware_runtime.board.registry import Board
+from firmware_runtime.errors import ConfigError
+from firmware_runtime.recording.blackbox.chunk_file import Numbered, file_of, parts_of
+from firmware_runtime.recording.blackbox.layout import CHUNK, LARGEST_CHUNK, SECTION
+from firmware_runtime.recording.blackbox.reader import BEGINNINGS, Recording, kind_of
+from firmware_runtime.recording.blackbox.section import Kind, Section, decode, encode
+from firmware_runtime.recording.blackbox.state.keyframes import UnkeepableState
+from firmware_runtime.recording.replay.player import Player
+from firmware_runtime.recording.replay.verdict import Stretch, segments_of
+
+Shows: TypeAlias = Callable[[bytes], Mapping[str, Any] | None]
+_IN_TIME: Final = (Kind.STEP, Kind.KEYFRAME)
+
+
+@dataclass(frozen=True, slots=True)
+class Piece:
+    """The file, what it shows, and which part of the run it is, ns."""
+
+    content: bytes
+    difference: Mapping[str, Any] | None
+    begin: int
+    until: int
+    steps: int
+
+
+class Cutter:
+    """Cuts pieces; `shows` says what difference a file shows, None for none."""
+
+    def __init__(self, recording: Recording, board: Board, shows: Shows) -> None:
+        self._recording, self._board, self._shows = recording, board, shows
+        self._header = recording.chunks[0].contents[0]
+
+    def around(self, at: int, *, is_true: bool) -> Piece:
+        """The shortest that shows a difference that is at that instant of the run.
+
+        `is_true` says that the present code does as the run did.
+        """
+        sections = self._sections(at)
+        end = _last_at(sections, at) + 1
+        begins = self._anywhere(sections, end) if is_true else _keyframes(sections, end)
+        for begin, first in begins:
+            content = self._file([*first, *sections[begin:end]])
+            if (found := self._shows(content)) is not None:
+                return _piece(content, found, decode(first[0]), sections[begin:end])
+        fault = "no piece of it shows the difference by itself; expected one that a keyframe keeps"
+        raise ConfigError.of_one("--as-test", fault)
+
+    def stretch(self, stretch: Stretch) -> Piece:
+        """That stretch, of a run that the present code replays to the bit."""
+        sections = self._sections(stretch.begin)
+        end = _last_at(sections, stretch.until) + 1
+        begin = _last_at(sections, stretch.begin - 1) + 1 if stretch.begin else 0
+        if begin >= end:
+            fault = "no step of the run is in this stretch; expected a longer one"
+            raise ConfigError.of_one("--as-test", fault)
+        first = self._state_at(sections, [begin]).get(begin) if begin else [sections[0]]
+        if first is None:
+            fault = "the robot's state cannot be kept where the stretch begins"
+            raise ConfigError.of_one("--as-test", f"{fault}; expected one from the run's start")
+        rest = sections[max(begin, 1) : end]
+        return _piece(self._file([*first, *rest]), None, decode(first[0]), rest)
+
+    # ---------------------------------------------------------------------------------------------
+
+    def _sections(self, at: int) -> list[bytes]:
+        """Those of the segment that has the instant, from the beginning of it."""
+        segment = segments_of(self._recording, Stretch(at))[0]
+        return [each for each in segment.contents if kind_of(each) != Kind.HEADER]
+
+    def _anywhere(self, sections: Sequence[bytes], end: int) -> Iterator[tuple[int, list[bytes]]]:
+        """Beginnings 1, 2, 4, ... sections before the end, then the first."""
+        places, back = [], 1
+        while end - back > 1:
+            places.append(end - back)
+            back *= 2
+        states = self._state_at(sections, places)
+        yield from ((place, states[place]) for place in places if place in states)
+        yield 1, [sections[0]]
+
+    def _state_at(self, sections: Sequence[bytes], places: Sequence[int]) -> dict[int, list[bytes]]:
+        """Keyframes for those places where the state can be kept, made by running there."""
+        found: dict[int, list[bytes]] = {}
+        if not places:
+            return found
+        player = Player(self._recording.header, self._board, decode(sections[0]))
+        for place in range(1, max(places) + 1):
+            if place in places and player.table is not None:
+                with suppress(UnkeepableState):
+                    found[place] = _sections_of(player, player.table.capture())
+            player.take(decode(sections[place]))
+        return found
+
+    def _file(self, sections: Sequence[bytes]) -> bytes:
+        """A recording of these sections, in as many chunks as they take."""
+        room = LARGEST_CHUNK - CHUNK.size - 2 * SECTION.size - len(self._header)
+        chunks = enumerate(parts_of(sections, room), start=1)
+        return file_of([Numbered(number, [self._header, *each]) for number, each in chunks])
+
+
+def _piece(
+    content: bytes, found: Mapping[str, Any] | None, first: Section, rest: Sequence[bytes]
+) -> Piece:
+    steps = [decode(each).at for each in rest if kind_of(each) == Kind.STEP]
+    begin = first.at if first.kind is Kind.KEYFRAME else 0
+    return Piece(content, found, begin, steps[-1] if steps else begin, len(steps))
+
+
+def _sections_of(player: Player, state: bytes) -> list[bytes]:
+    """The keyframe of where a player is, and what its recording has noted up to there."""
+    kinds = ((Kind.KEYFRAME, state), (Kind.CLASSES, player.values.state()))
+    return [
+        encode((kind.value, player.at, [], [], [], [], [], [], [], extra)) for kind, extra in kinds
+    ]
+
+
+def _keyframes(sections: Sequence[bytes], end: int) -> Iterator[tuple[int, list[bytes]]]:
+    """Beginnings that were recorded, the last first."""
+    for place in range(end - 2, -1, -1):
+        if kind_of(sections[place]) in BEGINNINGS:
+            yield place + 1, [sections[place]]
+
+
+def _last_at(sections: Sequence[bytes], at: int) -> int:
+    """The place of the last section in time that is not after an instant."""
+    last = 0
+    for place, content in enumerate(sections):
+        if kind_of(content) in _IN_TIME:
+            if decode(content).at > at:
+                break
+            last = place
+    return last

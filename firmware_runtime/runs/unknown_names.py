@@ -1,0 +1,135 @@
+"""What a board's package names and does not have: `check` reports it before it is needed.
+
+A definition names ports of the model (experiments, the plant), keys of board.toml (experiments,
+gains) and modules. None of it keeps the robot from running, so none is a fault of its file.
+"""
+
+from collections.abc import Iterator, Sequence
+from importlib.util import find_spec
+from typing import Any
+
+from firmware_runtime.board import installed as kinds
+from firmware_runtime.board import registry
+from firmware_runtime.board.configuration import find_out_port
+from firmware_runtime.board.ends import end_of, ends_of
+from firmware_runtime.board.experiments import Experiment, OwnExperiment, StepExperiment
+from firmware_runtime.board.plants import Plant, Signal
+from firmware_runtime.board.registry import Board
+from firmware_runtime.board.retuning import retunable_values
+from firmware_runtime.board.rigs import has_rig
+from firmware_runtime.board.schema_keys import may_have
+from firmware_runtime.devs.component import Component
+from firmware_runtime.devs.part import part_of
+from firmware_runtime.errors import ConfigError, FirmwareRuntimeError
+from firmware_runtime.executive.clocks import VirtualClock
+from firmware_runtime.links.cut.cut import cut_of
+from firmware_runtime.runs.start import start_session
+
+
+def named_in_vain(board: Board) -> Iterator[str]:
+    """A sentence for each name of the definition that leads nowhere."""
+    schema = kinds.definition(board.kind).settings
+    for pattern in board.retunable:
+        if not may_have(schema, pattern):
+            yield f"retunable: {pattern!r}: no file of this board has such a key"
+    for name, experiment in board.experiments.items():
+        yield from (f"experiments.{name}.{why}" for why in _of_experiment(board, experiment))
+    if board.plant is not None:
+        yield from (f"plant.{why}" for why in _of_plant(board, board.plant))
+    yield from _what_cannot_cross(board)
+
+
+def _of_experiment(board: Board, experiment: Experiment) -> Iterator[str]:
+    try:
+        tried = registry.load(str(board.source), [*board.assignments, *experiment.assignments])
+    except ConfigError as error:
+        yield from (f"settings: {fault}" for fault in error.faults)
+        return
+    if isinstance(experiment, OwnExperiment):
+        module = experiment.run.partition(":")[0]
+        if not _is_there(module):
+            yield f"run: no module {module}; expected it in an installed package"
+    if isinstance(experiment, StepExperiment) and has_rig(tried):
+        try:
+            model = _model_on_doubles(tried)
+        except FirmwareRuntimeError as error:
+            yield f"settings: {error}"
+        else:
+            yield from _of_step(model, experiment)
+
+
+def _of_step(model: Component, experiment: StepExperiment) -> Iterator[str]:
+    port = model.in_ports.get(experiment.port)
+    if port is None:
+        known = ", ".join(model.in_ports) or "none: the model has no input port"
+        yield f"port: {experiment.port!r}: no input port of the top model; expected one of {known}"
+    elif port.type not in {float, int}:
+        expected = "expected one of numbers, which a step is made of"
+        yield f"port: {experiment.port!r}: takes a {port.type.__name__}; {expected}"
+    answer = [("answer", experiment.answer)] if experiment.answer else []
+    for key, path in (*answer, *(("beside", each) for each in experiment.beside.values())):
+        if find_out_port(model, path) is None:
+            yield f"{key}: {path!r}: the model on its doubles has no such output port"
+
+
+def _of_plant(board: Board, plant: Plant) -> Iterator[str]:
+    model = board.unconnected().model
+    for key, signal in (("input", plant.input), ("output", plant.output)):
+        yield from (f"{key}: {why}" for why in _of_signal(model, signal))
+    if plant.loop is not None:
+        known = retunable_values(board.settings, board.retunable)
+        for key in ("kp", "ki", "kd"):
+            named = getattr(plant.loop, key)
+            if named not in known:
+                expected = f"expected one of {', '.join(known)}"
+                yield f"loop.{key}: {named!r}: no gain of this board; {expected}"
+
+
+def _of_signal(model: Component, signal: Signal) -> Iterator[str]:
+    found = [port for path in signal.ports if (port := find_out_port(model, path)) is not None]
+    if not found:
+        yield f"{', '.join(signal.ports)}: the model has no such output port"
+    for port in found:
+        fields = _fields(port.type)
+        for place in signal.terms:
+            first = place.partition(".")[0]
+            if fields and first not in fields:
+                expected = f"expected one of {', '.join(fields)}"
+                yield f"{place!r}: a {port.type.__name__} has no such number; {expected}"
+
+
+def _fields(kind: type[Any]) -> Sequence[str]:
+    """The fields of a record; nothing of what is none."""
+    stated = ("__dataclass_fields__", "__struct_fields__", "_fields")
+    return next(([*getattr(kind, each)] for each in stated if hasattr(kind, each)), [])
+
+
+def _what_cannot_cross(board: Board) -> Iterator[str]:
+    """Ports at the cut whose values no link carries: stages of two ends are refused."""
+    if not board.settings.roles:
+        return
+    try:
+        role = next(iter(ends_of(board).values()))
+    except ConfigError:
+        return  # not two ends: reported where they are wanted
+    end = end_of(board, role)
+    try:
+        cut_of(part_of(board.unconnected().model, end.components), end.crossings)
+    except ConfigError as error:
+        yield from error.faults
+
+
+def _model_on_doubles(board: Board) -> Component:
+    """The model with the world that its rig adds."""
+    session = start_session(board, VirtualClock(), doubles=True, statistics_path=None)
+    try:
+        return session.robot.model
+    finally:
+        session.close()
+
+
+def _is_there(module: str) -> bool:
+    try:
+        return find_spec(module) is not None
+    except (ImportError, ValueError):
+        return False

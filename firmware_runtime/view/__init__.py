@@ -1,0 +1,1 @@
+"""All that is drawn: the report, plots, diagrams, charts of the terminal, the screen of `top`."""

@@ -1,0 +1,158 @@
+"""The sections of a report that are tables and words: faults, deadlines, lines, conditions."""
+
+from collections.abc import Iterator, Mapping
+from importlib.metadata import version
+from xml.etree.ElementTree import Element
+
+from firmware_runtime.statistics.conditions import Conditions, Request, Settings
+from firmware_runtime.statistics.figures import (
+    SCHEMA,
+    BusFigures,
+    FaultFigures,
+    Figures,
+    SerialFigures,
+)
+from firmware_runtime.statistics.number_formats import instant_s, plain, share
+from firmware_runtime.statistics.rows import DeadlineRow
+from firmware_runtime.view.markup import element, table
+
+_FAULT_HEAD = ("model", "kind", "times", "first", "last", "in words, the last time")
+_SERIAL_COUNTERS = ("writes", "bytes_written", "bytes_read", "errors")
+_NEEDS = "; needs "
+"""The words in a reason that introduce its fix."""
+_WORDS = {
+    "lateness": "from an activation's deadline to the start of its output function",
+    "late": "an activation that ran, but began later than its model tolerates",
+    "skipped": "due, and dropped: by policy, or because the run ended before its turn",
+    "coalesced": "due by the clock, but an earlier event made the model plan again",
+    "own time": "what a model's own functions took in a step; the steps' own times add up",
+    "waking": "from the deadline, or the end of the step before, to the start of this step",
+    "steps before": "from the deadline to the end of the step before: our own steps took too long",
+    "bus time": "time on the wire, computed from bits and bus speed; doubles answer sooner",
+    "p99": "99 % of all samples did not take longer; never too low, at most 3.1 % too high",
+}
+
+
+def faults_section(faults: Mapping[str, Mapping[str, FaultFigures]]) -> Iterator[Element]:
+    """A row for each kind of fault of each model."""
+    if not faults:
+        yield element("p", "No model reported a fault.")
+        return
+    rows = (
+        [
+            path,
+            kind,
+            f"{counted.count:,}",
+            instant_s(counted.first_s),
+            instant_s(counted.last_s),
+            counted.last,
+        ]
+        for path, kinds in faults.items()
+        for kind, counted in kinds.items()
+    )
+    yield table("Faults that models reported", _FAULT_HEAD, rows)
+
+
+def deadlines_section(deadlines: Mapping[str, DeadlineRow]) -> Iterator[Element]:
+    """What became of the samples on each path."""
+    if not deadlines:
+        yield element("p", "The board puts no deadline on a path.")
+        return
+    rows = [
+        [path, f"{counted.samples:,}", f"{counted.answers:,}", _missed(counted)]
+        for path, counted in deadlines.items()
+    ]
+    yield table("Deadlines on a path", ["path", "samples", "answers", "missed"], rows)
+
+
+def _missed(counted: DeadlineRow) -> str:
+    """Of a path that was not enabled, nothing."""
+    return f"{counted.misses:,}" if counted.answers > 0 else "not enabled"
+
+
+def buses_section(buses: Mapping[str, BusFigures]) -> Iterator[Element]:
+    """What each bus carried."""
+    if not buses:
+        yield element("p", "No bus was counted.")
+        return
+    counters = ("transactions", "bytes", "errors", "retries")
+    head = ["bus", "busy", *counters]
+    rows = (
+        [name, share(bus.utilisation), *(f"{getattr(bus, each):,}" for each in counters)]
+        for name, bus in buses.items()
+    )
+    yield table("Buses", head, rows)
+
+
+def serial_section(ports: Mapping[str, SerialFigures]) -> Iterator[Element]:
+    """What each serial port carried, where there is one."""
+    if not ports:
+        return
+    rows = (
+        [
+            name,
+            share(port.writing),
+            share(port.reading),
+            *(f"{getattr(port, each):,}" for each in _SERIAL_COUNTERS),
+        ]
+        for name, port in ports.items()
+    )
+    counters = [each.replace("_", " ") for each in _SERIAL_COUNTERS]
+    yield table("Serial ports", ["port", "writing", "reading", *counters], rows)
+
+
+def conditions_section(conditions: Conditions) -> list[Element]:
+    """What was refused, what was requested, and everything else that is known."""
+    return [
+        *(_refusal(name, request) for name, request in conditions.refused.items()),
+        _settings(conditions.settings),
+        table(
+            "Conditions",
+            ["condition", "value"],
+            ([name.replace("_", " "), plain(value)] for name, value in conditions.stated.items()),
+            css="words",
+        ),
+    ]
+
+
+def _refusal(name: str, request: Request) -> Element:
+    reason, _, needs = str(request.reason).partition(_NEEDS)
+    return element(
+        "p",
+        element("strong", "Not granted: "),
+        element("code", f"{name} = {plain(request.asked)}"),
+        f". {reason}.",
+        f" It takes {needs}." if needs else None,
+        class_="refused",
+    )
+
+
+def _settings(settings: Settings) -> Element:
+    return table(
+        "What the board asks of the system",
+        ["setting", "asked", "granted"],
+        (
+            [name, plain(each.asked), "yes" if each.granted else plain(each.reason)]
+            for name, each in settings.items()
+        ),
+        css="words",
+    )
+
+
+def glossary(figures: Figures) -> Iterator[Element]:
+    """The words, then where the page and its numbers come from."""
+    pairs = (
+        element("div", element("dt", word), element("dd", meaning))
+        for word, meaning in _WORDS.items()
+    )
+    yield element("dl", *pairs, class_="glossary")
+    made = f"firmware-runtime {version('firmware-runtime')}"
+    ran = (figures.conditions.stated.get("versions") or {}).get("firmware-runtime")
+    yield element(
+        "p",
+        f"Made by {made} from a copy of the run's statistics file (schema {SCHEMA})",
+        f", which firmware-runtime {ran} had written" if ran else None,
+        ". Making it changed nothing in that file; equal statistics make an equal page. ",
+        "The page holds all it needs and asks nothing of any network.",
+        class_="quiet",
+    )

@@ -1,0 +1,158 @@
+"""What `top` shows: a reading of the statistics, drawn to fit a terminal. Needs the extra `top`."""
+
+from collections.abc import Iterable, Sequence
+from itertools import pairwise
+
+from rich.console import ConsoleDimensions, Group, RenderableType
+from rich.table import Table
+from rich.text import Text
+
+from firmware_runtime.statistics.figures import Figures
+from firmware_runtime.statistics.histogram import Histogram, bucket_of
+from firmware_runtime.statistics.number_formats import microseconds, percent, seconds
+from firmware_runtime.statistics.statistics import Statistics
+from firmware_runtime.statistics.text.sentences import fault_lines
+from firmware_runtime.statistics.text.statistics import (
+    because,
+    causes_text,
+    deadline_text,
+    link_text,
+)
+from firmware_runtime.statistics.text.summary import summary
+from firmware_runtime.view.top.models_table import models_table
+
+_SPARKS = "▁▂▃▄▅▆▇█"
+_BAR = "█"
+_WORST = 4
+_FAULTS = 4
+"""Kinds of faults shown, those that came last."""
+_OTHER_ROWS = 15
+"""What is above and below the histogram, each model's row aside, in a terminal of 80 columns."""
+_FEWEST_BARS = 4
+
+
+def screen(
+    now: Statistics, lately: Statistics, size: ConsoleDimensions, *, paused: bool
+) -> RenderableType:
+    """The whole picture; `lately` is what came since the last one."""
+    return Group(*_parts(now, lately, now.figures(), size, paused=paused))
+
+
+def _parts(
+    now: Statistics,
+    lately: Statistics,
+    figures: Figures,
+    size: ConsoleDimensions,
+    *,
+    paused: bool,
+) -> Iterable[RenderableType]:
+    shown = min(len(list(fault_lines(figures))), _FAULTS)
+    width, first = size.width, summary(figures)
+    room = size.height - _OTHER_ROWS - shown - (len(first) - 1) // width
+    rows = max(min(len(figures.models), room - _FEWEST_BARS), 1)
+    yield Text(first, style=_style(figures))
+    yield _facts(figures)
+    if figures.models:
+        yield Text()
+        yield models_table(figures.models, lately.figures().models, width, rows)
+        yield Text()
+        yield _histogram(now, lately, width, max(room - rows, _FEWEST_BARS))
+        yield _sparkline(now, width)
+    yield Text()
+    if figures.link is not None:
+        style = "green" if figures.link.is_good else "bold yellow"
+        text = f"link: {link_text(figures.link)}"
+        yield Text(text, style=style, overflow="ellipsis", no_wrap=True)
+    yield from _faults(figures)
+    yield from _worst(figures)
+    yield Text()
+    keys = "q quit  space go on" if paused else "q quit  space pause"
+    yield Text(f"{keys}  {'paused' if paused else ''}", style="dim")
+
+
+def _style(figures: Figures) -> str:
+    """Red when something is wrong, green while all is well."""
+    if figures.conditions.run.state in {"died", "failed", "overrun"}:
+        return "bold red"
+    wrong = figures.overruns + figures.skipped + figures.faults_total
+    return "bold green" if wrong == 0 else "bold yellow"
+
+
+def _facts(figures: Figures) -> Text:
+    """Where, how long, and how often lines failed."""
+    run = figures.conditions.run
+    cpu = percent(None if run.cpu_s is None else run.cpu_s / max(run.elapsed_s, 1e-9))
+    errors = {name: bus.errors for name, bus in figures.bus.items()}
+    errors |= {name: port.errors for name, port in (figures.serial or {}).items()}
+    parts = [
+        figures.conditions.text("board") or "",
+        f"{run.elapsed_s:.0f} s",
+        f"cpu {cpu}",
+        *(f"{name} {count} errors" for name, count in errors.items()),
+        *(f"{name}: {deadline_text(counted)}" for name, counted in figures.deadlines.items()),
+    ]
+    return Text("  ".join(parts), style="dim", overflow="ellipsis", no_wrap=True)
+
+
+def _histogram(now: Statistics, lately: Statistics, width: int, bars: int) -> Table:
+    """Lateness in powers of two: bars for what came lately, numbers for the whole run.
+
+    Where the terminal is too low for all of them, a bar stands for several.
+    """
+    whole, new = _octaves(now.lateness()), _octaves(lately.lateness())
+    used = [index for index, count in enumerate(whole) if count > 0]
+    table = Table(box=None, pad_edge=False, show_header=False)
+    table.add_column(justify="right", style="dim", no_wrap=True)
+    table.add_column(no_wrap=True)
+    table.add_column(justify="right", no_wrap=True)
+    if not used:
+        return table
+    each = -(-(used[-1] + 1 - used[0]) // bars)
+    starts = range(used[0], used[-1] + 1, each)
+    counts = [sum(new[start : start + each]) for start in starts]
+    most, length = max(*counts, 1), max(width - 32, 8)
+    for start, count in zip(starts, counts, strict=True):
+        bar = _BAR * -(-count * length // most)
+        edge = f"< {microseconds(2 ** (start + each - 1) / 1000)}"
+        table.add_row(edge, bar.ljust(length), f"{sum(whole[start : start + each])}")
+    return table
+
+
+def _octaves(histogram: Histogram) -> list[int]:
+    """How many samples are below each power of two ns, and not below the one before."""
+    buckets = histogram.buckets.tolist()
+    edges = [0, *(bucket_of((1 << power) - 1) + 1 for power in range(1, 38))]
+    return [0, *(sum(buckets[a:b]) for a, b in pairwise(edges))]
+
+
+def _sparkline(now: Statistics, width: int) -> Text:
+    """The largest lateness of each second of the last minutes."""
+    spans = now.timeline[-max(width - 24, 8) :]
+    largest = max((span.lateness_max_ns for span in spans), default=0)
+    return Text(
+        f"max a second {_sparks([span.lateness_max_ns for span in spans], largest)} "
+        f"{microseconds(largest / 1000)}",
+        style="cyan",
+        overflow="crop",
+        no_wrap=True,
+    )
+
+
+def _sparks(values: Sequence[int], largest: int) -> str:
+    return "".join(_SPARKS[value * (len(_SPARKS) - 1) // max(largest, 1)] for value in values)
+
+
+def _faults(figures: Figures) -> Iterable[Text]:
+    for line in list(fault_lines(figures))[-_FAULTS:]:
+        yield Text(f"fault: {line}", style="yellow", overflow="ellipsis", no_wrap=True)
+
+
+def _worst(figures: Figures) -> Iterable[Text]:
+    for worst in figures.worst[:_WORST]:
+        yield Text(
+            f"{seconds(worst.t_ns / 1e9):>11}  {worst.model} {microseconds(worst.lateness_us)}"
+            f" late, step {microseconds(worst.step_us)}: {causes_text(worst.causes)}"
+            f"{because(worst)}",
+            overflow="ellipsis",
+            no_wrap=True,
+        )
