@@ -26,7 +26,7 @@ from benchmarks.shared.side_by_side import (
     peer_version,
     positive,
 )
-from firmware_runtime.status import Status
+from firmware_runtime.errors import Status
 
 SUMMARY = "The kernel beside xdevs.py: DEVStone's shapes, and models that only wait."
 GOALS = {"HI": 11.0, "HO": 11.0, "HOmod": 11.0, "hold 50 distinct": 30.0}

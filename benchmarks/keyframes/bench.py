@@ -24,11 +24,11 @@ from benchmarks.shared.side_by_side import positive
 from firmware_runtime.board.local_settings import board_in_force
 from firmware_runtime.cli.arguments import positive as positive_number
 from firmware_runtime.devs.time import seconds
+from firmware_runtime.errors import Status
 from firmware_runtime.executive.clocks import MonotonicClock
 from firmware_runtime.recording.blackbox.recorder import Recorder
 from firmware_runtime.runs import recorded_edge
 from firmware_runtime.runs.start import start_session
-from firmware_runtime.status import Status
 
 SUMMARY = "Whether an activation ever waits for a keyframe of the run's recording."
 

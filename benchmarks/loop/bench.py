@@ -23,8 +23,8 @@ from benchmarks.shared.conditions import conditions
 from benchmarks.shared.results import add_common_options, save
 from benchmarks.shared.side_by_side import positive
 from firmware_runtime.board import registry
+from firmware_runtime.errors import Status
 from firmware_runtime.hal.budget import REFUSED_ABOVE_PERCENT, BusLoad, transaction_ns
-from firmware_runtime.status import Status
 
 SUMMARY = "The highest rate of TachoBot on its doubles, and where the time of a step goes."
 RATES = (50, 100, 200, 500, 999)

@@ -21,7 +21,7 @@ from benchmarks.shared.conditions import conditions
 from benchmarks.shared.results import add_common_options, save
 from benchmarks.shared.side_by_side import PROJECT, missing_peer, peer_version, positive
 from firmware_runtime.cli.arguments import positive as positive_number
-from firmware_runtime.status import Status
+from firmware_runtime.errors import Status
 
 SUMMARY = "The same periodic model in real time on this project, xdevs.py, SimPy and pyjevsim."
 OURS, PEER = "ours, skip", "xdevs.py"

@@ -19,7 +19,7 @@ from benchmarks.shared.conditions import conditions, conditions_text
 from benchmarks.shared.results import add_common_options, save
 from benchmarks.shared.side_by_side import positive
 from firmware_runtime.cli.arguments import positive as positive_number
-from firmware_runtime.status import Status
+from firmware_runtime.errors import Status
 
 SUMMARY = "The loop's lateness with and without a reader of its statistics."
 RATES = (100, 999)

@@ -21,8 +21,8 @@ from benchmarks.shared.conditions import conditions, conditions_text
 from benchmarks.shared.results import add_common_options, save
 from benchmarks.shared.side_by_side import positive
 from firmware_runtime.cli.arguments import positive as positive_number
+from firmware_runtime.errors import Status
 from firmware_runtime.executive.clocks import MonotonicClock
-from firmware_runtime.status import Status
 
 SUMMARY = "What it costs to record a run at its edge: time of a step, and lateness."
 BOARDS = ("tachobot", "detective")

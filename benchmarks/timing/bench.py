@@ -22,8 +22,8 @@ from benchmarks.timing.contestants import is_installed as cyclictest_is_installe
 from benchmarks.timing.report import PLAIN, SPINNING, summary
 from benchmarks.timing.text import timing_text
 from firmware_runtime.cli.arguments import positive as positive_number
+from firmware_runtime.errors import Status
 from firmware_runtime.executive.process import CPU_DMA_LATENCY
-from firmware_runtime.status import Status
 from firmware_runtime.system.neighbours import Neighbours
 
 SUMMARY = "How late the executive wakes up, beside cyclictest in the same minutes."

@@ -7,8 +7,7 @@ from typing import Any
 
 from firmware_runtime.board.installed import blamed_on, broken
 from firmware_runtime.cli.readers_gone import OutputError
-from firmware_runtime.errors import ConfigError, FirmwareRuntimeError
-from firmware_runtime.status import Status
+from firmware_runtime.errors import ConfigError, FirmwareRuntimeError, Status
 
 
 def add_verb(entry_point: EntryPoint, verbs: Any) -> None:  # noqa: ANN401 -- argparse names it not

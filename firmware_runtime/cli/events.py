@@ -14,14 +14,13 @@ from firmware_runtime.ecdpp.event_file import Event, read_events
 from firmware_runtime.ecdpp.experiment import Experiment, end_of
 from firmware_runtime.ecdpp.output_file import OutputLine, OutputRecord, write_outputs
 from firmware_runtime.ecdpp.text import Warnings
-from firmware_runtime.errors import ConfigError
+from firmware_runtime.errors import ConfigError, Status
 from firmware_runtime.executive.configuration import Configuration
 from firmware_runtime.executive.executive import Executive
 from firmware_runtime.executive.outcome import Outcome
 from firmware_runtime.statistics.companions import check_ending
 from firmware_runtime.statistics.statistics import RunState
 from firmware_runtime.statistics.trace_file import tracing
-from firmware_runtime.status import Status
 from firmware_runtime.system.signals import stop_on_signals
 
 

@@ -24,7 +24,7 @@ from firmware_runtime.cli.readers_gone import (
     readers_may_go,
 )
 from firmware_runtime.cli.scarce import ran_out_of
-from firmware_runtime.errors import ConfigError, FirmwareRuntimeError
+from firmware_runtime.errors import ConfigError, FirmwareRuntimeError, Status
 from firmware_runtime.hal.wire_errors import HalError, NoAcknowledge, WrongDevice
 from firmware_runtime.host.host_errors import DeploymentError
 from firmware_runtime.links.link_errors import ControlError
@@ -34,7 +34,6 @@ from firmware_runtime.statistics.file_errors import (
     TraceFileError,
     TraceNotWholeError,
 )
-from firmware_runtime.status import Status
 from firmware_runtime.system.entry_points import installed
 from firmware_runtime.system.priority import come_first
 from firmware_runtime.system.spelling import did_you_mean

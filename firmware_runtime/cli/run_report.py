@@ -9,14 +9,13 @@ from typing import Any, TypeVar
 
 from firmware_runtime.cli.readers_gone import print_line
 from firmware_runtime.devs.time import NEVER, seconds
-from firmware_runtime.errors import ConfigError, FirmwareRuntimeError, text_of
+from firmware_runtime.errors import ConfigError, FirmwareRuntimeError, Status, text_of
 from firmware_runtime.executive.outcome import Outcome
 from firmware_runtime.runs.session import Session
 from firmware_runtime.statistics.figures import Figures
 from firmware_runtime.statistics.statistics import RunState
 from firmware_runtime.statistics.text.sentences import outputs_text, periods_not_kept
 from firmware_runtime.statistics.text.statistics import statistics_text
-from firmware_runtime.status import Status
 from firmware_runtime.view.terminal_chart import Series, chart
 
 T = TypeVar("T")

@@ -14,7 +14,7 @@ from firmware_runtime.cli.planned_inputs import PlannedInput, inputs_after, inpu
 from firmware_runtime.cli.progress_line import Messages
 from firmware_runtime.cli.readers_gone import OutputError, not_printed, print_line, readers_may_go
 from firmware_runtime.devs.time import SECOND, seconds
-from firmware_runtime.errors import ConfigError
+from firmware_runtime.errors import ConfigError, Status
 from firmware_runtime.lab.stages.staged_run import (
     Staged,
     StagedResult,
@@ -28,7 +28,6 @@ from firmware_runtime.links.key_file import read_key
 from firmware_runtime.links.ports.ports import Ports
 from firmware_runtime.statistics.number_formats import NOT_KNOWN, microseconds, milliseconds
 from firmware_runtime.statistics.text.sentences import outputs_text
-from firmware_runtime.status import Status
 from firmware_runtime.system.process_identity import started_at
 
 ROLES: Final = ("controller", "robot")

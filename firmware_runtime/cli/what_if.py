@@ -13,14 +13,13 @@ from firmware_runtime.cli.readers_gone import print_line
 from firmware_runtime.cli.replayed_run import Shown, paced
 from firmware_runtime.cli.written import check_output
 from firmware_runtime.devs.time import SECOND
-from firmware_runtime.errors import ConfigError
+from firmware_runtime.errors import ConfigError, Status
 from firmware_runtime.recording.blackbox.reader import read_recording
 from firmware_runtime.recording.changed_settings import settings_said
 from firmware_runtime.recording.what_if.checkout import ask, checked_folder
 from firmware_runtime.recording.what_if.question import Question, answer
 from firmware_runtime.recording.what_if.what_if import WhatIf
 from firmware_runtime.recording.what_if.what_if_text import what_if_text
-from firmware_runtime.status import Status
 
 
 def what_if_run(arguments: argparse.Namespace, path: Path) -> int:

@@ -5,10 +5,10 @@ listeners; when the last one ends, the port has its bag back and is exactly what
 """
 
 from collections.abc import Callable, Sequence
+from contextlib import AbstractContextManager
 from typing import TypeAlias, TypeVar
 
 from firmware_runtime.devs.ports import OutPort, StandIn
-from firmware_runtime.system.closing import Closing
 
 T = TypeVar("T")
 
@@ -46,7 +46,7 @@ class ListenedBag(StandIn[T]):
             self._port.bag = self._inner.bag
 
 
-class Listening(Closing):
+class Listening(AbstractContextManager["Listening"]):
     """One listener at one port; `end` it, or use it as a context manager.
 
     It may end at any time, also while it is called. After that nothing is left of it.
@@ -70,6 +70,5 @@ class Listening(Closing):
             place.remove(self)
         self._places.clear()
 
-    def close(self) -> None:
-        """Do as `end` does."""
+    def __exit__(self, *_: object) -> None:
         self.end()

@@ -1,1 +1,4 @@
-"""What is done with many runs, off the robot: stages and continuity, experiments, identification, tuning, sweeps, gate."""
+"""The laboratory: what is done with many runs, off the robot.
+
+Stages and continuity, experiments, identification, tuning, sweeps, gate.
+"""

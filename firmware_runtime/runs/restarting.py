@@ -5,10 +5,9 @@ from contextlib import suppress
 from pathlib import Path
 
 from firmware_runtime.devs.time import SECOND
-from firmware_runtime.errors import ConfigError
+from firmware_runtime.errors import ConfigError, Status
 from firmware_runtime.runs.restarts import Restarts
 from firmware_runtime.statistics.file_errors import StatisticsFileError
-from firmware_runtime.status import Status
 from firmware_runtime.system.notices import Notices
 from firmware_runtime.system.until_signal import until_signal
 

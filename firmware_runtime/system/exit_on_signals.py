@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-from firmware_runtime.status import Status
+from firmware_runtime.errors import Status
 from firmware_runtime.system.signals import stop_on_signals
 
 

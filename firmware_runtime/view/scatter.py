@@ -5,7 +5,6 @@ from dataclasses import dataclass
 from typing import Final
 from xml.etree.ElementTree import Element
 
-from firmware_runtime.lab.sweeps.summary import Spread
 from firmware_runtime.view.line_plot import Curve, LinePlot
 from firmware_runtime.view.markup import element
 
@@ -16,15 +15,14 @@ _LARGEST: Final = 1.35
 """Times as large as drawn, at most: two stand side by side, and their words are the page's size."""
 
 
-def histogram(name: str, spread: Spread) -> LinePlot:
-    """How many rows had which value: a line around the bars."""
-    count = len(spread.histogram)
-    wide = (spread.max - spread.min) / count or abs(spread.min) or 1.0
-    points = [(spread.min, 0.0)]
-    for index, rows in enumerate(spread.histogram):
-        begin = spread.min + index * wide
+def histogram(name: str, counts: Sequence[int], lowest: float, highest: float) -> LinePlot:
+    """Histogram as a line around its bars: `counts` in equal parts from lowest to highest."""
+    wide = (highest - lowest) / len(counts) or abs(lowest) or 1.0
+    points = [(lowest, 0.0)]
+    for index, rows in enumerate(counts):
+        begin = lowest + index * wide
         points += [(begin, float(rows)), (begin + wide, float(rows))]
-    points.append((spread.min + count * wide, 0.0))
+    points.append((lowest + len(counts) * wide, 0.0))
     ends = (points[0][0], points[-1][0])
     return LinePlot(
         title=name, across=name, up="runs", curves=[Curve(name, points)], across_ends=ends

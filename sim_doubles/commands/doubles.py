@@ -4,7 +4,7 @@ import argparse
 from pathlib import Path
 
 from firmware_runtime.cli.arguments import SubParsers, add_output_log, add_verb
-from firmware_runtime.status import Status
+from firmware_runtime.errors import Status
 from firmware_runtime.system.signals import stop_on_signals
 from sim_doubles.commands.chosen import add_choice, chosen
 from sim_doubles.commands.fault import add_fault_to

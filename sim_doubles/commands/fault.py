@@ -7,10 +7,10 @@ from typing import Final
 
 from firmware_runtime.cli.arguments import SubParsers, add_verb, positive
 from firmware_runtime.devs.time import seconds
+from firmware_runtime.errors import Status
 from firmware_runtime.hal.served.client import strike
 from firmware_runtime.hal.served.connection import Connection
 from firmware_runtime.hal.served.packets import Strike
-from firmware_runtime.status import Status
 
 KINDS: Final = {
     "nack": errno.EREMOTEIO,

@@ -6,9 +6,9 @@ from pathlib import Path
 
 from firmware_runtime.cli.arguments import SubParsers, add_recorded, add_verb, second
 from firmware_runtime.devs.time import NEVER, SECOND
+from firmware_runtime.errors import Status
 from firmware_runtime.recording.blackbox.locations import find_recording
 from firmware_runtime.recording.blackbox.reader import Recording, read_recording
-from firmware_runtime.status import Status
 from firmware_runtime.system.signals import stop_on_signals
 from sim_doubles.recorded.deviations import Deviation, Deviations
 from sim_doubles.recorded.lines import Rules

@@ -4,8 +4,7 @@ import argparse
 from pathlib import Path
 
 from firmware_runtime.cli.arguments import SubParsers, add_output_log, add_verb
-from firmware_runtime.errors import ConfigError
-from firmware_runtime.status import Status
+from firmware_runtime.errors import ConfigError, Status
 from firmware_runtime.system.notices import Notices
 from firmware_runtime.system.signals import stop_on_signals
 from sim_doubles.commands.chosen import Chosen, add_choice, chosen

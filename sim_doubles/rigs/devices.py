@@ -1,4 +1,4 @@
-"""The doubles of the tables in `firmware_drivers.tables`: each chip as its table says, on a rig's lines."""
+"""Doubles of the tables in `firmware_drivers.tables`: each chip as its table says, on a rig."""
 
 import math
 from collections.abc import Callable, Mapping, Sequence

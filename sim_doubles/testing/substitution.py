@@ -16,7 +16,7 @@ KEPT: Final = frozenset(
         *sys.stdlib_module_names,
         *("_pytest", "pytest", "pluggy", "xdist", "execnet", "pytest_timeout", "pytest_cov"),
         *("hypothesis", "coverage", "pytest_asyncio", "anyio"),
-        *("firmware_runtime", "sim_doubles", "drivers", "boards"),
+        *("firmware_runtime", "sim_doubles", "firmware_drivers", "firmware_boards"),
     }
 )
 """Packages that keep what they imported."""

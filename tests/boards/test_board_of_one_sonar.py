@@ -1,4 +1,4 @@
-"""A third board made of one table of `firmware_drivers.tables`: it names no chip; both run on doubles."""
+"""A third board, of one table of `firmware_drivers.tables`: names no chip; both run on doubles."""
 
 from collections.abc import Iterator
 from pathlib import Path

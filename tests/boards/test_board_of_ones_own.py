@@ -17,10 +17,9 @@ from firmware_runtime.board.setting_descriptions import described
 from firmware_runtime.cli.main import main
 from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.time import SECOND
-from firmware_runtime.errors import ConfigError
+from firmware_runtime.errors import ConfigError, Status
 from firmware_runtime.executive.clocks import VirtualClock, WorldClock
 from firmware_runtime.runs.start import start_session
-from firmware_runtime.status import Status
 from tests.support.installed_here import installed_here
 
 TOML = """board = "heron"

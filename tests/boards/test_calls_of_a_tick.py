@@ -11,7 +11,7 @@ from firmware_runtime.devs.time import MILLISECOND
 from firmware_runtime.runs.start import start_session
 from tests.support.counted_calls import CountingClock
 
-OURS = ("firmware_runtime", "drivers", "boards")
+OURS = ("firmware_runtime", "firmware_drivers", "firmware_boards")
 """The packages that are there on a robot, too: not the doubles, nor what runs the test."""
 MOST_CALLS = 260
 MOST_FILES = 43

@@ -6,7 +6,7 @@ from typing import Any
 import pytest
 
 from firmware_runtime.cli.commands import bench
-from firmware_runtime.status import Status
+from firmware_runtime.errors import Status
 
 CHECKOUT = Path(__file__).parents[2]
 

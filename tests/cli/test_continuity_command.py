@@ -14,7 +14,7 @@ import pytest
 from firmware_boards.tachobot.attitude import Attitude
 
 from firmware_runtime.board.registry import load
-from firmware_runtime.status import Status
+from firmware_runtime.errors import Status
 from tests.support.waiting import PATIENCE_S, wait_until
 
 

@@ -106,7 +106,7 @@ def everybodys_checkout() -> Iterator[Path]:
     with TemporaryDirectory() as name:
         copy = Path(name)
         copy.chmod(0o755)
-        for package in ("firmware_runtime", "drivers", "boards", "sim_doubles"):
+        for package in ("firmware_runtime", "firmware_drivers", "firmware_boards", "sim_doubles"):
             shutil.copytree(checkout / package, copy / package)
         installed = copy / "firmware_runtime-0.dist-info"
         installed.mkdir()

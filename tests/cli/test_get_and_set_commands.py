@@ -8,7 +8,7 @@ import pytest
 
 from firmware_runtime.cli.commands import get_and_set
 from firmware_runtime.cli.main import main
-from firmware_runtime.status import Status
+from firmware_runtime.errors import Status
 from tests.support.bridged_run import BridgedRun, bridged
 from tests.support.waiting import wait_until
 

@@ -10,8 +10,7 @@ from typing import Any
 
 import pytest
 
-from firmware_runtime.errors import ConfigError
-from firmware_runtime.status import Status
+from firmware_runtime.errors import ConfigError, Status
 from firmware_runtime.system.extras import module_of_extra
 from tests.support.made_once import made_once
 

@@ -10,8 +10,8 @@ from pathlib import Path
 import pytest
 
 from firmware_runtime.cli.main import main
+from firmware_runtime.errors import Status
 from firmware_runtime.links.key_file import write_key
-from firmware_runtime.status import Status
 from tests.support.bridged_run import COMMAND, BridgedRun, address, bridged, line, stop
 from tests.support.waiting import PATIENCE_S
 

@@ -13,6 +13,7 @@ from firmware_runtime.board.installed import shipped_file
 from firmware_runtime.board.local_settings import PLACE, board_in_force
 from firmware_runtime.cli import replayed_run
 from firmware_runtime.devs.time import SECOND
+from firmware_runtime.errors import Status
 from firmware_runtime.executive.clocks import MonotonicClock
 from firmware_runtime.recording.blackbox.chunk_file import Numbered, file_of
 from firmware_runtime.recording.blackbox.locations import recording_of_virtual_run
@@ -20,7 +21,6 @@ from firmware_runtime.recording.blackbox.reader import read_recording
 from firmware_runtime.recording.blackbox.section import Kind
 from firmware_runtime.recording.blackbox.state import keyframes
 from firmware_runtime.runs.start import start_session
-from firmware_runtime.status import Status
 from firmware_runtime.system.conditions import versions_here
 from tests.support.recorded import record
 

@@ -8,7 +8,7 @@ import pytest
 
 from firmware_runtime.board.robot import Robot
 from firmware_runtime.devs.model_errors import ModelError
-from firmware_runtime.status import Status
+from firmware_runtime.errors import Status
 from sim_doubles.rigs.tachobot import TachobotRig
 
 RUN = ("run", "tachobot", "--doubles", "--clock", "virtual", "--for", 1)

@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from firmware_runtime.cli import main as module
-from firmware_runtime.status import Status
+from firmware_runtime.errors import Status
 from tests.support.waiting import PATIENCE_S
 
 COMMAND = (sys.executable, "-m", "firmware_runtime.cli")

@@ -9,7 +9,7 @@ import pytest
 
 from firmware_runtime.board.installed import shipped_file
 from firmware_runtime.board.registry import load
-from firmware_runtime.status import Status
+from firmware_runtime.errors import Status
 
 PLANT = "inertia_kg_m2=0.15,damping_nms=0.02,delay_s=0.03"
 

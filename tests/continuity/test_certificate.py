@@ -7,6 +7,7 @@ import msgspec
 import pytest
 
 from firmware_runtime.board.registry import load
+from firmware_runtime.errors import Status
 from firmware_runtime.lab.continuity.certificate import CLAIM, Certificate
 from firmware_runtime.lab.continuity.certificate_page import certificate_page
 from firmware_runtime.lab.continuity.compared_signals import numbers_in, signals_of
@@ -15,7 +16,6 @@ from firmware_runtime.lab.stages.stage import Stage
 from firmware_runtime.recording.blackbox.reader import Recording, read_recording
 from firmware_runtime.recording.board_of_recording import board_of
 from firmware_runtime.recording.replay.verdict import replay
-from firmware_runtime.status import Status
 from tests.support.recorded import in_chunks, record
 
 

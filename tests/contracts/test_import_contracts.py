@@ -11,7 +11,7 @@ import pytest
 from importlinter import cli
 
 ROOT = Path(__file__).parents[2]
-PACKAGES = ("firmware_runtime", "drivers", "boards", "sim_doubles", "benchmarks")
+PACKAGES = ("firmware_runtime", "firmware_drivers", "firmware_boards", "sim_doubles", "benchmarks")
 
 
 @pytest.mark.slow

@@ -31,7 +31,7 @@ EXACT_SUMS: Final = {
 def modules() -> Iterator[Path]:
     """What a replay runs: drivers, boards but for their experiments, and the runtime's models."""
     yield from (PROJECT / "drivers").rglob("*.py")
-    yield from (PROJECT / "boards").glob("*/*.py")
+    yield from (PROJECT / "boards/firmware_boards").glob("*/*.py")
     yield from (PROJECT / "firmware_runtime/models").glob("*.py")
 
 

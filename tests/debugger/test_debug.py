@@ -14,14 +14,13 @@ from firmware_drivers.thrust_pairs import Forces
 
 from firmware_runtime.cli.main import main
 from firmware_runtime.devs.time import SECOND
-from firmware_runtime.errors import ConfigError
+from firmware_runtime.errors import ConfigError, Status
 from firmware_runtime.recording.blackbox.reader import read_recording
 from firmware_runtime.recording.board_of_recording import board_of_table
 from firmware_runtime.recording.debugger.model_state import Models
 from firmware_runtime.recording.debugger.predicate import Predicate, Seen
 from firmware_runtime.recording.debugger.record_fields import may_have
 from firmware_runtime.recording.debugger.travel import Travel
-from firmware_runtime.status import Status
 from tests.support.recorded import record
 
 Debug = Callable[..., list[Any]]

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from firmware_runtime.cli.main import main
-from firmware_runtime.status import Status
+from firmware_runtime.errors import Status
 from tests.support.scratch_system import GUARD, PROGRAM, ROBOT, SETTINGS, ScratchSystem
 from tests.support.ssh_target import HOST, missing_packages, ssh_target
 

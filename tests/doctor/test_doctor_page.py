@@ -5,10 +5,10 @@ from pathlib import Path
 
 import pytest
 
+from firmware_runtime.errors import Status
 from firmware_runtime.host.doctor.check import Check
 from firmware_runtime.host.doctor.finding import Severity
 from firmware_runtime.host.doctor.registry import GROUPS
-from firmware_runtime.status import Status
 
 PAGE = (Path(__file__).parents[2] / "docs" / "doctor.md").read_text()
 CHECKS = [check for checks in GROUPS.values() for check in checks]

@@ -15,10 +15,9 @@ from firmware_runtime.board import registry
 from firmware_runtime.board.definition import BoardDefinition
 from firmware_runtime.board.experiments import Experiment, OwnExperiment
 from firmware_runtime.cli.main import main
-from firmware_runtime.errors import SettingError
+from firmware_runtime.errors import SettingError, Status
 from firmware_runtime.lab.experiments.findings import Findings
 from firmware_runtime.lab.experiments.trial import Trial
-from firmware_runtime.status import Status
 from firmware_runtime.view.line_plot import Curve, LinePlot
 from tests.support.waiting import PATIENCE_S, wait_until
 

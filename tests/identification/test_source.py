@@ -11,8 +11,8 @@ from msgspec.structs import replace
 from firmware_runtime.board.plants import Plant, Signal, plant_fault
 from firmware_runtime.board.registry import Board, load
 from firmware_runtime.cli.main import main
+from firmware_runtime.errors import Status
 from firmware_runtime.lab.identification.source import read_series
-from firmware_runtime.status import Status
 
 
 @dataclass(frozen=True)

@@ -8,10 +8,10 @@ import pytest
 
 from firmware_runtime.cli.main import main
 from firmware_runtime.devs.time import SECOND
+from firmware_runtime.errors import Status
 from firmware_runtime.links.control import ask
 from firmware_runtime.links.key_file import write_key
 from firmware_runtime.statistics.layout import STEPS
-from firmware_runtime.status import Status
 from tests.support.linked_runs import free_port, linked
 from tests.support.waiting import wait_until
 

@@ -10,6 +10,7 @@ from firmware_boards.tachobot.allocation import Allocation
 from firmware_drivers.thrust_pairs import Forces
 
 from firmware_runtime.cli.main import main
+from firmware_runtime.errors import Status
 from firmware_runtime.recording.blackbox.section import (
     Section,
     count_of_unknown,
@@ -19,7 +20,6 @@ from firmware_runtime.recording.blackbox.section import (
 )
 from firmware_runtime.recording.exports.typed_values import values_in
 from firmware_runtime.recording.replay.difference import Difference
-from firmware_runtime.status import Status
 from tests.support.recorded import record
 
 HUGE = 1 << 70

@@ -21,6 +21,7 @@ from firmware_runtime.cli.main import main
 from firmware_runtime.devs.ports import OutPort, Owner
 from firmware_runtime.devs.tapped_ports import Sent, tap
 from firmware_runtime.devs.time import SECOND
+from firmware_runtime.errors import Status
 from firmware_runtime.recording.blackbox.reader import read_recording
 from firmware_runtime.recording.board_of_recording import board_of_table
 from firmware_runtime.recording.classes import (
@@ -30,7 +31,6 @@ from firmware_runtime.recording.classes import (
 )
 from firmware_runtime.recording.replay.difference import Difference
 from firmware_runtime.recording.replay.verdict import Verdict, replay
-from firmware_runtime.status import Status
 from tests.support.recorded import record
 
 Told = Callable[[], object]

@@ -8,9 +8,8 @@ from pathlib import Path
 
 import pytest
 
-from firmware_runtime.errors import ConfigError
+from firmware_runtime.errors import ConfigError, Status
 from firmware_runtime.links.ros2.interpreter import find_environment, variables_of
-from firmware_runtime.status import Status
 from tests.ros2.test_lifecycle import NODE, started
 from tests.support.bridged_run import line
 from tests.support.ros_processes import PYTHON, ROOT, ROS_VENV, RosProcesses

@@ -8,12 +8,12 @@ from rclpy.executors import SingleThreadedExecutor
 from std_msgs.msg import Empty
 from std_srvs.srv import Trigger
 
+from firmware_runtime.errors import Status
 from firmware_runtime.links.ros2.__main__ import topics_of_plan
 from firmware_runtime.links.ros2.diagnostics import Diagnostics
 from firmware_runtime.links.ros2.node import RobotNode
 from firmware_runtime.links.ros2.only_active import OnlyActive
 from firmware_runtime.links.ros2.services import Services
-from firmware_runtime.status import Status
 from tests.ros2.test_lifecycle import NODE, PATIENT, activate, is_armed, started
 from tests.ros2.test_stale_commands import STATE
 from tests.support.bridged_run import line

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from firmware_runtime.status import Status
+from firmware_runtime.errors import Status
 from tests.links.test_robot_end import impostor
 from tests.support.guarded_run import guarded_run
 from tests.support.trials import TURNING

@@ -23,11 +23,11 @@ from typing import Any
 import msgspec
 
 from firmware_runtime.cli.main import main
+from firmware_runtime.errors import Status
 from firmware_runtime.recording.blackbox.chunk_file import Numbered, file_of
 from firmware_runtime.recording.blackbox.reader import read_recording
 from firmware_runtime.recording.blackbox.section import Kind
 from firmware_runtime.recording.values import pack, unpack
-from firmware_runtime.status import Status
 
 _KEYFRAME = Kind.KEYFRAME.value
 STRANGE: list[Any] = [

@@ -78,7 +78,7 @@ class Hmc5883lSettings:
 
     range_gauss: float = 1.3
     mounting: str = "+x +y +z"
-    """Sensor axes along body x (forward), y (left) and z (up): see `firmware_drivers.chips.mounting`."""
+    """Axes along body x (forward), y (left), z (up): see `firmware_drivers.chips.mounting`."""
     hard_iron: Vector = (0.0, 0.0, 0.0)
     """The field the robot carries with it, in T, body axes."""
 

@@ -10,9 +10,9 @@ the measurement was new; otherwise the field is None. Between two fetches the ch
 one, so a reader that overtakes the chip's clock may meet the same fetch in two samples.
 
 Whether it lives. A reading that repeats itself beyond what the part's noise allows raises Stuck
-(`firmware_drivers.chips.liveness`), of acceleration and rate as of the field, which then is None. Specific
-force whose mean over 256 samples is no gravity raises Implausible. A chip that was stuck has to
-change before it is believed again, also after a new bring-up.
+(`firmware_drivers.chips.liveness`), of acceleration and rate as of the field, which then is None.
+Specific force whose mean over 256 samples is no gravity raises Implausible. A chip that was stuck
+has to change before it is believed again, also after a new bring-up.
 
 Not used: FIFO, self-test, wake-on-motion, interrupt pin, offset registers. The gyroscope's bias is
 left in (`firmware_drivers.gyro_bias` measures it).

@@ -1,7 +1,7 @@
 """What hangs on the I2C buses of this machine: asked politely, or left alone with the reason.
 
-Politely: the ways of `firmware_runtime.hal.scan` and `firmware_drivers.catalogue.identity`, on a bus that no
-run drives, kept from other runs while it is asked.
+Politely: the ways of `firmware_runtime.hal.scan` and `firmware_drivers.catalogue.identity`, on a
+bus that no run drives, kept from other runs while it is asked.
 """
 
 from collections.abc import Iterator, Sequence

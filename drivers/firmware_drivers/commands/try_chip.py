@@ -14,9 +14,8 @@ from firmware_drivers.commands.trying import Watch, drive, switch_off, take
 from firmware_runtime.cli.arguments import SubParsers, add_verb, positive
 from firmware_runtime.cli.readers_gone import print_line
 from firmware_runtime.devs.time import SECOND, seconds
-from firmware_runtime.errors import ConfigError, SettingError
+from firmware_runtime.errors import ConfigError, SettingError, Status
 from firmware_runtime.hal.wire_errors import HalError
-from firmware_runtime.status import Status
 from firmware_runtime.system.until_signal import UntilSignal, until_signal
 
 DRIVEN_S: Final = 2.0

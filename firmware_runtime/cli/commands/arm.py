@@ -4,9 +4,9 @@ import argparse
 import sys
 
 from firmware_runtime.cli.arguments import SubParsers, add_statistics, add_verb
+from firmware_runtime.errors import Status
 from firmware_runtime.links.control import ask
 from firmware_runtime.statistics.paths import find_statistics
-from firmware_runtime.status import Status
 
 
 def add_to(verbs: SubParsers) -> None:

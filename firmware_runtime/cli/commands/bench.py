@@ -11,8 +11,8 @@ from pathlib import Path
 from types import ModuleType
 
 from firmware_runtime.cli.arguments import SubParsers, add_verb
+from firmware_runtime.errors import Status
 from firmware_runtime.host.deployment.project_wheel import checkout
-from firmware_runtime.status import Status
 
 _BENCHES = (
     "timing",

@@ -18,6 +18,7 @@ from firmware_runtime.cli.arguments import (
     path_of,
 )
 from firmware_runtime.cli.readers_gone import print_line
+from firmware_runtime.errors import Status
 from firmware_runtime.statistics.blame import sentence
 from firmware_runtime.statistics.figures import WorstActivation
 from firmware_runtime.statistics.layout import ELAPSED, HEARTBEAT, WRITTEN
@@ -25,7 +26,6 @@ from firmware_runtime.statistics.number_formats import instant, microseconds, se
 from firmware_runtime.statistics.ran_instead import RanInstead, ran_instead
 from firmware_runtime.statistics.reader import read_statistics
 from firmware_runtime.statistics.statistics import RunState, Statistics
-from firmware_runtime.status import Status
 from firmware_runtime.system.switch_trace import NoTracingError, SwitchTrace, switch_trace
 from firmware_runtime.system.until_signal import UntilSignal, until_signal
 

@@ -8,8 +8,7 @@ from firmware_runtime.board import registry
 from firmware_runtime.board.local_settings import known_names, settings_in_force
 from firmware_runtime.cli.arguments import SubParsers, add_verb
 from firmware_runtime.cli.readers_gone import print_line
-from firmware_runtime.errors import ConfigError
-from firmware_runtime.status import Status
+from firmware_runtime.errors import ConfigError, Status
 
 
 def add_to(verbs: SubParsers) -> None:

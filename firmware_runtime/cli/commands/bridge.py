@@ -8,14 +8,13 @@ from time import monotonic_ns
 from firmware_runtime.cli.arguments import SubParsers, add_board, add_statistics, add_verb, whole
 from firmware_runtime.cli.chosen_board import chosen_run
 from firmware_runtime.devs.time import SECOND
-from firmware_runtime.errors import ConfigError
+from firmware_runtime.errors import ConfigError, Status
 from firmware_runtime.links.bridge.bridge import Bridge
 from firmware_runtime.links.bridge.route import Route
 from firmware_runtime.links.endpoint import endpoint
 from firmware_runtime.links.key_file import read_key
 from firmware_runtime.links.ports.datagrams import LARGEST_EVERY
 from firmware_runtime.statistics.paths import default_path
-from firmware_runtime.status import Status
 from firmware_runtime.system.notices import Notices
 from firmware_runtime.system.other_processors import keep_off
 from firmware_runtime.system.until_signal import UntilSignal, until_signal

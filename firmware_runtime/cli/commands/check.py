@@ -10,12 +10,12 @@ from firmware_runtime.board.rigs import has_rig
 from firmware_runtime.board.ros.topics import topics_of
 from firmware_runtime.cli.arguments import SubParsers, add_board, add_verb
 from firmware_runtime.cli.chosen_board import chosen_board
+from firmware_runtime.errors import Status
 from firmware_runtime.executive.clocks import VirtualClock
 from firmware_runtime.recording.blackbox.size import seconds_held, size_for
 from firmware_runtime.recording.blackbox.state_of_run import why_unkeepable
 from firmware_runtime.runs.start import start_session
 from firmware_runtime.runs.unknown_names import named_in_vain
-from firmware_runtime.status import Status
 
 
 def add_to(verbs: SubParsers) -> None:

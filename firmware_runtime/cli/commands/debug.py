@@ -9,7 +9,7 @@ from typing import Any
 
 from firmware_runtime.cli.arguments import SubParsers, add_recorded, add_verb, second
 from firmware_runtime.cli.readers_gone import print_line
-from firmware_runtime.errors import ConfigError
+from firmware_runtime.errors import ConfigError, Status
 from firmware_runtime.recording.blackbox.locations import find_recording
 from firmware_runtime.recording.blackbox.reader import read_recording
 from firmware_runtime.recording.board_of_recording import board_of
@@ -17,7 +17,6 @@ from firmware_runtime.recording.debugger.commands import Commands
 from firmware_runtime.recording.debugger.debugger import Debugger, Ended
 from firmware_runtime.recording.debugger.pdb_inside import PdbInside
 from firmware_runtime.recording.debugger.travel import Travel
-from firmware_runtime.status import Status
 
 _PROMPT = "(debug) "
 _ABOUT = """

@@ -8,7 +8,7 @@ from firmware_runtime.cli.chosen_board import chosen_board
 from firmware_runtime.cli.chosen_model import ANY, chosen_model, is_model
 from firmware_runtime.cli.written import check_output, write_text
 from firmware_runtime.devs.component import Component
-from firmware_runtime.status import Status
+from firmware_runtime.errors import Status
 from firmware_runtime.view.diagram.draw import Form, diagram
 
 FORMS: dict[str, Form] = {".svg": "svg", ".mmd": "mmd"}

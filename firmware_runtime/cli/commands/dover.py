@@ -8,11 +8,10 @@ from pathlib import Path
 from firmware_runtime.cli.arguments import SubParsers, add_statistics, add_verb
 from firmware_runtime.cli.chosen_board import chosen_run
 from firmware_runtime.cli.readers_gone import print_line
-from firmware_runtime.errors import ConfigError
+from firmware_runtime.errors import ConfigError, Status
 from firmware_runtime.links.dover.bridge import DoverBridge
 from firmware_runtime.models.dover import HIGHEST_PORT
 from firmware_runtime.statistics.paths import default_path
-from firmware_runtime.status import Status
 from firmware_runtime.system.other_processors import keep_off
 from firmware_runtime.system.until_signal import until_signal
 

@@ -9,8 +9,7 @@ from firmware_runtime.cli.written import write_text
 from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.ecdpp.class_catalogue import known_classes
 from firmware_runtime.ecdpp.model_writer import model_text
-from firmware_runtime.errors import ConfigError
-from firmware_runtime.status import Status
+from firmware_runtime.errors import ConfigError, Status
 
 _ABOUT = """
 To FILE.mcap, FILE.csv or FILE.parquet a run's recording is written; RUN is its file or name, or a

@@ -9,7 +9,7 @@ from msgspec import json, to_builtins
 
 from firmware_runtime.cli.arguments import SubParsers, add_verb, positive
 from firmware_runtime.cli.own_terminal import OwnTerminal
-from firmware_runtime.errors import ConfigError
+from firmware_runtime.errors import ConfigError, Status
 from firmware_runtime.lab.gate.checkouts import Checkout, checkouts
 from firmware_runtime.lab.gate.decision import (
     ERROR,
@@ -21,7 +21,6 @@ from firmware_runtime.lab.gate.decision import (
 )
 from firmware_runtime.lab.gate.gate import Outcome, pass_gate
 from firmware_runtime.lab.gate.pairs import measured_pairs
-from firmware_runtime.status import Status
 from firmware_runtime.system.exit_on_signals import exit_on_signals
 from firmware_runtime.system.process_folder import own_folder
 

@@ -18,6 +18,7 @@ from firmware_runtime.cli.arguments import (
 )
 from firmware_runtime.cli.chosen_board import chosen_board
 from firmware_runtime.devs.time import SECOND, seconds
+from firmware_runtime.errors import Status
 from firmware_runtime.executive.clocks import MonotonicClock
 from firmware_runtime.executive.process import ProcessSettings, in_force
 from firmware_runtime.runs.guard import Guard
@@ -28,7 +29,6 @@ from firmware_runtime.statistics.companions import of_guard
 from firmware_runtime.statistics.paths import default_path
 from firmware_runtime.statistics.takeovers import note_takeover
 from firmware_runtime.statistics.text.sentences import refusals
-from firmware_runtime.status import Status
 from firmware_runtime.system.check_no_rclpy import refuse_ros
 from firmware_runtime.system.notices import Notices
 from firmware_runtime.system.sentences import Sentences

@@ -9,7 +9,7 @@ from firmware_runtime.board.registry import Board
 from firmware_runtime.cli.arguments import SubParsers, add_board, add_output, add_verb, since
 from firmware_runtime.cli.chosen_board import chosen_board
 from firmware_runtime.cli.written import check_output
-from firmware_runtime.status import Status
+from firmware_runtime.errors import Status
 from firmware_runtime.system.atomic_file import keep_output
 from firmware_runtime.system.exit_on_signals import exit_on_signals
 from firmware_runtime.system.extras import module_of_extra

@@ -8,8 +8,7 @@ from firmware_runtime.cli.chosen_model import print_warnings
 from firmware_runtime.cli.written import write_text
 from firmware_runtime.ecdpp.python_source import imported_source
 from firmware_runtime.ecdpp.text import Warnings
-from firmware_runtime.errors import ConfigError
-from firmware_runtime.status import Status
+from firmware_runtime.errors import ConfigError, Status
 
 _ABOUT = """
 The classes that the file names must be installed: an entry point of the group

@@ -4,8 +4,8 @@ import argparse
 from pathlib import Path
 
 from firmware_runtime.cli.arguments import SubParsers, add_verb
+from firmware_runtime.errors import Status
 from firmware_runtime.links.key_file import KEY_BYTES, write_key
-from firmware_runtime.status import Status
 
 _ABOUT = """
 Both ends need the same key: copy the file over a channel that is secret, such as

@@ -7,9 +7,9 @@ import sys
 from pathlib import Path
 
 from firmware_runtime.cli.arguments import SubParsers, add_verb
+from firmware_runtime.errors import Status
 from firmware_runtime.host.scaffold.chip import write_chip
 from firmware_runtime.host.scaffold.robot import write_robot
-from firmware_runtime.status import Status
 
 _ROBOT = """
 The robot has one motor and one sonar and keeps its distance from a wall: a package that is complete

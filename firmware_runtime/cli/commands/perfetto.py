@@ -15,7 +15,7 @@ from time import monotonic, sleep
 
 from firmware_runtime.cli.arguments import SubParsers, add_output, add_verb, path_of, positive
 from firmware_runtime.devs.time import MICROSECOND, SECOND, seconds
-from firmware_runtime.errors import ConfigError
+from firmware_runtime.errors import ConfigError, Status
 from firmware_runtime.recording.blackbox.listing import span_of
 from firmware_runtime.recording.blackbox.locations import find_recording, recording_beside
 from firmware_runtime.recording.blackbox.reader import Recording, read_recording
@@ -29,7 +29,6 @@ from firmware_runtime.statistics.number_formats import instant
 from firmware_runtime.statistics.paths import SUFFIX
 from firmware_runtime.statistics.reader import read_statistics
 from firmware_runtime.statistics.statistics import RunState, Statistics
-from firmware_runtime.status import Status
 from firmware_runtime.system.atomic_file import keep_output
 
 LAST = 15 * SECOND

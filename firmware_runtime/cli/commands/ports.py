@@ -20,11 +20,10 @@ from firmware_runtime.cli.arguments import (
 )
 from firmware_runtime.cli.chosen_board import chosen_run
 from firmware_runtime.cli.words import is_json
-from firmware_runtime.errors import ConfigError
+from firmware_runtime.errors import ConfigError, Status
 from firmware_runtime.links.ports.datagrams import LARGEST_EVERY, message_of
 from firmware_runtime.links.ports.ports_client import PortsClient
 from firmware_runtime.statistics.paths import default_path
-from firmware_runtime.status import Status
 
 _COUNT = partial(whole, least=1, most=LARGEST_EVERY)
 _ADDRESS = re.compile(r".+:\d+")

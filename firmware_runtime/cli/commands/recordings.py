@@ -7,7 +7,7 @@ from pathlib import Path
 
 from firmware_runtime.cli.arguments import SubParsers, add_output, add_verb
 from firmware_runtime.devs.time import SECOND
-from firmware_runtime.errors import ConfigError
+from firmware_runtime.errors import ConfigError, Status
 from firmware_runtime.recording.blackbox.chunk_file import used_of
 from firmware_runtime.recording.blackbox.file_content import whole_content_of
 from firmware_runtime.recording.blackbox.layout import PREFIX_SIZE, is_of_another_format
@@ -20,7 +20,6 @@ from firmware_runtime.recording.blackbox.locations import (
 from firmware_runtime.recording.blackbox.reader import another_format, read_recording
 from firmware_runtime.recording.blackbox.salvage import save
 from firmware_runtime.statistics.dates import local
-from firmware_runtime.status import Status
 from firmware_runtime.system.atomic_file import keep_output
 
 KEEP, RECOVER = "keep", "recover"

@@ -5,9 +5,9 @@ import argparse
 from firmware_runtime.cli.after_virtual_run import say_if_last_run_was_virtual
 from firmware_runtime.cli.arguments import SubParsers, add_kept, add_output, add_verb, path_of
 from firmware_runtime.cli.written import write_text
+from firmware_runtime.errors import Status
 from firmware_runtime.statistics.reader import read_statistics
 from firmware_runtime.statistics.text.summary import summary
-from firmware_runtime.status import Status
 from firmware_runtime.view.report.report import page
 
 

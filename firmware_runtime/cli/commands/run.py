@@ -26,7 +26,7 @@ from firmware_runtime.cli.run_report import Report
 from firmware_runtime.cli.stage_options import add_stage_options, choose_stage
 from firmware_runtime.cli.written import check_files
 from firmware_runtime.devs.time import MICROSECOND, seconds
-from firmware_runtime.errors import ConfigError, text_of
+from firmware_runtime.errors import ConfigError, Status, text_of
 from firmware_runtime.executive.outcome import Outcome
 from firmware_runtime.lab.experiments.loop_model import loop_board, loop_end
 from firmware_runtime.recording.blackbox.locations import recording_beside, recording_of_virtual_run
@@ -43,7 +43,6 @@ from firmware_runtime.statistics.file_errors import StatisticsFileError
 from firmware_runtime.statistics.paths import default_path
 from firmware_runtime.statistics.statistics import RunState
 from firmware_runtime.statistics.text.summary import summary
-from firmware_runtime.status import Status
 from firmware_runtime.system.check_no_rclpy import refuse_ros
 from firmware_runtime.system.journal import Journal
 from firmware_runtime.system.notices import Notices

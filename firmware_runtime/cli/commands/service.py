@@ -22,6 +22,7 @@ from firmware_runtime.cli.service_status import (
     explained,
     show_status,
 )
+from firmware_runtime.errors import Status
 from firmware_runtime.host.host_errors import InstallationRefused, StepFailed
 from firmware_runtime.host.installation.install import Installation
 from firmware_runtime.host.installation.places import (
@@ -35,7 +36,6 @@ from firmware_runtime.host.installation.places import (
 from firmware_runtime.host.installation.programs import checked, own_program, runnable
 from firmware_runtime.host.installation.target import Target, target
 from firmware_runtime.host.installation.uninstall import Removal
-from firmware_runtime.status import Status
 
 _INSTALL = """
 Units, user, groups and rules are written again each time, /etc/firmware-runtime/BOARD.toml

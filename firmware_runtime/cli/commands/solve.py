@@ -9,9 +9,9 @@ from firmware_runtime.cli.arguments import SubParsers, add_output, add_verb
 from firmware_runtime.cli.found_object import found_object
 from firmware_runtime.cli.own_terminal import OwnTerminal
 from firmware_runtime.cli.written import check_output, write_text
+from firmware_runtime.errors import Status
 from firmware_runtime.models.qss import System, solve
 from firmware_runtime.models.qss.methods import METHODS
-from firmware_runtime.status import Status
 from firmware_runtime.view.line_plot import Curve, LinePlot
 
 FORMS = (".csv", ".svg")

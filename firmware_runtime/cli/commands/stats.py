@@ -10,7 +10,7 @@ import msgspec
 from firmware_runtime.cli.after_virtual_run import say_if_last_run_was_virtual
 from firmware_runtime.cli.arguments import SubParsers, add_statistics, add_verb, whole
 from firmware_runtime.cli.commands.perfetto import recording_beside_statistics, write_trace
-from firmware_runtime.errors import ConfigError
+from firmware_runtime.errors import ConfigError, Status
 from firmware_runtime.statistics.comparison import difference, merged, same_run
 from firmware_runtime.statistics.file import save
 from firmware_runtime.statistics.paths import find_statistics
@@ -20,7 +20,6 @@ from firmware_runtime.statistics.takeovers import Takeover, takeovers_of
 from firmware_runtime.statistics.text.difference import difference_of, difference_text
 from firmware_runtime.statistics.text.histogram import histogram_text
 from firmware_runtime.statistics.text.statistics import statistics_text
-from firmware_runtime.status import Status
 from firmware_runtime.system.extras import module_of_extra
 
 _IDLE = {

@@ -6,7 +6,7 @@ from firmware_runtime.cli.arguments import SubParsers, add_board, add_verb
 from firmware_runtime.cli.chosen_board import chosen_board
 from firmware_runtime.cli.chosen_model import ANY, chosen_model, is_model
 from firmware_runtime.devs.tree import tree
-from firmware_runtime.status import Status
+from firmware_runtime.errors import Status
 
 
 def add_to(verbs: SubParsers) -> None:

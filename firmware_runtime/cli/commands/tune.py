@@ -10,9 +10,8 @@ from firmware_runtime.board.registry import Board
 from firmware_runtime.cli.arguments import SubParsers, add_board, add_output, add_verb
 from firmware_runtime.cli.chosen_board import chosen_board
 from firmware_runtime.cli.commands.identify import add_since, identified_from
-from firmware_runtime.errors import ConfigError
+from firmware_runtime.errors import ConfigError, Status
 from firmware_runtime.statistics.text.columns import aligned
-from firmware_runtime.status import Status
 from firmware_runtime.system.exit_on_signals import exit_on_signals
 from firmware_runtime.system.extras import module_of_extra
 

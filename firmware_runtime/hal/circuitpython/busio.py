@@ -7,8 +7,9 @@ None can be made here. A driver in a robot is given the robot's bus, a driver in
 class _InName:
     def __init__(self, *_: object, **__: object) -> None:
         raise NotImplementedError(
-            f"busio.{type(self).__name__}: there is none of its own here; expected the bus that "
-            "firmware_drivers.circuitpython.Busio makes of a robot's, or in a test sim_doubles.busio.I2C"
+            f"busio.{type(self).__name__}: there is none of its own here; expected the bus "
+            "that firmware_drivers.circuitpython.Busio makes of a robot's, or in a test "
+            "sim_doubles.busio.I2C"
         )
 
 

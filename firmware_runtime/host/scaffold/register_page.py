@@ -1,4 +1,7 @@
-"""A register table as a page: `python -m firmware_runtime.host.scaffold.register_page FILE.toml`."""
+"""A register table as a page.
+
+Called as `python -m firmware_runtime.host.scaffold.register_page FILE.toml`.
+"""
 
 import sys
 from collections.abc import Iterator
@@ -6,8 +9,7 @@ from pathlib import Path
 
 from firmware_runtime.board.registers.register_file import load_table
 from firmware_runtime.board.registers.register_table import Register, RegisterTable
-from firmware_runtime.errors import ConfigError
-from firmware_runtime.status import Status
+from firmware_runtime.errors import ConfigError, Status
 
 _HEAD = (
     "| address | register | access | bits | after power-up | what | source |\n"

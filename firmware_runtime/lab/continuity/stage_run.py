@@ -13,14 +13,13 @@ from typing import Any, Final
 from firmware_runtime.board.registry import Board
 from firmware_runtime.board.roles import CONTROLLER, ROBOT
 from firmware_runtime.devs.time import SECOND
-from firmware_runtime.errors import ConfigError
+from firmware_runtime.errors import ConfigError, Status
 from firmware_runtime.lab.stages.stage import Stage
 from firmware_runtime.lab.stages.staged_run import beside
 from firmware_runtime.recording.blackbox.reader import Recording, read_recording
 from firmware_runtime.recording.board_of_recording import board_of
 from firmware_runtime.recording.replay.difference import Difference
 from firmware_runtime.recording.replay.verdict import Verdict, replay
-from firmware_runtime.status import Status
 from firmware_runtime.system.process_folder import own_folder
 
 _CANNOT: Final = (Status.BAD_INPUT, Status.NO_DEVICE, Status.REFUSED)

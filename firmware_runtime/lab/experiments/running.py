@@ -11,13 +11,12 @@ from firmware_runtime.board.registry import Board
 from firmware_runtime.board.roles import CONTROLLER
 from firmware_runtime.devs.senders import Senders
 from firmware_runtime.devs.time import SECOND
-from firmware_runtime.errors import ConfigError
+from firmware_runtime.errors import ConfigError, Status
 from firmware_runtime.lab.stages.end_process import EndProcess
 from firmware_runtime.lab.stages.stage import Stage
 from firmware_runtime.lab.stages.staged_run import Staged, run_staged
 from firmware_runtime.lab.stages.two_ends import TwoEnds
 from firmware_runtime.links.cut.impairment import Impairment
-from firmware_runtime.status import Status
 from firmware_runtime.system.exit_on_signals import status_by
 from firmware_runtime.system.process_folder import own_folder
 from firmware_runtime.system.until_signal import UntilSignal, until_signal

@@ -16,7 +16,7 @@ from collections.abc import Sequence
 from contextlib import suppress
 from typing import Any
 
-from firmware_runtime.status import Status
+from firmware_runtime.errors import Status
 
 _LONGEST_REPORT = 1 << 16
 _LONGEST_WORDS = 1 << 14

@@ -11,7 +11,7 @@ from firmware_runtime.board.ends import ends_of
 from firmware_runtime.board.registry import Board
 from firmware_runtime.board.roles import CONTROLLER, ROBOT, components_of
 from firmware_runtime.devs.time import SECOND, seconds
-from firmware_runtime.errors import ConfigError
+from firmware_runtime.errors import ConfigError, Status
 from firmware_runtime.lab.stages.document import crossed, of_an_end, of_two_ends
 from firmware_runtime.lab.stages.end_process import EndProcess
 from firmware_runtime.lab.stages.merged_trace import begin_trace, merge_traces
@@ -19,7 +19,6 @@ from firmware_runtime.lab.stages.stage import Stage
 from firmware_runtime.lab.stages.two_ends import TwoEnds
 from firmware_runtime.lab.stages.way import WIFI, Way, bad_network, loopback, ros_graph, to_peer
 from firmware_runtime.links.cut.impairment import Impairment
-from firmware_runtime.status import Status
 from firmware_runtime.system.other_processors import kept_off
 from firmware_runtime.system.process_folder import own_folder
 from firmware_runtime.system.until_signal import UntilSignal, until_signal

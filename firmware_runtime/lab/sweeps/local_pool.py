@@ -15,9 +15,9 @@ from concurrent.futures.process import BrokenProcessPool
 from multiprocessing.connection import wait as wait_for
 from typing import Final
 
+from firmware_runtime.errors import Status
 from firmware_runtime.lab.sweeps.plan import Sweep
 from firmware_runtime.lab.sweeps.row import Row, lost, run_row
-from firmware_runtime.status import Status
 
 MOST_LOSSES: Final = 3
 _AHEAD: Final = 2

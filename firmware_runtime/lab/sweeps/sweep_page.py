@@ -68,7 +68,7 @@ def _numbers(spread: object) -> list[float]:
 def _histograms(found: Summary) -> Iterator[Element]:
     for name, each in found.spreads.items():
         if len(each.histogram) > 1:
-            yield plot_figure(histogram(name, each))
+            yield plot_figure(histogram(name, each.histogram, each.min, each.max))
 
 
 def _scatters(rows: Table, found: Summary) -> Iterator[Element]:

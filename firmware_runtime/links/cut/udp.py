@@ -26,7 +26,7 @@ from time import monotonic_ns
 from typing import Any, Final, TypeAlias
 
 from firmware_runtime.devs.time import MILLISECOND
-from firmware_runtime.errors import ConfigError
+from firmware_runtime.errors import ConfigError, Status
 from firmware_runtime.links.cut.counts import Carried, report
 from firmware_runtime.links.cut.greeting import BYES, Farewell, encode
 from firmware_runtime.links.cut.refusal import Reason, Refused
@@ -34,7 +34,6 @@ from firmware_runtime.links.cut.window import Window
 from firmware_runtime.links.cut.wire import LONGEST, Frame, Kind, decoded, encoded, opened, sealed
 from firmware_runtime.links.endpoint import Endpoint, endpoint
 from firmware_runtime.links.key_file import read_key
-from firmware_runtime.status import Status
 
 AT_ONCE: Final = 64
 SESSIONS: Final = 16

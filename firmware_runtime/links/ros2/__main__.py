@@ -11,7 +11,7 @@ from rclpy.signals import SignalHandlerOptions
 from firmware_runtime.board.ros.conventions import conventions
 from firmware_runtime.board.ros.topic_table import topics_in
 from firmware_runtime.board.ros.topics import Topics
-from firmware_runtime.errors import FirmwareRuntimeError
+from firmware_runtime.errors import FirmwareRuntimeError, Status
 from firmware_runtime.links.ros2.diagnostics import Diagnostics
 from firmware_runtime.links.ros2.node import RobotNode
 from firmware_runtime.links.ros2.only_active import OnlyActive
@@ -21,7 +21,6 @@ from firmware_runtime.links.ros2.plan import Plan, read_plan
 from firmware_runtime.links.ros2.services import Services
 from firmware_runtime.links.ros2.spinning import spin_once
 from firmware_runtime.links.ros2.topics import RobotTopics
-from firmware_runtime.status import Status
 from firmware_runtime.system.notices import Notices
 from firmware_runtime.system.until_signal import until_signal
 

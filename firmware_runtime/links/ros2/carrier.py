@@ -24,11 +24,10 @@ from rclpy.qos import QoSProfile
 from rclpy.signals import SignalHandlerOptions
 from std_msgs.msg import UInt8MultiArray
 
-from firmware_runtime.errors import ConfigError
+from firmware_runtime.errors import ConfigError, Status
 from firmware_runtime.links.cut.udp import Carrier, UdpAddress, begin_carrier
 from firmware_runtime.links.key_file import read_key
 from firmware_runtime.links.ros2.spinning import Spinning
-from firmware_runtime.status import Status
 
 _OTHER_END: Final[UdpAddress] = ("ros2", 0)
 

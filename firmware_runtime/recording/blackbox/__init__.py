@@ -4,6 +4,6 @@
 
 What enters is all that is kept: the bytes of buses and ports and how each transfer ended, external
 events, what the clock said within steps, whether outputs were enabled, settings. The drivers and
-models are deterministic, so everything else follows from it (`firmware_runtime.recording.replay`). What left
-a port is kept beside it, to compare with.
+models are deterministic, so everything else follows from it
+(`firmware_runtime.recording.replay`). What left a port is kept beside it, to compare with.
 """

@@ -6,7 +6,7 @@ from typing import Any, Final
 
 from firmware_runtime.board.registry import Board
 from firmware_runtime.devs.time import NEVER, SECOND, format_time
-from firmware_runtime.errors import ConfigError, text_of
+from firmware_runtime.errors import ConfigError, Status, text_of
 from firmware_runtime.recording.blackbox.missing_instant import no_instant
 from firmware_runtime.recording.blackbox.reader import Recording, Segment, kind_of
 from firmware_runtime.recording.blackbox.section import Kind, Section, count_of_unknown
@@ -15,7 +15,6 @@ from firmware_runtime.recording.replay.difference import Difference
 from firmware_runtime.recording.replay.player import Player
 from firmware_runtime.recording.versions import changed_versions
 from firmware_runtime.statistics.dates import NO_DATES, Dates
-from firmware_runtime.status import Status
 
 NOT_ALL: Final = "not all of it was compared"
 NOTHING_AGAIN: Final = "nothing of it was run again: no step and no transfer is in it"

@@ -11,7 +11,7 @@ from typing import Any, Final
 
 from tests.vm.guest.machine import PROGRAM, PYTHON, Failed, attempt, device_of, run, wait_until
 
-SITE_OF_BOARDS: Final = "import boards; print(boards.__path__[0])"
+SITE_OF_BOARDS: Final = "import firmware_boards; print(firmware_boards.__path__[0])"
 
 
 class Robot:
