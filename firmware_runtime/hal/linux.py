@@ -8,7 +8,7 @@ transactions, takes more than 32 bytes, and sends repeated STARTs. It has two ga
 - the adapter waits a second for a stuck bus by default; so `open_i2c` sets a shorter timeout.
 
 Every errno is translated once, here, into the errors of `firmware_runtime.hal.wire_errors`.
-Adapters differ: bcm2835 refuses a read that is not the last message, and that arrives as a BusFault.
+Adapters differ: bcm2835 refuses a read that is not the last message: that arrives as a BusFault.
 Sources: Linux 6.1 drivers/i2c/i2c-dev.c, busses/i2c-bcm2835.c; smbus2 0.6.1.
 """
 

@@ -3,6 +3,7 @@
 import re
 import tomllib
 from graphlib import TopologicalSorter
+from importlib.util import find_spec
 from itertools import chain
 from pathlib import Path
 
@@ -44,7 +45,8 @@ def layers() -> list[list[str]]:
 
 
 def is_folder(module: str) -> bool:
-    return ROOT.joinpath(*module.split(".")).is_dir()
+    found = find_spec(module)
+    return found is not None and found.submodule_search_locations is not None
 
 
 def test_every_room_is_in_a_layer() -> None:

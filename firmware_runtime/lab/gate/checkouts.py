@@ -10,6 +10,7 @@ from pathlib import Path
 from msgspec import Struct
 
 from firmware_runtime.errors import ConfigError
+from firmware_runtime.system.import_path import import_path
 
 
 class Checkout(Struct, frozen=True):
@@ -23,9 +24,8 @@ class Checkout(Struct, frozen=True):
     @property
     def environment(self) -> dict[str, str]:
         """What its processes get: its packages first, and sets in the same order in both."""
-        source = self.folder / "src"
-        path = [str(source)] if source.is_dir() else []
-        path += [str(self.folder), *filter(None, [os.environ.get("PYTHONPATH")])]
+        path = [*map(str, import_path(self.folder))]
+        path += filter(None, [os.environ.get("PYTHONPATH")])
         own = {"PYTHONPATH": os.pathsep.join(path), "PYTHONHASHSEED": "0"}
         return {"OPENBLAS_NUM_THREADS": "1", **os.environ, **own}
 

@@ -17,6 +17,7 @@ from firmware_runtime.errors import ConfigError
 from firmware_runtime.recording.what_if.elsewhere import Answer
 from firmware_runtime.recording.what_if.question import Question
 from firmware_runtime.recording.what_if.what_if import WhatIf
+from firmware_runtime.system.import_path import import_path
 
 _MODULE = "firmware_runtime.recording.what_if.elsewhere"
 _EXPECTED = "expected a folder with the code of this robot, its drivers or the runtime"
@@ -57,12 +58,6 @@ def ask(question: Question, folder: Path | None) -> WhatIf:
     if folder is not None and said.used == 0:
         raise ConfigError.of_one(where, f"no module of the robot is in it; {_EXPECTED}")
     return said.found
-
-
-def import_path(folder: Path) -> list[Path]:
-    """Where its packages are: in `src`, where there is one, and in the folder itself."""
-    source = folder / "src"
-    return [source, folder] if source.is_dir() else [folder]
 
 
 def _interpreter(folder: Path | None) -> str:

@@ -17,6 +17,7 @@ import msgspec
 from firmware_runtime.errors import FirmwareRuntimeError
 from firmware_runtime.recording.what_if.question import Question, answer
 from firmware_runtime.recording.what_if.what_if import WhatIf
+from firmware_runtime.system.import_path import import_path
 
 
 class Answer(msgspec.Struct):
@@ -48,11 +49,8 @@ def _own_output() -> BinaryIO:
 
 
 def _used(folder: Path) -> int:
-    """How many modules of this process were imported from a folder, or its `src`.
-
-    One that lies deeper in it, such as in an environment or another checkout, is not its own.
-    """
-    places = (folder, folder / "src")
+    """Number of modules of this process that were imported from a folder."""
+    places = import_path(folder)
     found = [(name, getattr(each, "__file__", None)) for name, each in [*sys.modules.items()]]
     return sum(_imported_as(Path(file)) in _at(places, name) for name, file in found if file)
 
