@@ -12,6 +12,7 @@ Three families hang below it, named by who must act:
 
 from collections.abc import Sequence
 from enum import IntEnum
+from typing import Self
 
 
 def text_of(error: BaseException) -> str:
@@ -45,7 +46,25 @@ _MOST_CAUSES = 10
 
 
 class FirmwareRuntimeError(Exception):
-    """Anything this project raises on purpose; its text is one sentence: where, what, expected."""
+    """Anything this project raises on purpose; its text is one sentence, made of its attributes.
+
+    `where` it is, `what` is wrong there, and what was `expected` instead; each may be empty.
+    """
+
+    where = ""
+    what = ""
+    expected = ""
+
+    def __init__(self, what: object = "", *, where: object = "", expected: object = "") -> None:
+        self.where, self.what, self.expected = str(where), str(what), str(expected)
+        super().__init__(sentence(self.where, self.what, self.expected))
+
+
+def sentence(where: str, what: str, expected: str) -> str:
+    """Return the sentence of an error: `where: what; expected ...`, without what is empty."""
+    wanted = f"expected {expected}" if expected else ""
+    fault = "; ".join(filter(None, (what, wanted)))
+    return ": ".join(filter(None, (where, fault)))
 
 
 class ConfigError(FirmwareRuntimeError):
@@ -55,19 +74,21 @@ class ConfigError(FirmwareRuntimeError):
     """
 
     def __init__(self, where: str, faults: Sequence[str], sentence: str | None = None) -> None:
-        self.where = where
         self.faults = tuple(faults)
-        if sentence is not None:
-            super().__init__(sentence)
-            return
-        listing = "\n".join(f"  - {fault}" for fault in self.faults)
-        count = "1 fault" if len(self.faults) == 1 else f"{len(self.faults)} faults"
-        super().__init__(f"{where}: {count}\n{listing}")
+        if sentence is None:
+            listing = "\n".join(f"  - {fault}" for fault in self.faults)
+            count = "1 fault" if len(self.faults) == 1 else f"{len(self.faults)} faults"
+            sentence = f"{where}: {count}\n{listing}"
+        super().__init__(sentence)
+        self.where, self.what = where, "; ".join(self.faults)
 
     @classmethod
-    def of_one(cls, where: str, fault: str) -> "ConfigError":
-        """The error of a thing that can have but one fault, as one sentence."""
-        return cls(where, [fault], f"{where}: {fault}")
+    def of_one(cls, where: object, what: object, expected: object = "") -> Self:
+        """Return the error of a thing that can have but one fault, as one sentence."""
+        fault = sentence("", str(what), str(expected))
+        error = cls(str(where), [fault], f"{where}: {fault}")
+        error.what, error.expected = str(what), str(expected)
+        return error
 
 
 class SettingError(FirmwareRuntimeError, ValueError):

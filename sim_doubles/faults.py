@@ -56,7 +56,7 @@ class Fault(ABC):
         self._check("until", self.since, NEVER)
         target = getattr(self, "target", None)
         if not isinstance(target, Target | None):
-            raise SettingError(f"{type(self).__name__}: target {target!r}; expected a double")
+            raise SettingError(f"target {target!r}", where=type(self).__name__, expected="a double")
 
     def _check(self, name: str, least: int, most: int) -> None:
         value = getattr(self, name)
@@ -66,7 +66,7 @@ class Fault(ABC):
         if not (is_whole and least <= value <= most):
             span = f"{least} or more" if most == NEVER else f"{least} to {most}"
             expected = f"expected a whole number, {span}"
-            raise SettingError(f"{type(self).__name__}: {name} {value!r}; {expected}")
+            raise SettingError(f"{name} {value!r}; {expected}", where=type(self).__name__)
 
     def matches(self, number: int, at: int, address: int) -> bool:
         """Whether this transaction is one to strike."""

@@ -90,9 +90,9 @@ class SerialLineDouble(SerialPort):
 
     def _check(self) -> None:
         if self._closed:
-            raise PortClosed(f"{self.name}: used after it was closed")
+            raise PortClosed("used after it was closed", where=self.name)
         if self.unplugged:
-            raise BusFault(f"{self.name}: the adapter is gone")
+            raise BusFault("the adapter is gone", where=self.name)
 
 
 class PtySerialLine:

@@ -67,8 +67,8 @@ class AnalogInputs(HardwareModel):
         least = duration_ns(self._conversions)
         if not self._conversions or settings.period < least:
             raise SettingError(
-                f"{name} on {chip.place}: {len(settings.inputs)} inputs in {settings.period} ns, "
-                f"expected one or more, and {least} ns for their conversions"
+                f"{name} on {chip.place}: {len(settings.inputs)} inputs in {settings.period} ns",
+                expected=f"one or more, and {least} ns for their conversions",
             )
         self.voltages = self.out_port("voltages", Voltages)
         self.chip = chip

@@ -121,7 +121,7 @@ class CircuitPythonSensor(HardwareModel, Generic[Driver, Value]):
     ) -> None:
         super().__init__(name, self._steps, bus)
         if period <= 0:
-            raise SettingError(f"{name}: period of {period} ns; expected more than 0 ns")
+            raise SettingError(f"period of {period} ns", where=name, expected="more than 0 ns")
         self.value = self.out_port(port, kind)
         self.driver: Driver | None = None
         self._bus = bus
@@ -231,4 +231,4 @@ def _hal_error(error: BaseException, where: str) -> HalError:
         if isinstance(cause, OSError) and cause.__cause__ is None:
             return from_os_error(cause, where)
         cause = cause.__cause__ or cause.__context__
-    return WrongDevice(f"{where}: {error}; expected the chip that the driver is for")
+    return WrongDevice(error, where=where, expected="the chip that the driver is for")

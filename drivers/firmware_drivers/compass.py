@@ -73,7 +73,9 @@ class Compass(HardwareModel):
     def __init__(self, name: str, chip: BearingSensor, settings: CompassSettings) -> None:
         super().__init__(name, chip.bring_up, chip.line, settings.period)
         if settings.period <= 0:
-            raise SettingError(f"{name}: period of {settings.period} ns, expected more than 0 ns")
+            raise SettingError(
+                f"period of {settings.period} ns", where=name, expected="more than 0 ns"
+            )
         kind: type[float] = int if settings.whole_degrees else float
         self.request = self.in_port("request", int)
         self.heading_out = self.out_port("heading_deg", kind)

@@ -50,7 +50,7 @@ class DcMotor(Motors):
         )
         if settings.timeout <= 0:
             raise SettingError(
-                f"{name} on {bridge.place}: timeout {settings.timeout} ns, expected more than 0"
+                f"{name} on {bridge.place}: timeout {settings.timeout} ns", expected="more than 0"
             )
         self.drive = self.in_port("drive", float)
         self.bridge = bridge
@@ -60,7 +60,7 @@ class DcMotor(Motors):
         """Read the command."""
         drive = self.drive[-1]
         if not (math.isfinite(drive) and -1.0 <= drive <= 1.0):
-            raise NotReady(f"{self.drive.path}: drive {drive}, expected -1 to 1; stopped")
+            raise NotReady(f"drive {drive}, expected -1 to 1; stopped", where=self.drive.path)
         self.commanded = drive
 
     def forget_command(self) -> None:

@@ -30,8 +30,10 @@ class DifferentialDrive(Atomic):
         super().__init__(name)
         if not (track_width_m > 0 and full_speed_m_s > 0 and timeout > 0):
             raise SettingError(
-                f"{name}: track width {track_width_m} m, full speed {full_speed_m_s} m/s, timeout "
-                f"{timeout} ns; expected more than 0 of each"
+                f"track width {track_width_m} m, full speed {full_speed_m_s} m/s, "
+                f"timeout {timeout} ns",
+                where=name,
+                expected="more than 0 of each",
             )
         self.velocity = self.in_port("velocity", Velocity)
         self.speeds_out = self.out_port("speeds", TreadSpeeds)

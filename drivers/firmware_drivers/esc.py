@@ -170,7 +170,9 @@ class Esc(Actuator):
 
     def _obey(self, throttle: float) -> None:
         if not math.isfinite(throttle):
-            self.fail(HalError(f"{self.path}: throttle {throttle}, expected a number from 0 to 1"))
+            self.fail(
+                HalError(f"throttle {throttle}", where=self.path, expected="a number from 0 to 1")
+            )
             return
         self._since_throttle = 0
         within = max(0.0, min(1.0, throttle))
@@ -187,7 +189,7 @@ class Esc(Actuator):
         until_late = self.settings.timeout - self._since_throttle
         if until_late <= 0:
             timeout_s = self.settings.timeout / SECOND
-            self.fail(HalError(f"{self.path}: no throttle for {timeout_s:g} s; disarmed"))
+            self.fail(HalError(f"no throttle for {timeout_s:g} s; disarmed", where=self.path))
             return
         try:
             self.poll_if_due()

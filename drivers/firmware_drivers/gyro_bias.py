@@ -64,7 +64,7 @@ class GyroBias:
     def mean(self) -> Vector:
         """Give the bias. Raises NotReady if samples are missing or the robot moved."""
         if not self.is_complete:
-            raise NotReady(f"gyro bias: {self.count} samples, expected {self.samples}")
+            raise NotReady(f"{self.count} samples", where="gyro bias", expected=self.samples)
         x, y, z = (self._mean_of(axis) for axis in range(3))
         self._check_field()
         return (x, y, z)
@@ -73,14 +73,16 @@ class GyroBias:
         spread = self._greatest[axis] - self._least[axis]
         if not spread <= self.max_spread:
             raise NotReady(
-                f"gyro bias: rate about {AXES[axis]} spreads over {spread:.3f} rad/s, expected "
-                f"{self.max_spread:g} at most; the robot moved"
+                f"rate about {AXES[axis]} spreads over {spread:.3f} rad/s, expected "
+                f"{self.max_spread:g} at most; the robot moved",
+                where="gyro bias",
             )
         mean = self._sums[axis] / self.count
         if not abs(mean) <= self.max_bias:
             raise NotReady(
-                f"gyro bias: mean rate about {AXES[axis]} is {mean:.3f} rad/s, expected "
-                f"{self.max_bias:.3g} at most; the robot turns"
+                f"mean rate about {AXES[axis]} is {mean:.3f} rad/s, expected "
+                f"{self.max_bias:.3g} at most; the robot turns",
+                where="gyro bias",
             )
         return mean
 
@@ -97,6 +99,7 @@ class GyroBias:
         if not changed <= MOST_TURN * MOST_TURN * size:
             share = math.sqrt(changed / size) if size else math.inf
             raise NotReady(
-                f"gyro bias: the field changed by {share:.3f} of itself meanwhile, expected "
-                f"{MOST_TURN:g} at most; the robot turns, whatever its gyro says"
+                f"the field changed by {share:.3f} of itself meanwhile, expected "
+                f"{MOST_TURN:g} at most; the robot turns, whatever its gyro says",
+                where="gyro bias",
             )

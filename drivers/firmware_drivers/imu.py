@@ -35,8 +35,8 @@ class Imu(HardwareModel):
     def __init__(self, name: str, chip: Mpu9250, period: int, bias: GyroBias) -> None:
         if chip.settings.sample_hz * period < SECOND:
             raise SettingError(
-                f"{name} on {chip.place}: sample_hz: {chip.settings.sample_hz}, expected more than "
-                f"{SECOND / period:g}, at which it is read"
+                f"{name} on {chip.place}: sample_hz: {chip.settings.sample_hz}",
+                expected=f"more than {SECOND / period:g}, at which it is read",
             )
         super().__init__(name, chip.bring_up, chip.line, period)
         self.sample = self.out_port("sample", InertialSample)

@@ -167,7 +167,7 @@ class Motors(Actuator):
         self._since_refresh += self.sigma
         if self._since_command >= self.command_timeout:
             seconds = self.command_timeout / SECOND
-            self._refuse(NotReady(f"{self.path}: no command for {seconds:g} s; stopped"))
+            self._refuse(NotReady(f"no command for {seconds:g} s; stopped", where=self.path))
         elif self._since_refresh >= self.refresh:
             self._write_command()
         else:

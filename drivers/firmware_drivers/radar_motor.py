@@ -50,7 +50,8 @@ class RadarMotor(Motors):
         if not 0.0 < settings.duty <= 1.0 or settings.longest_turn <= 0:
             raise SettingError(
                 f"{name} on {bridge.place}: duty {settings.duty}, longest_turn "
-                f"{settings.longest_turn} ns; expected more than 0, a duty of 1 at most"
+                f"{settings.longest_turn} ns",
+                expected="more than 0, a duty of 1 at most",
             )
         self.turn = self.in_port("turn", int)
         self.bridge = bridge
@@ -61,7 +62,7 @@ class RadarMotor(Motors):
         """Read the signal."""
         signal = self.turn[-1]
         if signal not in _SENSE:
-            raise NotReady(f"{self.turn.path}: signal {signal}, expected 0, 1 or 2; stopped")
+            raise NotReady(f"signal {signal}, expected 0, 1 or 2; stopped", where=self.turn.path)
         self.signal = signal
 
     def forget_command(self) -> None:

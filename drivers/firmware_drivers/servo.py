@@ -174,7 +174,7 @@ class Servos(Motors):
         for servo in self.settings.servos:
             if port := self.angle[servo.name]:
                 if not math.isfinite(port[-1]):
-                    raise NotReady(f"{port.path}: {port[-1]} rad, expected a number; all limp")
+                    raise NotReady(f"{port[-1]} rad, expected a number; all limp", where=port.path)
                 self._take(servo, port[-1])
 
     def forget_command(self) -> None:

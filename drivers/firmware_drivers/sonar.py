@@ -83,8 +83,9 @@ class Sonar(HardwareModel):
         self.detected_out = self.out_port("detected", int)
         if settings.period < chip.interval_ns:
             raise SettingError(
-                f"{name}: period of {settings.period / 1e6:g} ms, expected "
-                f"{chip.interval_ns / 1e6:g} ms or more for the {chip.place}"
+                f"period of {settings.period / 1e6:g} ms",
+                where=name,
+                expected=f"{chip.interval_ns / 1e6:g} ms or more for the {chip.place}",
             )
         self.chip = chip
         self.settings = settings

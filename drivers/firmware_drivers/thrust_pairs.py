@@ -100,7 +100,7 @@ class ThrustPairs(Actuator):
     def drive_on(self) -> None:
         """Stop: forces have not come."""
         timeout_s = self.settings.timeout / SECOND
-        self.note(NotReady(f"{self.path}: no forces for {timeout_s:g} s; all off"))
+        self.note(NotReady(f"no forces for {timeout_s:g} s; all off", where=self.path))
         self.stop()
 
     def poll(self) -> None:
@@ -116,7 +116,9 @@ class ThrustPairs(Actuator):
 
     def _obey(self, forces: Forces) -> None:
         if not all(map(math.isfinite, forces)):
-            self.note(NotReady(f"{self.path}: forces {tuple(forces)} N, expected finite numbers"))
+            self.note(
+                NotReady(f"forces {tuple(forces)} N", where=self.path, expected="finite numbers")
+            )
             self.stop()
         elif self.interlock():
             self._drive(forces)

@@ -168,11 +168,13 @@ class Treads(Motors):
         speeds = {STILL: 0.0, CLOCKWISE: speed, COUNTERCLOCKWISE: -speed}
         signal = port[-1]
         if signal not in speeds:
-            raise NotReady(f"{port.path}: signal {signal}, expected 0, 1 or 2; stopped")
+            raise NotReady(f"signal {signal}, expected 0, 1 or 2; stopped", where=port.path)
         return speeds[signal]
 
     def _clipped(self, speeds: TreadSpeeds) -> TreadSpeeds:
         if not all(map(math.isfinite, speeds)):
-            raise NotReady(f"{self.speeds.path}: speeds {tuple(speeds)}, expected finite numbers")
+            raise NotReady(
+                f"speeds {tuple(speeds)}", where=self.speeds.path, expected="finite numbers"
+            )
         left, right = (max(-1.0, min(1.0, speed)) for speed in speeds)
         return TreadSpeeds(left, right)

@@ -97,7 +97,7 @@ class BoardDefinition(Struct, Generic[S], frozen=True, kw_only=True):
         for name in _FUNCTIONS:
             value = getattr(self, name)
             if not (callable(value) or (name == "event_model" and value is None)):
-                raise SettingError(f"{name}: {value!r}: expected a function")
+                raise SettingError(f"{value!r}: expected a function", where=name)
         _check_values(self.retunable, self.doubles_run_s)
         _check_names(self.optional_components)
         _check_experiments(self.experiments)
@@ -109,15 +109,15 @@ class BoardDefinition(Struct, Generic[S], frozen=True, kw_only=True):
 def _check_values(keys: object, length: object) -> None:
     """Refuse what is no list of retunable keys, or no length of a run on doubles."""
     if not (isinstance(keys, list | tuple) and all(isinstance(key, str) for key in keys)):
-        raise SettingError(f"retunable: {keys!r}: expected keys, in a list")
+        raise SettingError(f"{keys!r}: expected keys, in a list", where="retunable")
     if not (isinstance(length, int | float) and length > 0):
-        raise SettingError(f"doubles_run_s: {length!r}: expected seconds, above 0")
+        raise SettingError(f"{length!r}: expected seconds, above 0", where="doubles_run_s")
 
 
 def _check_names(names: object) -> None:
     """Refuse what is no list of components."""
     if not (isinstance(names, list | tuple) and all(isinstance(name, str) for name in names)):
-        raise SettingError(f"optional_components: {names!r}: expected names, in a list")
+        raise SettingError(f"{names!r}: expected names, in a list", where="optional_components")
 
 
 def _check_experiments(experiments: object) -> None:
@@ -129,21 +129,23 @@ def _check_experiments(experiments: object) -> None:
 def _check_inputs(inputs: object) -> None:
     """Refuse what says of no port how long it may be silent."""
     if not isinstance(inputs, Mapping):
-        raise SettingError(f"inputs: {inputs!r}: expected timeouts by port")
+        raise SettingError(f"{inputs!r}: expected timeouts by port", where="inputs")
     for name, stated in inputs.items():
         is_timeout = isinstance(stated, int | float) and 0 < stated < inf
         if not (isinstance(name, str) and (is_timeout or stated == "hold")):
-            raise SettingError(f"inputs: {name!r}: {stated!r}: expected seconds above 0, or 'hold'")
+            raise SettingError(
+                f"{name!r}: {stated!r}: expected seconds above 0, or 'hold'", where="inputs"
+            )
 
 
 def _check_schema(schema: object) -> None:
     """Refuse what a board.toml cannot be read by."""
     if not (isinstance(schema, type) and issubclass(schema, Struct)):
-        raise SettingError(f"settings: {schema!r}: expected a subclass of BoardSettings")
+        raise SettingError(f"{schema!r}: expected a subclass of BoardSettings", where="settings")
     missing = set(BoardSettings.__struct_fields__) - set(schema.__struct_fields__)
     if missing:
         without = f"{schema.__name__} has no {', '.join(sorted(missing))}"
-        raise SettingError(f"settings: {without}; expected a subclass of BoardSettings")
+        raise SettingError(without, where="settings", expected="a subclass of BoardSettings")
     with suppress(ValidationError):  # of the values, which are not asked for yet
         _convert_nothing(schema)
 
@@ -153,7 +155,7 @@ def _convert_nothing(schema: type[Struct]) -> None:
     try:
         convert({}, schema)
     except (TypeError, NameError, AttributeError) as error:
-        raise SettingError(f"settings: {schema.__name__}: {error}") from error
+        raise SettingError(f"{schema.__name__}: {error}", where="settings") from error
 
 
 def definition_of(found: object) -> BoardDefinition[Any]:
@@ -166,7 +168,7 @@ def definition_of(found: object) -> BoardDefinition[Any]:
     if isinstance(stated := getattr(found, "BOARD", None), BoardDefinition):
         return stated
     if not isinstance(found, ModuleType):
-        raise SettingError(f"{type(found).__name__}: expected a BoardDefinition or a module")
+        raise SettingError("expected a BoardDefinition or a module", where=type(found).__name__)
     missing = [name for name in ("SETTINGS", "build") if not hasattr(found, name)]
     if missing:
         raise SettingError(f"module {found.__name__} has no {' and no '.join(missing)}")

@@ -217,7 +217,9 @@ def own_faults(defined: BoardDefinition[Any], settings: BoardSettings) -> Sequen
     """What the package's own hook finds. Raises SettingError if that is no list of sentences."""
     found = defined.faults(settings)
     if not (isinstance(found, list | tuple) and all(isinstance(each, str) for each in found)):
-        raise SettingError(f"faults returned {strict.shown(found)}; expected sentences, in a list")
+        raise SettingError(
+            f"faults returned {strict.shown(found)}", expected="sentences, in a list"
+        )
     return found
 
 

@@ -63,16 +63,16 @@ def _check_lines(rig: Rig) -> None:
     for part, kind in (("buses", I2cBus), ("ports", SerialPort)):
         lines: object = getattr(rig, part)
         if not (isinstance(lines, Mapping) and all(isinstance(e, kind) for e in lines.values())):
-            raise SettingError(f"{part} {lines!r}; expected each {kind.__name__} by its name")
+            raise SettingError(f"{part} {lines!r}", expected=f"each {kind.__name__} by its name")
     if not isinstance(rig.enable, EnableLine | None):
-        raise SettingError(f"enable {rig.enable!r}; expected an EnableLine or None")
+        raise SettingError(f"enable {rig.enable!r}", expected="an EnableLine or None")
 
 
 def of_rig(board: Board, part: str, value: Mapping[str, T]) -> dict[str, T]:
     """What a part of the board's rig returned, by names. Raises ConfigError if that is none."""
     with blamed_on_rig(board, part):
         if not isinstance(value, Mapping):
-            raise SettingError(f"{value!r}; expected values by their names")
+            raise SettingError(f"{value!r}", expected="values by their names")
     return dict(value)
 
 
@@ -87,7 +87,7 @@ def shown_by(rig: Rig, board: Board) -> OutPort[float] | None:
     with blamed_on_rig(board, "shown"):
         port = rig.shown
         if not isinstance(port, OutPort | None):
-            raise SettingError(f"{port!r}; expected an OutPort or None")
+            raise SettingError(f"{port!r}", expected="an OutPort or None")
     return port
 
 

@@ -66,13 +66,13 @@ def _check(arguments: argparse.Namespace, test: Path) -> None:
         raise ConfigError.of_one(where, "expected the name of a module, such as test_that_day.py")
     for each in (test, test.with_suffix(".recording")):
         if each.exists():
-            raise ConfigError.of_one(where, f"{each} is there already; expected another name")
+            raise ConfigError.of_one(where, f"{each} is there already", expected="another name")
     if not test.absolute().parent.is_dir():
         raise ConfigError.of_one(where, f"expected a folder {test.parent}")
     given = {"BOARD": arguments.board, "--speed": arguments.speed, "-o": arguments.output}
     for name, value in given.items():
         if value is not None:
-            raise ConfigError.of_one("replay", f"--as-test with {name}; expected one of them")
+            raise ConfigError.of_one("replay", f"--as-test with {name}", expected="one of them")
 
 
 def _changed_piece(arguments: argparse.Namespace, path: Path, cutter: Cutter) -> Piece:

@@ -24,12 +24,10 @@ def chosen_model(word: str, assignments: Sequence[str] = ()) -> Component:
     if not is_model(word):
         board = chosen_board(word, assignments)
         if board.event_model is None:
-            raise ConfigError.of_one(
-                board.name, f"its model takes no event files; expected {ABOUT}"
-            )
+            raise ConfigError.of_one(board.name, "its model takes no event files", expected=ABOUT)
         return board.event_model(None)
     if assignments:
-        raise ConfigError.of_one(word, "--set changes a board; expected a board")
+        raise ConfigError.of_one(word, "--set changes a board", expected="a board")
     return _of_file(Path(word)) if word.endswith(SUFFIX) else found_object(word, Component, ABOUT)
 
 

@@ -49,7 +49,7 @@ def export_run(arguments: argparse.Namespace, output: Path) -> int:
     sections = sections_between(recording, stretch.begin, stretch.until)
     if output.suffix == ".mcap":
         if arguments.port is not None:
-            raise ConfigError.of_one("export", "--port: has no effect on MCAP; expected a table")
+            raise ConfigError.of_one("export", "--port: has no effect on MCAP", expected="a table")
         content = mcap_of(header, board, sections, recording.dates())
     else:
         model = model_of(header, board)
@@ -86,5 +86,5 @@ def _of_port(
     """What passed one port. Raises ConfigError for one that the recording has not."""
     if not set(senders) <= set(ports):
         fault = f"{port!r}: no such port in the recording{did_you_mean(port, ports)}"
-        raise ConfigError.of_one("--port", f"{fault}; expected one such as {ports[0]}")
+        raise ConfigError.of_one("--port", fault, expected=f"one such as {ports[0]}")
     return (each for each in sent if each.port in senders)

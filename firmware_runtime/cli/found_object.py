@@ -17,7 +17,7 @@ def found_object(word: str, kind: type[T], about: str) -> T:
     module_name, _, name = word.partition(":")
     if not (module_name and name):
         missing = "object" if module_name else "module"
-        raise ConfigError.of_one(word, f"it names no {missing}; expected {about}")
+        raise ConfigError.of_one(word, f"it names no {missing}", expected=about)
     sys.path.insert(0, "")  # a user's module lies where the user is
     try:
         found = getattr(import_module(module_name), name)

@@ -23,9 +23,9 @@ def ran_out_of(error: MemoryError | OSError) -> FirmwareRuntimeError:
     said = getattr(error, "strerror", None)
     if number == errno.ENOENT and said is not None and said.startswith(_NO_FOLDER):
         expected = "one with room, that may be written, and a descriptor left (`ulimit -n`)"
-        return FirmwareRuntimeError(f"{said}; expected {expected}")
+        return FirmwareRuntimeError(said, expected=expected)
     if number is None or number not in _EXPECTED:
         raise error
     place = getattr(error, "filename", None)
     where = "" if place is None else f"{place}: "
-    return FirmwareRuntimeError(f"{where}{os.strerror(number)}; expected {_EXPECTED[number]}")
+    return FirmwareRuntimeError(f"{where}{os.strerror(number)}", expected=_EXPECTED[number])

@@ -46,7 +46,9 @@ def _execute(arguments: argparse.Namespace) -> int:
     require_systemd()
     boards = [arguments.board] if arguments.board else installed_boards(place)
     if not boards:
-        raise StepFailed("no board is installed; expected `firmware-runtime service install BOARD`")
+        raise StepFailed(
+            "no board is installed", expected="`firmware-runtime service install BOARD`"
+        )
     return show_status(boards, as_json=arguments.json)
 
 

@@ -53,7 +53,7 @@ def _check(arguments: argparse.Namespace) -> None:
     for name in ("BOARD", "--speed"):
         if given[name] and elsewhere:
             other = "--with" if given["--with"] else "--watch"
-            raise ConfigError.of_one("replay", f"{other} with {name}; expected one of them")
+            raise ConfigError.of_one("replay", f"{other} with {name}", expected="one of them")
 
 
 def _plots(path: Path) -> int:

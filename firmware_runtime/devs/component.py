@@ -55,10 +55,10 @@ def below_root(path: str) -> str:
 def check_constructed(model: object) -> None:
     """Raise CouplingError for what is no model, or one whose `__init__` skipped `Component`'s."""
     if not isinstance(model, Component):
-        raise CouplingError(f"{model!r}: expected a model, Atomic or Coupled")
+        raise CouplingError("expected a model, Atomic or Coupled", where=f"{model!r}")
     if not hasattr(model, "in_ports"):  # `vars` would make each access to the model slower
         missing = "its __init__ has not called super().__init__(name)"
-        raise CouplingError(f"{type(model).__name__}: {missing}; expected that call first")
+        raise CouplingError(missing, where=type(model).__name__, expected="that call first")
 
 
 def _is_name(name: object) -> bool:

@@ -32,9 +32,9 @@ class Coupled(Component):
         if component.parent is not None:
             raise CouplingError(f"{component.path} is already part of {component.parent.path}")
         if component.name in self.components:
-            raise CouplingError(f"{self.path}: component {component.name!r} is declared twice")
+            raise CouplingError(f"component {component.name!r} is declared twice", where=self.path)
         if isinstance(component, Coupled) and component in self._ancestry():
-            raise CouplingError(f"{self.path}: {component.name!r} cannot be part of itself")
+            raise CouplingError(f"{component.name!r} cannot be part of itself", where=self.path)
         component.parent = self
         self.components[component.name] = component
         return component

@@ -122,7 +122,7 @@ class Engine(ABC):
         """Raise ModelError unless the port is an input of the root that carries such a value."""
         if port not in self._entrances:
             shown = getattr(port, "path", repr(port))
-            raise ModelError(f"{shown}: not an input port of {self.root.path}")
+            raise ModelError(f"not an input port of {self.root.path}", where=shown)
         if not carries(port.type, type(value)):
             raise PortTypeError(self.root.path, self.now, wrong_type(port, value))
 
@@ -134,8 +134,10 @@ class Engine(ABC):
         next_at = self._agenda.next_at()
         if not (self.now <= at <= next_at and at < NEVER):
             raise ModelError(
-                f"{self.root.path}: cannot advance to {format_time(at)}, expected an instant from "
-                f"{format_time(self.now)} (now) to {format_time(next_at)} (next event)"
+                f"cannot advance to {format_time(at)}",
+                where=self.root.path,
+                expected=f"an instant from {format_time(self.now)} (now) to "
+                f"{format_time(next_at)} (next event)",
             )
         self.visit = self.visit + 1 if at == self.now else 0
         self.now = at
@@ -151,8 +153,10 @@ class Engine(ABC):
         """
         if until < self.now:
             raise ModelError(
-                f"{self.root.path}: cannot run to {format_time(until)}, expected an instant from "
-                f"{format_time(self.now)} (now) on; the end of a run is an instant, not a duration"
+                f"cannot run to {format_time(until)}, expected an instant from "
+                f"{format_time(self.now)} (now) on; the end of a run is an instant, "
+                "not a duration",
+                where=self.root.path,
             )
         next_at, take, work_off = self._agenda.next_at, self._agenda.take, self._work_off
         at, until = self.now, min(until, NEVER - 1)
@@ -194,8 +198,9 @@ class Engine(ABC):
         due_at = self.due_at(atomic)
         if not due_at <= at < NEVER:
             raise ModelError(
-                f"{atomic.path}: cannot postpone its event to {format_time(at)}, "
-                f"expected an instant from {format_time(due_at)} (its due time) on"
+                f"cannot postpone its event to {format_time(at)}",
+                where=atomic.path,
+                expected=f"an instant from {format_time(due_at)} (its due time) on",
             )
         number = self._number(atomic)
         atomic.sigma = at - self.last_at[number]
@@ -210,9 +215,9 @@ class Engine(ABC):
         is returned ends it. Raises ModelError for what is no port.
         """
         if not isinstance(port, InPort | OutPort):
-            raise ModelError(f"{port!r}: expected a port to listen to")
+            raise ModelError("expected a port to listen to", where=f"{port!r}")
         if not callable(listener):
-            raise ModelError(f"{port.path}: listener {listener!r}: expected a function")
+            raise ModelError(f"listener {listener!r}: expected a function", where=port.path)
         listening = Listening()
         senders = [self._sender(source) for source in sources_of(port, self._entrances)]
         listening.begin(senders, listener, self._present)
@@ -276,7 +281,7 @@ class Engine(ABC):
 
     def _number(self, model: Owner) -> int:
         if model not in self._numbers:
-            raise ModelError(f"{model.path}: not an atomic model in {self.root.path}")
+            raise ModelError(f"not an atomic model in {self.root.path}", where=model.path)
         return self._numbers[model]
 
     def _refuse(self, end: InPort[Any], value: object) -> None:

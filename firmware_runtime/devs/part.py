@@ -41,7 +41,7 @@ def part_of(whole: Coupled, names: Collection[str]) -> Part:
     if unknown:
         known = ", ".join(whole.components)
         raise CouplingError(
-            f"{whole.path}: no component {', '.join(unknown)}; expected some of {known}"
+            f"no component {', '.join(unknown)}", where=whole.path, expected=f"some of {known}"
         )
     part = Part(Coupled(whole.name), {}, {})
     for name, component in whole.components.items():

@@ -49,7 +49,7 @@ _MOST: Final = 1 << 62
 def seconds(value: float) -> int:
     """Seconds as the nearest whole number of nanoseconds. Raises SettingError for no number."""
     if not (isinstance(value, Real) and isfinite(value)):
-        raise SettingError(f"{value!r} seconds; expected a finite number")
+        raise SettingError(f"{value!r} seconds", expected="a finite number")
     return round(value * SECOND)
 
 

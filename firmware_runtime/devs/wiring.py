@@ -54,8 +54,9 @@ class Wiring:
         ends = self._through[port]
         if ends is None:
             raise CouplingError(
-                f"{port.path}: its wires lead back to it and through no atomic model; "
-                "expected one in the loop"
+                "its wires lead back to it and through no atomic model",
+                where=port.path,
+                expected="one in the loop",
             )
         return ends
 
@@ -69,7 +70,7 @@ class Wiring:
             for child in component.components.values():
                 self._take_in(child)
         else:
-            raise CouplingError(f"{component.path}: a component is an Atomic or a Coupled model")
+            raise CouplingError("a component is an Atomic or a Coupled model", where=component.path)
 
 
 def sources_of(port: AnyPort, entries: Container[AnyPort] = ()) -> Iterator[AnyPort]:

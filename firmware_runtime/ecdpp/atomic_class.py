@@ -108,7 +108,7 @@ def _keywords(atomic: type[Atomic]) -> Iterator[tuple[str, Kind]]:
         hints = get_type_hints(atomic.__init__)
     except NameError as error:
         raise SettingError(
-            f"{atomic.__name__}: {error}; expected annotations that exist"
+            error, where=atomic.__name__, expected="annotations that exist"
         ) from error
     _, *arguments = inspect.signature(atomic).parameters.values()
     for argument in arguments:
@@ -119,4 +119,4 @@ def _keywords(atomic: type[Atomic]) -> Iterator[tuple[str, Kind]]:
             yield argument.name, kind
         elif argument.default is argument.empty:
             fault = f"no file can give {argument.name!r}; expected a default, or float, int or str"
-            raise SettingError(f"{atomic.__name__}: {fault}")
+            raise SettingError(fault, where=atomic.__name__)

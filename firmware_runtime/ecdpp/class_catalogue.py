@@ -130,4 +130,4 @@ def _atomic_class(found: object) -> AtomicClass:
         return found
     if isinstance(found, type) and issubclass(found, Atomic):
         return AtomicClass.of(found)
-    raise SettingError(f"{found!r}: expected an AtomicClass or a class derived from Atomic")
+    raise SettingError("expected an AtomicClass or a class derived from Atomic", where=f"{found!r}")

@@ -59,7 +59,7 @@ class Configuration(Struct, frozen=True):
         """Raise SettingError for policies and deadlines of another type."""
         for path, policy in self.policies.items():
             if not isinstance(policy, ActivationPolicy):
-                raise SettingError(f"policy of {path}: {policy!r}; expected an ActivationPolicy")
+                raise SettingError(f"policy of {path}: {policy!r}", expected="an ActivationPolicy")
         for deadline in self.deadlines:
             if not isinstance(deadline, PathDeadline):
-                raise SettingError(f"deadlines: {deadline!r}; expected a PathDeadline")
+                raise SettingError(f"{deadline!r}", where="deadlines", expected="a PathDeadline")

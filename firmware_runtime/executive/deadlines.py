@@ -42,9 +42,9 @@ class PathDeadline(Struct, frozen=True):
         within: object = self.within_ns
         if not (isinstance(source, OutPort) and isinstance(actuator, Atomic)):
             ends = f"{source!r} -> {actuator!r}"
-            raise SettingError(f"deadline {self.name}: {ends}; expected an OutPort and an Atomic")
+            raise SettingError(f"deadline {self.name}: {ends}", expected="an OutPort and an Atomic")
         if not (isinstance(within, int) and within > 0):
-            raise SettingError(f"deadline {self.name}: {self.within_ns!r} ns; expected 1 or more")
+            raise SettingError(f"deadline {self.name}: {self.within_ns!r} ns", expected="1 or more")
 
     def missing_from(self, atomics: Sequence[Atomic]) -> list[str]:
         """Which of its ends are no part of these models, as faults."""

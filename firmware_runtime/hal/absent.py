@@ -28,11 +28,11 @@ class AbsentPort(SerialPort):
 
     def write(self, data: bytes) -> None:
         """Refuse."""
-        raise BusAbsent(f"{self.name}: {len(data)} bytes not written: {self._why}")
+        raise BusAbsent(f"{len(data)} bytes not written: {self._why}", where=self.name)
 
     def read_available(self) -> bytes:
         """Refuse."""
-        raise BusAbsent(f"{self.name}: {self._why}")
+        raise BusAbsent(self._why, where=self.name)
 
     def close(self) -> None:
         """There is nothing to release."""

@@ -57,11 +57,11 @@ def open_i2c(
     except BlockingIOError as error:
         port.close()
         raise BusInUse(
-            f"{name}: {path} is driven by another process, expected none; end that one"
+            f"{path} is driven by another process, expected none; end that one", where=name
         ) from error
     except OSError as error:
         port.close()
-        raise BusAbsent(f"{name}: {path} {_what_to_do(error)}") from error
+        raise BusAbsent(f"{path} {_what_to_do(error)}", where=name) from error
     return LinuxI2cBus(name, port)
 
 
@@ -105,15 +105,16 @@ class LinuxI2cBus(I2cBus):
         """Make sure the bus is open and no kernel driver holds the address."""
         descriptor = self._port.fd
         if descriptor is None:
-            raise PortClosed(f"{self._where(address)}: the bus is closed, expected it open")
+            raise PortClosed("the bus is closed", where=self._where(address), expected="it open")
         try:
             ioctl(descriptor, I2C_SLAVE, address)
         except OSError as error:
             if error.errno != errno.EBUSY:
                 raise from_os_error(error, self._where(address)) from error
             raise AddressInUse(
-                f"{self._where(address)}: a kernel driver holds the address, expected it free; "
-                "unbind the driver or remove its device (delete_device, or its dtoverlay)"
+                "a kernel driver holds the address, expected it free; unbind the "
+                "driver or remove its device (delete_device, or its dtoverlay)",
+                where=self._where(address),
             ) from error
         self._claimed.add(address)
 
@@ -162,6 +163,7 @@ def check_node(name: str, path: str) -> None:
         os.close(os.open(path, os.O_RDWR | os.O_NOCTTY | os.O_NONBLOCK | os.O_CLOEXEC))
     except OSError as error:
         raise BusAbsent(
-            f"{name}: {path} cannot be opened ({error.strerror}); expected a device node that this "
-            "process may read and write"
+            f"{path} cannot be opened ({error.strerror})",
+            where=name,
+            expected="a device node that this process may read and write",
         ) from error

@@ -32,8 +32,9 @@ def open_enable_line(
         gpiod = import_module("gpiod")
     except ImportError as error:
         raise BusAbsent(
-            f"{name}: {chip} needs libgpiod's Python binding, expected the extra gpio: "
-            f"{install_command('gpio')}"
+            f"{chip} needs libgpiod's Python binding",
+            where=name,
+            expected=f"the extra gpio: {install_command('gpio')}",
         ) from error
     settings = gpiod.LineSettings(
         direction=gpiod.line.Direction.OUTPUT,
@@ -60,13 +61,13 @@ class LinuxEnableLine(EnableLine):
     def set(self, enabled: bool) -> None:  # noqa: FBT001 -- a line has two levels
         """Let outputs through or not. Raises BusFault if the line fails, PortClosed after close."""
         if self._closed:
-            raise PortClosed(f"{self.name}: the line was used after it was closed")
+            raise PortClosed("the line was used after it was closed", where=self.name)
         value = self._values.ACTIVE if enabled else self._values.INACTIVE
         try:
             self._request.set_value(self._line, value)
         except OSError as error:
             raise BusFault(
-                f"{self.name}: line {self._line} cannot be set ({error.strerror})"
+                f"line {self._line} cannot be set ({error.strerror})", where=self.name
             ) from error
 
     def close(self) -> None:
@@ -87,7 +88,7 @@ def _absent(where: str, error: OSError | ValueError) -> BusAbsent:
     if number in (errno.EACCES, errno.EPERM):
         return BusAbsent(f"{where} may not be opened by this user; add the user to its group, gpio")
     if number in (errno.ENOENT, errno.ENODEV):
-        return BusAbsent(f"{where} does not exist; expected a chip that `gpiodetect` shows")
+        return BusAbsent(f"{where} does not exist", expected="a chip that `gpiodetect` shows")
     if number == errno.EINVAL:
-        return BusAbsent(f"{where} does not exist on this chip; expected one `gpioinfo` shows")
+        return BusAbsent(f"{where} does not exist on this chip", expected="one `gpioinfo` shows")
     return BusAbsent(f"{where} cannot be taken ({error})")

@@ -91,7 +91,7 @@ class LinuxSerialPort(SerialPort):
             )
         except (OSError, ValueError, OverflowError, termios.error) as error:
             what = _what_to_do(error, self._baud)
-            raise BusAbsent(f"{self.name}: {self._path} {what}") from error
+            raise BusAbsent(f"{self._path} {what}", where=self.name) from error
 
     def _usable(self) -> Serial:
         """The port; after a failure it is opened again: the adapter may have come back.
@@ -107,7 +107,7 @@ class LinuxSerialPort(SerialPort):
     def _translated(self, error: Exception, action: str, expected: str) -> HalError:
         where = f"{self.name}: {self._port.port}"
         if isinstance(error, PortNotOpenError):
-            return PortClosed(f"{where} {action} after it was closed, expected it open")
+            return PortClosed(f"{where} {action} after it was closed", expected="it open")
         if isinstance(error, SerialTimeoutException):
             return BusTimeout(
                 f"{where} {action} timed out, expected {expected}; it stopped sending"

@@ -49,15 +49,15 @@ def ask(statistics: Path, request: str, timeout_s: float | None = None, **more: 
         if request == _UNTIL_IT_IS_DONE and not end.is_greeted:
             post(statistics, request)
         fault = end.why_not_believed or f"no answer within {timeout_s:g} s"
-        raise ControlError(f"{end.path}: {fault}; expected the run to be alive") from error
+        raise ControlError(fault, where=end.path, expected="the run to be alive") from error
     except OSError as error:
         is_closed = isinstance(error, PermissionError)
         expected = "the user of that run, or root" if is_closed else "a run that listens there"
         fault = error.strerror or str(error)
-        raise ControlError(f"{end.path}: {fault}; expected {expected}") from error
+        raise ControlError(fault, where=end.path, expected=expected) from error
     except MsgspecError as error:
         fault = f"answered with what is no JSON object ({error}); expected a run"
-        raise ControlError(f"{end.path}: {fault}") from error
+        raise ControlError(fault, where=end.path) from error
     finally:
         end.close()
 

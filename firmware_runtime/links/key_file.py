@@ -25,7 +25,7 @@ def read_key(path: Path, where: str = "key file") -> bytes:
     try:
         descriptor = os.open(path, os.O_RDONLY | os.O_NONBLOCK | os.O_NOCTTY | os.O_CLOEXEC)
     except (OSError, ValueError) as error:
-        raise ConfigError.of_one(where, f"{path}: {_why(error)}; expected {_EXPECTED}") from error
+        raise ConfigError.of_one(where, f"{path}: {_why(error)}", expected=_EXPECTED) from error
     try:
         mode = os.fstat(descriptor).st_mode
         key = os.read(descriptor, KEY_BYTES + 1) if stat.S_ISREG(mode) else None
@@ -34,7 +34,7 @@ def read_key(path: Path, where: str = "key file") -> bytes:
     faults = _faults(mode, key)
     if key is None or faults:
         found = " and ".join(faults)
-        raise ConfigError.of_one(where, f"{path}: {found}; expected {_EXPECTED}")
+        raise ConfigError.of_one(where, f"{path}: {found}", expected=_EXPECTED)
     return key
 
 

@@ -19,7 +19,9 @@ class Delay(Atomic, Generic[T]):
     def __init__(self, name: str, type_: type[T], duration: int) -> None:
         super().__init__(name)
         if (ns := whole(duration)) is None or ns < 0:
-            raise ModelError(f"{self.path}: a delay of {duration!r}; expected whole ns, 0 or more")
+            raise ModelError(
+                f"a delay of {duration!r}", where=self.path, expected="whole ns, 0 or more"
+            )
         self.entrance = self.in_port("in", type_, takes="any")
         self.delayed = self.out_port("out", type_)
         self.duration = ns

@@ -44,7 +44,9 @@ class SmithPredictor(Atomic):
     ) -> None:
         super().__init__(name)
         if (ns := whole(delay)) is None or ns < 0:
-            raise ModelError(f"{self.path}: a delay of {delay!r}; expected whole ns, 0 or more")
+            raise ModelError(
+                f"a delay of {delay!r}", where=self.path, expected="whole ns, 0 or more"
+            )
         self.measurement = self.in_port("measurement", Motion)
         self.command = self.in_port("command", float)
         self.applied_in = self.in_port("applied", Applied)

@@ -85,7 +85,7 @@ class StateDiagram(Atomic):
             self._rows = {state.name: self._row(state, labels) for state in states}
             _check_kept(states, labels)
         except StateTableError as error:
-            raise StateTableError(f"{self.path}: {error}") from error
+            raise StateTableError(error, where=self.path) from error
 
     # The DEVS functions -------------------------------------------------------------------------
 
@@ -168,12 +168,13 @@ def _duration(state: State, durations: Mapping[str, int]) -> int:
         if duration not in durations:
             known = ", ".join(durations) or "none"
             raise StateTableError(
-                f"state {state.name!r}: duration {duration!r}, expected one of {known}"
+                f"state {state.name!r}: duration {duration!r}", expected=f"one of {known}"
             )
         duration = durations[duration]
     if type(duration) is not int or duration < 0:
         raise StateTableError(
-            f"state {state.name!r}: duration {duration!r}, expected whole nanoseconds, zero or more"
+            f"state {state.name!r}: duration {duration!r}",
+            expected="whole nanoseconds, zero or more",
         )
     return duration
 
@@ -184,4 +185,4 @@ def _check_kept(states: Sequence[State], labels: Labels) -> None:
     kept = {mark.value for mark in marks if mark.sign == "?"}
     for mark in marks:
         if labels.keeps(mark) and mark.value not in kept:
-            raise StateTableError(f"{mark}: no input ever keeps a {mark.value!r}")
+            raise StateTableError(f"no input ever keeps a {mark.value!r}", where=mark)

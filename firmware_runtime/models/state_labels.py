@@ -76,17 +76,19 @@ class Labels:
     def _number(self, port: AnyPort, mark: Mark) -> object:
         if not _NUMBER.fullmatch(mark.value):
             words = ", ".join(self._words) or "none"
-            raise StateTableError(f"{mark}: expected a number or a declared word ({words})")
+            raise StateTableError(f"expected a number or a declared word ({words})", where=mark)
         try:
             made: object = port.type(float(mark.value) if "." in mark.value else int(mark.value))
         except (TypeError, ValueError) as error:
             kind = port.type.__name__
-            raise StateTableError(f"{mark}: a port of {kind} carries no number") from error
+            raise StateTableError(f"a port of {kind} carries no number", where=mark) from error
         return made
 
 
 def _port(ports: Mapping[str, P], mark: Mark, kind: str) -> P:
     if mark.port not in ports:
         known = ", ".join(ports) or "none"
-        raise StateTableError(f"{mark}: no {kind} port {mark.port!r}; expected one of {known}")
+        raise StateTableError(
+            f"no {kind} port {mark.port!r}", where=mark, expected=f"one of {known}"
+        )
     return ports[mark.port]

@@ -14,4 +14,4 @@ def quitting_is_a_bug(model: Component) -> Iterator[None]:
         yield
     except SystemExit as error:
         found = f"{model.path}: a model raised SystemExit({error.code!r})"
-        raise ModelError(f"{found}; expected none: it would end the program") from error
+        raise ModelError(found, expected="none: it would end the program") from error

@@ -179,7 +179,7 @@ class OpenBoard(OpenRun):
         return replace(result, state=RunState.FAILED) if self._session.has_failed else result
 
     def _failure(self, faults: str) -> FirmwareRuntimeError:
-        return HalError(f"not made safe: {faults}")
+        return HalError(faults, where="not made safe")
 
 
 def open_board(  # noqa: PLR0913 -- the options of the command, by the same names

@@ -27,7 +27,9 @@ def keep_settings(board: Board, statistics: Path) -> None:
         path.parent.mkdir(parents=True, exist_ok=True)
         replace_file(path, kept_table(board).encode(), OWN_AND_GROUP)
     except OSError as error:
-        raise StatisticsFileError(f"{path}: {error.strerror}; expected a place to write") from error
+        raise StatisticsFileError(
+            error.strerror, where=path, expected="a place to write"
+        ) from error
 
 
 class DrivenBy:

@@ -31,7 +31,9 @@ def keep_clear_of_other_runs(path: Path) -> str | None:
     if writer.pid != os.getpid() and is_running(writer):
         what = "drives a robot" if driver.has_outputs else "is a run"
         raise StatisticsFileError(
-            f"{path}: process {writer.pid} {what} and keeps its statistics there, where guard and "
-            "other commands look; expected it to end first, or another file, see --statistics"
+            f"process {writer.pid} {what} and keeps its statistics there, where guard "
+            "and other commands look",
+            where=path,
+            expected="it to end first, or another file, see --statistics",
         )
     return None

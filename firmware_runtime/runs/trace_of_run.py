@@ -31,7 +31,7 @@ def traced_by_recording(session: Session, path: Path) -> Iterator[None]:
         except ConfigError as error:
             missing = [text_of(error)]
         if missing:
-            raise TraceNotWholeError(f"{path}: the trace is not whole: {'; '.join(missing)}")
+            raise TraceNotWholeError(f"the trace is not whole: {'; '.join(missing)}", where=path)
 
 
 def _write(session: Session, file: TraceFile) -> list[str]:

@@ -46,7 +46,7 @@ class WatchedRun:
             pass
         except OSError as error:
             raise StatisticsFileError(
-                f"{path}: its process {self.writer.pid} cannot be watched ({error.strerror})"
+                f"its process {self.writer.pid} cannot be watched ({error.strerror})", where=path
             ) from error
         # of another boot, or a number that was used again
         if driver.saved is not None or not is_running(self.writer):

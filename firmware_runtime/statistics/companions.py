@@ -47,9 +47,9 @@ def check_ending(statistics: Path) -> None:
         os.path.exists(statistics) and not os.path.isfile(statistics)  # noqa: PTH110, PTH113
     )
     if not statistics.name or is_taken:
-        raise StatisticsFileError(f"{str(statistics)!r}: expected the path of a file")
+        raise StatisticsFileError("expected the path of a file", where=f"{str(statistics)!r}")
     if statistics.suffix in set(Companion):
         raise StatisticsFileError(
-            f"{statistics}: expected another ending; {statistics.suffix} is for a file beside "
-            "statistics"
+            f"expected another ending; {statistics.suffix} is for a file beside statistics",
+            where=statistics,
         )

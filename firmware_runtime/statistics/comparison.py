@@ -58,7 +58,7 @@ def difference(later: Statistics, earlier: Statistics) -> Statistics:
     Raises StatisticsFileError when they are not of one run, or not in this order.
     """
     if not same_run(later, earlier):
-        raise StatisticsFileError("these statistics are of two runs; expected two moments of one")
+        raise StatisticsFileError("these statistics are of two runs", expected="two moments of one")
     layout = later.layout
     cells = _copy_of(later)
     for index in _counters(layout):
@@ -128,12 +128,12 @@ def _demand_alike(runs: Sequence[Statistics]) -> None:
     first = runs[0]
     if any(run.layout != first.layout for run in runs):
         raise StatisticsFileError(
-            "these runs have different models, lines or deadlines; expected runs of one board"
+            "these runs have different models, lines or deadlines", expected="runs of one board"
         )
     if any(run.header.models != first.header.models for run in runs):
         raise StatisticsFileError(
-            "these runs have different periods, tolerances or policies of models; "
-            "expected runs with the same settings"
+            "these runs have different periods, tolerances or policies of models",
+            expected="runs with the same settings",
         )
 
 

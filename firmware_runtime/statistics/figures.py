@@ -230,5 +230,7 @@ def figures_of(printed: str | bytes, source: str) -> Figures:
         return convert({**found, "conditions": {"stated": conditions, **apart}}, Figures)
     except (ValueError, RecursionError) as error:  # msgspec's errors are ValueErrors
         raise StatisticsFileError(
-            f"{source}: {in_words(error)}; expected what `stats --json` prints, of schema {SCHEMA}"
+            in_words(error),
+            where=source,
+            expected=f"what `stats --json` prints, of schema {SCHEMA}",
         ) from error

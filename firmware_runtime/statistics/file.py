@@ -38,14 +38,16 @@ def save(statistics: Statistics, path: Path) -> None:
     Raises StatisticsFileError when it cannot be written, or a run's own file is there.
     """
     if _is_a_run_s_own(path):
-        raise StatisticsFileError(f"{path}: the file of a run itself; expected another for a copy")
+        raise StatisticsFileError(
+            "the file of a run itself", where=path, expected="another for a copy"
+        )
     header = replace(statistics.header, saved=Saved(statistics.writer_alive, statistics.complete))
     content = STATISTICS.encode(header.as_json(), len(statistics.cells)) + bytes(statistics.cells)
     try:
         keep_file(path, content)
     except OSError as error:
         fault = f"{path}: the statistics cannot be kept there ({error.strerror})"
-        raise StatisticsFileError(f"{fault}; expected a file that this user may write") from error
+        raise StatisticsFileError(fault, expected="a file that this user may write") from error
 
 
 def driver_of(file: ReadableFile) -> Driver:

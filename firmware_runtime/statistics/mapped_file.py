@@ -75,7 +75,7 @@ class Kind(Struct, frozen=True):
             if error.errno in OF_THE_MACHINE:
                 raise NoRoomError(f"{fault}; {ROOM_EXPECTED}") from error
             raise StatisticsFileError(
-                f"{fault}; expected a directory that this user may write"
+                fault, expected="a directory that this user may write"
             ) from error
         return memoryview(memory)[len(start) :].cast("q")
 
@@ -93,12 +93,12 @@ class Kind(Struct, frozen=True):
             fault = f"{path}: the {self.name} cannot be {action} ({error.strerror})"
             is_closed = isinstance(error, PermissionError)
             expected = "the user of that run, or root" if is_closed else "a run to have written it"
-            raise StatisticsFileError(f"{fault}; expected {expected}") from error
+            raise StatisticsFileError(fault, expected=expected) from error
         try:
             yield ReadableFile(self, path, descriptor)
         except OSError as error:  # a directory, a disk that fails
             fault = f"{path}: {error.strerror}"
-            raise StatisticsFileError(f"{fault}; expected a {self.name}") from error
+            raise StatisticsFileError(fault, expected=f"a {self.name}") from error
         finally:
             os.close(descriptor)
 
@@ -136,7 +136,7 @@ class ReadableFile:
         _, schema, size, header_size = PREFIX.unpack(prefix)
         if schema != kind.schema:
             raise StatisticsFileError(
-                f"{self.path}: schema {schema}; this program reads schema {kind.schema}"
+                f"schema {schema}; this program reads schema {kind.schema}", where=self.path
             )
         return size, header_size
 
@@ -163,7 +163,7 @@ class ReadableFile:
 
     def damaged(self, fault: str) -> StatisticsFileError:
         """An error that says what is wrong with this file."""
-        return StatisticsFileError(f"{self.path}: not a whole {self._kind.name}: {fault}")
+        return StatisticsFileError(f"not a whole {self._kind.name}: {fault}", where=self.path)
 
     def header_as(self, kind: type[T]) -> T:
         """The header, typed. Raises StatisticsFileError that says which part is of no use."""

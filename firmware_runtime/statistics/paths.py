@@ -49,12 +49,14 @@ def find_statistics(board: str | None = None) -> Path:
     fault = f"no statistics of {board or 'any board'} in {looked_in or 'any directory'}"
     if closed:
         raise StatisticsFileError(
-            f"{fault}, and {closed[0]} is closed to this user; expected root or a member of its "
-            f"group, {_group(closed[0])}"
+            f"{fault}, and {closed[0]} is closed to this user",
+            expected=f"root or a member of its group, {_group(closed[0])}",
         )
     is_file = board is not None and os.path.exists(board)  # noqa: PTH110 -- never raises
     hint = f", or --statistics {board} for that file" if is_file else ""
-    raise StatisticsFileError(f"{fault}{not_looked_in()}; expected a run to have left some{hint}")
+    raise StatisticsFileError(
+        f"{fault}{not_looked_in()}", expected=f"a run to have left some{hint}"
+    )
 
 
 def all_statistics(board: str | None = None) -> dict[str, Path]:
@@ -146,7 +148,7 @@ def _claimed(directory: Path) -> Path:
     directory.mkdir(mode=0o700, exist_ok=True)
     status = directory.lstat()
     if not stat.S_ISDIR(status.st_mode) or status.st_uid != os.geteuid():
-        raise StatisticsFileError(f"{directory}: belongs to another user; expected to own it")
+        raise StatisticsFileError("belongs to another user", where=directory, expected="to own it")
     if status.st_mode & (stat.S_IWGRP | stat.S_IWOTH):
         directory.chmod(0o700)
     return directory

@@ -83,11 +83,11 @@ def _busy(file: ReadableFile, header: Header, *, stopped: bool) -> BeingWrittenE
     writer = f"{file.path}: process {header.writer.pid}"
     if stopped:
         return BeingWrittenError(
-            f"{writer} stands still and keeps the file half written; "
-            "expected a section of a few microseconds, the process may be stopped"
+            f"{writer} stands still and keeps the file half written",
+            expected="a section of a few microseconds, the process may be stopped",
         )
     return BeingWrittenError(
-        f"{writer} writes without a pause; expected one between two steps, its loop is overloaded"
+        f"{writer} writes without a pause", expected="one between two steps, its loop is overloaded"
     )
 
 

@@ -33,7 +33,7 @@ class TraceFile(Closing):
             self._file = path.open("wb", buffering=1 << 16)
         except OSError as error:
             fault = f"{path}: the trace cannot be written ({error.strerror})"
-            raise TraceFileError(f"{fault}; expected a file that can be made") from error
+            raise TraceFileError(fault, expected="a file that can be made") from error
 
     def write(self, at: int, port: str, value: object) -> None:
         """Add one message; none after one that failed."""
@@ -53,8 +53,9 @@ class TraceFile(Closing):
             self._failure = self._failure or error
         if self._failure is not None:
             raise TraceNotWholeError(
-                f"{self._path}: the trace ends early ({self._failure.strerror}); expected room for "
-                "all of it; the run went on to its end"
+                f"the trace ends early ({self._failure.strerror})",
+                where=self._path,
+                expected="room for all of it; the run went on to its end",
             ) from self._failure
 
 

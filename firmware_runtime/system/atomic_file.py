@@ -114,4 +114,4 @@ def read_text(path: Path) -> str:
     try:
         return read_content(path).decode("utf-8-sig")
     except UnicodeDecodeError as error:
-        raise ConfigError.of_one(str(path), "cannot be read: not UTF-8; expected text") from error
+        raise ConfigError.of_one(str(path), "cannot be read: not UTF-8", expected="text") from error

@@ -18,6 +18,7 @@ def refuse_ros() -> None:
         if os.path.isdir(f"{folder}/rclpy"):  # noqa: PTH112 -- pathlib takes three times as long
             raise ConfigError.of_one(
                 folder,
-                "has rclpy; expected a run in an environment without it, and the node of ROS 2 in "
-                "one of its own: docs/ros2.md",
+                "has rclpy",
+                expected="a run in an environment without it, and the node of ROS 2 in one of "
+                "its own: docs/ros2.md",
             )

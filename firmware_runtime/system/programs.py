@@ -55,9 +55,9 @@ def run_program(
         )
     except OSError as error:
         fault = f"cannot be run ({error.strerror}), expected it on the path"
-        raise ProgramFailed(f"{words[0]}: {fault}") from error
+        raise ProgramFailed(fault, where=words[0]) from error
     except subprocess.TimeoutExpired as error:
-        raise ProgramFailed(f"{words[0]}: no end after {timeout_s:g} s") from error
+        raise ProgramFailed(f"no end after {timeout_s:g} s", where=words[0]) from error
     return Ended(done.returncode, done.stdout, done.stderr)
 
 
@@ -71,7 +71,7 @@ def answer_of(
     ended = run_program(words, timeout_s=timeout_s, environment=environment)
     if ended.status != 0:
         fault = f"ended with status {ended.status}: {ended.complaint or 'it said nothing'}"
-        raise ProgramFailed(f"{shlex.join(words)}: {fault}")
+        raise ProgramFailed(fault, where=shlex.join(words))
     return ended.out
 
 

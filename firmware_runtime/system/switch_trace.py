@@ -163,6 +163,7 @@ def _mount(source: bytes, target: bytes, kind: bytes | None, flags: int) -> None
 
 def _refused(place: Path, fault: OSError) -> NoTracingError:
     return NoTracingError(
-        f"{place}: the kernel's tracing cannot be used ({fault.strerror}); expected root, or "
-        "tracefs that this user may write"
+        f"the kernel's tracing cannot be used ({fault.strerror})",
+        where=place,
+        expected="root, or tracefs that this user may write",
     )

@@ -75,7 +75,7 @@ class _Stopping:
         """Raises BusFault where it is to fail."""
         answer = self.asked[key] = self._answers.get(key, bytes(length))
         if self.fails:
-            raise BusFault(f"{key[0]}: fails, so that what follows a failure is seen")
+            raise BusFault("fails, so that what follows a failure is seen", where=key[0])
         return answer
 
 

@@ -23,7 +23,7 @@ class EnableLineDouble(EnableLine):
     def set(self, enabled: bool) -> None:  # noqa: FBT001 -- a line has two levels
         """Let outputs through or not."""
         if self._closed:
-            raise PortClosed(f"{self.name}: the line was used after it was closed")
+            raise PortClosed("the line was used after it was closed", where=self.name)
         self._let_through(enabled=enabled)
 
     def close(self) -> None:

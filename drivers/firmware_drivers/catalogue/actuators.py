@@ -54,8 +54,9 @@ class _Kept:
         found = self._read()
         if found != self._kept:
             raise NotReady(
-                f"{self._place}: outputs read {found.hex(' ')}, expected {self._kept.hex(' ')}; "
-                "another program has changed them, or switched them off"
+                f"outputs read {found.hex(' ')}, expected {self._kept.hex(' ')}; "
+                "another program has changed them, or switched them off",
+                where=self._place,
             )
         return False
 

@@ -66,8 +66,8 @@ def _pwm_registers(bus: I2cBus, address: int) -> bytes:
     found = b"".join(bus.write_read(address, bytes((each,)), 1) for each in registers)
     if found[1] & 0xE0 or found[2:] != _POWER_UP:
         raise WrongDevice(
-            f"0x{address:02x} on {bus.name}: registers 0 to 5 read {found.hex(' ')}, expected "
-            f"MODE2 below 20 and {_POWER_UP.hex(' ')}"
+            f"0x{address:02x} on {bus.name}: registers 0 to 5 read {found.hex(' ')}",
+            expected=f"MODE2 below 20 and {_POWER_UP.hex(' ')}",
         )
     return found
 

@@ -134,7 +134,7 @@ class Ads1115:
         if address not in ADDRESSES:
             faults.append(f"address: 0x{address:02x}, expected 0x48 to 0x4b")
         if faults:
-            raise SettingError(f"{self.place}: {'; '.join(faults)}")
+            raise SettingError("; ".join(faults), where=self.place)
         self.line = self._bus = bus
         self.conversion_ns = conversion_ns(self.settings.rate_sps)
         self._full_scale_v = self.settings.full_scale_v
@@ -164,8 +164,9 @@ class Ads1115:
         found = [self._read(register) for register in (LO_THRESH, HI_THRESH)]
         if found != [0x8000, 0x7FFF]:
             raise WrongDevice(
-                f"{self.place}: Lo_thresh, Hi_thresh read {found[0]:04x} {found[1]:04x}, "
-                "expected 8000 7fff"
+                f"Lo_thresh, Hi_thresh read {found[0]:04x} {found[1]:04x}",
+                where=self.place,
+                expected="8000 7fff",
             )
 
     def verify(self) -> None:
@@ -181,7 +182,9 @@ class Ads1115:
         """
         if inputs not in CODES_OF_INPUTS:
             choices = ", ".join(CODES_OF_INPUTS)
-            raise SettingError(f"{self.place}: inputs: {inputs!r}, expected one of {choices}")
+            raise SettingError(
+                f"inputs: {inputs!r}", where=self.place, expected=f"one of {choices}"
+            )
         return (Step(f"convert {inputs}", partial(self._start, inputs), self.conversion_ns),)
 
     def read_voltage(self) -> float:
@@ -193,18 +196,23 @@ class Ads1115:
         NoAcknowledge if it is gone.
         """
         if not self._is_measuring:
-            raise NotReady(f"{self.place}: no conversion to read, expected one started, not read")
+            raise NotReady(
+                "no conversion to read", where=self.place, expected="one started, not read"
+            )
         config = self._read(CONFIG)
         self._compare(config)
         if not config & OS:
-            raise NotReady(f"{self.place}: Config reads {config:04x}, expected OS set, a code done")
+            raise NotReady(
+                f"Config reads {config:04x}", where=self.place, expected="OS set, a code done"
+            )
         code = self._read(CONVERSION)
         self._is_measuring = False
         signed = code - 0x10000 if code & 0x8000 else code
         if signed in {LEAST, LARGEST}:
             raise NotReady(
-                f"{self.place}: code reads {code:04x}, expected a voltage within "
-                f"{self._full_scale_v} V"
+                f"code reads {code:04x}",
+                where=self.place,
+                expected=f"a voltage within {self._full_scale_v} V",
             )
         self._prove(signed)
         return signed * self._full_scale_v / -LEAST
@@ -217,10 +225,12 @@ class Ads1115:
             self._write_config(self._config)
             found = self._read(CONFIG)
         except NoAcknowledge as error:
-            raise NoAcknowledge(f"{self.place}: no answer, expected Config") from error
+            raise NoAcknowledge("no answer", where=self.place, expected="Config") from error
         if (found ^ self._config) & ~OS:
             raise WrongDevice(
-                f"{self.place}: Config reads {found:04x}, expected {self._config:04x} as written"
+                f"Config reads {found:04x}",
+                where=self.place,
+                expected=f"{self._config:04x} as written",
             )
 
     def _find_it_idle(self) -> None:
@@ -228,8 +238,9 @@ class Ads1115:
         found = self._read(CONFIG)
         if not found & OS:
             raise WrongDevice(
-                f"{self.place}: not an ADS1115: Config reads {found:04x} with no conversion begun, "
-                "expected OS set"
+                f"not an ADS1115: Config reads {found:04x} with no conversion begun",
+                where=self.place,
+                expected="OS set",
             )
 
     def _prove(self, code: int) -> None:
@@ -264,8 +275,9 @@ class Ads1115:
     def _compare(self, found: int) -> None:
         if (found ^ self._config) & ~OS:
             raise NotReady(
-                f"{self.place}: Config reads {found:04x}, expected {self._config:04x} but for OS; "
-                "it was reset or written to by another program"
+                f"Config reads {found:04x}, expected {self._config:04x} but for OS; it "
+                "was reset or written to by another program",
+                where=self.place,
             )
 
     def _read(self, register: int) -> int:

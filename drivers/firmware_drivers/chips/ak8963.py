@@ -85,18 +85,23 @@ class Ak8963:
             found = self._read(WIA, 1)[0]
         except NoAcknowledge as error:
             raise NoAcknowledge(
-                f"{self.place}: no answer, expected WIA {IDENTITY:02x}; behind an MPU-9250 it "
-                "shows in bypass only"
+                f"no answer, expected WIA {IDENTITY:02x}; behind an MPU-9250 it shows "
+                "in bypass only",
+                where=self.place,
             ) from error
         if found != IDENTITY:
-            raise WrongDevice(f"{self.place}: WIA reads {found:02x}, expected {IDENTITY:02x}")
+            raise WrongDevice(
+                f"WIA reads {found:02x}", where=self.place, expected=f"{IDENTITY:02x}"
+            )
 
     def verify(self) -> None:
         """Check that it still measures as brought up. Raises NotReady, as after a brown-out."""
         found = self._read(CNTL1, 1)[0]
         if found != CONTINUOUS_100_HZ_16_BIT:
             raise NotReady(
-                f"{self.place}: CNTL1 reads {found:02x}, expected {CONTINUOUS_100_HZ_16_BIT:02x}"
+                f"CNTL1 reads {found:02x}",
+                where=self.place,
+                expected=f"{CONTINUOUS_100_HZ_16_BIT:02x}",
             )
 
     def read_field(self) -> Vector:
@@ -106,10 +111,14 @@ class Ak8963:
         """
         st1, hx, hy, hz, st2 = MEASUREMENT.unpack(self._read(ST1, MEASUREMENT.size))
         if not st1 & DRDY:
-            raise NotReady(f"{self.place}: no new measurement, expected {MEASUREMENT_HZ} a second")
+            raise NotReady(
+                "no new measurement", where=self.place, expected=f"{MEASUREMENT_HZ} a second"
+            )
         if st2 & (HOFL | BITM) != BITM:
             raise NotReady(
-                f"{self.place}: ST2 reads {st2:02x}, expected {BITM:02x} (16 bits, no overflow)"
+                f"ST2 reads {st2:02x}",
+                where=self.place,
+                expected=f"{BITM:02x} (16 bits, no overflow)",
             )
         x, y, z = self.sensitivity
         return (hx * x, hy * y, hz * z)
@@ -117,7 +126,9 @@ class Ak8963:
     def _read_sensitivity(self) -> None:
         asa = self._read(ASAX, 3)
         if asa in (bytes(3), b"\xff" * 3):
-            raise NotReady(f"{self.place}: fuse ROM reads {asa.hex(' ')}, expected three factors")
+            raise NotReady(
+                f"fuse ROM reads {asa.hex(' ')}", where=self.place, expected="three factors"
+            )
         self.sensitivity = sensitivity_of(asa)
 
     def _read(self, register: int, length: int) -> bytes:

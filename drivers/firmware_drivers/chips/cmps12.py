@@ -69,7 +69,7 @@ class Cmps12:
         self.address = address
         self.place = f"CMPS12 at 0x{address:02x} on {bus.name}"
         if address not in ADDRESSES:
-            raise SettingError(f"{self.place}: expected an address from 0x60 to 0x67")
+            raise SettingError("expected an address from 0x60 to 0x67", where=self.place)
         self.line = self._bus = bus
         repeats = max(1, -(-FIELD_PERIOD_NS // period_ns))
         self._liveness = Liveness(self.place, FIELD_AXES, (FRESH_STEPS,) * 3, repeats=repeats)
@@ -88,12 +88,15 @@ class Cmps12:
         try:
             found = self._read(VERSION, IDENTITY.size)
         except NoAcknowledge as error:
-            raise NoAcknowledge(f"{self.place}: no answer, expected a software version") from error
+            raise NoAcknowledge(
+                "no answer", where=self.place, expected="a software version"
+            ) from error
         version, coarse, fine = IDENTITY.unpack(found)
         if version in NO_VERSION or fine >= CIRCLE or _are_apart(coarse, fine):
             raise WrongDevice(
-                f"{self.place}: registers 0 to 3 read {found.hex(' ')}, expected a version and the "
-                "same bearing twice; another device answers here"
+                f"registers 0 to 3 read {found.hex(' ')}, expected a version and the "
+                "same bearing twice; another device answers here",
+                where=self.place,
             )
 
     def read_bearing(self) -> Bearing:
@@ -108,11 +111,14 @@ class Cmps12:
         version, coarse, tenths, *field = READING.unpack(found)
         if version in NO_VERSION:
             raise NotReady(
-                f"{self.place}: software version reads {version:02x}, expected 01 to fe; a line is "
-                "held, or no chip drives it"
+                f"software version reads {version:02x}, expected 01 to fe; a line is "
+                "held, or no chip drives it",
+                where=self.place,
             )
         if tenths >= CIRCLE:
-            raise NotReady(f"{self.place}: bearing reads {tenths}, expected 0 to {CIRCLE - 1}")
+            raise NotReady(
+                f"bearing reads {tenths}", where=self.place, expected=f"0 to {CIRCLE - 1}"
+            )
         if _are_apart(coarse, tenths):
             expected = f"{coarse * 360 / 256:.1f} degrees, as its 256ths say"
             raise Implausible(self.place, "bearing", tenths / 10, expected)

@@ -42,7 +42,7 @@ class HBridge:
         self.place = f"H-bridge on channels {pwm_channel}, {in1}, {in2} of {chip.place}"
         self.wires = Wires(pwm_channel, in1, in2)
         if len(set(self.wires)) != 3 or not all(0 <= wire < CHANNELS for wire in self.wires):
-            raise SettingError(f"{self.place}: expected three different channels from 0 to 15")
+            raise SettingError("expected three different channels from 0 to 15", where=self.place)
         chip.users.add(self.place)
         self._is_one_burst = max(self.wires) - min(self.wires) == 2
 

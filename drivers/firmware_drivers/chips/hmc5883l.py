@@ -110,7 +110,7 @@ class Hmc5883l:
         self.settings = settings or Hmc5883lSettings()
         faults = self.settings.faults()
         if faults:
-            raise SettingError(f"{self.place}: {'; '.join(faults)}")
+            raise SettingError("; ".join(faults), where=self.place)
         self.measurement = (Step("measure", self._start_measurement, MEASUREMENT_NS),)
         self.line = self._bus = bus
         self._is_measuring = False
@@ -147,11 +147,11 @@ class Hmc5883l:
             found = self._read(IDENTITY_A, len(IDENTITY))
         except NoAcknowledge as error:
             raise NoAcknowledge(
-                f"{self.place}: no answer, expected the identity 48 34 33{self._others()}"
+                "no answer", where=self.place, expected=f"the identity 48 34 33{self._others()}"
             ) from error
         if found != IDENTITY:
             raise WrongDevice(
-                f"{self.place}: identity reads {found.hex(' ')}, expected 48 34 33 (H43)"
+                f"identity reads {found.hex(' ')}", where=self.place, expected="48 34 33 (H43)"
             )
 
     def verify(self) -> None:
@@ -178,8 +178,9 @@ class Hmc5883l:
         horizontal = hypot(forward, left)
         if horizontal < LEAST_HORIZONTAL_T:
             raise NotReady(
-                f"{self.place}: horizontal field is {horizontal * 1e6:.1f} uT, expected "
-                f"{LEAST_HORIZONTAL_T * 1e6:g} uT or more for a bearing"
+                f"horizontal field is {horizontal * 1e6:.1f} uT",
+                where=self.place,
+                expected=f"{LEAST_HORIZONTAL_T * 1e6:g} uT or more for a bearing",
             )
         return Bearing(in_circle(math.degrees(atan2(left, forward))), None)
 
@@ -200,8 +201,9 @@ class Hmc5883l:
                 axis for axis, count in zip("xyz", counts, strict=True) if count == OVERFLOW
             )
             raise NotReady(
-                f"{self.place}: field beyond the range on sensor axis {axes}, expected within "
-                f"{self.settings.range_gauss} G"
+                f"field beyond the range on sensor axis {axes}",
+                where=self.place,
+                expected=f"within {self.settings.range_gauss} G",
             )
         self._liveness.check(counts)
         x, y, z = (
@@ -215,12 +217,14 @@ class Hmc5883l:
     def _read_counts(self) -> tuple[int, int, int]:
         """Read a finished measurement, counts by sensor axis x, y, z."""
         if not self._is_measuring:
-            raise NotReady(f"{self.place}: no measurement to read, expected one started, not read")
+            raise NotReady(
+                "no measurement to read", where=self.place, expected="one started, not read"
+            )
         cra, crb, mode, x, z, y = READING.unpack(self._read(CRA, READING.size))
         self._compare((cra, crb))
         if not mode & IDLE:
             raise NotReady(
-                f"{self.place}: MODE reads {mode:02x}, expected 02 or 03, a measurement done"
+                f"MODE reads {mode:02x}", where=self.place, expected="02 or 03, a measurement done"
             )
         self._is_measuring = False
         return (x, y, z)
@@ -228,8 +232,10 @@ class Hmc5883l:
     def _compare(self, found: tuple[int, ...]) -> None:
         if found != self._registers:
             raise NotReady(
-                f"{self.place}: CRA, CRB read {bytes(found).hex(' ')}, expected "
-                f"{bytes(self._registers).hex(' ')}; it was reset or written to by another program"
+                f"CRA, CRB read {bytes(found).hex(' ')}, expected "
+                f"{bytes(self._registers).hex(' ')}; it was reset or written to by "
+                "another program",
+                where=self.place,
             )
 
     def _others(self) -> str:

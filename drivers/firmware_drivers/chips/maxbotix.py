@@ -93,7 +93,7 @@ class Maxbotix:
     def __init__(self, port: SerialPort, family: str) -> None:
         self.place = f"MaxBotix {family} on {port.name}"
         if family not in FAMILIES:
-            raise SettingError(f"{self.place}: expected one of {', '.join(FAMILIES)}")
+            raise SettingError(f"expected one of {', '.join(FAMILIES)}", where=self.place)
         self.family = FAMILIES[family]
         self.ranging_ns = self.family.cycle_ns * 11 // 10 + FRAME_NS
         self.interval_ns = self.ranging_ns
@@ -126,14 +126,18 @@ class Maxbotix:
         measures; BusFault or PortClosed.
         """
         if self._unread is None:
-            raise NotReady(f"{self.place}: no ranging to read, expected one started and not read")
+            raise NotReady(
+                "no ranging to read", where=self.place, expected="one started and not read"
+            )
         arrived = self._port.read_available()
         counts = self._decoder.feed(arrived)
         if not counts:
             self._unread = (self._unread + arrived)[-SHOWN:]
-            raise NotReady(f"{self.place}: {self._what_came(self._unread)}")
+            raise NotReady(self._what_came(self._unread), where=self.place)
         if counts[-1] == 0:
-            raise NotReady(f"{self.place}: a frame says 0, expected its least distance or more")
+            raise NotReady(
+                "a frame says 0", where=self.place, expected="its least distance or more"
+            )
         self._unread = None
         if counts[-1] >= self.family.nothing_from:
             return math.inf

@@ -98,7 +98,7 @@ class Md25:
         if address not in ADDRESSES:
             faults = (f"address: 0x{address:02x}, expected 0x58 to 0x5f", *faults)
         if faults:
-            raise SettingError(f"{self.place}: {'; '.join(faults)}")
+            raise SettingError("; ".join(faults), where=self.place)
         self.line = self._bus = bus
         self._acceleration = settings.acceleration
         self._is_up = False
@@ -130,12 +130,16 @@ class Md25:
         try:
             found = self._read(REVISION, SETTINGS.size)
         except NoAcknowledge as error:
-            raise NoAcknowledge(f"{self.place}: no answer, expected a software revision") from error
+            raise NoAcknowledge(
+                "no answer", where=self.place, expected="a software revision"
+            ) from error
         revision, acceleration, mode = SETTINGS.unpack(found)
         if revision in (0x00, 0xFF) or acceleration == 0 or mode > 3:
             raise WrongDevice(
-                f"{self.place}: registers 13 to 15 read {found.hex(' ')}, expected a revision, an "
-                "acceleration of 01 or more and a mode of 03 at most; another device answers here"
+                f"registers 13 to 15 read {found.hex(' ')}, expected a revision, an "
+                "acceleration of 01 or more and a mode of 03 at most; another device "
+                "answers here",
+                where=self.place,
             )
 
     def verify(self) -> None:
@@ -156,7 +160,9 @@ class Md25:
         if not (-1.0 <= left <= 1.0 and -1.0 <= right <= 1.0):
             raise ValueError(f"{self.place}: speeds {left}, {right}, expected -1 to 1")
         if not self._is_up:
-            raise NotReady(f"{self.place}: speeds before bring-up, expected it brought up first")
+            raise NotReady(
+                "speeds before bring-up", where=self.place, expected="it brought up first"
+            )
         report = REPORT.unpack(self._read(ENCODER1, REPORT.size))
         left_encoder, right_encoder, battery, left_current, right_current, *settings = report
         self._compare(*settings)
@@ -216,8 +222,10 @@ class Md25:
         self._is_up = (acceleration, mode) == (self._acceleration, UNSIGNED)
         if not self._is_up:
             raise NotReady(
-                f"{self.place}: acceleration, mode read {acceleration}, {mode}, expected "
-                f"{self._acceleration}, {UNSIGNED}; it was reset or written to by another program"
+                f"acceleration, mode read {acceleration}, {mode}, expected "
+                f"{self._acceleration}, {UNSIGNED}; it was reset or written to by "
+                "another program",
+                where=self.place,
             )
 
     def _read(self, register: int, length: int) -> bytes:

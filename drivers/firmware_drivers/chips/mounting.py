@@ -44,11 +44,13 @@ def parse_mounting(text: str) -> Mounting:
     )
     if not well_formed or len({word[1] for word in words}) != 3:
         raise SettingError(
-            f"mounting: {text!r}, expected each of x, y, z once with a sign, such as '+x +y +z'"
+            f"{text!r}",
+            where="mounting",
+            expected="each of x, y, z once with a sign, such as '+x +y +z'",
         )
     x, y, z = (_AXES[word[1]] for word in words)
     sx, sy, sz = (_SIGNS[word[0]] for word in words)
     handedness = 1 if (x, y, z) in _EVEN else -1
     if handedness * sx * sy * sz != 1:
-        raise SettingError(f"mounting: {text!r} is a mirror image, expected a rotation")
+        raise SettingError(f"{text!r} is a mirror image", where="mounting", expected="a rotation")
     return Mounting((x, y, z), (sx, sy, sz))

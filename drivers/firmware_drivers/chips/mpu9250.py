@@ -95,7 +95,7 @@ class Mpu9250:
         self.place = f"MPU-9250 at 0x{address:02x} on {bus.name}"
         faults = self.settings.faults()
         if faults:
-            raise SettingError(f"{self.place}: {'; '.join(faults)}")
+            raise SettingError("; ".join(faults), where=self.place)
         self.warnings: list[str] = []
         self.has_magnetometer = False
         self.line = self._bus = bus
@@ -145,7 +145,7 @@ class Mpu9250:
         try:
             found = self._read(WHO_AM_I, 1)[0]
         except NoAcknowledge as error:
-            raise NoAcknowledge(f"{self.place}: no answer, expected WHO_AM_I 71") from error
+            raise NoAcknowledge("no answer", where=self.place, expected="WHO_AM_I 71") from error
         if found in KNOWN:
             return
         if found in COMPATIBLE or found in self.settings.also_accept:
@@ -154,7 +154,9 @@ class Mpu9250:
             return
         who = INCOMPATIBLE.get(found, "an unknown chip")
         raise WrongDevice(
-            f"{self.place}: WHO_AM_I reads {found:02x}, {who}; expected 71 (or 73, 70, 74, 75, 78)"
+            f"WHO_AM_I reads {found:02x}, {who}",
+            where=self.place,
+            expected="71 (or 73, 70, 74, 75, 78)",
         )
 
     def verify(self) -> None:
@@ -166,8 +168,9 @@ class Mpu9250:
         expected = self.settings.registers()
         if found != expected:
             raise NotReady(
-                f"{self.place}: registers 19 to 1d read {found.hex(' ')}, expected "
-                f"{expected.hex(' ')}; it was reset or written to by another program"
+                f"registers 19 to 1d read {found.hex(' ')}, expected "
+                f"{expected.hex(' ')}; it was reset or written to by another program",
+                where=self.place,
             )
 
     def open_bypass(self) -> tuple[Step, ...]:
@@ -198,7 +201,7 @@ class Mpu9250:
         """
         decoder = self._decoder
         if decoder is None:
-            raise NotReady(f"{self.place}: read before bring-up, expected it brought up first")
+            raise NotReady("read before bring-up", where=self.place, expected="it brought up first")
         burst = self._bus.transaction(self.address, decoder.messages)
         return decoder.decode(burst, self._checks, rate_bias)
 

@@ -143,8 +143,9 @@ class FieldDecoder:
             return (field[i] * x, field[j] * y, field[k] * z), False
         if measurement == _UNFETCHED:
             raise NotReady(
-                f"{self._place}: the auxiliary master's data are all zero, expected ST2 "
-                f"{BITM:02x}; the chip was reset since bring-up"
+                f"the auxiliary master's data are all zero, expected ST2 {BITM:02x}; "
+                "the chip was reset since bring-up",
+                where=self._place,
             )
         return None, bool(st1 & DRDY and st2 & HOFL)
 
@@ -194,16 +195,20 @@ class BurstDecoder:
         status, ax, ay, az, temperature, gx, gy, gz = _INERTIAL.unpack_from(burst)
         if burst[1:_FIELD_AT] in _SILENCE:
             raise NotReady(
-                f"{self._place}: acceleration, temperature and rate all read {burst[1]:02x}, "
-                "expected a sample; the chip is absent or was reset"
+                f"acceleration, temperature and rate all read {burst[1]:02x}, expected "
+                "a sample; the chip is absent or was reset",
+                where=self._place,
             )
         if enabled != RAW_RDY_EN:
             raise NotReady(
-                f"{self._place}: INT_ENABLE reads {enabled:02x}, expected {RAW_RDY_EN:02x}; the "
-                "chip was reset since bring-up"
+                f"INT_ENABLE reads {enabled:02x}, expected {RAW_RDY_EN:02x}; the chip "
+                "was reset since bring-up",
+                where=self._place,
             )
         if not status & RAW_DATA_RDY:
-            raise NotReady(f"{self._place}: INT_STATUS reads {status:02x}, expected a new sample")
+            raise NotReady(
+                f"INT_STATUS reads {status:02x}", where=self._place, expected="a new sample"
+            )
         checks.check((ax, ay, az, gx, gy, gz))
         field, overflow = None, False
         if self.field is not None:

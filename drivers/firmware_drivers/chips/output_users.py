@@ -20,8 +20,9 @@ class OutputUsers:
         if alone is not None and self._names:
             other = self._names[0] if stops_all else name
             raise SettingError(
-                f"{self._place}: {alone} turns all outputs off when it stops, and {other} drives "
-                f"some of them; expected a chip of its own for {alone}"
+                f"{alone} turns all outputs off when it stops, and {other} drives some of them",
+                where=self._place,
+                expected=f"a chip of its own for {alone}",
             )
         self._names.append(name)
         self._stops_all = alone

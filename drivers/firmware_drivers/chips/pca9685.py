@@ -131,8 +131,9 @@ class Pca9685:
     def _verify_at(self, frequency_hz: float) -> None:
         if prescale_for(frequency_hz, self._osc_hz) != self._prescale:
             raise SettingError(
-                f"{self.place}: runs at {self.frequency_hz:.1f} Hz, and {frequency_hz} Hz is "
-                "wanted as well; expected one rate for all its outputs"
+                f"runs at {self.frequency_hz:.1f} Hz, and {frequency_hz} Hz is wanted as well",
+                where=self.place,
+                expected="one rate for all its outputs",
             )
         self.verify()
 
@@ -147,7 +148,7 @@ class Pca9685:
             self.stop_all()
             self._write(MODE1, AI)
         except NoAcknowledge as error:
-            raise NoAcknowledge(f"{self.place}: no answer, expected a PCA9685") from error
+            raise NoAcknowledge("no answer", where=self.place, expected="a PCA9685") from error
 
     def identify(self) -> None:
         """Check that this can be a PCA9685 at all: it has no identity register.
@@ -161,19 +162,24 @@ class Pca9685:
         fixed_zeros = mode2 & 0xE0 == 0 and not any(address & 1 for address in addresses)
         if mode1 & ~(RESTART | EXTCLK) != AI or not fixed_zeros:
             raise WrongDevice(
-                f"{self.place}: registers 0 to 5 read {found.hex(' ')}, expected MODE1 20, MODE2 "
-                "below 20 and four even address registers; another device answers here"
+                f"registers 0 to 5 read {found.hex(' ')}, expected MODE1 20, MODE2 "
+                "below 20 and four even address registers; another device answers "
+                "here",
+                where=self.place,
             )
         off = self._read(LED0_ON_L + 3)[0]
         if not off & FULL:
             raise WrongDevice(
-                f"{self.place}: not a PCA9685: LED0_OFF_H reads {off:02x} after full-off was "
-                "written to all outputs at once, expected 10"
+                f"not a PCA9685: LED0_OFF_H reads {off:02x} after full-off was written "
+                "to all outputs at once",
+                where=self.place,
+                expected="10",
             )
         if mode1 & EXTCLK:
             raise NotReady(
-                f"{self.place}: MODE1 reads {mode1:02x}, EXTCLK is latched and no PWM can run; "
-                "expected 20; switch its power off and on, or send a software reset"
+                f"MODE1 reads {mode1:02x}, EXTCLK is latched and no PWM can run",
+                where=self.place,
+                expected="20; switch its power off and on, or send a software reset",
             )
 
     def verify(self) -> None:
@@ -194,8 +200,9 @@ class Pca9685:
         if found != expected:
             self.is_running = False
             raise NotReady(
-                f"{self.place}: MODE1, MODE2, PRE_SCALE read {found.hex(' ')}, expected "
-                f"{expected.hex(' ')}; it was reset or written to by another program"
+                f"MODE1, MODE2, PRE_SCALE read {found.hex(' ')}, expected "
+                f"{expected.hex(' ')}; it was reset or written to by another program",
+                where=self.place,
             )
 
     # Outputs ------------------------------------------------------------------------------------
@@ -208,7 +215,9 @@ class Pca9685:
         bring-up; nothing was sent then.
         """
         if not self.is_running:
-            raise NotReady(f"{self.place}: duties before bring-up, expected it brought up first")
+            raise NotReady(
+                "duties before bring-up", where=self.place, expected="it brought up first"
+            )
         try:
             burst, made = burst_of(first_channel, duties, self._on_step)
         except ValueError as error:

@@ -15,15 +15,20 @@ def prescale_for(frequency_hz: float, osc_hz: float = NOMINAL_OSC_HZ) -> int:
     Data sheet 7.3.5: round(osc / (4096 f)) - 1, from 3 to 255, so 24 Hz to 1526 Hz.
     """
     if not 20e6 <= osc_hz <= 30e6:
-        raise SettingError(f"PCA9685 oscillator: osc_hz is {osc_hz}, expected 20e6 to 30e6")
+        raise SettingError(
+            f"osc_hz is {osc_hz}", where="PCA9685 oscillator", expected="20e6 to 30e6"
+        )
     if not 24 <= frequency_hz <= 1526:
-        raise SettingError(f"PCA9685 frequency: {frequency_hz} Hz, expected 24 to 1526 Hz")
+        raise SettingError(
+            f"{frequency_hz} Hz", where="PCA9685 frequency", expected="24 to 1526 Hz"
+        )
     prescale = round(osc_hz / (COUNTS * frequency_hz)) - 1
     if not 3 <= prescale <= 255:
         slowest, fastest = actual_frequency_hz(255, osc_hz), actual_frequency_hz(3, osc_hz)
         raise SettingError(
-            f"PCA9685 frequency: {frequency_hz} Hz, expected {slowest:.1f} to {fastest:.1f} Hz "
-            f"from an oscillator of {osc_hz:.0f} Hz"
+            f"{frequency_hz} Hz",
+            where="PCA9685 frequency",
+            expected=f"{slowest:.1f} to {fastest:.1f} Hz from an oscillator of {osc_hz:.0f} Hz",
         )
     return prescale
 

@@ -55,7 +55,7 @@ class RegisterChip:
         self.place = f"{self.chip} at 0x{address:02x} on {bus.name}"
         if address not in self.addresses:
             expected = ", ".join(f"0x{each:02x}" for each in self.addresses)
-            raise SettingError(f"{self.place}: address 0x{address:02x}, expected {expected}")
+            raise SettingError(f"address 0x{address:02x}", where=self.place, expected=expected)
         self.line = self._bus = bus
 
     def bring_up(self) -> tuple[Step, ...]:
@@ -76,8 +76,9 @@ class RegisterChip:
         for register, word, expected in found:
             if expected is not None and word != expected:
                 raise WrongDevice(
-                    f"{self.place}: {register.name} reads {_hex(register, word)}, "
-                    f"expected {_hex(register, expected)}"
+                    f"{register.name} reads {_hex(register, word)}",
+                    where=self.place,
+                    expected=_hex(register, expected),
                 )
         return ", ".join(
             f"{register.name} reads {_hex(register, word)}" for register, word, _ in found
@@ -89,8 +90,10 @@ class RegisterChip:
             found = self.read(register)
             if (found ^ word) & kept_bits:
                 raise NotReady(
-                    f"{self.place}: {register.name} reads {_hex(register, found)}, "
-                    f"expected {_hex(register, word)}; it was reset or another program wrote to it"
+                    f"{register.name} reads {_hex(register, found)}, expected "
+                    f"{_hex(register, word)}; it was reset or another program wrote to "
+                    "it",
+                    where=self.place,
                 )
 
     def read(self, register: ChipRegister) -> int:
@@ -98,7 +101,7 @@ class RegisterChip:
         try:
             found = self._bus.write_read(self.address, bytes((register.address,)), register.bytes)
         except NoAcknowledge as error:
-            raise NoAcknowledge(f"{self.place}: no answer, expected {register.name}") from error
+            raise NoAcknowledge("no answer", where=self.place, expected=register.name) from error
         return int.from_bytes(found, register.order, signed=register.signed)
 
     def write(self, register: ChipRegister, word: int) -> None:
@@ -107,7 +110,7 @@ class RegisterChip:
         try:
             self._bus.write(self.address, bytes((register.address,)) + data)
         except NoAcknowledge as error:
-            raise NoAcknowledge(f"{self.place}: no answer, expected {register.name}") from error
+            raise NoAcknowledge("no answer", where=self.place, expected=register.name) from error
 
     def read_by_name(self, name: str) -> int:
         """Read a register by its name, as the contract of chips and consoles have it."""

@@ -87,7 +87,7 @@ class Sabertooth:
         if address not in ADDRESSES:
             faults = (f"address: {address}, expected 128 to 135", *faults)
         if faults:
-            raise SettingError(f"{self.place}: {'; '.join(faults)}")
+            raise SettingError("; ".join(faults), where=self.place)
         self.timeout_ns = settings.timeout_ns
         self.line = self._port = port
         self._autobaud = settings.autobaud

@@ -115,7 +115,7 @@ class Srf08:
         if address not in ADDRESSES:
             faults = (f"address: 0x{address:02x}, expected 0x70 to 0x7f", *faults)
         if faults:
-            raise SettingError(f"{self.place}: {'; '.join(faults)}")
+            raise SettingError("; ".join(faults), where=self.place)
         self.ranging_ns = (1 + settings.range_register()) * RANGE_STEP_NS + MARGIN_NS
         self.interval_ns = INTERVAL_NS
         self.limits_m = (NEAREST_M, (1 + settings.range_register()) * RANGE_STEP_M)
@@ -165,13 +165,16 @@ class Srf08:
         in another unit.
         """
         if not self._is_ranging:
-            raise NotReady(f"{self.place}: no ranging to read, expected one started and not read")
+            raise NotReady(
+                "no ranging to read", where=self.place, expected="one started and not read"
+            )
         try:
             found = self._bus.write_read(self.address, bytes((REVISION,)), FIRST_ECHO.size)
         except NoAcknowledge as error:
             raise NotReady(
-                f"{self.place}: no answer, expected the echo {self.ranging_ns / 1e6:g} ms after "
-                "the ping; it still ranges, or is gone"
+                f"no answer, expected the echo {self.ranging_ns / 1e6:g} ms after the "
+                "ping; it still ranges, or is gone",
+                where=self.place,
             ) from error
         revision, echo = FIRST_ECHO.unpack(found)
         in_proof = self._unit() == RANGE_IN_MICROSECONDS
@@ -185,8 +188,9 @@ class Srf08:
             echo = round(echo / MICROSECONDS_PER_CM)
         if revision in NO_REVISION or echo > MOST_CM:
             raise NotReady(
-                f"{self.place}: registers 0 to 3 read {found.hex(' ')}, expected a revision from "
-                f"01 to fe and an echo of {MOST_CM} cm at most"
+                f"registers 0 to 3 read {found.hex(' ')}",
+                where=self.place,
+                expected=f"a revision from 01 to fe and an echo of {MOST_CM} cm at most",
             )
         self._is_ranging = False
         return echo / 100 if echo else math.inf
@@ -198,7 +202,9 @@ class Srf08:
                 self._bus.write(self.address, bytes((register, value)))
         except NoAcknowledge as error:
             raise NoAcknowledge(
-                f"{self.place}: no answer to a ranging command, expected the chip there and idle"
+                "no answer to a ranging command",
+                where=self.place,
+                expected="the chip there and idle",
             ) from error
 
     # What only a sonar does ---------------------------------------------------------------------
@@ -207,11 +213,14 @@ class Srf08:
         try:
             revision = self._bus.write_read(self.address, bytes((REVISION,)), 1)[0]
         except NoAcknowledge as error:
-            raise NoAcknowledge(f"{self.place}: no answer, expected a software revision") from error
+            raise NoAcknowledge(
+                "no answer", where=self.place, expected="a software revision"
+            ) from error
         if revision in NO_REVISION:
             raise WrongDevice(
-                f"{self.place}: software revision reads {revision:02x}, expected 01 to fe; "
-                "another device answers here, or a line is held"
+                f"software revision reads {revision:02x}, expected 01 to fe; another "
+                "device answers here, or a line is held",
+                where=self.place,
             )
         return revision
 
@@ -223,8 +232,9 @@ class Srf08:
     def _find_it_silent(self) -> None:
         if self._bus.acknowledges(self.address):
             raise WrongDevice(
-                f"{self.place}: not an SRF08: it answers {SILENT_AFTER_NS / 1e6:g} ms after a "
-                f"ranging command, expected silence for {RANGE_STEPS * RANGE_STEP_NS / 1e6:g} ms"
+                f"not an SRF08: it answers {SILENT_AFTER_NS / 1e6:g} ms after a ranging command",
+                where=self.place,
+                expected=f"silence for {RANGE_STEPS * RANGE_STEP_NS / 1e6:g} ms",
             )
 
     def _find_what_it_measured(self) -> None:
@@ -232,15 +242,17 @@ class Srf08:
             found = self._bus.write_read(self.address, bytes((REVISION,)), FIRST_ECHO.size)
         except NoAcknowledge as error:
             raise NoAcknowledge(
-                f"{self.place}: no answer {MEASURED_AFTER_NS / 1e6:g} ms after a ranging command, "
-                "expected an echo"
+                f"no answer {MEASURED_AFTER_NS / 1e6:g} ms after a ranging command",
+                where=self.place,
+                expected="an echo",
             ) from error
         revision, echo = FIRST_ECHO.unpack(found)
         if revision != self._revision or echo > MOST_CM:
             raise WrongDevice(
-                f"{self.place}: not an SRF08: registers 0 to 3 read {found.hex(' ')} after a "
-                f"ranging, expected revision {self._revision:02x} as before and an echo of "
-                f"{MOST_CM} cm at most"
+                f"not an SRF08: registers 0 to 3 read {found.hex(' ')} after a ranging",
+                where=self.place,
+                expected=f"revision {self._revision:02x} as before and an echo of {MOST_CM} cm "
+                "at most",
             )
 
     def _unit(self) -> int:

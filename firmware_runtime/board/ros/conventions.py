@@ -111,5 +111,5 @@ def _loaded(name: str, load: Callable[[], object]) -> Convention:
 def finite(number: float, what: str) -> float:
     """The number. Raises SettingError if it is not finite."""
     if not abs(number) < float("inf"):
-        raise SettingError(f"{what}: {number}, expected a finite number")
+        raise SettingError(number, where=what, expected="a finite number")
     return number

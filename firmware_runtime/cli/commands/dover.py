@@ -49,10 +49,10 @@ def execute(arguments: argparse.Namespace) -> int:
     """Carry until a signal comes, or the run has gone."""
     sends, takes = _ports("--send", arguments.send), _ports("--take", arguments.take)
     if not sends and not takes:
-        raise ConfigError.of_one("dover", "nothing to carry; expected --send or --take")
+        raise ConfigError.of_one("dover", "nothing to carry", expected="--send or --take")
     if both := set(sends.values()) & set(takes.values()):
         fault = f"port {min(both)} is in --send and in --take, so the robot would receive its own"
-        raise ConfigError.of_one("dover", f"{fault}; expected two ports")
+        raise ConfigError.of_one("dover", fault, expected="two ports")
     path = arguments.statistics or _statistics_of(arguments.board)
     bridge = DoverBridge(path, sends, takes, _say)
     print(f"dover: carries {len(sends)} numbers out and {len(takes)} in", flush=True)

@@ -122,7 +122,7 @@ def _one(trials: Sequence[Trial], _folder: Path) -> tuple[int, list[str]]:
 
 def _all(trials: Sequence[Trial], folder: Path) -> tuple[int, list[str]]:
     if not trials:
-        raise ConfigError.of_one("experiment", "none has this stage; expected one that has")
+        raise ConfigError.of_one("experiment", "none has this stage", expected="one that has")
     series = run_series(trials, _say)
     written = write_series(series, trials, folder)
     for line in _said(series):

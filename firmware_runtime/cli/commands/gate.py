@@ -142,7 +142,7 @@ def _check(chosen: argparse.Namespace, command: list[str] | None) -> None:
         expected = "expected BOARD, MODULE:CLASS, or -- and a command"
         raise ConfigError.of_one("gate", f"{both}; {expected}")
     if command and hasattr(chosen, "assignments"):
-        raise ConfigError.of_one("gate", "--set changes a board; expected no command with it")
+        raise ConfigError.of_one("gate", "--set changes a board", expected="no command with it")
 
 
 def _passed(

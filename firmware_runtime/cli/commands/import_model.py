@@ -55,7 +55,7 @@ def _check_free(output: Path) -> None:
         raise ConfigError.of_one("-o", f"{output}: expected a name that Python can import")
     module = output if output.suffix == ".py" else output / "__init__.py"
     if module.exists():
-        raise ConfigError.of_one("-o", f"{module} exists; expected a new file")
+        raise ConfigError.of_one("-o", f"{module} exists", expected="a new file")
 
 
 def _module(output: Path | None) -> Path | None:

@@ -88,7 +88,7 @@ def _paths(board: str | None, folder: Path | None) -> list[Path]:
     if folder is None:
         return [*last_recordings(board), *kept_recordings(board)]
     if not folder.is_dir():
-        raise ConfigError.of_one("--in", f"{folder}: no folder; expected one with recordings")
+        raise ConfigError.of_one("--in", f"{folder}: no folder", expected="one with recordings")
     return sorted(folder.glob(f"{board or ''}*.recording"))
 
 

@@ -240,7 +240,7 @@ def _recording_path(
     if arguments.loop is not None:
         if arguments.record is not None:
             fault = "--loop measures a delay, and nothing is recorded of it"
-            raise ConfigError.of_one("run", f"{fault}; expected it without --record")
+            raise ConfigError.of_one("run", fault, expected="it without --record")
         return None
     if statistics is not None:
         return recording_beside(statistics)

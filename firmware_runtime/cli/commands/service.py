@@ -185,7 +185,9 @@ def _logs(arguments: argparse.Namespace) -> int:
             os.execvp(words[0], words)  # noqa: S606 -- no shell is meant
         _print_episodes(words)
     except FileNotFoundError as error:
-        raise StepFailed(f"{words[0]}: not found; expected a system that systemd runs") from error
+        raise StepFailed(
+            "not found", where=words[0], expected="a system that systemd runs"
+        ) from error
     return Status.OK
 
 
@@ -214,7 +216,7 @@ def _print_episodes(words: Sequence[str]) -> None:
         except KeyboardInterrupt:
             journal.terminate()
     if journal.returncode > 0:
-        raise StepFailed(f"{words[0]}: ended with status {journal.returncode}")
+        raise StepFailed(f"ended with status {journal.returncode}", where=words[0])
 
 
 def episodes(entries: Iterable[str]) -> Iterator[str]:

@@ -170,4 +170,4 @@ def _error(number: int, where: str) -> HalError:
 
 
 def _unexpected(answered: Answered, where: str) -> BusFault:
-    return BusFault(f"{where}: the doubles answered {answered}, expected an answer that fits")
+    return BusFault(f"the doubles answered {answered}", where=where, expected="an answer that fits")

@@ -60,8 +60,8 @@ class Connection:
         except BlockingIOError as error:
             self.close()
             raise BusInUse(
-                f"{self._path}: these doubles are driven by another process, expected none; "
-                "end that one"
+                "these doubles are driven by another process, expected none; end that one",
+                where=self._path,
             ) from error
 
     def ask(self, asked: Asked, where: str) -> Answered:
@@ -77,16 +77,21 @@ class Connection:
                 return self._answer()
             except TimeoutError as error:
                 raise BusTimeout(
-                    f"{where}: no answer from the doubles at {self._path}, expected one within "
-                    f"{self._answer_s:g} s"
+                    f"no answer from the doubles at {self._path}",
+                    where=where,
+                    expected=f"one within {self._answer_s:g} s",
                 ) from error
             except OSError as error:
                 raise BusAbsent(
-                    f"{where}: the doubles at {self._path} have gone, expected them to be served"
+                    f"the doubles at {self._path} have gone",
+                    where=where,
+                    expected="them to be served",
                 ) from error
             except (MsgspecError, UnicodeDecodeError, RecursionError) as error:
                 raise BusFault(
-                    f"{where}: {self._path} answered with no answer ({error}); expected doubles"
+                    f"{self._path} answered with no answer ({error})",
+                    where=where,
+                    expected="doubles",
                 ) from error
 
     def close(self) -> None:
@@ -108,8 +113,9 @@ class Connection:
         except OSError as error:
             self.close()
             raise BusAbsent(
-                f"{path}: cannot be locked ({error.strerror}); expected doubles that this user may "
-                "drive"
+                f"cannot be locked ({error.strerror})",
+                where=path,
+                expected="doubles that this user may drive",
             ) from error
 
     def _answer(self) -> Answered:
@@ -128,14 +134,16 @@ def _connected(path: Path, answer_s: float, wait_s: float) -> socket:
         connection = tried_again(lambda: _connected_at_once(path, answer_s), not_yet, wait_s)
     except OSError as error:
         raise BusAbsent(
-            f"{path}: no doubles are served here ({error.strerror or error}); expected "
-            f"`firmware-runtime doubles serve BOARD --socket {path}` to run"
+            f"no doubles are served here ({error.strerror or error})",
+            where=path,
+            expected=f"`firmware-runtime doubles serve BOARD --socket {path}` to run",
         ) from error
     if (user := peer_of(connection).user) not in trusted_users(path.parent):
         connection.close()
         raise BusAbsent(
-            f"{path}: user {user} serves here, and so may anybody; expected doubles of root, "
-            "of this user, or of the user to whom the folder belongs"
+            f"user {user} serves here, and so may anybody",
+            where=path,
+            expected="doubles of root, of this user, or of the user to whom the folder belongs",
         )
     return connection
 

@@ -38,7 +38,7 @@ class Commands:
         """Run a command that has to succeed. Raises DeploymentError with its last line."""
         ended = self.run(command)
         if ended.status != 0:
-            raise DeploymentError(f"{what}: {ended.reason}")
+            raise DeploymentError(ended.reason, where=what)
 
     def _say(self, command: Sequence[str], scripts: Sequence[Path]) -> Ended:
         before = f"{shlex.join(['cat', *map(str, scripts)])} | " if scripts else ""

@@ -61,14 +61,14 @@ class Connection:
             command += [f"--rsync-path={shlex.join([*self._become, 'rsync'])}"]
         ended = self._commands.run([*command, f"{folder}/", f"{self.host}:{to}/"])
         if ended.status != 0:
-            raise DeploymentError(f"{self.host}: {_of_ssh_or_first(ended)}")
+            raise DeploymentError(_of_ssh_or_first(ended), where=self.host)
 
     def _run(self, words: Sequence[str], scripts: Sequence[Path] = ()) -> Ended:
         # ssh joins what it is given with blanks, and the target's shell takes that apart again.
         remote = shlex.join([*self._become, *words])
         ended = self._commands.run([*self._ssh, "--", self.host, remote], scripts)
         if ended.status == _OF_SSH:
-            raise DeploymentError(f"{self.host}: {ended.reason}")
+            raise DeploymentError(ended.reason, where=self.host)
         return ended
 
 

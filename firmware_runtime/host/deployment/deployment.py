@@ -89,11 +89,11 @@ class Deployment:
         connection = Connection(options.host, options.ssh_options, inspecting)
         ended = connection.script(["probe.sh"], options.root, options.python, options.board)
         if ended.status != 0:
-            raise DeploymentError(f"{options.host}: {ended.reason}; expected a POSIX shell")
+            raise DeploymentError(ended.reason, where=options.host, expected="a POSIX shell")
         target = Target.read(ended.out)
         if faults := target.faults(options.python, options.root):
             listing = "\n".join(f"  - {fault}" for fault in faults)
-            raise DeploymentError(f"{options.host}: not deployed to\n{listing}")
+            raise DeploymentError(f"not deployed to\n{listing}", where=options.host)
         if target.superuser == "sudo" and not options.root:
             self.connection.become_root()
         self._log_all(target.text())
@@ -119,7 +119,7 @@ class Deployment:
             ["venvs.sh", "prepare.sh"], options.root, options.python, *names
         )
         if ended.status != 0:
-            raise DeploymentError(f"{options.host}: the new program: {ended.reason}")
+            raise DeploymentError(f"the new program: {ended.reason}", where=options.host)
         # The last word: a login may say something of its own before.
         return (ended.out.split() or [f"{options.home}/venv.XXXXXX"])[-1]
 
@@ -133,11 +133,13 @@ class Deployment:
         self._log_all(ended.out)
         if ended.status == DOCTOR_FAILS:
             raise DeploymentError(
-                f"{options.host}: the doctor found a failure; expected it fixed, or --force"
+                "the doctor found a failure", where=options.host, expected="it fixed, or --force"
             )
         if ended.status != 0:
             self._log_all(ended.error)
-            raise DeploymentError(f"{options.host}: {options.board} did not pass check or doctor")
+            raise DeploymentError(
+                f"{options.board} did not pass check or doctor", where=options.host
+            )
 
     def _switch(self, venv: str) -> None:
         options = self._options
@@ -147,7 +149,7 @@ class Deployment:
         self._log_all(ended.out)
         self._log_all(ended.error)
         if ended.status != 0:
-            raise DeploymentError(f"{options.host}: {ended.reason}")
+            raise DeploymentError(ended.reason, where=options.host)
 
     @contextmanager
     def _step(self, what: str) -> Iterator[None]:

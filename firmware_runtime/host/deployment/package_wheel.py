@@ -39,8 +39,9 @@ def packages_of(kinds: Collection[str]) -> list[Distribution]:
     for kind in sorted(kinds):
         if kind not in names():
             raise DeploymentError(
-                f"a board {kind!r} is installed there, and its package is not here, so the new "
-                "program would not know it; expected it installed here too"
+                f"a board {kind!r} is installed there, and its package is not here, so "
+                "the new program would not know it",
+                expected="it installed here too",
             )
         package = entry_point_of(kind).dist
         if package is not None and package.name != OUR_OWN:
@@ -75,8 +76,9 @@ def packed_again(package: Distribution, into: Path) -> Path:
     tags = re.findall(r"^Tag: (.+)$", package.read_text("WHEEL") or "", re.MULTILINE)
     if not tags or package.files is None:
         raise DeploymentError(
-            f"{package.name}: not installed from a wheel, so none can be made; expected "
-            "`pip install` to have installed it"
+            "not installed from a wheel, so none can be made",
+            where=package.name,
+            expected="`pip install` to have installed it",
         )
     parts = zip(*(tag.split("-") for tag in tags), strict=True)
     tag = "-".join(".".join(dict.fromkeys(each)) for each in parts)

@@ -30,7 +30,7 @@ def demand_ours(wheel: Path) -> None:
     """Raise DeploymentError for a wheel of another project."""
     name = _metadata(wheel)[0]
     if name != OUR_OWN:
-        raise DeploymentError(f"{wheel}: {name}; expected {OUR_OWN}'s wheel")
+        raise DeploymentError(name, where=wheel, expected=f"{OUR_OWN}'s wheel")
 
 
 def requirements(wheel: Path) -> list[str]:
@@ -45,5 +45,5 @@ def _metadata(wheel: Path) -> tuple[str, list[str]]:
             inside = [name for name in archive.namelist() if name.endswith(".dist-info/METADATA")]
             metadata = message_from_string(archive.read(inside[0]).decode())
     except (OSError, BadZipFile, IndexError) as error:
-        raise DeploymentError(f"{wheel}: {error}; expected a wheel") from error
+        raise DeploymentError(error, where=wheel, expected="a wheel") from error
     return metadata["Name"], metadata.get_all("Requires-Dist", [])

@@ -85,7 +85,9 @@ def _download(commands: Commands, platform: Platform, ours: Sequence[Path], into
 def _demand_fitting(platform: Platform, folder: Path) -> None:
     for file in sorted(folder.iterdir()):
         if not platform.takes(file.name):
-            raise DeploymentError(f"{file.name}: does not fit; expected a wheel for {platform}")
+            raise DeploymentError(
+                "does not fit", where=file.name, expected=f"a wheel for {platform}"
+            )
 
 
 def _is_kept(cache: Path, wanted: Sequence[str]) -> bool:

@@ -42,8 +42,9 @@ def device_nodes(board: Board) -> list[str]:
     for node in nodes:
         if _PLAIN.fullmatch(node) is None or ".." in node:
             raise InstallationRefused(
-                f"{board.source}: {node!r} cannot stand in a unit; expected a device node such as "
-                "/dev/i2c-1"
+                f"{node!r} cannot stand in a unit",
+                where=board.source,
+                expected="a device node such as /dev/i2c-1",
             )
     return list(nodes)
 

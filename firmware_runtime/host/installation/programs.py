@@ -50,7 +50,7 @@ def own_program(package: Path) -> str:
 def runnable(program: str) -> str:
     """This program, which is there and can be run. Raises InstallationRefused."""
     if not os.access(program, os.X_OK):
-        raise InstallationRefused(f"{program}: is no program that can be run; {_REMEDY}")
+        raise InstallationRefused(f"is no program that can be run; {_REMEDY}", where=program)
     return checked(program)
 
 
@@ -58,7 +58,9 @@ def checked(program: str) -> str:
     """This program, whose path can stand in a unit. Raises InstallationRefused."""
     if _PLAIN.fullmatch(program) is None:
         raise InstallationRefused(
-            f"{program!r}: cannot stand in a unit; expected an absolute path without spaces"
+            "cannot stand in a unit",
+            where=f"{program!r}",
+            expected="an absolute path without spaces",
         )
     refuse_hidden([Path(program)])
     return program
@@ -70,5 +72,5 @@ def refuse_hidden(parts: Iterable[Path]) -> None:
         for hidden in HIDDEN:
             if part.is_relative_to(hidden):
                 raise InstallationRefused(
-                    f"{part}: lies below {hidden}, which is hidden from a service; {_REMEDY}"
+                    f"lies below {hidden}, which is hidden from a service; {_REMEDY}", where=part
                 )

@@ -37,8 +37,9 @@ def target(root: Path | None, *, dry_run: bool) -> Target:
         require_systemd(", or --root DIR to change the files of one that is being built")
         if os.geteuid() != 0:
             raise InstallationRefused(
-                "this user may not change the system's files; expected root: use sudo, or --root "
-                "DIR to write elsewhere, or --dry-run to see what would be done"
+                "this user may not change the system's files",
+                expected="root: use sudo, or --root DIR to write elsewhere, or --dry-run to "
+                "see what would be done",
             )
     return machine
 
@@ -47,6 +48,6 @@ def require_systemd(or_else: str = "") -> None:
     """Raise InstallationRefused where systemd does not run; `or_else` is another way, if any."""
     if not Tree(THIS_MACHINE).exists(_SYSTEMD_RUNS):
         raise InstallationRefused(
-            f"systemd does not run this machine (no {_SYSTEMD_RUNS}); expected a system that it "
-            f"runs{or_else}"
+            f"systemd does not run this machine (no {_SYSTEMD_RUNS})",
+            expected=f"a system that it runs{or_else}",
         )

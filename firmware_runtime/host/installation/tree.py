@@ -103,4 +103,4 @@ def _explained(place: Path, action: str) -> Iterator[None]:
     try:
         yield
     except OSError as error:
-        raise StepFailed(f"{place}: cannot be {action} ({error.strerror})") from error
+        raise StepFailed(f"cannot be {action} ({error.strerror})", where=place) from error

@@ -90,8 +90,9 @@ class Removal:
             run(words, log)
             if ran and words[-1] == unit and (result := state_of(unit).result) != "success":
                 raise StepFailed(
-                    f"{unit}: ended with {result}, so outputs may be on; cut the power of its "
-                    "motors, then repeat this"
+                    f"ended with {result}, so outputs may be on; cut the power of its "
+                    "motors, then repeat this",
+                    where=unit,
                 )
 
     @property

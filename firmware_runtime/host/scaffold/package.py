@@ -22,7 +22,7 @@ def write_package(template: str, folder: Path, words: Mapping[str, str]) -> list
     """
     try:
         if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
-            raise ConfigError.of_one(str(folder), "is there already; expected an empty folder")
+            raise ConfigError.of_one(str(folder), "is there already", expected="an empty folder")
         return [
             _write(folder / _replaced(path, words), _replaced(text, words))
             for path, text in sorted(_texts(files(PLACE) / "templates" / template))

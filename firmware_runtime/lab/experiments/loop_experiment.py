@@ -166,7 +166,7 @@ def _measured(trial: Trial, stage: Stage) -> tuple[Sequence[Round], StageDelays]
     if not delays.back:
         fault = f"no value of the ramp came back in {for_s:g} s, the first and last second left out"
         raise ConfigError.of_one(
-            f"loop-delay, stage {stage}", f"{fault}; expected some, or --for longer"
+            f"loop-delay, stage {stage}", fault, expected="some, or --for longer"
         )
     return found, StageDelays(delays, every_s, published_ms, late, carried, between(document))
 

@@ -162,7 +162,7 @@ def _answer(trial: Trial, experiment: StepExperiment, stage: Stage) -> Answer:
         }
         delay_ms, words = _loop_delay_ms(run.document), between(run.document)
     if not found:
-        raise ConfigError.of_one(f"stage {stage}", f"{port} sent nothing; expected values")
+        raise ConfigError.of_one(f"stage {stage}", f"{port} sent nothing", expected="values")
     return Answer(found, beside, delay_ms, words)
 
 

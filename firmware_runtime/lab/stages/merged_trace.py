@@ -41,7 +41,7 @@ def _written(path: Path) -> Iterator[TextIO]:
             yield file
     except OSError as error:
         fault = f"{path}: the trace cannot be written ({error.strerror})"
-        raise TraceFileError(f"{fault}; expected a file that can be made") from error
+        raise TraceFileError(fault, expected="a file that can be made") from error
 
 
 def _lines(role: str, path: Path, offset: int) -> Iterator[dict[str, Any]]:

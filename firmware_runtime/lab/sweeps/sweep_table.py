@@ -63,7 +63,7 @@ class Table:
         found = next((each for each in self.rows if each["row"] == number), None)
         if found is None:
             raise ConfigError.of_one(
-                "sweep", f"no row {number}; expected 0 to {len(self.rows) - 1}"
+                "sweep", f"no row {number}", expected=f"0 to {len(self.rows) - 1}"
             )
         return found
 
@@ -103,7 +103,7 @@ def read_table(path: Path) -> Table:
     fault = next(filter(None, map(_fault_of, rows)), "it has no rows" if not rows else "")
     if fault:
         raise ConfigError.of_one(
-            str(path), f"no sweep's table: {fault}; expected one that `sweep` has written"
+            str(path), f"no sweep's table: {fault}", expected="one that `sweep` has written"
         )
     return Table(rows)
 

@@ -119,7 +119,7 @@ def _scenarios(task: Task, shares: Sequence[float], seed: int, push: float) -> I
             fault = (
                 f"a step would have to be watched for {for_s:.3g} s, over {_MOST_PERIODS} periods"
             )
-            raise ConfigError.of_one("plant", f"{fault}; expected less inertia, or less delay")
+            raise ConfigError.of_one("plant", fault, expected="less inertia, or less delay")
         ticks = round(for_s / task.body.period_s)
         noise = random.normal(0.0, task.noise, ticks).tolist() if task.noise else [0.0] * ticks
         yield Scenario(share * task.step, for_s, noise, push)

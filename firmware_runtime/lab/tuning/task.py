@@ -152,7 +152,7 @@ def plant_of_settings(board: Board) -> tuple[PlantParameters, dict[str, Interval
     declared, _ = loop_of(board)
     if not declared.stated:
         fault = f"{board.name}'s definition states no numbers of {declared.title}"
-        raise ConfigError.of_one("--plant", f"{fault}; expected FILE.json, or KEY=VALUE,...")
+        raise ConfigError.of_one("--plant", fault, expected="FILE.json, or KEY=VALUE,...")
     given = [f"{key}={number(board.settings)!r}" for key, number in declared.stated.items()]
     return _by_hand(",".join(given), declared.structure), {}, 0.0
 

@@ -91,7 +91,7 @@ class BridgeEnd:
             if acquaintance.is_made:
                 return
         expected = "expected a bridge with the same key"
-        raise NoAnswer(f"{self._bridge}: no answer within {TIMEOUT // SECOND} s; {expected}")
+        raise NoAnswer(f"no answer within {TIMEOUT // SECOND} s; {expected}", where=self._bridge)
 
     def _datagrams(self) -> Iterator[bytes]:
         with suppress(BlockingIOError):

@@ -33,7 +33,7 @@ class Crossing:
             return self.packing.pack_all(values)
         except Exception as error:
             shown = ", ".join(map(repr, values))
-            raise ModelError(f"{self.name}: {shown} cannot cross the link: {error}") from error
+            raise ModelError(f"{shown} cannot cross the link: {error}", where=self.name) from error
 
     def unpacked(self, body: bytes) -> list[object]:
         """The values of these bytes. Raises Refused."""

@@ -63,5 +63,5 @@ def packed(left: Left) -> Iterator[tuple[Crossing, int, bytes]]:
         if room < 0:
             names = ", ".join(each.name for each in left)
             fault = f"{names}: more left in one step than crosses a link in one frame"
-            raise ModelError(f"{fault}; expected {LONGEST_BODY} bytes at most, the rest later")
+            raise ModelError(fault, expected=f"{LONGEST_BODY} bytes at most, the rest later")
         yield crossing, len(values), body

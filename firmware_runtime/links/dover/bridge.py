@@ -85,7 +85,9 @@ class DoverBridge:
         """Carry what there is; wait for it, for two seconds at most. Raises NoAnswer."""
         now = monotonic_ns()
         if now - self._answered_at > SILENT_AFTER:
-            raise NoAnswer(f"{self._robot}: the run has fallen silent; expected it to be alive")
+            raise NoAnswer(
+                "the run has fallen silent", where=self._robot, expected="it to be alive"
+            )
         if now >= self._renew_at:
             self._renew_at = now + RENEW_EVERY
             self._say(self._request)
@@ -152,7 +154,7 @@ class DoverBridge:
         except BlockingIOError:
             return  # no room now: the next one, then
         except OSError as error:
-            raise NoAnswer(f"{self._robot}: {error.strerror}; expected a run") from error
+            raise NoAnswer(error.strerror, where=self._robot, expected="a run") from error
 
 
 def _number(value: Any, parts: tuple[str, ...]) -> float:  # noqa: ANN401 -- what JSON bears

@@ -90,7 +90,7 @@ _encode = msgspec.json.Encoder().encode
 def understood(datagram: bytes) -> Request:
     """What a datagram asks for. Raises Refusal."""
     if len(datagram) > LONGEST:
-        raise Refusal(f"the datagram is too long; expected {LONGEST} bytes at most")
+        raise Refusal("the datagram is too long", expected=f"{LONGEST} bytes at most")
     try:
         keys = _keys(datagram)
         for key, reader in _READERS.items():
@@ -106,7 +106,7 @@ def understood(datagram: bytes) -> Request:
 def _ask_of(said: dict[str, Any]) -> Ask:
     name = said.pop("request")
     if not isinstance(name, str):
-        raise Refusal(f"request: {name!r}: expected a name; {_EXPECTED}")
+        raise Refusal(f"{name!r}: expected a name; {_EXPECTED}", where="request")
     return Ask(name, said)
 
 

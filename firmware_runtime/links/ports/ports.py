@@ -58,17 +58,17 @@ class Ports:
         """An input port, and the value for it that a datagram bears. Raises Refusal."""
         entry = self.entries.get(name)
         if entry is None:
-            raise Refusal(f"{name}: {self._why_not(name)}")
+            raise Refusal(self._why_not(name), where=name)
         if entry.read is None:
             kind = entry.port.type.__name__
-            raise Refusal(f"{name}: a value of {kind} cannot be sent; expected another port")
+            raise Refusal(f"a value of {kind} cannot be sent", where=name, expected="another port")
         try:
             return entry.port, entry.read(value)
         except Refusal as why:
             form = form_of(entry.port.type)
             expected = "" if form is None else f"; expected {form}"
             raise Refusal(
-                f"{name}: not {with_article(entry.port.type.__name__)}: {why}{expected}"
+                f"not {with_article(entry.port.type.__name__)}: {why}{expected}", where=name
             ) from why
 
     def _why_not(self, name: str) -> str:
@@ -86,8 +86,10 @@ class Ports:
         for path in paths:
             if path not in self.outputs:
                 raise Refusal(
-                    f"{path}: no such output port; expected one that `firmware-runtime ports` "
-                    f"shows{did_you_mean(path, self.outputs)}"
+                    "no such output port",
+                    where=path,
+                    expected="one that `firmware-runtime ports` shows"
+                    f"{did_you_mean(path, self.outputs)}",
                 )
             found[path] = self.outputs[path]
         return found

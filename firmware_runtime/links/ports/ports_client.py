@@ -87,7 +87,7 @@ class PortsClient(Closing):
             self._end = BridgeEnd(at, secret)
         except OSError as error:
             raise NoAnswer(
-                f"{self.where}: {error.strerror or error}; expected a way there"
+                error.strerror or error, where=self.where, expected="a way there"
             ) from error
 
     def put(self, port: str, value: object) -> None:
@@ -144,7 +144,7 @@ class PortsClient(Closing):
         if self._may_need_key:
             expected += "; a bridge with a key answers only what is signed with it: --key FILE"
         fault = why or f"no answer within {TIMEOUT // SECOND} s"
-        raise NoAnswer(f"{self.where}: {fault}; {expected}")
+        raise NoAnswer(f"{fault}; {expected}", where=self.where)
 
     def _keep(self, said: _Said | None) -> None:
         """A message that comes while something else is waited for."""
@@ -175,4 +175,4 @@ class PortsClient(Closing):
             raise NoAnswer(f"{fault}; {expected}") from error
         except msgspec.MsgspecError as error:
             fault = f"{self.where}: answered with what is no JSON of a run ({error})"
-            raise NoAnswer(f"{fault}; expected a run") from error
+            raise NoAnswer(fault, expected="a run") from error

@@ -336,6 +336,7 @@ def _refuse_outdated(name: str, age: int) -> None:
     """Refuse a value that a run which stood still finds when it goes on. Raises Refusal."""
     if age > TIMEOUT:
         raise Refusal(
-            f"{name}: sent {age / SECOND:.1f} s before it was read; expected a value that has not "
-            f"waited for more than {TIMEOUT // SECOND} s"
+            f"sent {age / SECOND:.1f} s before it was read",
+            where=name,
+            expected=f"a value that has not waited for more than {TIMEOUT // SECOND} s",
         )

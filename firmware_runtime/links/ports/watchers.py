@@ -90,7 +90,7 @@ class Watchers:
 
     def _new(self, outlet: Outlet) -> Watcher:
         if len(self._all) >= MOST:
-            raise Refusal(f"{MOST} others watch already; expected some to stop or to fall silent")
+            raise Refusal(f"{MOST} others watch already", expected="some to stop or to fall silent")
         watcher = self._all[outlet] = Watcher(outlet)
         return watcher
 

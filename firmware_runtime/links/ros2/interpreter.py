@@ -40,8 +40,9 @@ def find_environment(stated: Path | None) -> Path:
             return folder
     raise ConfigError.of_one(
         "ros2",
-        f"no environment with rclpy at {beside} or {INSTALLED}; expected one by `make ros`, or "
-        f"another that {PLACE} or --venv of `ros2` names: docs/ros2.md",
+        f"no environment with rclpy at {beside} or {INSTALLED}",
+        expected=f"one by `make ros`, or another that {PLACE} or --venv of `ros2` names: "
+        "docs/ros2.md",
     )
 
 
@@ -90,7 +91,7 @@ def _checked(source: str, folder: Path) -> Path:
     if python_of(folder).exists():
         return folder
     raise ConfigError.of_one(
-        source, f"{folder}: no bin/python3 in it; expected a venv with rclpy: docs/ros2.md"
+        source, f"{folder}: no bin/python3 in it", expected="a venv with rclpy: docs/ros2.md"
     )
 
 
@@ -105,7 +106,9 @@ def _missing(environment: Path) -> list[str]:
         return answer_of(words, environment=variables).split()
     except ProgramFailed as error:
         raise ConfigError.of_one(
-            str(environment), f"its interpreter does not run ({error}); expected a venv with rclpy"
+            str(environment),
+            f"its interpreter does not run ({error})",
+            expected="a venv with rclpy",
         ) from error
 
 

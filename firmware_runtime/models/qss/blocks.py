@@ -34,7 +34,7 @@ class Block(Engine):
         if way is not None:
             names = " -> ".join(each.path for each in (self, *way))
             expected = "expected an integrator or a delay within it"
-            raise ModelError(f"{names}: an algebraic loop; {expected}")
+            raise ModelError(f"an algebraic loop; {expected}", where=names)
         super().initialize()
 
     @property
@@ -160,9 +160,9 @@ class Function(Block):
     ) -> None:
         super().__init__(name)
         if order not in {1, 2, 3, _ALL}:
-            raise ModelError(f"{self.path}: order is {order!r}; expected 1, 2 or 3")
+            raise ModelError(f"order is {order!r}", where=self.path, expected="1, 2 or 3")
         if not 0.0 < tolerance < inf:
-            raise ModelError(f"{self.path}: tolerance is {tolerance!r}; expected more than 0")
+            raise ModelError(f"tolerance is {tolerance!r}", where=self.path, expected="more than 0")
         initial = inputs if isinstance(inputs, Mapping) else dict.fromkeys(inputs)
         self.inputs = {each: self.add_input(each, order, initial[each]) for each in inputs}
         tree = parse(expression)
@@ -175,7 +175,7 @@ class Sum(Block):
     def __init__(self, name: str, weights: Sequence[float]) -> None:
         super().__init__(name)
         if not weights:
-            raise ModelError(f"{self.path}: 0 inputs; expected 1 or more")
+            raise ModelError("0 inputs", where=self.path, expected="1 or more")
         terms = []
         for number, weight in enumerate(weights):
             demand_finite(self.path, weight=weight)
@@ -254,7 +254,9 @@ class Hysteresis(Block):
     ) -> None:
         super().__init__(name, {"lower": lower, "upper": upper, "low": low, "high": high})
         if not lower < upper:
-            raise ModelError(f"{self.path}: lower is {lower}; expected less than upper, {upper}")
+            raise ModelError(
+                f"lower is {lower}", where=self.path, expected=f"less than upper, {upper}"
+            )
         self.entrance = self.add_input("u", _ALL, port="in")
         self.add_held("value", low, self.out)
         for reaches, value in (("u - upper", "high"), ("lower - u", "low")):
@@ -289,7 +291,7 @@ class Quantizer(Block):
     def __init__(self, name: str, step: float, *, nearest: bool = False) -> None:
         super().__init__(name, {"slack": 1e-6 * step, "step": step})
         if not 0.0 < step < inf:
-            raise ModelError(f"{self.path}: step is {step!r}; expected more than 0")
+            raise ModelError(f"step is {step!r}", where=self.path, expected="more than 0")
         self.step = step
         self._offset = 0.5 * step if nearest else 0.0
         self.entrance = self.add_input("u", _ALL, port="in")

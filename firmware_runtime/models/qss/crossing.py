@@ -130,9 +130,10 @@ class Crossing:
         self.hurried[rises] = self.hurried[rises] + 1 if gap <= _LEAST_GAP else 0
         if self.hurried[rises] >= _MOST_LEAST:
             raise ModelError(
-                f"{self.readings.path()}: {self.readings.text} crosses zero ever faster, at "
-                f"{format_time(now)} {gap} ns after the last time; "
-                "expected events that do not accumulate"
+                f"{self.readings.text} crosses zero ever faster, at {format_time(now)} "
+                f"{gap} ns after the last time",
+                where=self.readings.path(),
+                expected="events that do not accumulate",
             )
 
 

@@ -258,8 +258,9 @@ class Engine(Atomic):
             self._happen([self._events[number].setting for number in sorted(happened)])
         else:
             raise ModelError(
-                f"{self.path}: {_MOST_ROUNDS} rounds at {format_time(now)}; "
-                "expected steps and events that do not cause each other without end"
+                f"{_MOST_ROUNDS} rounds at {format_time(now)}",
+                where=self.path,
+                expected="steps and events that do not cause each other without end",
             )
         due = now if self._pending else min(state_due, function_due, event_due)
         self.sigma = NEVER if due >= NEVER else due - now
@@ -357,8 +358,9 @@ class Engine(Atomic):
         if any(segment[count:]):
             degree = max(power for power in range(4) if segment[power] != 0.0)
             raise ModelError(
-                f"{self.path}: input {name!r} received a segment of degree {degree}; expected "
-                f"{count} coefficients: give the block that feeds it order={count}"
+                f"input {name!r} received a segment of degree {degree}",
+                where=self.path,
+                expected=f"{count} coefficients: give the block that feeds it order={count}",
             )
         return segment[:count]
 

@@ -39,15 +39,15 @@ class ExpressionError(ModelError, ValueError):
 def parse(text: str, extra: Collection[str] = ()) -> ast.expr:
     """The expression's tree. Raises ExpressionError; `extra` names are functions too."""
     if len(text) > _LONGEST:
-        raise ExpressionError(f"an expression of {len(text)} characters; expected {_LONGEST}")
+        raise ExpressionError(f"an expression of {len(text)} characters", expected=_LONGEST)
     try:
         tree = ast.parse(text.strip(), mode="eval").body
         fault = next(_faults(tree, extra), None)
     except (SyntaxError, ValueError, MemoryError, RecursionError) as error:
         detail = error.msg if isinstance(error, SyntaxError) else "nested too deeply"
-        raise ExpressionError(f"{text!r}: {detail}; expected an expression") from error
+        raise ExpressionError(detail, where=f"{text!r}", expected="an expression") from error
     if fault is not None:
-        raise ExpressionError(f"{text!r}: {fault}")
+        raise ExpressionError(fault, where=f"{text!r}")
     return tree
 
 

@@ -118,9 +118,11 @@ class Function:
             return seconds
         readings = self.readings
         raise ModelError(
-            f"{readings.path()}: {readings.text} holds for {seconds:.2g} s within {tolerance:.3g} "
-            f"at {readings.shown(now)}; expected 1 ns or more: choose a larger tolerance or "
-            "quantum, or, where values have run away, a smaller quantum"
+            f"{readings.text} holds for {seconds:.2g} s within {tolerance:.3g} at "
+            f"{readings.shown(now)}",
+            where=readings.path(),
+            expected="1 ns or more: choose a larger tolerance or quantum, or, where values "
+            "have run away, a smaller quantum",
         )
 
     def _lasts_within(self, tolerance: float, t: float, flat: Sequence[float]) -> float:

@@ -65,7 +65,7 @@ class State:
     ) -> None:
         demand_finite(path(), initial=initial)
         for fault in quantum_faults(quantum, relative_quantum):
-            raise ModelError(f"{path()}: {fault.format('')}")
+            raise ModelError(fault.format(""), where=path())
         self.order = order
         """How many coefficients q and the derivative have."""
         self._path = path
@@ -91,8 +91,9 @@ class State:
         seconds = _ROOTS[self.order](self.width / abs(last)) if last != 0.0 else inf
         if seconds < NANO:
             raise ModelError(
-                f"{self._path()}: a step of {seconds:.2g} s with a quantum of {self.width:.3g}; "
-                "expected 1 ns or more: choose a larger quantum, or LIQSS2 for a stiff system"
+                f"a step of {seconds:.2g} s with a quantum of {self.width:.3g}",
+                where=self._path(),
+                expected="1 ns or more: choose a larger quantum, or LIQSS2 for a stiff system",
             )
         return now + self._whole(seconds)
 
@@ -117,7 +118,7 @@ class State:
     def _integrate(self, derivative: Sequence[float]) -> None:
         if not isfinite(sum(derivative)):
             raise ModelError(
-                f"{self._path()}: its derivative is {derivative[0]}; expected a finite number"
+                f"its derivative is {derivative[0]}", where=self._path(), expected="a finite number"
             )
         x = self.exact.coefficients
         x[1] = derivative[0]
@@ -193,8 +194,9 @@ class LinearlyImplicit(State):
         self.short = self.short + 1 if sigma == 1 else 0
         if self.short >= _SHORT_STEPS:
             raise ModelError(
-                f"{self._path()}: {_SHORT_STEPS} steps of 1 ns on end with a quantum of "
-                f"{self.width:.3g}; expected longer ones: choose a larger quantum"
+                f"{_SHORT_STEPS} steps of 1 ns on end with a quantum of {self.width:.3g}",
+                where=self._path(),
+                expected="longer ones: choose a larger quantum",
             )
         return now + sigma
 

@@ -215,7 +215,7 @@ class Body:
                 return self._choice(self._test(test), body, otherwise)
             case ast.Call():
                 return self._call(node)
-        raise ExpressionError(f"{ast.unparse(node)}: not understood")
+        raise ExpressionError("not understood", where=ast.unparse(node))
 
     def _variable(self, name: str) -> Series:
         variables = self._layout.variables
@@ -227,7 +227,7 @@ class Body:
         numbers = {**CONSTANTS, **self._layout.parameters}
         if name not in numbers:
             expected = ", ".join(sorted({*variables, *self._layout.parameters})) or "no name"
-            raise ExpressionError(f"{name} is not known; expected {expected}, or t")
+            raise ExpressionError(f"{name} is not known", expected=f"{expected}, or t")
         return self.writer.constant(float(numbers[name]))
 
     def _operation(self, node: ast.BinOp) -> Series:
@@ -247,7 +247,7 @@ class Body:
                 self._note_poles(node.left)
             return writer.power(left, right)
         except (ArithmeticError, ValueError) as error:
-            raise ExpressionError(f"{ast.unparse(node)}: {error}") from error
+            raise ExpressionError(error, where=ast.unparse(node)) from error
 
     def _call(self, node: ast.Call) -> Series:
         name, arguments = node.func.id, node.args  # type: ignore[attr-defined]  # parsed
@@ -260,7 +260,7 @@ class Body:
         try:
             return self.writer.function(name, self.series(arguments[0]))
         except (ArithmeticError, ValueError) as error:
-            raise ExpressionError(f"{ast.unparse(node)}: {error}") from error
+            raise ExpressionError(error, where=ast.unparse(node)) from error
 
     # Conditions ---------------------------------------------------------------------------------
 
@@ -290,7 +290,7 @@ class Body:
                 pairs = zip(sides, others, ops, strict=False)
                 return f"({' and '.join(self._compared(*pair) for pair in pairs)})"
         if not self._is_steady(node):
-            raise ExpressionError(f"{ast.unparse(node)}: expected a comparison, such as x > 0")
+            raise ExpressionError("expected a comparison, such as x > 0", where=ast.unparse(node))
         return f"({self.series(node)[0]} != 0.0)"
 
     def _compared(self, left: ast.expr, right: ast.expr, op: ast.cmpop) -> str:
@@ -299,7 +299,9 @@ class Body:
             return f"({self.series(left)[0]} {sign} {self.series(right)[0]})"
         if sign in {"==", "!="}:
             shown = f"{ast.unparse(left)} {sign} {ast.unparse(right)}"
-            raise ExpressionError(f"{shown}: compares what changes in between; expected < or >")
+            raise ExpressionError(
+                "compares what changes in between", where=shown, expected="< or >"
+            )
         if sign in {"<", "<="}:
             left, right = right, left
         difference = ast.BinOp(left, ast.Sub(), right)

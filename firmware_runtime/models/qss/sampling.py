@@ -20,7 +20,9 @@ class Hold(Atomic):
     def __init__(self, name: str, period: int) -> None:
         super().__init__(name)
         if (ns := whole(period)) is None or ns < 1:
-            raise ModelError(f"{self.path}: a period of {period!r}; expected whole ns, 1 or more")
+            raise ModelError(
+                f"a period of {period!r}", where=self.path, expected="whole ns, 1 or more"
+            )
         self.entrance = self.in_port("in", Segment)
         self.out = self.out_port("out", Segment)
         self.direct = (self.entrance,)
@@ -81,7 +83,7 @@ class VariableDelay(Atomic):
     ) -> None:
         super().__init__(name)
         if not 0.0 < longest_s < inf:
-            raise ModelError(f"{self.path}: longest_s is {longest_s}; expected more than 0")
+            raise ModelError(f"longest_s is {longest_s}", where=self.path, expected="more than 0")
         self.entrance = self.in_port("in", Segment)
         self.delay = self.in_port("delay", Segment)
         self.out = self.out_port("out", Segment)
@@ -134,7 +136,7 @@ class VariableDelay(Atomic):
         d0, d1, d2, _ = self._delay
         if d0 > self.longest_s:
             raise ModelError(
-                f"{self.path}: a delay of {d0:.6g} s; expected {self.longest_s:g} s at most"
+                f"a delay of {d0:.6g} s", where=self.path, expected=f"{self.longest_s:g} s at most"
             )
         if d0 > 0.0:
             counts_until = falls_below_zero(d0, d1, d2)

@@ -79,4 +79,4 @@ def demand_finite(block: str, **numbers: object) -> None:
     """Refuse what is no finite number of a block: in one, it would spoil all that is downstream."""
     for name, value in numbers.items():
         if not is_finite(value):
-            raise ModelError(f"{block}: {name} is {value!r}; expected a finite number")
+            raise ModelError(f"{name} is {value!r}", where=block, expected="a finite number")

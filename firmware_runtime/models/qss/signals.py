@@ -85,8 +85,9 @@ class Readings:
     def no_value(self, now: int, error: Exception) -> ModelError:
         """Where the expression has no value: at which instant, and of what."""
         return ModelError(
-            f"{self.path()}: {self.text} has no value at {self.shown(now)}: {error}; "
-            "expected finite real numbers all the way"
+            f"{self.text} has no value at {self.shown(now)}: {error}",
+            where=self.path(),
+            expected="finite real numbers all the way",
         )
 
     def shown(self, now: int) -> str:

@@ -66,11 +66,11 @@ def solve(
     where the equations cannot be gone on with.
     """
     if not isinstance(system, System):
-        raise ConfigError.of_one("solve", f"{system!r}; expected a System")
+        raise ConfigError.of_one("solve", f"{system!r}", expected="a System")
     at = [float(each) for each in times] if times is not None else _spread(until, samples)
     instants = [whole_ns(each) for each in at]
     if instants != sorted(instants) or any(each < 0 for each in instants):
-        raise ConfigError.of_one("solve", "times do not ascend; expected instants from 0 s on")
+        raise ConfigError.of_one("solve", "times do not ascend", expected="instants from 0 s on")
     simulation = Simulation(system)
     values: dict[str, list[float]] = {text: [] for text in system.shown}
     for done, instant in enumerate(instants, 1):

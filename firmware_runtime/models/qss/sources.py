@@ -32,7 +32,7 @@ class Schedule(Atomic):
         instants = [at_s for at_s, _ in planned]
         is_in_order = instants == sorted(set(instants))
         if not (is_in_order and all(0.0 <= each < inf for each in instants)):
-            raise ModelError(f"{name}: expected instants of 0 s or more, each after the last")
+            raise ModelError("expected instants of 0 s or more, each after the last", where=name)
         self.out = self.out_port("out", Segment)
         self._planned = [(whole_ns(at_s), segment) for at_s, segment in planned]
         self._number = 0
@@ -56,7 +56,7 @@ class Schedule(Atomic):
     def _take(self) -> None:
         self._next = self._segment(self._number) or (NEVER, ZERO_SEGMENT)
         if not all(map(isfinite, self._next[1])):
-            raise ModelError(f"{self.path}: sends {self._next[1]}; expected finite numbers")
+            raise ModelError(f"sends {self._next[1]}", where=self.path, expected="finite numbers")
         self._number += 1
         self.sigma = NEVER if self._next[0] >= NEVER else self._next[0] - self._at
 
@@ -131,9 +131,9 @@ class Square(Schedule):
     ) -> None:
         super().__init__(name)
         if not 4e-9 <= period_s < inf:
-            raise ModelError(f"{name}: period_s is {period_s!r}; expected 4e-9 or more")
+            raise ModelError(f"period_s is {period_s!r}", where=name, expected="4e-9 or more")
         if not 0.0 <= duty <= 1.0:
-            raise ModelError(f"{name}: duty is {duty!r}; expected 0 to 1")
+            raise ModelError(f"duty is {duty!r}", where=name, expected="0 to 1")
         self._period, self._on = period_s * SECOND, duty * period_s * SECOND
         self._in_a_period = [(0.0, Segment(high))] if self._on >= 1.0 else []
         if self._on < self._period - 1.0:
@@ -155,7 +155,7 @@ class Samples(Schedule):
         self, name: str, samples: Sequence[tuple[float, float]], *, holds: bool = False
     ) -> None:
         if not samples:
-            raise ModelError(f"{name}: 0 samples; expected 1 or more")
+            raise ModelError("0 samples", where=name, expected="1 or more")
         planned = [
             (
                 at_s,
@@ -180,10 +180,10 @@ def _read(path: Path) -> list[tuple[float, float]]:
     try:
         rows = [row for row in csv.reader(path.read_text("utf-8").splitlines()) if row]
     except UnicodeDecodeError as error:
-        raise ModelError(f"{path}: cannot be read: not UTF-8; expected a CSV file") from error
+        raise ModelError("cannot be read: not UTF-8", where=path, expected="a CSV file") from error
     except (OSError, csv.Error) as error:
         why = getattr(error, "strerror", None) or error
-        raise ModelError(f"{path}: cannot be read ({why}); expected a CSV file") from error
+        raise ModelError(f"cannot be read ({why})", where=path, expected="a CSV file") from error
     samples = []
     for number, row in enumerate(rows):
         try:
@@ -194,6 +194,6 @@ def _read(path: Path) -> list[tuple[float, float]]:
             at_s = value = nan
         if not (isfinite(at_s) and isfinite(value)):
             line = f"{path}: line {number + 1} is {','.join(row)!r}"
-            raise ModelError(f"{line}; expected seconds and a value")
+            raise ModelError(line, expected="seconds and a value")
         samples.append((at_s, value))
     return samples

@@ -79,7 +79,9 @@ class When:
                 pass
             case _:
                 raise ExpressionError(
-                    f"{self.event!r}: no event; expected such as 'x crosses 0 falling' or 'x > 1'"
+                    "no event",
+                    where=f"{self.event!r}",
+                    expected="such as 'x crosses 0 falling' or 'x > 1'",
                 )
         at_zero = isinstance(op, ast.Gt | ast.Lt) is is_denied
         return (smaller, larger, at_zero) if is_denied else (larger, smaller, at_zero)

@@ -117,8 +117,9 @@ class Pieces:
             write(ring)
         except OSError as error:
             raise StatisticsFileError(
-                f"{self._stem.parent}: the recording cannot be kept there ({error.strerror}); "
-                "expected a folder that this user may write, with room in it"
+                f"the recording cannot be kept there ({error.strerror})",
+                where=self._stem.parent,
+                expected="a folder that this user may write, with room in it",
             ) from error
 
     def _synced(self, ring: RingFile) -> None:

@@ -81,7 +81,7 @@ def save(path: Path, content: bytes) -> Saved:
     headers = list(_headers(content))
     if not headers:
         fault = "no header of a recording is whole in it, so nothing can be saved"
-        raise ConfigError.of_one(str(path), f"{fault}; expected a recording of a run")
+        raise ConfigError.of_one(str(path), fault, expected="a recording of a run")
     header = _section_at(content, headers[0] - SECTION.size, len(content)) or b""
     lost: list[str] = []
     pieces: list[_Piece] = []

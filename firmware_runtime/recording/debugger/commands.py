@@ -187,7 +187,7 @@ def _kind(component: Component) -> str:
 
 def _required(text: str, what: str) -> None:
     if not text:
-        raise ConfigError.of_one("command", f"nothing given; expected {what}")
+        raise ConfigError.of_one("command", "nothing given", expected=what)
 
 
 def _count(text: str) -> int:

@@ -47,7 +47,7 @@ class Models:
         sender, *others = self._senders.of(path)
         if others:
             names = ", ".join((sender, *others))
-            raise ConfigError.of_one(path, f"several send through it; expected one of {names}")
+            raise ConfigError.of_one(path, "several send through it", expected=f"one of {names}")
         return sender
 
     def split(self, path: str) -> tuple[str, list[str]]:

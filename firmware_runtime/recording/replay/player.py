@@ -257,7 +257,7 @@ class Player:
     def _restore(self, keyframe: Section) -> None:
         """Be in the state of a keyframe."""
         if self.table is None or not isinstance(keyframe.extra, bytes):
-            raise ConfigError.of_one("replay", "its keyframes are of no use; expected its start")
+            raise ConfigError.of_one("replay", "its keyframes are of no use", expected="its start")
         try:
             self.table.restore(keyframe.extra)
         except ForeignState as error:

@@ -146,4 +146,4 @@ def _error(name: object, sentence: object) -> Exception:
 
 
 def _refuse(where: str) -> NoReturn:
-    raise NoAcknowledge(f"{where}: the recording has no such reading here")
+    raise NoAcknowledge("the recording has no such reading here", where=where)

@@ -139,7 +139,7 @@ def differences_of_counts(at: int, recorded: Counts, replayed: Counts) -> Iterat
 
 
 def _foreign(error: ValueError) -> ConfigError:
-    return ConfigError.of_one("recording", f"{error}; expected those that a run notes")
+    return ConfigError.of_one("recording", error, expected="those that a run notes")
 
 
 def _is_same(was: Any, now: Any, sent: Any) -> bool:  # noqa: ANN401 -- pairs

@@ -68,7 +68,7 @@ class Cutter:
         first = self._state_at(sections, [begin]).get(begin) if begin else [sections[0]]
         if first is None:
             fault = "the robot's state cannot be kept where the stretch begins"
-            raise ConfigError.of_one("--as-test", f"{fault}; expected one from the run's start")
+            raise ConfigError.of_one("--as-test", fault, expected="one from the run's start")
         rest = sections[max(begin, 1) : end]
         return _piece(self._file([*first, *rest]), None, decode(first[0]), rest)
 
