@@ -152,7 +152,7 @@ def test_a_chip_that_is_not_there_is_one_sentence(
     chip.bus.faults = FaultScript([NackAddress(address=0x40, times=None)])  # type: ignore[attr-defined]
     ended = command(*MOVE, "--yes")
     assert ended.status == 3
-    assert "no answer, expected a PCA9685; `firmware-runtime probe` shows" in ended.error
+    assert "no answer; expected a PCA9685; `firmware-runtime probe` shows" in ended.error
 
 
 @pytest.mark.parametrize(

@@ -68,7 +68,7 @@ def test_a_voltage_beyond_the_full_scale_is_no_reading(inputs: str, code: str) -
     bench = Bench()
     bench.volts[3] = 3.3
     bench.start(inputs)
-    with pytest.raises(NotReady, match=rf"{code}, expected .* 2\.048 V"):
+    with pytest.raises(NotReady, match=rf"{code}; expected .* 2\.048 V"):
         bench.driver.read_voltage()
 
 

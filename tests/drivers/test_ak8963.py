@@ -56,13 +56,13 @@ def test_a_fuse_rom_that_reads_one_level_is_a_fault(
     chip: Ak8963, registers: Registers, fuse: bytes
 ) -> None:
     registers[0x0C][0x10:0x13] = fuse
-    with pytest.raises(NotReady, match=rf"fuse ROM reads {fuse.hex(' ')}, expected three factors"):
+    with pytest.raises(NotReady, match=rf"fuse ROM reads {fuse.hex(' ')}; expected three factors"):
         bring_up(chip)
 
 
 def test_another_identity_is_refused(chip: Ak8963, registers: Registers) -> None:
     registers[0x0C][0x00] = 0x49
-    with pytest.raises(WrongDevice, match="AK8963 at 0x0c on i2c-1: WIA reads 49, expected 48"):
+    with pytest.raises(WrongDevice, match="AK8963 at 0x0c on i2c-1: WIA reads 49; expected 48"):
         bring_up(chip)
 
 
@@ -76,7 +76,7 @@ def test_a_mode_that_did_not_take_is_reported(chip: Ak8963, registers: Registers
     bring_up(chip)
     chip.verify()
     registers[0x0C][0x0A] = 0x00
-    with pytest.raises(NotReady, match="CNTL1 reads 00, expected 16"):
+    with pytest.raises(NotReady, match="CNTL1 reads 00; expected 16"):
         chip.verify()
 
 
@@ -92,9 +92,9 @@ def test_a_measurement_is_read_to_st2_and_given_in_tesla(
 @pytest.mark.parametrize(
     ("st1", "st2", "reason"),
     [
-        (0x00, 0x10, "no new measurement, expected 100 a second"),
-        (0x01, 0x18, "ST2 reads 18, expected 10"),
-        (0x01, 0x00, "ST2 reads 00, expected 10"),
+        (0x00, 0x10, "no new measurement; expected 100 a second"),
+        (0x01, 0x18, "ST2 reads 18; expected 10"),
+        (0x01, 0x00, "ST2 reads 00; expected 10"),
     ],
 )
 def test_a_measurement_that_is_old_or_invalid_is_not_given(

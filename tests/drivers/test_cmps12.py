@@ -85,7 +85,7 @@ def test_a_bearing_beyond_the_circle_is_none(
     chip: Cmps12, registers: Registers, tenths: int
 ) -> None:
     point(registers, tenths, coarse=0)
-    with pytest.raises(NotReady, match=f"bearing reads {tenths}, expected 0 to 3599"):
+    with pytest.raises(NotReady, match=f"bearing reads {tenths}; expected 0 to 3599"):
         chip.read_bearing()
 
 
@@ -134,7 +134,7 @@ def test_what_is_no_compass_is_refused(chip: Cmps12, registers: Registers, found
 def test_an_absent_chip_says_what_was_expected(chip: Cmps12, registers: Registers) -> None:
     registers.clear()
     (step,) = chip.bring_up()
-    with pytest.raises(NoAcknowledge, match="CMPS12 at 0x61 on i2c-1: no answer, expected a soft"):
+    with pytest.raises(NoAcknowledge, match="CMPS12 at 0x61 on i2c-1: no answer; expected a soft"):
         step.action()
 
 

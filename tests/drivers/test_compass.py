@@ -270,5 +270,5 @@ def test_a_bearing_may_stand_still(chip: ScriptedCompass) -> None:
 
 
 def test_a_period_that_cannot_be_is_refused(chip: ScriptedCompass) -> None:
-    with pytest.raises(SettingError, match=r"compass: period of 0 ns, expected more than 0 ns"):
+    with pytest.raises(SettingError, match=r"compass: period of 0 ns; expected more than 0 ns"):
         Compass("compass", chip, CompassSettings(period=0))

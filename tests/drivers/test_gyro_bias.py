@@ -37,7 +37,7 @@ def test_a_robot_that_turns_evenly_is_refused_too() -> None:
 def test_too_few_samples_are_no_bias() -> None:
     bias = GyroBias(3)
     bias.add((0.0, 0.0, 0.0))
-    with pytest.raises(NotReady, match="1 samples, expected 3"):
+    with pytest.raises(NotReady, match="1 samples; expected 3"):
         bias.mean()
 
 

@@ -77,13 +77,13 @@ def test_an_overflow_in_the_measurement_thrown_away_does_no_harm(
 
 def test_another_identity_is_refused(chip: Hmc5883l, registers: Registers) -> None:
     registers[CHIP][0x0A:0x0D] = b"H53"
-    with pytest.raises(WrongDevice, match=r"reads 48 35 33, expected 48 34 33 \(H43\)"):
+    with pytest.raises(WrongDevice, match=r"reads 48 35 33; expected 48 34 33 \(H43\)"):
         chip.identify()
 
 
 def test_an_absent_chip_is_named_plainly(chip: Hmc5883l, registers: Registers) -> None:
     registers.clear()
-    expected = r"HMC5883L at 0x1e on i2c-1: no answer, expected the identity 48 34 33$"
+    expected = r"HMC5883L at 0x1e on i2c-1: no answer; expected the identity 48 34 33$"
     with pytest.raises(NoAcknowledge, match=expected):
         chip.identify()
 
@@ -159,7 +159,7 @@ def test_a_measurement_under_way_is_not_ready_and_can_be_read_later(
     chip: Hmc5883l, registers: Registers
 ) -> None:
     measure(chip, registers, 100, 0, 0, mode=0x01)
-    with pytest.raises(NotReady, match="MODE reads 01, expected 02 or 03"):
+    with pytest.raises(NotReady, match="MODE reads 01; expected 02 or 03"):
         chip.read_field()
     registers[CHIP][0x02] = IDLE
     assert chip.read_field()[0] == pytest.approx(100e-4 / 1090)
@@ -200,7 +200,7 @@ def test_a_field_beyond_the_range_is_no_field(
     counts = {"x": 1, "y": 2, "z": 3} | {axis: -4096}
     measure(chip, registers, **counts)
     with pytest.raises(
-        NotReady, match=rf"beyond the range on sensor axis {axis}, expected .*1\.3 G"
+        NotReady, match=rf"beyond the range on sensor axis {axis}; expected .*1\.3 G"
     ):
         chip.read_field()
 
@@ -265,7 +265,7 @@ def test_the_robots_own_field_is_taken_off_in_body_axes(
 
 def test_a_field_straight_down_has_no_bearing(chip: Hmc5883l, registers: Registers) -> None:
     measure(chip, registers, 10, -10, -500)
-    with pytest.raises(NotReady, match=r"horizontal field is 1\.3 uT, expected 2 uT or more"):
+    with pytest.raises(NotReady, match=r"horizontal field is 1\.3 uT; expected 2 uT or more"):
         chip.read_bearing()
 
 

@@ -225,5 +225,5 @@ def test_a_chip_that_samples_more_slowly_than_it_is_read_is_refused() -> None:
     chip.settings = Mpu9250Settings(sample_hz=100)
     bias = GyroBias(SAMPLES, max_spread=0.05)
     Imu("imu", cast("Mpu9250", chip), 10 * MILLISECOND, bias)
-    with pytest.raises(SettingError, match=r"i2c1: sample_hz: 100, expected more than 200"):
+    with pytest.raises(SettingError, match=r"i2c1: sample_hz: 100; expected more than 200"):
         Imu("imu", cast("Mpu9250", chip), 5 * MILLISECOND, bias)

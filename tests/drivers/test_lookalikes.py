@@ -41,8 +41,8 @@ class Lookalike:
 
 # A sonar ------------------------------------------------------------------------------------------
 
-ANSWERS = "not an SRF08: it answers 10 ms after a ranging command, expected silence for 64 ms"
-KEEPS = "not an SRF08: registers 0 to 3 read 51 1f ff 00 after a ranging, expected revision 0a"
+ANSWERS = "not an SRF08: it answers 10 ms after a ranging command; expected silence for 64 ms"
+KEEPS = "not an SRF08: registers 0 to 3 read 51 1f ff 00 after a ranging; expected revision 0a"
 
 
 @pytest.mark.parametrize(

@@ -189,7 +189,7 @@ def test_a_frame_that_says_zero_is_no_distance_and_the_next_one_still_counts(
 ) -> None:
     sonar.start_ranging()
     port.arrived = b"R000\r"
-    with pytest.raises(NotReady, match="a frame says 0, expected its least distance"):
+    with pytest.raises(NotReady, match="a frame says 0; expected its least distance"):
         sonar.read_distance()
     port.arrived = b"R020\r"
     assert sonar.read_distance() == 0.2

@@ -95,7 +95,7 @@ def test_what_is_no_md25_is_refused_before_anything_is_written(
 
 def test_an_absent_chip_says_what_was_expected(register_bus: I2cBus, registers: Registers) -> None:
     registers.clear()
-    with pytest.raises(NoAcknowledge, match="MD25 at 0x58 on i2c-1: no answer, expected a soft"):
+    with pytest.raises(NoAcknowledge, match="MD25 at 0x58 on i2c-1: no answer; expected a soft"):
         bring_up(Md25(register_bus))
 
 

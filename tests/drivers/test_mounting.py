@@ -31,7 +31,7 @@ def test_exactly_the_24_rotations_are_taken() -> None:
 
 
 def test_a_mirror_image_is_refused_as_such() -> None:
-    with pytest.raises(SettingError, match=r"'\+x \+y -z' is a mirror image, expected a rotation"):
+    with pytest.raises(SettingError, match=r"'\+x \+y -z' is a mirror image; expected a rotation"):
         parse_mounting("+x +y -z")
 
 

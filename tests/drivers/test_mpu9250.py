@@ -151,7 +151,7 @@ def test_an_unknown_identity_is_taken_when_the_settings_vouch_for_it(
 
 def test_an_absent_chip_says_what_was_expected(chip: Mpu9250, registers: Registers) -> None:
     del registers[MPU]
-    with pytest.raises(NoAcknowledge, match="MPU-9250 at 0x68 on i2c-1: no answer, expected WHO"):
+    with pytest.raises(NoAcknowledge, match="MPU-9250 at 0x68 on i2c-1: no answer; expected WHO"):
         bring_up(chip)
 
 
@@ -270,7 +270,7 @@ def test_a_field_that_is_old_or_invalid_is_none(
 def test_an_old_sample_is_never_given_as_new(chip: Mpu9250, show: Callable[..., None]) -> None:
     bring_up(chip)
     show(status=0x00)
-    with pytest.raises(NotReady, match="INT_STATUS reads 00, expected a new sample"):
+    with pytest.raises(NotReady, match="INT_STATUS reads 00; expected a new sample"):
         chip.read_sample()
 
 

@@ -62,12 +62,12 @@ def test_a_calibrated_oscillator_changes_the_prescale_and_the_true_rate() -> Non
 
 @pytest.mark.parametrize("frequency_hz", [23.9, 1527, 0, -50, math.inf, math.nan])
 def test_a_rate_the_chip_cannot_have_is_refused(frequency_hz: float) -> None:
-    with pytest.raises(SettingError, match=r"PCA9685 frequency: .* Hz, expected 24 to 1526 Hz"):
+    with pytest.raises(SettingError, match=r"PCA9685 frequency: .* Hz; expected 24 to 1526 Hz"):
         prescale_for(frequency_hz)
 
 
 def test_a_rate_out_of_this_oscillators_reach_is_refused_with_its_reach() -> None:
-    with pytest.raises(SettingError, match=r"24 Hz, expected 25\.\d to 1\d+\.\d Hz"):
+    with pytest.raises(SettingError, match=r"24 Hz; expected 25\.\d to 1\d+\.\d Hz"):
         prescale_for(24, 27e6)
 
 
@@ -126,7 +126,7 @@ def test_an_absent_chip_says_what_was_expected(
     register_bus: I2cBus, registers: dict[int, bytearray]
 ) -> None:
     del registers[0x40]
-    with pytest.raises(NoAcknowledge, match="PCA9685 at 0x40 on i2c-1: no answer, expected a PCA"):
+    with pytest.raises(NoAcknowledge, match="PCA9685 at 0x40 on i2c-1: no answer; expected a PCA"):
         Pca9685(register_bus).silence()
 
 

@@ -195,7 +195,7 @@ def test_a_failed_bring_up_is_reported_and_begun_again(
 
 def test_a_period_shorter_than_the_chip_allows_is_refused(chip: ScriptedSonar) -> None:
     settings = SonarSettings(period=64 * MILLISECOND, threshold_m=0.5)
-    with pytest.raises(SettingError, match="sonar: period of 64 ms, expected 65 ms or more for"):
+    with pytest.raises(SettingError, match="sonar: period of 64 ms; expected 65 ms or more for"):
         Sonar("sonar", chip, settings)
 
 

@@ -103,7 +103,7 @@ def test_a_revision_that_is_none_is_another_device(
 
 def test_an_absent_chip_says_what_was_expected(chip: Srf08, registers: Registers) -> None:
     registers.clear()
-    with pytest.raises(NoAcknowledge, match="SRF08 at 0x73 on i2c-1: no answer, expected a soft"):
+    with pytest.raises(NoAcknowledge, match="SRF08 at 0x73 on i2c-1: no answer; expected a soft"):
         chip.identify()
 
 
@@ -173,14 +173,14 @@ def test_bytes_that_cannot_be_an_echo_are_not_made_one(
 ) -> None:
     chip.start_ranging()
     show_echo(registers, centimetres, revision=revision)
-    with pytest.raises(NotReady, match=f"registers 0 to 3 read {read}, expected"):
+    with pytest.raises(NotReady, match=f"registers 0 to 3 read {read}; expected"):
         chip.read_distance()
 
 
 def test_a_line_that_is_held_is_not_an_echo_from_nowhere(chip: Srf08, registers: Registers) -> None:
     chip.start_ranging()
     registers[SONAR][0:4] = bytes(4)
-    with pytest.raises(NotReady, match="registers 0 to 3 read 00 00 00 00, expected"):
+    with pytest.raises(NotReady, match="registers 0 to 3 read 00 00 00 00; expected"):
         chip.read_distance()
 
 

@@ -26,7 +26,7 @@ def bench(driver: ScriptedDriver) -> AtomicBench:
     [
         ({"left": 3}, r"treads\.left: signal 3, expected 0, 1 or 2"),
         ({"right": -1}, r"treads\.right: signal -1"),
-        ({"speeds": TreadSpeeds(math.nan, 0.0)}, r"treads\.speeds: speeds \(nan, 0\.0\), expected"),
+        ({"speeds": TreadSpeeds(math.nan, 0.0)}, r"treads\.speeds: speeds \(nan, 0\.0\); expected"),
         ({"speeds": TreadSpeeds(0.0, math.inf)}, r"expected finite numbers"),
     ],
 )

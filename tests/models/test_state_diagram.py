@@ -218,7 +218,7 @@ BUSY = State("Busy", "short", Arrow("out!1", "Idle"))
             (IDLE, State("Busy", "short", Arrow("out!1", "Idle"), Arrow("", "Busy"))),
             "each needs a condition",
         ),
-        ((IDLE, State("Busy", "medium", Arrow("", "Idle"))), "'medium', expected one of short"),
+        ((IDLE, State("Busy", "medium", Arrow("", "Idle"))), "'medium'; expected one of short"),
         ((IDLE, State("Busy", -1, Arrow("", "Idle"))), "expected whole nanoseconds"),
         ((State("Idle", NEVER, Arrow("first?1 second?1", "Idle")),), "expected one port[?]value"),
         ((State("Idle", "short", Arrow("out=1", "Idle")),), "expected one port[?]value"),

@@ -189,12 +189,12 @@ def test_a_driver_without_an_identity_is_content_with_an_answer() -> None:
     _, bus = wired(WORDS)
     driver = driver_of(table_of(WORDS))(bus)
     assert driver.evidence() == "CONFIG reads 399f"
-    with pytest.raises(NoAcknowledge, match="no answer, expected CONFIG"):
+    with pytest.raises(NoAcknowledge, match="no answer; expected CONFIG"):
         driver_of(table_of(WORDS))(bus, 0x41).write_by_name("CONFIG", 1)
 
 
 def test_another_chip_is_recognised_by_its_identity() -> None:
     double, bus = wired(EIGHT_BITS)
     double.put("ID", 0x33)
-    with pytest.raises(WrongDevice, match="ID reads 33, expected 5a"):
+    with pytest.raises(WrongDevice, match="ID reads 33; expected 5a"):
         driver_of(table_of(EIGHT_BITS))(bus).identify()
