@@ -1,0 +1,1 @@
+"""The Brook, a flow meter on a serial line (example, rev. 1)."""
