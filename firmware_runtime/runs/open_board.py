@@ -205,7 +205,7 @@ def open_board(  # noqa: PLR0913 -- the options of the command, by the same name
     (`doubles=False`) are driven only while it is armed: by `arm=True`, by the board's `[arming]
     at_start`, or by `firmware-runtime arm` while it runs, and each time only once nothing speaks
     against it. With a `role` only that part of the model runs, and `link` says over what it speaks
-    with the rest, in another process, see docs/two-machines.md; a role without hardware has no
+    with the rest, in another process, see docs/stages.md; a role without hardware has no
     doubles. `statistics` are kept in a file where it is given, and where outputs are outside this
     process: the guard looks there, and beside them is what entered the run, for `firmware-runtime
     replay`. `record` is a file that has this recording once the robot is closed. `log` gets what

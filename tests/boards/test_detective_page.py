@@ -1,4 +1,4 @@
-"""docs/detective.md says of the detective's state diagrams what they are."""
+"""docs/robots.md says of the detective's state diagrams what they are."""
 
 import re
 from pathlib import Path
@@ -12,7 +12,7 @@ from firmware_runtime.devs.wiring import Wiring
 from firmware_runtime.models.state_diagram import StateDiagram
 from firmware_runtime.models.state_table import State
 
-PAGE = Path(__file__).parents[2] / "docs/detective.md"
+PAGE = Path(__file__).parents[2] / "docs/robots.md"
 SECTIONS = {
     "Radar controller": ["radarController"],
     "Movement controller": ["movementController"],
@@ -34,7 +34,7 @@ class Tables(NamedTuple):
 
 def tables(section: str) -> Tables:
     text = PAGE.read_text(encoding="utf-8")
-    body = text.split(f"## {section}\n", 1)[1].split("\n## ", 1)[0]
+    body = text.split(f"\n### {section}\n", 1)[1].split("\n### ", 1)[0]
     found = [
         [[cell.strip() for cell in line.strip("|").split("|")] for line in block.splitlines()[2:]]
         for block in re.findall(r"(?:^\|.*\n)+", body, re.MULTILINE)

@@ -58,7 +58,7 @@ def test_a_shell_takes_each_command_as_it_stands(command: str) -> None:
 
 
 def test_the_sweep_is_the_one_whose_figures_its_page_has() -> None:
-    sweeps = (ROOT / "docs/sweeps.md").read_text(encoding="utf-8").replace("\\\n", " ")
+    sweeps = (ROOT / "docs/experiments.md").read_text(encoding="utf-8").replace("\\\n", " ")
     (command,) = [each for each in COMMANDS if each.split()[1] == "sweep"]
     assert command in " ".join(sweeps.split())
 

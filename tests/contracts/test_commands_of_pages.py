@@ -20,7 +20,7 @@ OPTION = re.compile(r"(?<![\w-])--[a-z][\w-]*")
 NOTATION = re.compile(r"\[|\||\.\.\.|(?<![\w.=])[A-Z]+\b")
 """In a command that is spelled out nothing is left to choose or to fill in."""
 SHELL = {"|", "&", "&&", "||", ";", "<", ">", ">>", "2>", "2>&1"}
-CHIP_OF_A_USER = re.compile(r"^try (?:light|plumb|brook)\b")
+CHIP_OF_A_USER = re.compile(r"^try light\b")
 """One that its page has the reader write."""
 TARGET = re.compile(r"(?:`|^ {4})make ([a-z][\w-]*)", re.MULTILINE)
 

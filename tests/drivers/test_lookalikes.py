@@ -1,6 +1,6 @@
 """Parts that answer like a chip and are none: refused by the bring-up, or by every reading.
 
-The table in docs/dead-sensors.md says which of both, for every chip.
+The table in docs/safety.md says which of both, for every chip.
 """
 
 from collections.abc import Callable, Iterable, Mapping

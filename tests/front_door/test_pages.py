@@ -1,17 +1,25 @@
-"""README.md and two pages of docs show programs and what they print."""
+"""README.md and pages of docs show programs and what they print."""
 
 import pytest
 
 from tests.support.pages import Example, examples, printed
 
+(HOME,) = examples("index.md")
 FIRST, *OTHERS = examples("first-model.md")
 (README,) = examples("../README.md")
-WITH_ROBOTS = examples("notebooks-and-tests.md")
-(SWEEP,) = examples("sweeps.md")
+WITH_ROBOTS = examples("testing.md")
+(SWEEP,) = examples("experiments.md")
 
 
 def lines_of_code(program: str) -> int:
     return sum(1 for line in program.splitlines() if line.strip())
+
+
+@pytest.mark.slow
+@pytest.mark.real_time
+def test_the_ten_lines_of_the_home_page_print_what_it_says() -> None:
+    assert lines_of_code(HOME.program) <= 10
+    assert printed(HOME.program) == HOME.output
 
 
 @pytest.mark.slow

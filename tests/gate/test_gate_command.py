@@ -84,7 +84,7 @@ def test_the_json_has_the_documented_keys(
     words = ["any", "--json", "--pairs", "40", "--tolerance", "5"]
     assert main(["gate", str(tmp_path), str(tmp_path), *words]) == 1
     found = json.loads(capsys.readouterr().out)
-    page = (Path(__file__).parents[2] / "docs" / "timing-gate.md").read_text()
+    page = (Path(__file__).parents[2] / "docs" / "performance.md").read_text()
     assert [key for key in found if f"`{key}`" not in page] == []
     assert (found["verdict"], found["pairs"], found["most_pairs"]) == ("slower", 10, 40)
     assert found["tolerance"] == 0.05

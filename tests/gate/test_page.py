@@ -1,4 +1,4 @@
-"""docs/timing-gate.md: its workflow does with each status what it says, its limits are there."""
+"""docs/performance.md: its workflow does with each status what it says, its limits are there."""
 
 import re
 import subprocess
@@ -9,7 +9,7 @@ import pytest
 
 from sim_doubles.testing.limits import Limits
 
-PAGE = (Path(__file__).parents[2] / "docs" / "timing-gate.md").read_text("utf-8")
+PAGE = (Path(__file__).parents[2] / "docs" / "performance.md").read_text("utf-8")
 
 
 @pytest.mark.parametrize(

@@ -32,7 +32,7 @@ from tests.support.waiting import PATIENCE_S, wait_until
 
 RAMP_STEP = 0.125
 
-PAGE = Path(__file__).parents[2] / "docs" / "dover.md"
+PAGE = Path(__file__).parents[2] / "docs" / "bridge.md"
 
 
 class Ramp(Atomic):
@@ -210,7 +210,8 @@ def test_in_virtual_time_both_ends_are_one_model() -> None:
 @pytest.mark.slow
 @pytest.mark.real_time
 def test_the_two_programs_of_the_page_speak_with_each_other() -> None:
-    model, node = re.findall(r"```python\n(.*?)```", PAGE.read_text(), re.DOTALL)
+    section = PAGE.read_text().partition("\n## PowerDEVS")[2]
+    model, node = re.findall(r"```python\n(.*?)```", section, re.DOTALL)
     out, back = free_port(), free_port()
     model, node = (
         each.replace("62002", str(out)).replace("62001", str(back)) for each in (model, node)

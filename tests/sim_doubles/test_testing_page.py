@@ -1,4 +1,4 @@
-"""docs/testing-on-doubles.md: its ten lines pass, and its workflow's commands are commands."""
+"""docs/testing.md: its ten lines pass, and its workflow's commands are commands."""
 
 import re
 import shlex
@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-PAGE = Path(__file__).parents[2] / "docs" / "testing-on-doubles.md"
+PAGE = Path(__file__).parents[2] / "docs" / "testing.md"
 
 
 def blocks(language: str) -> list[str]:

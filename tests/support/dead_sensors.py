@@ -1,7 +1,7 @@
 """Chips whose readings die in eight ways, and after how many readings their drivers say so.
 
 Each chip is a double with its noise, and its driver; between both a bus alters the words that are
-read, as a broken part would. The table in docs/dead-sensors.md is what this finds:
+read, as a broken part would. The table in docs/safety.md is what this finds:
 
     FIRMWARE_RUNTIME_DEAD_SENSORS=1 .venv/bin/python -m pytest tests/safety/test_dead_sensors.py
 """
@@ -41,7 +41,7 @@ from sim_doubles.inertial_truth import InertialTruth
 from sim_doubles.serial_line import SerialLineDouble
 from tests.support.atomic_bench import AtomicBench
 
-DOCUMENT: Final = Path(__file__).parents[2] / "docs" / "dead-sensors.md"
+DOCUMENT: Final = Path(__file__).parents[2] / "docs" / "safety.md"
 BEGIN, END = "<!-- failures: written by tests/safety -->", "<!-- end of the failures -->"
 MOST: Final = 1000
 """Readings after which a failure counts as one that is not found."""

@@ -9,7 +9,6 @@ from typing import NamedTuple
 
 PROJECT = Path(__file__).parents[2]
 _BLOCK = re.compile(r"^```(\w*)\n(.*?)^```", re.DOTALL | re.MULTILINE)
-_FILE = re.compile(r"^```\w+\n# (\S+)\n(.*?)^```", re.DOTALL | re.MULTILINE)
 
 
 class Example(NamedTuple):
@@ -29,11 +28,6 @@ def examples(page: str) -> list[Example]:
         for (kind, program), (after, output) in pairs
         if (kind, after) == ("python", "text")
     ]
-
-
-def files_of(page: str) -> dict[str, str]:
-    """The blocks of `docs/PAGE` that begin with the name of a file, by that name."""
-    return dict(_FILE.findall((PROJECT / "docs" / page).read_text(encoding="utf-8")))
 
 
 def printed(program: str, folder: Path = PROJECT) -> str:

@@ -65,15 +65,6 @@ class WrittenPackage:
             process.communicate(timeout=120)
 
 
-def package_of(files: Mapping[str, str], folder: Path, site: Path) -> WrittenPackage:
-    """A package of these files, texts by name, as installed."""
-    for name, text in files.items():
-        path = folder / name
-        path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_text(text)
-    return as_installed(folder, site)
-
-
 def as_installed(folder: Path, site: Path) -> WrittenPackage:
     """The package of a folder with a pyproject.toml, its metadata written below `site`."""
     project = tomllib.loads((folder / "pyproject.toml").read_text())["project"]

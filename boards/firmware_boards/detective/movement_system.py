@@ -1,6 +1,6 @@
 """The Movement System: drives ahead, stops on command, turns to the target and drives to it.
 
-The table is the paper's Figure 5, as far as its text describes it: docs/detective.md compares each
+The table is the paper's Figure 5, as far as its text describes it: docs/robots.md compares each
 state and arrow with it.
 """
 

@@ -1,6 +1,6 @@
 """The Radar System: turns the radar to and fro until its sonar detects, then sends the direction.
 
-The table is the paper's Figure 4, as far as its text describes it: docs/detective.md compares each
+The table is the paper's Figure 4, as far as its text describes it: docs/robots.md compares each
 state and arrow with it.
 """
 

@@ -37,7 +37,7 @@ model alone, in virtual time, both versions at once on one processor; what is co
 time. Behind `--` a command may stand instead, which is run in either folder. With a chance of
 {ERROR:.0%} at most `slower` is said of what is within the tolerance, and likewise `no slower` of
 what is not.
-Exit status: 0 no slower, 1 slower, 11 cannot tell here, 2 bad input. docs/timing-gate.md.
+Exit status: 0 no slower, 1 slower, 11 cannot tell here, 2 bad input. docs/performance.md.
 """
 
 

@@ -15,7 +15,7 @@ from firmware_runtime.system.neighbours import Neighbours, busy
 
 
 class Outcome(Struct, frozen=True, kw_only=True):
-    """A decision and what it was made from, as `--json` prints it; docs/timing-gate.md."""
+    """A decision and what it was made from, as `--json` prints it; docs/performance.md."""
 
     decision: Decision
     tolerance: float
