@@ -3,6 +3,7 @@
 import re
 from pathlib import Path
 
+from firmware_runtime.errors import Status
 from firmware_runtime.host.doctor.finding import Severity
 from firmware_runtime.host.doctor.registry import GROUPS
 

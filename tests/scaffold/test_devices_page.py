@@ -10,10 +10,10 @@ from pathlib import Path
 
 import msgspec
 import pytest
+from firmware_drivers.actuator import Actuator
 
-from drivers.actuator import Actuator
+from firmware_runtime.board.registers.register_table import Register, RegisterTable
 from firmware_runtime.cli.main import main
-from firmware_runtime.registers.table import Register, RegisterTable
 from tests.support.pages import PROJECT
 from tests.support.waiting import PATIENCE_S
 from tests.support.written_package import WrittenPackage, as_installed

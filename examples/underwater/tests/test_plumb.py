@@ -4,11 +4,11 @@ from collections.abc import Callable, Iterator, Sequence
 from typing import Any
 
 import pytest
+from firmware_drivers.chips.step import Step
 from smbus2 import SMBus
 from underwater.plumb.double import PlumbDouble
 from underwater.plumb.driver import CONVERSION_NS, PRESSURE, TEMPERATURE, TRAFFIC, Plumb, Sounding
 
-from drivers.chips.step import Step
 from sim_doubles.contract.chip import CHECKS, Check
 from sim_doubles.contract.row import Row
 from sim_doubles.i2c_target import Target

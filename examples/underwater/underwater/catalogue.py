@@ -2,8 +2,9 @@
 
 from typing import Final
 
-from drivers.catalogue.trial import Identity, OnBus, OnPort, Options, Quantity, Sensor
-from drivers.chips.step import Step
+from firmware_drivers.catalogue.trial import Identity, OnBus, OnPort, Options, Quantity, Sensor
+from firmware_drivers.chips.step import Step
+
 from firmware_runtime import I2cBus
 from firmware_runtime.hal.serial import SerialPort
 from underwater.brook.driver import ANSWER_NS, BAUD, Brook

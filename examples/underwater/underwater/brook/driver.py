@@ -5,7 +5,8 @@ It speaks only when it is asked. The caller of the driver waits for the answer.
 
 from typing import Final
 
-from drivers.chips.step import Step
+from firmware_drivers.chips.step import Step
+
 from firmware_runtime import MILLISECOND, NotReady, WrongDevice
 from firmware_runtime.hal.serial import SerialPort
 

@@ -1,6 +1,7 @@
 """The Brook as a hardware atomic model: the flow every period."""
 
-from drivers.hardware import HardwareModel
+from firmware_drivers.hardware import HardwareModel
+
 from firmware_runtime import HalError
 from underwater.brook.driver import ANSWER_NS, Brook
 

@@ -6,7 +6,8 @@ It takes commands and has no registers. The caller waits for the conversions.
 from dataclasses import dataclass
 from typing import Final
 
-from drivers.chips.step import Step
+from firmware_drivers.chips.step import Step
+
 from firmware_runtime import MILLISECOND, I2cBus, Message, NoAcknowledge, NotReady, WrongDevice
 
 ADDRESS: Final = 0x76

@@ -1,6 +1,7 @@
 """The Plumb as a hardware atomic model: a sounding every period."""
 
-from drivers.hardware import HardwareModel
+from firmware_drivers.hardware import HardwareModel
+
 from firmware_runtime import HalError
 from underwater.plumb.driver import CONVERSION_NS, PRESSURE, TEMPERATURE, Plumb, Sounding
 

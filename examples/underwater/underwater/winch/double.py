@@ -8,8 +8,8 @@ from collections.abc import Callable
 from importlib.resources import files
 from typing import Final
 
-from firmware_runtime.registers.table import Register
-from firmware_runtime.registers.table_file import load_table
+from firmware_runtime.board.registers.register_file import load_table
+from firmware_runtime.board.registers.register_table import Register
 from sim_doubles.chips.register_table_double import RegisterTableDouble, World
 from sim_doubles.clock import Now
 from sim_doubles.worlds.swinging import swinging

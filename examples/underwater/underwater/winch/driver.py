@@ -7,7 +7,7 @@ Not for: what the register table does not say.
 from types import MappingProxyType
 from typing import Final
 
-from drivers.chips.register_chip import ChipRegister, Expected, RegisterChip, Setting
+from firmware_drivers.chips.register_chip import ChipRegister, Expected, RegisterChip, Setting
 
 ADDRESSES: Final = (0x1E, 0x1F)
 """A new chip is at the first."""

@@ -1,8 +1,9 @@
 """The winch's motor as a hardware atomic model: what drives it, how long, and how it stops."""
 
-from drivers.actuator import Actuator
-from firmware_runtime.hal.errors import HalError
+from firmware_drivers.actuator import Actuator
+
 from firmware_runtime.hal.interlock import POLL_PERIOD, Interlock, always_enabled
+from firmware_runtime.hal.wire_errors import HalError
 from underwater.winch.motor import WinchMotor
 
 

@@ -1,6 +1,7 @@
 """The winch's motor: what drives it and what switches it off, beside what the table gave."""
 
-from drivers.chips.step import Step
+from firmware_drivers.chips.step import Step
+
 from firmware_runtime.hal.i2c import Message
 from underwater.winch.driver import CONTROL, POWER, Winch
 

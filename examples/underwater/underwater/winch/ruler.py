@@ -1,8 +1,9 @@
 """The winch's encoder as a hardware atomic model: a place every period."""
 
-from drivers.chips.step import Step
-from drivers.hardware import HardwareModel
-from firmware_runtime.hal.errors import HalError
+from firmware_drivers.chips.step import Step
+from firmware_drivers.hardware import HardwareModel
+
+from firmware_runtime.hal.wire_errors import HalError
 from underwater.winch.driver import Winch
 
 
