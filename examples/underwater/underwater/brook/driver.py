@@ -72,7 +72,7 @@ class Brook:
 
     def _identify(self) -> None:
         if (found := self._answer()) != BROOK:
-            raise WrongDevice(f"{self.place}: identity {found:04x}, expected {BROOK:04x}")
+            raise WrongDevice(f"identity {found:04x}", where=self.place, expected=f"{BROOK:04x}")
 
     def _ask(self, command: int) -> None:
         self._asked = command
@@ -86,4 +86,5 @@ class Brook:
             if command == self._asked:
                 return number
         came = arrived.hex(" ") or "nothing"
-        raise NotReady(f"{self.place}: {came} arrived, expected an answer to {self._asked:02x}")
+        expected = f"an answer to {self._asked:02x}"
+        raise NotReady(f"{came} arrived", where=self.place, expected=expected)

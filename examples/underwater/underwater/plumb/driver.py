@@ -55,7 +55,9 @@ class Plumb:
         scale, drift, check = words
         expected = (scale + drift) & 0xFFFF ^ 0xFFFF
         if check != expected:
-            raise WrongDevice(f"{self.place}: the check reads {check:04x}, expected {expected:04x}")
+            raise WrongDevice(
+                f"the check reads {check:04x}", where=self.place, expected=f"{expected:04x}"
+            )
         self._coefficients = scale, drift
 
     def begin(self, conversion: int) -> None:
@@ -66,13 +68,13 @@ class Plumb:
         """Read what was converted. Raises NotReady where nothing was."""
         counts = int.from_bytes(self._ask(bytes((READ,)), 3))
         if counts == 0:
-            raise NotReady(f"{self.place}: reads 0, expected a conversion that is over")
+            raise NotReady("reads 0", where=self.place, expected="a conversion that is over")
         return counts
 
     def sounding(self, pressure: int, temperature: int) -> Sounding:
         """What two counts mean. Raises NotReady before the bring-up."""
         if self._coefficients is None:
-            raise NotReady(f"{self.place}: has no coefficients, expected a bring-up")
+            raise NotReady("has no coefficients", where=self.place, expected="a bring-up")
         scale, drift = self._coefficients
         water_c = temperature / 65536 - 40.0
         pressure_pa = pressure * scale / 65536 - drift * (water_c - 20.0)
@@ -86,4 +88,4 @@ class Plumb:
         try:
             return self.line.transaction(self.address, messages)
         except NoAcknowledge as error:
-            raise NoAcknowledge(f"{self.place}: no answer, expected a Plumb") from error
+            raise NoAcknowledge("no answer", where=self.place, expected="a Plumb") from error

@@ -45,7 +45,8 @@ class Haul(Actuator):
         if not self.interlock():
             self.disable()
         elif self._since_command >= self.timeout:
-            self.fail(HalError(f"{self.path}: no command for {self.timeout / 1e9:g} s; stopped"))
+            silent = f"no command for {self.timeout / 1e9:g} s; stopped"
+            self.fail(HalError(silent, where=self.path))
         else:
             self._stay()
 
@@ -64,7 +65,7 @@ class Haul(Actuator):
             self.since_poll += elapsed
         power = self.power_in[-1]
         if not -1.0 <= power <= 1.0:  # so is no number at all
-            self.fail(HalError(f"{self.power_in.path}: {power}, expected -1 to 1; stopped"))
+            self.fail(HalError(f"{power}; stopped", where=self.power_in.path, expected="-1 to 1"))
         elif power == 0.0:
             self.stop()
         elif self.interlock():
