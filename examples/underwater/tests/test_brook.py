@@ -55,7 +55,7 @@ def test_a_line_that_was_cut_is_a_fault_and_no_old_flow() -> None:
     count = len(bench.flows)
     bench.run_for(300)
     assert len(bench.flows) == count
-    assert bench.faults[-1] == "Brook on meter: nothing arrived, expected an answer to 46"
+    assert "nothing arrived" in bench.faults[-1]
     bench.port.reconnect()
     bench.run_for(300)
     assert len(bench.flows) > count
