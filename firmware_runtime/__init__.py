@@ -51,7 +51,12 @@ if TYPE_CHECKING:
     from firmware_runtime.devs.trace import trace
     from firmware_runtime.devs.tree import tree
     from firmware_runtime.ecdpp.atomic_class import AtomicClass
-    from firmware_runtime.errors import ConfigError, FirmwareRuntimeError, SettingError
+    from firmware_runtime.errors import (
+        ConfigError,
+        FirmwareRuntimeError,
+        SettingError,
+        StatisticsFileError,
+    )
     from firmware_runtime.executive.clocks import Clock, MonotonicClock, ScaledClock, VirtualClock
     from firmware_runtime.executive.configuration import Configuration
     from firmware_runtime.executive.deadlines import PathDeadline
@@ -93,7 +98,6 @@ if TYPE_CHECKING:
     from firmware_runtime.runs.open_run import OpenRun
     from firmware_runtime.runs.result import RunResult
     from firmware_runtime.statistics.figures import Figures, ModelFigures
-    from firmware_runtime.statistics.file_errors import StatisticsFileError
     from firmware_runtime.statistics.reader import read_statistics
     from firmware_runtime.statistics.statistics import RunState, Statistics
 

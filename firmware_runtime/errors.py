@@ -10,9 +10,10 @@ Three families hang below it, named by who must act:
   once.
 """
 
-from collections.abc import Sequence
+import errno
+from collections.abc import Iterable, Sequence
 from enum import IntEnum
-from typing import Self
+from typing import Final, Self
 
 
 def text_of(error: BaseException) -> str:
@@ -132,3 +133,73 @@ class Status(IntEnum):
         if identical is None:
             return cls.NOT_ALL_COMPARED
         return cls.OK if identical else cls.MODEL_ERROR
+
+
+OF_THE_MACHINE: Final = frozenset(
+    {errno.ENOSPC, errno.EDQUOT, errno.EROFS, errno.EIO, errno.ENOMEM, errno.EMFILE, errno.ENFILE}
+)
+"""Numbers of errors that say how the machine is, and not what was asked of it."""
+ROOM_EXPECTED: Final = "expected a disk with room that is writable"
+
+
+class StatisticsFileError(FirmwareRuntimeError):
+    """A statistics file is absent, not ours, of another version, damaged, or cannot be made."""
+
+
+class NoRoomError(StatisticsFileError):
+    """A file cannot be made as the machine is now: its disk is full, read-only or fails.
+
+    That is no bad input, and may be over when the service tries again.
+    """
+
+
+class BeingWrittenError(StatisticsFileError):
+    """A living writer keeps a file half written: it is stopped there, or never pauses."""
+
+
+class TraceFileError(FirmwareRuntimeError):
+    """A trace cannot be written to the requested place."""
+
+
+class TraceNotWholeError(TraceFileError):
+    """A trace lacks something, as where the disk is full; the run went on to its end."""
+
+
+def in_words(error: Exception) -> str:
+    """What msgspec says of a value, its place first: ``run.steps: expected `int`, got `str` ``."""
+    fault, _, place = str(error).partition(" - at ")
+    place = place.strip("`").removeprefix("$").removeprefix(".")
+    fault = fault[:1].lower() + fault[1:]
+    return f"{place}: {fault}" if place else fault
+
+
+class ControlError(FirmwareRuntimeError):
+    """A run cannot be spoken to."""
+
+
+class DeploymentError(FirmwareRuntimeError):
+    """The target cannot be reached, lacks something, or did not take the program.
+
+    What ran there before is still there; the text says where it is not so.
+    """
+
+
+class InstallationRefused(FirmwareRuntimeError):
+    """Something is not as it must be; nothing was touched."""
+
+
+class StepFailed(FirmwareRuntimeError):
+    """A file could not be written or a program of the system failed; what went before stands."""
+
+
+def with_article(noun: str) -> str:
+    """`a NOUN` or `an NOUN`, by its first letter."""
+    return f"{'an' if noun[:1].lower() in tuple('aeiou') else 'a'} {noun}"
+
+
+def did_you_mean(word: str, known: Iterable[str]) -> str:
+    """`; did you mean X?`, or nothing if no known word is like it."""
+    from difflib import get_close_matches  # noqa: PLC0415 -- for a word that is not known only
+
+    alike = get_close_matches(word, known, n=1)
+    return f"; did you mean {alike[0]}?" if alike else ""

@@ -14,9 +14,8 @@ from collections.abc import Callable, Mapping, Sequence
 from importlib.metadata import EntryPoint
 from typing import NamedTuple, Protocol, runtime_checkable
 
-from firmware_runtime.errors import ConfigError
-from firmware_runtime.system.entry_points import installed
-from firmware_runtime.system.spelling import did_you_mean
+from firmware_runtime.errors import ConfigError, did_you_mean
+from firmware_runtime.system.packages import installed
 from sim_doubles.clock import Now
 from sim_doubles.i2c_target import Target
 from sim_doubles.serial_target import SerialTarget

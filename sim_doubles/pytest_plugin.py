@@ -185,7 +185,7 @@ def assert_timing(request: pytest.FixtureRequest) -> Callable[..., None]:
     Where the machine may be why, the test is skipped with the reason; `strict=True`, or
     `strict_timing = true` in pytest's settings, fails it there too.
     """
-    from firmware_runtime.system.neighbours import Neighbours
+    from firmware_runtime.system.conditions import Neighbours
     from sim_doubles.testing.timing import assert_timing
 
     since = Neighbours()

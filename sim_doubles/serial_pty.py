@@ -15,7 +15,7 @@ from collections.abc import Callable
 from select import select
 from typing import Any, Final
 
-from firmware_runtime.system.closing import Closing
+from firmware_runtime.system.resources import Closing
 from sim_doubles.clock import Now
 from sim_doubles.serial_line import PtySerialLine
 from sim_doubles.serial_target import SerialTarget

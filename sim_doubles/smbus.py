@@ -22,7 +22,7 @@ from collections.abc import Sequence
 from operator import index
 
 from firmware_runtime.hal.i2c import Message
-from firmware_runtime.system.closing import Closing
+from firmware_runtime.system.resources import Closing
 from sim_doubles import plugged
 from sim_doubles.early import placeholder
 from sim_doubles.i2c_bus import BlockRead, I2cBusDouble

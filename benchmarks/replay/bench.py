@@ -28,7 +28,7 @@ from benchmarks.shared.results import add_common_options, save
 from benchmarks.shared.side_by_side import positive
 from firmware_runtime.cli.arguments import positive as positive_number
 from firmware_runtime.errors import Status
-from firmware_runtime.system.exit_on_signals import exit_on_signals
+from firmware_runtime.system.signals import exit_on_signals
 
 SUMMARY = "Whether runs in which much goes wrong replay the same, and how fast a replay is."
 SPEED_TURNS = 3

@@ -24,7 +24,7 @@ from benchmarks.timing.text import timing_text
 from firmware_runtime.cli.arguments import positive as positive_number
 from firmware_runtime.errors import Status
 from firmware_runtime.executive.process import CPU_DMA_LATENCY
-from firmware_runtime.system.neighbours import Neighbours
+from firmware_runtime.system.conditions import Neighbours
 
 SUMMARY = "How late the executive wakes up, beside cyclictest in the same minutes."
 NOTHING = "nothing"

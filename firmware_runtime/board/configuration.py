@@ -16,14 +16,13 @@ from firmware_runtime.devs.component import Component, below_root
 from firmware_runtime.devs.coupled import Coupled, with_all_below
 from firmware_runtime.devs.ports import OutPort
 from firmware_runtime.devs.time import MICROSECOND, seconds
-from firmware_runtime.errors import ConfigError
+from firmware_runtime.errors import ConfigError, did_you_mean
 from firmware_runtime.executive.configuration import Configuration
 from firmware_runtime.executive.deadlines import PathDeadline
 from firmware_runtime.executive.policy import ActivationPolicy
 from firmware_runtime.executive.process import ProcessSettings
 from firmware_runtime.hal.accounted_bus import AccountedBus
 from firmware_runtime.hal.accounted_port import AccountedPort
-from firmware_runtime.system.spelling import did_you_mean
 
 
 def configuration_of(

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 from firmware_runtime.board.definition import BoardDefinition, definition_of
 from firmware_runtime.errors import ConfigError, FirmwareRuntimeError, text_of
-from firmware_runtime.system.entry_points import installed, rivals
+from firmware_runtime.system.packages import installed, rivals
 
 if TYPE_CHECKING:
     from importlib.metadata import EntryPoint

@@ -36,10 +36,9 @@ from firmware_runtime.board.settings import BoardSettings, LinkSettings, PortSet
 from firmware_runtime.board.unused_lines import unused_lines
 from firmware_runtime.board.variants import drop_replaced
 from firmware_runtime.devs.component import Component
-from firmware_runtime.errors import ConfigError, SettingError
+from firmware_runtime.errors import ConfigError, SettingError, did_you_mean
 from firmware_runtime.hal.budget import BusLoad
 from firmware_runtime.system.atomic_file import read_text
-from firmware_runtime.system.spelling import did_you_mean
 
 _NAME = re.compile(r"[a-z0-9][a-z0-9_-]{0,62}")
 

@@ -18,7 +18,7 @@ from firmware_runtime.hal.enable_line import EnableLine
 from firmware_runtime.hal.i2c import I2cBus
 from firmware_runtime.hal.line_time import WireClock
 from firmware_runtime.hal.serial import SerialPort
-from firmware_runtime.system.entry_points import installed
+from firmware_runtime.system.packages import installed
 
 if TYPE_CHECKING:
     from importlib.metadata import EntryPoint

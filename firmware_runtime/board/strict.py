@@ -13,7 +13,7 @@ from typing import Any, Literal, TypeVar, get_args, get_origin
 import msgspec
 
 from firmware_runtime.board.variants import Table, Variants, is_struct, keys, variants_of
-from firmware_runtime.system.spelling import did_you_mean
+from firmware_runtime.errors import did_you_mean
 
 S = TypeVar("S", bound=msgspec.Struct)
 

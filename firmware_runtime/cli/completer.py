@@ -22,7 +22,7 @@ from firmware_runtime.cli.main import parser, verb_names
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.recording.blackbox.listing import name_of
 from firmware_runtime.recording.blackbox.locations import kept_recordings, last_recordings
-from firmware_runtime.system.entry_points import installed
+from firmware_runtime.system.packages import installed
 
 CHIP_DOUBLES = "firmware_runtime.chip_doubles"
 """Entry points of what `--chip` names."""

@@ -9,7 +9,7 @@ from firmware_runtime.cli.written import check_output
 from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.senders import Senders
 from firmware_runtime.devs.time import NEVER, SECOND
-from firmware_runtime.errors import ConfigError, Status
+from firmware_runtime.errors import ConfigError, Status, did_you_mean
 from firmware_runtime.recording.blackbox.header import Header
 from firmware_runtime.recording.blackbox.listing import span_of
 from firmware_runtime.recording.blackbox.locations import find_recording
@@ -29,7 +29,6 @@ from firmware_runtime.recording.exports.typed_values import (
 )
 from firmware_runtime.recording.replay.verdict import Stretch
 from firmware_runtime.system.atomic_file import keep_output
-from firmware_runtime.system.spelling import did_you_mean
 
 
 def export_run(arguments: argparse.Namespace, output: Path) -> int:

@@ -24,19 +24,21 @@ from firmware_runtime.cli.readers_gone import (
     readers_may_go,
 )
 from firmware_runtime.cli.scarce import ran_out_of
-from firmware_runtime.errors import ConfigError, FirmwareRuntimeError, Status
-from firmware_runtime.hal.wire_errors import HalError, NoAcknowledge, WrongDevice
-from firmware_runtime.host.host_errors import DeploymentError
-from firmware_runtime.links.link_errors import ControlError
-from firmware_runtime.statistics.file_errors import (
+from firmware_runtime.errors import (
+    ConfigError,
+    ControlError,
+    DeploymentError,
+    FirmwareRuntimeError,
     NoRoomError,
     StatisticsFileError,
+    Status,
     TraceFileError,
     TraceNotWholeError,
+    did_you_mean,
 )
-from firmware_runtime.system.entry_points import installed
-from firmware_runtime.system.priority import come_first
-from firmware_runtime.system.spelling import did_you_mean
+from firmware_runtime.hal.wire_errors import HalError, NoAcknowledge, WrongDevice
+from firmware_runtime.system.packages import installed
+from firmware_runtime.system.scheduling import come_first
 
 VERBS = {
     "run": "run",

@@ -14,7 +14,7 @@ from firmware_runtime.devs.time import MILLISECOND, NEVER, SECOND
 from firmware_runtime.executive.executive import Executive
 from firmware_runtime.runs.session import Session
 from firmware_runtime.statistics.number_formats import count
-from firmware_runtime.system.sentences import Sentences
+from firmware_runtime.system.messages import Sentences
 
 EVERY = 250 * MILLISECOND
 """Ns of real time between two lines."""

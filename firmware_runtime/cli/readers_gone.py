@@ -11,7 +11,7 @@ from contextlib import contextmanager
 from io import TextIOWrapper
 from typing import Any, TextIO, cast
 
-from firmware_runtime.system.sentences import Sentences
+from firmware_runtime.system.messages import Sentences
 
 
 class OutputError(OSError):

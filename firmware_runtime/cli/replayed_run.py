@@ -17,7 +17,7 @@ from firmware_runtime.recording.replay.difference import Difference, in_lines
 from firmware_runtime.recording.replay.verdict import NOTHING_AGAIN, Stretch, Verdict, replay
 from firmware_runtime.recording.versions import versions_said
 from firmware_runtime.statistics.dates import NO_DATES, Dates
-from firmware_runtime.system.closing import Closing
+from firmware_runtime.system.resources import Closing
 
 
 def replay_run(arguments: argparse.Namespace, path: Path) -> int:

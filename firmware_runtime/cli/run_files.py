@@ -10,9 +10,8 @@ from importlib import import_module
 from pathlib import Path
 
 from firmware_runtime.cli.progress_line import Messages
-from firmware_runtime.errors import Status
+from firmware_runtime.errors import Status, TraceNotWholeError
 from firmware_runtime.runs.session import Session
-from firmware_runtime.statistics.file_errors import TraceNotWholeError
 
 
 class RunFiles:

@@ -14,18 +14,22 @@ from firmware_runtime.board import installed as kinds
 from firmware_runtime.board.local_settings import SETTINGS
 from firmware_runtime.cli.arguments import Execute, SubParsers, add_verb
 from firmware_runtime.devs.time import SECOND
-from firmware_runtime.errors import ConfigError, Status
-from firmware_runtime.host.host_errors import InstallationRefused, StepFailed
+from firmware_runtime.errors import (
+    ConfigError,
+    InstallationRefused,
+    StatisticsFileError,
+    Status,
+    StepFailed,
+    did_you_mean,
+)
 from firmware_runtime.host.installation.places import GUARD, RUNTIME, boards_with_settings, instance
 from firmware_runtime.host.installation.states import UnitState, state_of
 from firmware_runtime.host.installation.target import Target, require_systemd, target
 from firmware_runtime.host.installation.uninstall import installed_boards
 from firmware_runtime.runs.restarts import pause_after, read_starts
-from firmware_runtime.statistics.file_errors import StatisticsFileError
 from firmware_runtime.statistics.paths import find_statistics, places
 from firmware_runtime.statistics.reader import read_statistics
 from firmware_runtime.statistics.text.summary import summary
-from firmware_runtime.system.spelling import did_you_mean
 
 SCHEMA = 1
 

@@ -5,8 +5,7 @@ from collections.abc import Collection, Mapping
 from pathlib import Path
 
 from firmware_runtime.errors import ConfigError
-from firmware_runtime.system.atomic_file import keep_output
-from firmware_runtime.system.writable import why_not_writable
+from firmware_runtime.system.atomic_file import keep_output, why_not_writable
 
 
 def check_output(output: Path, suffixes: Collection[str]) -> None:

@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, Final, NamedTuple
 from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.ecdpp.atomic_class import AtomicClass
 from firmware_runtime.errors import ConfigError, SettingError, text_of
-from firmware_runtime.system.entry_points import of_every_package
+from firmware_runtime.system.packages import of_every_package
 
 if TYPE_CHECKING:
     from importlib.metadata import EntryPoint

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 
 from firmware_runtime.hal.enable_line import EnableLine
 from firmware_runtime.hal.wire_errors import BusAbsent, BusFault, BusInUse, PortClosed
-from firmware_runtime.system.extras import install_command
+from firmware_runtime.system.packages import install_command
 
 if TYPE_CHECKING:
     from gpiod.line_request import LineRequest

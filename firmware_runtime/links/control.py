@@ -11,7 +11,7 @@ from msgspec import MsgspecError
 from msgspec.json import Decoder
 
 from firmware_runtime.devs.time import SECOND
-from firmware_runtime.links.link_errors import ControlError
+from firmware_runtime.errors import ControlError
 from firmware_runtime.links.ports.datagrams import message_of
 from firmware_runtime.links.ports.desk import Answer
 from firmware_runtime.links.ports.robot_end import RobotEnd

@@ -8,8 +8,7 @@ import weakref
 from contextlib import suppress
 from pathlib import Path
 
-from firmware_runtime.errors import ConfigError
-from firmware_runtime.statistics.file_errors import OF_THE_MACHINE, ROOM_EXPECTED, NoRoomError
+from firmware_runtime.errors import OF_THE_MACHINE, ROOM_EXPECTED, ConfigError, NoRoomError
 
 
 class SocketFile:

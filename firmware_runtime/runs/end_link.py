@@ -21,7 +21,7 @@ from firmware_runtime.executive.clocks import Clock, MonotonicClock
 from firmware_runtime.executive.executive import Executive
 from firmware_runtime.executive.outcome import Outcome
 from firmware_runtime.statistics.statistics import RunState
-from firmware_runtime.system.other_processors import kept_off
+from firmware_runtime.system.scheduling import kept_off
 
 if TYPE_CHECKING:
     from firmware_runtime.links.cut.address import OpenChannel

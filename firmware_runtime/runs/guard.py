@@ -28,10 +28,9 @@ from time import monotonic_ns
 from typing import Any, Protocol
 
 from firmware_runtime.devs.time import MILLISECOND, SECOND
-from firmware_runtime.errors import text_of
+from firmware_runtime.errors import StatisticsFileError, text_of
 from firmware_runtime.hal.wire_errors import HalError
 from firmware_runtime.runs.watched_run import WatchedRun, is_readable
-from firmware_runtime.statistics.file_errors import StatisticsFileError
 from firmware_runtime.statistics.takeovers import Takeover
 from firmware_runtime.system.reserve import Reserve
 

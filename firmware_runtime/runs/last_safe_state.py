@@ -13,8 +13,7 @@ from typing import Final
 
 from firmware_runtime.statistics.companions import Companion
 from firmware_runtime.statistics.paths import places
-from firmware_runtime.system.boot_note import NoteOfBoot, leave_note, read_note
-from firmware_runtime.system.process_identity import boot_id
+from firmware_runtime.system.process_identity import NoteOfBoot, boot_id, leave_note, read_note
 
 _MODE: Final = 0o644
 """A run of any user may read it: that can only keep it disarmed."""

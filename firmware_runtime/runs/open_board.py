@@ -40,7 +40,7 @@ from firmware_runtime.runs.start import start_session
 from firmware_runtime.statistics.companions import check_ending
 from firmware_runtime.statistics.paths import default_path
 from firmware_runtime.statistics.statistics import RunState
-from firmware_runtime.system.writable import why_not_writable
+from firmware_runtime.system.atomic_file import why_not_writable
 
 Settings = Mapping[str, object]
 """Numbers of board.toml by their dotted keys."""

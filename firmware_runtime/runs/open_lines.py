@@ -20,7 +20,7 @@ from firmware_runtime.hal.on_demand import open_i2c, open_serial
 from firmware_runtime.hal.retry import RetryPolicy
 from firmware_runtime.hal.serial import SerialPort
 from firmware_runtime.hal.wire_errors import BusInUse, HalError
-from firmware_runtime.system.short_retry import tried_again
+from firmware_runtime.system.resources import tried_again
 
 if TYPE_CHECKING:  # safe-state has none, and is not to wait for what it imports
     from firmware_runtime.recording.blackbox.recorder import Recorder

@@ -17,7 +17,7 @@ from firmware_runtime.runs.options import end_after, positive
 from firmware_runtime.runs.result import RunResult
 from firmware_runtime.statistics.figures import Figures
 from firmware_runtime.statistics.statistics import RunState
-from firmware_runtime.system.closing import Closing
+from firmware_runtime.system.resources import Closing
 from firmware_runtime.system.signals import signal_number, stop_on_signals
 
 if TYPE_CHECKING:

@@ -6,9 +6,8 @@ from pathlib import Path
 from typing import Literal, TypeAlias, get_args
 
 from firmware_runtime.devs.time import NEVER, seconds
-from firmware_runtime.errors import ConfigError
+from firmware_runtime.errors import ConfigError, did_you_mean
 from firmware_runtime.executive.clocks import Clock, MonotonicClock, ScaledClock, VirtualClock
-from firmware_runtime.system.spelling import did_you_mean
 
 ClockName: TypeAlias = Literal["monotonic", "virtual", "scaled"]
 """Real time; virtual time, as fast as it goes; real time times a speed."""

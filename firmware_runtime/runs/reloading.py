@@ -7,7 +7,7 @@ from firmware_runtime.devs.time import MILLISECOND, SECOND
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.executive.executive import Executive
 from firmware_runtime.runs.tuning import Tuning
-from firmware_runtime.system.notices import Notices
+from firmware_runtime.system.messages import Notices
 
 NEEDED = 5 * MILLISECOND
 """Ns that reading a board's file may take; 1.3 ms on a PC."""

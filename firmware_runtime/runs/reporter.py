@@ -17,8 +17,7 @@ from firmware_runtime.executive.executive import Executive
 from firmware_runtime.executive.fault_log import CountedFault, FaultLog
 from firmware_runtime.statistics.figures import Figures
 from firmware_runtime.statistics.layout import STEPS
-from firmware_runtime.system.journal import WARNING, Journal
-from firmware_runtime.system.notices import Notices
+from firmware_runtime.system.messages import WARNING, Journal, Notices
 
 STATUS_EVERY = SECOND
 SUMMARY_EVERY = 60 * SECOND

@@ -5,11 +5,10 @@ from contextlib import suppress
 from pathlib import Path
 
 from firmware_runtime.devs.time import SECOND
-from firmware_runtime.errors import ConfigError, Status
+from firmware_runtime.errors import ConfigError, StatisticsFileError, Status
 from firmware_runtime.runs.restarts import Restarts
-from firmware_runtime.statistics.file_errors import StatisticsFileError
-from firmware_runtime.system.notices import Notices
-from firmware_runtime.system.until_signal import until_signal
+from firmware_runtime.system.messages import Notices
+from firmware_runtime.system.signals import until_signal
 
 _GOOD = {Status.OK, Status.BAD_INPUT, Status.INTERRUPTED, Status.TERMINATED, Status.NOT_PRINTED}
 """No start that failed: as requested, or not to be fixed by another start."""

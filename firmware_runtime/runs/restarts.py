@@ -23,8 +23,7 @@ from msgspec import Meta
 
 from firmware_runtime.devs.time import MILLISECOND, NEVER, SECOND
 from firmware_runtime.statistics.companions import Companion
-from firmware_runtime.system.boot_note import NoteOfBoot, leave_note, read_note
-from firmware_runtime.system.process_identity import boot_id
+from firmware_runtime.system.process_identity import NoteOfBoot, boot_id, leave_note, read_note
 
 HEALTHY_AFTER: Final = 60 * SECOND
 FIRST_PAUSE: Final = SECOND // 2

@@ -14,6 +14,7 @@ from time import monotonic_ns
 
 from firmware_runtime.board.registry import Board
 from firmware_runtime.devs.time import MILLISECOND, SECOND
+from firmware_runtime.errors import StatisticsFileError
 from firmware_runtime.hal.wire_errors import HalError
 from firmware_runtime.links.control import post
 from firmware_runtime.runs.active_runs import (
@@ -28,8 +29,7 @@ from firmware_runtime.runs.outputs import Outputs, switched_off
 from firmware_runtime.runs.run_settings import kept_settings
 from firmware_runtime.runs.watched_run import WatchedRun
 from firmware_runtime.statistics.companions import Companion
-from firmware_runtime.statistics.file_errors import StatisticsFileError
-from firmware_runtime.system.holders import Holder
+from firmware_runtime.system.device_nodes import Holder
 
 BETWEEN = 20 * MILLISECOND
 WATCH = SECOND // 2

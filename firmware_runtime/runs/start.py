@@ -42,7 +42,7 @@ from firmware_runtime.runs.statistics_in_use import keep_clear_of_other_runs
 from firmware_runtime.runs.switching_off import SwitchingOff
 from firmware_runtime.runs.task import Task
 from firmware_runtime.runs.tuning import Tuning, tuning_of
-from firmware_runtime.system.other_processors import kept_off
+from firmware_runtime.system.scheduling import kept_off
 
 if TYPE_CHECKING:
     from firmware_runtime.links.cut.address import OpenChannel

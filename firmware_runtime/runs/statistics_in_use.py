@@ -3,8 +3,8 @@
 import os
 from pathlib import Path
 
+from firmware_runtime.errors import StatisticsFileError
 from firmware_runtime.statistics.file import STATISTICS, driver_of
-from firmware_runtime.statistics.file_errors import StatisticsFileError
 from firmware_runtime.statistics.layout import STATE
 from firmware_runtime.statistics.mapped_file import CELL
 from firmware_runtime.statistics.statistics import RunState

@@ -7,11 +7,10 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from firmware_runtime.errors import ConfigError, text_of
+from firmware_runtime.errors import ConfigError, TraceNotWholeError, text_of
 from firmware_runtime.recording.blackbox.reader import read_recording
 from firmware_runtime.recording.exports.observed_run import missing_in, moments_of
 from firmware_runtime.runs.session import Session
-from firmware_runtime.statistics.file_errors import TraceNotWholeError
 from firmware_runtime.statistics.trace_file import TraceFile
 
 

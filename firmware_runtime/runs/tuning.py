@@ -16,8 +16,7 @@ from firmware_runtime.board.retuning import (
     settings_with,
 )
 from firmware_runtime.devs.model_errors import ModelError
-from firmware_runtime.errors import ConfigError, text_of
-from firmware_runtime.system.spelling import did_you_mean
+from firmware_runtime.errors import ConfigError, did_you_mean, text_of
 
 
 def tuning_of(board: Board, end: BoardEnd | None, retune: Callable[[Any], None]) -> "Tuning":

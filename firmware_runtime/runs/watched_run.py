@@ -15,9 +15,9 @@ from select import POLLIN, poll
 from time import monotonic_ns
 
 from firmware_runtime.devs.time import MILLISECOND
+from firmware_runtime.errors import StatisticsFileError
 from firmware_runtime.statistics.companions import Companion
 from firmware_runtime.statistics.file import STATISTICS, driver_of
-from firmware_runtime.statistics.file_errors import StatisticsFileError
 from firmware_runtime.statistics.layout import ACKNOWLEDGED, EPOCH, GUARD, HEARTBEAT, STATE
 from firmware_runtime.statistics.mapped_file import SharedCells
 from firmware_runtime.statistics.statistics import RunState

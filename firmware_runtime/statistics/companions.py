@@ -15,7 +15,7 @@ import os
 from enum import StrEnum
 from pathlib import Path
 
-from firmware_runtime.statistics.file_errors import StatisticsFileError
+from firmware_runtime.errors import StatisticsFileError
 
 
 class Companion(StrEnum):

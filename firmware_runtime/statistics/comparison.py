@@ -15,9 +15,9 @@ from msgspec import structs
 from msgspec.structs import replace
 
 from firmware_runtime.devs.time import NEVER
+from firmware_runtime.errors import StatisticsFileError
 from firmware_runtime.statistics import fault_table
 from firmware_runtime.statistics.fault_table import FaultCount
-from firmware_runtime.statistics.file_errors import StatisticsFileError
 from firmware_runtime.statistics.file_header import Header
 from firmware_runtime.statistics.histogram import (
     BUCKETS,

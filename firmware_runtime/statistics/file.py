@@ -13,7 +13,7 @@ from typing import Any
 from msgspec import convert
 from msgspec.structs import replace
 
-from firmware_runtime.statistics.file_errors import StatisticsFileError
+from firmware_runtime.errors import StatisticsFileError
 from firmware_runtime.statistics.file_header import Driver, Header, Saved
 from firmware_runtime.statistics.histogram import Cells
 from firmware_runtime.statistics.layout import (

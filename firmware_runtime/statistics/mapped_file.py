@@ -29,7 +29,7 @@ from typing import Any, TypeVar
 import msgspec
 from msgspec import Struct
 
-from firmware_runtime.statistics.file_errors import (
+from firmware_runtime.errors import (
     OF_THE_MACHINE,
     ROOM_EXPECTED,
     NoRoomError,
@@ -37,8 +37,13 @@ from firmware_runtime.statistics.file_errors import (
     in_words,
 )
 from firmware_runtime.statistics.histogram import Cells
-from firmware_runtime.system.atomic_file import OWN_AND_GROUP, demand_regular, unfinished_file
-from firmware_runtime.system.file_owner import foreign_owner, refused
+from firmware_runtime.system.atomic_file import (
+    OWN_AND_GROUP,
+    demand_regular,
+    foreign_owner,
+    refused,
+    unfinished_file,
+)
 
 T = TypeVar("T", bound=msgspec.Struct)
 PREFIX = struct.Struct("=8s3q")

@@ -12,8 +12,8 @@ import stat
 from collections.abc import Iterator
 from pathlib import Path
 
-from firmware_runtime.statistics.file_errors import StatisticsFileError
-from firmware_runtime.system.file_owner import owner_of_folder, refused
+from firmware_runtime.errors import StatisticsFileError
+from firmware_runtime.system.atomic_file import owner_of_folder, refused
 
 SYSTEM = Path("/run/firmware-runtime")
 SUFFIX = ".stats"

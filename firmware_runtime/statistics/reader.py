@@ -11,8 +11,8 @@ import platform
 from pathlib import Path
 from time import monotonic, sleep
 
+from firmware_runtime.errors import BeingWrittenError
 from firmware_runtime.statistics.file import STATISTICS
-from firmware_runtime.statistics.file_errors import BeingWrittenError
 from firmware_runtime.statistics.file_header import Header
 from firmware_runtime.statistics.layout import STATE, WORST
 from firmware_runtime.statistics.mapped_file import ReadableFile

@@ -15,8 +15,8 @@ from pathlib import Path
 from typing import Protocol
 
 from firmware_runtime.devs.time import SECOND
+from firmware_runtime.errors import StatisticsFileError
 from firmware_runtime.statistics.file import save
-from firmware_runtime.statistics.file_errors import StatisticsFileError
 from firmware_runtime.statistics.late_watch import Late, LateWatch
 from firmware_runtime.statistics.paths import SUFFIX
 from firmware_runtime.statistics.reader import read_statistics

@@ -11,9 +11,9 @@ import msgspec
 
 from firmware_runtime.devs.engine import Engine
 from firmware_runtime.devs.trace import trace
-from firmware_runtime.statistics.file_errors import TraceFileError, TraceNotWholeError
+from firmware_runtime.errors import TraceFileError, TraceNotWholeError
 from firmware_runtime.statistics.json_values import plain
-from firmware_runtime.system.closing import Closing
+from firmware_runtime.system.resources import Closing
 
 _encode = msgspec.json.Encoder().encode
 

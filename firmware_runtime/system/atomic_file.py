@@ -115,3 +115,59 @@ def read_text(path: Path) -> str:
         return read_content(path).decode("utf-8-sig")
     except UnicodeDecodeError as error:
         raise ConfigError.of_one(str(path), "cannot be read: not UTF-8", expected="text") from error
+
+
+def why_not_writable(path: Path) -> str | None:
+    """Why no file can be opened there to be written, in words; None if it seems to be possible."""
+    try:
+        mode = path.stat().st_mode
+    except FileNotFoundError:
+        return _why_not_made(Path(os.path.realpath(path)).parent)
+    except OSError as error:
+        return error.strerror or type(error).__name__
+    except ValueError:
+        return "a null character in its name"
+    if stat.S_ISDIR(mode):
+        return "it is a folder"
+    return None if os.access(path, os.W_OK) else "no right to write it"
+
+
+def _why_not_made(folder: Path) -> str | None:
+    """Why no file can be made in a folder."""
+    if not folder.exists():
+        return f"there is no folder {folder}"
+    if not folder.is_dir():
+        return f"{folder} is no folder"
+    return None if os.access(folder, os.W_OK | os.X_OK) else f"no right to write into {folder}"
+
+
+SERVICE_USER: Final = "firmware-runtime"
+
+
+def foreign_owner(status: os.stat_result) -> str | None:
+    """Name of the user who owns it; None for oneself, root, and the user of the service."""
+    if status.st_uid in (0, os.geteuid()):
+        return None
+    from pwd import getpwuid  # noqa: PLC0415 -- seldom comes to this
+
+    try:
+        name = getpwuid(status.st_uid).pw_name
+    except KeyError:
+        return f"user {status.st_uid}"
+    return None if name == SERVICE_USER else name
+
+
+def owner_of_folder(folder: Path) -> str | None:
+    """As `foreign_owner`, of a folder, or of that which it would be made in."""
+    for each in (folder, folder.parent):
+        try:
+            return foreign_owner(each.stat())
+        except OSError:
+            continue
+    return None
+
+
+def refused(path: Path, owner: str) -> str:
+    """Why a file or folder is not read, and how one gets it all the same."""
+    expected = "expected one's own, root's or the service's; a copy of one's own can be read"
+    return f"{path} belongs to {owner}; {expected}"

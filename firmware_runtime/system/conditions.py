@@ -2,17 +2,22 @@
 
 import os
 import platform
+from collections.abc import Callable, Mapping
 from functools import cache
 from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
 from typing import Any
 
-from firmware_runtime.system.calling_process import memory_lock_limit
-from firmware_runtime.system.files import THIS_MACHINE, SystemFiles
-from firmware_runtime.system.kernel import clock_source, preemption, realtime_throttling
-from firmware_runtime.system.processors import (
+from firmware_runtime.system.kernel_files import (
     CPUS,
+    THIS_MACHINE,
+    SystemFiles,
+    clock_source,
     computer_model,
     isolated,
+    memory_lock_limit,
+    preemption,
+    realtime_throttling,
     tickless,
     virtualised,
 )
@@ -90,3 +95,50 @@ def version_of(package: str) -> str | None:
         return version(package)
     except PackageNotFoundError:
         return None
+
+
+BUSY_SHARE, STOLEN_SHARE = 0.1, 0.01
+"""Of all processors: other processes, or a host, that take more disturb a measurement."""
+USER, NICE, SYSTEM, IDLE, WAITING, IRQ, SOFTIRQ, STEAL = range(8)
+
+
+def first_line() -> str:
+    """The sums over all processors."""
+    with Path("/proc/stat").open(encoding="ascii") as lines:
+        return lines.readline()
+
+
+def own_ticks() -> float:
+    """Processor time of this process and of the children that have ended, in ticks."""
+    return sum(os.times()[:4]) * os.sysconf("SC_CLK_TCK")
+
+
+class Neighbours:
+    """Measures from its construction on."""
+
+    def __init__(
+        self, line: Callable[[], str] = first_line, own: Callable[[], float] = own_ticks
+    ) -> None:
+        self._line, self._own = line, own
+        self._ticks, self._own_ticks = self._read(), own()
+
+    def shares(self) -> Mapping[str, float]:
+        """Shares of all processors: what other processes took, and what the host withheld."""
+        passed = [now - before for now, before in zip(self._read(), self._ticks, strict=True)]
+        everything = max(sum(passed), 1)
+        busy = everything - passed[IDLE] - passed[WAITING] - passed[STEAL]
+        others = max(busy - (self._own() - self._own_ticks), 0)
+        return {"processes": others / everything, "host": passed[STEAL] / everything}
+
+    def _read(self) -> list[int]:
+        return [int(word) for word in self._line().split()[1:9]]
+
+
+def busy(shares: Mapping[str, float]) -> list[str]:
+    """Others that took enough processor time to disturb, by the shares of `Neighbours`."""
+    found = []
+    if shares["processes"] > BUSY_SHARE:
+        found.append(f"other processes took {shares['processes']:.0%} of the processors")
+    if shares["host"] > STOLEN_SHARE:
+        found.append(f"the host withheld {shares['host']:.0%} of the processors")
+    return found

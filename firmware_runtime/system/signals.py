@@ -9,11 +9,15 @@ terminal halts nothing there: Ctrl-Z asks for the end, and output from the backg
 SIGABRT stays as it is: by it systemd ends a run that hangs, in which no handler would be called.
 """
 
+import os
 import signal
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from select import select
 from types import FrameType
 from typing import Final, TypeAlias
+
+from firmware_runtime.errors import Status
 
 STOPS = (signal.SIGTERM, signal.SIGINT, signal.SIGHUP)
 ENDS: Final[tuple[int, ...]] = (
@@ -55,7 +59,19 @@ def stop_on_signals(
     called from the second SIGINT on. With `is_driving` nothing else that can be handled ends or
     halts this process either. Main thread only, as Python allows no other to handle signals.
     """
-    handle = _Handler(request_stop, reload, give_up)
+    interrupts = 0
+
+    def handle(number: int, _frame: FrameType | None) -> None:
+        nonlocal interrupts
+        if number == signal.SIGHUP and reload is not None:
+            reload()
+            return
+        request_stop(signal_name(number))
+        if number == signal.SIGINT:
+            interrupts += 1
+            if interrupts > 1:
+                give_up()
+
     before: _Handlers = {number: signal.signal(number, handle) for number in STOPS}
     if is_driving:
         for number in (*ENDS, signal.SIGTSTP):
@@ -93,27 +109,65 @@ def _set_back(handlers: _Handlers) -> None:
         signal.signal(number, signal.SIG_DFL if handler is None else handler)
 
 
-class _Handler:
-    """What a signal leads to."""
+def status_by(name: str) -> Status:
+    """The exit status of a command that this signal stopped."""
+    return Status.INTERRUPTED if name == "SIGINT" else Status.TERMINATED
 
-    def __init__(
-        self,
-        request_stop: Callable[[str], None],
-        reload: Callable[[], None] | None,
-        give_up: Callable[[], None],
-    ) -> None:
-        self._request_stop = request_stop
-        self._reload = reload
-        self._give_up = give_up
-        self._interrupts = 0
 
-    def __call__(self, number: int, _frame: FrameType | None) -> None:
-        """Reload, or ask for the end; from the second SIGINT on, give up as well."""
-        if number == signal.SIGHUP and self._reload is not None:
-            self._reload()
-            return
-        self._request_stop(signal_name(number))
-        if number == signal.SIGINT:
-            self._interrupts += 1
-            if self._interrupts > 1:
-                self._give_up()
+@contextmanager
+def exit_on_signals() -> Iterator[None]:
+    """Within the block the first signal that asks to stop raises SystemExit; later ones do not.
+
+    What the block is in the middle of is left by the way of any error: files go, processes end.
+    """
+    has_come = False
+
+    def leave(name: str) -> None:
+        nonlocal has_come
+        if not has_come:
+            has_come = True
+            raise SystemExit(status_by(name))
+
+    with stop_on_signals(leave):
+        yield
+
+
+class UntilSignal:
+    """Within `until_signal`: `came` is whether one has, `wait` waits for it."""
+
+    def __init__(self) -> None:
+        self.came = False
+        self.name = ""
+        """The signal that came last, such as SIGINT."""
+        self._wake_up = os.eventfd(0, os.EFD_NONBLOCK | os.EFD_CLOEXEC)
+
+    def fileno(self) -> int:
+        """The descriptor that becomes readable when a signal has come."""
+        return self._wake_up
+
+    def wait(self, timeout_s: float | None = None) -> bool:
+        """Wait, for so long at most; return whether a signal has come."""
+        select([self], (), (), timeout_s)
+        return self.came
+
+    def stop(self, name: str) -> None:
+        """A signal has come."""
+        self.came = True
+        self.name = name
+        os.eventfd_write(self._wake_up, 1)
+
+    def close(self) -> None:
+        """Release the descriptor."""
+        os.close(self._wake_up)
+
+
+@contextmanager
+def until_signal(*, is_driving: bool = False) -> Iterator[UntilSignal]:
+    """Within the block a signal that would end this process ends the waiting.
+
+    `is_driving` as for `stop_on_signals`.
+    """
+    waiting = UntilSignal()
+    with stop_on_signals(waiting.stop, is_driving=is_driving):
+        yield waiting
+    waiting.close()

@@ -18,13 +18,17 @@ from typing import NamedTuple
 from msgspec import Struct
 
 from firmware_runtime.system.c_library import LIBRARY
-from firmware_runtime.system.disk_times import DISKS, disks_ns
-from firmware_runtime.system.files import THIS_MACHINE, SystemFiles
-from firmware_runtime.system.frozen_groups import FrozenGroups
-from firmware_runtime.system.processors import CPUS
-from firmware_runtime.system.sigcont_counter import CONTINUED
-from firmware_runtime.system.supply import Supply
-from firmware_runtime.system.throttled_groups import throttled_files, throttled_ns, throttlings
+from firmware_runtime.system.kernel_files import CPUS, THIS_MACHINE, SystemFiles
+from firmware_runtime.system.machine_counters import (
+    CONTINUED,
+    DISKS,
+    FrozenGroups,
+    Supply,
+    disks_ns,
+    throttled_files,
+    throttled_ns,
+    throttlings,
+)
 
 _LARGEST = 1 << 16
 _LINE = 256

@@ -5,7 +5,7 @@ from pathlib import Path
 
 from firmware_runtime.cli.arguments import SubParsers, add_output_log, add_verb
 from firmware_runtime.errors import ConfigError, Status
-from firmware_runtime.system.notices import Notices
+from firmware_runtime.system.messages import Notices
 from firmware_runtime.system.signals import stop_on_signals
 from sim_doubles.commands.chosen import Chosen, add_choice, chosen
 from sim_doubles.served.output_log import OutputLog

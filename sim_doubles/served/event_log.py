@@ -4,7 +4,7 @@ from pathlib import Path
 
 import msgspec
 
-from firmware_runtime.system.closing import Closing
+from firmware_runtime.system.resources import Closing
 from sim_doubles.served.errors import ServingError
 
 _encode = msgspec.json.Encoder().encode

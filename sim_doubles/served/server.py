@@ -25,7 +25,7 @@ from firmware_runtime.executive.clocks import WorldClock
 from firmware_runtime.hal.peer import peer_of
 from firmware_runtime.hal.served.connection import lock_of
 from firmware_runtime.hal.served.packets import LONGEST
-from firmware_runtime.system.closing import Closing
+from firmware_runtime.system.resources import Closing
 from sim_doubles.served.errors import ServingError
 from sim_doubles.served.event_log import EventLog
 from sim_doubles.served.service import Service

@@ -9,12 +9,11 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 
-from firmware_runtime.errors import ConfigError
+from firmware_runtime.errors import ConfigError, did_you_mean
 from firmware_runtime.statistics.blame import Cause
 from firmware_runtime.statistics.conditions import Conditions
 from firmware_runtime.statistics.figures import Activations, Figures, ModelFigures
 from firmware_runtime.statistics.number_formats import microseconds
-from firmware_runtime.system.spelling import did_you_mean
 
 SAMPLES_OF_P99 = 100
 """With fewer activations the largest of all stands for the 99th percentile."""

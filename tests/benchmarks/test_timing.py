@@ -21,7 +21,7 @@ from benchmarks.timing.contestants import (
 from benchmarks.timing.report import PLAIN, SPINNING, summary
 from benchmarks.timing.text import timing_text
 from firmware_runtime.cli.main import main
-from firmware_runtime.system.neighbours import Neighbours
+from firmware_runtime.system.conditions import Neighbours
 
 REPORT = {
     "resolution_in_ns": 1,

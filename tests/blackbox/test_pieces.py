@@ -6,6 +6,7 @@ from pathlib import Path
 import pytest
 
 from firmware_runtime.devs.time import SECOND
+from firmware_runtime.errors import StatisticsFileError
 from firmware_runtime.recording.blackbox.excerpts import Pieces
 from firmware_runtime.recording.blackbox.layout import CHUNK, MAGIC, PREFIX_SIZE
 from firmware_runtime.recording.blackbox.mirror import Mirror
@@ -14,7 +15,6 @@ from firmware_runtime.recording.blackbox.ring import Ring
 from firmware_runtime.recording.blackbox.ring_file import RingFile
 from firmware_runtime.recording.blackbox.section import Kind, decode, encode
 from firmware_runtime.recording.blackbox.size import Size
-from firmware_runtime.statistics.file_errors import StatisticsFileError
 from tests.support.recorded import every_section, record
 
 PID = os.getpid()

@@ -13,7 +13,7 @@ import pytest
 from firmware_runtime.cli.commands.completion import SHELLS
 from firmware_runtime.cli.main import VERBS, verb_names
 from firmware_runtime.errors import Status
-from firmware_runtime.system.extras import install_command
+from firmware_runtime.system.packages import install_command
 from tests.support.completion import ways_on
 from tests.support.waiting import PATIENCE_S
 

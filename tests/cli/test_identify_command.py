@@ -11,7 +11,7 @@ from typing import Any
 import pytest
 
 from firmware_runtime.errors import ConfigError, Status
-from firmware_runtime.system.extras import module_of_extra
+from firmware_runtime.system.packages import module_of_extra
 from tests.support.made_once import made_once
 
 FRICTION = (

@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 from firmware_runtime.board import registry
+from firmware_runtime.errors import StatisticsFileError
 from firmware_runtime.hal.i2c import I2cBus, Message
 from firmware_runtime.hal.wire_errors import BusAbsent, BusFault
 from firmware_runtime.runs import open_lines as lines
@@ -18,7 +19,6 @@ from firmware_runtime.runs.run_settings import (
     kept_for,
     kept_settings,
 )
-from firmware_runtime.statistics.file_errors import StatisticsFileError
 
 TWO_BUSES = (
     "controller.mode=free",

@@ -15,7 +15,7 @@ from msgspec.structs import replace
 
 from firmware_runtime.cli.commands import perfetto
 from firmware_runtime.devs.time import MILLISECOND
-from firmware_runtime.statistics.file_errors import BeingWrittenError
+from firmware_runtime.errors import BeingWrittenError
 from firmware_runtime.statistics.reader import read_statistics
 from firmware_runtime.statistics.statistics import RunState, Statistics
 from tests.support.recorded import record

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from firmware_runtime.system.extras import install_command
+from firmware_runtime.system.packages import install_command
 
 ROOT = Path(__file__).parents[2]
 BY_NAME = re.compile(

@@ -7,14 +7,13 @@ from typing import NoReturn, cast
 import pytest
 
 from firmware_runtime.devs.model_errors import ModelError, ModelFailure
-from firmware_runtime.errors import ConfigError
+from firmware_runtime.errors import ConfigError, StatisticsFileError
 from firmware_runtime.executive.clocks import VirtualClock
 from firmware_runtime.executive.configuration import Configuration
 from firmware_runtime.executive.deadlines import PathDeadline
 from firmware_runtime.executive.executive import Executive
 from firmware_runtime.executive.outcome import Outcome
 from firmware_runtime.executive.policy import ActivationPolicy
-from firmware_runtime.statistics.file_errors import StatisticsFileError
 from firmware_runtime.statistics.statistics import RunState
 from tests.support.executives import Run
 from tests.support.periodic_models import PERIOD, Actuator, Robot

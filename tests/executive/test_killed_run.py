@@ -10,8 +10,8 @@ from typing import Any
 
 import pytest
 
+from firmware_runtime.errors import StatisticsFileError
 from firmware_runtime.runs.watched_run import WatchedRun
-from firmware_runtime.statistics.file_errors import StatisticsFileError
 from firmware_runtime.statistics.reader import read_statistics
 from firmware_runtime.statistics.statistics import Statistics
 from tests.support.waiting import PATIENCE_S, wait_until

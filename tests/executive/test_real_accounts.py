@@ -12,7 +12,7 @@ from typing import Any
 import pytest
 
 from firmware_runtime.devs.time import MILLISECOND
-from firmware_runtime.statistics.file_errors import StatisticsFileError
+from firmware_runtime.errors import StatisticsFileError
 from firmware_runtime.statistics.layout import ELAPSED
 from firmware_runtime.statistics.reader import read_statistics
 from firmware_runtime.statistics.statistics import Statistics

@@ -17,7 +17,7 @@ from typing import Any
 import pytest
 
 from firmware_runtime.devs.time import MICROSECOND, MILLISECOND, SECOND
-from firmware_runtime.statistics.file_errors import StatisticsFileError
+from firmware_runtime.errors import StatisticsFileError
 from firmware_runtime.statistics.reader import read_statistics
 from tests.support.waiting import PATIENCE_S, wait_until
 

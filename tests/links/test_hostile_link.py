@@ -15,9 +15,9 @@ from typing import Any
 
 import pytest
 
+from firmware_runtime.errors import StatisticsFileError
 from firmware_runtime.links.key_file import write_key
 from firmware_runtime.statistics.figures import LinkFigures
-from firmware_runtime.statistics.file_errors import StatisticsFileError
 from firmware_runtime.statistics.reader import read_statistics
 from tests.support.guarded_run import COMMAND
 from tests.support.linked_runs import free_port

@@ -29,7 +29,7 @@ from firmware_runtime.statistics.prometheus.collector import (
     text_of,
 )
 from firmware_runtime.statistics.prometheus.families import BOUNDS
-from firmware_runtime.system import extras
+from firmware_runtime.system import packages
 from tests.support.executives import Run
 from tests.support.phased_models import FIFTY_HZ, Phased
 from tests.support.waiting import PATIENCE_S
@@ -205,7 +205,7 @@ def test_a_missing_extra_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
         sys.modules, "firmware_runtime.statistics.prometheus.exporter", raising=False
     )
     with pytest.raises(ConfigError, match="the extra metrics"):
-        extras.module_of_extra("firmware_runtime.statistics.prometheus.exporter", "metrics")
+        packages.module_of_extra("firmware_runtime.statistics.prometheus.exporter", "metrics")
 
 
 @contextmanager

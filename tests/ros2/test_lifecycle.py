@@ -7,8 +7,8 @@ import pytest
 from lifecycle_msgs.msg import Transition
 from std_srvs.srv import Trigger
 
+from firmware_runtime.errors import StatisticsFileError
 from firmware_runtime.links.control import ask, post
-from firmware_runtime.statistics.file_errors import StatisticsFileError
 from firmware_runtime.statistics.layout import ARMED, STEPS
 from firmware_runtime.statistics.reader import read_statistics
 from tests.support.bridged_run import line, stop

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from firmware_runtime.statistics.file_errors import StatisticsFileError
+from firmware_runtime.errors import StatisticsFileError
 from firmware_runtime.statistics.reader import read_statistics
 from tests.support.referee import Referee
 from tests.support.ros_processes import ROS_VENV, RosProcesses

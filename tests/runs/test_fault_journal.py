@@ -5,7 +5,7 @@ from firmware_runtime.devs.simulator import Simulator
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.executive.fault_log import CountedFault, FaultLog
 from firmware_runtime.runs.reporter import AGAIN_AFTER, FaultJournal
-from firmware_runtime.system.journal import Journal
+from firmware_runtime.system.messages import Journal
 
 
 class Written(Journal):

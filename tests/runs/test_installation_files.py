@@ -8,8 +8,7 @@ import pytest
 
 from firmware_runtime.board import installed as kinds
 from firmware_runtime.board import registry
-from firmware_runtime.errors import ConfigError
-from firmware_runtime.host.host_errors import StepFailed
+from firmware_runtime.errors import ConfigError, StepFailed
 from firmware_runtime.host.installation.places import settings_path
 from firmware_runtime.host.installation.target import Target
 from firmware_runtime.host.installation.tree import Tree

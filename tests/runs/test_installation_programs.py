@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from firmware_runtime.host.host_errors import InstallationRefused, StepFailed
+from firmware_runtime.errors import InstallationRefused, StepFailed
 from firmware_runtime.host.installation import programs as programs_of_units
 from firmware_runtime.host.installation.places import PROGRAM
 from firmware_runtime.host.installation.programs import (

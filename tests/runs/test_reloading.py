@@ -12,7 +12,7 @@ from firmware_runtime.errors import ConfigError
 from firmware_runtime.executive.clocks import VirtualClock
 from firmware_runtime.runs.reloading import NEEDED, TIMEOUT, Reloading
 from firmware_runtime.runs.start import start_session
-from firmware_runtime.system.notices import Notices
+from firmware_runtime.system.messages import Notices
 
 SHIPPED = kinds.shipped_file("tachobot")
 

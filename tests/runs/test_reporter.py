@@ -15,8 +15,7 @@ from firmware_runtime.executive.executive import Executive
 from firmware_runtime.executive.policy import ActivationPolicy
 from firmware_runtime.hal.fault import Fault
 from firmware_runtime.runs.reporter import Reporter
-from firmware_runtime.system.journal import Journal, encoded
-from firmware_runtime.system.notices import Notices, watchdog_of
+from firmware_runtime.system.messages import Journal, Notices, encoded, watchdog_of
 from tests.support.periodic_models import PERIOD, Robot, Sampler
 from tests.support.stalling_clock import StallingClock
 

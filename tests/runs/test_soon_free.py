@@ -4,13 +4,13 @@ import pytest
 
 from firmware_runtime.hal.wire_errors import BusInUse
 from firmware_runtime.runs.open_lines import soon_free
-from firmware_runtime.system import short_retry as tried_again
+from firmware_runtime.system import resources
 
 
 def test_what_another_process_lets_go_is_taken(monkeypatch: pytest.MonkeyPatch) -> None:
     waits: list[float] = []
-    monkeypatch.setattr(tried_again, "sleep", waits.append)
-    monkeypatch.setattr(tried_again, "monotonic", lambda: sum(waits))
+    monkeypatch.setattr(resources, "sleep", waits.append)
+    monkeypatch.setattr(resources, "monotonic", lambda: sum(waits))
     attempts = iter([BusInUse("i2c1"), BusInUse("i2c1"), None])
 
     def take() -> str:
@@ -24,8 +24,8 @@ def test_what_another_process_lets_go_is_taken(monkeypatch: pytest.MonkeyPatch) 
 
 def test_what_it_keeps_is_refused_after_a_second(monkeypatch: pytest.MonkeyPatch) -> None:
     waits: list[float] = []
-    monkeypatch.setattr(tried_again, "sleep", waits.append)
-    monkeypatch.setattr(tried_again, "monotonic", lambda: sum(waits))
+    monkeypatch.setattr(resources, "sleep", waits.append)
+    monkeypatch.setattr(resources, "monotonic", lambda: sum(waits))
 
     def take() -> str:
         raise BusInUse("i2c1: /dev/i2c-1 is driven by another process")

@@ -9,8 +9,8 @@ import pytest
 from firmware_runtime.board import registry
 from firmware_runtime.cli.commands import safe_state
 from firmware_runtime.cli.main import main
+from firmware_runtime.errors import StatisticsFileError
 from firmware_runtime.runs.run_settings import forget_settings, kept_settings
-from firmware_runtime.statistics.file_errors import StatisticsFileError
 from tests.support.guarded_run import guarded_run
 from tests.support.memory_limit import enter, killed_by_memory, memory_limit
 from tests.support.trials import PATIENT

@@ -14,7 +14,7 @@ from firmware_runtime.errors import ConfigError
 from firmware_runtime.statistics.conditions import Conditions, Request
 from firmware_runtime.statistics.figures import Figures
 from firmware_runtime.statistics.histogram import Distribution
-from firmware_runtime.system.neighbours import busy
+from firmware_runtime.system.conditions import busy
 from sim_doubles.testing.limits import Judgement, Limits, judge, reasons_of
 from sim_doubles.testing.timing import assert_timing
 

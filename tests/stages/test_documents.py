@@ -7,6 +7,7 @@ from typing import Any
 import pytest
 
 from firmware_runtime.board.registry import load
+from firmware_runtime.errors import TraceFileError
 from firmware_runtime.lab.stages.document import (
     crossed,
     merged_statistics,
@@ -16,7 +17,6 @@ from firmware_runtime.lab.stages.document import (
 from firmware_runtime.lab.stages.merged_trace import merge_traces
 from firmware_runtime.lab.stages.stage import Stage
 from firmware_runtime.lab.stages.staged_run import Staged, run_staged
-from firmware_runtime.statistics.file_errors import TraceFileError
 
 
 def statistics(run: int, *worst: int) -> dict[str, Any]:

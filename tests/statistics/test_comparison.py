@@ -10,6 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from msgspec.structs import replace
 
+from firmware_runtime.errors import StatisticsFileError
 from firmware_runtime.statistics.comparison import (
     difference,
     differing_conditions,
@@ -17,7 +18,6 @@ from firmware_runtime.statistics.comparison import (
     same_run,
 )
 from firmware_runtime.statistics.file import StatisticsFile, save
-from firmware_runtime.statistics.file_errors import StatisticsFileError
 from firmware_runtime.statistics.histogram import LARGEST, SUM_CELL, Histogram
 from firmware_runtime.statistics.layout import ELAPSED, MODEL, STATE, STEP_HISTOGRAM, Layout
 from firmware_runtime.statistics.reader import read_statistics

@@ -7,8 +7,8 @@ from typing import Any
 
 import pytest
 
+from firmware_runtime.errors import StatisticsFileError
 from firmware_runtime.statistics.figures import Figures, figures_of
-from firmware_runtime.statistics.file_errors import StatisticsFileError
 from firmware_runtime.statistics.reader import read_statistics
 from firmware_runtime.statistics.statistics import Statistics
 from firmware_runtime.statistics.text.difference import difference_of

@@ -10,8 +10,8 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
+from firmware_runtime.errors import StatisticsFileError
 from firmware_runtime.statistics.file import StatisticsFile
-from firmware_runtime.statistics.file_errors import StatisticsFileError
 from firmware_runtime.statistics.histogram import Histogram
 from firmware_runtime.statistics.layout import STEPS, Layout
 from firmware_runtime.statistics.mapped_file import PREFIX

@@ -6,10 +6,10 @@ import pytest
 from msgspec.structs import replace
 
 from firmware_runtime.devs.time import MILLISECOND, SECOND
+from firmware_runtime.errors import StatisticsFileError
 from firmware_runtime.recording.blackbox.excerpts import Pieces
 from firmware_runtime.statistics import file as statistics_file
 from firmware_runtime.statistics import reader as statistics_reader
-from firmware_runtime.statistics.file_errors import StatisticsFileError
 from firmware_runtime.statistics.layout import STATE
 from firmware_runtime.statistics.reader import read_statistics
 from firmware_runtime.statistics.recorder import MOST_LATE, QUIET, SAVE_EVERY, Recorder

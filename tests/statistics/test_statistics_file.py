@@ -9,9 +9,9 @@ from typing import Any
 
 import pytest
 
+from firmware_runtime.errors import StatisticsFileError
 from firmware_runtime.statistics import reader as statistics_reader
 from firmware_runtime.statistics.file import STATISTICS, StatisticsFile
-from firmware_runtime.statistics.file_errors import StatisticsFileError
 from firmware_runtime.statistics.layout import SEQUENCE, STATE, WORST, Layout
 from firmware_runtime.statistics.mapped_file import PREFIX
 from firmware_runtime.statistics.reader import read_statistics

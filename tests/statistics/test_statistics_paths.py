@@ -4,8 +4,8 @@ from pathlib import Path
 
 import pytest
 
+from firmware_runtime.errors import StatisticsFileError
 from firmware_runtime.statistics import paths
-from firmware_runtime.statistics.file_errors import StatisticsFileError
 from firmware_runtime.statistics.paths import default_path, find_statistics
 
 VARIABLES = ("FIRMWARE_RUNTIME_STATE_DIRECTORY", "RUNTIME_DIRECTORY", "XDG_RUNTIME_DIR")

@@ -10,7 +10,7 @@ import pytest
 
 from firmware_runtime.devs.simulator import Simulator
 from firmware_runtime.devs.trace import trace
-from firmware_runtime.statistics.file_errors import TraceFileError
+from firmware_runtime.errors import TraceFileError
 from firmware_runtime.statistics.json_values import plain
 from firmware_runtime.statistics.trace_file import TraceFile
 from tests.support.devs_models import Clock, top

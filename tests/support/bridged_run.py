@@ -13,7 +13,7 @@ from pathlib import Path
 from select import select
 from typing import Any
 
-from firmware_runtime.statistics.file_errors import StatisticsFileError
+from firmware_runtime.errors import StatisticsFileError
 from firmware_runtime.statistics.layout import STEPS
 from firmware_runtime.statistics.reader import read_statistics
 from tests.support.waiting import PATIENCE_S

@@ -7,7 +7,7 @@ from typing import TypeAlias
 
 from firmware_runtime.host.doctor.finding import Finding
 from firmware_runtime.host.doctor.machine import Demands, Machine
-from firmware_runtime.system.files import SystemFiles
+from firmware_runtime.system.kernel_files import SystemFiles
 
 Contents: TypeAlias = Mapping[str, str | bytes]
 """What stands in files, by their usual path."""

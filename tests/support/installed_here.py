@@ -6,7 +6,7 @@ from contextlib import contextmanager
 from importlib import invalidate_caches
 from pathlib import Path
 
-from firmware_runtime.system import entry_points
+from firmware_runtime.system import packages
 
 
 @contextmanager
@@ -39,6 +39,6 @@ def installed_here(
 
 def _forget() -> None:
     """What is installed is looked up again."""
-    entry_points.installed.cache_clear()
-    entry_points._all.cache_clear()
+    packages.installed.cache_clear()
+    packages._all.cache_clear()
     invalidate_caches()

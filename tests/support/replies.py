@@ -13,7 +13,7 @@ from firmware_runtime.links.ports.datagrams import GREETING
 from firmware_runtime.statistics.companions import Companion
 from firmware_runtime.statistics.file import StatisticsFile
 from firmware_runtime.statistics.layout import Layout
-from firmware_runtime.system.closing import Closing
+from firmware_runtime.system.resources import Closing
 from tests.support.waiting import PATIENCE_S
 
 

@@ -4,7 +4,7 @@ import json
 from pathlib import Path
 
 from firmware_runtime.system.conditions import system_conditions
-from firmware_runtime.system.files import SystemFiles
+from firmware_runtime.system.kernel_files import SystemFiles
 from tests.support.fake_machines import pc, raspberry_pi
 
 SHOWN = (

@@ -1,5 +1,5 @@
 from firmware_runtime.devs.time import MILLISECOND
-from firmware_runtime.system.disk_times import disks_ns
+from firmware_runtime.system.machine_counters import disks_ns
 from tests.support.kernel_text import DISKS, disk_worked
 
 OLD = b"   8       0 sda 1 2 3 {read} 5 6 7 {write} 9 10 11\n"

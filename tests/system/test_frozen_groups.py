@@ -8,13 +8,13 @@ from pathlib import Path
 
 import pytest
 
-from firmware_runtime.system.frozen_groups import FrozenGroups
+from firmware_runtime.system.machine_counters import FrozenGroups
 from tests.support.fake_machines import lay_out
 from tests.support.waiting import wait_until
 
 COUNTS = """
-from firmware_runtime.system.files import THIS_MACHINE
-from firmware_runtime.system.frozen_groups import FrozenGroups
+from firmware_runtime.system.kernel_files import THIS_MACHINE
+from firmware_runtime.system.machine_counters import FrozenGroups
 frozen = FrozenGroups(THIS_MACHINE)
 while True:
     print(frozen.times, flush=True)

@@ -4,11 +4,18 @@ from pathlib import Path
 
 import pytest
 
-from firmware_runtime.system.calling_process import cpu_group_file, has_capability, limit
-from firmware_runtime.system.files import SystemFiles, cpu_list
-from firmware_runtime.system.holders import Holder, holders
-from firmware_runtime.system.kernel import preemption
-from firmware_runtime.system.processors import governors, online, virtualised
+from firmware_runtime.system.device_nodes import Holder, holders
+from firmware_runtime.system.kernel_files import (
+    SystemFiles,
+    cpu_group_file,
+    cpu_list,
+    governors,
+    has_capability,
+    limit,
+    online,
+    preemption,
+    virtualised,
+)
 from tests.support.fake_machines import lay_out, link, raspberry_pi
 
 DYNAMIC = "#1 SMP PREEMPT_DYNAMIC Debian 6.1.119-1 (2024-11-22)"

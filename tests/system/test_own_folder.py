@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from firmware_runtime.system.process_folder import own_folder
+from firmware_runtime.system.own_folder import own_folder
 
 
 @pytest.fixture(autouse=True)

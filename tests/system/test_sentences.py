@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from firmware_runtime.system.sentences import Sentences
+from firmware_runtime.system.messages import Sentences
 
 
 class Pipe:

@@ -4,8 +4,7 @@ import signal
 
 import pytest
 
-from firmware_runtime.system.exit_on_signals import exit_on_signals
-from firmware_runtime.system.signals import signals_held
+from firmware_runtime.system.signals import exit_on_signals, signals_held
 
 
 def held(number: signal.Signals, steps: list[str]) -> None:

@@ -7,8 +7,14 @@ from typing import Any
 
 import pytest
 
-from firmware_runtime.system.sigcont_counter import Continued
-from firmware_runtime.system.supply import TOO_HOT, UNDER_VOLTAGE, Supply
+from firmware_runtime.system.machine_counters import (
+    TOO_HOT,
+    UNDER_VOLTAGE,
+    Continued,
+    Supply,
+    throttled_files,
+    throttled_ns,
+)
 from firmware_runtime.system.thread_counters import (
     TICK_NS,
     Counted,
@@ -16,7 +22,6 @@ from firmware_runtime.system.thread_counters import (
     ThreadCounters,
     between,
 )
-from firmware_runtime.system.throttled_groups import throttled_files, throttled_ns
 from tests.support.fake_machines import lay_out
 
 STAT = """cpu  900 0 0 0 0 9 9 9 0 0

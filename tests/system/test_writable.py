@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from firmware_runtime.system.writable import why_not_writable
+from firmware_runtime.system.atomic_file import why_not_writable
 
 
 def test_a_file_that_is_there_or_can_be_made_is_fine_and_is_not_touched(tmp_path: Path) -> None:

@@ -13,7 +13,7 @@ from typing import Final
 from firmware_drivers.catalogue.identity import WITHOUT_A_DRIVER
 from firmware_drivers.catalogue.trial import Identity, OnBus, OnPort, Triable
 from firmware_runtime.cli.readers_gone import print_line
-from firmware_runtime.system.entry_points import installed
+from firmware_runtime.system.packages import installed
 
 GROUP: Final = "firmware_runtime.chips"
 

@@ -19,10 +19,9 @@ from firmware_runtime.board.local_settings import known_names
 from firmware_runtime.board.rigs import rig_for
 from firmware_runtime.cli.arguments import SubParsers, add_verb
 from firmware_runtime.cli.chosen_board import chosen_board
-from firmware_runtime.errors import ConfigError, Status
+from firmware_runtime.errors import ConfigError, Status, did_you_mean
 from firmware_runtime.executive.clocks import WorldClock
-from firmware_runtime.system.files import THIS_MACHINE
-from firmware_runtime.system.spelling import did_you_mean
+from firmware_runtime.system.kernel_files import THIS_MACHINE
 
 _ABOUT = """
 Addresses are asked as i2cdetect does, by a write of no bytes, or by reading one byte where EEPROMs

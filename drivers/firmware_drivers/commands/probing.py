@@ -14,9 +14,9 @@ from firmware_runtime.hal.i2c import I2cBus
 from firmware_runtime.hal.linux import open_i2c
 from firmware_runtime.hal.scan import Answer, State, scan
 from firmware_runtime.hal.wire_errors import BusInUse, HalError
-from firmware_runtime.system import i2c_adapters
-from firmware_runtime.system.files import SystemFiles
-from firmware_runtime.system.holders import holders
+from firmware_runtime.system import device_nodes
+from firmware_runtime.system.device_nodes import holders
+from firmware_runtime.system.kernel_files import SystemFiles
 
 
 class Found(NamedTuple):
@@ -51,25 +51,25 @@ class ProbedBus(NamedTuple):
 
 def probe_machine(files: SystemFiles) -> Iterator[ProbedBus]:
     """Every bus of the machine, but those of displays and mainboard, which are named only."""
-    for device in sorted(files.matching(i2c_adapters.NODES), key=lambda node: (len(node), node)):
-        whose = i2c_adapters.not_for_robots(files, device)
+    for device in sorted(files.matching(device_nodes.NODES), key=lambda node: (len(node), node)):
+        whose = device_nodes.not_for_robots(files, device)
         if whose is None:
             yield probe_device(files, device)
         else:
-            name = i2c_adapters.name(files, device)
+            name = device_nodes.adapter_name(files, device)
             yield ProbedBus(device, name, why_not=f"left alone: it is {whose}", skipped=True)
 
 
 def probe_device(files: SystemFiles, device: str) -> ProbedBus:
     """One bus by its device node, whatever it is for."""
-    name = i2c_adapters.name(files, device)
+    name = device_nodes.adapter_name(files, device)
     try:
         bus = open_i2c(device, device, alone=True)
     except BusInUse:
         return ProbedBus(device, name, why_not=_in_use(files, device))
     except HalError as error:
         return ProbedBus(device, name, why_not=str(error).removeprefix(f"{device}: "))
-    drivers = {each.address: each.driver for each in i2c_adapters.bound(files, device)}
+    drivers = {each.address: each.driver for each in device_nodes.bound_addresses(files, device)}
     try:
         return probe_bus(bus, device, name, drivers)
     finally:

@@ -18,7 +18,7 @@ from firmware_runtime.hal.linux import open_i2c
 from firmware_runtime.hal.linux_serial import open_serial
 from firmware_runtime.hal.retry import THREE_ATTEMPTS
 from firmware_runtime.hal.serial import SerialPort
-from firmware_runtime.system.entry_points import installed
+from firmware_runtime.system.packages import installed
 
 BUS: Final = "/dev/i2c-1"
 """The bus on the pin header of every Raspberry Pi."""

@@ -16,7 +16,7 @@ from firmware_runtime.cli.readers_gone import print_line
 from firmware_runtime.devs.time import SECOND, seconds
 from firmware_runtime.errors import ConfigError, SettingError, Status
 from firmware_runtime.hal.wire_errors import HalError
-from firmware_runtime.system.until_signal import UntilSignal, until_signal
+from firmware_runtime.system.signals import UntilSignal, until_signal
 
 DRIVEN_S: Final = 2.0
 MOST_DRIVEN_S: Final = 60.0

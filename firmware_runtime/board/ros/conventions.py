@@ -15,7 +15,7 @@ from typing import Any, Final, TypeAlias
 
 from firmware_runtime.devs.component import Component
 from firmware_runtime.errors import ConfigError, SettingError, text_of
-from firmware_runtime.system.entry_points import installed
+from firmware_runtime.system.packages import installed
 
 GROUP: Final = "firmware_runtime.ros_messages"
 

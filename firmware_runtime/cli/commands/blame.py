@@ -26,8 +26,8 @@ from firmware_runtime.statistics.number_formats import instant, microseconds, se
 from firmware_runtime.statistics.ran_instead import RanInstead, ran_instead
 from firmware_runtime.statistics.reader import read_statistics
 from firmware_runtime.statistics.statistics import RunState, Statistics
+from firmware_runtime.system.signals import UntilSignal, until_signal
 from firmware_runtime.system.switch_trace import NoTracingError, SwitchTrace, switch_trace
-from firmware_runtime.system.until_signal import UntilSignal, until_signal
 
 LOOK_EVERY_S = 0.2
 MARGIN_NS = 500_000

@@ -4,7 +4,7 @@ import argparse
 
 from firmware_runtime.cli.arguments import SubParsers, add_verb
 from firmware_runtime.errors import Status
-from firmware_runtime.system.extras import module_of_extra
+from firmware_runtime.system.packages import module_of_extra
 
 SHELLS = ("bash", "zsh", "fish")
 

@@ -26,8 +26,8 @@ from firmware_runtime.lab.stages.stage import Stage
 from firmware_runtime.links.cut.impairment import impairment
 from firmware_runtime.recording.random_state import UNKEPT
 from firmware_runtime.system.atomic_file import keep_output
-from firmware_runtime.system.exit_on_signals import exit_on_signals
-from firmware_runtime.system.process_folder import own_folder
+from firmware_runtime.system.own_folder import own_folder
+from firmware_runtime.system.signals import exit_on_signals
 
 _ABOUT = """
 Each stage runs on doubles, in processes of its own. What entered them enters the same drivers and

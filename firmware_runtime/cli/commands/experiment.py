@@ -21,7 +21,7 @@ from firmware_runtime.cli.arguments import (
 )
 from firmware_runtime.cli.chosen_board import chosen_board
 from firmware_runtime.cli.readers_gone import print_line
-from firmware_runtime.errors import ConfigError, Status
+from firmware_runtime.errors import ConfigError, Status, did_you_mean
 from firmware_runtime.lab.experiments.experiment_series import Series, run_series, write_series
 from firmware_runtime.lab.experiments.known import LOOP, experiments_of, stages_of
 from firmware_runtime.lab.experiments.packages import missing_packages
@@ -30,10 +30,8 @@ from firmware_runtime.lab.experiments.trial import Choices, Trial
 from firmware_runtime.lab.stages.stage import Stage
 from firmware_runtime.lab.stages.way import WIFI
 from firmware_runtime.links.cut.impairment import impairment
-from firmware_runtime.system.atomic_folder import nearest, whole_folder
-from firmware_runtime.system.exit_on_signals import exit_on_signals
-from firmware_runtime.system.process_folder import own_folder
-from firmware_runtime.system.spelling import did_you_mean
+from firmware_runtime.system.own_folder import nearest, own_folder, whole_folder
+from firmware_runtime.system.signals import exit_on_signals
 
 _SUMMARY = "Repeat an experiment with a board: data, a plot and a page, beside what was published."
 _ABOUT = f"""

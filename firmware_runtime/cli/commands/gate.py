@@ -21,8 +21,8 @@ from firmware_runtime.lab.gate.decision import (
 )
 from firmware_runtime.lab.gate.gate import Outcome, pass_gate
 from firmware_runtime.lab.gate.pairs import measured_pairs
-from firmware_runtime.system.exit_on_signals import exit_on_signals
-from firmware_runtime.system.process_folder import own_folder
+from firmware_runtime.system.own_folder import own_folder
+from firmware_runtime.system.signals import exit_on_signals
 
 PAIRS = 48
 TOLERANCE_PERCENT = 10.0

@@ -12,10 +12,9 @@ from firmware_runtime.board.retuning import has_key
 from firmware_runtime.board.setting_descriptions import Setting, described
 from firmware_runtime.cli.arguments import SubParsers, add_statistics, add_verb
 from firmware_runtime.cli.chosen_board import chosen_run
-from firmware_runtime.errors import ConfigError, Status
+from firmware_runtime.errors import ConfigError, Status, did_you_mean
 from firmware_runtime.links.control import ask
 from firmware_runtime.statistics.paths import default_path
-from firmware_runtime.system.spelling import did_you_mean
 
 _ABOUT = """
 All of the values are taken up, or none. They hold until the run ends or its file is read again

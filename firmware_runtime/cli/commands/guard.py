@@ -29,10 +29,9 @@ from firmware_runtime.statistics.companions import of_guard
 from firmware_runtime.statistics.paths import default_path
 from firmware_runtime.statistics.takeovers import note_takeover
 from firmware_runtime.statistics.text.sentences import refusals
-from firmware_runtime.system.check_no_rclpy import refuse_ros
-from firmware_runtime.system.notices import Notices
-from firmware_runtime.system.sentences import Sentences
-from firmware_runtime.system.until_signal import UntilSignal, until_signal
+from firmware_runtime.system.messages import Notices, Sentences
+from firmware_runtime.system.packages import refuse_ros
+from firmware_runtime.system.signals import UntilSignal, until_signal
 
 START_WITHIN: Final = 60 * SECOND
 """How long a start may take, ns: `TimeoutStartSec=` of the unit."""

@@ -11,8 +11,8 @@ from firmware_runtime.cli.chosen_board import chosen_board
 from firmware_runtime.cli.written import check_output
 from firmware_runtime.errors import Status
 from firmware_runtime.system.atomic_file import keep_output
-from firmware_runtime.system.exit_on_signals import exit_on_signals
-from firmware_runtime.system.extras import module_of_extra
+from firmware_runtime.system.packages import module_of_extra
+from firmware_runtime.system.signals import exit_on_signals
 
 if TYPE_CHECKING:
     from firmware_runtime.lab.identification.fit import Fit

@@ -9,8 +9,8 @@ from firmware_runtime.cli.arguments import SubParsers, add_verb, positive
 from firmware_runtime.errors import ConfigError, Status
 from firmware_runtime.statistics.paths import all_statistics
 from firmware_runtime.system.atomic_file import keep_output
-from firmware_runtime.system.extras import module_of_extra
-from firmware_runtime.system.until_signal import until_signal
+from firmware_runtime.system.packages import module_of_extra
+from firmware_runtime.system.signals import until_signal
 
 
 def add_to(verbs: SubParsers) -> None:

@@ -15,7 +15,7 @@ from time import monotonic, sleep
 
 from firmware_runtime.cli.arguments import SubParsers, add_output, add_verb, path_of, positive
 from firmware_runtime.devs.time import MICROSECOND, SECOND, seconds
-from firmware_runtime.errors import ConfigError, Status
+from firmware_runtime.errors import BeingWrittenError, ConfigError, StatisticsFileError, Status
 from firmware_runtime.recording.blackbox.listing import span_of
 from firmware_runtime.recording.blackbox.locations import find_recording, recording_beside
 from firmware_runtime.recording.blackbox.reader import Recording, read_recording
@@ -23,7 +23,6 @@ from firmware_runtime.recording.board_of_recording import board_of
 from firmware_runtime.recording.exports.observed_run import missing_in, moments_of
 from firmware_runtime.recording.exports.perfetto import chrome_trace
 from firmware_runtime.recording.replay.verdict import Stretch
-from firmware_runtime.statistics.file_errors import BeingWrittenError, StatisticsFileError
 from firmware_runtime.statistics.late_watch import Late, LateWatch
 from firmware_runtime.statistics.number_formats import instant
 from firmware_runtime.statistics.paths import SUFFIX

@@ -17,14 +17,13 @@ from firmware_runtime.cli.arguments import (
 )
 from firmware_runtime.cli.chosen_board import chosen_board
 from firmware_runtime.devs.time import MICROSECOND, SECOND
-from firmware_runtime.errors import ConfigError, Status
+from firmware_runtime.errors import ConfigError, StatisticsFileError, Status
 from firmware_runtime.recording.blackbox.excerpts import Pieces
-from firmware_runtime.statistics.file_errors import StatisticsFileError
 from firmware_runtime.statistics.paths import default_path
 from firmware_runtime.statistics.recorder import Recorder
-from firmware_runtime.system.notices import Notices
-from firmware_runtime.system.other_processors import keep_off
-from firmware_runtime.system.until_signal import UntilSignal, until_signal
+from firmware_runtime.system.messages import Notices
+from firmware_runtime.system.scheduling import keep_off
+from firmware_runtime.system.signals import UntilSignal, until_signal
 
 LOOK_EVERY_S = 0.1
 

@@ -26,7 +26,7 @@ from firmware_runtime.cli.run_report import Report
 from firmware_runtime.cli.stage_options import add_stage_options, choose_stage
 from firmware_runtime.cli.written import check_files
 from firmware_runtime.devs.time import MICROSECOND, seconds
-from firmware_runtime.errors import ConfigError, Status, text_of
+from firmware_runtime.errors import ConfigError, StatisticsFileError, Status, text_of
 from firmware_runtime.executive.outcome import Outcome
 from firmware_runtime.lab.experiments.loop_model import loop_board, loop_end
 from firmware_runtime.recording.blackbox.locations import recording_beside, recording_of_virtual_run
@@ -39,13 +39,11 @@ from firmware_runtime.runs.restarts import Restarts
 from firmware_runtime.runs.session import Session
 from firmware_runtime.runs.start import start_session
 from firmware_runtime.statistics.companions import check_ending
-from firmware_runtime.statistics.file_errors import StatisticsFileError
 from firmware_runtime.statistics.paths import default_path
 from firmware_runtime.statistics.statistics import RunState
 from firmware_runtime.statistics.text.summary import summary
-from firmware_runtime.system.check_no_rclpy import refuse_ros
-from firmware_runtime.system.journal import Journal
-from firmware_runtime.system.notices import Notices
+from firmware_runtime.system.messages import Journal, Notices
+from firmware_runtime.system.packages import refuse_ros
 from firmware_runtime.system.process_identity import started_at
 from firmware_runtime.system.signals import stop_on_signals
 

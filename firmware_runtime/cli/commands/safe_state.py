@@ -18,7 +18,7 @@ from firmware_runtime.cli.arguments import (
 from firmware_runtime.cli.chosen_board import chosen_board
 from firmware_runtime.cli.readers_gone import print_line
 from firmware_runtime.devs.time import SECOND
-from firmware_runtime.errors import ConfigError, Status, text_of
+from firmware_runtime.errors import ConfigError, StatisticsFileError, Status, text_of
 from firmware_runtime.runs.active_runs import folders_of_runs
 from firmware_runtime.runs.outputs import switched_off
 from firmware_runtime.runs.run_settings import (
@@ -28,9 +28,8 @@ from firmware_runtime.runs.run_settings import (
 )
 from firmware_runtime.runs.safe_state import BETWEEN, WATCH, SafeState
 from firmware_runtime.statistics.companions import Companion
-from firmware_runtime.statistics.file_errors import StatisticsFileError
 from firmware_runtime.statistics.paths import default_path, directories
-from firmware_runtime.system.until_signal import until_signal
+from firmware_runtime.system.signals import until_signal
 
 TIMEOUT = 2 * SECOND
 """Ns in which it is tried again: a stuck bus may come free, a run that is busy may acknowledge;

@@ -22,8 +22,7 @@ from firmware_runtime.cli.service_status import (
     explained,
     show_status,
 )
-from firmware_runtime.errors import Status
-from firmware_runtime.host.host_errors import InstallationRefused, StepFailed
+from firmware_runtime.errors import InstallationRefused, Status, StepFailed
 from firmware_runtime.host.installation.install import Installation
 from firmware_runtime.host.installation.places import (
     GUARD,

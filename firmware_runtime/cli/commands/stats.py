@@ -20,7 +20,7 @@ from firmware_runtime.statistics.takeovers import Takeover, takeovers_of
 from firmware_runtime.statistics.text.difference import difference_of, difference_text
 from firmware_runtime.statistics.text.histogram import histogram_text
 from firmware_runtime.statistics.text.statistics import statistics_text
-from firmware_runtime.system.extras import module_of_extra
+from firmware_runtime.system.packages import module_of_extra
 
 _IDLE = {
     "statistics": ("board",),

@@ -12,14 +12,13 @@ from select import select
 
 from firmware_runtime.cli.after_virtual_run import say_if_last_run_was_virtual
 from firmware_runtime.cli.arguments import SubParsers, add_statistics, add_verb, positive
-from firmware_runtime.errors import Status
+from firmware_runtime.errors import StatisticsFileError, Status
 from firmware_runtime.statistics.comparison import difference, same_run
-from firmware_runtime.statistics.file_errors import StatisticsFileError
 from firmware_runtime.statistics.paths import find_statistics
 from firmware_runtime.statistics.reader import read_statistics
 from firmware_runtime.statistics.statistics import Statistics
-from firmware_runtime.system.extras import module_of_extra
-from firmware_runtime.system.until_signal import UntilSignal, until_signal
+from firmware_runtime.system.packages import module_of_extra
+from firmware_runtime.system.signals import UntilSignal, until_signal
 
 QUIT, PAUSE = b"qQ\x03", b" "
 

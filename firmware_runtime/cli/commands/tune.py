@@ -12,8 +12,8 @@ from firmware_runtime.cli.chosen_board import chosen_board
 from firmware_runtime.cli.commands.identify import add_since, identified_from
 from firmware_runtime.errors import ConfigError, Status
 from firmware_runtime.statistics.text.columns import aligned
-from firmware_runtime.system.exit_on_signals import exit_on_signals
-from firmware_runtime.system.extras import module_of_extra
+from firmware_runtime.system.packages import module_of_extra
+from firmware_runtime.system.signals import exit_on_signals
 
 if TYPE_CHECKING:
     from firmware_runtime.lab.tuning.loop import Gains, Margins

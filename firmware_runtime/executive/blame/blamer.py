@@ -22,7 +22,7 @@ from firmware_runtime.executive.bus_meter import BusMeter
 from firmware_runtime.executive.clocks import Clock, MonotonicClock
 from firmware_runtime.executive.step import Step
 from firmware_runtime.statistics.blame import CAUSES, NOT_MEASURED, BlameRow
-from firmware_runtime.system.sigcont_counter import CONTINUED
+from firmware_runtime.system.machine_counters import CONTINUED
 from firmware_runtime.system.thread_counters import ThreadCounters
 
 GAP = MILLISECOND

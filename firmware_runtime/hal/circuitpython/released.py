@@ -2,7 +2,7 @@
 
 from abc import abstractmethod
 
-from firmware_runtime.system.closing import Closing
+from firmware_runtime.system.resources import Closing
 
 
 class Released(Closing):

@@ -14,7 +14,7 @@ from pathlib import Path
 from types import ModuleType
 from typing import Final, Self
 
-from firmware_runtime.system.closing import Closing
+from firmware_runtime.system.resources import Closing
 
 _HERE: Final = "firmware_runtime.hal.circuitpython"
 MODULES: Final = {

@@ -19,7 +19,7 @@ from firmware_runtime.hal.served.packets import (
     read_answer,
 )
 from firmware_runtime.hal.wire_errors import BusAbsent, BusFault, BusInUse, BusTimeout
-from firmware_runtime.system.short_retry import tried_again
+from firmware_runtime.system.resources import tried_again
 
 ANSWER_S: Final = 1.0
 """How long an answer may take; doubles need less than a millisecond, a busy machine more."""

@@ -5,7 +5,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TypeAlias
 
-from firmware_runtime.host.host_errors import DeploymentError
+from firmware_runtime.errors import DeploymentError
 from firmware_runtime.system.programs import Ended, ProgramFailed, run_program
 
 TIMEOUT_S = 900.0

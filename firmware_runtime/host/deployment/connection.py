@@ -5,8 +5,8 @@ import shlex
 from collections.abc import Sequence
 from pathlib import Path
 
+from firmware_runtime.errors import DeploymentError
 from firmware_runtime.host.deployment.commands import Commands
-from firmware_runtime.host.host_errors import DeploymentError
 from firmware_runtime.system.programs import Ended
 
 _HOST = re.compile(r"([a-z_][a-z0-9_.-]*@)?[a-z0-9_][a-z0-9_.-]*", re.IGNORECASE)

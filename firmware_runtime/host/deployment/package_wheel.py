@@ -19,8 +19,8 @@ from urllib.parse import unquote, urlsplit
 from zipfile import ZIP_DEFLATED, ZipFile
 
 from firmware_runtime.board.installed import entry_point_of, names
+from firmware_runtime.errors import DeploymentError
 from firmware_runtime.host.deployment.commands import Commands
-from firmware_runtime.host.host_errors import DeploymentError
 
 PIP = (sys.executable, "-m", "pip", "--disable-pip-version-check", "--quiet")
 OUR_OWN = "firmware-runtime"

@@ -5,9 +5,9 @@ from importlib.metadata import distribution
 from pathlib import Path
 from zipfile import BadZipFile, ZipFile
 
+from firmware_runtime.errors import DeploymentError
 from firmware_runtime.host.deployment.commands import Commands
 from firmware_runtime.host.deployment.package_wheel import OUR_OWN, built, packed_again
-from firmware_runtime.host.host_errors import DeploymentError
 
 NAME = "firmware_runtime"
 

@@ -13,11 +13,11 @@ from hashlib import sha256
 from importlib.metadata import Distribution
 from pathlib import Path
 
+from firmware_runtime.errors import DeploymentError
 from firmware_runtime.host.deployment import project_wheel
 from firmware_runtime.host.deployment.commands import Commands
 from firmware_runtime.host.deployment.package_wheel import PIP, wheel_of
 from firmware_runtime.host.deployment.platform import Platform
-from firmware_runtime.host.host_errors import DeploymentError
 
 EXTRAS = ("gpio", "metrics", "top", "completion")
 """What a robot can use beside the bare program."""

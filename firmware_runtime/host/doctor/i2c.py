@@ -7,9 +7,8 @@ from firmware_runtime.host.doctor.access import nodes_usable
 from firmware_runtime.host.doctor.check import Check
 from firmware_runtime.host.doctor.finding import Finding, failure, not_applicable, note, ok, warning
 from firmware_runtime.host.doctor.machine import Machine
-from firmware_runtime.system import i2c_adapters
-from firmware_runtime.system.holders import Holder, holders
-from firmware_runtime.system.i2c_adapters import Bound
+from firmware_runtime.system import device_nodes
+from firmware_runtime.system.device_nodes import Bound, Holder, holders
 
 _NO_BUS = "no I2C bus"
 _LAME = ("bcm2835", "bcm2708")
@@ -17,7 +16,7 @@ _LAME = ("bcm2835", "bcm2708")
 
 
 def _name(machine: Machine, node: str) -> str | None:
-    return i2c_adapters.name(machine.files, node)
+    return device_nodes.adapter_name(machine.files, node)
 
 
 def _present(machine: Machine) -> Finding:
@@ -51,7 +50,7 @@ def _speed(machine: Machine) -> Finding:
 def _clock_hz(machine: Machine, node: str) -> int | None:
     """The clock the device tree sets, big-endian as all its numbers."""
     content = machine.files.content(
-        i2c_adapters.attribute(machine.files, node, "of_node/clock-frequency")
+        device_nodes.adapter_attribute(machine.files, node, "of_node/clock-frequency")
     )
     if content is None or len(content) != 4:
         return None
@@ -83,11 +82,11 @@ def _addresses(machine: Machine) -> Finding:
     buses = [node for node in machine.buses if machine.files.exists(node)]
     if not buses:
         return not_applicable(_NO_BUS)
-    bound = [each for node in buses for each in i2c_adapters.bound(machine.files, node)]
+    bound = [each for node in buses for each in device_nodes.bound_addresses(machine.files, node)]
     wanted = [each for each in bound if machine.demands and each[1] in _wanted(machine, each[0])]
     if wanted:
         node, address, driver = wanted[0]
-        bus = f"i2c-{i2c_adapters.number(machine.files, node)}"
+        bus = f"i2c-{device_nodes.adapter_number(machine.files, node)}"
         return failure(
             _spelled(wanted),
             f"echo 0x{address:02x} | sudo tee /sys/bus/i2c/devices/{bus}/delete_device; "

@@ -4,8 +4,7 @@ import platform
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
-from firmware_runtime.system.files import THIS_MACHINE, SystemFiles
-from firmware_runtime.system.processors import computer_model
+from firmware_runtime.system.kernel_files import THIS_MACHINE, SystemFiles, computer_model
 
 TYPICAL_PRIORITY = 60
 """The SCHED_FIFO priority that is tried where no board states one."""

@@ -3,7 +3,7 @@
 from firmware_runtime.host.doctor.check import Check
 from firmware_runtime.host.doctor.finding import Finding, failure, not_applicable, note, ok, warning
 from firmware_runtime.host.doctor.machine import Machine
-from firmware_runtime.system.calling_process import (
+from firmware_runtime.system.kernel_files import (
     CAP_IPC_LOCK,
     UNLIMITED,
     has_capability,

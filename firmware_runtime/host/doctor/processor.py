@@ -6,9 +6,15 @@ from firmware_runtime.host.doctor.access import may_write
 from firmware_runtime.host.doctor.check import Check
 from firmware_runtime.host.doctor.finding import Finding, failure, not_applicable, note, ok, warning
 from firmware_runtime.host.doctor.machine import Machine
-from firmware_runtime.system.calling_process import status
-from firmware_runtime.system.files import cpu_list
-from firmware_runtime.system.processors import governors, isolated, online, tickless, virtualised
+from firmware_runtime.system.kernel_files import (
+    cpu_list,
+    governors,
+    isolated,
+    online,
+    status,
+    tickless,
+    virtualised,
+)
 
 _LATENCY = "/dev/cpu_dma_latency"
 _THROTTLED = "/sys/devices/platform/soc*/*firmware/get_throttled"

@@ -8,15 +8,16 @@ import warnings
 from firmware_runtime.host.doctor.check import Check
 from firmware_runtime.host.doctor.finding import Finding, failure, not_applicable, note, ok, warning
 from firmware_runtime.host.doctor.machine import Machine
-from firmware_runtime.system.calling_process import (
+from firmware_runtime.system.kernel_files import (
     CAP_SYS_NICE,
     UNLIMITED,
+    SystemFiles,
     cpu_group_file,
     has_capability,
+    preemption,
     realtime_priority_limit,
+    realtime_throttling,
 )
-from firmware_runtime.system.files import SystemFiles
-from firmware_runtime.system.kernel import preemption, realtime_throttling
 
 _KEPT_ANOTHER_CLASS = 255
 _RAISE_LIMIT = (

@@ -11,7 +11,7 @@ import msgspec
 
 from firmware_runtime.board.registry import Board
 from firmware_runtime.board.settings import ExecutiveSettings
-from firmware_runtime.host.host_errors import InstallationRefused
+from firmware_runtime.errors import InstallationRefused
 from firmware_runtime.host.installation.places import GUARD, ROS2, RUNTIME, settings_path
 
 _DEVICES = "/dev/"

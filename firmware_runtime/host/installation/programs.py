@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 
 import firmware_runtime
-from firmware_runtime.host.host_errors import InstallationRefused, StepFailed
+from firmware_runtime.errors import InstallationRefused, StepFailed
 from firmware_runtime.host.installation.places import PROGRAM
 from firmware_runtime.system.programs import ProgramFailed, answer_of
 

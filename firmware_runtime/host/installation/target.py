@@ -4,7 +4,7 @@ import os
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from firmware_runtime.host.host_errors import InstallationRefused
+from firmware_runtime.errors import InstallationRefused
 from firmware_runtime.host.installation.tree import Tree
 
 THIS_MACHINE = Path("/")

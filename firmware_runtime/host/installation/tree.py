@@ -11,7 +11,7 @@ from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 
-from firmware_runtime.host.host_errors import StepFailed
+from firmware_runtime.errors import StepFailed
 
 _DIRECTORY_MODE = 0o755
 _MADE_HERE = ("firmware-runtime", "sysusers.d")

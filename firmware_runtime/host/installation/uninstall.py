@@ -3,7 +3,7 @@
 import shlex
 from collections.abc import Callable, Iterator
 
-from firmware_runtime.host.host_errors import StepFailed
+from firmware_runtime.errors import StepFailed
 from firmware_runtime.host.installation.places import (
     BRIDGE,
     GUARD,

@@ -13,7 +13,7 @@ from firmware_runtime.host.scaffold.names import class_name, name_fault
 from firmware_runtime.host.scaffold.package import PLACE, write_package
 from firmware_runtime.host.scaffold.register_page import page
 from firmware_runtime.system.atomic_file import read_text
-from firmware_runtime.system.entry_points import installed
+from firmware_runtime.system.packages import installed
 
 TEMPLATE: Final = "chip"
 EXAMPLE: Final = "example_registers.toml"

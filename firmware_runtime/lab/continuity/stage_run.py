@@ -20,7 +20,7 @@ from firmware_runtime.recording.blackbox.reader import Recording, read_recording
 from firmware_runtime.recording.board_of_recording import board_of
 from firmware_runtime.recording.replay.difference import Difference
 from firmware_runtime.recording.replay.verdict import Verdict, replay
-from firmware_runtime.system.process_folder import own_folder
+from firmware_runtime.system.own_folder import own_folder
 
 _CANNOT: Final = (Status.BAD_INPUT, Status.NO_DEVICE, Status.REFUSED)
 """Exit statuses of a run that this machine or this board does not allow."""

@@ -10,7 +10,7 @@ from pathlib import Path
 from msgspec import Struct
 
 from firmware_runtime.errors import ConfigError
-from firmware_runtime.system.import_path import import_path
+from firmware_runtime.system.packages import import_path
 
 
 class Checkout(Struct, frozen=True):

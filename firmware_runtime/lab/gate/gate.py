@@ -10,8 +10,7 @@ from msgspec import Struct
 
 from firmware_runtime.lab.gate.decision import Decision, Verdict, decide, looks_of
 from firmware_runtime.lab.gate.pairs import Pair
-from firmware_runtime.system.conditions import system_conditions
-from firmware_runtime.system.neighbours import Neighbours, busy
+from firmware_runtime.system.conditions import Neighbours, busy, system_conditions
 
 
 class Outcome(Struct, frozen=True, kw_only=True):

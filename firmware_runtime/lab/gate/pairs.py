@@ -22,7 +22,7 @@ from msgspec import Struct, json
 
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.lab.gate.checkouts import Checkout
-from firmware_runtime.system.closing import Closing
+from firmware_runtime.system.resources import Closing
 from firmware_runtime.system.signals import signals_held
 
 LONGEST_S = 600.0

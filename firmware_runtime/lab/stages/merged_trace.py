@@ -11,7 +11,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, TextIO
 
-from firmware_runtime.statistics.file_errors import TraceFileError
+from firmware_runtime.errors import TraceFileError
 
 
 def merge_traces(traces: Mapping[str, Path], began: Mapping[str, int], into: Path) -> None:

@@ -19,9 +19,9 @@ from firmware_runtime.lab.stages.stage import Stage
 from firmware_runtime.lab.stages.two_ends import TwoEnds
 from firmware_runtime.lab.stages.way import WIFI, Way, bad_network, loopback, ros_graph, to_peer
 from firmware_runtime.links.cut.impairment import Impairment
-from firmware_runtime.system.other_processors import kept_off
-from firmware_runtime.system.process_folder import own_folder
-from firmware_runtime.system.until_signal import UntilSignal, until_signal
+from firmware_runtime.system.own_folder import own_folder
+from firmware_runtime.system.scheduling import kept_off
+from firmware_runtime.system.signals import UntilSignal, until_signal
 
 UNTIL_STOPPED_S: Final = 1e9
 Say = Callable[[str], None]

@@ -17,8 +17,7 @@ from typing import Final
 
 from firmware_runtime.devs.time import MILLISECOND, NEVER, SECOND
 from firmware_runtime.lab.stages.end_process import EndProcess
-from firmware_runtime.system.signals import signal_name
-from firmware_runtime.system.until_signal import UntilSignal
+from firmware_runtime.system.signals import UntilSignal, signal_name
 
 TIMEOUT: Final = 30 * SECOND
 """Ns that an end may take to switch its outputs off and to report."""

@@ -20,7 +20,7 @@ from firmware_runtime.lab.stages.path_process import PathProcess
 from firmware_runtime.links.cut.impairment import Impairment
 from firmware_runtime.links.endpoint import endpoint, written
 from firmware_runtime.links.key_file import read_key, write_key
-from firmware_runtime.system.process_folder import own_folder
+from firmware_runtime.system.own_folder import own_folder
 from firmware_runtime.system.programs import ProgramFailed
 
 WIFI: Final = Impairment(delay=40_000_000, jitter=10_000_000, loss=0.02)

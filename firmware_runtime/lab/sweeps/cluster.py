@@ -14,7 +14,7 @@ from typing import Any, Final, TypeAlias, TypeVar
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.lab.sweeps.plan import Sweep
 from firmware_runtime.lab.sweeps.row import Row, lost, run_row
-from firmware_runtime.system.extras import module_of_extra
+from firmware_runtime.system.packages import module_of_extra
 
 T = TypeVar("T")
 Client: TypeAlias = Any

@@ -16,7 +16,7 @@ from firmware_runtime.lab.sweeps.distributions import distribution
 from firmware_runtime.lab.sweeps.plan import SAMPLINGS, Sweep
 from firmware_runtime.lab.sweeps.row import settings_of_row, step_of
 from firmware_runtime.lab.sweeps.sweep_table import ENDINGS
-from firmware_runtime.system.extras import module_of_extra
+from firmware_runtime.system.packages import module_of_extra
 
 MOST_RUNS: Final = 10_000_000
 _TRIED: Final = 8

@@ -16,7 +16,7 @@ import msgspec
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.lab.sweeps.plan import Sweep
 from firmware_runtime.lab.sweeps.row import Row
-from firmware_runtime.system.closing import Closing
+from firmware_runtime.system.resources import Closing
 
 
 class _First(msgspec.Struct, frozen=True):

@@ -21,7 +21,7 @@ from firmware_runtime.errors import ConfigError
 from firmware_runtime.lab.sweeps.plan import Sweep
 from firmware_runtime.lab.sweeps.row import EXPERIMENT, RESULT, STATISTICS, Cell, Row
 from firmware_runtime.system.atomic_file import keep_output
-from firmware_runtime.system.extras import module_of_extra
+from firmware_runtime.system.packages import module_of_extra
 
 ENDINGS: Final = (".parquet", ".csv")
 _ORDER: Final = (RESULT, EXPERIMENT, STATISTICS)

@@ -12,12 +12,11 @@ import numpy as np
 from firmware_runtime.board.plants import PidLoop, Plant
 from firmware_runtime.board.registry import Board
 from firmware_runtime.board.retuning import retunable_values
-from firmware_runtime.errors import ConfigError
+from firmware_runtime.errors import ConfigError, did_you_mean
 from firmware_runtime.lab.identification.plant import KEYS, PlantParameters, Structure
 from firmware_runtime.lab.identification.source import plant_of
 from firmware_runtime.lab.tuning.loop import Gains
 from firmware_runtime.lab.tuning.response import Body
-from firmware_runtime.system.spelling import did_you_mean
 
 if TYPE_CHECKING:  # it imports scipy: what is wrong with the input is said before
     from firmware_runtime.lab.identification.identified import Identified

@@ -27,7 +27,7 @@ from typing import (
 import msgspec
 from msgspec.msgpack import Decoder, Encoder, Ext
 
-from firmware_runtime.system.spelling import with_article
+from firmware_runtime.errors import with_article
 
 SUBCLASS: Final = 1
 ARRAY: Final = 2

@@ -21,7 +21,7 @@ from typing import Any, Final
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.links.cut.impairment import Decisions, Impairment, Way, impairment
 from firmware_runtime.links.endpoint import Endpoint, bound, endpoint, written
-from firmware_runtime.system.until_signal import until_signal
+from firmware_runtime.system.signals import until_signal
 
 LARGEST: Final = 1 << 16
 MOST_WAITING: Final = 10_000

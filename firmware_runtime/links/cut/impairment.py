@@ -13,8 +13,7 @@ from random import Random
 from typing import Final, Literal, TypeAlias
 
 from firmware_runtime.devs.time import MICROSECOND, MILLISECOND, SECOND
-from firmware_runtime.errors import ConfigError
-from firmware_runtime.system.spelling import did_you_mean
+from firmware_runtime.errors import ConfigError, did_you_mean
 
 Way: TypeAlias = Literal["out", "back"]
 """Out: from the controller to the robot."""

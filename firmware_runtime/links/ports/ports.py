@@ -12,10 +12,10 @@ from firmware_runtime.devs.engine import Engine
 from firmware_runtime.devs.listening import Listening
 from firmware_runtime.devs.part import Part
 from firmware_runtime.devs.ports import InPort, OutPort
+from firmware_runtime.errors import did_you_mean, with_article
 from firmware_runtime.links.ports.datagrams import Refusal
 from firmware_runtime.links.ports.forms import form_of
 from firmware_runtime.links.ports.values import Read, reader_of
-from firmware_runtime.system.spelling import did_you_mean, with_article
 
 
 class Entry(Struct, frozen=True):

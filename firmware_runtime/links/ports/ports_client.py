@@ -25,7 +25,7 @@ from firmware_runtime.links.endpoint import endpoint
 from firmware_runtime.links.key_file import read_key
 from firmware_runtime.links.ports.datagrams import TIMEOUT, message_of
 from firmware_runtime.links.ports.robot_end import NoAnswer, RobotEnd
-from firmware_runtime.system.closing import Closing
+from firmware_runtime.system.resources import Closing
 
 RENEW_EVERY: Final = 3 * SECOND
 """Ns from one request to watch to the next, of which a run forgets those that are 10 s old."""

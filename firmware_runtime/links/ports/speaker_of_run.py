@@ -8,9 +8,9 @@ whom the folder belongs, as that of a service does.
 
 from pathlib import Path
 
+from firmware_runtime.errors import StatisticsFileError
 from firmware_runtime.hal.peer import Credentials, trusted_users
 from firmware_runtime.statistics.file import STATISTICS, driver_of
-from firmware_runtime.statistics.file_errors import StatisticsFileError
 
 
 def why_not_of_run(by: Credentials, statistics: Path) -> str:

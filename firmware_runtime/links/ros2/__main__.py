@@ -21,8 +21,8 @@ from firmware_runtime.links.ros2.plan import Plan, read_plan
 from firmware_runtime.links.ros2.services import Services
 from firmware_runtime.links.ros2.spinning import spin_once
 from firmware_runtime.links.ros2.topics import RobotTopics
-from firmware_runtime.system.notices import Notices
-from firmware_runtime.system.until_signal import until_signal
+from firmware_runtime.system.messages import Notices
+from firmware_runtime.system.signals import until_signal
 
 WAIT_S = 0.1
 """The executor waits for an event no longer than this. Without a bound its loop never sleeps and

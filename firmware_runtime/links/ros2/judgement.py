@@ -19,9 +19,8 @@ from pathlib import Path
 from typing import Any, Final
 
 from firmware_runtime.devs.time import SECOND
-from firmware_runtime.errors import FirmwareRuntimeError
+from firmware_runtime.errors import BeingWrittenError, FirmwareRuntimeError
 from firmware_runtime.statistics.figures import Figures
-from firmware_runtime.statistics.file_errors import BeingWrittenError
 from firmware_runtime.statistics.reader import read_statistics
 from firmware_runtime.statistics.statistics import RunState, Statistics
 

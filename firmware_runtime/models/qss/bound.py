@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 from firmware_runtime.devs.model_errors import ModelError
-from firmware_runtime.system.extras import module_of_extra
+from firmware_runtime.system.packages import module_of_extra
 
 if TYPE_CHECKING:
     import numpy as np

@@ -15,13 +15,13 @@ from pathlib import Path
 from typing import Final
 
 from firmware_runtime.devs.time import SECOND
+from firmware_runtime.errors import StatisticsFileError
 from firmware_runtime.recording.blackbox.chunk_file import Numbered, file_of
 from firmware_runtime.recording.blackbox.listing import state_at_end
 from firmware_runtime.recording.blackbox.mirror import Mirror
 from firmware_runtime.recording.blackbox.reader import instants_in
 from firmware_runtime.recording.blackbox.ring_file import RingFile
 from firmware_runtime.statistics.companions import Companion
-from firmware_runtime.statistics.file_errors import StatisticsFileError
 from firmware_runtime.system.atomic_file import OWN_AND_GROUP, replace_file
 
 BEFORE: Final = 60 * SECOND

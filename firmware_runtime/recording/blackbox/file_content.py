@@ -17,7 +17,7 @@ from typing import Final
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.recording.blackbox.layout import PREFIX_SIZE, is_whole
 from firmware_runtime.recording.blackbox.ring_file import sizes_in
-from firmware_runtime.system.file_owner import foreign_owner, refused
+from firmware_runtime.system.atomic_file import foreign_owner, refused
 
 LARGEST: Final = 448 << 20
 """Bytes; a ring has at most 264 MiB (`blackbox.size`), a file that was saved of one more."""

@@ -21,7 +21,7 @@ from firmware_runtime.statistics.paths import (
     not_looked_in,
     places,
 )
-from firmware_runtime.system.file_owner import owner_of_folder
+from firmware_runtime.system.atomic_file import owner_of_folder
 
 KEPT = Path("/var/lib/firmware-runtime")
 VIRTUAL = f".virtual{Companion.RECORDING}"

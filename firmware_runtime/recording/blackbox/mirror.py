@@ -10,7 +10,7 @@ from pathlib import Path
 from firmware_runtime.recording.blackbox.layout import CHUNK
 from firmware_runtime.recording.blackbox.ring_file import RingFile, Slot
 from firmware_runtime.system.atomic_file import sync_folder
-from firmware_runtime.system.closing import Closing
+from firmware_runtime.system.resources import Closing
 
 _MODE = 0o640
 

@@ -21,7 +21,7 @@ from firmware_runtime.recording.blackbox.layout import (
     PREFIX_SIZE,
     SECTION,
 )
-from firmware_runtime.system.closing import Closing
+from firmware_runtime.system.resources import Closing
 
 
 class Slot(Struct, frozen=True):

@@ -6,7 +6,7 @@ from typing import Any, Final, NamedTuple
 from firmware_runtime.devs.component import Component
 from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.time import SECOND
-from firmware_runtime.errors import ConfigError
+from firmware_runtime.errors import ConfigError, did_you_mean
 from firmware_runtime.recording.debugger.debugger import Debugger, Ended
 from firmware_runtime.recording.debugger.display import (
     ports_of,
@@ -19,7 +19,6 @@ from firmware_runtime.recording.debugger.display import (
 from firmware_runtime.recording.debugger.model_state import FUNCTIONS
 from firmware_runtime.recording.debugger.predicate import Predicate
 from firmware_runtime.recording.debugger.stops import Breakpoint, Event, Goal
-from firmware_runtime.system.spelling import did_you_mean
 
 Say = Callable[[list[str], dict[str, Any]], None]
 """Gets an answer, as lines and as JSON."""

@@ -8,8 +8,7 @@ from firmware_runtime.devs.component import Component
 from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.ports import InPort, OutPort
 from firmware_runtime.devs.senders import Senders
-from firmware_runtime.errors import ConfigError
-from firmware_runtime.system.spelling import did_you_mean
+from firmware_runtime.errors import ConfigError, did_you_mean
 
 FUNCTIONS: Final = ("output", "internal", "external", "confluent")
 _PLUMBING: Final = ("name", "parent", "in_ports", "out_ports", "path", "components", "couplings")

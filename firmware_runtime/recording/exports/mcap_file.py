@@ -48,7 +48,7 @@ from firmware_runtime.recording.exports.typed_values import (
 from firmware_runtime.recording.replay.difference import shown
 from firmware_runtime.statistics.dates import NO_DATES, Dates
 from firmware_runtime.statistics.json_values import plain
-from firmware_runtime.system.extras import module_of_extra
+from firmware_runtime.system.packages import module_of_extra
 
 LATE: Final = MILLISECOND
 """A step that begins so long after its instant has a marker."""

@@ -14,7 +14,7 @@ from firmware_runtime.devs.time import SECOND
 from firmware_runtime.recording.exports.typed_values import Sent
 from firmware_runtime.statistics.dates import NO_DATES, Dates, utc
 from firmware_runtime.statistics.json_values import plain
-from firmware_runtime.system.extras import module_of_extra
+from firmware_runtime.system.packages import module_of_extra
 
 UTC: Final = "utc"
 LONG: Final = ("t_ns", "t_s", UTC, "port", "field", "value", "text")

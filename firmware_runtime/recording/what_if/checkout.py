@@ -17,7 +17,7 @@ from firmware_runtime.errors import ConfigError
 from firmware_runtime.recording.what_if.elsewhere import Answer
 from firmware_runtime.recording.what_if.question import Question
 from firmware_runtime.recording.what_if.what_if import WhatIf
-from firmware_runtime.system.import_path import import_path
+from firmware_runtime.system.packages import import_path
 
 _MODULE = "firmware_runtime.recording.what_if.elsewhere"
 _EXPECTED = "expected a folder with the code of this robot, its drivers or the runtime"

@@ -17,7 +17,7 @@ import msgspec
 from firmware_runtime.errors import FirmwareRuntimeError
 from firmware_runtime.recording.what_if.question import Question, answer
 from firmware_runtime.recording.what_if.what_if import WhatIf
-from firmware_runtime.system.import_path import import_path
+from firmware_runtime.system.packages import import_path
 
 
 class Answer(msgspec.Struct):

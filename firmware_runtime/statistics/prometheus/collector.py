@@ -7,7 +7,7 @@ from prometheus_client import CollectorRegistry, generate_latest
 from prometheus_client.metrics_core import Metric
 from prometheus_client.registry import Collector
 
-from firmware_runtime.statistics.file_errors import StatisticsFileError
+from firmware_runtime.errors import StatisticsFileError
 from firmware_runtime.statistics.prometheus.families import Families
 from firmware_runtime.statistics.reader import read_statistics
 from firmware_runtime.statistics.statistics import Statistics

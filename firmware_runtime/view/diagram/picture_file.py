@@ -4,7 +4,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any, Final
 
-from firmware_runtime.system.extras import install_command
+from firmware_runtime.system.packages import install_command
 
 __all__ = ["require_renderer", "write_picture"]
 

@@ -10,7 +10,7 @@ from firmware_boards.tachobot.settings import WorldSettings
 from firmware_runtime.lab.experiments.findings import Findings
 from firmware_runtime.lab.experiments.run_conditions import between
 from firmware_runtime.lab.experiments.trial import Trial
-from firmware_runtime.system.extras import module_of_extra
+from firmware_runtime.system.packages import module_of_extra
 from firmware_runtime.view.markup import table
 
 _TRUTH: Final = {

@@ -1,4 +1,4 @@
-"""A temporary folder of this process, which goes with it.
+"""Folders of this process: a temporary one, and one whose files appear all at once or not at all.
 
 Its name says whose it is (`firmware-runtime-PID-START-...`, hidden where it is not among temporary
 files), so what a process left behind that was killed is removed when the next one makes its own.
@@ -53,3 +53,27 @@ def _owner(path: Path) -> ProcessIdentity | None:
     if path.stat().st_uid != os.geteuid():
         return None
     return ProcessIdentity(int(found[1]), int(found[2]), boot_id())
+
+
+def nearest(folder: Path) -> Path:
+    """The folder itself if it is there, or else the nearest place above it that is."""
+    return next(each for each in (folder.absolute(), *folder.absolute().parents) if each.exists())
+
+
+@contextmanager
+def whole_folder(folder: Path) -> Iterator[Path]:
+    """A place to gather files in; when the block ends well they are in `folder`, else nowhere.
+
+    A folder that is there already keeps its other files; those of the same names are replaced,
+    each at once. Raises OSError.
+    """
+    with own_folder(nearest(folder)) as own:
+        gathered = own / "whole"
+        gathered.mkdir()
+        yield gathered
+        folder.parent.mkdir(parents=True, exist_ok=True)
+        if folder.exists():
+            for each in sorted(gathered.iterdir()):
+                each.replace(folder / each.name)
+        else:
+            gathered.rename(folder)
