@@ -29,7 +29,7 @@ from firmware_runtime.host.installation.uninstall import installed_boards
 from firmware_runtime.runs.restarts import pause_after, read_starts
 from firmware_runtime.statistics.paths import find_statistics, places
 from firmware_runtime.statistics.reader import read_statistics
-from firmware_runtime.statistics.text.summary import summary
+from firmware_runtime.statistics.summary import summary
 
 SCHEMA = 1
 

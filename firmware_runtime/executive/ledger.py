@@ -21,6 +21,7 @@ from firmware_runtime.executive.progress import Progress
 from firmware_runtime.statistics.blame import BlameRow, Cause, blame_of, sentence
 from firmware_runtime.statistics.file import StatisticsFile
 from firmware_runtime.statistics.histogram import Histogram
+from firmware_runtime.statistics.history import Lately, Timeline, WorstList
 from firmware_runtime.statistics.layout import (
     ACKNOWLEDGED,
     ARMED,
@@ -34,8 +35,6 @@ from firmware_runtime.statistics.layout import (
     YIELDED,
 )
 from firmware_runtime.statistics.statistics import RunState, Statistics
-from firmware_runtime.statistics.timeline import Lately, Timeline
-from firmware_runtime.statistics.worst_list import WorstList
 
 FEW = 5
 """Steps after which it is known how long one takes."""

@@ -15,7 +15,7 @@ from firmware_runtime.errors import ControlError
 from firmware_runtime.links.ports.datagrams import message_of
 from firmware_runtime.links.ports.desk import Answer
 from firmware_runtime.links.ports.robot_end import RobotEnd
-from firmware_runtime.statistics.companions import Companion
+from firmware_runtime.statistics.paths import Companion
 
 TIMEOUT_S = 5.0
 """How long a request waits for its answer."""

@@ -11,8 +11,7 @@ from pathlib import Path
 from time import monotonic_ns
 from typing import Final
 
-from firmware_runtime.statistics.companions import Companion
-from firmware_runtime.statistics.paths import places
+from firmware_runtime.statistics.paths import Companion, places
 from firmware_runtime.system.process_identity import NoteOfBoot, boot_id, leave_note, read_note
 
 _MODE: Final = 0o644

@@ -27,7 +27,7 @@ from firmware_runtime.runs.options import (
     path_of,
 )
 from firmware_runtime.runs.result import RunResult
-from firmware_runtime.statistics.companions import check_ending
+from firmware_runtime.statistics.paths import check_ending
 
 Inputs: TypeAlias = Iterable[tuple[float, InPort[Any], object]]
 """What arrives at the model's input ports: at which second, where, and the value."""

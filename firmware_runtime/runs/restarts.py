@@ -22,7 +22,7 @@ from typing import Annotated, Final
 from msgspec import Meta
 
 from firmware_runtime.devs.time import MILLISECOND, NEVER, SECOND
-from firmware_runtime.statistics.companions import Companion
+from firmware_runtime.statistics.paths import Companion
 from firmware_runtime.system.process_identity import NoteOfBoot, boot_id, leave_note, read_note
 
 HEALTHY_AFTER: Final = 60 * SECOND

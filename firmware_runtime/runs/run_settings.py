@@ -14,8 +14,7 @@ from pathlib import Path
 from firmware_runtime.board.registry import Board
 from firmware_runtime.board.settings_file import is_kept_of, kept_table, load_table
 from firmware_runtime.errors import ConfigError, StatisticsFileError
-from firmware_runtime.statistics.companions import Companion
-from firmware_runtime.statistics.paths import SUFFIX
+from firmware_runtime.statistics.paths import SUFFIX, Companion
 from firmware_runtime.system.atomic_file import OWN_AND_GROUP, replace_file
 
 

@@ -11,7 +11,7 @@ from firmware_runtime.executive.clocks import Clock, MonotonicClock
 from firmware_runtime.executive.executive import Executive
 from firmware_runtime.runs.arming import Arming
 from firmware_runtime.runs.tuning import Tuning
-from firmware_runtime.statistics.companions import Companion
+from firmware_runtime.statistics.paths import Companion
 
 if TYPE_CHECKING:
     from firmware_runtime.links.ports.ports import Ports

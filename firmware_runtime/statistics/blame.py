@@ -7,11 +7,14 @@ a file from before there were verdicts has neither.
 
 from collections.abc import Iterable, Mapping
 from enum import StrEnum
-from typing import Protocol
+from typing import TYPE_CHECKING
 
 from msgspec import Struct, structs
 
 from firmware_runtime.statistics.number_formats import microseconds
+
+if TYPE_CHECKING:
+    from firmware_runtime.statistics.layout import Layout
 
 NOT_MEASURED = -1
 """In a cell of evidence; no counter grows by that."""
@@ -124,27 +127,7 @@ class Blame(Struct, frozen=True):
         return min(self.explained_us / self.of_us, 1.0) if self.of_us > 0 else 0.0
 
 
-class Names(Protocol):
-    """Of `layout.Layout`, what a verdict is read by."""
-
-    @property
-    def blame(self) -> tuple[str, ...]:
-        """The cells of a verdict."""
-
-    @property
-    def causes(self) -> tuple[str, ...]:
-        """What `cause` counts in, from 1 on."""
-
-    @property
-    def models(self) -> tuple[str, ...]:
-        """What `culprit` counts in."""
-
-    @property
-    def buses(self) -> tuple[str, ...]:
-        """The same, of a device."""
-
-
-def read_blame(cells: Iterable[int], names: Names) -> Blame | None:
+def read_blame(cells: Iterable[int], names: "Layout") -> Blame | None:
     """The verdict in a place of the file; None where there was nothing to explain."""
     found = dict(zip(names.blame, cells, strict=True))
     number = found.get("cause", 0)
@@ -160,7 +143,7 @@ def read_blame(cells: Iterable[int], names: Names) -> Blame | None:
     )
 
 
-def blame_of(row: BlameRow, names: Names) -> Blame | None:
+def blame_of(row: BlameRow, names: "Layout") -> Blame | None:
     """The same, of a verdict that has just been made."""
     return read_blame(structs.astuple(row), names)
 
@@ -181,7 +164,7 @@ def _evidence(name: str, value: int) -> tuple[str, float | None]:
     return shown, value / 1000 if name.endswith("_ns") else value
 
 
-def _culprit(cause: str, number: int, names: Names) -> str | None:
+def _culprit(cause: str, number: int, names: "Layout") -> str | None:
     if number < 0:
         return None
     if cause == Cause.BUS:

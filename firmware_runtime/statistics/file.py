@@ -14,7 +14,7 @@ from msgspec import convert
 from msgspec.structs import replace
 
 from firmware_runtime.errors import StatisticsFileError
-from firmware_runtime.statistics.file_header import Driver, Header, Saved
+from firmware_runtime.statistics.file_header import Driver, Header, Saved, count_overdue
 from firmware_runtime.statistics.histogram import Cells
 from firmware_runtime.statistics.layout import (
     ELAPSED,
@@ -24,7 +24,6 @@ from firmware_runtime.statistics.layout import (
     Layout,
 )
 from firmware_runtime.statistics.mapped_file import Kind, ReadableFile
-from firmware_runtime.statistics.overdue import count_overdue
 from firmware_runtime.statistics.statistics import Statistics
 from firmware_runtime.system.atomic_file import keep_file
 from firmware_runtime.system.process_identity import this_process

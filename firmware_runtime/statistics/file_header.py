@@ -1,13 +1,39 @@
-"""What a run states once, before it begins, in the header of its statistics file."""
+"""Header of a statistics file: what a run states before it begins, and what is overdue by it.
+
+The loop may never come to what is due, so readers count it. The file has the deadline of each
+model's next activation, and when its numbers were written. From that a reader knows the present
+instant of a run that is under way, however long the loop has been stuck, and the last one of a run
+whose process is gone.
+
+- While the process lives, an activation that is due waits for its turn, as long as its model's next
+  one is not due too. Of two, one has not run: it counts as skipped, as the loop will count it. A
+  model that is still within its period waits with that one's later phases: what falls due before
+  they are over is skipped. But where the policy is to catch up, all of them wait: each will run.
+- When the process is gone without having ended the run, nothing waits any more: what was due while
+  it lived has been skipped. It lived when it wrote last, and when the guard last saw it, which may
+  be long after in a run that hung.
+- A run that has ended has counted this itself, and nothing after the instant at which it is to end
+  belongs to it, however late the loop comes there.
+"""
 
 from math import isfinite
+from time import monotonic_ns
 from typing import Annotated, Any
 
 from msgspec import Meta, Struct, to_builtins
 
 from firmware_runtime.devs.time import NEVER
 from firmware_runtime.statistics.conditions import settings_of
-from firmware_runtime.statistics.layout import Layout
+from firmware_runtime.statistics.histogram import Cells
+from firmware_runtime.statistics.layout import (
+    ELAPSED,
+    GUARD,
+    HEARTBEAT,
+    MODEL,
+    STATE,
+    WRITTEN,
+    Layout,
+)
 from firmware_runtime.system.process_identity import ProcessIdentity
 
 
@@ -72,3 +98,61 @@ class Header(Driver, frozen=True, kw_only=True):
         """As the file carries it, with the place of every number."""
         table = {**to_builtins(self), "layout": self.layout.describe()}
         return {name: value for name, value in table.items() if value is not None}
+
+
+_SCHEDULED, _SKIPPED, _DUE, _IS_IN_PERIOD = map(
+    MODEL.index, ("scheduled", "skipped", "due_ns", "is_in_period")
+)
+
+
+def count_overdue(cells: Cells, header: Header, *, is_alive: bool) -> None:
+    """Add what is overdue to a copy of a run's cells, with the instant up to which it is."""
+    speed = header.clock_speed
+    written_at = max(cells[WRITTEN], cells[HEARTBEAT])
+    if speed is None or cells[STATE] != 0 or written_at == 0:
+        return
+    alive_at = monotonic_ns() if is_alive else max(cells[GUARD], written_at)
+    cells[ELAPSED] += max(round((alive_at - written_at) * speed), 0)
+    cells[WRITTEN] = alive_at
+    now = _last_instant(cells, header)
+    for index, path in enumerate(header.layout.models):
+        first, stated = header.layout.model(index), header.models[path]
+        due = cells[first + _DUE]
+        if due > now:
+            continue
+        if is_alive:
+            number = _dropped(now - due, stated, is_in_period=cells[first + _IS_IN_PERIOD] != 0)
+        else:
+            number = due_since(now - due, stated)
+        cells[first + _SCHEDULED] += number
+        cells[first + _SKIPPED] += number
+
+
+def waiting(cells: Cells, header: Header, index: int) -> int:
+    """How many activations of a model are due and wait for their turn, of cells that were read."""
+    first, now = header.layout.model(index), _last_instant(cells, header)
+    due, is_in_period = cells[first + _DUE], cells[first + _IS_IN_PERIOD] != 0
+    if header.clock_speed is None or cells[STATE] != 0 or due > now:
+        return 0
+    stated = header.models[header.layout.models[index]]
+    dropped = _dropped(now - due, stated, is_in_period=is_in_period)
+    return due_since(now - due, stated) - dropped
+
+
+def _last_instant(cells: Cells, header: Header) -> int:
+    """The present instant, or the last one of the run if that is over by the clock."""
+    return min(cells[ELAPSED], header.until_ns)
+
+
+def due_since(ago: int, stated: StatedModel) -> int:
+    """How many deadlines there have been, if the first was so long ago, ns."""
+    period = stated.period_ns
+    return 1 if period is None else ago // period + 1
+
+
+def _dropped(ago: int, stated: StatedModel, *, is_in_period: bool) -> int:
+    """How many of them will not run any more, while the process lives."""
+    if stated.policy != "skip" or stated.period_ns is None:
+        return 0
+    missed = -(-ago // stated.period_ns)
+    return missed if is_in_period else max(missed - 1, 0)

@@ -8,10 +8,10 @@ that lies wholly over the limit: one that is over it by less than 3.1 % may pass
 from dataclasses import dataclass
 
 from firmware_runtime.statistics.histogram import LARGEST, Histogram, bucket_of
+from firmware_runtime.statistics.history import late_activations
 from firmware_runtime.statistics.layout import ELAPSED
 from firmware_runtime.statistics.number_formats import instant
 from firmware_runtime.statistics.statistics import Statistics
-from firmware_runtime.statistics.worst_list import late_activations
 
 
 @dataclass(frozen=True, slots=True)

@@ -10,6 +10,7 @@
 import os
 import stat
 from collections.abc import Iterator
+from enum import StrEnum
 from pathlib import Path
 
 from firmware_runtime.errors import StatisticsFileError
@@ -152,3 +153,40 @@ def _claimed(directory: Path) -> Path:
     if status.st_mode & (stat.S_IWGRP | stat.S_IWOTH):
         directory.chmod(0o700)
     return directory
+
+
+class Companion(StrEnum):
+    """What a run keeps beside its statistics, by its ending."""
+
+    TAKEOVERS = ".guard"
+    SETTINGS = ".settings"
+    STARTS = ".starts"
+    SAFE_STATE = ".safe-state"
+    RECORDING = ".recording"
+    SOCKET = ".socket"
+
+    def beside(self, statistics: Path) -> Path:
+        """Where a run keeps it that keeps its statistics at this path."""
+        return statistics.with_suffix(self)
+
+
+def of_guard(statistics: Path) -> Path:
+    """The path that a guard's own companions stand beside, given the statistics of its run."""
+    return statistics.with_stem(f"{statistics.stem}-guard")
+
+
+def check_ending(statistics: Path) -> None:
+    """Raise StatisticsFileError for a path that no statistics can have.
+
+    That is one of what is no regular file or without a name, or one that ends as a companion does.
+    """
+    is_taken = "\0" in statistics.name or (
+        os.path.exists(statistics) and not os.path.isfile(statistics)  # noqa: PTH110, PTH113
+    )
+    if not statistics.name or is_taken:
+        raise StatisticsFileError("expected the path of a file", where=f"{str(statistics)!r}")
+    if statistics.suffix in set(Companion):
+        raise StatisticsFileError(
+            f"expected another ending; {statistics.suffix} is for a file beside statistics",
+            where=statistics,
+        )

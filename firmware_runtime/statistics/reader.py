@@ -13,10 +13,9 @@ from time import monotonic, sleep
 
 from firmware_runtime.errors import BeingWrittenError
 from firmware_runtime.statistics.file import STATISTICS
-from firmware_runtime.statistics.file_header import Header
+from firmware_runtime.statistics.file_header import Header, count_overdue
 from firmware_runtime.statistics.layout import STATE, WORST
 from firmware_runtime.statistics.mapped_file import ReadableFile
-from firmware_runtime.statistics.overdue import count_overdue
 from firmware_runtime.statistics.statistics import RunState, Statistics
 from firmware_runtime.system.process_identity import is_running
 

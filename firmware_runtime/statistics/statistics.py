@@ -22,8 +22,9 @@ from firmware_runtime.statistics.figures import (
     ModelFigures,
     SerialFigures,
 )
-from firmware_runtime.statistics.file_header import Header
+from firmware_runtime.statistics.file_header import Header, waiting
 from firmware_runtime.statistics.histogram import Cells, Histogram, empty_cells
+from firmware_runtime.statistics.history import Span, read_timeline, read_worst
 from firmware_runtime.statistics.layout import (
     ARMED,
     CPU,
@@ -37,7 +38,6 @@ from firmware_runtime.statistics.layout import (
     YIELDED,
     Layout,
 )
-from firmware_runtime.statistics.overdue import waiting
 from firmware_runtime.statistics.rows import (
     REFUSALS,
     BusRow,
@@ -49,8 +49,6 @@ from firmware_runtime.statistics.rows import (
     read_row,
     read_rows,
 )
-from firmware_runtime.statistics.timeline import Span, read_timeline
-from firmware_runtime.statistics.worst_list import read_worst
 
 NO_INSTANT = -1
 """Of the last overrun, where its instant means nothing: in the sum of several runs."""

@@ -13,7 +13,7 @@ from pathlib import Path
 
 import msgspec
 
-from firmware_runtime.statistics.companions import Companion
+from firmware_runtime.statistics.paths import Companion
 from firmware_runtime.system.atomic_file import OWN_AND_GROUP, read_file, replace_file
 from firmware_runtime.system.process_identity import ProcessIdentity
 

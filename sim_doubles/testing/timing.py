@@ -15,7 +15,7 @@ import pytest
 
 from firmware_runtime.statistics.figures import Figures
 from firmware_runtime.statistics.reader import read_statistics
-from firmware_runtime.statistics.text.statistics import statistics_text
+from firmware_runtime.statistics.run_text import statistics_text
 from firmware_runtime.system.conditions import busy
 from sim_doubles.testing.limits import Judgement, Limits, judge
 

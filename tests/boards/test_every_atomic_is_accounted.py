@@ -11,9 +11,9 @@ from firmware_runtime.devs.time import SECOND
 from firmware_runtime.executive.clocks import VirtualClock
 from firmware_runtime.runs.session import Session
 from firmware_runtime.runs.start import start_session
-from firmware_runtime.statistics.prometheus.collector import exposition
-from firmware_runtime.statistics.text.statistics import statistics_text
-from firmware_runtime.statistics.text.summary import summary
+from firmware_runtime.statistics.metrics import exposition
+from firmware_runtime.statistics.run_text import statistics_text
+from firmware_runtime.statistics.summary import summary
 from firmware_runtime.view.report.report import page
 
 

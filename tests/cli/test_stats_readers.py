@@ -13,8 +13,8 @@ from firmware_runtime.statistics.file import StatisticsFile
 from firmware_runtime.statistics.histogram import Histogram
 from firmware_runtime.statistics.layout import ARMED, ELAPSED, MODEL, Layout
 from firmware_runtime.statistics.number_formats import milliseconds
+from firmware_runtime.statistics.summary import summary
 from firmware_runtime.statistics.takeovers import Takeover, note_takeover
-from firmware_runtime.statistics.text.summary import summary
 
 LAYOUT = Layout(models=("imu",), timed=("imu",), buses=("i2c",), worst=2)
 HEADER = {

@@ -12,8 +12,8 @@ from firmware_runtime.errors import ConfigError
 from firmware_runtime.executive.clocks import VirtualClock
 from firmware_runtime.executive.configuration import Configuration
 from firmware_runtime.executive.policy import ActivationPolicy
-from firmware_runtime.statistics import overdue
-from firmware_runtime.statistics.text.sentences import periods_not_kept
+from firmware_runtime.statistics import file_header
+from firmware_runtime.statistics.summary import periods_not_kept
 from tests.support.executives import Run
 from tests.support.periodic_models import Actuator, Sampler
 from tests.support.phased_models import FIFTY_HZ, PERIODS, Board, Phased, Sporadic, deadlines
@@ -26,7 +26,7 @@ UNTIL = 4 * SECOND
 @pytest.fixture(autouse=True)
 def no_time_passes_but_the_clocks(monkeypatch: pytest.MonkeyPatch) -> None:
     """A reader adds the real time since a run under way last wrote; a busy machine has some."""
-    monkeypatch.setattr(overdue, "monotonic_ns", lambda: 0)
+    monkeypatch.setattr(file_header, "monotonic_ns", lambda: 0)
 
 
 def test_a_50_hz_model_of_three_phases_has_201_activations_in_4_s() -> None:

@@ -8,7 +8,7 @@ from firmware_runtime.devs.time import MICROSECOND, MILLISECOND, NEVER
 from firmware_runtime.executive.clocks import VirtualClock
 from firmware_runtime.executive.configuration import Configuration
 from firmware_runtime.executive.deadlines import PathDeadline
-from firmware_runtime.statistics.text.statistics import statistics_text
+from firmware_runtime.statistics.run_text import statistics_text
 from tests.support.executives import Run
 from tests.support.periodic_models import PERIOD, Actuator, Robot, Sampler
 from tests.support.stalling_clock import StallingClock

@@ -8,7 +8,7 @@ from firmware_runtime.devs.time import NEVER, SECOND
 from firmware_runtime.executive.clocks import VirtualClock
 from firmware_runtime.executive.configuration import Configuration
 from firmware_runtime.executive.executive import Executive
-from firmware_runtime.statistics import overdue
+from firmware_runtime.statistics import file_header
 from firmware_runtime.statistics.layout import HEARTBEAT
 from firmware_runtime.statistics.reader import read_statistics
 from firmware_runtime.statistics.statistics import RunState
@@ -61,7 +61,7 @@ def test_nothing_falls_due_in_a_pause(monkeypatch: pytest.MonkeyPatch, tmp_path:
     path = tmp_path / "robot.stats"
     run = Run(Robot(), StallingClock(), Configuration(statistics_path=path))
     run.executive.run_on(2 * PERIOD)
-    monkeypatch.setattr(overdue, "monotonic_ns", lambda: NEVER // 2)
+    monkeypatch.setattr(file_header, "monotonic_ns", lambda: NEVER // 2)
     assert read_statistics(path).figures().scheduled == run.executive.statistics.figures().run
     assert run.executive.cells[HEARTBEAT] == 0
 

@@ -8,8 +8,7 @@ from xml.etree import ElementTree as ET
 import pytest
 
 from firmware_runtime.cli.main import main
-from firmware_runtime.lab.experiments.loop_delay import Round, delays_of, rounds_of
-from firmware_runtime.statistics.quantile import quantile
+from firmware_runtime.lab.experiments.loop_delay import Round, delays_of, quantile, rounds_of
 
 
 def run(*words: object) -> int:

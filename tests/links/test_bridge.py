@@ -18,7 +18,7 @@ from firmware_runtime.links.bridge.route import Route
 from firmware_runtime.links.bridge.senders import MOST, MOST_OF_ADDRESS, QUIET
 from firmware_runtime.links.endpoint import endpoint
 from firmware_runtime.links.ports.robot_end import ROOM
-from firmware_runtime.statistics.companions import Companion
+from firmware_runtime.statistics.paths import Companion
 from sim_doubles.clock import ManualClock
 from tests.support.replies import Replies
 from tests.support.waiting import PATIENCE_S, wait_until

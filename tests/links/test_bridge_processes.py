@@ -15,7 +15,7 @@ from typing import Any
 import pytest
 
 from firmware_runtime.links.ports.datagrams import GREETING
-from firmware_runtime.statistics.companions import Companion
+from firmware_runtime.statistics.paths import Companion
 from tests.support.bridged_run import BridgedRun, address, bridged, line, stop
 from tests.support.waiting import PATIENCE_S
 

@@ -19,7 +19,7 @@ from firmware_runtime.links.ports.ports import Ports
 from firmware_runtime.links.ports.run_socket import AT_ONCE, RESERVE, RunSocket
 from firmware_runtime.links.ports.watchers import MOST, WATCHED_FOR
 from firmware_runtime.models.motion import Motion
-from firmware_runtime.statistics.companions import Companion
+from firmware_runtime.statistics.paths import Companion
 from tests.support.executives import Run
 from tests.support.periodic_models import PERIOD, Robot
 from tests.support.ports_rig import PortsRig

@@ -23,12 +23,12 @@ from firmware_runtime.statistics.fault_table import FaultCount
 from firmware_runtime.statistics.file import StatisticsFile
 from firmware_runtime.statistics.histogram import Histogram, bucket_of, upper_edge
 from firmware_runtime.statistics.layout import MODEL, STEP_HISTOGRAM, Layout
-from firmware_runtime.statistics.prometheus.collector import (
+from firmware_runtime.statistics.metrics import (
+    BOUNDS,
     StatisticsCollector,
     exposition,
     text_of,
 )
-from firmware_runtime.statistics.prometheus.families import BOUNDS
 from firmware_runtime.system import packages
 from tests.support.executives import Run
 from tests.support.phased_models import FIFTY_HZ, Phased
@@ -201,11 +201,9 @@ def test_an_interval_belongs_to_the_text_file(capsys: pytest.CaptureFixture[str]
 
 def test_a_missing_extra_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "prometheus_client", None)
-    monkeypatch.delitem(
-        sys.modules, "firmware_runtime.statistics.prometheus.exporter", raising=False
-    )
+    monkeypatch.delitem(sys.modules, "firmware_runtime.statistics.metrics_server", raising=False)
     with pytest.raises(ConfigError, match="the extra metrics"):
-        packages.module_of_extra("firmware_runtime.statistics.prometheus.exporter", "metrics")
+        packages.module_of_extra("firmware_runtime.statistics.metrics_server", "metrics")
 
 
 @contextmanager

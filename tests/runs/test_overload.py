@@ -15,7 +15,7 @@ from firmware_runtime.runs.arming import Arming, Permission
 from firmware_runtime.runs.overload import WINDOW, Overload, Policy
 from firmware_runtime.statistics.layout import STEP_TIME
 from firmware_runtime.statistics.statistics import RunState
-from firmware_runtime.statistics.text.summary import summary
+from firmware_runtime.statistics.summary import summary
 from tests.support.periodic_models import Robot
 
 

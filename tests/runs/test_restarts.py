@@ -19,7 +19,7 @@ from firmware_runtime.runs.restarts import (
     pause_after,
     read_starts,
 )
-from firmware_runtime.statistics.companions import Companion
+from firmware_runtime.statistics.paths import Companion
 
 
 @pytest.fixture

@@ -9,9 +9,9 @@ from firmware_runtime.statistics.blame import BLAME, CAUSES, BlameRow, Cause, bl
 from firmware_runtime.statistics.comparison import difference, merged
 from firmware_runtime.statistics.figures import figures_of
 from firmware_runtime.statistics.file import StatisticsFile
+from firmware_runtime.statistics.history import WorstList
 from firmware_runtime.statistics.layout import Layout
-from firmware_runtime.statistics.text.statistics import statistics_text
-from firmware_runtime.statistics.worst_list import WorstList
+from firmware_runtime.statistics.run_text import statistics_text
 
 LAYOUT = Layout(
     models=("imu",), timed=("imu",), buses=("i2c1",), worst=2, blame=BLAME, causes=CAUSES

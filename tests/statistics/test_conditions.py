@@ -6,7 +6,7 @@ from msgspec.structs import asdict
 
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.statistics.conditions import Conditions, RunFigures, conditions_of
-from firmware_runtime.statistics.text.sentences import refusals
+from firmware_runtime.statistics.summary import refusals
 
 RUN = RunFigures(
     state="running",

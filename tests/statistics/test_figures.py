@@ -8,10 +8,10 @@ from typing import Any
 import pytest
 
 from firmware_runtime.errors import StatisticsFileError
+from firmware_runtime.statistics.difference_text import difference_of
 from firmware_runtime.statistics.figures import Figures, figures_of
 from firmware_runtime.statistics.reader import read_statistics
 from firmware_runtime.statistics.statistics import Statistics
-from firmware_runtime.statistics.text.difference import difference_of
 
 GOLDEN = Path(__file__).parent / "golden"
 """Files that runs have written, and what `stats --json` printed of them in schema 1."""

@@ -6,9 +6,9 @@ from firmware_runtime.statistics.comparison import difference, merged
 from firmware_runtime.statistics.file import StatisticsFile
 from firmware_runtime.statistics.histogram import Histogram
 from firmware_runtime.statistics.layout import LINK, Layout
-from firmware_runtime.statistics.prometheus.collector import exposition
+from firmware_runtime.statistics.metrics import exposition
 from firmware_runtime.statistics.rows import REFUSALS
-from firmware_runtime.statistics.text.statistics import statistics_text
+from firmware_runtime.statistics.run_text import statistics_text
 
 LAYOUT = Layout(has_link=True)
 

@@ -12,12 +12,12 @@ from firmware_runtime.hal.line_time import NO_TIME
 from firmware_runtime.hal.serial import SerialPort
 from firmware_runtime.links.ros2.judgement import wrong_counts
 from firmware_runtime.statistics.comparison import difference, merged
+from firmware_runtime.statistics.difference_text import difference_of
 from firmware_runtime.statistics.file import StatisticsFile
 from firmware_runtime.statistics.layout import SERIAL, Layout
-from firmware_runtime.statistics.prometheus.collector import exposition
+from firmware_runtime.statistics.metrics import exposition
+from firmware_runtime.statistics.run_text import statistics_text
 from firmware_runtime.statistics.statistics import Statistics
-from firmware_runtime.statistics.text.difference import difference_of
-from firmware_runtime.statistics.text.statistics import statistics_text
 from firmware_runtime.view.report.verdict import verdict
 from tests.support.executives import Run
 from tests.support.phased_models import Phased

@@ -6,8 +6,8 @@ import pytest
 
 from firmware_runtime.statistics.file import StatisticsFile
 from firmware_runtime.statistics.histogram import Histogram
+from firmware_runtime.statistics.history import WorstList
 from firmware_runtime.statistics.layout import BUS, MODEL, WORST, Layout
-from firmware_runtime.statistics.worst_list import WorstList
 
 NO_DISTRIBUTION = dict.fromkeys(["p50", "p90", "p99", "p999", "max", "mean"])
 

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 from msgspec.structs import replace
 
-from firmware_runtime.statistics.companions import Companion
+from firmware_runtime.statistics.paths import Companion
 from firmware_runtime.statistics.takeovers import (
     KEPT,
     Takeover,

@@ -7,8 +7,8 @@ from hypothesis import strategies as st
 
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.statistics.histogram import empty_cells
+from firmware_runtime.statistics.history import COUNTED, Timeline, read_timeline
 from firmware_runtime.statistics.layout import TIMELINE, WIDTHS
-from firmware_runtime.statistics.timeline import COUNTED, Timeline, read_timeline
 
 
 class Counted:

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from firmware_runtime.statistics.companions import Companion
+from firmware_runtime.statistics.paths import Companion
 from firmware_runtime.statistics.takeovers import (
     Takeover,
     note_takeover,

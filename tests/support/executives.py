@@ -10,7 +10,7 @@ from firmware_runtime.executive.clocks import Clock, MonotonicClock
 from firmware_runtime.executive.configuration import Configuration
 from firmware_runtime.executive.executive import Executive
 from firmware_runtime.executive.outcome import Outcome
-from firmware_runtime.statistics import overdue
+from firmware_runtime.statistics import file_header
 from firmware_runtime.statistics.figures import Figures
 from firmware_runtime.statistics.layout import MODEL
 
@@ -35,7 +35,7 @@ class Run:
         """The statistics; a clock moved by hand stands still while they are read."""
         with pytest.MonkeyPatch.context() as patch:
             if not isinstance(self.executive.clock, MonotonicClock):
-                patch.setattr(overdue, "monotonic_ns", lambda: 1)
+                patch.setattr(file_header, "monotonic_ns", lambda: 1)
             return self.executive.statistics.figures()
 
     def model(self, path: str) -> dict[str, Any]:

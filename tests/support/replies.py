@@ -10,9 +10,9 @@ from queue import Empty, Queue
 from threading import Thread
 
 from firmware_runtime.links.ports.datagrams import GREETING
-from firmware_runtime.statistics.companions import Companion
 from firmware_runtime.statistics.file import StatisticsFile
 from firmware_runtime.statistics.layout import Layout
+from firmware_runtime.statistics.paths import Companion
 from firmware_runtime.system.resources import Closing
 from tests.support.waiting import PATIENCE_S
 

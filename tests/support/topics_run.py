@@ -17,7 +17,7 @@ from firmware_runtime.executive.executive import Executive
 from firmware_runtime.links.ports.ports import Ports
 from firmware_runtime.links.ports.run_socket import RunSocket
 from firmware_runtime.models.motion import Motion
-from firmware_runtime.statistics.companions import Companion
+from firmware_runtime.statistics.paths import Companion
 
 
 class Echo(Atomic):

@@ -8,6 +8,7 @@ from msgspec.structs import replace
 from firmware_runtime.devs.time import MILLISECOND, SECOND
 from firmware_runtime.statistics.file import StatisticsFile
 from firmware_runtime.statistics.histogram import Histogram
+from firmware_runtime.statistics.history import COUNTED, Timeline, WorstList
 from firmware_runtime.statistics.layout import (
     CPU,
     ELAPSED,
@@ -18,8 +19,6 @@ from firmware_runtime.statistics.layout import (
     Layout,
 )
 from firmware_runtime.statistics.statistics import RunState, Statistics
-from firmware_runtime.statistics.timeline import COUNTED, Timeline
-from firmware_runtime.statistics.worst_list import WorstList
 
 LAYOUT = Layout(
     models=("imu", "compass"),

@@ -13,7 +13,7 @@ from firmware_runtime.host.deployment.commands import Commands
 from firmware_runtime.host.deployment.connection import fault_of_host
 from firmware_runtime.host.deployment.deployment import Deployment, DeploymentOptions
 from firmware_runtime.statistics.figures import Figures, figures_of
-from firmware_runtime.statistics.text.summary import summary
+from firmware_runtime.statistics.summary import summary
 
 TIMEOUT_S = 30.0
 """How long the first activations may take after systemd has started the robot."""

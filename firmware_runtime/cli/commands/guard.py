@@ -25,10 +25,9 @@ from firmware_runtime.runs.guard import Guard
 from firmware_runtime.runs.outputs import Outputs
 from firmware_runtime.runs.restarting import counted
 from firmware_runtime.runs.restarts import Restarts
-from firmware_runtime.statistics.companions import of_guard
-from firmware_runtime.statistics.paths import default_path
+from firmware_runtime.statistics.paths import default_path, of_guard
+from firmware_runtime.statistics.summary import refusals
 from firmware_runtime.statistics.takeovers import note_takeover
-from firmware_runtime.statistics.text.sentences import refusals
 from firmware_runtime.system.messages import Notices, Sentences
 from firmware_runtime.system.packages import refuse_ros
 from firmware_runtime.system.signals import UntilSignal, until_signal

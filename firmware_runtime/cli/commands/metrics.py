@@ -42,10 +42,10 @@ def execute(arguments: argparse.Namespace) -> int:
     """Write or serve."""
     if arguments.every_s is not None and arguments.textfile is None:
         raise ConfigError("metrics", ["--every belongs to --textfile"])
-    collecting = module_of_extra("firmware_runtime.statistics.prometheus.collector", "metrics")
+    collecting = module_of_extra("firmware_runtime.statistics.metrics", "metrics")
     collector = collecting.StatisticsCollector(lambda: all_statistics(arguments.board))
     if arguments.listen is not None:
-        serving = module_of_extra("firmware_runtime.statistics.prometheus.exporter", "metrics")
+        serving = module_of_extra("firmware_runtime.statistics.metrics_server", "metrics")
         _serve(serving.exporter(arguments.listen, collector))
         return Status.OK
     with until_signal() as signal:

@@ -7,7 +7,7 @@ from firmware_runtime.cli.arguments import SubParsers, add_kept, add_output, add
 from firmware_runtime.cli.written import write_text
 from firmware_runtime.errors import Status
 from firmware_runtime.statistics.reader import read_statistics
-from firmware_runtime.statistics.text.summary import summary
+from firmware_runtime.statistics.summary import summary
 from firmware_runtime.view.report.report import page
 
 

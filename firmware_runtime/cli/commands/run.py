@@ -38,10 +38,9 @@ from firmware_runtime.runs.restarting import counted
 from firmware_runtime.runs.restarts import Restarts
 from firmware_runtime.runs.session import Session
 from firmware_runtime.runs.start import start_session
-from firmware_runtime.statistics.companions import check_ending
-from firmware_runtime.statistics.paths import default_path
+from firmware_runtime.statistics.paths import check_ending, default_path
 from firmware_runtime.statistics.statistics import RunState
-from firmware_runtime.statistics.text.summary import summary
+from firmware_runtime.statistics.summary import summary
 from firmware_runtime.system.messages import Journal, Notices
 from firmware_runtime.system.packages import refuse_ros
 from firmware_runtime.system.process_identity import started_at

@@ -27,8 +27,7 @@ from firmware_runtime.runs.run_settings import (
     kept_settings,
 )
 from firmware_runtime.runs.safe_state import BETWEEN, WATCH, SafeState
-from firmware_runtime.statistics.companions import Companion
-from firmware_runtime.statistics.paths import default_path, directories
+from firmware_runtime.statistics.paths import Companion, default_path, directories
 from firmware_runtime.system.signals import until_signal
 
 TIMEOUT = 2 * SECOND

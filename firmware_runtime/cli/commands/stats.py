@@ -12,14 +12,14 @@ from firmware_runtime.cli.arguments import SubParsers, add_statistics, add_verb,
 from firmware_runtime.cli.commands.perfetto import recording_beside_statistics, write_trace
 from firmware_runtime.errors import ConfigError, Status
 from firmware_runtime.statistics.comparison import difference, merged, same_run
+from firmware_runtime.statistics.difference_text import difference_of, difference_text
 from firmware_runtime.statistics.file import save
+from firmware_runtime.statistics.histogram_text import histogram_text
 from firmware_runtime.statistics.paths import find_statistics
 from firmware_runtime.statistics.reader import read_statistics
+from firmware_runtime.statistics.run_text import statistics_text
 from firmware_runtime.statistics.statistics import Statistics
 from firmware_runtime.statistics.takeovers import Takeover, takeovers_of
-from firmware_runtime.statistics.text.difference import difference_of, difference_text
-from firmware_runtime.statistics.text.histogram import histogram_text
-from firmware_runtime.statistics.text.statistics import statistics_text
 from firmware_runtime.system.packages import module_of_extra
 
 _IDLE = {
@@ -157,7 +157,7 @@ def _lines(
     arguments: argparse.Namespace, statistics: Statistics, takeovers: Sequence[Takeover]
 ) -> Iterable[str]:
     if arguments.prometheus:
-        collecting = module_of_extra("firmware_runtime.statistics.prometheus.collector", "metrics")
+        collecting = module_of_extra("firmware_runtime.statistics.metrics", "metrics")
         board = statistics.header.board or "unnamed"
         return [collecting.exposition(board, statistics).rstrip()]
     if arguments.histogram:

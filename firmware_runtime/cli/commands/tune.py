@@ -11,7 +11,7 @@ from firmware_runtime.cli.arguments import SubParsers, add_board, add_output, ad
 from firmware_runtime.cli.chosen_board import chosen_board
 from firmware_runtime.cli.commands.identify import add_since, identified_from
 from firmware_runtime.errors import ConfigError, Status
-from firmware_runtime.statistics.text.columns import aligned
+from firmware_runtime.statistics.run_text import aligned
 from firmware_runtime.system.packages import module_of_extra
 from firmware_runtime.system.signals import exit_on_signals
 

@@ -2,13 +2,13 @@
 
 import json
 from collections.abc import Iterable, Sequence
+from math import ceil
 from pathlib import Path
 
 from msgspec import Struct
 
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.lab.experiments.loop_model import BACK, ECHOED, SENT
-from firmware_runtime.statistics.quantile import quantile
 
 
 class Round(Struct, frozen=True):
@@ -88,3 +88,10 @@ def delays_of(rounds: Sequence[Round]) -> Delays:
 
 def _sorted(values: Iterable[float | None]) -> list[float]:
     return sorted(each for each in values if each is not None)
+
+
+def quantile(ordered: Sequence[float], share: float) -> float | None:
+    """The least value that at least this share does not pass; None of nothing."""
+    if not ordered:
+        return None
+    return ordered[max(ceil(share * len(ordered)), 1) - 1]

@@ -7,7 +7,7 @@ from firmware_runtime.lab.experiments.experiment_page import plot_figure
 from firmware_runtime.lab.identification.fit import Fit
 from firmware_runtime.lab.identification.identified import CONFIDENCE, Estimate, Identified
 from firmware_runtime.lab.identification.recorded_series import Series
-from firmware_runtime.statistics.text.columns import aligned
+from firmware_runtime.statistics.run_text import aligned
 from firmware_runtime.view.line_plot import Curve, LinePlot
 from firmware_runtime.view.markup import element, table
 from firmware_runtime.view.report.report import page_of, section

@@ -4,7 +4,7 @@ from collections.abc import Iterator
 from typing import Final
 
 from firmware_runtime.lab.sweeps.summary import Case, Spread, Summary
-from firmware_runtime.statistics.text.columns import aligned
+from firmware_runtime.statistics.run_text import aligned
 
 _BARS: Final = " ▁▂▃▄▅▆▇█"
 _HEAD: Final = ("figure", "min", "5 %", "median", "mean", "95 %", "max", "spread")

@@ -15,7 +15,7 @@ from firmware_runtime.hal.peer import peer_of
 from firmware_runtime.hal.wire_errors import HalError
 from firmware_runtime.links.ports.datagrams import GREETING
 from firmware_runtime.links.ports.speaker_of_run import why_not_of_run
-from firmware_runtime.statistics.companions import Companion
+from firmware_runtime.statistics.paths import Companion
 
 AT_ONCE: Final = 64
 """How many messages are taken in a row."""

@@ -21,7 +21,7 @@ from firmware_runtime.recording.blackbox.listing import state_at_end
 from firmware_runtime.recording.blackbox.mirror import Mirror
 from firmware_runtime.recording.blackbox.reader import instants_in
 from firmware_runtime.recording.blackbox.ring_file import RingFile
-from firmware_runtime.statistics.companions import Companion
+from firmware_runtime.statistics.paths import Companion
 from firmware_runtime.system.atomic_file import OWN_AND_GROUP, replace_file
 
 BEFORE: Final = 60 * SECOND

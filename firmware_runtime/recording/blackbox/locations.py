@@ -13,8 +13,8 @@ from firmware_runtime.errors import ConfigError
 from firmware_runtime.recording.blackbox.file_content import check_file
 from firmware_runtime.recording.blackbox.layout import MAGIC
 from firmware_runtime.recording.blackbox.persistent_recordings import state_folder
-from firmware_runtime.statistics.companions import Companion
 from firmware_runtime.statistics.paths import (
+    Companion,
     default_path,
     directories,
     looks_in_one_only,

@@ -15,8 +15,7 @@ from firmware_runtime.errors import ConfigError
 from firmware_runtime.recording.blackbox.chunk_file import used_of
 from firmware_runtime.recording.blackbox.reader import read_recording
 from firmware_runtime.recording.blackbox.ring_file import RingFile
-from firmware_runtime.statistics.companions import Companion
-from firmware_runtime.statistics.paths import is_of_session
+from firmware_runtime.statistics.paths import Companion, is_of_session
 from firmware_runtime.system.atomic_file import OWN_AND_GROUP, replace_file
 
 

@@ -7,8 +7,8 @@ from collections.abc import Callable, Iterator, Sequence
 from typing import NamedTuple, TypeAlias
 from xml.etree.ElementTree import Element
 
+from firmware_runtime.statistics.history import Span
 from firmware_runtime.statistics.number_formats import count, duration, instant, passed, share
-from firmware_runtime.statistics.timeline import Span
 from firmware_runtime.view.markup import chart, legend, table
 from firmware_runtime.view.plot import Plot
 from firmware_runtime.view.scales import CountScale, LogScale, ShareScale, TimeScale

@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 from firmware_runtime.statistics.figures import Figures
 from firmware_runtime.statistics.number_formats import count, passed
-from firmware_runtime.statistics.text.sentences import periods_not_kept
+from firmware_runtime.statistics.summary import periods_not_kept
 
 
 class Verdict(NamedTuple):

@@ -10,15 +10,14 @@ from rich.text import Text
 from firmware_runtime.statistics.figures import Figures
 from firmware_runtime.statistics.histogram import Histogram, bucket_of
 from firmware_runtime.statistics.number_formats import microseconds, percent, seconds
-from firmware_runtime.statistics.statistics import Statistics
-from firmware_runtime.statistics.text.sentences import fault_lines
-from firmware_runtime.statistics.text.statistics import (
+from firmware_runtime.statistics.run_text import (
     because,
     causes_text,
     deadline_text,
     link_text,
 )
-from firmware_runtime.statistics.text.summary import summary
+from firmware_runtime.statistics.statistics import Statistics
+from firmware_runtime.statistics.summary import fault_lines, summary
 from firmware_runtime.view.top.models_table import models_table
 
 _SPARKS = "▁▂▃▄▅▆▇█"

@@ -1,6 +1,6 @@
 """Statistics as a person reads them: one line, how it went, a table, the worst, the conditions."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 from firmware_runtime.statistics.blame import sentence
 from firmware_runtime.statistics.conditions import Conditions, RunFigures
@@ -15,9 +15,7 @@ from firmware_runtime.statistics.figures import (
 from firmware_runtime.statistics.histogram import Distribution
 from firmware_runtime.statistics.number_formats import instant, microseconds, percent, rate, seconds
 from firmware_runtime.statistics.rows import DeadlineRow
-from firmware_runtime.statistics.text.columns import aligned
-from firmware_runtime.statistics.text.sentences import fault_lines, periods_not_kept, refusals
-from firmware_runtime.statistics.text.summary import summary
+from firmware_runtime.statistics.summary import fault_lines, periods_not_kept, refusals, summary
 
 _WORST_SHOWN = 3
 _MARGIN = "  "
@@ -256,3 +254,15 @@ def _conditions(conditions: Conditions) -> list[str]:
     if overloaded_s is not None:
         lines.append(f"  overloaded: after {overloaded_s:.1f} s the loop had no time left")
     return lines + [f"  {refusal}" for refusal in refusals(conditions.settings)]
+
+
+def aligned(rows: Sequence[Sequence[str]]) -> list[str]:
+    """The lines of a table: the first column to the left, the others to the right."""
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    return [
+        "  ".join(
+            [row[0].ljust(widths[0])]
+            + [cell.rjust(width) for cell, width in zip(row[1:], widths[1:], strict=True)]
+        ).rstrip()
+        for row in rows
+    ]

@@ -1,1 +1,0 @@
-"""Statistics as Prometheus reads them. Needs the extra `metrics`; no run ever imports it."""
