@@ -199,7 +199,7 @@ _WHERE: Final = {
     "Stuck": "hal.wire_errors",
     "WrongDevice": "hal.wire_errors",
     "StateTableError": "models.state_table",
-    "StatisticsFileError": "statistics.file_errors",
+    "StatisticsFileError": "errors",
 }
 """The room and module of each public name, below this package."""
 

@@ -19,7 +19,7 @@ written at once. Hence the identity
 
 The deadline of the next activation stands in the file beside them, and whether the model is still
 within the period before it. By these a reader sees what is due by the clock and has not run,
-whether or not the loop ever gets there (`statistics.overdue`).
+whether or not the loop ever gets there (`statistics.file_header`).
 
 An overrun is an activation that ran later than the tolerance. An episode is a row of overruns and
 skips that no activation on time interrupts: one stall is one episode, whatever the policy.

@@ -7,14 +7,11 @@ a file from before there were verdicts has neither.
 
 from collections.abc import Iterable, Mapping
 from enum import StrEnum
-from typing import TYPE_CHECKING
 
 from msgspec import Struct, structs
 
+from firmware_runtime.statistics.layout import Layout
 from firmware_runtime.statistics.number_formats import microseconds
-
-if TYPE_CHECKING:
-    from firmware_runtime.statistics.layout import Layout
 
 NOT_MEASURED = -1
 """In a cell of evidence; no counter grows by that."""
@@ -127,7 +124,7 @@ class Blame(Struct, frozen=True):
         return min(self.explained_us / self.of_us, 1.0) if self.of_us > 0 else 0.0
 
 
-def read_blame(cells: Iterable[int], names: "Layout") -> Blame | None:
+def read_blame(cells: Iterable[int], names: Layout) -> Blame | None:
     """The verdict in a place of the file; None where there was nothing to explain."""
     found = dict(zip(names.blame, cells, strict=True))
     number = found.get("cause", 0)
@@ -143,7 +140,7 @@ def read_blame(cells: Iterable[int], names: "Layout") -> Blame | None:
     )
 
 
-def blame_of(row: BlameRow, names: "Layout") -> Blame | None:
+def blame_of(row: BlameRow, names: Layout) -> Blame | None:
     """The same, of a verdict that has just been made."""
     return read_blame(structs.astuple(row), names)
 
@@ -164,7 +161,7 @@ def _evidence(name: str, value: int) -> tuple[str, float | None]:
     return shown, value / 1000 if name.endswith("_ns") else value
 
 
-def _culprit(cause: str, number: int, names: "Layout") -> str | None:
+def _culprit(cause: str, number: int, names: Layout) -> str | None:
     if number < 0:
         return None
     if cause == Cause.BUS:

@@ -12,8 +12,6 @@ from itertools import chain
 from msgspec import Struct
 from msgspec.structs import replace
 
-from firmware_runtime.devs.time import SECOND
-from firmware_runtime.statistics.figures import FaultFigures
 from firmware_runtime.statistics.histogram import Cells
 
 FAULT = ("count", "first_ns", "last_ns")
@@ -42,11 +40,6 @@ class FaultCount(Struct):
     first_at: int = NO_INSTANT
     last_at: int = NO_INSTANT
     sentence: str = ""
-
-    def figures(self) -> FaultFigures:
-        """Seconds since the start of the run; None where an instant is not known."""
-        first_s, last_s = _seconds(self.first_at), _seconds(self.last_at)
-        return FaultFigures(self.count, first_s, last_s, self.sentence)
 
 
 def row(cells: Cells, model: int, index: int) -> Cells:
@@ -156,7 +149,3 @@ def _text(cells: Cells) -> str:
 
 def _decoded(text: bytes) -> str:
     return text.rstrip(b"\0").decode(errors="ignore")
-
-
-def _seconds(at: int) -> float | None:
-    return None if at == NO_INSTANT else at / SECOND

@@ -8,6 +8,7 @@ scrape, and nothing is kept in between.
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from pathlib import Path
+from typing import TypeVar
 
 from msgspec import Struct
 from msgspec.structs import asdict
@@ -35,76 +36,75 @@ BOUNDS = [(1 << power) - 1 for power in range(10, 35)]
 _INFORMATION = ("kernel", "machine", "model", "governor", "scheduler", "scheduler_priority")
 _OUTCOMES = ("run", "skipped", "coalesced")
 _PREFIX = "firmware_runtime"
-_FAMILIES = {
-    CounterMetricFamily: {
-        "elapsed_seconds": "Time since the start of the run",
-        "cpu_seconds": "Processor time the run has used",
-        "steps": "Steps of the loop",
-        "late_steps cause": "Steps that were late, by what made them so",
-        "inputs_dropped": "Inputs that found no room",
-        "activations model outcome": "What became of scheduled activations",
-        "overruns model": "Activations later than the tolerance",
-        "overrun_episodes model": "Rows of overruns and skips",
-        "irregular_activations model": "Activations at another time than the period says",
-        "reactions model": "Answers to inputs, without a deadline",
-        "deadline_misses deadline": "Samples not in effect in time",
-        "faults model kind": "Faults that a model reported",
-        "bus_transactions bus": "Transactions on a bus",
-        "bus_bytes bus": "Bytes on a bus, addresses included",
-        "bus_errors bus": "Transactions on a bus that failed, each attempt",
-        "bus_retries bus": "Transactions on a bus that were tried again",
-        "bus_busy_seconds bus": "Time on the wire, computed from bits",
-        "serial_writes port": "Writes to a serial port",
-        "serial_bytes_written port": "Bytes that a serial port took",
-        "serial_bytes_read port": "Bytes that were taken from a serial port",
-        "serial_errors port": "Calls of a serial port that failed",
-        "serial_seconds port direction": "Time of a serial port's bytes, computed",
-        "link_sent": "Values that were sent over a link",
-        "link_repeated": "Values that were sent again",
-        "link_received": "Values that entered the model over a link",
-        "link_dropped": "Values that arrived, and in whose place a newer one was taken",
-        "link_overtaken": "Values that arrived after a newer one",
-        "link_given_up": "Values that left here and were given up",
-        "link_unconnected": "Values that left here while no other end was there",
-        "link_unsent": "Datagrams that found no room, or no other end",
-        "link_silences": "Times the other end fell silent",
-        "link_refused reason": "Datagrams of a link that were refused",
-    },
-    GaugeMetricFamily: {
-        "up": "Whether the run is alive and its statistics can be read",
-        "armed": "Whether the run may drive its outputs",
-        "guarded": "Whether a guard watches over the run",
-        "overloaded": "Whether the run had no time left and gave up real-time priority",
-        "heartbeat_age_seconds": "How far logical time is behind the clock",
-        "waiting model": "Activations that are due and wait for their turn",
-        "link_good": "Whether the other part of the model answers",
-    },
-    HistogramMetricFamily: {
-        "lateness_seconds model": "Start of activations after deadline",
-        "own_time_seconds model": "Own time of a model in its steps",
-        "step_seconds": "Time of whole steps",
-        "link_age_seconds": "Age of a link's values when they arrived",
-        "link_round_trip_seconds": "Round trips of a link",
-    },
-    InfoMetricFamily: {"run": "Conditions of the run"},
+_COUNTERS = {
+    "elapsed_seconds": "Time since the start of the run",
+    "cpu_seconds": "Processor time the run has used",
+    "steps": "Steps of the loop",
+    "late_steps cause": "Steps that were late, by what made them so",
+    "inputs_dropped": "Inputs that found no room",
+    "activations model outcome": "What became of scheduled activations",
+    "overruns model": "Activations later than the tolerance",
+    "overrun_episodes model": "Rows of overruns and skips",
+    "irregular_activations model": "Activations at another time than the period says",
+    "reactions model": "Answers to inputs, without a deadline",
+    "deadline_misses deadline": "Samples not in effect in time",
+    "faults model kind": "Faults that a model reported",
+    "bus_transactions bus": "Transactions on a bus",
+    "bus_bytes bus": "Bytes on a bus, addresses included",
+    "bus_errors bus": "Transactions on a bus that failed, each attempt",
+    "bus_retries bus": "Transactions on a bus that were tried again",
+    "bus_busy_seconds bus": "Time on the wire, computed from bits",
+    "serial_writes port": "Writes to a serial port",
+    "serial_bytes_written port": "Bytes that a serial port took",
+    "serial_bytes_read port": "Bytes that were taken from a serial port",
+    "serial_errors port": "Calls of a serial port that failed",
+    "serial_seconds port direction": "Time of a serial port's bytes, computed",
+    "link_sent": "Values that were sent over a link",
+    "link_repeated": "Values that were sent again",
+    "link_received": "Values that entered the model over a link",
+    "link_dropped": "Values that arrived, and in whose place a newer one was taken",
+    "link_overtaken": "Values that arrived after a newer one",
+    "link_given_up": "Values that left here and were given up",
+    "link_unconnected": "Values that left here while no other end was there",
+    "link_unsent": "Datagrams that found no room, or no other end",
+    "link_silences": "Times the other end fell silent",
+    "link_refused reason": "Datagrams of a link that were refused",
 }
-"""Every metric with its labels, of which the first is `board`, and its help."""
+_GAUGES = {
+    "up": "Whether the run is alive and its statistics can be read",
+    "armed": "Whether the run may drive its outputs",
+    "guarded": "Whether a guard watches over the run",
+    "overloaded": "Whether the run had no time left and gave up real-time priority",
+    "heartbeat_age_seconds": "How far logical time is behind the clock",
+    "waiting model": "Activations that are due and wait for their turn",
+    "link_good": "Whether the other part of the model answers",
+}
+_HISTOGRAMS = {
+    "lateness_seconds model": "Start of activations after deadline",
+    "own_time_seconds model": "Own time of a model in its steps",
+    "step_seconds": "Time of whole steps",
+    "link_age_seconds": "Age of a link's values when they arrived",
+    "link_round_trip_seconds": "Round trips of a link",
+}
+"""Every metric with its labels beside `board`, and its help."""
+Family = TypeVar("Family", CounterMetricFamily, GaugeMetricFamily, HistogramMetricFamily)
 
 
 class Families:
     """Samples of one board after the other."""
 
     def __init__(self) -> None:
-        self._families: dict[str, Metric] = {}
-        for kind, named in _FAMILIES.items():
-            for name_and_labels, about in named.items():
-                name, *labels = name_and_labels.split()
-                family = kind(f"{_PREFIX}_{name}", f"{about}.", labels=["board", *labels])
-                self._families[name] = family
+        self._values: dict[str, CounterMetricFamily | GaugeMetricFamily] = {
+            **_families(CounterMetricFamily, _COUNTERS),
+            **_families(GaugeMetricFamily, _GAUGES),
+        }
+        self._histograms = _families(HistogramMetricFamily, _HISTOGRAMS)
+        self._run = InfoMetricFamily(f"{_PREFIX}_run", "Conditions of the run.", labels=["board"])
 
     def all(self) -> Iterable[Metric]:
         """Return every family that has a sample."""
-        return [each for each in self._families.values() if each.samples]
+        families = (*self._values.values(), *self._histograms.values(), self._run)
+        return [each for each in families if each.samples]
 
     def add_unreadable(self, board: str) -> None:
         """Add a board whose statistics cannot be read."""
@@ -130,7 +130,7 @@ class Families:
             },
             board,
         )
-        self._families["run"].add_metric([board], _information(figures.conditions))
+        self._run.add_metric([board], _information(figures.conditions))
         for cause, steps in (figures.late_by_cause or {}).items():
             self._add({"late_steps": steps}, board, cause)
         self._add_histogram("step_seconds", statistics.step_times(), board)
@@ -187,20 +187,28 @@ class Families:
         return {
             name: value
             for name, value in values.items()
-            if name in self._families and isinstance(value, int)
+            if name in self._values and isinstance(value, int)
         }
 
     def _add(self, values: Mapping[str, float | None], *labels: str) -> None:
         """Add a sample to each of these metrics; None is no sample."""
         for name, value in values.items():
             if value is not None:
-                self._families[name].add_metric(labels, value)
+                self._values[name].add_metric(labels, value)
 
     def _add_histogram(self, name: str, histogram: Histogram, *labels: str) -> None:
         buckets = histogram.buckets.tolist()
         counts = [(repr(edge / SECOND), sum(buckets[: bucket_of(edge) + 1])) for edge in BOUNDS]
         counts.append(("+Inf", sum(buckets)))
-        self._families[name].add_metric(labels, counts, histogram.sum / SECOND)
+        self._histograms[name].add_metric(labels, counts, histogram.sum / SECOND)
+
+
+def _families(kind: type[Family], named: Mapping[str, str]) -> dict[str, Family]:
+    families = {}
+    for name_and_labels, about in named.items():
+        name, *labels = name_and_labels.split()
+        families[name] = kind(f"{_PREFIX}_{name}", f"{about}.", labels=["board", *labels])
+    return families
 
 
 def _information(conditions: Conditions) -> dict[str, str]:

@@ -166,7 +166,9 @@ class Statistics(Struct, frozen=True):
             for index, path in enumerate(self.layout.fault_models)
         )
         return {
-            path: {each.kind: each.figures() for each in kinds} for path, kinds in counted if kinds
+            path: {each.kind: _fault_figures(each) for each in kinds}
+            for path, kinds in counted
+            if kinds
         }
 
     def _model(self, index: int) -> ModelFigures:
@@ -252,3 +254,12 @@ class Statistics(Struct, frozen=True):
         """Whether a guard's last sign is less than a second older than the loop's."""
         guard = self.cells[GUARD]
         return guard > 0 and self.cells[HEARTBEAT] - guard < SECOND
+
+
+def _fault_figures(counted: fault_table.FaultCount) -> FaultFigures:
+    """Return the figures of one kind of fault; None where an instant is not known."""
+    first_s, last_s = (
+        None if at == fault_table.NO_INSTANT else at / SECOND
+        for at in (counted.first_at, counted.last_at)
+    )
+    return FaultFigures(counted.count, first_s, last_s, counted.sentence)
