@@ -1,7 +1,7 @@
 """Overrides of a board's file: values of a program as `KEY=VALUE`, the value in TOML, and back."""
 
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from numbers import Integral, Real
 from os import PathLike, fspath
 
@@ -22,6 +22,11 @@ def assignments_of(values: Mapping[str, object]) -> list[str]:
     if faults:
         raise ConfigError("set", faults)
     return assignments
+
+
+def set_words(assignments: Sequence[str]) -> list[str]:
+    """Overrides as words of a command line."""
+    return [word for each in assignments for word in ("--set", each)]
 
 
 def assigned(assignment: str) -> tuple[str, object]:

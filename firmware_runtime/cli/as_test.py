@@ -12,12 +12,12 @@ from typing import Any
 from firmware_runtime.devs.time import NEVER, SECOND
 from firmware_runtime.errors import ConfigError, Status
 from firmware_runtime.recording.blackbox.reader import read_recording
-from firmware_runtime.recording.changed_settings import changed_board
+from firmware_runtime.recording.board_of_recording import changed_board
 from firmware_runtime.recording.replay.replay_assertion import difference_of, in_words
 from firmware_runtime.recording.replay.verdict import Stretch, replay
 from firmware_runtime.recording.what_if.checkout import ask, checked_folder
 from firmware_runtime.recording.what_if.piece import Cutter, Piece, Shows
-from firmware_runtime.recording.what_if.question import Question, answer
+from firmware_runtime.recording.what_if.what_if import Question, answer
 from firmware_runtime.system.atomic_file import keep_output
 
 _WIDTH = 88

@@ -2,30 +2,25 @@
 
 import argparse
 import sys
-from collections.abc import Collection, Iterable, Iterator
+from collections.abc import Collection, Iterator
 from pathlib import Path
 
 from firmware_runtime.cli.written import check_output
-from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.senders import Senders
 from firmware_runtime.devs.time import NEVER, SECOND
-from firmware_runtime.errors import ConfigError, Status, did_you_mean
-from firmware_runtime.recording.blackbox.header import Header
+from firmware_runtime.errors import ConfigError, Status
 from firmware_runtime.recording.blackbox.listing import span_of
 from firmware_runtime.recording.blackbox.locations import find_recording
 from firmware_runtime.recording.blackbox.reader import read_recording
-from firmware_runtime.recording.blackbox.section import Section
 from firmware_runtime.recording.board_of_recording import board_of
 from firmware_runtime.recording.exports.mcap_file import mcap_of
 from firmware_runtime.recording.exports.table_file import csv_of, long_table, parquet_of, wide_table
 from firmware_runtime.recording.exports.typed_values import (
     Sent,
-    entered_in,
     entrance,
     model_of,
-    ports_of,
+    passed,
     sections_between,
-    values_in,
 )
 from firmware_runtime.recording.replay.verdict import Stretch
 from firmware_runtime.system.atomic_file import keep_output
@@ -45,14 +40,14 @@ def export_run(arguments: argparse.Namespace, output: Path) -> int:
     if (last := span_of(recording)[1]) < begin:
         fault = f"the run ends at {last / SECOND:g} s; expected an instant before"
         raise ConfigError.of_one(f"--from {begin / SECOND:g}", fault)
-    sections = sections_between(recording, stretch.begin, stretch.until)
     if output.suffix == ".mcap":
         if arguments.port is not None:
             raise ConfigError.of_one("export", "--port: has no effect on MCAP", expected="a table")
+        sections = sections_between(recording, stretch.begin, stretch.until)
         content = mcap_of(header, board, sections, recording.dates())
     else:
         model = model_of(header, board)
-        sent = _passed(sections, header, model)
+        sent = passed(recording, board, stretch.begin, stretch.until)
         if arguments.port is None:
             columns = long_table(sent, recording.dates())
         else:
@@ -69,14 +64,6 @@ def export_run(arguments: argparse.Namespace, output: Path) -> int:
         print(f"firmware-runtime: not whole: {fault}", file=sys.stderr)
     print(output)
     return Status.OK
-
-
-def _passed(sections: Iterable[Section], header: Header, model: Coupled) -> Iterator[Sent]:
-    """What came in from outside and what left ports, in order."""
-    ports = ports_of(model)
-    for section in sections:
-        yield from entered_in(section, model.in_ports)
-        yield from values_in(section, header.ports, ports)
 
 
 def _of_port(

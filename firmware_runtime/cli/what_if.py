@@ -15,11 +15,10 @@ from firmware_runtime.cli.written import check_output
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.errors import ConfigError, Status
 from firmware_runtime.recording.blackbox.reader import read_recording
-from firmware_runtime.recording.changed_settings import settings_said
+from firmware_runtime.recording.board_of_recording import settings_said
 from firmware_runtime.recording.what_if.checkout import ask, checked_folder
-from firmware_runtime.recording.what_if.question import Question, answer
-from firmware_runtime.recording.what_if.what_if import WhatIf
-from firmware_runtime.recording.what_if.what_if_text import what_if_text
+from firmware_runtime.recording.what_if.what_if import Question, WhatIf, answer
+from firmware_runtime.recording.what_if.what_if_report import what_if_text
 
 
 def what_if_run(arguments: argparse.Namespace, path: Path) -> int:
@@ -57,7 +56,7 @@ def _check(arguments: argparse.Namespace) -> None:
 
 
 def _plots(path: Path) -> int:
-    from firmware_runtime.recording.what_if.what_if_page import ENDINGS, PLOTS  # noqa: PLC0415 -- with -o only
+    from firmware_runtime.recording.what_if.what_if_report import ENDINGS, PLOTS  # noqa: PLC0415 -- with -o only
 
     check_output(path, ENDINGS)
     return PLOTS
@@ -87,7 +86,7 @@ def _changed(arguments: argparse.Namespace, found: WhatIf) -> str:
 def _say(arguments: argparse.Namespace, found: WhatIf) -> None:
     changed = _changed(arguments, found)
     if arguments.output is not None:
-        from firmware_runtime.recording.what_if.what_if_page import write_plots  # noqa: PLC0415 -- with -o only
+        from firmware_runtime.recording.what_if.what_if_report import write_plots  # noqa: PLC0415 -- with -o only
 
         write_plots(found, changed, arguments.output)
         found.curves = {}

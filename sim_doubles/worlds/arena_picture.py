@@ -8,18 +8,19 @@ from collections.abc import Mapping
 from textwrap import wrap
 from typing import Final
 
+from firmware_runtime.view.canvas import Canvas, Rectangle, file_text, text_width
 from sim_doubles.worlds.arena_geometry import Point
 from sim_doubles.worlds.arena_log import ArenaLog
 from sim_doubles.worlds.arena_picture_map import ArenaMap
-from sim_doubles.worlds.arena_picture_page import Box, Page, text_width
+from sim_doubles.worlds.arena_picture_style import STYLE
 from sim_doubles.worlds.arena_picture_time import Timeline, hues_of
 
 __all__ = ["draw_run"]
 
 _WIDTH: Final = 1040.0
-_MAP: Final = Box(72.0, 58.0, 740.0, 560.0)
-_KEY: Final = Box(832.0, 58.0, 188.0, 560.0)
-_TIMELINE: Final = Box(150.0, 676.0, 870.0, 0.0)
+_MAP: Final = Rectangle(72.0, 58.0, 740.0, 560.0)
+_KEY: Final = Rectangle(832.0, 58.0, 188.0, 560.0)
+_TIMELINE: Final = Rectangle(150.0, 676.0, 870.0, 0.0)
 _MARGIN: Final = 20.0
 _LETTERS: Final = int((_WIDTH - 2 * _MARGIN) / text_width("x"))
 
@@ -44,7 +45,7 @@ def draw_run(
     `outcome` says how it ended. The path has the colours of the states of the model `leading`, of
     the one that entered the log first if none is named.
     """
-    page = Page(_WIDTH)
+    page = Canvas()
     models = log.stays(until)
     hues = hues_of(models, until)
     leading = next(iter(models), "") if leading is None else leading
@@ -55,10 +56,11 @@ def draw_run(
     drawn.draw(models.get(leading, []), hues.get(leading, {}))
     _draw_key(page, drawn.path_hues)
     bottom = Timeline(page, _TIMELINE, log, until).draw(models, hues)
-    return page.render(bottom + _MARGIN, f"{title}: {outcome}" if outcome else title)
+    whole = Rectangle(0.0, 0.0, _WIDTH, bottom + _MARGIN)
+    return file_text(page.svg(whole, f"{title}: {outcome}" if outcome else title, STYLE))
 
 
-def _draw_key(page: Page, path_hues: Mapping[str, str]) -> None:
+def _draw_key(page: Canvas, path_hues: Mapping[str, str]) -> None:
     """Say what the figures on the map, and the colours of the path, stand for."""
     paths = [
         (f"path {hue}", f"its path: {state}" if state else "its path")
@@ -70,7 +72,7 @@ def _draw_key(page: Page, path_hues: Mapping[str, str]) -> None:
         page.text((x + 24, y + 4), words, "small")
 
 
-def _draw_figure(page: Page, figure: str, at: Point) -> None:
+def _draw_figure(page: Canvas, figure: str, at: Point) -> None:
     x, y = at
     fan = [(x - 12, y + 5), (x + 10, y - 8), (x + 12, y + 2)]
     if figure == "target":

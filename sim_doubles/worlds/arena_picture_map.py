@@ -6,10 +6,11 @@ from itertools import pairwise
 from typing import Final
 
 from firmware_runtime.devs.time import MILLISECOND
+from firmware_runtime.view.canvas import Canvas, Rectangle, point
+from firmware_runtime.view.scales import Axis
 from sim_doubles.worlds.arena import Arena, Pose
 from sim_doubles.worlds.arena_geometry import Circle, Point
 from sim_doubles.worlds.arena_log import ArenaLog, Ping, Stay
-from sim_doubles.worlds.arena_picture_page import Axis, Box, Page, point
 
 __all__ = ["GOAL_M", "ArenaMap"]
 
@@ -32,7 +33,7 @@ _LONG_STAY: Final = 400 * MILLISECOND
 class ArenaMap:
     """Metres on the page, equal in both directions, and what is drawn in them."""
 
-    def __init__(self, page: Page, box: Box, log: ArenaLog, until: int) -> None:
+    def __init__(self, page: Canvas, box: Rectangle, log: ArenaLog, until: int) -> None:
         self._page = page
         self._box = box
         self._log = log
@@ -46,16 +47,15 @@ class ArenaMap:
 
     def draw(self, stays: list[Stay], hues: dict[str, str]) -> None:
         """Draw everything; the path has the colours of these states."""
-        self._page.begin_clip(self._box)
-        self._draw_grid()
-        self._draw_sweep()
-        self._draw_beams()
-        self._draw_things()
-        self._draw_path(stays, hues)
-        self._draw_arrows()
-        self._draw_edges()
-        self._draw_vehicles(stays)
-        self._page.end_clip()
+        with self._page.clipped(self._box):
+            self._draw_grid()
+            self._draw_sweep()
+            self._draw_beams()
+            self._draw_things()
+            self._draw_path(stays, hues)
+            self._draw_arrows()
+            self._draw_edges()
+            self._draw_vehicles(stays)
         self._draw_frame()
 
     # Scale

@@ -5,9 +5,11 @@ from collections.abc import Mapping
 from typing import Final
 
 from firmware_runtime.devs.time import MILLISECOND, SECOND
+from firmware_runtime.view.canvas import Canvas, Rectangle, text_width
+from firmware_runtime.view.scales import Axis
 from sim_doubles.worlds.arena_log import ArenaLog, Ping, Stay
 from sim_doubles.worlds.arena_picture_map import GOAL_M
-from sim_doubles.worlds.arena_picture_page import HUES, Axis, Box, Page, text_width
+from sim_doubles.worlds.arena_picture_style import HUES
 
 __all__ = ["Timeline", "hues_of"]
 
@@ -40,7 +42,7 @@ def hues_of(models: Mapping[str, list[Stay]], until: int) -> dict[str, dict[str,
 class Timeline:
     """A strip with the distance, and below it a lane for each model."""
 
-    def __init__(self, page: Page, box: Box, log: ArenaLog, until: int) -> None:
+    def __init__(self, page: Canvas, box: Rectangle, log: ArenaLog, until: int) -> None:
         self._page = page
         self._log = log
         self._until = until
@@ -69,7 +71,7 @@ class Timeline:
         distances = [self._log.arena.distance_to_target(at) for at in instants]
         axis = Axis(0.0, 1.08 * max(*distances, GOAL_M[1]), box.bottom, box.top)
         near, far = (axis.pixel(metres) for metres in GOAL_M)
-        page.rectangle(Box(box.left, far, box.width, near - far), "goal-zone")
+        page.rectangle(Rectangle(box.left, far, box.width, near - far), "goal-zone")
         for seconds in self._time.ticks(60.0):
             x = self._time.pixel(seconds)
             page.line((x, box.top), (x, box.bottom), "grid")
@@ -111,9 +113,9 @@ class Timeline:
         unnamed = {state: hue for state, hue in hues.items() if state not in named}
         return self._draw_key(top + _LANE, unnamed)
 
-    def _box_of(self, stay: Stay, top: float) -> Box:
+    def _box_of(self, stay: Stay, top: float) -> Rectangle:
         left, right = (self._time.pixel(at / SECOND) for at in (stay.since, stay.until))
-        return Box(left, top, max(right - left, 1.0), _LANE)
+        return Rectangle(left, top, max(right - left, 1.0), _LANE)
 
     def _draw_key(self, top: float, hues: dict[str, str]) -> float:
         """Name colours, as many a line as fit; return the y below."""
@@ -123,7 +125,7 @@ class Timeline:
             width = 16 + text_width(state) + 10
             if x + width > self._time.end and x > self._time.begin:
                 x, y = self._time.begin, y + 18
-            self._page.rectangle(Box(x, y - 9, 10, 10), hue)
+            self._page.rectangle(Rectangle(x, y - 9, 10, 10), hue)
             self._page.text((x + 16, y), state, "small")
             x += width
         return y + 14 if coloured else top + _GAP

@@ -9,8 +9,10 @@ import pytest
 from firmware_runtime.board.registry import load
 from firmware_runtime.errors import Status
 from firmware_runtime.lab.continuity.certificate import CLAIM, Certificate
-from firmware_runtime.lab.continuity.certificate_page import certificate_page
-from firmware_runtime.lab.continuity.compared_signals import numbers_in, signals_of
+from firmware_runtime.lab.continuity.certificate_page import (
+    certificate_page,
+    signals_of,
+)
 from firmware_runtime.lab.continuity.stage_run import End, Plan, StageRun, all_of, run_stage
 from firmware_runtime.lab.stages.stage import Stage
 from firmware_runtime.recording.blackbox.reader import Recording, read_recording
@@ -139,15 +141,6 @@ def test_the_page_shows_both_stages_and_says_what_was_checked(run: StageRun) -> 
 
 def test_what_is_drawn_goes_by_the_names_it_has_in_recordings() -> None:
     assert signals_of(load("tachobot")) == ("world.yaw_rad", ("controller.allocation.forces",))
-
-
-def test_numbers_of_a_value_are_named_by_where_they_are() -> None:
-    value = {"f1": 1.0, "name": "x", "pair": [2, True]}
-    assert list(numbers_in(value, "out")) == [
-        ("out.f1", 1.0),
-        ("out.pair[0]", 2.0),
-        ("out.pair[1]", 1.0),
-    ]
 
 
 def test_a_plan_says_where_everything_is_kept(tmp_path: Path) -> None:

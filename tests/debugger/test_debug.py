@@ -18,8 +18,7 @@ from firmware_runtime.errors import ConfigError, Status
 from firmware_runtime.recording.blackbox.reader import read_recording
 from firmware_runtime.recording.board_of_recording import board_of_table
 from firmware_runtime.recording.debugger.model_state import Models
-from firmware_runtime.recording.debugger.predicate import Predicate, Seen
-from firmware_runtime.recording.debugger.record_fields import may_have
+from firmware_runtime.recording.debugger.predicate import Predicate, Seen, may_have
 from firmware_runtime.recording.debugger.travel import Travel
 from tests.support.recorded import record
 

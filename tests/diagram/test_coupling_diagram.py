@@ -8,12 +8,12 @@ from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.component import Component
 from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.ports import Owner
-from firmware_runtime.view.diagram import columns
+from firmware_runtime.view.canvas import Point
 from firmware_runtime.view.diagram.boxes import Box, Node
+from firmware_runtime.view.diagram.coupling_diagram import box_of
 from firmware_runtime.view.diagram.draw import diagram
-from firmware_runtime.view.diagram.nesting import box_of
+from firmware_runtime.view.diagram.placement import assign
 from firmware_runtime.view.diagram.routes import Trunk
-from firmware_runtime.view.diagram.svg import Point
 
 SVG = "{http://www.w3.org/2000/svg}"
 
@@ -140,12 +140,12 @@ def crosses(one: Point, other: Point, corner: Node, part: Box) -> bool:
 
 def test_what_feeds_stands_left_of_what_is_fed() -> None:
     wires = [("a", "b"), ("b", "c"), ("a", "c"), ("d", "c")]
-    assert columns.assign(["c", "d", "a", "b"], wires) == {"c": 3, "d": 1, "a": 1, "b": 2}
+    assert assign(["c", "d", "a", "b"], wires) == {"c": 3, "d": 1, "a": 1, "b": 2}
 
 
 def test_of_two_that_feed_each_other_the_first_declared_stands_left() -> None:
     wires = [("controller", "sensor"), ("sensor", "controller"), ("controller", "motor")]
-    assert columns.assign(["sensor", "controller", "motor"], wires) == {
+    assert assign(["sensor", "controller", "motor"], wires) == {
         "sensor": 1,
         "controller": 2,
         "motor": 3,

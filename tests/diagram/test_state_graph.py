@@ -10,7 +10,7 @@ from firmware_runtime.devs.wiring import Wiring
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.models.state_diagram import StateDiagram
 from firmware_runtime.models.state_table import Arrow, State
-from firmware_runtime.view.diagram.diagram_words import say_duration, wrap
+from firmware_runtime.view.diagram.diagram_look import duration_text, wrap
 from firmware_runtime.view.diagram.draw import diagram
 
 SVG = "{http://www.w3.org/2000/svg}"
@@ -44,7 +44,7 @@ def test_every_state_and_every_arrow_of_the_table_is_in_the_picture(model: State
     said = " ".join(texts(picture, "name"))
     assert said == " ".join(state.name for state in model.states)
     assert texts(picture, "note")[: len(drawn)] == [
-        say_duration(model.durations[state.name]) for state in model.states
+        duration_text(model.durations[state.name]) for state in model.states
     ]
     arrows = [arrow for state in model.states for arrow in state.arrows]
     for kind, is_external in (("external", True), ("internal", False)):
@@ -169,7 +169,7 @@ def test_mermaid_gets_the_whole_table() -> None:
     ],
 )
 def test_durations_are_said_with_the_largest_unit_they_reach(duration: int, text: str) -> None:
-    assert say_duration(duration) == text
+    assert duration_text(duration) == text
 
 
 def test_lines_break_between_words_only() -> None:

@@ -11,8 +11,10 @@ from typing import Any
 import pytest
 from firmware_boards.tachobot.experiments import circle
 
+from firmware_runtime.devs.coupled import Coupled
+from firmware_runtime.devs.senders import Senders
 from firmware_runtime.errors import ConfigError
-from firmware_runtime.lab.experiments.running import Traced
+from firmware_runtime.lab.experiments.trial import Traced
 
 
 def lines(off_m: float) -> Iterator[str]:
@@ -42,7 +44,7 @@ def test_errors_are_setpoint_less_truth_and_the_last_run_is_meant_to_fail(tmp_pa
     def run(_stage: object, *, label: str, **_rest: object) -> Iterator[Traced]:
         if label == "given-up":
             raise ConfigError("run", ["no position for 6 s"])
-        yield Traced({"statistics": {}}, trace, None)
+        yield Traced({"statistics": {}}, trace, None, Senders(Coupled("robot")))
 
     trial: Any = SimpleNamespace(run=run, say=lambda _: None)
     findings = circle.run(trial)

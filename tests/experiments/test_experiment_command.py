@@ -8,7 +8,8 @@ from xml.etree import ElementTree as ET
 import pytest
 
 from firmware_runtime.cli.main import main
-from firmware_runtime.lab.experiments.loop_delay import Round, delays_of, quantile, rounds_of
+from firmware_runtime.lab.experiments.loop_experiment import Round, delays_of, rounds_of, settled
+from firmware_runtime.statistics.quantile import quantile
 
 
 def run(*words: object) -> int:
@@ -85,7 +86,7 @@ def test_a_step_in_simulation_leaves_data_figures_a_plot_and_a_page(
     assert response["samples"] == sum(float(row["since_step_s"]) >= 0 for row in rows)
     assert response["final"] == yaw[-1]
     assert 0.5 < response["rise_s"] < 2.0
-    assert found["conditions"].keys() >= {"machine", "kernel", "Python"}
+    assert found["conditions"].keys() >= {"machine", "kernel", "python"}
     assert any("Figures 10 and 11" in sentence for sentence in found["published"])
     picture = ET.parse(out / "yaw-step.svg")  # noqa: S314 -- of our own
     assert len(picture.findall(".//{http://www.w3.org/2000/svg}polyline")) == 2
@@ -117,6 +118,12 @@ def test_delays_are_of_what_came_back() -> None:
     assert (nothing.back, nothing.p50_ms, nothing.return_p50_ms) == (0, None, None)
 
 
+def test_rounds_before_the_link_was_up_and_the_last_second_are_left_out() -> None:
+    late = [Round(at, at, None if at < 2 else at, None if at < 2 else at) for at in range(6)]
+    assert [each.value for each in settled(late)] == [3, 4]
+    assert settled([]) == []
+
+
 def test_quantiles_are_samples() -> None:
     ordered = [float(number) for number in range(1, 101)]
     assert [quantile(ordered, share) for share in (0.0, 0.5, 0.99, 1.0)] == [1, 50, 99, 100]
@@ -135,8 +142,7 @@ def test_rounds_are_read_from_a_merged_trace(tmp_path: Path) -> None:
     trace = tmp_path / "trace"
     lines = (json.dumps({"t_ns": at, "port": port, "value": each}) for at, port, each in messages)
     trace.write_text("\n".join(lines))
-    assert rounds_of(trace, 0.0) == [
+    assert rounds_of(trace) == [
         Round(0.01, 1e-6, 2e-6, 3e-6),
         Round(0.02, 2.5e-6, None, None),
     ]
-    assert len(rounds_of(trace, 2e-6)) == 1

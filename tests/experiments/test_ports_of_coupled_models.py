@@ -6,7 +6,7 @@ from pathlib import Path
 from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.senders import Senders
-from firmware_runtime.lab.experiments.running import Traced
+from firmware_runtime.lab.experiments.trial import Traced
 
 
 def test_a_coupled_models_port_has_what_was_sent_through_it(tmp_path: Path) -> None:

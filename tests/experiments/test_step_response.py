@@ -4,7 +4,7 @@ from math import cos, exp, log, pi, sin, sqrt
 
 import pytest
 
-from firmware_runtime.lab.experiments.step_response import (
+from firmware_runtime.lab.experiments.curve_figures import (
     difference,
     step_response,
     value_at,

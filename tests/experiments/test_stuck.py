@@ -2,7 +2,7 @@
 
 import pytest
 
-from firmware_runtime.lab.experiments.stuck import (
+from firmware_runtime.lab.experiments.curve_figures import (
     Stuck,
     first_motion_s,
     slope,

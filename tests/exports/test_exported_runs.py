@@ -19,7 +19,7 @@ from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.time import NEVER, SECOND
 from firmware_runtime.recording.blackbox.reader import Recording, read_recording
 from firmware_runtime.recording.blackbox.section import Kind, Section, sent_of
-from firmware_runtime.recording.exports.ros_definitions import _FIELDS, definition_of
+from firmware_runtime.recording.exports.mcap_file import _FIELDS, definition_of
 from firmware_runtime.recording.exports.typed_values import entered_in, sections_between, typed
 from firmware_runtime.runs.session import Session
 from firmware_runtime.statistics.dates import utc

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from firmware_runtime.lab.identification.motion import Body, State, motion
-from firmware_runtime.lab.identification.output_error import OutputError
 from firmware_runtime.lab.identification.plant import Numbers, PlantParameters
 from firmware_runtime.lab.identification.recorded_series import Series
+from firmware_runtime.lab.identification.search import OutputError
 from firmware_runtime.lab.identification.stretches import stretches_of
 from sim_doubles.worlds.swing import Swing
 from sim_doubles.worlds.transient import Transient

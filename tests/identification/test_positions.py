@@ -8,12 +8,11 @@ import pytest
 
 from firmware_runtime.lab.identification.identified import identify
 from firmware_runtime.lab.identification.noise import WHITE, noise_of, random_walk
-from firmware_runtime.lab.identification.output_error import EXCESS, OutputError
 from firmware_runtime.lab.identification.plant import Numbers, PlantParameters
 from firmware_runtime.lab.identification.profile import Profile
 from firmware_runtime.lab.identification.recorded_series import Series
 from firmware_runtime.lab.identification.regression import guesses
-from firmware_runtime.lab.identification.search import Search
+from firmware_runtime.lab.identification.search import EXCESS, OutputError, Search
 from tests.support.drawn_plants import LAG_S, drawn
 from tests.support.pushed_body import pushed_body
 

@@ -5,7 +5,7 @@ import socket
 import pytest
 
 from firmware_runtime.errors import ConfigError
-from firmware_runtime.lab.stages.path_process import PathProcess
+from firmware_runtime.lab.stages.way import PathProcess
 from firmware_runtime.links.cut.impaired_path import ImpairedPath
 from firmware_runtime.links.cut.impairment import Decisions, Impairment
 from firmware_runtime.links.endpoint import Endpoint, bound, endpoint

@@ -6,7 +6,7 @@ from typing import Any
 import pytest
 from msgspec import Struct, msgpack
 
-from firmware_runtime.recording.replay.set_order import is_same_but_for_order
+from firmware_runtime.recording.replay.section_comparison import is_same_but_for_order
 
 
 @dataclass

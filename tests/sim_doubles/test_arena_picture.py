@@ -10,11 +10,12 @@ from xml.etree import ElementTree as ET
 import pytest
 
 from firmware_runtime.devs.time import MILLISECOND, SECOND
+from firmware_runtime.view.canvas import text_width
 from firmware_runtime.view.diagram.picture_file import require_renderer, write_picture
+from firmware_runtime.view.scales import Axis
 from sim_doubles.worlds.arena import ArenaParameters
 from sim_doubles.worlds.arena_log import ArenaLog, Stay
 from sim_doubles.worlds.arena_picture import draw_run
-from sim_doubles.worlds.arena_picture_page import Axis, text_width
 from sim_doubles.worlds.arena_picture_time import hues_of
 from tests.support.arena_mission import ArenaMission
 from tests.support.arena_rig import ArenaRig

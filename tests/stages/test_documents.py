@@ -10,11 +10,11 @@ from firmware_runtime.board.registry import load
 from firmware_runtime.errors import TraceFileError
 from firmware_runtime.lab.stages.document import (
     crossed,
+    merge_traces,
     merged_statistics,
     of_one_process,
     of_two_ends,
 )
-from firmware_runtime.lab.stages.merged_trace import merge_traces
 from firmware_runtime.lab.stages.stage import Stage
 from firmware_runtime.lab.stages.staged_run import Staged, run_staged
 

@@ -10,9 +10,8 @@ from pathlib import Path
 import pytest
 
 from firmware_runtime.devs.time import SECOND
-from firmware_runtime.lab.stages.end_process import EndProcess
-from firmware_runtime.lab.stages.two_ends import TwoEnds
-from firmware_runtime.system.signals import until_signal
+from firmware_runtime.lab.stages.two_ends import EndProcess, TwoEnds
+from firmware_runtime.system.until_signal import until_signal
 from tests.support.waiting import PATIENCE_S
 
 PATIENCE = PATIENCE_S * SECOND

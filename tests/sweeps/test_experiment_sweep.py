@@ -4,7 +4,7 @@ import pytest
 from firmware_boards.tachobot.definition import BOARD
 
 from firmware_runtime import open_board
-from firmware_runtime.lab.experiments.step_response import step_response
+from firmware_runtime.lab.experiments.curve_figures import step_response
 from firmware_runtime.lab.sweeps import sweep
 
 

@@ -5,14 +5,7 @@ import re
 from firmware_runtime.lab.sweeps.summary import summary
 from firmware_runtime.lab.sweeps.sweep_page import sweep_page
 from firmware_runtime.lab.sweeps.sweep_table import Table
-from firmware_runtime.view.scatter import WIDTH, Scatter
 from tests.sweeps.test_rows_to_look_at import STATED
-
-
-def test_a_figure_over_a_key_is_no_wider_than_half_a_page() -> None:
-    style = Scatter("mass", "rise", [(0.0, 1.0, False), (1.0, 2.0, True)]).svg().attrib["style"]
-    widest = float(style.removeprefix("max-width: ").removesuffix("px"))
-    assert WIDTH <= widest < 1.5 * WIDTH
 
 
 def test_figures_over_keys_stand_side_by_side() -> None:
@@ -25,3 +18,16 @@ def test_figures_over_keys_stand_side_by_side() -> None:
     page = sweep_page(rows, summary(rows, "table.csv"))
     pair = r'<div class="pairs">\s*<figure>\s*<figcaption>result.off over world.mass'
     assert re.search(pair, page)
+
+
+def test_runs_with_a_rare_truth_have_a_colour_of_their_own() -> None:
+    rows = Table(
+        [
+            {**STATED, "row": row, "world.mass": 1.0 * row, "result.off": 2.0 * row}
+            | {"result.flooded": row == 2}
+            for row in range(4)
+        ]
+    )
+    page = sweep_page(rows, summary(rows, "table.csv"))
+    dots = [each.split() for each in re.findall(r'<circle class="([^"]*)"', page)]
+    assert sorted(dots.count(each) for each in map(list, {tuple(each) for each in dots})) == [1, 3]

@@ -5,9 +5,8 @@ from typing import Any
 import pytest
 
 from firmware_runtime.lab.sweeps.row import Row
-from firmware_runtime.lab.sweeps.summary import rarer_truth, summary
+from firmware_runtime.lab.sweeps.summary import rarer_truth, summary, text_of
 from firmware_runtime.lab.sweeps.sweep_table import Table
-from firmware_runtime.lab.sweeps.sweep_text import text_of
 
 STATED: Row = {
     "board": "diver",

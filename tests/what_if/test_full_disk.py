@@ -6,9 +6,8 @@ from pathlib import Path
 import pytest
 
 from firmware_runtime.errors import ConfigError
-from firmware_runtime.recording.what_if.question import Question, answer
-from firmware_runtime.recording.what_if.what_if import WhatIf
-from firmware_runtime.recording.what_if.what_if_page import write_plots
+from firmware_runtime.recording.what_if.what_if import Question, WhatIf, answer
+from firmware_runtime.recording.what_if.what_if_report import write_plots
 from tests.support.recorded import record
 
 

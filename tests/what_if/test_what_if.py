@@ -16,9 +16,8 @@ from firmware_runtime.devs.time import SECOND, format_time
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.recording.blackbox.reader import read_recording
 from firmware_runtime.recording.replay.difference import in_lines
-from firmware_runtime.recording.what_if.question import Question, answer
 from firmware_runtime.recording.what_if.watch import Watched, since
-from firmware_runtime.recording.what_if.what_if import WhatIf
+from firmware_runtime.recording.what_if.what_if import Question, WhatIf, answer
 from tests.support.recorded import record
 
 YAW = "controller.yaw.command_n"

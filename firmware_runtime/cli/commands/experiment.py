@@ -21,11 +21,10 @@ from firmware_runtime.cli.arguments import (
 )
 from firmware_runtime.cli.chosen_board import chosen_board
 from firmware_runtime.cli.readers_gone import print_line
-from firmware_runtime.errors import ConfigError, Status, did_you_mean
-from firmware_runtime.lab.experiments.experiment_series import Series, run_series, write_series
-from firmware_runtime.lab.experiments.known import LOOP, experiments_of, stages_of
-from firmware_runtime.lab.experiments.packages import missing_packages
-from firmware_runtime.lab.experiments.results import leave
+from firmware_runtime.errors import ConfigError, Status
+from firmware_runtime.lab.experiments.experiment_pages import Outcome
+from firmware_runtime.lab.experiments.known import LOOP, experiments_of, missing_packages, stages_of
+from firmware_runtime.lab.experiments.results import run_series, write_experiment, write_series
 from firmware_runtime.lab.experiments.trial import Choices, Trial
 from firmware_runtime.lab.stages.stage import Stage
 from firmware_runtime.lab.stages.way import WIFI
@@ -112,8 +111,8 @@ def execute(arguments: argparse.Namespace) -> int:
 
 def _one(trials: Sequence[Trial], _folder: Path) -> tuple[int, list[str]]:
     [trial] = trials
-    results, written = leave(trial)
-    for line in results.findings.sentences:
+    outcome, written = write_experiment(trial)
+    for line in _sentences(outcome):
         print(line)
     return Status.OK, written
 
@@ -122,22 +121,29 @@ def _all(trials: Sequence[Trial], folder: Path) -> tuple[int, list[str]]:
     if not trials:
         raise ConfigError.of_one("experiment", "none has this stage", expected="one that has")
     series = run_series(trials, _say)
-    written = write_series(series, trials, folder)
+    written = write_series(series, trials[0].board.name, folder)
     for line in _said(series):
         print(line)
-    is_done = not series.faults and not series.not_run
+    is_done = all(each.findings is not None for each in series)
     return Status.OK if is_done else Status.MODEL_ERROR, written
 
 
-def _said(series: Series) -> Iterator[str]:
-    """What failed and what was not run, then what each found."""
-    for name, fault in series.faults.items():
-        yield f"FAILED {name}: {fault}"
-    for name, why in series.not_run.items():
-        yield f"NOT RUN {name}: {why}"
-    for name, results in series.results.items():
-        yield f"{name} ({results.experiment.figure or 'not published'})"
-        yield from (f"  {line}" for line in results.findings.sentences)
+def _said(series: Sequence[Outcome]) -> Iterator[str]:
+    """Experiments that failed and those that were not run, then the findings of each."""
+    for each in series:
+        if each.fault is not None:
+            yield f"FAILED {each.name}: {each.fault}"
+    for each in series:
+        if each.not_run is not None:
+            yield f"NOT RUN {each.name}: {each.not_run}"
+    for each in series:
+        if each.findings is not None:
+            yield f"{each.name} ({each.experiment.figure or 'not published'})"
+            yield from (f"  {line}" for line in _sentences(each))
+
+
+def _sentences(outcome: Outcome) -> Sequence[str]:
+    return () if outcome.findings is None else outcome.findings.sentences
 
 
 def _trials(

@@ -20,16 +20,14 @@ from firmware_runtime.cli.readers_gone import print_line
 from firmware_runtime.cli.written import write_text
 from firmware_runtime.errors import ConfigError, Status
 from firmware_runtime.lab.sweeps.distributions import FORMS
-from firmware_runtime.lab.sweeps.judged import faults_of
 from firmware_runtime.lab.sweeps.partial import partial_of
 from firmware_runtime.lab.sweeps.plan import SAMPLINGS, Sweep
 from firmware_runtime.lab.sweeps.row import run_row
-from firmware_runtime.lab.sweeps.summary import summary
+from firmware_runtime.lab.sweeps.summary import summary, text_of
 from firmware_runtime.lab.sweeps.sweep_page import sweep_page
 from firmware_runtime.lab.sweeps.sweep_table import Table, read_table, sweep_of
-from firmware_runtime.lab.sweeps.sweep_text import text_of
-from firmware_runtime.lab.sweeps.sweeping import carry_out
-from firmware_runtime.system.signals import exit_on_signals
+from firmware_runtime.lab.sweeps.sweeping import carry_out, faults_of
+from firmware_runtime.system.exit_on_signals import exit_on_signals
 
 _SUMMARY = "Run a board many times in virtual time, each with other values; or show the table."
 _ABOUT = f"""

@@ -43,7 +43,7 @@ def add_to(verbs: SubParsers) -> None:
 
 def execute(arguments: argparse.Namespace) -> int:
     """Show it until q; once, where there is no terminal to show it in."""
-    drawing = module_of_extra("firmware_runtime.view.top.screen", "top")
+    drawing = module_of_extra("firmware_runtime.view.live_screen", "top")
     console = module_of_extra("rich.console", "top").Console(highlight=False)
     path = arguments.statistics or find_statistics(arguments.board)
     watched = Watched(path)

@@ -1,46 +1,133 @@
 """The certificate as a self-contained page: what differs first, then the stages side by side."""
 
 import json
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import replace
-from typing import Any
+from itertools import islice
+from typing import Any, Final, NamedTuple
 from xml.etree.ElementTree import Element
 
-from firmware_runtime.board.roles import ROBOT
-from firmware_runtime.devs.time import format_time
+from firmware_runtime.board.ends import role_without_hardware
+from firmware_runtime.board.registry import Board
+from firmware_runtime.board.rigs import rig_for, shown_by
+from firmware_runtime.board.roles import ROBOT, components_of, crossings
+from firmware_runtime.devs.component import below_root
+from firmware_runtime.devs.senders import Senders
+from firmware_runtime.devs.time import NEVER, SECOND, format_time
+from firmware_runtime.executive.clocks import WorldClock
 from firmware_runtime.lab.continuity.certificate import CLAIM, Certificate
-from firmware_runtime.lab.continuity.compared_signals import (
-    Points,
-    Signals,
-    commands,
-    shown,
-    signals_of,
-)
 from firmware_runtime.lab.continuity.stage_run import StageRun
-from firmware_runtime.recording.replay.difference import Difference
-from firmware_runtime.statistics.number_formats import milliseconds
-from firmware_runtime.view.line_plot import Curve, LinePlot, on_common_axes
-from firmware_runtime.view.markup import element, table
-from firmware_runtime.view.report.report import page_of, section
-
-_SIDE_BY_SIDE = (
-    "display:grid;gap:1rem;grid-template-columns:repeat(auto-fit,minmax(min(24rem,100%),1fr))"
+from firmware_runtime.recording.blackbox.reader import Recording
+from firmware_runtime.recording.board_of_recording import board_of
+from firmware_runtime.recording.exports.typed_values import (
+    Sent,
+    cells_of,
+    model_of,
+    ports_of,
+    sections_between,
+    values_in,
 )
-_WIDTH, _HEIGHT = 460.0, 250.0
+from firmware_runtime.recording.replay.difference import Difference
+from firmware_runtime.statistics.json_values import plain
+from firmware_runtime.statistics.number_formats import milliseconds
+from firmware_runtime.view.line_plot import (
+    HALF_HEIGHT,
+    HALF_WIDTH,
+    Curve,
+    LinePlot,
+    on_common_axes,
+)
+from firmware_runtime.view.markup import (
+    element,
+    facts,
+    opening,
+    page_of,
+    section,
+    side_by_side,
+    table,
+    verdict_line,
+)
+
+Points = list[tuple[float, float]]
+
+MOST_CURVES: Final = 4
+_ABOUT: Final = (
+    "What entered a stage's processes at their edges entered the same drivers and models again in "
+    "virtual time; all that left them was compared, floats to the bit. Stages were not compared "
+    "with one another: other samples enter in each."
+)
+
+
+class Signals(NamedTuple):
+    """Ports of a board by path below the root, as they go by in its recordings."""
+
+    shown: str | None
+    """What a person wants to see over time; None where the board's rig shows nothing."""
+    commands: tuple[str, ...]
+    """What leaves the role that computes; none of a board without roles."""
+
+
+def signals_of(board: Board) -> Signals:
+    """What is drawn of a board. Raises ConfigError for one without a rig."""
+    model, roles = board.unconnected().model, board.settings.roles
+    senders, own = Senders(model), list[str]()
+    if roles:
+        own += components_of(roles, model, role_without_hardware(board))
+    leaving = (each for each in sorted(crossings(roles, model)) if each.partition(".")[0] in own)
+    commands = dict.fromkeys(sender for each in leaving for sender in senders.of(each))
+    rig = rig_for(board, WorldClock())
+    rig.attach(model)
+    port = shown_by(rig, board)
+    return Signals(None if port is None else below_root(port.path), tuple(commands))
+
+
+def shown(recording: Recording, port: str | None) -> Points:
+    """What the shown port sent: s, and the port's unit."""
+    sent = _sent(recording, {port} if port is not None else ())
+    return [(each.at / SECOND, each.value) for each in sent if isinstance(each.value, float)]
+
+
+def commands(recording: Recording, ports: Collection[str]) -> dict[str, Points]:
+    """What these ports sent, a curve for each number in it, each held until the next."""
+    short, curves = _short(list(ports)), dict[str, Points]()
+    for each in _sent(recording, ports):
+        for leaf, value in cells_of(plain(each.value), short[each.port]):
+            if isinstance(value, int | float):  # a truth value is 0 or 1
+                _hold(curves.setdefault(leaf, []), each.at / SECOND, float(value))
+    return dict(islice(curves.items(), MOST_CURVES))
+
+
+def _sent(recording: Recording, wanted: Collection[str]) -> Iterator[Sent]:
+    """What these ports sent, in order."""
+    header = recording.header
+    ports = ports_of(model_of(header, board_of(header)))
+    for each_section in sections_between(recording, 0, NEVER):
+        for each in values_in(each_section, header.ports, ports):
+            if each.port in wanted:
+                yield each
+
+
+def _short(names: list[str]) -> Mapping[str, str]:
+    """Names of ports without their components, where they are unique without."""
+    ports = [name.rpartition(".")[2] for name in names]
+    return dict(zip(names, ports if len(set(ports)) == len(ports) else names, strict=True))
+
+
+def _hold(points: Points, at: float, value: float) -> None:
+    if points and points[-1][1] != value:
+        points.append((at, points[-1][1]))
+    points.append((at, value))
 
 
 def certificate_page(certificate: Certificate) -> str:
-    """The page's text."""
-    return page_of(_title(certificate), _sections(certificate))
+    """The text of the page."""
+    title = f"{certificate.plan.board.name}: each stage and its replay"
+    return page_of(title, _sections(title, certificate))
 
 
-def _title(certificate: Certificate) -> str:
-    return f"{certificate.plan.board.name}: each stage and its replay"
-
-
-def _sections(certificate: Certificate) -> Iterator[Element]:
+def _sections(title: str, certificate: Certificate) -> Iterator[Element]:
     runs = [each for each in certificate.runs if each.has_run]
-    yield _opening(certificate)
+    yield opening(title, _verdict(certificate), element("p", _ABOUT))
     yield section("Values that left the models", _events(certificate))
     differing = [(each, first) for each in runs if (first := each.first_difference) is not None]
     if differing:
@@ -49,23 +136,13 @@ def _sections(certificate: Certificate) -> Iterator[Element]:
     yield section("Code and settings", *_conditions(certificate))
 
 
-def _opening(certificate: Certificate) -> Element:
+def _verdict(certificate: Certificate) -> Element:
     stages = ", ".join(each.stage for each in certificate.runs if each.has_run) or "no stage"
     if certificate.is_identical:
-        css, sentence = "verdict good", f"{CLAIM[0].upper()}{CLAIM[1:]}: {stages}."
+        css, sentence = "good", f"{CLAIM[0].upper()}{CLAIM[1:]}: {stages}."
     else:
-        css, sentence = "verdict bad", f"Not shown that {CLAIM}: {stages}."
-    return element(
-        "header",
-        element("h1", _title(certificate)),
-        element("p", element("strong", certificate.verdict, class_=css), sentence),
-        element(
-            "p",
-            "What entered a stage's processes at their edges entered the same drivers and models "
-            "again in virtual time; all that left them was compared, floats to the bit. Stages "
-            "were not compared with one another: other samples enter in each.",
-        ),
-    )
+        css, sentence = "bad", f"Not shown that {CLAIM}: {stages}."
+    return verdict_line(certificate.verdict, css, sentence)
 
 
 def _events(certificate: Certificate) -> Element:
@@ -103,9 +180,8 @@ def _age(run: StageRun, role: str) -> str:
 
 def _difference(run: StageRun, first: Difference) -> Element:
     said = first.as_json()
-    rows = [(name, json.dumps(said[name])) for name in ("what", "recorded", "replayed")]
-    caption = f"{run.stage}, {first.where} at {format_time(first.at)}"
-    return table(caption, ("what", "value"), rows, "words")
+    values = {name: json.dumps(said[name]) for name in ("what", "recorded", "replayed")}
+    return facts(f"{run.stage}, {first.where} at {format_time(first.at)}", values)
 
 
 # The stages side by side ------------------------------------------------------------------------
@@ -129,7 +205,7 @@ def _side_by_side(runs: Sequence[StageRun], certificate: Certificate) -> Iterato
             }
         )
         figures = (_figure(stage, drawn.get(stage)) for stage in curves)
-        yield section(title, element("div", *figures, style=_SIDE_BY_SIDE))
+        yield section(title, side_by_side(figures))
 
 
 def _plot(stage: str, title: str, curves: Mapping[str, Points], for_s: float) -> LinePlot | None:
@@ -139,7 +215,9 @@ def _plot(stage: str, title: str, curves: Mapping[str, Points], for_s: float) ->
         for name, points in curves.items()
         if (seen := [point for point in points if point[0] <= for_s])
     ]
-    return LinePlot(stage, "s", title, drawn, width=_WIDTH, height=_HEIGHT) if drawn else None
+    if not drawn:
+        return None
+    return LinePlot(stage, "s", title, drawn, width=HALF_WIDTH, height=HALF_HEIGHT)
 
 
 def _figure(stage: str, plot: LinePlot | None) -> Element:
@@ -166,24 +244,18 @@ def _commands(run: StageRun, signals: Signals) -> dict[str, Points]:
 def _conditions(certificate: Certificate) -> Iterator[Element]:
     said = certificate.as_json()
     settings: Mapping[str, Any] = said["settings"]
-    yield table(
+    yield facts(
         "What ran",
-        ("what", "value"),
-        [
-            ("code the same in all runs and replays", _yes(said["same_code"])),
-            ("SHA-256 of it", str(said["code_sha256"])),
-            ("settings the same in all runs", _yes(said["same_settings"])),
-            ("settings", settings["source"]),
-            ("overrides", ", ".join(settings["overrides"]) or "none"),
-            ("SHA-256 of the settings", settings["sha256"]),
-            *((name, str(each)) for name, each in (said["versions"] or {}).items()),
-        ],
-        "words",
+        {
+            "code the same in all runs and replays": said["same_code"],
+            "SHA-256 of it": said["code_sha256"],
+            "settings the same in all runs": said["same_settings"],
+            "settings": settings["source"],
+            "overrides": settings["overrides"],
+            "SHA-256 of the settings": settings["sha256"],
+            **(said["versions"] or {}),
+        },
     )
     yield table(
         "SHA-256 of each module of its code", ("module", "SHA-256"), said["code"].items(), "words"
     )
-
-
-def _yes(is_so: object) -> str:
-    return "yes" if is_so else "no"

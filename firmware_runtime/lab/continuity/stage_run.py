@@ -10,6 +10,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Final
 
+from firmware_runtime.board.assignments import set_words
 from firmware_runtime.board.registry import Board
 from firmware_runtime.board.roles import CONTROLLER, ROBOT
 from firmware_runtime.devs.time import SECOND
@@ -50,9 +51,7 @@ class Plan:
             words += ["--impair", self.impair]
         if stage is Stage.NETWORK and self.link is not None:
             words += ["--link", self.link]
-        for assignment in self.board.assignments:
-            words += ["--set", assignment]
-        return words
+        return words + set_words(self.board.assignments)
 
 
 @dataclass(frozen=True, slots=True)

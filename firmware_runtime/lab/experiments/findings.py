@@ -1,31 +1,11 @@
 """What an experiment found: numbers, data, plots and tables; what writes files goes by it."""
 
-from base64 import b64encode
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 from xml.etree.ElementTree import Element
 
-from firmware_runtime.view.line_plot import LinePlot
-from firmware_runtime.view.markup import element
-
-
-@dataclass(frozen=True, slots=True)
-class Picture:
-    """A drawing that is no plot of curves, such as a rig's of its world: text of an SVG file."""
-
-    title: str
-    text: str
-
-    def image(self) -> Element:
-        """The picture as a page shows it; its style sheet holds for nothing else there."""
-        source = b64encode(self.text.encode()).decode()
-        return element(
-            "img",
-            src=f"data:image/svg+xml;base64,{source}",
-            alt=self.title,
-            style="display:block;width:100%;height:auto",
-        )
+from firmware_runtime.view.line_plot import LinePlot, Picture
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -1,94 +1,134 @@
-"""What an experiment leaves: data (CSV), figures (JSON), plots (SVG), recordings and a page."""
+"""Runs experiments and writes their files: data (CSV), figures (JSON), plots (SVG), pages.
 
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+Recordings of the runs stand beside them. Experiments of one board, one after the other, have an
+index and results.json as well.
+"""
+
+import json
+import traceback
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from importlib import import_module
 from pathlib import Path
-from typing import Any
+from tempfile import TemporaryDirectory
+from time import monotonic
+from typing import Final
 
 import msgspec
 
-from firmware_runtime.board.experiments import Experiment
-from firmware_runtime.board.registry import Board
-from firmware_runtime.lab.experiments.experiment_page import experiment_page
+from firmware_runtime.board.experiments import OwnExperiment
+from firmware_runtime.errors import ConfigError, FirmwareRuntimeError, text_of
+from firmware_runtime.lab.experiments.experiment_pages import Outcome, experiment_page, index_page
 from firmware_runtime.lab.experiments.findings import Findings
-from firmware_runtime.lab.experiments.kinds import run_experiment
-from firmware_runtime.lab.experiments.run_conditions import conditions
-from firmware_runtime.lab.experiments.trial import Trial
-from firmware_runtime.view.line_plot import LinePlot
+from firmware_runtime.lab.experiments.known import missing_packages
+from firmware_runtime.lab.experiments.trial import Say, Trial
+from firmware_runtime.system.conditions import system_conditions
+
+RESULTS, INDEX = "results.json", "index.html"
+_STEP: Final = "firmware_runtime.lab.experiments.step_experiment:run_step"
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Results:
-    """One experiment with one board, and what it found."""
-
-    name: str
-    board: Board
-    """With the experiment's settings in it."""
-    experiment: Experiment
-    findings: Findings
-
-    @property
-    def ours(self) -> dict[str, float]:
-        """Our numbers; what did not happen is left out."""
-        return {name: value for name, value in self.findings.ours.items() if value is not None}
-
-    def entry(self) -> dict[str, Any]:
-        """What stands of it in results.json."""
-        experiment = self.experiment
-        return {"figure": experiment.figure, "ours": self.ours, "paper": dict(experiment.paper)}
+def run_experiment(trial: Trial) -> Findings:
+    """Run an experiment of either kind. Raises ConfigError, with the name of its function."""
+    experiment = trial.experiment
+    words = experiment.run if isinstance(experiment, OwnExperiment) else _STEP
+    module, _, name = words.partition(":")
+    try:
+        found = getattr(import_module(module), name)(trial)
+    except FirmwareRuntimeError:
+        raise
+    except Exception as error:
+        said = f"{type(error).__name__}: {text_of(error)}"
+        raise ConfigError.of_one(f"experiment {words}", f"{said}{_place(error)}") from error
+    if not isinstance(found, Findings):
+        said = f"returned {type(found).__name__}; expected Findings"
+        raise ConfigError.of_one(f"experiment {words}", said)
+    return found
 
 
-def leave(trial: Trial) -> tuple[Results, list[str]]:
-    """Run an experiment and write its files; return what it found, and their names.
+def _place(error: Exception) -> str:
+    """The file and line that raised it."""
+    frames = traceback.extract_tb(error.__traceback__)
+    return f" ({frames[-1].filename}:{frames[-1].lineno})" if frames else ""
+
+
+def write_experiment(trial: Trial) -> tuple[Outcome, list[str]]:
+    """Run an experiment and write its files; return their names as well, the page's last.
 
     Raises ConfigError for one that failed, OSError for files that cannot be written.
     """
-    results = Results(
-        name=trial.name,
-        board=trial.board,
-        experiment=trial.experiment,
-        findings=run_experiment(trial),
-    )
-    return results, _write(results, trial.folder)
-
-
-def _write(results: Results, folder: Path) -> list[str]:
-    """Write every file beside the recordings; return the names of all, the page's last."""
-    texts = dict(_texts(results))
-    for name, text in texts.items():
-        (folder / name).write_text(text, "utf-8")
-    recordings = sorted(path.name for path in folder.glob(f"{results.name}*.recording*"))
+    findings, folder, name = run_experiment(trial), trial.folder, trial.name
+    outcome = Outcome(name, trial.experiment, findings)
+    texts = dict(_texts(trial, findings, outcome))
+    for file, text in texts.items():
+        (folder / file).write_text(text, "utf-8")
+    recordings = sorted(path.name for path in folder.glob(f"{name}*.recording*"))
     files = [*texts, *recordings]
-    page = experiment_page(results.board, results.experiment, results.findings, files)
-    (folder / f"{results.name}.html").write_text(page, "utf-8")
-    return [*files, f"{results.name}.html"]
+    page = experiment_page(trial.board, trial.experiment, findings, files)
+    (folder / f"{name}.html").write_text(page, "utf-8")
+    return outcome, [*files, f"{name}.html"]
 
 
-def _texts(results: Results) -> Iterator[tuple[str, str]]:
+def _texts(trial: Trial, findings: Findings, outcome: Outcome) -> Iterator[tuple[str, str]]:
     """Data, figures and plots, by the names of their files."""
-    findings, name = results.findings, results.name
     for suffix, lines in findings.data.items():
-        yield f"{_named(name, suffix)}.csv", "".join(f"{line}\n" for line in lines)
-    encoded = msgspec.json.encode(_figures(results))
-    yield f"{name}.json", msgspec.json.format(encoded).decode() + "\n"
-    for suffix, plot in findings.plots.items():
-        text = plot.text() if isinstance(plot, LinePlot) else plot.text
-        yield f"{_named(name, suffix)}.svg", text
-
-
-def _figures(results: Results) -> Mapping[str, Any]:
-    """What is in the JSON file."""
-    return {
-        "experiment": results.name,
-        "board": results.board.name,
-        "title": results.experiment.title,
-        **results.entry(),
-        **results.findings.details,
-        "published": list(results.experiment.published),
-        "settings": list(results.board.assignments),
-        "conditions": conditions(),
+        yield f"{_named(trial.name, suffix)}.csv", "".join(f"{line}\n" for line in lines)
+    figures = {
+        "experiment": trial.name,
+        "board": trial.board.name,
+        "title": trial.experiment.title,
+        **outcome.entry(),
+        **findings.details,
+        "published": list(trial.experiment.published),
+        "settings": list(trial.board.assignments),
+        "conditions": system_conditions(),
     }
+    yield f"{trial.name}.json", msgspec.json.format(msgspec.json.encode(figures)).decode() + "\n"
+    for suffix, plot in findings.plots.items():
+        yield f"{_named(trial.name, suffix)}.svg", plot.text()
 
 
 def _named(name: str, suffix: str) -> str:
     return f"{name}-{suffix}" if suffix else name
+
+
+def run_series(trials: Sequence[Trial], say: Say) -> list[Outcome]:
+    """Run each and write its files; one that fails leaves none, and the next one is run.
+
+    Those that lack packages are said first and not run. Raises ConfigError if that is all of them.
+    """
+    missing = {each.name: why for each in trials if (why := missing_packages(each.experiment))}
+    runnable = [trial for trial in trials if trial.name not in missing]
+    if not runnable:
+        raise ConfigError("experiment", [f"{name}: {why}" for name, why in missing.items()])
+    for name, why in missing.items():
+        say(f"{name} will not be run: {why}")
+    begin, done = monotonic(), dict[str, Outcome]()
+    for number, trial in enumerate(runnable, 1):
+        say(f"[{number}/{len(runnable)}] {trial.name}, {monotonic() - begin:.0f} s since the start")
+        try:
+            done[trial.name] = _tried(trial)
+        except FirmwareRuntimeError as error:
+            done[trial.name] = Outcome(trial.name, trial.experiment, fault=str(error))
+            say(f"{trial.name} failed: {error}")
+    return [
+        done.get(each.name) or Outcome(each.name, each.experiment, not_run=missing[each.name])
+        for each in trials
+    ]
+
+
+def _tried(trial: Trial) -> Outcome:
+    """Run one in a folder of its own, so that nothing of it stays if it fails."""
+    with TemporaryDirectory(prefix=f".{trial.name}-", dir=trial.folder) as own:
+        outcome, _ = write_experiment(replace(trial, folder=Path(own)))
+        for each in Path(own).iterdir():
+            each.rename(trial.folder / each.name)
+    return outcome
+
+
+def write_series(series: Sequence[Outcome], board: str, folder: Path) -> list[str]:
+    """Write the index and results.json beside the experiments' files; return their names."""
+    document = {each.name: each.entry() for each in series}
+    (folder / RESULTS).write_text(json.dumps(document, indent=1, allow_nan=False) + "\n")
+    (folder / INDEX).write_text(index_page(board, series), "utf-8")
+    return [RESULTS, INDEX]

@@ -2,19 +2,14 @@
 
 import re
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
-from typing import Any, Final, NamedTuple
+from typing import Final, NamedTuple
 from xml.etree.ElementTree import Element
 
 from msgspec import Struct
 
 from firmware_runtime.board.experiments import StepExperiment
 from firmware_runtime.errors import ConfigError
-from firmware_runtime.lab.experiments.findings import Findings
-from firmware_runtime.lab.experiments.quantities import milliseconds
-from firmware_runtime.lab.experiments.run_conditions import between
-from firmware_runtime.lab.experiments.running import Traced
-from firmware_runtime.lab.experiments.step_response import (
+from firmware_runtime.lab.experiments.curve_figures import (
     SETTLED,
     Difference,
     Points,
@@ -22,7 +17,9 @@ from firmware_runtime.lab.experiments.step_response import (
     difference,
     step_response,
 )
-from firmware_runtime.lab.experiments.trial import Trial
+from firmware_runtime.lab.experiments.findings import Findings
+from firmware_runtime.lab.experiments.quantities import milliseconds
+from firmware_runtime.lab.experiments.trial import Traced, Trial
 from firmware_runtime.lab.stages.stage import Stage
 from firmware_runtime.statistics.number_formats import NOTHING
 from firmware_runtime.view.line_plot import Curve, LinePlot, on_common_axes
@@ -39,87 +36,18 @@ class StageFigures(Struct, frozen=True):
     response: StepResponse
     from_simulation: Difference | None
     loop_delay_ms: float | None
-    """What the link adds to the loop, out and back, the median; None in a stage of one process."""
+    """Median delay that the link adds to the loop, out and back; None in one process."""
     between: str
 
 
 class Answer(NamedTuple):
-    """What came in a stage, from a little before the step on: seconds since then, and values."""
+    """Values of a stage from a little before the step on: seconds since then, and values."""
 
     points: Points
     beside: Mapping[str, Points]
     """By title, what is drawn as well."""
     loop_delay_ms: float | None
     between: str
-
-
-@dataclass(frozen=True, slots=True)
-class StepRuns:
-    """What came of it, by stage."""
-
-    experiment: StepExperiment
-    answers: Mapping[Stage, Answer]
-    figures: Mapping[Stage, StageFigures]
-
-    def plots(self) -> dict[str, LinePlot]:
-        """All stages on common axes with the reference, and what is drawn beside it."""
-        experiment = self.experiment
-        until = max((at for each in self.answers.values() for at, _ in each.points), default=1.0)
-        edges = (-BEFORE_S, experiment.begin), (0.0, experiment.begin)
-        after = (0.0, experiment.end), (until, experiment.end)
-        curves = [Curve(stage.value, each.points) for stage, each in self.answers.items()]
-        reference = Curve("reference", (*edges, *after), is_dashed=True)
-        up = f"{experiment.quantity}, {experiment.unit}"
-        plots = {"": _nested(experiment.title, up, [*curves, reference])}
-        for title in experiment.beside:
-            curves = [Curve(str(stage), each.beside[title]) for stage, each in self.answers.items()]
-            plots[_file_name(title)] = _nested(title, title, curves)
-        return on_common_axes(plots)
-
-    def csv(self) -> Iterator[str]:
-        """The data, one line a sample."""
-        yield f"stage,since_step_s,{self.experiment.quantity}_{self.experiment.unit}"
-        for stage, each in self.answers.items():
-            yield from (f"{stage},{at:.9f},{value!r}" for at, value in each.points)
-
-    def numbers(self) -> Element:
-        """A table of the figures, a row a stage."""
-        unit = self.experiment.unit
-        head = ("stage", "rise time", "overshoot", f"settled within {SETTLED:.0%}", "at the end")
-        more = ("from simulation, rms", "largest", "delay of the loop")
-        rows = [
-            (stage.value, *_cells(each, unit), milliseconds(each.loop_delay_ms))
-            for stage, each in self.figures.items()
-        ]
-        return table("Figures by stage", (*head, *more), rows)
-
-    def ours(self) -> dict[str, float | None]:
-        """The figures by name, each with its stage before it and its unit behind it."""
-        unit = self.experiment.unit
-        found: dict[str, float | None] = {f"reference_{unit}": self.experiment.end}
-        for stage, each in self.figures.items():
-            response = each.response
-            found[f"{stage}_rise_s"] = response.rise_s
-            over = response.overshoot
-            found[f"{stage}_overshoot_percent"] = None if over is None else 100.0 * over
-            found[f"{stage}_settling_s"] = response.settling_s
-            found[f"{stage}_final_{unit}"] = response.final
-            if each.from_simulation is not None:
-                found[f"{stage}_from_simulation_rms_{unit}"] = each.from_simulation.rms
-            if each.loop_delay_ms is not None:
-                found[f"{stage}_loop_delay_ms"] = each.loop_delay_ms
-        return found
-
-    def text(self) -> Iterator[str]:
-        """The figures for a terminal."""
-        unit = self.experiment.unit
-        for stage, each in self.figures.items():
-            rise, overshoot, settling, final, rms, largest = _cells(each, unit)
-            apart = f"; from simulation rms {rms}, largest {largest}"
-            yield (
-                f"{stage}: rise {rise}, overshoot {overshoot}, settled {settling}, at the end "
-                f"{final}{'' if each.from_simulation is None else apart}"
-            )
 
 
 def run_step(trial: Trial) -> Findings:
@@ -132,23 +60,21 @@ def run_step(trial: Trial) -> Findings:
         trial.say(f"{experiment.title}: stage {stage}, {experiment.for_s:g} s")
         answers[stage] = answer = _answer(trial, experiment, stage)
         apart = difference(answer.points, answers[Stage.SIMULATION].points)
-        response = step_response(answer.points, experiment.begin, experiment.end)
-        is_simulation = stage is Stage.SIMULATION
         figures[stage] = StageFigures(
-            response, None if is_simulation else apart, answer.loop_delay_ms, answer.between
+            step_response(answer.points, experiment.begin, experiment.end),
+            None if stage is Stage.SIMULATION else apart,
+            answer.loop_delay_ms,
+            answer.between,
         )
-    return _findings(StepRuns(experiment, answers, figures))
-
-
-def _findings(runs: StepRuns) -> Findings:
+    unit = experiment.unit
     return Findings(
-        ours=runs.ours(),
-        sentences=list(runs.text()),
-        plots=runs.plots(),
-        data={"": runs.csv()},
-        tables=[runs.numbers()],
-        details={"stages": {str(stage): each for stage, each in runs.figures.items()}},
-        between=[f"{stage}: {each.between}" for stage, each in runs.figures.items()],
+        ours={f"reference_{unit}": experiment.end, **dict(_ours(figures, unit))},
+        sentences=[_sentence(stage, each, unit) for stage, each in figures.items()],
+        plots=_plots(experiment, answers),
+        data={"": _csv(experiment, answers)},
+        tables=[_table(figures, unit)],
+        details={"stages": {str(stage): each for stage, each in figures.items()}},
+        between=[f"{stage}: {each.between}" for stage, each in figures.items()],
     )
 
 
@@ -160,10 +86,36 @@ def _answer(trial: Trial, experiment: StepExperiment, stage: Stage) -> Answer:
         beside = {
             title: _since(run, each, experiment.at_s) for title, each in experiment.beside.items()
         }
-        delay_ms, words = _loop_delay_ms(run.document), between(run.document)
+        back = (run.document["link"] or {}).get("back", {})
+        p50_us: float | None = back.get("round_trip_us", {}).get("p50")
+        between = run.between
     if not found:
         raise ConfigError.of_one(f"stage {stage}", f"{port} sent nothing", expected="values")
-    return Answer(found, beside, delay_ms, words)
+    return Answer(found, beside, None if p50_us is None else p50_us / 1e3, between)
+
+
+def _since(run: Traced, port: str, step_s: float) -> Points:
+    """Values of a port, from a little before the step on."""
+    since = [(at - step_s, value) for at, value in run.points(port)]
+    return [(at, value) for at, value in since if at >= -BEFORE_S]
+
+
+# What is said of it ------------------------------------------------------------------------------
+
+
+def _plots(experiment: StepExperiment, answers: Mapping[Stage, Answer]) -> dict[str, LinePlot]:
+    """All stages on common axes with the reference, and what is drawn beside it."""
+    until = max((at for each in answers.values() for at, _ in each.points), default=1.0)
+    edges = (-BEFORE_S, experiment.begin), (0.0, experiment.begin)
+    after = (0.0, experiment.end), (until, experiment.end)
+    curves = [Curve(stage.value, each.points) for stage, each in answers.items()]
+    curves.append(Curve("reference", (*edges, *after), is_dashed=True))
+    up = f"{experiment.quantity}, {experiment.unit}"
+    plots = {"": _nested(experiment.title, up, curves)}
+    for title in experiment.beside:
+        curves = [Curve(stage.value, each.beside[title]) for stage, each in answers.items()]
+        plots[_file_name(title)] = _nested(title, title, curves)
+    return on_common_axes(plots)
 
 
 def _nested(title: str, up: str, curves: Sequence[Curve]) -> LinePlot:
@@ -171,22 +123,48 @@ def _nested(title: str, up: str, curves: Sequence[Curve]) -> LinePlot:
 
 
 def _file_name(title: str) -> str:
-    """What stands of a title in a file's name: `Angular speed, rad/s` is `angular-speed`."""
+    """The words of a title for a file's name: `Angular speed, rad/s` is `angular-speed`."""
     return "-".join(re.findall(r"[a-z0-9]+", title.partition(",")[0].lower()))
 
 
-def _loop_delay_ms(document: Mapping[str, Any]) -> float | None:
-    """From run to run and back, the median."""
-    if document["link"] is None:
-        return None
-    p50_us: float | None = document["link"]["back"].get("round_trip_us", {}).get("p50")
-    return None if p50_us is None else p50_us / 1e3
+def _csv(experiment: StepExperiment, answers: Mapping[Stage, Answer]) -> Iterator[str]:
+    """The data, one line a sample."""
+    yield f"stage,since_step_s,{experiment.quantity}_{experiment.unit}"
+    for stage, each in answers.items():
+        yield from (f"{stage},{at:.9f},{value!r}" for at, value in each.points)
 
 
-def _since(run: Traced, port: str, step_s: float) -> Points:
-    """What a port sent, from a little before the step on."""
-    since = [(at - step_s, value) for at, value in run.points(port)]
-    return [(at, value) for at, value in since if at >= -BEFORE_S]
+def _table(figures: Mapping[Stage, StageFigures], unit: str) -> Element:
+    head = ("stage", "rise time", "overshoot", f"settled within {SETTLED:.0%}", "at the end")
+    more = ("from simulation, rms", "largest", "delay of the loop")
+    rows = [
+        (stage.value, *_cells(each, unit), milliseconds(each.loop_delay_ms))
+        for stage, each in figures.items()
+    ]
+    return table("Figures by stage", (*head, *more), rows)
+
+
+def _ours(figures: Mapping[Stage, StageFigures], unit: str) -> Iterator[tuple[str, float | None]]:
+    """The figures by name, each with its stage before it and its unit behind it."""
+    for stage, each in figures.items():
+        response, over = each.response, each.response.overshoot
+        yield f"{stage}_rise_s", response.rise_s
+        yield f"{stage}_overshoot_percent", None if over is None else 100.0 * over
+        yield f"{stage}_settling_s", response.settling_s
+        yield f"{stage}_final_{unit}", response.final
+        if each.from_simulation is not None:
+            yield f"{stage}_from_simulation_rms_{unit}", each.from_simulation.rms
+        if each.loop_delay_ms is not None:
+            yield f"{stage}_loop_delay_ms", each.loop_delay_ms
+
+
+def _sentence(stage: Stage, figures: StageFigures, unit: str) -> str:
+    rise, overshoot, settling, final, rms, largest = _cells(figures, unit)
+    apart = f"; from simulation rms {rms}, largest {largest}"
+    return (
+        f"{stage}: rise {rise}, overshoot {overshoot}, settled {settling}, at the end "
+        f"{final}{'' if figures.from_simulation is None else apart}"
+    )
 
 
 def _cells(figures: StageFigures, unit: str) -> list[str]:

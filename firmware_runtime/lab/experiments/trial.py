@@ -1,4 +1,4 @@
-"""What an experiment's function works with: the board, the stages chosen, and a way to run both.
+"""The argument of an experiment's function: the board, the stages chosen, and a way to run both.
 
     def run(trial: Trial) -> Findings:
         with trial.run(Stage.SIMULATION, for_s=10.0) as ran:
@@ -8,26 +8,92 @@ Each run is a process of its own, `run BOARD --stage ... --trace ... --record ..
 stays beside the experiment's other files, its trace goes with the block.
 """
 
-from collections.abc import Callable, Mapping, Sequence
-from contextlib import AbstractContextManager
+import json
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any, TypeAlias
 
-from firmware_runtime.board.assignments import assignments_of
+from firmware_runtime.board.assignments import assignments_of, set_words
 from firmware_runtime.board.experiments import Experiment
 from firmware_runtime.board.local_settings import board_in_force
 from firmware_runtime.board.registry import Board
-from firmware_runtime.lab.experiments.running import Setup, Traced, traced
+from firmware_runtime.board.roles import CONTROLLER
+from firmware_runtime.devs.senders import Senders
+from firmware_runtime.devs.time import SECOND
+from firmware_runtime.errors import ConfigError, Status
 from firmware_runtime.lab.stages.stage import Stage
+from firmware_runtime.lab.stages.staged_run import Staged, run_staged
+from firmware_runtime.lab.stages.two_ends import EndProcess, TwoEnds
 from firmware_runtime.lab.stages.way import WIFI
 from firmware_runtime.links.cut.impairment import Impairment
+from firmware_runtime.system.exit_on_signals import status_by
+from firmware_runtime.system.process_folder import own_folder
+from firmware_runtime.system.until_signal import until_signal
 
 Say = Callable[[str], None]
+Points: TypeAlias = list[tuple[float, float]]
+"""Seconds, and a value; in order."""
+
+
+@dataclass(frozen=True, slots=True)
+class Traced:
+    """A run that ended as it should have: its document, and its trace by time of origin."""
+
+    document: dict[str, Any]
+    trace: Path
+    shown: str | None
+    """The port whose values a person wants to see over time."""
+    senders: Senders
+    """The ports that send what leaves a coupled model's."""
+    picture: str = ""
+    """The run as the rig draws it, SVG; empty where that was not asked for."""
+
+    @property
+    def began_s(self) -> float:
+        """Start of the controller's run, s, on the time scale of the trace."""
+        begins: dict[str, int] = self.document["statistics"].get("begins_ns", {})
+        return begins.get(CONTROLLER, 0) / SECOND
+
+    @property
+    def between(self) -> str:
+        """Link between the ends of the run, in words."""
+        link = self.document["link"]
+        if link is None:
+            return f"one process, {self.document['clock']} time"
+        words = f"{link['over']}, between {link['between']}"
+        if (impaired := link["impairment"]) is None:
+            return words
+        return f"{words}, {impaired['how']} each way by {impaired['by']}"
+
+    def points(self, port: str, *keys: str | int) -> Points:
+        """Values that left a port: seconds since the controller began, and the value.
+
+        `keys` lead to a number in it, such as `"rate"`, or `"field", 0`. Values before the
+        controller began, in a stage of two ends, have negative instants.
+        """
+        began_s, found = self.began_s, []
+        for message in self.messages(port):
+            value = message["value"]
+            for key in keys:
+                value = value[key]
+            found.append((message["t_ns"] / SECOND - began_s, float(value)))
+        return found
+
+    def messages(self, *ports: str) -> Iterator[dict[str, Any]]:
+        """The lines of the trace that are of these ports, or of those that send through them."""
+        senders = [sent for port in ports for sent in self.senders.of(port)]
+        with self.trace.open() as file:
+            for line in file:
+                message = json.loads(line)
+                if message["port"] in senders:
+                    yield message
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Choices:
-    """What the command line may choose beside the stage."""
+    """Choices of the command line beside the stage."""
 
     how: Impairment = WIFI
     """Stage remote's network, each way."""
@@ -56,6 +122,7 @@ class Trial:
     say: Say
     """Shows how far it is, a sentence."""
 
+    @contextmanager
     def run(  # noqa: PLR0913 -- each may be left out, and has a name
         self,
         stage: Stage,
@@ -65,45 +132,104 @@ class Trial:
         settings: Mapping[str, object] | None = None,
         label: str | None = None,
         is_drawn: bool = False,
-    ) -> AbstractContextManager[Traced]:
-        """Run the board on doubles; what it sent is there within the block.
+    ) -> Iterator[Traced]:
+        """Run the board on doubles; its trace is there within the block.
 
         `inputs` are `SECONDS:PORT=VALUE`, as `run --input` has them; `settings` are values of
         board.toml for this run alone. `label` distinguishes the recording from others of this
         experiment, default is the stage. A rig that can draw does so where `is_drawn`, in a stage
         of one process. Raises ConfigError for a run that failed, SystemExit for a signal.
         """
-        board = self._board(settings)
-        recording = self.folder / f"{self.name}-{label or stage}.recording"
-        setup = Setup(
-            board=board,
-            named=self.named,
-            for_s=for_s,
-            how=self.choices.how,
-            is_over_ros=self.choices.is_over_ros,
-            inputs=inputs,
-            record=recording,
-            is_drawn=is_drawn and not stage.has_two_ends,
-        )
-        return traced(setup, stage, self.say)
+        board = self.board
+        if settings:
+            assignments = [*board.assignments, *assignments_of(settings)]
+            board = board_in_force(self.named, assignments)
+        with own_folder() as folder:
+            staged = Staged(
+                board=board,
+                named=self.named,
+                stage=stage,
+                for_s=for_s,
+                how=self.choices.how,
+                is_over_ros=self.choices.is_over_ros,
+                inputs=inputs,
+                trace=folder / "trace.jsonl",
+                record=self.folder / f"{self.name}-{label or stage}.recording",
+            )
+            if stage.has_two_ends:
+                yield _two_ends(staged, self.say)
+            else:
+                yield _one_process(staged, self.say, is_drawn=is_drawn)
 
-    def run_loop(
-        self, stage: Stage, *, for_s: float, every_s: float
-    ) -> AbstractContextManager[Traced]:
+    @contextmanager
+    def run_loop(self, stage: Stage, *, for_s: float, every_s: float) -> Iterator[Traced]:
         """Run a loop in place of the board's model: a value every so often, out and back."""
-        setup = Setup(
-            board=self.board,
-            named=self.named,
-            for_s=for_s,
-            how=self.choices.how,
-            is_over_ros=self.choices.is_over_ros,
-            peer=self.choices.peer,
-            key=self.choices.key,
-            loop_s=every_s,
-        )
-        return traced(setup, stage, self.say)
+        with own_folder() as folder:
+            staged = Staged(
+                board=self.board,
+                named=self.named,
+                stage=stage,
+                for_s=for_s,
+                how=self.choices.how,
+                is_over_ros=self.choices.is_over_ros,
+                peer=self.choices.peer,
+                key=self.choices.key,
+                loop_s=every_s,
+                trace=folder / "trace.jsonl",
+            )
+            yield _two_ends(staged, self.say)
 
-    def _board(self, settings: Mapping[str, object] | None) -> Board:
-        if not settings:
-            return self.board
-        return board_in_force(self.named, [*self.board.assignments, *assignments_of(settings)])
+
+def _two_ends(staged: Staged, say: Say) -> Traced:
+    result = run_staged(staged, say, lambda _: None)
+    if result.status in {Status.INTERRUPTED, Status.TERMINATED}:
+        raise SystemExit(result.status)
+    if result.status != Status.OK:
+        ended = result.document["ended"]
+        raise _failed(staged.stage, f"{ended['by'] or 'stopped'}: {ended['reason']}")
+    return _traced(staged, result.document, result.shown)
+
+
+def _one_process(staged: Staged, say: Say, *, is_drawn: bool) -> Traced:
+    words = [
+        "run",
+        staged.named,
+        "--stage",
+        staged.stage.value,
+        "--doubles",
+        *set_words(staged.board.assignments),
+    ]
+    words += ["--for", f"{staged.for_s:g}", "--trace", str(staged.trace)]
+    words += ["--record", str(staged.record)]
+    for planned in staged.inputs:
+        words += ["--input", planned]
+    picture = staged.trace.with_suffix(".svg") if is_drawn and staged.trace is not None else None
+    words += [] if picture is None else ["--plot", str(picture)]
+    with until_signal() as signalled:
+        ends = TwoEnds(signalled, say, lambda: None)
+        try:
+            ends.add(end := EndProcess(staged.stage.value, words))
+            ends.wait_until(lambda: False)
+            document = end.document()
+            if signalled.came:
+                raise SystemExit(status_by(signalled.name))
+            if ends.failed_first is not None:
+                ended = document.get("ended", {"reason": f"status {end.status}"})
+                raise _failed(staged.stage, ended["reason"])
+            drawn = "" if picture is None else picture.read_text("utf-8")
+            return _traced(staged, document, end.report.get("shown"), drawn)
+        finally:
+            ends.end()
+            ends.close()
+
+
+def _traced(
+    staged: Staged, document: dict[str, Any], shown: str | None, picture: str = ""
+) -> Traced:
+    assert staged.trace is not None  # noqa: S101 -- a trial's run has one
+    senders = Senders(staged.board.unconnected().model)
+    return Traced(document, staged.trace, shown, senders, picture)
+
+
+def _failed(stage: Stage, why: str) -> ConfigError:
+    return ConfigError.of_one(f"stage {stage}", f"the run did not reach its end: {why}")

@@ -3,14 +3,12 @@
 from collections.abc import Iterator, Mapping
 from typing import Final
 
-from firmware_runtime.lab.experiments.experiment_page import plot_figure
 from firmware_runtime.lab.identification.fit import Fit
 from firmware_runtime.lab.identification.identified import CONFIDENCE, Estimate, Identified
 from firmware_runtime.lab.identification.recorded_series import Series
-from firmware_runtime.statistics.run_text import aligned
-from firmware_runtime.view.line_plot import Curve, LinePlot
-from firmware_runtime.view.markup import element, table
-from firmware_runtime.view.report.report import page_of, section
+from firmware_runtime.statistics.text.columns import aligned
+from firmware_runtime.view.line_plot import Curve, LinePlot, figure_of
+from firmware_runtime.view.markup import bullets, opening, page_of, section, table
 
 UNITS: Final[Mapping[str, tuple[str, str]]] = {
     "inertia_kg_m2": ("moment of inertia", "kg m2"),
@@ -54,13 +52,12 @@ def sentences(identified: Identified) -> Iterator[str]:
 def page(board: str, title: str, identified: Identified, series: Series, fit: Fit) -> str:
     """The page's text: numbers, and the measured output beside the simulated one."""
     heading = f"{board}: {title}, identified"
-    said = element("ul", *(element("li", each) for each in sentences(identified)))
     return page_of(
         heading,
         (
-            element("header", element("h1", heading), said),
+            opening(heading, bullets(sentences(identified))),
             section("Numbers", table("The plant", _HEAD, _rows(identified))),
-            section("Measured and simulated", *map(plot_figure, plots(identified, series, fit))),
+            section("Measured and simulated", *map(figure_of, plots(identified, series, fit))),
         ),
     )
 

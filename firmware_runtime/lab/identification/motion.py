@@ -12,9 +12,16 @@ from typing import Final
 
 import numpy as np
 
-from firmware_runtime.lab.identification.exponentials import convolution, convolutions, ramp, ramps
 from firmware_runtime.lab.identification.plant import Numbers, PlantParameters
-from firmware_runtime.lab.identification.stretches import Stretches, followed, pieces
+from firmware_runtime.lab.identification.stretches import (
+    Stretches,
+    convolution,
+    convolutions,
+    followed,
+    pieces,
+    ramp,
+    ramps,
+)
 
 _STEPS: Final = 60
 """Of the search for an instant; it needs about six."""

@@ -13,9 +13,8 @@ import numpy as np
 from scipy.stats import t as student
 
 from firmware_runtime.lab.identification.noise import Noise
-from firmware_runtime.lab.identification.output_error import COULOMB, EXCESS, PLANT
 from firmware_runtime.lab.identification.plant import Numbers, Places
-from firmware_runtime.lab.identification.search import STEP, Search
+from firmware_runtime.lab.identification.search import COULOMB, EXCESS, PLANT, STEP, Search
 
 _NO_DIFFERENCE: Final = 1e-3
 """A value whose whole scale moves the output by less of the noise than this is not seen in it."""

@@ -7,7 +7,8 @@ without a new input, or without a measurement, has an empty cell there.
 """
 
 import csv
-from collections.abc import Iterable, Mapping, Sequence
+import json
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Final, NamedTuple
 
@@ -16,10 +17,26 @@ import numpy as np
 from firmware_runtime.board.plants import Plant, Signal
 from firmware_runtime.board.registry import Board
 from firmware_runtime.devs.senders import Senders
+from firmware_runtime.devs.time import SECOND
 from firmware_runtime.errors import ConfigError
-from firmware_runtime.lab.identification.events import Event, file_of, recorded, traced
 from firmware_runtime.lab.identification.recorded_series import Quantity, Series, checked
-from firmware_runtime.recording.blackbox.locations import is_black_box
+from firmware_runtime.recording.blackbox.locations import find_recording, is_black_box
+from firmware_runtime.recording.blackbox.reader import read_recording
+from firmware_runtime.recording.board_of_recording import board_of
+from firmware_runtime.recording.exports.typed_values import Sent, passed
+
+
+def traced(path: Path) -> Iterator[Sent]:
+    """Values of a file of `run --trace`. Raises ConfigError."""
+    with path.open() as file:
+        for number, line in enumerate(file, 1):
+            try:
+                message = json.loads(line)
+                yield Sent(message["t_ns"], message["port"], message["value"])
+            except (ValueError, KeyError, TypeError) as error:
+                fault = f"line {number} is no message of a trace; expected t_ns, port and value"
+                raise ConfigError.of_one(str(path), fault) from error
+
 
 COLUMNS: Final = ("time_s", "input", "output")
 
@@ -31,7 +48,9 @@ class _Pair(NamedTuple):
 
 def read_series(run: str | Path, board: Board, since_s: float | None = None) -> Series:
     """What a run says of the board's plant. Raises ConfigError with every fault."""
-    plant, path = plant_of(board), file_of(str(run))
+    plant, path = plant_of(board), Path(run)
+    if not path.is_file():
+        path = find_recording(str(run))
     try:
         with path.open("rb") as file:
             begin = file.read(1)
@@ -39,7 +58,9 @@ def read_series(run: str | Path, board: Board, since_s: float | None = None) -> 
         fault = f"cannot be read ({error.strerror}); expected a recording, a trace or a table"
         raise ConfigError.of_one(str(path), fault) from error
     if is_black_box(path):
-        pair = _of_events(path, list(recorded(path)), board, plant)
+        recording = read_recording(path)
+        sent = list(passed(recording, board_of(recording.header)))
+        pair = _of_events(path, sent, board, plant)
     elif begin == b"{":
         pair = _of_events(path, list(traced(path)), board, plant)
     else:
@@ -67,7 +88,7 @@ def _series(pair: _Pair, quantity: Quantity) -> Series:
     )
 
 
-def _of_events(path: Path, events: Sequence[Event], board: Board, plant: Plant) -> _Pair:
+def _of_events(path: Path, events: Sequence[Sent], board: Board, plant: Plant) -> _Pair:
     """Both signals; of several values at one instant the last counts."""
     sent = {each.port for each in events}
     chosen = [_present(signal, sent, board) for signal in (plant.input, plant.output)]
@@ -84,7 +105,7 @@ def _of_events(path: Path, events: Sequence[Event], board: Board, plant: Plant) 
         scale = signal.scale(board.settings)
         for each in events:
             if each.port in names:
-                values[each.at_s] = scale * _number(path, signal, each.value)
+                values[each.at / SECOND] = scale * _number(path, signal, each.value)
     return _Pair(*found)
 
 

@@ -7,16 +7,21 @@ from pathlib import Path
 from time import monotonic_ns
 from typing import Any, Final
 
+from firmware_runtime.board.assignments import set_words
 from firmware_runtime.board.ends import ends_of
 from firmware_runtime.board.registry import Board
 from firmware_runtime.board.roles import CONTROLLER, ROBOT, components_of
 from firmware_runtime.devs.time import SECOND, seconds
 from firmware_runtime.errors import ConfigError, Status
-from firmware_runtime.lab.stages.document import crossed, of_an_end, of_two_ends
-from firmware_runtime.lab.stages.end_process import EndProcess
-from firmware_runtime.lab.stages.merged_trace import begin_trace, merge_traces
+from firmware_runtime.lab.stages.document import (
+    begin_trace,
+    crossed,
+    merge_traces,
+    of_an_end,
+    of_two_ends,
+)
 from firmware_runtime.lab.stages.stage import Stage
-from firmware_runtime.lab.stages.two_ends import TwoEnds
+from firmware_runtime.lab.stages.two_ends import EndProcess, TwoEnds
 from firmware_runtime.lab.stages.way import WIFI, Way, bad_network, loopback, ros_graph, to_peer
 from firmware_runtime.links.cut.impairment import Impairment
 from firmware_runtime.system.own_folder import own_folder
@@ -96,8 +101,7 @@ class StagedRun:
     def _start(self, role: str, link: str, before: Sequence[str]) -> EndProcess:
         staged = self.staged
         words = ["run", staged.named, "--role", self.roles[role], "--link", link]
-        for assignment in staged.board.assignments:
-            words += ["--set", assignment]
+        words += set_words(staged.board.assignments)
         is_robot = role == ROBOT
         words += ["--called-at", str(staged.called_at)]
         words += ["--for", f"{UNTIL_STOPPED_S if is_robot else staged.for_s:g}"]

@@ -3,18 +3,21 @@
 import shlex
 from collections import Counter
 from collections.abc import Iterator, Sequence
-from math import ceil
 from statistics import fmean
 from typing import Final
 
 from msgspec import Struct
 
+from firmware_runtime.board.assignments import set_words
 from firmware_runtime.lab.sweeps.row import Cell, Row
 from firmware_runtime.lab.sweeps.sweep_table import Table, sweep_of
 from firmware_runtime.lab.sweeps.sweeping import SOUND
+from firmware_runtime.statistics.quantile import quantile
+from firmware_runtime.statistics.text.columns import aligned
 
 WORST: Final = 5
 BINS: Final = 20
+FIGURES: Final = ("min", "5 %", "median", "mean", "95 %", "max")
 
 
 class Spread(Struct, frozen=True):
@@ -28,7 +31,13 @@ class Spread(Struct, frozen=True):
     p95: float
     max: float
     histogram: list[int]
-    """How many fell into each of `BINS` equal parts from min to max; one if all are equal."""
+    """Counts in each of `BINS` equal parts from min to max; one if all are equal."""
+
+    @property
+    def figures(self) -> list[str]:
+        """Its numbers in words, in the order of `FIGURES`."""
+        numbers = (self.min, self.p05, self.median, self.mean, self.p95, self.max)
+        return [f"{each:.4g}" for each in numbers]
 
 
 class Share(Struct, frozen=True):
@@ -84,10 +93,10 @@ def spread(values: Sequence[float]) -> Spread:
     return Spread(
         count=len(ranked),
         min=low,
-        p05=_rank(ranked, 0.05),
-        median=_rank(ranked, 0.5),
+        p05=quantile(ranked, 0.05) or 0.0,
+        median=quantile(ranked, 0.5) or 0.0,
         mean=fmean(ranked),
-        p95=_rank(ranked, 0.95),
+        p95=quantile(ranked, 0.95) or 0.0,
         max=high,
         histogram=_histogram(ranked, low, high),
     )
@@ -99,21 +108,29 @@ def command_of(row: Row, file: str) -> str:
     if sweep.experiment is not None or sweep.for_s is None:
         return shlex.join(["firmware-runtime", "sweep", "rerun", file, str(row["row"])])
     words = ["firmware-runtime", "run", sweep.board, "--doubles", "--clock", "virtual"]
-    words += ["--for", f"{sweep.for_s!r}"]
-    for each in sweep.assignments:
-        words += ["--set", each]
+    words += ["--for", f"{sweep.for_s!r}", *set_words(sweep.assignments)]
     return shlex.join(words)
 
 
+def number_of(cell: Cell) -> float | None:
+    """A cell that is a number, as such."""
+    if isinstance(cell, int | float) and not isinstance(cell, bool):
+        return float(cell)
+    return None
+
+
 def _numbers(table: Table, name: str) -> list[float]:
+    """The cells of a column that has nothing but numbers."""
     cells = [each for each in table.column(name) if each is not None]
-    are_numbers = all(isinstance(each, int | float) and type(each) is not bool for each in cells)
-    return [float(each) for each in cells] if are_numbers else []
+    numbers = [number for each in cells if (number := number_of(each)) is not None]
+    return numbers if len(numbers) == len(cells) else []
 
 
 def _truths(table: Table, name: str) -> list[bool]:
+    """The cells of a column that has nothing but truths."""
     cells = [each for each in table.column(name) if each is not None]
-    return [each for each in cells if isinstance(each, bool)] if _all_bool(cells) else []
+    truths = [each for each in cells if isinstance(each, bool)]
+    return truths if len(truths) == len(cells) else []
 
 
 def rarer_truth(table: Table, name: str) -> bool | None:
@@ -124,14 +141,6 @@ def rarer_truth(table: Table, name: str) -> bool | None:
     said = _truths(table, name)
     true = sum(said)
     return None if true in {0, len(said)} else true < len(said) - true
-
-
-def _all_bool(cells: Sequence[Cell]) -> bool:
-    return all(isinstance(each, bool) for each in cells)
-
-
-def _rank(ranked: Sequence[float], share: float) -> float:
-    return ranked[max(ceil(share * len(ranked)), 1) - 1]
 
 
 def _histogram(values: Sequence[float], low: float, high: float) -> list[int]:
@@ -169,3 +178,45 @@ def _case(table: Table, row: Row, name: str, file: str) -> Case:
     number = row["row"]
     assert isinstance(number, int)  # noqa: S101 -- a table is read so
     return Case(number, row[name], why, command_of(row, file))
+
+
+_BARS: Final = " ▁▂▃▄▅▆▇█"
+_HEAD: Final = ("figure", *FIGURES, "spread")
+
+
+def text_of(found: Summary) -> Iterator[str]:
+    """Its lines."""
+    outcomes = ", ".join(f"{count} {name}" for name, count in found.outcomes.items())
+    yield f"{found.rows} runs: {outcomes}"
+    for name, share in found.shares.items():
+        yield f"{name}: true in {share.true} of {share.count} ({share.share:.1%})"
+    yield ""
+    yield from _aligned([_HEAD, *(_cells(name, each) for name, each in found.spreads.items())])
+    for name, cases in found.worst.items():
+        yield ""
+        yield _heading(name, cases[0])
+        for case in cases:
+            value = f"{case.value:.6g}" if isinstance(case.value, float) else case.value
+            yield f"  row {case.row}: {value}{f', {case.why}' if case.why else ''}"
+            yield f"    {case.command}"
+
+
+def _heading(name: str, case: Case) -> str:
+    """What the rows below have in common."""
+    if name == "outcome":
+        return "did not end in order:"
+    if isinstance(case.value, bool):
+        return f"{name} is {'true' if case.value else 'false'}:"
+    return f"largest {name}:"
+
+
+def _cells(name: str, spread: Spread) -> tuple[str, ...]:
+    most = max(spread.histogram)
+    bars = "".join(_BARS[-(-8 * count // most)] for count in spread.histogram)
+    return (name, *spread.figures, bars)
+
+
+def _aligned(rows: list[tuple[str, ...]]) -> Iterator[str]:
+    """The lines of a table; the bars at the end are not put to the right."""
+    for line, row in zip(aligned([row[:-1] for row in rows]), rows, strict=True):
+        yield f"{line}  {row[-1]}".rstrip()

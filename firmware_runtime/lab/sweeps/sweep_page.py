@@ -1,17 +1,31 @@
 """A sweep's page: outcomes, histograms, each figure over each key, and the worst rows."""
 
 from collections.abc import Iterator, Mapping, Sequence
-from typing import Final
+from typing import Final, TypeAlias
 from xml.etree.ElementTree import Element
 
-from firmware_runtime.lab.experiments.experiment_page import plot_figure
 from firmware_runtime.lab.sweeps.row import EXPERIMENT
-from firmware_runtime.lab.sweeps.summary import Case, Summary, rarer_truth
+from firmware_runtime.lab.sweeps.summary import FIGURES, Case, Summary, number_of, rarer_truth
 from firmware_runtime.lab.sweeps.sweep_table import Table
-from firmware_runtime.view.markup import element, table
-from firmware_runtime.view.report.report import page_of, section
-from firmware_runtime.view.scatter import Scatter, histogram
+from firmware_runtime.view.line_plot import (
+    HALF_HEIGHT,
+    HALF_WIDTH,
+    Curve,
+    LinePlot,
+    figure_of,
+    histogram,
+)
+from firmware_runtime.view.markup import (
+    bullets,
+    element,
+    opening,
+    page_of,
+    section,
+    side_by_side,
+    table,
+)
 
+Point: TypeAlias = tuple[float, float]
 MOST_DOTS: Final = 2000
 """Of one picture; of more rows every so many-th is drawn."""
 MOST_SCATTERS: Final = 36
@@ -26,17 +40,16 @@ def sweep_page(rows: Table, found: Summary) -> str:
 
 
 def _sections(title: str, rows: Table, found: Summary) -> Iterator[Element]:
-    opening = [f"{count} {name}" for name, count in found.outcomes.items()]
-    opening += [
+    said = [f"{count} {name}" for name, count in found.outcomes.items()]
+    said += [
         f"{name} is true in {each.true} of {each.count} ({each.share:.1%})"
         for name, each in found.shares.items()
     ]
-    items = [element("li", each) for each in opening]
-    yield element("header", element("h1", title), element("ul", *items))
+    yield opening(title, bullets(said))
     yield section("What was varied", _varied(rows))
     yield section("Figures", _spreads(found), *_histograms(found))
     if scatters := list(_scatters(rows, found)):
-        yield section("By key", element("div", *scatters, class_="pairs"))
+        yield section("By key", side_by_side(scatters))
     yield section("Worst", *(_cases(name, cases) for name, cases in found.worst.items()))
 
 
@@ -53,22 +66,14 @@ def _varied(rows: Table) -> Element:
 
 
 def _spreads(found: Summary) -> Element:
-    head = ("figure", "runs", "min", "5 %", "median", "mean", "95 %", "max")
-    cells = [
-        (name, str(each.count), *(f"{number:.4g}" for number in _numbers(each)))
-        for name, each in found.spreads.items()
-    ]
-    return table("Spread over the runs", head, cells)
-
-
-def _numbers(spread: object) -> list[float]:
-    return [getattr(spread, name) for name in ("min", "p05", "median", "mean", "p95", "max")]
+    cells = [(name, str(each.count), *each.figures) for name, each in found.spreads.items()]
+    return table("Spread over the runs", ("figure", "runs", *FIGURES), cells)
 
 
 def _histograms(found: Summary) -> Iterator[Element]:
     for name, each in found.spreads.items():
         if len(each.histogram) > 1:
-            yield plot_figure(histogram(name, each.histogram, each.min, each.max))
+            yield figure_of(histogram(name, each.histogram, each.min, each.max))
 
 
 def _scatters(rows: Table, found: Summary) -> Iterator[Element]:
@@ -80,28 +85,33 @@ def _scatters(rows: Table, found: Summary) -> Iterator[Element]:
     drawn, rarer = 0, {name: rarer_truth(rows, name) for name in found.shares}
     for figure in figures:
         for key in rows.varied:
-            points = _points(rows, key, figure, rarer)
-            if len({point[0] for point in points}) > 1 and drawn < MOST_SCATTERS:
+            usual, rare = _points(rows, key, figure, rarer)
+            if len({at for at, _ in usual + rare}) > 1 and drawn < MOST_SCATTERS:
                 drawn += 1
-                caption = element("figcaption", f"{figure} over {key}")
-                yield element("figure", caption, Scatter(key, figure, points).svg())
+                yield figure_of(_scatter(key, figure, usual, rare))
 
 
 def _points(
     rows: Table, key: str, figure: str, rarer: Mapping[str, bool | None]
-) -> list[tuple[float, float, bool]]:
+) -> tuple[list[Point], list[Point]]:
+    """Figure over key, of usual runs, and of those with a truth that is rarely so."""
     every = -(-len(rows.rows) // MOST_DOTS)
-    found = []
+    usual: list[Point] = []
+    rare: list[Point] = []
     for row in rows.rows[::every]:
-        across, up = row.get(key), row.get(figure)
-        if _is_number(across) and _is_number(up):
-            is_marked = any(row.get(name) is one for name, one in rarer.items() if one is not None)
-            found.append((float(across), float(up), is_marked))  # type: ignore[arg-type]
-    return found
+        across, up = (number_of(row.get(name)) for name in (key, figure))
+        if across is not None and up is not None:
+            is_rare = any(row.get(name) is one for name, one in rarer.items() if one is not None)
+            (rare if is_rare else usual).append((across, up))
+    return usual, rare
 
 
-def _is_number(cell: object) -> bool:
-    return isinstance(cell, int | float) and not isinstance(cell, bool)
+def _scatter(key: str, figure: str, usual: list[Point], rare: list[Point]) -> LinePlot:
+    curves = [Curve("runs", usual, is_dots=True)]
+    if rare:
+        curves.append(Curve("of the rarer truth", rare, is_dots=True))
+    title = f"{figure} over {key}"
+    return LinePlot(title, key, figure, curves, width=HALF_WIDTH, height=HALF_HEIGHT)
 
 
 def _cases(name: str, cases: Sequence[Case]) -> Element:

@@ -7,16 +7,72 @@ A member of an enumeration goes by its name: `mode == "WATERING"`.
 
 import ast
 import operator
-from collections.abc import Callable, Mapping
+import re
+from collections.abc import Callable, Iterator, Mapping
 from enum import Enum
+from keyword import iskeyword
 from typing import Any, Final
 
 from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.ports import InPort
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.recording.debugger.model_state import Models, value_of
-from firmware_runtime.recording.debugger.quoted_names import parsed
-from firmware_runtime.recording.debugger.record_fields import fields_of, may_have
+
+_QUOTED: Final = "\"[^\"]*\"|'[^']*'"
+_STAND_IN: Final = "_path_{}_"
+
+
+def parsed(text: str, models: Models) -> ast.expr:
+    """The expression, with the paths of models and ports as names. Raises SyntaxError, ValueError.
+
+    What is in quotes is left as it is; of two paths that begin alike the longer one is meant.
+    """
+    paths = sorted(set(_odd_paths(models)), key=len, reverse=True)
+    if not paths:
+        return ast.parse(text, mode="eval").body
+    any_of_them = "|".join(map(re.escape, paths))
+    found = re.sub(
+        rf"(?P<quoted>{_QUOTED})|(?<![\w.])(?P<path>{any_of_them})(?!\w)",
+        lambda each: each["quoted"] or _STAND_IN.format(paths.index(each["path"])),
+        text,
+    )
+    meant = {_STAND_IN.format(number): path for number, path in enumerate(paths)}
+    expression = ast.parse(found, mode="eval").body
+    for node in ast.walk(expression):
+        if isinstance(node, ast.Name):
+            node.id = meant.get(node.id, node.id)
+    return expression
+
+
+def _odd_paths(models: Models) -> Iterator[str]:
+    """Paths of models and output ports in which a word is no name of Python's; numbers stay."""
+    for path, component in models.by_path.items():
+        for each in (path, *(f"{path}.{name}" for name in component.out_ports)):
+            words = each.split(".")
+            if not each.isdecimal() and not all(map(_is_name, words)):
+                yield each
+
+
+def _is_name(word: str) -> bool:
+    return word.isidentifier() and not iskeyword(word)
+
+
+def fields_of(kind: type[Any]) -> tuple[str, ...]:
+    """The names of a record's fields, in order; none of a class that is no record."""
+    stated = ("__dataclass_fields__", "__struct_fields__", "_fields")
+    return next((tuple(getattr(kind, each)) for each in stated if hasattr(kind, each)), ())
+
+
+def may_have(kind: type[Any], name: str) -> bool:
+    """Whether a value of this class can have an attribute: as a field or as what a class has."""
+    return any(name in fields_of(each) or hasattr(each, name) for each in _with_derived(kind))
+
+
+def _with_derived(kind: type[Any]) -> Iterator[type[Any]]:
+    yield kind
+    for each in kind.__subclasses__():
+        yield from _with_derived(each)
+
 
 _COMPARE: Final[Mapping[type[ast.cmpop], Callable[[Any, Any], bool]]] = {
     ast.Lt: operator.lt,

@@ -14,8 +14,8 @@ from firmware_runtime.recording.blackbox.missing_instant import damage, no_insta
 from firmware_runtime.recording.blackbox.reader import Recording, Segment, kind_of
 from firmware_runtime.recording.blackbox.section import Kind, Section, decode
 from firmware_runtime.recording.blackbox.state.keyframes import ForeignState, UnkeepableState
-from firmware_runtime.recording.replay.foreign_keyframe import foreign_keyframe
 from firmware_runtime.recording.replay.player import Player
+from firmware_runtime.recording.replay.rebuilt_robot import foreign_keyframe
 
 END: Final = "the recording ends here"
 _SNAPSHOT_EVERY: Final = SECOND

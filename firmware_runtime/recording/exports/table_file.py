@@ -7,11 +7,11 @@ field. `utc` is the date, where that is known.
 
 import csv
 import io
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 from typing import Any, Final, TypeAlias
 
 from firmware_runtime.devs.time import SECOND
-from firmware_runtime.recording.exports.typed_values import Sent
+from firmware_runtime.recording.exports.typed_values import Sent, cells_of
 from firmware_runtime.statistics.dates import NO_DATES, Dates, utc
 from firmware_runtime.statistics.json_values import plain
 from firmware_runtime.system.packages import module_of_extra
@@ -46,19 +46,6 @@ def wide_table(sent: Iterable[Sent], dates: Dates = NO_DATES) -> dict[str, Colum
     for name in names:
         columns[name or ALONE] = _of_one_kind([row.get(name) for _, row in rows])
     return columns
-
-
-def cells_of(value: Any, name: str = "") -> Iterator[tuple[str, Any]]:  # noqa: ANN401 -- JSON's
-    """Fields of a value at any depth, such as `acceleration.0`; empty for a value that has none."""
-    parts: Iterable[tuple[Any, Any]] = ()
-    if isinstance(value, dict):
-        parts = value.items()
-    elif isinstance(value, list):
-        parts = enumerate(value)
-    else:
-        yield name, value
-    for key, each in parts:
-        yield from cells_of(each, f"{name}.{key}" if name else str(key))
 
 
 def csv_of(columns: dict[str, Column]) -> bytes:

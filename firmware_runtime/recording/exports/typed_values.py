@@ -4,7 +4,7 @@ A recording holds a named tuple as its items and a record as its fields; the por
 it was. Where it does not, such as for a port of any tuple, the value stays as it is recorded.
 """
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any, NamedTuple, TypeAlias
 
 import msgspec
@@ -15,6 +15,7 @@ from firmware_runtime.board.robot_of_end import robot_of
 from firmware_runtime.devs.component import below_root
 from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.ports import InPort, OutPort
+from firmware_runtime.devs.time import NEVER
 from firmware_runtime.recording.blackbox.header import Header
 from firmware_runtime.recording.blackbox.reader import Recording
 from firmware_runtime.recording.blackbox.section import Section, decode, sent_of
@@ -76,6 +77,30 @@ def entrance(name: str) -> str:
     The part of a robot that takes it in has a port `imu:sample`, since a name has no dot.
     """
     return name.replace(":", ".")
+
+
+def passed(
+    recording: Recording, board: Board, begin: int = 0, until: int = NEVER
+) -> Iterator[Sent]:
+    """Values that came in from outside and that left ports, in order. Raises ConfigError."""
+    header, model = recording.header, model_of(recording.header, board)
+    ports = ports_of(model)
+    for section in sections_between(recording, begin, until):
+        yield from entered_in(section, model.in_ports)
+        yield from values_in(section, header.ports, ports)
+
+
+def cells_of(value: Any, name: str = "") -> Iterator[tuple[str, Any]]:  # noqa: ANN401 -- JSON's
+    """Fields of a value at any depth, such as `acceleration.0`; empty for a value that has none."""
+    parts: Iterable[tuple[Any, Any]] = ()
+    if isinstance(value, dict):
+        parts = value.items()
+    elif isinstance(value, list):
+        parts = enumerate(value)
+    else:
+        yield name, value
+    for key, each in parts:
+        yield from cells_of(each, f"{name}.{key}" if name else str(key))
 
 
 def typed(form: Any, kind: Any) -> Any:  # noqa: ANN401 -- whatever a port carries

@@ -17,8 +17,7 @@ from firmware_runtime.recording.blackbox.header import Header
 from firmware_runtime.recording.blackbox.section import Section, encode_sent, pairs_of, sent_of
 from firmware_runtime.recording.classes import Word
 from firmware_runtime.recording.replay.difference import NOTHING, Difference
-from firmware_runtime.recording.replay.feed import Feed
-from firmware_runtime.recording.replay.open_feed import OpenFeed
+from firmware_runtime.recording.replay.feed import Feed, OpenFeed
 from firmware_runtime.recording.replay.outputs import Outputs, compare_in_order
 from firmware_runtime.recording.replay.player import Player
 from firmware_runtime.recording.values import unpack

@@ -21,17 +21,16 @@ from firmware_runtime.recording.blackbox.state.keyframes import (
 )
 from firmware_runtime.recording.blackbox.state_of_run import state_of_run
 from firmware_runtime.recording.code import changed_modules, code_of
+from firmware_runtime.recording.recorded_board import changed_versions
 from firmware_runtime.recording.replay.difference import NOTHING, Difference, model_and_field
 from firmware_runtime.recording.replay.feed import Feed
-from firmware_runtime.recording.replay.foreign_keyframe import foreign_keyframe
-from firmware_runtime.recording.replay.rebuilt_robot import Rebuilt, rebuilt
+from firmware_runtime.recording.replay.rebuilt_robot import Rebuilt, foreign_keyframe, rebuilt
 from firmware_runtime.recording.replay.replayed_lines import REPLAYED
 from firmware_runtime.recording.replay.section_comparison import (
     ComparedValues,
     differences_of_counts,
 )
 from firmware_runtime.recording.values import legible, made_for
-from firmware_runtime.recording.versions import changed_versions
 from firmware_runtime.statistics.statistics import RunState, Statistics
 
 _FAILED: Final = RunState.FAILED.name.lower()

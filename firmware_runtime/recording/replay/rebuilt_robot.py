@@ -1,9 +1,12 @@
 """The robot of a recording, built again on lines that answer as they did then."""
 
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
+from functools import partial
 from typing import Any, TypeAlias
 
+import msgspec
 from msgspec.structs import replace
 
 from firmware_runtime.board.configuration import configuration_of
@@ -16,8 +19,11 @@ from firmware_runtime.board.robot import Robot
 from firmware_runtime.board.robot_of_end import robot_of
 from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.component import below_root
+from firmware_runtime.devs.functions import Functions, Wrapped
 from firmware_runtime.devs.ports import OutPort
 from firmware_runtime.devs.tapped_ports import Sent
+from firmware_runtime.devs.time import NEVER
+from firmware_runtime.errors import ConfigError, text_of
 from firmware_runtime.executive.clocks import MonotonicClock, VirtualClock, WorldClock
 from firmware_runtime.executive.inbox import Inbox
 from firmware_runtime.executive.ledger import Ledger
@@ -26,11 +32,67 @@ from firmware_runtime.executive.progress import Progress
 from firmware_runtime.executive.untimed_ledger import open_ledger
 from firmware_runtime.links.dover.blocks import DoverBlocks
 from firmware_runtime.recording.blackbox.header import Header
+from firmware_runtime.recording.blackbox.state.keyframes import ForeignState
 from firmware_runtime.recording.blackbox.tapped_models import output_ports, own_atomics, tap_outputs
 from firmware_runtime.recording.random_state import begin_late, put
 from firmware_runtime.recording.replay.feed import Feed
 from firmware_runtime.recording.replay.replayed_lines import replayed_lines
-from firmware_runtime.recording.replay.replayed_world import PlayedWorld
+
+
+class PlayedWorld:
+    """Stands in the place of models that are none of the robot's own.
+
+    `sent` is what the replay has sent so far in the section, so it says where in the recorded one
+    the next value stands.
+    """
+
+    def __init__(self, own: frozenset[Atomic], feed: Feed, sent: Sent) -> None:
+        self._own = own
+        self._feed = feed
+        self._sent = sent
+
+    def instrument(self, atomic: Atomic, functions: Functions) -> Functions:
+        """A model of the robot's as it is, one of a world played."""
+        if atomic in self._own:
+            return functions
+        internal = partial(self._transit, atomic)
+        confluent = None if functions.confluent is None else partial(internal)
+        external = partial(self._reached, atomic)
+        return Wrapped(atomic, partial(self._output, atomic), internal, external, confluent)
+
+    def _output(self, atomic: Atomic) -> None:
+        ports = {port.number: port for port in atomic.out_ports.values()}
+        for _ in range(self._feed.world(0)):
+            recorded = self._feed.world_sent(len(self._sent) // 2, ports)
+            if recorded is None:
+                return
+            number, form = recorded
+            port = ports[number]
+            port.send(_value(form, port.type))
+
+    def _transit(self, atomic: Atomic) -> None:
+        atomic.sigma = self._feed.world(NEVER)
+
+    def _reached(self, atomic: Atomic, elapsed: int) -> None:
+        left = NEVER if atomic.sigma == NEVER else max(0, atomic.sigma - elapsed)
+        atomic.sigma = self._feed.world(left)
+
+
+def _value(form: Any, kind: type[Any]) -> Any:  # noqa: ANN401 -- whatever its port carries
+    """The value that was written in this form; the form itself where no such value can be made."""
+    with suppress(msgspec.ValidationError, TypeError):
+        return msgspec.convert(form, kind)
+    return form
+
+
+def foreign_keyframe(error: ForeignState, code_changed: Sequence[str]) -> ConfigError:
+    """Mostly the code is another, in these modules; else it is said what cannot be set back."""
+    fault = "its models are not those of the recording's keyframes"
+    if not (error.is_of_another_robot or code_changed):
+        fault = f"a keyframe of the recording cannot be set back ({text_of(error)})"
+    expected = "expected the code of the run, or to begin where the recording does, at its start"
+    return ConfigError.of_one("replay", f"{fault}; {expected}")
+
 
 Port: TypeAlias = OutPort[Any]
 

@@ -12,7 +12,7 @@ from typing import Any
 
 from firmware_runtime.devs.time import format_time
 from firmware_runtime.recording.blackbox.reader import read_recording
-from firmware_runtime.recording.changed_settings import changed_board
+from firmware_runtime.recording.board_of_recording import changed_board
 from firmware_runtime.recording.replay.difference import where_of
 from firmware_runtime.recording.replay.open_player import Change
 from firmware_runtime.recording.replay.verdict import replay

@@ -11,9 +11,9 @@ from firmware_runtime.recording.blackbox.missing_instant import no_instant
 from firmware_runtime.recording.blackbox.reader import Recording, Segment, kind_of
 from firmware_runtime.recording.blackbox.section import Kind, Section, count_of_unknown
 from firmware_runtime.recording.random_state import places
+from firmware_runtime.recording.recorded_board import changed_versions
 from firmware_runtime.recording.replay.difference import Difference
 from firmware_runtime.recording.replay.player import Player
-from firmware_runtime.recording.versions import changed_versions
 from firmware_runtime.statistics.dates import NO_DATES, Dates
 
 NOT_ALL: Final = "not all of it was compared"

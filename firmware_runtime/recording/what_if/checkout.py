@@ -8,18 +8,17 @@ the folder's own environment (`.venv`), if it has one.
 import os
 import subprocess
 import sys
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import BinaryIO
 
 import msgspec
 
-from firmware_runtime.errors import ConfigError
-from firmware_runtime.recording.what_if.elsewhere import Answer
-from firmware_runtime.recording.what_if.question import Question
-from firmware_runtime.recording.what_if.what_if import WhatIf
-from firmware_runtime.system.packages import import_path
+from firmware_runtime.errors import ConfigError, FirmwareRuntimeError
+from firmware_runtime.recording.what_if.what_if import Question, WhatIf, answer
+from firmware_runtime.system.import_path import import_path
 
-_MODULE = "firmware_runtime.recording.what_if.elsewhere"
+_MODULE = "firmware_runtime.recording.what_if.checkout"
 _EXPECTED = "expected a folder with the code of this robot, its drivers or the runtime"
 
 
@@ -79,3 +78,51 @@ def _why(said: str) -> str:
     if lines[-1].startswith(("- ", "ModuleNotFoundError")) or _MODULE not in lines[-1]:
         return lines[-1].removeprefix("- ")
     return f"its runtime replays no recordings ({lines[-1]}); {_EXPECTED}"
+
+
+class Answer(msgspec.Struct):
+    """What was found, and how many modules the folder gave."""
+
+    found: WhatIf
+    used: int
+
+
+def main(folder: str) -> int:
+    """Answer the one question."""
+    output = _own_output()
+    question = msgspec.json.decode(sys.stdin.buffer.read(), type=Question)
+    try:
+        found = answer(question)
+    except FirmwareRuntimeError as error:
+        sys.stderr.write(f"{error}\n")
+        return 2
+    with output:
+        output.write(msgspec.json.encode(Answer(found, _used(Path(folder)))))
+    return 0
+
+
+def _own_output() -> BinaryIO:
+    """Standard output for the answer alone; standard error is that of all else."""
+    own = os.fdopen(os.dup(sys.stdout.fileno()), "wb")
+    os.dup2(sys.stderr.fileno(), sys.stdout.fileno())
+    return own
+
+
+def _used(folder: Path) -> int:
+    """Number of modules of this process that were imported from a folder."""
+    places = import_path(folder)
+    found = [(name, getattr(each, "__file__", None)) for name, each in [*sys.modules.items()]]
+    return sum(_imported_as(Path(file)) in _at(places, name) for name, file in found if file)
+
+
+def _imported_as(file: Path) -> Path:
+    """A module's file without its ending; of a package its folder."""
+    return file.parent if file.stem == "__init__" else file.with_name(file.name.partition(".")[0])
+
+
+def _at(places: Sequence[Path], name: str) -> list[Path]:
+    return [place.joinpath(*name.split(".")) for place in places]
+
+
+if __name__ == "__main__":
+    raise SystemExit(main(sys.argv[1]))

@@ -2,15 +2,18 @@
 
 from collections import Counter
 from collections.abc import Callable, Collection, Iterable, Sequence
+from pathlib import Path
 from typing import Any
 
 from msgspec import Struct, field
 
-from firmware_runtime.devs.time import SECOND
-from firmware_runtime.errors import text_of
-from firmware_runtime.recording.blackbox.reader import Recording
+from firmware_runtime.board.registry import Board
+from firmware_runtime.devs.time import NEVER, SECOND
+from firmware_runtime.errors import ConfigError, text_of
+from firmware_runtime.recording.blackbox.reader import Recording, read_recording
 from firmware_runtime.recording.blackbox.section import Kind, Section
-from firmware_runtime.recording.changed_settings import changed_settings
+from firmware_runtime.recording.board_of_recording import changed_board, changed_settings
+from firmware_runtime.recording.recorded_board import changed_versions
 from firmware_runtime.recording.replay.open_player import Change, OpenPlayer
 from firmware_runtime.recording.replay.outputs import Curves, OutputDifference, Outputs
 from firmware_runtime.recording.replay.verdict import (
@@ -20,7 +23,6 @@ from firmware_runtime.recording.replay.verdict import (
     segments_of,
     stretch_of,
 )
-from firmware_runtime.recording.versions import changed_versions
 from firmware_runtime.statistics.dates import Dates
 
 
@@ -126,3 +128,43 @@ def most_different(found: WhatIf, count: int) -> Sequence[str]:
     """Outputs that are worth a plot, most different first."""
     numbers = [name for name, each in found.outputs.items() if each.max is not None]
     return numbers[:count]
+
+
+class Question(Struct, kw_only=True):
+    """What is to be found out."""
+
+    recording: str
+    """The file's path."""
+    assignments: list[str] = []
+    begin: int = 0
+    until: int = NEVER
+    plots: int = 0
+    """Of how many outputs curves are wanted."""
+
+
+def answer(
+    question: Question,
+    before: Callable[[Section], None] = lambda _: None,
+    board: Board | None = None,
+) -> WhatIf:
+    """Find it out, by the code of this process; `board` in place of the run's and what is set.
+
+    Raises ConfigError.
+    """
+    recording = read_recording(Path(question.recording))
+    stretch = Stretch(question.begin, question.until)
+    change = _change(question, recording, board)
+    found = what_if(recording, change, stretch, before=before)
+    found.settings = question.assignments
+    if question.plots and not found.identical:
+        drawn = frozenset(most_different(found, question.plots))
+        found.curves = what_if(recording, change, stretch, before=before, drawn=drawn).curves
+    return found
+
+
+def _change(question: Question, recording: Recording, board: Board | None) -> Change:
+    header = recording.header
+    if board is not None and board.kind != header.kind:
+        fault = f"a recording of a {header.kind}; expected settings of one, not of a {board.kind}"
+        raise ConfigError.of_one("replay", fault)
+    return Change(board or changed_board(header, question.assignments), changed_board(header, ()))

@@ -10,10 +10,10 @@ from typing import Final
 
 from firmware_runtime.devs.component import Component
 from firmware_runtime.devs.ports import AnyPort
-from firmware_runtime.view.diagram.svg import BOLD, Point, text_width
+from firmware_runtime.view.canvas import BOLD, Point, text_width
+from firmware_runtime.view.diagram.diagram_look import NAME_SIZE
 
 PORT_SIZE: Final = 11
-NAME_SIZE: Final = 13
 PITCH: Final = 20
 """From one port of a box to the next."""
 HEADER: Final = 32

@@ -3,9 +3,9 @@
 from collections.abc import Sequence
 from itertools import pairwise
 from math import cos, hypot, pi, sin
-from typing import Final, NamedTuple
+from typing import Final
 
-from firmware_runtime.view.diagram.svg import Point
+from firmware_runtime.view.canvas import Point, Rectangle
 
 GAP: Final = 74
 """Clear space between neighbours on the ring, room for an arrow."""
@@ -14,23 +14,16 @@ SAMPLES: Final = 24
 """How many pieces a curve is looked at in."""
 
 
-class Rectangle(NamedTuple):
-    """A place that something takes up."""
+def overlap(one: Rectangle, other: Rectangle) -> float:
+    """The area that both take up."""
+    width = min(one.right, other.right) - max(one.left, other.left)
+    height = min(one.bottom, other.bottom) - max(one.top, other.top)
+    return max(width, 0) * max(height, 0)
 
-    left: float
-    top: float
-    right: float
-    bottom: float
 
-    def overlap(self, other: "Rectangle") -> float:
-        """The area both take up."""
-        width = min(self.right, other.right) - max(self.left, other.left)
-        height = min(self.bottom, other.bottom) - max(self.top, other.top)
-        return max(width, 0) * max(height, 0)
-
-    def holds(self, point: Point) -> bool:
-        """Whether a point lies within."""
-        return self.left <= point.x <= self.right and self.top <= point.y <= self.bottom
+def holds(box: Rectangle, point: Point) -> bool:
+    """Whether a point lies within."""
+    return box.left <= point.x <= box.right and box.top <= point.y <= box.bottom
 
 
 def ring(states: int, radius: float) -> list[Point]:
@@ -91,7 +84,7 @@ def beside(curve: Sequence[Point], part: float, side: int, size: Point) -> Recta
     normal = Point(side * (ahead.y - at.y) / length, side * (at.x - ahead.x) / length)
     reach = abs(normal.x) * size.x / 2 + abs(normal.y) * size.y / 2 + 5
     x, y = at.x + reach * normal.x, at.y + reach * normal.y
-    return Rectangle(x - size.x / 2, y - size.y / 2, x + size.x / 2, y + size.y / 2)
+    return Rectangle(x - size.x / 2, y - size.y / 2, size.x, size.y)
 
 
 def _towards(start: Point, end: Point, distance: float) -> Point:

@@ -7,12 +7,12 @@ from firmware_runtime.devs.component import Component
 from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.models.state_diagram import StateDiagram
-from firmware_runtime.view.diagram import couplings, mermaid, states
+from firmware_runtime.view.diagram import coupling_diagram, mermaid, state_graph
 
 Form: TypeAlias = Literal["svg", "mmd"]
 
 _DRAWERS: Final[dict[Form, tuple[Callable[[Component], str], Callable[[StateDiagram], str]]]] = {
-    "svg": (couplings.coupling_diagram, states.state_graph),
+    "svg": (coupling_diagram.coupling_diagram, state_graph.state_graph),
     "mmd": (mermaid.coupling_diagram, mermaid.state_graph),
 }
 

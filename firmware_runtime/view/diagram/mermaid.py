@@ -9,7 +9,7 @@ from firmware_runtime.devs.component import Component
 from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.ports import AnyPort
 from firmware_runtime.models.state_diagram import StateDiagram
-from firmware_runtime.view.diagram.diagram_words import say_arrows, say_duration
+from firmware_runtime.view.diagram.diagram_look import arrow_labels, duration_text
 
 INDENT = "    "
 _ONE_LINE = 1_000_000
@@ -27,11 +27,11 @@ def state_graph(model: StateDiagram) -> str:
     identifiers = {state.name: f"s{number}" for number, state in enumerate(model.states)}
     lines = ["stateDiagram-v2", f"{INDENT}[*] --> s0"]
     for name, identifier in identifiers.items():
-        duration = say_duration(model.durations[name])
+        duration = duration_text(model.durations[name])
         lines.append(f"{INDENT}{identifier} : {_plain(name)} ({duration})")
     for state in model.states:
         for arrow in state.arrows:
-            label = _plain(" ".join(say_arrows([arrow], _ONE_LINE)))
+            label = _plain(" ".join(arrow_labels([arrow], _ONE_LINE)))
             ends = f"{identifiers[state.name]} --> {identifiers[arrow.to]}"
             lines.append(f"{INDENT}{ends}" + (f" : {label}" if label else ""))
     return "\n".join(lines) + "\n"

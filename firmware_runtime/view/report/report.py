@@ -4,17 +4,15 @@ Equal statistics make equal bytes: nothing of the page comes from the clock, and
 nothing of the network. Its content security policy holds it to that.
 """
 
-from collections.abc import Iterable, Iterator
-from typing import Final
+from collections.abc import Iterator
 from xml.etree.ElementTree import Element
 
 from firmware_runtime.statistics.figures import Figures
 from firmware_runtime.statistics.layout import ELAPSED
 from firmware_runtime.statistics.number_formats import NOTHING, duration_us, share
 from firmware_runtime.statistics.statistics import Statistics
-from firmware_runtime.view.markup import Child, document, element
+from firmware_runtime.view.markup import element, opening, page_of, section, verdict_line
 from firmware_runtime.view.report.distribution import Mark, distribution
-from firmware_runtime.view.report.models_section import models_section, tolerance_ns
 from firmware_runtime.view.report.over_time import lateness_over_time, load_over_time, stretches
 from firmware_runtime.view.report.sections import (
     buses_section,
@@ -22,17 +20,12 @@ from firmware_runtime.view.report.sections import (
     deadlines_section,
     faults_section,
     glossary,
+    models_section,
     serial_section,
+    tolerance_ns,
 )
 from firmware_runtime.view.report.verdict import verdict
 from firmware_runtime.view.report.worst import worst_activations
-from firmware_runtime.view.style import STYLE
-
-_POLICY: Final = "default-src 'none'; style-src 'unsafe-inline'; img-src data:"
-_ICON: Final = (
-    "data:image/svg+xml,%3Csvg xmlns='http://www.w3.org/2000/svg' viewBox='0 0 8 8'%3E"
-    "%3Cpath d='M0 8V3h2v5zm3 0V0h2v8zm3 0V5h2v3z' fill='%230969da'/%3E%3C/svg%3E"
-)
 
 
 def page(statistics: Statistics, headline: str) -> str:
@@ -40,26 +33,6 @@ def page(statistics: Statistics, headline: str) -> str:
     figures = statistics.figures()
     board = figures.conditions.text("board") or "a run"
     return page_of(f"{board}: timing report", _sections(statistics, figures, board, headline))
-
-
-def page_of(title: str, sections: Iterable[Element]) -> str:
-    """A self-contained page's text."""
-    body = element("body", element("main", *sections))
-    return document(element("html", _head(title), body, lang="en"))
-
-
-def _head(title: str) -> Element:
-    policy = {"http-equiv": "Content-Security-Policy"}
-    return element(
-        "head",
-        element("meta", charset="utf-8"),
-        element("meta", content=_POLICY, **policy),
-        element("meta", name="viewport", content="width=device-width, initial-scale=1"),
-        element("meta", name="color-scheme", content="light dark"),
-        element("title", title),
-        element("link", rel="icon", href=_ICON),
-        element("style", STYLE),
-    )
 
 
 def _sections(
@@ -82,22 +55,11 @@ def _sections(
     yield section("What the words mean, and how this page was made", *glossary(figures))
 
 
-def section(title: str, *content: Child) -> Element:
-    """A part of a page under its heading."""
-    return element("section", element("h2", title), *content)
-
-
 def _opening(statistics: Statistics, figures: Figures, board: str, headline: str) -> Element:
     judged = verdict(figures)
-    return element(
-        "header",
-        element("h1", f"{board}: timing report"),
-        element(
-            "p",
-            element("strong", judged.word, class_=f"verdict {judged.css}"),
-            " ",
-            " ".join(judged.sentences),
-        ),
+    return opening(
+        f"{board}: timing report",
+        verdict_line(judged.word, judged.css, " ".join(judged.sentences)),
         element("p", element("code", headline), class_="headline"),
         element("dl", *_figures(statistics, figures), class_="figures"),
     )

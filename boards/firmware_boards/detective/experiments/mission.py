@@ -1,17 +1,15 @@
 """A mission in the arena, stage by stage: the way, its time, and where the robot stopped."""
 
 from collections.abc import Iterator, Mapping
-from typing import Any, Final
+from typing import Final
 from xml.etree.ElementTree import Element
 
 from msgspec import Struct
 
-from firmware_runtime.lab.experiments.findings import Findings, Picture
-from firmware_runtime.lab.experiments.run_conditions import between
-from firmware_runtime.lab.experiments.running import Points
-from firmware_runtime.lab.experiments.trial import Trial
+from firmware_runtime.lab.experiments.findings import Findings
+from firmware_runtime.lab.experiments.trial import Points, Traced, Trial
 from firmware_runtime.lab.stages.stage import Stage
-from firmware_runtime.view.line_plot import Curve, LinePlot
+from firmware_runtime.view.line_plot import Curve, LinePlot, Picture
 from firmware_runtime.view.markup import table
 
 LONGEST_S: Final = 240.0
@@ -36,7 +34,7 @@ def run(trial: Trial) -> Findings:
     for stage in trial.stages:
         trial.say(f"{trial.experiment.title}: stage {stage}, until it ends")
         with trial.run(stage, for_s=LONGEST_S, is_drawn=not pictures) as ran:
-            missions[stage] = _mission(ran.document)
+            missions[stage] = _mission(ran)
             ways[stage] = ran.points(ran.shown) if ran.shown else []
             if ran.picture:
                 pictures["arena"] = Picture(f"The arena, stage {stage}", ran.picture)
@@ -53,15 +51,10 @@ def run(trial: Trial) -> Findings:
     )
 
 
-def _mission(document: Mapping[str, Any]) -> Mission:
-    result = document["result"]
-    return Mission(
-        found=result["found"],
-        stopped_m=result["stopped_m"],
-        turned_deg=result["turned_deg"],
-        time_s=result["time_s"],
-        between=between(document),
-    )
+def _mission(ran: Traced) -> Mission:
+    result = ran.document["result"]
+    own = {name: result[name] for name in ("found", "stopped_m", "turned_deg", "time_s")}
+    return Mission(**own, between=ran.between)
 
 
 def _ours(missions: Mapping[Stage, Mission]) -> Iterator[tuple[str, float]]:

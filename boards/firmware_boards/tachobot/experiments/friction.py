@@ -11,10 +11,7 @@ from xml.etree.ElementTree import Element
 from msgspec import Struct
 
 from firmware_boards.tachobot.settings import TachobotSettings
-from firmware_runtime.lab.experiments.findings import Findings
-from firmware_runtime.lab.experiments.run_conditions import between
-from firmware_runtime.lab.experiments.running import Points, Traced
-from firmware_runtime.lab.experiments.stuck import (
+from firmware_runtime.lab.experiments.curve_figures import (
     Stuck,
     first_motion_s,
     slope,
@@ -22,7 +19,8 @@ from firmware_runtime.lab.experiments.stuck import (
     value_near,
     within,
 )
-from firmware_runtime.lab.experiments.trial import Trial
+from firmware_runtime.lab.experiments.findings import Findings
+from firmware_runtime.lab.experiments.trial import Points, Traced, Trial
 from firmware_runtime.lab.stages.stage import Stage
 from firmware_runtime.view.line_plot import Curve, LinePlot, Span
 from firmware_runtime.view.markup import table
@@ -93,7 +91,7 @@ def _measured(ran: Traced) -> _Measured:
         rate=ran.points(estimate, "rate"),
         effort=ran.points("controller.yaw.command_n"),
         true_rate=ran.points("world.yaw_rate_rad_s"),
-        between=between(ran.document),
+        between=ran.between,
     )
 
 

@@ -8,7 +8,6 @@ from xml.etree.ElementTree import Element
 from firmware_boards.tachobot.experiments.square_wave import watched_s
 from firmware_boards.tachobot.settings import WorldSettings
 from firmware_runtime.lab.experiments.findings import Findings
-from firmware_runtime.lab.experiments.run_conditions import between
 from firmware_runtime.lab.experiments.trial import Trial
 from firmware_runtime.system.packages import module_of_extra
 from firmware_runtime.view.markup import table
@@ -30,7 +29,7 @@ def run(trial: Trial) -> Findings:
     board, (stage, *_) = trial.board, trial.stages
     trial.say(f"{trial.experiment.title}: stage {stage}")
     with trial.run(stage, for_s=watched_s(board.settings)) as ran:
-        said = f"{stage}: {between(ran.document)}"
+        said = f"{stage}: {ran.between}"
     series = source.read_series(trial.folder / f"{trial.name}-{stage}.recording", board)
     plant = source.plant_of(board)
     identified, fit = found.identify(series, plant.structure, plant.lag_s(board.settings))

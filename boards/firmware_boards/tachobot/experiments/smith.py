@@ -12,8 +12,8 @@ from xml.etree.ElementTree import Element
 from msgspec import Struct, structs
 
 from firmware_boards.tachobot.settings import TachobotSettings
+from firmware_runtime.lab.experiments.curve_figures import Points, StepResponse, step_response
 from firmware_runtime.lab.experiments.findings import Findings
-from firmware_runtime.lab.experiments.step_response import Points, StepResponse, step_response
 from firmware_runtime.lab.experiments.trial import Trial
 from firmware_runtime.lab.stages.stage import Stage
 from firmware_runtime.lab.tuning.loop import Gains, Loop, Margins, Predictor, margins

@@ -16,9 +16,7 @@ from msgspec import Struct
 from firmware_boards.tachobot.settings import TachobotSettings
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.lab.experiments.findings import Findings
-from firmware_runtime.lab.experiments.run_conditions import between
-from firmware_runtime.lab.experiments.running import Traced
-from firmware_runtime.lab.experiments.trial import Trial
+from firmware_runtime.lab.experiments.trial import Traced, Trial
 from firmware_runtime.lab.stages.stage import Stage
 from firmware_runtime.models.plant import SecondOrderPlant, State
 from firmware_runtime.view.line_plot import Curve, LinePlot, on_common_axes
@@ -58,7 +56,7 @@ def run(trial: Trial) -> Findings:
             if not any(each.command_n for each in samples):
                 why = "the outputs never followed the wave; expected a robot that is ready in time"
                 raise ConfigError.of_one(f"stage {stage}", why)
-            words.append(f"{stage}: {between(ran.document)}")
+            words.append(f"{stage}: {ran.between}")
         states = modelled(plain_model(settings), samples)
         apart[stage] = _apart(samples, states)
     largest = max(samples, key=lambda each: abs(each.yaw_rate_rad_s))

@@ -1,18 +1,22 @@
-"""The figures of a step response, by their usual definitions.
+"""Figures of curves over time: of a step response, and of what stands still while pushed.
 
 Rise time: from 10 % to 90 % of the step. Overshoot: how far beyond the end it went, as a share of
 the step. Settling time: from the step until it stays within 5 % of the step about its end.
+
+Something is stuck while its measured rate, either way, stays within a threshold, which is above the
+noise of the sensor, for long enough.
 """
 
-from bisect import bisect_left
-from collections.abc import Sequence
+from bisect import bisect_left, bisect_right
+from collections.abc import Iterator, Sequence
 from math import sqrt
+from statistics import StatisticsError, linear_regression
 from typing import Final, TypeAlias
 
 from msgspec import Struct
 
 Points: TypeAlias = Sequence[tuple[float, float]]
-"""Seconds since the step, and the value; in order."""
+"""Seconds, and the value; in order."""
 
 SETTLED: Final = 0.05
 """Within this share of the step about its end."""
@@ -103,3 +107,65 @@ def _settled_at(shares: Points) -> float | None:
         elif settled is None:
             settled = at
     return settled
+
+
+class Stuck(Struct, frozen=True):
+    """One interval, s; `is_released` is false for one that lasted to the end of the data."""
+
+    from_s: float
+    until_s: float
+    is_released: bool
+
+    @property
+    def for_s(self) -> float:
+        """How long it was stuck, as far as was watched."""
+        return self.until_s - self.from_s
+
+
+def first_motion_s(rates: Points, threshold: float) -> float | None:
+    """When it first moved faster than the threshold; None if it never did."""
+    return next((at for at, rate in rates if abs(rate) > threshold), None)
+
+
+def stuck_intervals(rates: Points, threshold: float, least_s: float) -> list[Stuck]:
+    """Where it stood still after it had moved, in order."""
+    begin = first_motion_s(rates, threshold)
+    if begin is None:
+        return []
+    after = [(at, rate) for at, rate in rates if at >= begin]
+    return [each for each in _still(after, threshold) if each.for_s >= least_s]
+
+
+def _still(rates: Points, threshold: float) -> Iterator[Stuck]:
+    """Every stretch within the threshold, however short."""
+    since: float | None = None
+    for at, rate in rates:
+        if abs(rate) > threshold:
+            if since is not None:
+                yield Stuck(since, at, is_released=True)
+            since = None
+        elif since is None:
+            since = at
+    if since is not None:
+        yield Stuck(since, rates[-1][0], is_released=False)
+
+
+def within(points: Points, from_s: float, until_s: float) -> list[tuple[float, float]]:
+    """The points between two instants, both included."""
+    return [(at, value) for at, value in points if from_s <= at <= until_s]
+
+
+def slope(points: Points) -> float | None:
+    """Slope per second of the straight line nearest to the points; None for under two instants."""
+    try:
+        return linear_regression(*zip(*points, strict=True)).slope
+    except (StatisticsError, TypeError):
+        return None
+
+
+def value_near(points: Points, at: float) -> float:
+    """The last value at or before an instant, or the first one. Raises ValueError without any."""
+    if not points:
+        raise ValueError("no points; expected one or more")
+    before = bisect_right(points, at, key=lambda point: point[0])
+    return points[max(before - 1, 0)][1]

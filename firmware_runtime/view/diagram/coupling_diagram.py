@@ -1,4 +1,8 @@
-"""A model's boxes: each coupled one laid out with all that is in it, from the inside out."""
+"""The couplings of a model as SVG: boxes in boxes, ports at their edges, wires between them.
+
+Each coupled model is laid out with all that is in it, from the inside out. Inputs are at the left
+of a box, outputs at the right. A wire lights up and names both its ends under the pointer.
+"""
 
 from collections.abc import Iterator, Sequence
 from itertools import pairwise
@@ -7,9 +11,9 @@ from typing import Final
 from firmware_runtime.devs.component import Component
 from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.ports import AnyPort, InPort, Owner
-from firmware_runtime.view.diagram import columns
+from firmware_runtime.view.canvas import BOLD, CORNER, Canvas, Point, Rectangle, text_width
 from firmware_runtime.view.diagram.boxes import (
-    NAME_SIZE,
+    PORT_SIZE,
     Box,
     End,
     Node,
@@ -17,9 +21,9 @@ from firmware_runtime.view.diagram.boxes import (
     atomic_box,
     label_width,
 )
+from firmware_runtime.view.diagram.diagram_look import NAME_SIZE, diagram_text
+from firmware_runtime.view.diagram.placement import arrange, assign
 from firmware_runtime.view.diagram.routes import Routes
-from firmware_runtime.view.diagram.rows import arrange
-from firmware_runtime.view.diagram.svg import BOLD, Point, text_width
 
 BOX_CLEARANCE: Final = 24
 BOX_WEIGHT: Final = 1000.0
@@ -44,7 +48,7 @@ class _Nest:
     def __init__(self, model: Coupled) -> None:
         self._model = model
         self._boxes: dict[Owner, Box] = {each: box_of(each) for each in model.components.values()}
-        placed = columns.assign(list(self._boxes), list(self._between()))
+        placed = assign(list(self._boxes), list(self._between()))
         self._nodes = {
             each: Node(box.width, box.height, BOX_CLEARANCE, BOX_WEIGHT, placed[each])
             for each, box in self._boxes.items()
@@ -154,3 +158,41 @@ def _without_level_points(points: Sequence[Point]) -> list[Point]:
         if not is_level:
             route.append(at)
     return route
+
+
+_INSET: Final = 9
+"""From a box's edge to a port's label."""
+
+
+def coupling_diagram(model: Component) -> str:
+    """The model's couplings, at every level, as a picture."""
+    canvas = Canvas()
+    _draw(canvas, box_of(model), Point(0.0, 0.0), depth=0)
+    return diagram_text(canvas, f"Couplings of {model.path}")
+
+
+def _draw(canvas: Canvas, box: Box, corner: Point, depth: int) -> None:
+    """Draw a box, the wires in it, and what is in it."""
+    is_atomic = not (box.parts or box.routes)
+    css = "atomic" if is_atomic else "inner" if depth % 2 else "coupled"
+    canvas.rectangle(Rectangle(*corner, box.width, box.height), css, corner=CORNER)
+    middle, anchor = (box.width / 2, "middle") if is_atomic else (12, "start")
+    title = Point(corner.x + middle, corner.y + 21)
+    canvas.text(title, box.model.name, "name", anchor, NAME_SIZE)
+    for source, end, route in box.routes:
+        points = [Point(corner.x + point.x, corner.y + point.y) for point in route]
+        canvas.wire(points, "wire", f"{source.path} \N{RIGHTWARDS ARROW} {end.path}")
+        canvas.head(points[-1], points[-2], "head")
+    _draw_ports(canvas, box, corner, 4 if is_atomic else -4)
+    for node, part in box.parts:
+        _draw(canvas, part, Point(corner.x + node.x, corner.y + node.y), depth + 1)
+
+
+def _draw_ports(canvas: Canvas, box: Box, corner: Point, lower: float) -> None:
+    """Name inputs at the left and outputs at the right edge."""
+    for names, x, anchor in (
+        (box.inputs, corner.x + _INSET, "start"),
+        (box.outputs, corner.x + box.width - _INSET, "end"),
+    ):
+        for name, height in names.items():
+            canvas.text(Point(x, corner.y + height + lower), name, "port", anchor, PORT_SIZE)

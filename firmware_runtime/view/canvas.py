@@ -1,0 +1,214 @@
+"""A canvas that collects shapes and becomes one SVG, readable on light and dark.
+
+Lengths are pixels, y grows downwards. Colours are in a style sheet alone, once for each of the
+reader's colour schemes; a shape has classes of it.
+"""
+
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import contextmanager
+from math import hypot
+from typing import Final, NamedTuple
+from xml.etree.ElementTree import Element, tostring
+
+from firmware_runtime.view.markup import element
+
+CORNER: Final = 6
+"""Radius of a wire's bends."""
+BOLD: Final = 1.1
+"""How much wider bold letters are."""
+FONT: Final = '"DejaVu Sans", Verdana, system-ui, sans-serif'
+_NARROW: Final = frozenset("iljtfrI.,:;!'|()[] ")
+_WIDE: Final = frozenset("mwMW@")
+
+
+class Point(NamedTuple):
+    """A place on the canvas."""
+
+    x: float
+    y: float
+
+
+class Rectangle(NamedTuple):
+    """A rectangle on the canvas."""
+
+    left: float
+    top: float
+    width: float
+    height: float
+
+    @property
+    def right(self) -> float:
+        """Its right edge."""
+        return self.left + self.width
+
+    @property
+    def bottom(self) -> float:
+        """Its lower edge."""
+        return self.top + self.height
+
+
+Place = tuple[float, float]
+
+
+class Canvas:
+    """Collects shapes; each has classes of the style sheet."""
+
+    def __init__(self) -> None:
+        self._shapes: list[Element] = []
+        self._layer = self._shapes.append
+        self._points: list[Place] = []
+        self._clips = 0
+
+    def rectangle(
+        self, box: Rectangle, css: str, tooltip: str = "", corner: float | None = None
+    ) -> None:
+        """A box, its corners rounded by a radius if one is given."""
+        self.put("rect", css, tooltip, **_sides(box), rx=corner)
+        self._points += (box.left, box.top), (box.right, box.bottom)
+
+    def circle(self, centre: Place, radius: float, css: str) -> None:
+        """A circle."""
+        x, y = centre
+        self.put("circle", css, cx=x, cy=y, r=radius)
+        self._points += (x - radius, y - radius), (x + radius, y + radius)
+
+    def text(
+        self, at: Place, text: str, css: str = "", anchor: str = "start", size: float = 12.0
+    ) -> None:
+        """A line of text; `at` is on its base line, at its start, middle or end."""
+        width = text_width(text, size)
+        left = at[0] - width * {"start": 0.0, "middle": 0.5, "end": 1.0}[anchor]
+        self._layer(element("text", text, class_=css, x=at[0], y=at[1], text_anchor=anchor))
+        self._points += (left, at[1] - size), (left + width, at[1] + size / 3)
+
+    def text_upwards(self, at: Place, text: str, css: str) -> None:
+        """A line of text that runs upwards, centred on a point."""
+        turned = f"translate({point(at)}) rotate(-90)"
+        self._layer(element("text", text, class_=css, transform=turned, text_anchor="middle"))
+
+    def line(self, start: Place, end: Place, css: str) -> None:
+        """A straight line."""
+        self.polyline((start, end), css)
+
+    def polyline(self, points: Iterable[Place], css: str) -> None:
+        """Straight lines from point to point."""
+        self.path("M" + " L".join(map(point, points)), css)
+
+    def polygon(self, points: Iterable[Place], css: str) -> None:
+        """A filled figure."""
+        self.path("M" + " L".join(map(point, points)) + " Z", css)
+
+    def path(
+        self, description: str, css: str, tooltip: str = "", covers: Iterable[Place] = ()
+    ) -> None:
+        """Any figure, in SVG's path language, and the points that it is drawn around."""
+        self.put("path", css, tooltip, d=description)
+        self._points += covers
+
+    def wire(self, points: Sequence[Point], css: str, tooltip: str = "") -> None:
+        """A line of straight pieces with rounded bends."""
+        bends = [_bend(*each) for each in zip(points, points[1:], points[2:], strict=False)]
+        path = " ".join((f"M{point(points[0])}", *bends, f"L{point(points[-1])}"))
+        self.path(path, css, tooltip, points)
+
+    def curve(self, points: Sequence[Point], css: str) -> None:
+        """A Bezier curve, of three points quadratic, of four cubic."""
+        command = "Q" if len(points) == 3 else "C"
+        bends = " ".join(map(point, points[1:]))
+        self.path(f"M{point(points[0])} {command}{bends}", css, covers=points)
+
+    def head(self, tip: Point, behind: Point, css: str) -> None:
+        """An arrow's head that points from `behind` to `tip`."""
+        length = hypot(tip.x - behind.x, tip.y - behind.y) or 1.0
+        dx, dy = (tip.x - behind.x) / length, (tip.y - behind.y) / length
+        left = Point(tip.x - 9 * dx + 4 * dy, tip.y - 9 * dy - 4 * dx)
+        right = Point(tip.x - 9 * dx - 4 * dy, tip.y - 9 * dy + 4 * dx)
+        self.polygon((tip, left, right), css)
+
+    @contextmanager
+    def clipped(self, box: Rectangle) -> Iterator[None]:
+        """Within the block nothing is drawn outside the box."""
+        self._clips += 1
+        name = f"clip{self._clips}"
+        group = element("g", clip_path=f"url(#{name})")
+        self._shapes += (
+            element("clipPath", element("rect", None, **_sides(box)), id=name),
+            group,
+        )
+        self._layer = group.append
+        try:
+            yield
+        finally:
+            self._layer = self._shapes.append
+
+    def box(self, margin: float) -> Rectangle:
+        """The box around all that is drawn, and a margin."""
+        xs, ys = zip(*self._points, strict=True)
+        left, top = min(xs) - margin, min(ys) - margin
+        return Rectangle(left, top, max(xs) + margin - left, max(ys) + margin - top)
+
+    def svg(self, box: Rectangle, title: str, style: str, largest: float | None = None) -> Element:
+        """The picture; a page shows it `largest` times its own size at most, or just that size."""
+        sizes: dict[str, str | float] = {"width": box.width, "height": box.height}
+        if largest is not None:
+            sizes = {"width": "100%", "style": f"max-width: {largest * box.width:g}px"}
+        return element(
+            "svg",
+            element("title", title),
+            element("style", style),
+            element("rect", None, class_="paper", **_sides(box)),
+            *self._shapes,
+            xmlns="http://www.w3.org/2000/svg",
+            viewBox=" ".join(f"{each:.1f}" for each in box),
+            role="img",
+            aria_label=title,
+            **sizes,
+        )
+
+    def put(self, tag: str, css: str, tooltip: str = "", **place: str | float | None) -> None:
+        """Any element of SVG, with the words that stand under the pointer."""
+        title = element("title", tooltip) if tooltip else None
+        self._layer(element(tag, title, class_=css, **place))
+
+
+def file_text(svg: Element) -> str:
+    """The text of an SVG file."""
+    return tostring(svg, encoding="unicode").rstrip("\n") + "\n"
+
+
+def text_width(text: str, size: float = 12.0) -> float:
+    """An estimate, on the safe side, of how wide a text is at a font size."""
+    return size * sum(
+        0.42 if letter in _NARROW else 0.98 if letter in _WIDE else 0.66 for letter in text
+    )
+
+
+def style_sheet(shapes: str, colours: Sequence[tuple[str, str, str, str]]) -> str:
+    """A style sheet: rules for shapes, then colours by selector: property, light, dark."""
+    light, dark = (
+        "\n".join(f"  {css} {{ {what}: {pair[side]} }}" for css, what, *pair in colours)
+        for side in (0, 1)
+    )
+    return f"{shapes}{light}\n  @media (prefers-color-scheme: dark) {{\n{dark}\n  }}\n"
+
+
+def point(at: Place) -> str:
+    """A point in SVG's path language, with one decimal at most."""
+    return ",".join(f"{number:.1f}".removesuffix(".0") for number in at)
+
+
+def _sides(box: Rectangle) -> dict[str, float]:
+    return {"x": box.left, "y": box.top, "width": box.width, "height": box.height}
+
+
+def _bend(before: Point, at: Point, after: Point) -> str:
+    """The way into a bend and round it."""
+    start, end = (_towards(at, each) for each in (before, after))
+    return f"L{point(start)} Q{point(at)} {point(end)}"
+
+
+def _towards(start: Point, end: Point) -> Point:
+    """The point a bend's radius away from `start`, or half way if that is nearer."""
+    length = hypot(end.x - start.x, end.y - start.y) or 1.0
+    part = min(CORNER / length, 0.5)
+    return Point(start.x + part * (end.x - start.x), start.y + part * (end.y - start.y))

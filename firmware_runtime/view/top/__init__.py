@@ -1,1 +1,0 @@
-"""Statistics as a live screen; needs the extra `top`."""
