@@ -8,7 +8,7 @@ from pathlib import Path
 from firmware_runtime.cli.written import check_output
 from firmware_runtime.devs.senders import Senders
 from firmware_runtime.devs.time import NEVER, SECOND
-from firmware_runtime.errors import ConfigError, Status
+from firmware_runtime.errors import ConfigError, Status, did_you_mean
 from firmware_runtime.recording.blackbox.listing import span_of
 from firmware_runtime.recording.blackbox.locations import find_recording
 from firmware_runtime.recording.blackbox.reader import read_recording

@@ -223,8 +223,12 @@ def online(files: SystemFiles) -> int | None:
 
 
 def computer_model(files: SystemFiles) -> str | None:
-    """What the device tree calls this computer, such as `Raspberry Pi 4 Model B Rev 1.4`."""
-    return files.text("/proc/device-tree/model")
+    """The computer by its device tree, `Raspberry Pi 4 Model B Rev 1.4`; else its processor."""
+    named = files.text("/proc/device-tree/model")
+    lines = [] if named else (files.text("/proc/cpuinfo") or "").splitlines()
+    return named or next(
+        (line.partition(":")[2].strip() for line in lines if line.startswith("model name")), None
+    )
 
 
 def virtualised(files: SystemFiles) -> bool | None:

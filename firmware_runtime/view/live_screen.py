@@ -17,15 +17,9 @@ from firmware_runtime.statistics.number_formats import (
     seconds,
     three_digits,
 )
+from firmware_runtime.statistics.run_text import because, causes_text, deadline_text, link_text
 from firmware_runtime.statistics.statistics import Statistics
-from firmware_runtime.statistics.text.sentences import fault_lines
-from firmware_runtime.statistics.text.statistics import (
-    because,
-    causes_text,
-    deadline_text,
-    link_text,
-)
-from firmware_runtime.statistics.text.summary import summary
+from firmware_runtime.statistics.summary import fault_lines, summary
 
 _NARROW: Final = 78
 """Columns below which only what matters most is shown."""

@@ -24,7 +24,6 @@ from firmware_runtime.statistics.histogram import Distribution, Histogram
 from firmware_runtime.statistics.history import WorstList
 from firmware_runtime.statistics.layout import MODEL, Layout
 from firmware_runtime.statistics.number_formats import three_digits
-from firmware_runtime.statistics.worst_list import WorstList
 from firmware_runtime.view.live_screen import models_table, screen
 from tests.support.waiting import PATIENCE_S
 from tests.support.written_run import WrittenRun

@@ -9,7 +9,7 @@ import pytest
 
 from firmware_runtime.cli.main import main
 from firmware_runtime.lab.experiments.loop_experiment import Round, delays_of, rounds_of, settled
-from firmware_runtime.statistics.quantile import quantile
+from firmware_runtime.lab.quantile import quantile
 
 
 def run(*words: object) -> int:

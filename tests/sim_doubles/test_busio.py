@@ -6,11 +6,11 @@ from collections.abc import Iterator
 
 import pytest
 
-from sim_doubles import plug
 from sim_doubles.busio import I2C
 from sim_doubles.chips.pca9685 import Pca9685Double
 from sim_doubles.clock import ManualClock
 from sim_doubles.i2c_bus import I2cBusDouble
+from sim_doubles.plugged import plug
 
 
 @pytest.fixture

@@ -8,13 +8,14 @@ from typing import Any
 import pytest
 import smbus2
 
-from sim_doubles import plug, smbus
+from sim_doubles import smbus
 from sim_doubles.chips.pca9685 import Pca9685Double
 from sim_doubles.chips.register_target import RegisterTarget
 from sim_doubles.clock import ManualClock
 from sim_doubles.faults import AdapterError, FaultScript, NackAddress, StuckSda
 from sim_doubles.i2c_bus import I2cBusDouble
 from sim_doubles.packet_error_code import packet_error_code
+from sim_doubles.plugged import plug
 from sim_doubles.smbus import I2cFunc, SMBus, i2c_msg
 from tests.support.kernel_i2c import real_smbus
 

@@ -11,7 +11,7 @@ import pytest
 
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.lab.stages.two_ends import EndProcess, TwoEnds
-from firmware_runtime.system.until_signal import until_signal
+from firmware_runtime.system.signals import until_signal
 from tests.support.waiting import PATIENCE_S
 
 PATIENCE = PATIENCE_S * SECOND

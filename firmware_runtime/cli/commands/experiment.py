@@ -21,7 +21,7 @@ from firmware_runtime.cli.arguments import (
 )
 from firmware_runtime.cli.chosen_board import chosen_board
 from firmware_runtime.cli.readers_gone import print_line
-from firmware_runtime.errors import ConfigError, Status
+from firmware_runtime.errors import ConfigError, Status, did_you_mean
 from firmware_runtime.lab.experiments.experiment_pages import Outcome
 from firmware_runtime.lab.experiments.known import LOOP, experiments_of, missing_packages, stages_of
 from firmware_runtime.lab.experiments.results import run_series, write_experiment, write_series

@@ -15,9 +15,9 @@ from firmware_runtime.lab.experiments.known import LOOP_DELAY
 from firmware_runtime.lab.experiments.loop_model import BACK, ECHOED, SENT
 from firmware_runtime.lab.experiments.quantities import milliseconds
 from firmware_runtime.lab.experiments.trial import Trial
+from firmware_runtime.lab.quantile import quantile
 from firmware_runtime.lab.stages.stage import Stage
 from firmware_runtime.statistics.number_formats import NOTHING
-from firmware_runtime.statistics.quantile import quantile
 from firmware_runtime.view.line_plot import Curve, LinePlot
 from firmware_runtime.view.markup import table
 

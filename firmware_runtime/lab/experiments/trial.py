@@ -28,9 +28,8 @@ from firmware_runtime.lab.stages.staged_run import Staged, run_staged
 from firmware_runtime.lab.stages.two_ends import EndProcess, TwoEnds
 from firmware_runtime.lab.stages.way import WIFI
 from firmware_runtime.links.cut.impairment import Impairment
-from firmware_runtime.system.exit_on_signals import status_by
-from firmware_runtime.system.process_folder import own_folder
-from firmware_runtime.system.until_signal import until_signal
+from firmware_runtime.system.own_folder import own_folder
+from firmware_runtime.system.signals import status_by, until_signal
 
 Say = Callable[[str], None]
 Points: TypeAlias = list[tuple[float, float]]

@@ -6,7 +6,7 @@ from typing import Final
 from firmware_runtime.lab.identification.fit import Fit
 from firmware_runtime.lab.identification.identified import CONFIDENCE, Estimate, Identified
 from firmware_runtime.lab.identification.recorded_series import Series
-from firmware_runtime.statistics.text.columns import aligned
+from firmware_runtime.statistics.run_text import aligned
 from firmware_runtime.view.line_plot import Curve, LinePlot, figure_of
 from firmware_runtime.view.markup import bullets, opening, page_of, section, table
 

@@ -23,8 +23,7 @@ from typing import Any, Final
 
 from firmware_runtime.devs.time import MILLISECOND, NEVER, SECOND
 from firmware_runtime.errors import Status
-from firmware_runtime.system.signals import signal_name
-from firmware_runtime.system.until_signal import UntilSignal
+from firmware_runtime.system.signals import UntilSignal, signal_name
 
 _LONGEST_REPORT = 1 << 16
 _LONGEST_WORDS = 1 << 14

@@ -24,7 +24,7 @@ from firmware_runtime.lab.stages.namespaces import CONTROLLER_AT, ROBOT_AT, Name
 from firmware_runtime.links.cut.impairment import Impairment
 from firmware_runtime.links.endpoint import endpoint, written
 from firmware_runtime.links.key_file import read_key, write_key
-from firmware_runtime.system.process_folder import own_folder
+from firmware_runtime.system.own_folder import own_folder
 from firmware_runtime.system.programs import ProgramFailed, end_within
 
 _PATIENCE_S: Final = 60.0

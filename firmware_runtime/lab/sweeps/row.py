@@ -21,7 +21,7 @@ from firmware_runtime.board.rigs import shown_by
 from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.coupled import Coupled, with_all_below
 from firmware_runtime.devs.time import SECOND
-from firmware_runtime.errors import ConfigError, FirmwareRuntimeError, text_of
+from firmware_runtime.errors import ConfigError, FirmwareRuntimeError, did_you_mean, text_of
 from firmware_runtime.lab.experiments.curve_figures import step_response
 from firmware_runtime.lab.sweeps.plan import Sweep
 from firmware_runtime.recording.code import code_of, digest_of

@@ -9,11 +9,11 @@ from typing import Final
 from msgspec import Struct
 
 from firmware_runtime.board.assignments import set_words
+from firmware_runtime.lab.quantile import quantile
 from firmware_runtime.lab.sweeps.row import Cell, Row
 from firmware_runtime.lab.sweeps.sweep_table import Table, sweep_of
 from firmware_runtime.lab.sweeps.sweeping import SOUND
-from firmware_runtime.statistics.quantile import quantile
-from firmware_runtime.statistics.text.columns import aligned
+from firmware_runtime.statistics.run_text import aligned
 
 WORST: Final = 5
 BINS: Final = 20

@@ -20,7 +20,7 @@ from firmware_runtime.lab.sweeps.partial import Partial, partial_of
 from firmware_runtime.lab.sweeps.plan import SAMPLINGS, Sampling, Sweep
 from firmware_runtime.lab.sweeps.row import Row, release, settings_of_row, step_of
 from firmware_runtime.lab.sweeps.sweep_table import ENDINGS, Table, write_table
-from firmware_runtime.system.extras import module_of_extra
+from firmware_runtime.system.packages import module_of_extra
 
 MOST_RUNS: Final = 10_000_000
 _TRIED: Final = 8

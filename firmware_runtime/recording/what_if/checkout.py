@@ -16,7 +16,7 @@ import msgspec
 
 from firmware_runtime.errors import ConfigError, FirmwareRuntimeError
 from firmware_runtime.recording.what_if.what_if import Question, WhatIf, answer
-from firmware_runtime.system.import_path import import_path
+from firmware_runtime.system.packages import import_path
 
 _MODULE = "firmware_runtime.recording.what_if.checkout"
 _EXPECTED = "expected a folder with the code of this robot, its drivers or the runtime"

@@ -13,7 +13,7 @@ from firmware_runtime.recording.replay.outputs import OutputDifference
 from firmware_runtime.recording.what_if.checkout import ask
 from firmware_runtime.recording.what_if.what_if import Question, WhatIf
 from firmware_runtime.recording.what_if.what_if_report import number
-from firmware_runtime.system.import_path import import_path
+from firmware_runtime.system.packages import import_path
 
 _EVERY_S: Final = 0.2
 _ENDINGS: Final = (".py", ".toml", ".ma")

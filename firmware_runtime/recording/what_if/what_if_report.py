@@ -10,7 +10,7 @@ from firmware_runtime.recording.recorded_board import versions_said
 from firmware_runtime.recording.replay.difference import in_lines
 from firmware_runtime.recording.replay.outputs import OutputDifference
 from firmware_runtime.recording.what_if.what_if import WhatIf
-from firmware_runtime.statistics.text.columns import aligned
+from firmware_runtime.statistics.run_text import aligned
 from firmware_runtime.system.atomic_file import keep_output
 from firmware_runtime.view.canvas import file_text
 from firmware_runtime.view.line_plot import HEIGHT, WIDTH, Curve, LinePlot, figure_of
