@@ -45,6 +45,9 @@ class Actuator(HardwareModel):
     hold_applying --> applying (0), if what is applied has changed --applied!--> that phase
     """
 
+    drives = True
+    """Outputs are driven by it: a robot with such a component has to have a `stop`."""
+
     def __init__(
         self,
         name: str,

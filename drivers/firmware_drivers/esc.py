@@ -15,7 +15,7 @@ from firmware_drivers.chips.pca9685 import Pca9685
 from firmware_drivers.chips.pca9685_burst import CHANNELS
 from firmware_runtime.devs.time import NEVER, SECOND
 from firmware_runtime.errors import SettingError
-from firmware_runtime.hal.interlock import POLL_PERIOD, Interlock, always_enabled
+from firmware_runtime.hal.interlock import Interlock, always_enabled, poll_period
 from firmware_runtime.hal.wire_errors import HalError
 from firmware_runtime.models.applied import Applied
 
@@ -197,9 +197,9 @@ class Esc(Actuator):
             self.fail(error)
             return
         if self.interlock():
-            until_poll = POLL_EVERY - self.since_poll
-            until_look = until_poll if self.interlock is always_enabled else POLL_PERIOD
-            self.hold_applying("armed", min(until_look, until_late))
+            until_poll, period = POLL_EVERY - self.since_poll, poll_period(self.interlock)
+            until_check = until_poll if period == NEVER else period
+            self.hold_applying("armed", min(until_check, until_late))
         else:
             self.stop()
 

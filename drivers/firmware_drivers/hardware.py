@@ -43,6 +43,11 @@ class HardwareModel(Atomic, ABC):
         self._bring_up = BringUp(bring_up)
 
     @property
+    def lines(self) -> tuple[Line, ...]:
+        """The bus or port that it is on: by this the runtime knows a component with hardware."""
+        return (self._line,)
+
+    @property
     def consecutive_faults(self) -> int:
         """Faults since the last good use; a subclass sets it to 0 after each of those."""
         return self._consecutive_faults

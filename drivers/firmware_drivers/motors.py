@@ -12,7 +12,7 @@ from firmware_drivers.actuator import Actuator
 from firmware_drivers.chips.step import Step
 from firmware_runtime.devs.time import NEVER, SECOND
 from firmware_runtime.errors import FirmwareRuntimeError
-from firmware_runtime.hal.interlock import POLL_PERIOD, Interlock, always_enabled
+from firmware_runtime.hal.interlock import Interlock, always_enabled, poll_period
 from firmware_runtime.hal.line_time import Line
 from firmware_runtime.hal.wire_errors import HalError, NotReady
 from firmware_runtime.models.applied import Applied
@@ -195,7 +195,7 @@ class Motors(Actuator):
 
     def _until_due(self) -> int:
         """Ns until a write, the end of the command's time, or a poll of the interlock is due."""
-        due = NEVER if self.interlock is always_enabled else POLL_PERIOD
+        due = poll_period(self.interlock)
         if self.refresh != NEVER:
             due = min(due, self.refresh - self._since_refresh)
         if self.command_timeout != NEVER:

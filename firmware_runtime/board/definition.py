@@ -76,8 +76,9 @@ class BoardDefinition(Struct, Generic[S], frozen=True, kw_only=True):
     """
     event_model: Callable[[S, Path | None], Component] | None = None
     """The model alone, its own or that of a `.ma` file, if event files can be run on it."""
-    retunable: Sequence[str] = ()
-    """Keys that a running robot takes up by `Robot.retune`; `*` stands for any word."""
+    retunable: Mapping[str, Sequence[str]] | Sequence[str] = ()
+    """Keys that a running robot takes up by `Robot.retune`, `*` for any word, by the component that
+    does: each end of a robot in two processes has its own. A list has all of them at both ends."""
     optional_components: Sequence[str] = ()
     """Components that the top model has with some settings only; [roles] may name them.
 
@@ -106,10 +107,25 @@ class BoardDefinition(Struct, Generic[S], frozen=True, kw_only=True):
             raise SettingError(fault)
 
 
-def _check_values(keys: object, length: object) -> None:
-    """Refuse what is no list of retunable keys, or no length of a run on doubles."""
-    if not (isinstance(keys, list | tuple) and all(isinstance(key, str) for key in keys)):
-        raise SettingError(f"{keys!r}: expected keys, in a list", where="retunable")
+    @property
+    def gains(self) -> Mapping[str, Sequence[str]]:
+        """The retunable keys by the component that takes them up; empty where none is named."""
+        return self.retunable if isinstance(self.retunable, Mapping) else {}
+
+    @property
+    def retunable_keys(self) -> Sequence[str]:
+        """All retunable keys, each once."""
+        if not isinstance(self.retunable, Mapping):
+            return self.retunable
+        return tuple(dict.fromkeys(key for keys in self.retunable.values() for key in keys))
+
+
+def _check_values(retunable: object, length: object) -> None:
+    """Refuse what are no retunable keys, or no length of a run on doubles."""
+    lists = retunable.values() if isinstance(retunable, Mapping) else [retunable]
+    for keys in lists:
+        if not (isinstance(keys, list | tuple) and all(isinstance(key, str) for key in keys)):
+            raise SettingError(f"{keys!r}: expected keys, in a list", where="retunable")
     if not (isinstance(length, int | float) and length > 0):
         raise SettingError(f"{length!r}: expected seconds, above 0", where="doubles_run_s")
 

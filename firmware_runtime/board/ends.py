@@ -1,19 +1,25 @@
-"""One end of a board that runs in two processes: its part of the model, and whether it has chips.
+"""One end of a board that runs in two processes: its part of the model, its chips, its gains.
 
 All hardware of a robot is at one end. That end opens the lines, finds the chips, and switches them
 off; the other one opens none. Where a cut would part the hardware, it is refused.
+
+Nothing is found out by looking into objects: components declare their `lines`, a robot declares
+what its `result_from` is, and a definition which component takes up a `retunable` key.
 """
 
 from collections.abc import Collection, Iterator
 from contextlib import suppress
 
 from msgspec import Struct
+from msgspec.structs import replace
 
-from firmware_runtime.board.hardware_components import holders
 from firmware_runtime.board.registry import Board
+from firmware_runtime.board.retuning import need_restart, retunable_values
+from firmware_runtime.board.robot import Robot, declaring
 from firmware_runtime.board.roles import CONTROLLER, ROBOT, Roles, components_of
 from firmware_runtime.devs.coupled import Coupled
-from firmware_runtime.devs.part import part_of
+from firmware_runtime.devs.part import Part, part_of
+from firmware_runtime.devs.ports import Owner
 from firmware_runtime.errors import ConfigError
 
 
@@ -101,11 +107,53 @@ def check_ends(board: Board) -> None:
         end_of(board, role)
 
 
+def robot_of(end: BoardEnd, whole: Robot) -> tuple[Robot, Part]:
+    """Return the robot of one end, and its part of the model.
+
+    What the whole model has besides its own components was added by a rig, and goes with the chips.
+    The other end has nothing to find or to switch off; its result is empty where it would take
+    components that run elsewhere.
+    """
+    names = set(end.components)
+    if end.has_hardware:
+        names |= whole.model.components.keys() - set(end.elsewhere)
+    part = part_of(whole.model, names)
+    has_result = bool(whole.result_from) and names.issuperset(whole.result_from)
+    kept = replace(
+        whole,
+        model=part.model,
+        result=whole.result if has_result else dict,
+        ended=whole.ended if _is_of(part.model, whole.ended) else None,
+        shown=whole.shown if _is_of(part.model, whole.shown) else None,
+    )
+    if not end.has_hardware:
+        kept = replace(kept, probe=(), stop=(), still_on=(), unseen=(), warnings=())
+    return kept, part
+
+
+def _is_of(model: Coupled, port: object) -> bool:
+    """Return whether a port's owner is part of a model."""
+    owner: Owner | None = getattr(port, "owner", None)
+    while owner is not None and owner is not model:
+        owner = owner.parent
+    return owner is not None
+
+
+def gains_elsewhere(board: Board, end: BoardEnd) -> frozenset[str]:
+    """Return the retunable keys that only components of the other end take up."""
+
+    def taken_by(components: Collection[str]) -> set[str]:
+        patterns = [each for name in components for each in board.gains.get(name, ())]
+        return keys.difference(need_restart([*keys], patterns))
+
+    keys = set(retunable_values(board.settings, board.retunable))
+    return frozenset(taken_by(end.elsewhere) - taken_by(end.components))
+
+
 def _whole(board: Board) -> tuple[Coupled, tuple[str, ...]]:
-    """A board's whole model, not run, and which of its components hold a line, in its order."""
-    lines = board.absent_lines()
-    model = board.build(lines).model
-    return model, holders(model, [*lines.buses.values(), *lines.ports.values()])
+    """Return a board's whole model, not run, and its components with hardware, in its order."""
+    model = board.unconnected().model
+    return model, declaring(model, "lines")
 
 
 def _roles_here(roles: Roles, model: Coupled) -> list[str]:

@@ -18,7 +18,6 @@ from firmware_runtime.board import strict
 from firmware_runtime.board.definition import BoardDefinition
 from firmware_runtime.board.experiments import Experiment
 from firmware_runtime.board.faults import Device, device_faults, executive_faults
-from firmware_runtime.board.hardware_components import holders
 from firmware_runtime.board.installed import (
     FILE,
     blamed_on,
@@ -30,7 +29,7 @@ from firmware_runtime.board.installed import (
 )
 from firmware_runtime.board.lines import Lines, absent_lines
 from firmware_runtime.board.plants import Plant
-from firmware_runtime.board.robot import Robot
+from firmware_runtime.board.robot import Robot, declaring
 from firmware_runtime.board.roles import role_faults
 from firmware_runtime.board.settings import BoardSettings, LinkSettings, PortSettings
 from firmware_runtime.board.unused_lines import unused_lines
@@ -71,6 +70,8 @@ class Board(Struct, frozen=True):
     """The model alone, its own or that of a `.ma` file, if event files can be run on it."""
     retunable: Sequence[str]
     """Keys that may change while the robot runs; `*` stands for any word."""
+    gains: Mapping[str, Sequence[str]]
+    """The same by the component that takes them up, as far as the definition says."""
     inputs: Mapping[str, float | Literal["hold"]]
     """How long input ports of the top model may be silent, see `inputs`."""
     experiments: Mapping[str, Experiment]
@@ -151,7 +152,8 @@ def board_of(
         ports=settings.ports,
         build=partial(_built, defined, settings),
         event_model=_event_model(defined, settings),
-        retunable=defined.retunable,
+        retunable=defined.retunable_keys,
+        gains=defined.gains,
         inputs=defined.inputs,
         experiments=defined.experiments,
         plant=defined.plant,
@@ -238,7 +240,7 @@ def _built(defined: BoardDefinition[Any], settings: BoardSettings, lines: Lines)
         raise broken(entry_point, f"{found}; expected a firmware_runtime.board.robot.Robot")
     if (fault := robot.fault()) is not None:
         raise broken(entry_point, f"build: {fault}")
-    if not robot.stop and (driving := holders(robot.model, [lines.interlock])):
+    if not robot.stop and (driving := declaring(robot.model, "drives")):
         fault = f"{', '.join(driving)} may drive, and nothing would switch it off"
         raise broken(entry_point, f"build: stop: {fault}; expected a function for each chip")
     return robot

@@ -8,7 +8,7 @@ from msgspec import Struct
 
 from firmware_runtime.board.ending import Ending
 from firmware_runtime.devs.component import Component
-from firmware_runtime.devs.coupled import Coupled
+from firmware_runtime.devs.coupled import Coupled, with_all_below
 from firmware_runtime.devs.ports import OutPort
 from firmware_runtime.errors import ConfigError, FirmwareRuntimeError, text_of
 from firmware_runtime.hal.wire_errors import HalError
@@ -35,8 +35,22 @@ _PARTS: Final[Mapping[str, tuple[Callable[[object], bool], str]]] = {
     **dict.fromkeys(("result", "retune"), (callable, "a function")),
     **dict.fromkeys(("ended", "shown"), (_may_be_port, "an OutPort or None")),
     **dict.fromkeys(("warnings", "unseen"), (_are_sentences, "sentences, in a list")),
+    "result_from": (_are_sentences, "names of components, in a list"),
 }
 """What each part of a robot has to be, and how a sentence says so."""
+
+
+def declaring(model: Coupled, what: str) -> tuple[str, ...]:
+    """Return the components that declare `lines` or `drives`, or have one below that does.
+
+    `lines` are the buses and ports that a component is on, `drives` is True where it moves
+    something. In order of declaration.
+    """
+    return tuple(
+        name
+        for name, component in model.components.items()
+        if any(getattr(each, what, False) for each in with_all_below(component))
+    )
 
 
 class Robot(Struct, frozen=True):
@@ -49,6 +63,8 @@ class Robot(Struct, frozen=True):
     """Each writes one chip's safe state, which is full-off, not neutral. Raises HalError."""
     result: Callable[[], dict[str, object]] = dict
     """How the run ended, by what the robot itself knows; None where it knows nothing."""
+    result_from: Sequence[str] = ()
+    """Components that `result` reads: one end of a robot in two processes has none without them."""
     ended: OutPort[Ending] | None = None
     """Where the model says that its task is over, if it ever does."""
     ends_on_failure: bool = True

@@ -1,11 +1,10 @@
-"""What a board's schema says of a setting: its type, its range, and what it is, in a sentence."""
+"""Descriptions of settings: type, range and a sentence, as a board's schema declares them.
 
-import ast
-import inspect
-import textwrap
+The sentence is the `Meta(description=...)` of the setting, or else the first line of its table's
+docstring.
+"""
+
 from collections.abc import Iterator, Sequence
-from functools import cache
-from itertools import pairwise
 from typing import Any, get_args, get_type_hints
 
 from msgspec import Meta, Struct
@@ -54,17 +53,17 @@ def _below(settings: Any, prefix: str) -> Iterator[tuple[str, Setting]]:  # noqa
         if isinstance(value, Struct | dict):
             yield from _below(value, f"{prefix}{name}.")
         elif isinstance(value, bool | int | float | str):
-            yield f"{prefix}{name}", _setting(type(settings), name, hints[name], value)
+            yield f"{prefix}{name}", _setting(type(settings), hints[name], value)
 
 
-def _setting(table: type[Struct], name: str, hint: Any, value: object) -> Setting:  # noqa: ANN401
+def _setting(table: type[Struct], hint: Any, value: object) -> Setting:  # noqa: ANN401
     metas = list(_metas(hint))
     bounds = {
         ours: next((bound for meta in metas if (bound := getattr(meta, theirs)) is not None), None)
         for ours, theirs in (("least", "ge"), ("most", "le"), ("above", "gt"), ("below", "lt"))
     }
     stated = next((meta.description for meta in metas if meta.description), "")
-    text = stated or _attribute_docstrings(table).get(name) or _first_line(table)
+    text = stated or (table.__doc__ or "").strip().partition("\n")[0]
     return Setting(type(value).__name__, text, **bounds)
 
 
@@ -72,30 +71,3 @@ def _metas(hint: Any) -> Iterator[Meta]:  # noqa: ANN401 -- a type hint
     yield from (each for each in getattr(hint, "__metadata__", ()) if isinstance(each, Meta))
     for inner in get_args(hint):
         yield from _metas(inner)
-
-
-def _first_line(table: type[Struct]) -> str:
-    """Of its own docstring: that of a class it derives from is about another table."""
-    return inspect.cleandoc(table.__doc__ or "").partition("\n")[0]
-
-
-@cache
-def _attribute_docstrings(table: type[Struct]) -> dict[str, str]:
-    """The docstrings that stand below the fields of a table, those it inherits too."""
-    found: dict[str, str] = {}
-    for each in reversed(table.__mro__):
-        if each is not Struct and issubclass(each, Struct):
-            found |= dict(_docstrings_in(each))
-    return found
-
-
-def _docstrings_in(table: type[Struct]) -> Iterator[tuple[str, str]]:
-    try:
-        body = ast.parse(textwrap.dedent(inspect.getsource(table))).body[0]
-    except (OSError, TypeError, SyntaxError):  # no source: the table's own docstring has to do
-        return
-    fields = body.body if isinstance(body, ast.ClassDef) else []
-    for field, below in pairwise(fields):
-        is_text = isinstance(below, ast.Expr) and isinstance(below.value, ast.Constant)
-        if isinstance(field, ast.AnnAssign) and isinstance(field.target, ast.Name) and is_text:
-            yield field.target.id, inspect.cleandoc(str(below.value.value))  # type: ignore[attr-defined] # is_text

@@ -7,7 +7,7 @@ commands that come meanwhile is its own: a controller's are stale at once, a mis
 from collections.abc import Callable
 from typing import TypeAlias
 
-from firmware_runtime.devs.time import MILLISECOND
+from firmware_runtime.devs.time import MILLISECOND, NEVER
 
 Interlock: TypeAlias = Callable[[], bool]
 """Returns whether outputs are enabled."""
@@ -16,6 +16,19 @@ POLL_PERIOD = 20 * MILLISECOND
 """Ns between two checks by a model that keeps its commands."""
 
 
-def always_enabled() -> bool:
-    """Return True: no supervision decides about these outputs."""
-    return True
+class _AlwaysEnabled:
+    """Interlock of outputs that no supervision decides about; it need not be polled."""
+
+    is_constant = True
+
+    def __call__(self) -> bool:
+        """Return True."""
+        return True
+
+
+always_enabled = _AlwaysEnabled()
+
+
+def poll_period(interlock: Interlock) -> int:
+    """Return the ns between two checks of an interlock; NEVER for one that `is_constant`."""
+    return NEVER if getattr(interlock, "is_constant", False) else POLL_PERIOD

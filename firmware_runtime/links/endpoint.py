@@ -38,13 +38,15 @@ def endpoint(option: str, text: str) -> Endpoint:
     bare = host.removeprefix("[").removesuffix("]")
     if not bare or not _is_port(port) or (":" in bare and bare == host):
         fault = f"{text}: expected ADDRESS:PORT, such as 127.0.0.1:7300 or [::1]:7300"
-        raise ConfigError(option, [fault])
+        raise ConfigError.of_one(option, fault)
     try:
         (family, _, _, _, where), *_ = socket.getaddrinfo(bare, int(port), type=socket.SOCK_DGRAM)
     except OSError as error:
-        raise ConfigError(option, [f"{text}: {error.strerror}; expected an address"]) from error
+        fault = f"{text}: {error.strerror}; expected an address"
+        raise ConfigError.of_one(option, fault) from error
     except UnicodeError as error:  # a name with an empty part, or one of more than 63 letters
-        raise ConfigError(option, [f"{text}: no host name; expected an address"]) from error
+        fault = f"{text}: no host name; expected an address"
+        raise ConfigError.of_one(option, fault) from error
     return Endpoint(family, where)
 
 
@@ -61,5 +63,5 @@ def bound(option: str, at: Endpoint) -> socket.socket:
     except OSError as error:
         made.close()
         fault = f"{at}: {error.strerror}; expected a free address"
-        raise ConfigError(option, [fault]) from error
+        raise ConfigError.of_one(option, fault) from error
     return made

@@ -71,6 +71,9 @@ class DoverBlock(Atomic):
     waiting --in?--> passing (0) --out! | fault!--> waiting
     """
 
+    has_dover_link = True
+    """What a run looks for before it imports what carries the texts."""
+
     def __init__(self, name: str, udp_port: int) -> None:
         super().__init__(name)
         if type(udp_port) is not int or not 0 < udp_port <= HIGHEST_PORT:

@@ -4,11 +4,10 @@ from typing import TYPE_CHECKING, Any
 
 from msgspec import Struct
 
-from firmware_runtime.board.ends import BoardEnd, other_end
+from firmware_runtime.board.ends import BoardEnd, other_end, robot_of
 from firmware_runtime.board.inputs import input_timeouts
 from firmware_runtime.board.registry import Board
 from firmware_runtime.board.robot import Robot
-from firmware_runtime.board.robot_of_end import robot_of
 from firmware_runtime.devs.part import Part
 from firmware_runtime.devs.ports import InPort
 from firmware_runtime.runs.hardware import Hardware

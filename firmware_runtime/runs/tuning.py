@@ -5,7 +5,7 @@ from typing import Any
 
 from msgspec.structs import replace
 
-from firmware_runtime.board.ends import BoardEnd, other_end
+from firmware_runtime.board.ends import BoardEnd, gains_elsewhere, other_end
 from firmware_runtime.board.registry import Board
 from firmware_runtime.board.retuning import (
     changed_keys,
@@ -23,10 +23,7 @@ def tuning_of(board: Board, end: BoardEnd | None, retune: Callable[[Any], None])
     """The gains and limits of a robot, or of one end of it: those that a model there takes up."""
     if end is None:
         return Tuning(board, retune)
-    # a run that is the whole robot starts without it
-    from firmware_runtime.board.gain_ends import taken_up_elsewhere  # noqa: PLC0415
-
-    elsewhere = taken_up_elsewhere(board, end)
+    elsewhere = gains_elsewhere(board, end)
     other = other_end(board, end).name if elsewhere else ""
     return Tuning(board, retune, dict.fromkeys(elsewhere, other))
 

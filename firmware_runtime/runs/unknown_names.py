@@ -28,10 +28,16 @@ from firmware_runtime.runs.start import start_session
 
 def named_in_vain(board: Board) -> Iterator[str]:
     """A sentence for each name of the definition that leads nowhere."""
-    schema = kinds.definition(board.kind).settings
+    defined = kinds.definition(board.kind)
     for pattern in board.retunable:
-        if not may_have(schema, pattern):
+        if not may_have(defined.settings, pattern):
             yield f"retunable: {pattern!r}: no file of this board has such a key"
+    known = {*board.unconnected().model.components, *defined.optional_components}
+    yield from (
+        f"retunable: {name!r}: no component of this board is called so"
+        for name in board.gains
+        if name not in known
+    )
     for name, experiment in board.experiments.items():
         yield from (f"experiments.{name}.{why}" for why in _of_experiment(board, experiment))
     if board.plant is not None:

@@ -69,6 +69,7 @@ def build(settings: DetectiveSettings, lines: Lines) -> Robot:
         ),
         unseen=() if isinstance(treads, ReadBack) else (treads.place,),
         result=lambda: {"found": model.has_found},
+        result_from=("mission",),
         ended=model.mission.ended,
         ends_on_failure=settings.mission.on_failure == "end",
         retune=model.retune,
@@ -130,6 +131,10 @@ BOARD = BoardDefinition(
     experiments=EXPERIMENTS,
     # with mission.avoid_obstacles; with turn_check
     optional_components=("model.Out4", "commanded_turn", "turn_check"),
-    retunable=("treads.speed", "radar_motor.duty"),
+    retunable={
+        "treads": ("treads.speed",),
+        "radar_motor": ("radar_motor.duty",),
+        "commanded_turn": ("treads.speed",),
+    },
     doubles_run_s=240.0,  # at most; it ends in front of the target
 )

@@ -62,6 +62,7 @@ def build(settings: TachobotSettings, lines: Lines) -> Robot:
         stop=tuple(chip.stop_all for chip in pwm),
         still_on=tuple(chip.still_on for chip in pwm),
         result=lambda: _result(model),
+        result_from=("controller",),
         ended=_ended(model),
         ends_on_failure=True,
         retune=model.retune,
@@ -169,14 +170,15 @@ BOARD = BoardDefinition(
     devices=devices,
     loads=loads,
     faults=faults,
-    retunable=(
-        "controller.*.kp",
-        "controller.*.ki",
-        "controller.*.kd",
-        "controller.*.anti_windup",
-        "thrust_pairs.slew_per_s",
-        "thrust_pairs.timeout_s",
-    ),
+    retunable={
+        "controller": (
+            "controller.*.kp",
+            "controller.*.ki",
+            "controller.*.kd",
+            "controller.*.anti_windup",
+        ),
+        "thrust_pairs": ("thrust_pairs.slew_per_s", "thrust_pairs.timeout_s"),
+    },
     optional_components=("esc", "lift", "position_input"),  # where it hovers
     inputs={
         "yaw_reference": "hold",

@@ -55,10 +55,13 @@ class ThrustPairsSettings(Settings, frozen=True):
     """Measured frequency of this chip's oscillator, nominally 25 MHz."""
     frequency_hz: Positive
     first_channel: Annotated[int, Meta(ge=0, le=8)]
-    slew_per_s: Positive
-    """Fastest change of a duty, full range per second."""
-    timeout_s: Seconds
-    """Without new forces for this long, all propellers are switched off."""
+    slew_per_s: Annotated[
+        Positive, Meta(description="Fastest change of a duty, full range per second.")
+    ]
+    timeout_s: Annotated[
+        Seconds,
+        Meta(description="Without new forces for this long, all propellers are switched off."),
+    ]
     pair_thrust_n: Positive | None = None
     """Full force of a pair; left out: the plant model's `world.pair_thrust_n`."""
 

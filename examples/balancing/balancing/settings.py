@@ -67,10 +67,17 @@ class ControllerTable(Settings, frozen=True):
     ki: NotNegative
     kd: NotNegative
     max_drive: Annotated[float, Meta(gt=0, le=1)]
-    lean_per_speed_rad: NotNegative
-    """How far it leans back for full speed, so that it comes to a stop."""
-    lean_per_place_rad_s: NotNegative
-    """How far it leans back for each second of full speed away from where it is to stand."""
+    lean_per_speed_rad: Annotated[
+        NotNegative,
+        Meta(description="How far it leans back for full speed, so that it comes to a stop."),
+    ]
+    lean_per_place_rad_s: Annotated[
+        NotNegative,
+        Meta(
+            description="How far it leans back for each second of full speed away from where it is "
+            "to stand."
+        ),
+    ]
     full_speed_m_s: Positive
     """What full voltage comes to on level ground."""
 

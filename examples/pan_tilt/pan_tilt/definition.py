@@ -72,6 +72,7 @@ def build(settings: PanTiltSettings, lines: Lines) -> Robot:
         stop=(model.pwm_chip.stop_all,),
         still_on=(model.pwm_chip.still_on,),
         result=lambda: {"following": model.controller.head.is_following},
+        result_from=("controller",),
         ended=None,
         ends_on_failure=True,
         retune=model.controller.retune,
@@ -85,6 +86,8 @@ BOARD = BoardDefinition(
     devices=devices,
     loads=loads,
     faults=faults,
-    retunable=("controller.kp", "controller.ki", "controller.kd", "controller.most_rad_s"),
+    retunable={
+        "controller": ("controller.kp", "controller.ki", "controller.kd", "controller.most_rad_s"),
+    },
     doubles_run_s=15.0,
 )

@@ -17,7 +17,7 @@ import msgspec
 
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.errors import ConfigError
-from firmware_runtime.links.dover.carrier import LOOPBACK
+from firmware_runtime.links.dover.dover import LOOPBACK, bound_to, waiting_in
 from firmware_runtime.links.ports.datagrams import MOST_PORTS, message_of
 from firmware_runtime.links.ports.ports_client import PortsClient
 from firmware_runtime.links.ports.robot_end import NoAnswer, RobotEnd
@@ -26,7 +26,6 @@ from firmware_runtime.models.dover import Refused, number_of_text, text_of_numbe
 RENEW_EVERY: Final = 2 * SECOND
 SILENT_AFTER: Final = 3 * RENEW_EVERY
 _AT_ONCE: Final = 256
-_LONGEST: Final = 256
 
 
 class Signal(NamedTuple):
@@ -75,7 +74,7 @@ class DoverBridge:
         self._end = RobotEnd(robot)
         self._selector.register(self._end, EVENT_READ)
         for port, udp_port in takes.items():
-            self._selector.register(_bound(udp_port), EVENT_READ, port)
+            self._selector.register(bound_to(udp_port, "--take"), EVENT_READ, port)
 
     def wake_by(self, descriptor: int) -> None:
         """Let `work` return early, too, when this becomes readable."""
@@ -127,12 +126,8 @@ class DoverBridge:
 
     def _from_udp(self, taken: socket.socket, port: str) -> None:
         """Of the numbers that have come to a port since the last poll, the newest counts."""
-        texts: list[bytes] = []
-        with suppress(OSError):
-            while len(texts) < _AT_ONCE:
-                texts.append(taken.recv(_LONGEST))
         values = []
-        for text in texts:
+        for text in waiting_in(taken, _AT_ONCE):
             try:
                 values.append(number_of_text(text.decode("latin-1")))
             except Refused as why:
@@ -198,14 +193,3 @@ def _signals(
 def _heads(name: str, outputs: list[str]) -> Iterator[str]:
     """The output ports that a signal can be a part of."""
     return (each for each in outputs if name == each or name.startswith(f"{each}."))
-
-
-def _bound(udp_port: int) -> socket.socket:
-    made = socket.socket(socket.AF_INET, socket.SOCK_DGRAM | socket.SOCK_NONBLOCK)
-    try:
-        made.bind((LOOPBACK, udp_port))
-    except OSError as error:
-        made.close()
-        fault = f"{udp_port}: {error.strerror}; expected a free port of {LOOPBACK}"
-        raise ConfigError.of_one("--take", fault) from error
-    return made

@@ -1,92 +1,172 @@
-"""The paper's blocks in a model that runs in real time: what they say leaves, what comes arrives.
+"""The paper's blocks in a model that runs in real time: texts over UDP of this machine.
 
-Texts that `SndDover` blocks send go to a carrier, a process of its own, which sends each as one UDP
-datagram to its port of this machine; those that come to a port are external events of all
-`RcvDover` blocks with that port.
+A text that an `SndDover` block sends is one UDP datagram to its port at 127.0.0.1; those that come
+to a port are external events of all `RcvDover` blocks with that port. A block whose `text` is
+coupled within the model speaks with that, and not with the network: so a model of both ends runs in
+virtual time too.
 
-To the loop this is a source, and a hook that sends between two steps; it never waits.
+To the loop each port is a source, and the link a hook that sends between two steps; nothing waits.
 """
 
-import subprocess
+import socket
 from collections import deque
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from contextlib import suppress
 from functools import partial
-from typing import Any, Final
+from typing import Any, Final, TypeAlias
 
-from firmware_runtime.devs.ports import InPort
+from firmware_runtime.devs.component import Component
+from firmware_runtime.devs.coupled import Coupled, with_all_below
+from firmware_runtime.devs.ports import InPort, Owner
+from firmware_runtime.executive.clocks import Clock, VirtualClock
 from firmware_runtime.executive.executive import Executive
-from firmware_runtime.links.cut.channel import CarrierChannel, ChannelClosed, frames
-from firmware_runtime.links.dover.blocks import DoverBlocks
-from firmware_runtime.links.dover.carrier import HEAD, Counts, counts_of
-from firmware_runtime.statistics.statistics import RunState
+from firmware_runtime.links.endpoint import Endpoint, bound
+from firmware_runtime.models.dover import DoverBlock, RcvDover, SndDover
 
-AT_ONCE: Final = 64
-"""How many texts are read in one pass of the loop."""
+LOOPBACK: Final = "127.0.0.1"
+NEWEST: Final = 8
+"""Texts of one port that enter the model at once; older ones that came with them are dropped."""
 ROOM: Final = 256
-"""How many texts may wait to be sent; then the oldest makes room."""
+"""Texts that may wait to be sent; then the oldest makes room."""
+AT_ONCE: Final = 64
+"""Datagrams of one port that are read in one pass of the loop."""
+_LONGEST: Final = 256
+"""Bytes that are read of a datagram: more than any text that is a number."""
+
+Entrances: TypeAlias = dict[int, InPort[str]]
+"""Input ports of the top model by the port of UDP whose texts they take."""
+
+
+class DoverBlocks:
+    """The blocks of a model that speak with the network; draws couplings to the receivers.
+
+    The model must not be on an executive yet. In virtual time there is no network, and none speaks.
+    """
+
+    def __init__(self, root: Component, clock: Clock) -> None:
+        is_virtual = isinstance(clock, VirtualClock)
+        blocks = [
+            each
+            for each in with_all_below(root)
+            if isinstance(each, DoverBlock) and not (is_virtual or _is_coupled(each))
+        ]
+        self.senders = [each for each in blocks if isinstance(each, SndDover)]
+        self.entrances: Entrances = {
+            each.udp_port: _entrance(each, root) for each in blocks if isinstance(each, RcvDover)
+        }
+
+    def __bool__(self) -> bool:
+        return bool(self.senders or self.entrances)
 
 
 class DoverLink:
-    """The blocks of a model on its executive, and their carrier, which it starts.
+    """The blocks of a model on its executive, with their sockets on 127.0.0.1.
 
     Raises ConfigError if a port is taken.
     """
 
     def __init__(self, blocks: DoverBlocks, executive: Executive) -> None:
-        self.received = self.sent = self.dropped = 0
-        """Texts since the start; those dropped found no room here."""
-        self.carrier = Counts()
-        """What the carrier has counted, of a second ago at most."""
-        self._request_stop = executive.request_stop
-        self._entrances = blocks.entrances
-        ports = ",".join(map(str, blocks.entrances))
-        self._channel = CarrierChannel("firmware_runtime.links.dover.carrier", [ports], "DOVER")
+        self.sent = self.dropped = 0
+        """Texts since the start; those dropped found no room, here or in the kernel."""
         self._left: deque[tuple[int, str]] = deque(maxlen=ROOM)
+        self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM | socket.SOCK_NONBLOCK)
+        self._receivers: list[_Receiver] = []
+        try:
+            for udp_port, entrance in blocks.entrances.items():
+                self._receivers.append(_Receiver(bound_to(udp_port, "DOVER"), entrance))
+        except BaseException:
+            self.close()
+            raise
+        for receiver in self._receivers:
+            executive.add_source(receiver)
         for block in blocks.senders:
             executive.simulator.listen(block.text, partial(self._leave, block.udp_port))
-        executive.add_source(self)
         executive.hooks.append(self)
 
     @property
-    def process(self) -> "subprocess.Popen[bytes]":
-        """The carrier."""
-        return self._channel.process
+    def received(self) -> int:
+        """Texts that entered the model since the start."""
+        return sum(each.received for each in self._receivers)
 
-    def fileno(self) -> int:
-        """The descriptor that becomes readable when a text has come."""
-        return self._channel.fileno()
-
-    def receive(self) -> Sequence[tuple[InPort[Any], object]]:
-        """The texts that have come, in their order."""
-        arrived: list[tuple[InPort[Any], object]] = []
-        try:
-            for frame in frames(self._channel, AT_ONCE):
-                (port,) = HEAD.unpack_from(frame)
-                if port == 0:
-                    self.carrier = counts_of(frame)
-                else:
-                    text = frame[HEAD.size :].decode("latin-1")
-                    arrived.append((self._entrances[port], text))
-        except ChannelClosed:
-            self._request_stop("the carrier of the DOVER blocks has ended", RunState.FAILED)
-        self.received += len(arrived)
-        return arrived
+    @property
+    def preempted(self) -> int:
+        """Texts that newer ones of their port replaced before they could enter."""
+        return sum(each.preempted for each in self._receivers)
 
     def between_steps(self, _now: int, _left: int) -> None:
         """Send what has left."""
         while self._left:
-            port, text = self._left.popleft()
+            udp_port, text = self._left.popleft()
             try:
-                self._channel.send(HEAD.pack(port) + text.encode())
-            except OSError:
+                self._socket.sendto(text.encode(), (LOOPBACK, udp_port))
+            except OSError:  # no room; a missing peer is not noticed
                 self.dropped += 1
             else:
                 self.sent += 1
 
     def close(self) -> None:
-        """End the carrier."""
-        self._channel.close()
+        """Close the sockets."""
+        self._socket.close()
+        for receiver in self._receivers:
+            receiver.socket.close()
 
-    def _leave(self, port: int, _at: int, text: str) -> None:
-        self.dropped += len(self._left) == ROOM
-        self._left.append((port, text))
+    def _leave(self, udp_port: int, _at: int, text: str) -> None:
+        if len(self._left) == ROOM:
+            self.dropped += 1
+        self._left.append((udp_port, text))
+
+
+class _Receiver:
+    """A source of the loop: one port of UDP, whose texts enter the model by one of its ports."""
+
+    def __init__(self, taken: socket.socket, entrance: InPort[str]) -> None:
+        self.received = self.preempted = 0
+        self.socket = taken
+        self._entrance = entrance
+
+    def fileno(self) -> int:
+        return self.socket.fileno()
+
+    def receive(self) -> Sequence[tuple[InPort[Any], object]]:
+        texts = waiting_in(self.socket, AT_ONCE)
+        newest = texts[-NEWEST:]
+        self.received += len(newest)
+        self.preempted += len(texts) - len(newest)
+        return [(self._entrance, text.decode("latin-1")) for text in newest]
+
+
+def bound_to(udp_port: int, option: str) -> socket.socket:
+    """Return a socket at a port of 127.0.0.1. Raises ConfigError about `option` if it is taken."""
+    return bound(option, Endpoint(socket.AF_INET, (LOOPBACK, udp_port)))
+
+
+def waiting_in(taken: socket.socket, most: int) -> list[bytes]:
+    """Return the datagrams that have come, without waiting; `most` of them, each cut to 256 bytes."""
+    texts: list[bytes] = []
+    with suppress(OSError):
+        while len(texts) < most:
+            texts.append(taken.recv(_LONGEST))
+    return texts
+
+
+def _is_coupled(block: DoverBlock) -> bool:
+    """Return whether something within the model feeds its text, or takes it."""
+    if not isinstance(block.parent, Coupled):
+        return False
+    port = {**block.in_ports, **block.out_ports}["text"]
+    return any(port in coupling for coupling in block.parent.couplings)
+
+
+def _entrance(block: RcvDover, root: Component) -> InPort[str]:
+    """Return the root's input port for a block, coupled down to it; those of one port share it."""
+    above: Owner | None = block.parent
+    end = block.text
+    while isinstance(above, Coupled):
+        name = f"dover:{block.udp_port}"
+        begin = above.in_ports[name] if name in above.in_ports else above.in_port(name, str)
+        if (begin, end) not in above.couplings:
+            above.couple(begin, end)
+        if above is root:
+            return begin
+        end, above = begin, above.parent
+    return end

@@ -9,9 +9,8 @@ from typing import Any, NamedTuple, TypeAlias
 
 import msgspec
 
-from firmware_runtime.board.ends import end_of
+from firmware_runtime.board.ends import end_of, robot_of
 from firmware_runtime.board.registry import Board
-from firmware_runtime.board.robot_of_end import robot_of
 from firmware_runtime.devs.component import below_root
 from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.ports import InPort, OutPort

@@ -10,13 +10,12 @@ import msgspec
 from msgspec.structs import replace
 
 from firmware_runtime.board.configuration import configuration_of
-from firmware_runtime.board.ends import end_of
+from firmware_runtime.board.ends import end_of, robot_of
 from firmware_runtime.board.lines import Lines
 from firmware_runtime.board.registry import Board
 from firmware_runtime.board.rig import Rig
 from firmware_runtime.board.rigs import rig_for
 from firmware_runtime.board.robot import Robot
-from firmware_runtime.board.robot_of_end import robot_of
 from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.component import below_root
 from firmware_runtime.devs.functions import Functions, Wrapped
@@ -30,7 +29,7 @@ from firmware_runtime.executive.ledger import Ledger
 from firmware_runtime.executive.profiler import Profiler
 from firmware_runtime.executive.progress import Progress
 from firmware_runtime.executive.untimed_ledger import open_ledger
-from firmware_runtime.links.dover.blocks import DoverBlocks
+from firmware_runtime.links.dover.dover import DoverBlocks
 from firmware_runtime.recording.blackbox.header import Header
 from firmware_runtime.recording.blackbox.state.keyframes import ForeignState
 from firmware_runtime.recording.blackbox.tapped_models import output_ports, own_atomics, tap_outputs

@@ -75,6 +75,7 @@ def build(settings: RobotNameSettings, lines: Lines) -> Robot:
         stop=(model.pwm_chip.stop_all,),
         still_on=(model.pwm_chip.still_on,),
         result=lambda: result(controller.pid.reference, controller.tracker.motion),
+        result_from=("controller",),
         retune=lambda changed: controller.retune(changed.controller),
         shown=model.sonar.distance_out,
     )
@@ -86,7 +87,9 @@ BOARD = BoardDefinition(
     devices=devices,
     loads=loads,
     faults=faults,
-    retunable=("controller.kp", "controller.ki", "controller.kd", "controller.max_drive"),
+    retunable={
+        "controller": ("controller.kp", "controller.ki", "controller.kd", "controller.max_drive"),
+    },
     inputs={"distance_m": "hold"},
     doubles_run_s=20.0,
 )

@@ -44,14 +44,14 @@ class ControllerTable(Settings, frozen=True):
 
     distance_m: Positive
     lost_s: Seconds
-    kp: NotNegative
-    """Share of full voltage per m from the distance."""
-    ki: NotNegative
-    """Share of full voltage per m s."""
-    kd: NotNegative
-    """Share of full voltage per m/s."""
-    max_drive: Annotated[float, Meta(gt=0, le=1)]
-    """Share of full voltage, at most."""
+    kp: Annotated[
+        NotNegative, Meta(description="Share of full voltage per m from the distance.")
+    ]
+    ki: Annotated[NotNegative, Meta(description="Share of full voltage per m s.")]
+    kd: Annotated[NotNegative, Meta(description="Share of full voltage per m/s.")]
+    max_drive: Annotated[
+        float, Meta(gt=0, le=1, description="Share of full voltage, at most.")
+    ]
 
 
 class WorldTable(Settings, frozen=True):
