@@ -15,10 +15,9 @@ from typing import TYPE_CHECKING, Final
 
 if TYPE_CHECKING:
     from firmware_runtime.board.definition import BoardDefinition
-    from firmware_runtime.board.ending import Ending
     from firmware_runtime.board.faults import Device
     from firmware_runtime.board.lines import Lines
-    from firmware_runtime.board.robot import Robot
+    from firmware_runtime.board.robot import Ending, Robot
     from firmware_runtime.board.settings import BoardSettings
     from firmware_runtime.devs.atomic import Atomic
     from firmware_runtime.devs.classic import ClassicSimulator
@@ -95,8 +94,7 @@ if TYPE_CHECKING:
     from firmware_runtime.models.state_table import Arrow, State, StateTableError
     from firmware_runtime.runs.model_alone import open_model, run
     from firmware_runtime.runs.open_board import OpenBoard, open_board
-    from firmware_runtime.runs.open_run import OpenRun
-    from firmware_runtime.runs.result import RunResult
+    from firmware_runtime.runs.open_run import OpenRun, RunResult
     from firmware_runtime.statistics.figures import Figures, ModelFigures
     from firmware_runtime.statistics.reader import read_statistics
     from firmware_runtime.statistics.statistics import RunState, Statistics
@@ -149,7 +147,7 @@ _WHERE: Final = {
     "OpenBoard": "runs.open_board",
     "open_board": "runs.open_board",
     "OpenRun": "runs.open_run",
-    "RunResult": "runs.result",
+    "RunResult": "runs.open_run",
     "Figures": "statistics.figures",
     "ModelFigures": "statistics.figures",
     "read_statistics": "statistics.reader",

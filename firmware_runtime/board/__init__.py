@@ -1,4 +1,4 @@
-"""What a board is: its settings, its checks, its bus budget and the robot they make.
+"""Boards: their settings, checks and bus budget, and the robot they make.
 
 A board comes from any package by an entry point. `registry` finds and reads it, `strict` and
 `variants` refuse what its file may not say, `faults` and `lines` are what its definition works

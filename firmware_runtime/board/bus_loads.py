@@ -1,4 +1,4 @@
-"""What a board's devices ask of each bus, from what each of them repeats."""
+"""Bus load of a board's devices, from what each of them repeats."""
 
 from collections.abc import Iterable, Mapping, Sequence
 

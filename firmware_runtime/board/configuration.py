@@ -1,4 +1,4 @@
-"""What a board's settings set in the loop: policies, deadlines, lines to count, the process."""
+"""Configuration of the loop by a board's settings: policies, deadlines, lines, process."""
 
 from collections.abc import Collection, Iterable
 from typing import Any
@@ -28,7 +28,7 @@ from firmware_runtime.hal.accounted_port import AccountedPort
 def configuration_of(
     board: Board, model: Component, lines: Lines, elsewhere: Collection[str] = ()
 ) -> Configuration:
-    """What the loop that runs this model on these lines is given.
+    """Return the configuration of the loop that runs this model on these lines.
 
     What names a component that runs `elsewhere`, in another process, is left to that. Raises
     ConfigError, listing all deadlines that name what the model has not.

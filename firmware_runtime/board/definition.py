@@ -106,7 +106,6 @@ class BoardDefinition(Struct, Generic[S], frozen=True, kw_only=True):
         if (fault := plant_fault(self.plant)) is not None:
             raise SettingError(fault)
 
-
     @property
     def gains(self) -> Mapping[str, Sequence[str]]:
         """The retunable keys by the component that takes them up; empty where none is named."""
@@ -114,7 +113,7 @@ class BoardDefinition(Struct, Generic[S], frozen=True, kw_only=True):
 
     @property
     def retunable_keys(self) -> Sequence[str]:
-        """All retunable keys, each once."""
+        """Return all retunable keys, each once."""
         if not isinstance(self.retunable, Mapping):
             return self.retunable
         return tuple(dict.fromkeys(key for keys in self.retunable.values() for key in keys))

@@ -24,7 +24,7 @@ from firmware_runtime.errors import ConfigError
 
 
 class BoardEnd(Struct, frozen=True):
-    """What one of the two processes runs."""
+    """End of a board: what one of the two processes runs."""
 
     role: str
     name: str
@@ -38,7 +38,7 @@ class BoardEnd(Struct, frozen=True):
 
 
 def end_of(board: Board, role: str) -> BoardEnd:
-    """What a role runs. Raises ConfigError for one that the board has not, or that cannot be."""
+    """Return the end of a role. Raises ConfigError for a role that is unknown or cannot be."""
     model, holding = _whole(board)
     own = components_of(board.settings.roles, model, role)
     others = tuple(name for name in model.components if name not in own)
@@ -58,7 +58,7 @@ def end_of(board: Board, role: str) -> BoardEnd:
 
 
 def ends_of(board: Board) -> dict[str, str]:
-    """What a board calls its two ends: `robot` is the one with the hardware, the other computes.
+    """Return a board's roles by end: `robot` has the hardware, `controller` computes.
 
     Raises ConfigError for a board whose [roles] make no two ends.
     """
@@ -78,7 +78,7 @@ def ends_of(board: Board) -> dict[str, str]:
 
 
 def other_end(board: Board, end: BoardEnd) -> BoardEnd:
-    """What the other process runs, be there hardware at either end or at none."""
+    """Return the other end, be there hardware at either end or at none."""
     roles: Roles = board.settings.roles
     model, elsewhere = _whole(board)[0], {*end.elsewhere}
     named = _roles_here(roles, model)

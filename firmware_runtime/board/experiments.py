@@ -23,7 +23,7 @@ _FUNCTION: Final = r"[^\W\d]\w*(\.[^\W\d]\w*)*:[^\W\d]\w*"
 
 
 class Experiment(Struct, frozen=True, kw_only=True):
-    """What every experiment says of itself."""
+    """Declaration of an experiment, of either kind."""
 
     title: str
     """Such as `Step of the yaw reference`."""
@@ -69,7 +69,7 @@ class StepExperiment(Experiment, frozen=True, kw_only=True):
 
     @property
     def for_s(self) -> float:
-        """How long a run of it takes."""
+        """Length of a run of it, s."""
         return self.at_s + self.watched_s
 
 

@@ -33,7 +33,7 @@ def input_timeouts(board: Board, robot: Robot) -> dict[str, int | None]:
 
 
 def described(name: str, timeout: int | None) -> str:
-    """What the silence of a port does, a few words."""
+    """Return what the silence of a port does, a few words."""
     if timeout is None:
         return f"input {name}: holds its last value"
     return f"input {name}: outputs are off {timeout / SECOND:g} s after its last value"

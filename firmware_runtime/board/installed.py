@@ -39,7 +39,7 @@ def shipped_file(kind: str) -> Path:
 
 
 def definition(kind: str) -> BoardDefinition[Any]:
-    """What a kind's package says of it. Raises ConfigError if that breaks the contract."""
+    """Return the definition of a kind. Raises ConfigError if it breaks the contract."""
     entry_point = entry_point_of(kind)
     if both := " and ".join(rivals(GROUP, kind)):
         raise broken(entry_point, f"{both} both provide it; expected one of them uninstalled")
@@ -67,14 +67,14 @@ def blamed_on(entry_point: "EntryPoint", what: str) -> Iterator[None]:
 
 
 def broken(entry_point: "EntryPoint", fault: str) -> ConfigError:
-    """What is wrong with the package that provides a board or a rig."""
+    """Return the error of a package that provides a board or a rig and is broken."""
     whose = "an unknown package" if entry_point.dist is None else entry_point.dist.name
     kind = entry_point.group.rpartition(".")[2].removesuffix("s")
     return ConfigError.of_one(f"{kind} {entry_point.name} of the package {whose}", fault)
 
 
 def _place(entry_point: "EntryPoint", error: BaseException) -> str:
-    """Where it was raised, as near as can be to what the package itself did."""
+    """Return where it was raised, as near as can be to the package's own code."""
     if isinstance(error, SyntaxError):
         return ""  # it names the place itself
     import traceback  # noqa: PLC0415 -- of a package with a defect only

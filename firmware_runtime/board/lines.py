@@ -1,4 +1,4 @@
-"""What a robot is connected to: I2C buses, serial ports and enable line, named by board.toml."""
+"""Lines of a robot: I2C buses, serial ports and enable line, named by board.toml."""
 
 from collections.abc import Iterable, Mapping
 

@@ -1,4 +1,4 @@
-"""What a board says of the body that it moves: enough to identify it from a recording, and to tune.
+"""Plant of a board, the body that it moves: for `identify` from a recording, and `tune`.
 
     PLANT = Plant(
         title="the wheel",
@@ -84,7 +84,7 @@ class Plant(Struct, frozen=True, kw_only=True):
 
 
 def plant_fault(plant: object) -> str | None:
-    """What is wrong with what a definition calls its plant, in a sentence, or None."""
+    """Return what is wrong with a definition's plant, in a sentence, or None."""
     if plant is None:
         return None
     if not isinstance(plant, Plant):

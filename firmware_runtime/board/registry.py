@@ -91,7 +91,7 @@ class Board(Struct, frozen=True):
 
 
 def is_name(text: str) -> bool:
-    """Whether a robot can be called so; a path with a dot or a slash in it is none."""
+    """Return whether a robot can be called so; a path with a dot or a slash is no name."""
     return _NAME.fullmatch(text) is not None
 
 
@@ -201,7 +201,7 @@ def _faults_of(
     settings: BoardSettings,
     devices: Sequence[Device],
 ) -> list[str]:
-    """What no single value shows: the same of every board, and what its package says."""
+    """Return what no single value shows: the same of every board, and its package's own."""
     faults = executive_faults(settings.executive, settings.guard)
     serial_devices, ports = defined.serial_devices(settings), settings.ports
     faults += device_faults(devices, settings.buses, serial_devices, ports)
@@ -215,7 +215,7 @@ def _faults_of(
 
 
 def own_faults(defined: BoardDefinition[Any], settings: BoardSettings) -> Sequence[str]:
-    """What the package's own hook finds. Raises SettingError if that is no list of sentences."""
+    """Return what the package's own hook finds. Raises SettingError if these are no sentences."""
     found = defined.faults(settings)
     if not (isinstance(found, list | tuple) and all(isinstance(each, str) for each in found)):
         raise SettingError(

@@ -1,4 +1,4 @@
-"""What of a board's settings may change while a robot runs: gains and limits, by their keys."""
+"""Retuning: settings that may change while a robot runs, gains and limits, by their keys."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from functools import reduce
@@ -13,12 +13,14 @@ from firmware_runtime.board.registry import Board, own_faults
 from firmware_runtime.errors import ConfigError
 
 
-def changed_keys(before: Any, after: Any) -> Iterator[str]:  # noqa: ANN401
+def changed_keys(before: object, after: object) -> Iterator[str]:
     """The keys whose values differ, in full, such as `controller.yaw.kp`."""
     return (key for key, _, _ in changed_values(before, after))
 
 
-def changed_values(before: Any, after: Any, prefix: str = "") -> Iterator[tuple[str, Any, Any]]:  # noqa: ANN401
+def changed_values(
+    before: object, after: object, prefix: str = ""
+) -> Iterator[tuple[str, Any, Any]]:
     """The keys whose values differ, in full, and both values; None where there is no such key."""
     if isinstance(before, Struct) and isinstance(after, Struct):
         tables: tuple[Any, Any] = (
@@ -36,7 +38,7 @@ def changed_values(before: Any, after: Any, prefix: str = "") -> Iterator[tuple[
         yield from changed_values(tables[0].get(name), tables[1].get(name), path)
 
 
-def settings_with(board: Board, values: Mapping[str, object]) -> Any:  # noqa: ANN401 -- as `settings`
+def settings_with(board: Board, values: Mapping[str, object]) -> Any:  # noqa: ANN401 -- any board's
     """A board's settings with other values at these keys. Raises ConfigError with every fault."""
     table = _present(json.decode(json.encode(board.settings)))
     faults: list[str] = []
@@ -53,15 +55,17 @@ def settings_with(board: Board, values: Mapping[str, object]) -> Any:  # noqa: A
     return settings
 
 
-def _present(value: Any) -> Any:  # noqa: ANN401 -- of any type
+def _present(value: object) -> Any:  # noqa: ANN401 -- any board's
     """A table without the keys that have no value."""
     if not isinstance(value, dict):
         return value
     return {key: _present(each) for key, each in value.items() if each is not None}
 
 
-def retunable_values(settings: Any, retunable: Sequence[str], prefix: str = "") -> dict[str, Any]:  # noqa: ANN401
-    """What may change while a robot runs, by its key in full, as it is in these settings."""
+def retunable_values(
+    settings: object, retunable: Sequence[str], prefix: str = ""
+) -> dict[str, Any]:
+    """Return what may change while a robot runs, by its full key, as these settings have it."""
     tables = _fields(settings) if isinstance(settings, Struct) else settings
     if not isinstance(tables, dict):
         is_meant = prefix and not need_restart([prefix], retunable)
@@ -72,17 +76,17 @@ def retunable_values(settings: Any, retunable: Sequence[str], prefix: str = "") 
     return found
 
 
-def has_key(settings: Any, key: str) -> bool:  # noqa: ANN401 -- any board's
-    """Whether these settings have a value at this key, one that may change or not."""
+def has_key(settings: object, key: str) -> bool:
+    """Return whether these settings have a value at this key, one that may change or not."""
     return key in retunable_values(settings, [key])
 
 
 def need_restart(changed: Sequence[str], retunable: Sequence[str]) -> list[str]:
-    """Those of the changed keys that only a new run takes up; `*` stands for any one word."""
+    """Return the changed keys that only a new run takes up; `*` stands for any one word."""
     return [key for key in changed if not any(_matches(key, pattern) for pattern in retunable)]
 
 
-def retuned(before: Any, after: Any, retunable: Sequence[str], prefix: str = "") -> Any:  # noqa: ANN401
+def retuned(before: object, after: object, retunable: Sequence[str], prefix: str = "") -> Any:  # noqa: ANN401 -- any board's
     """The settings `before`, with nothing but what is retunable as it is in `after`."""
     if isinstance(before, Struct) and isinstance(after, Struct):
         own, new = _fields(before), _fields(after)

@@ -23,17 +23,17 @@ class Doubles(Protocol):
 
     @property
     def enable(self) -> EnableLine | None:
-        """What lets the PWM outputs through, if the board has such a line."""
+        """Line that lets the PWM outputs through, if the board has one."""
 
     def result(self, elapsed: int, own: Mapping[str, object]) -> dict[str, object]:
-        """How a run of `elapsed` ns ended, by the true state of the world now.
+        """Return how a run of `elapsed` ns ended, by the true state of the world now.
 
         `own` is what the robot itself knows about it.
         """
 
     @property
     def outputs(self) -> dict[str, int]:
-        """How many outputs of each actuating chip are on."""
+        """Number of outputs that are on, by actuating chip."""
 
 
 class Rig(Doubles, Protocol):
@@ -53,7 +53,7 @@ class Rig(Doubles, Protocol):
         """Let sensors that sample by themselves take what they have to, and the world go on."""
 
     def levels(self, at: int) -> dict[str, float]:
-        """How each output stands at `at`, not in the past: a share of its time, or rad/s."""
+        """Return how each output stands at `at`, not in the past: a share of its time, or rad/s."""
 
     def next_change_at(self, at: int) -> int:
         """The first instant after `at` at which an output changes if its chip is left alone."""

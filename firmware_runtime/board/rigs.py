@@ -1,4 +1,4 @@
-"""Which rig stands for which board when a robot runs on doubles, here or in another process.
+"""Rigs by board, for a robot that runs on doubles, here or in another process.
 
 Only the board's own rig is imported, by its entry point.
 """
@@ -69,7 +69,7 @@ def _check_lines(rig: Rig) -> None:
 
 
 def of_rig(board: Board, part: str, value: Mapping[str, T]) -> dict[str, T]:
-    """What a part of the board's rig returned, by names. Raises ConfigError if that is none."""
+    """Return what a part of a rig returned, by names. Raises ConfigError if that is none."""
     with blamed_on_rig(board, part):
         if not isinstance(value, Mapping):
             raise SettingError(f"{value!r}", expected="values by their names")
@@ -92,7 +92,7 @@ def shown_by(rig: Rig, board: Board) -> OutPort[float] | None:
 
 
 def has_rig(board: Board) -> bool:
-    """Whether the board can run on doubles."""
+    """Return whether the board can run on doubles."""
     return _entry_point(board) is not None
 
 

@@ -2,16 +2,22 @@
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from typing import Any, Final
+from typing import Any, Final, NamedTuple
 
 from msgspec import Struct
 
-from firmware_runtime.board.ending import Ending
 from firmware_runtime.devs.component import Component
 from firmware_runtime.devs.coupled import Coupled, with_all_below
 from firmware_runtime.devs.ports import OutPort
 from firmware_runtime.errors import ConfigError, FirmwareRuntimeError, text_of
 from firmware_runtime.hal.wire_errors import HalError
+
+
+class Ending(NamedTuple):
+    """Ending of a run: its reason, and whether something went wrong."""
+
+    reason: str
+    failed: bool
 
 
 def _keep(_settings: object) -> None:
@@ -54,7 +60,7 @@ def declaring(model: Coupled, what: str) -> tuple[str, ...]:
 
 
 class Robot(Struct, frozen=True):
-    """What a board's wiring makes of settings and buses: a model, probes and stops, and more."""
+    """Robot made by a board's wiring of settings and buses: a model, probes, stops, and more."""
 
     model: Coupled
     probe: Sequence[Callable[[], None]]
@@ -81,7 +87,7 @@ class Robot(Struct, frozen=True):
     """What drives something and cannot be read back."""
 
     def fault(self) -> str | None:
-        """What it consists of that can be neither run nor switched off, in a sentence."""
+        """Return what it has that can be neither run nor switched off, in a sentence."""
         if not isinstance(self.model, Component):
             return f"model: {self.model!r}: expected a Coupled"
         for part, (is_sound, expected) in _PARTS.items():
@@ -99,7 +105,7 @@ class Robot(Struct, frozen=True):
                 step()
 
     def own_result(self) -> dict[str, object]:
-        """How the run ended, by what the robot itself knows. Raises ConfigError for a defect."""
+        """Return how the run ended, by the robot itself. Raises ConfigError for a defect."""
         with self._named("result"):
             return dict(self.result())
 
@@ -115,7 +121,7 @@ class Robot(Struct, frozen=True):
             raise ConfigError.of_one(f"robot {self.model.name}", found) from error
 
     def outputs_on(self) -> list[str]:
-        """What is on by what can be read back, or cannot be at the moment; one sentence each."""
+        """Return what is on, or cannot be read back at the moment; one sentence each."""
         found: list[str] = []
         for read_back in self.still_on:
             try:

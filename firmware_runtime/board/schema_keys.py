@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator
 from types import NoneType
-from typing import Any, get_args, get_origin, get_type_hints
+from typing import get_args, get_origin, get_type_hints
 
 from msgspec import Struct, structs
 
@@ -13,7 +13,7 @@ ANY = "*"
 
 
 def may_have(schema: type[Struct], pattern: str) -> bool:
-    """Whether a file of this schema may have a key like `controller.*.kp`."""
+    """Return whether a file of this schema may have a key like `controller.*.kp`."""
     wanted = pattern.split(".")
     return any(
         len(key) == len(wanted)
@@ -22,7 +22,7 @@ def may_have(schema: type[Struct], pattern: str) -> bool:
     )
 
 
-def _keys(type_: Any) -> Iterator[tuple[str, ...]]:  # noqa: ANN401 -- a type hint
+def _keys(type_: object) -> Iterator[tuple[str, ...]]:
     """The words of each key below a type; one empty key of a type that is no table."""
     if is_struct(type_):
         hints = get_type_hints(type_, include_extras=True)

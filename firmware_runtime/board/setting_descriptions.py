@@ -5,7 +5,7 @@ docstring.
 """
 
 from collections.abc import Iterator, Sequence
-from typing import Any, get_args, get_type_hints
+from typing import get_args, get_type_hints
 
 from msgspec import Meta, Struct
 
@@ -36,12 +36,12 @@ class Setting(Struct, frozen=True):
         return ", ".join(form.format(bound) for bound, form in words if bound is not None)
 
 
-def described(settings: Any, retunable: Sequence[str]) -> dict[str, Setting]:  # noqa: ANN401
+def described(settings: object, retunable: Sequence[str]) -> dict[str, Setting]:
     """The settings that may change while a robot runs, by their keys."""
     return {key: each for key, each in _below(settings, "") if not need_restart([key], retunable)}
 
 
-def _below(settings: Any, prefix: str) -> Iterator[tuple[str, Setting]]:  # noqa: ANN401
+def _below(settings: object, prefix: str) -> Iterator[tuple[str, Setting]]:
     if isinstance(settings, dict):
         for name, value in settings.items():
             yield from _below(value, f"{prefix}{name}.")
@@ -56,7 +56,7 @@ def _below(settings: Any, prefix: str) -> Iterator[tuple[str, Setting]]:  # noqa
             yield f"{prefix}{name}", _setting(type(settings), hints[name], value)
 
 
-def _setting(table: type[Struct], hint: Any, value: object) -> Setting:  # noqa: ANN401
+def _setting(table: type[Struct], hint: object, value: object) -> Setting:
     metas = list(_metas(hint))
     bounds = {
         ours: next((bound for meta in metas if (bound := getattr(meta, theirs)) is not None), None)
@@ -67,7 +67,7 @@ def _setting(table: type[Struct], hint: Any, value: object) -> Setting:  # noqa:
     return Setting(type(value).__name__, text, **bounds)
 
 
-def _metas(hint: Any) -> Iterator[Meta]:  # noqa: ANN401 -- a type hint
+def _metas(hint: object) -> Iterator[Meta]:
     yield from (each for each in getattr(hint, "__metadata__", ()) if isinstance(each, Meta))
     for inner in get_args(hint):
         yield from _metas(inner)

@@ -67,7 +67,7 @@ class OutputEnableSettings(Settings, frozen=True):
 
 
 class LatePolicy(Settings, frozen=True, tag_field="policy"):
-    """What happens when one model's activation comes late."""
+    """Policy for activations of one model that come late."""
 
     policy: ClassVar[Policy]
     tolerance_us: Microseconds | None = None
@@ -99,7 +99,7 @@ ModelPolicy: TypeAlias = SkipPolicy | CatchUpPolicy | StopPolicy
 
 
 class PathDeadlineSettings(Settings, frozen=True):
-    """How long a sensor's sample may take to an actuator's write."""
+    """Deadline from a sensor's sample to an actuator's write."""
 
     source: str
     """Output port of the sensor, such as `imu.sample`."""
@@ -109,7 +109,7 @@ class PathDeadlineSettings(Settings, frozen=True):
 
 
 class ArmingSettings(Settings, frozen=True):
-    """When the outputs of a robot may be driven; doubles made for a run always may be."""
+    """Terms on which a robot's outputs may be driven; doubles made for a run always may be."""
 
     at_start: bool = False
     """Arm as soon as nothing speaks against it; otherwise `firmware-runtime arm` does."""
@@ -121,14 +121,14 @@ class ArmingSettings(Settings, frozen=True):
 
 
 class GuardSettings(Settings, frozen=True):
-    """When the guard switches off."""
+    """Terms on which the guard switches off."""
 
     stall_s: Annotated[float, Meta(ge=0.1, le=10)] = 0.2
     """Time without a finished step after which the run counts as dead, s."""
 
 
 class RosTopicSettings(Settings, frozen=True):
-    """What the ROS 2 node does with one port, where it is not what its type says."""
+    """Topic of one port in ROS 2, where it is not what its type says."""
 
     port: str
     """An input port of the top model, or a component's output port, such as `imu.sample`."""
@@ -154,7 +154,7 @@ class RosSettings(Settings, frozen=True):
 
 
 class ExecutiveSettings(Settings, frozen=True):
-    """How the loop runs and what it asks of the system; what is not granted is reported."""
+    """OS scheduling and memory settings, and the loop; what is not granted is reported."""
 
     fifo_priority: Annotated[int, Meta(ge=0, le=99)] = 0
     """SCHED_FIFO priority, 0 for none asked."""
@@ -185,7 +185,7 @@ class ExecutiveSettings(Settings, frozen=True):
 
 
 class RecordingSettings(Settings, frozen=True):
-    """What is kept of a run so that it can be run again."""
+    """Recording of a run, so that it can be run again."""
 
     minutes: Annotated[float, Meta(ge=0, le=1440)] = 10.0
     """How much of it, the last that was; the memory it takes is bounded. 0: nothing is kept."""
@@ -196,7 +196,7 @@ class RecordingSettings(Settings, frozen=True):
 
 
 class LinkSettings(Settings, frozen=True):
-    """How the two ends of a board that runs in two processes get on, see `roles`."""
+    """Terms of the link between the two ends of a board in two processes, see `roles`."""
 
     timeout_s: Annotated[float, Meta(ge=0.2, le=10)] = 0.5
     """So old a command, or so long silent the other end, and outputs go off, s."""
@@ -213,7 +213,7 @@ class LinkSettings(Settings, frozen=True):
 
 
 class BoardSettings(Settings, frozen=True, kw_only=True):
-    """What every board's file holds; a board's own schema is derived from it, with `kw_only=True`.
+    """Settings of every board; its own schema is derived from it, with `kw_only=True`.
 
     A file may also have a key `name`, the robot's own where two are of one kind; that key is no
     setting.

@@ -33,7 +33,7 @@ def load_table(kept: Path) -> Board:
 
 
 def is_kept_of(kept: Path, board: str) -> bool:
-    """Whether a kept table came from the file at a path, or in its folder, be it there or not."""
+    """Return whether a kept table came from the file at a path, or in its folder."""
     with suppress(ConfigError):
         return _kept(kept)[0] in {os.path.realpath(each) for each in (board, Path(board) / FILE)}
     return False

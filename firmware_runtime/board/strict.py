@@ -8,7 +8,7 @@ import math
 import tomllib
 from collections.abc import Iterable, Mapping, Sequence
 from types import NoneType, UnionType
-from typing import Any, Literal, TypeVar, get_args, get_origin
+from typing import Annotated, Any, Literal, TypeVar, cast, get_args, get_origin
 
 import msgspec
 
@@ -115,7 +115,7 @@ def _set(assignment: str) -> str:
 
 
 def _is_text(argument: str) -> bool:
-    """Whether the bytes of an argument were text; others come as surrogates."""
+    """Return whether the bytes of an argument were text; others come as surrogates."""
     return argument.isascii() or not any("\ud800" <= letter <= "\udfff" for letter in argument)
 
 
@@ -135,7 +135,7 @@ def shown(value: object) -> str:
 
 
 def convert(
-    table: Mapping[str, Any], schema: type[S], faults: list[str], path: str = ""
+    table: Mapping[str, object], schema: type[S], faults: list[str], path: str = ""
 ) -> S | None:
     """The settings as `schema`, or None with at least one more line in `faults`."""
     before = len(faults)
@@ -144,14 +144,14 @@ def convert(
     return schema(**values) if len(faults) == before else None
 
 
-def _table(table: Mapping[str, Any], type_: Any, faults: list[str], path: str) -> Any:
+def _table(table: Mapping[str, object], type_: object, faults: list[str], path: str) -> Any:
     variants = variants_of(type_)
     if variants is None:
-        return convert(table, type_, faults, path)
+        return convert(table, cast("type[msgspec.Struct]", type_), faults, path)
     return _variant(table, variants, faults, path)
 
 
-def _variant(table: Mapping[str, Any], variants: Variants, faults: list[str], path: str) -> Any:
+def _variant(table: Mapping[str, object], variants: Variants, faults: list[str], path: str) -> Any:
     """The settings as the variant that the table chooses, or None; see `variants`."""
     before, choice, tag = len(faults), variants.choice, variants.chosen(table)
     strange = {key: value for key, value in table.items() if key not in variants.names()}
@@ -167,7 +167,7 @@ def _variant(table: Mapping[str, Any], variants: Variants, faults: list[str], pa
     return schema(**values) if len(faults) == before else None
 
 
-def _no_choice(table: Mapping[str, Any], variants: Variants, path: str) -> str:
+def _no_choice(table: Mapping[str, object], variants: Variants, path: str) -> str:
     key, expected = _join(path, variants.choice), f"expected one of {', '.join(variants.schemas)}"
     if variants.choice not in table:
         return f"{key}: missing; {expected}"
@@ -177,7 +177,7 @@ def _no_choice(table: Mapping[str, Any], variants: Variants, path: str) -> str:
 
 
 def _judge_common(
-    table: Mapping[str, Any], variants: Variants, faults: list[str], path: str
+    table: Mapping[str, object], variants: Variants, faults: list[str], path: str
 ) -> None:
     """Find the faults of keys that every variant has: they are faults whatever the choice."""
     first, *others = variants.schemas.values()
@@ -187,7 +187,7 @@ def _judge_common(
             _value(table[key], field.type, faults, _join(path, key))
 
 
-def _unknown(table: Mapping[str, Any], known: Sequence[str], path: str) -> list[str]:
+def _unknown(table: Mapping[str, object], known: Sequence[str], path: str) -> list[str]:
     return [
         f"{_join(path, key)}: unknown key; expected one of {', '.join(known)}"
         f"{did_you_mean(key, known)}"
@@ -197,7 +197,11 @@ def _unknown(table: Mapping[str, Any], known: Sequence[str], path: str) -> list[
 
 
 def _values(
-    table: Mapping[str, Any], schema: type[msgspec.Struct], faults: list[str], path: str, why: str
+    table: Mapping[str, object],
+    schema: type[msgspec.Struct],
+    faults: list[str],
+    path: str,
+    why: str,
 ) -> dict[str, Any]:
     """The values of the keys that a schema has; `why` is said of one that is missing."""
     values: dict[str, Any] = {}
@@ -210,7 +214,7 @@ def _values(
     return values
 
 
-def _value(value: Any, type_: Any, faults: list[str], path: str) -> Any:
+def _value(value: object, type_: object, faults: list[str], path: str) -> Any:
     type_ = _present(type_)
     if isinstance(value, dict) and _is_table(type_):
         return _table(value, type_, faults, path)
@@ -230,30 +234,31 @@ def _value(value: Any, type_: Any, faults: list[str], path: str) -> Any:
         return None
 
 
-def _is_finite(value: Any) -> bool:
-    """Whether a number, or all numbers in a list, are finite; true of anything else."""
+def _is_finite(value: object) -> bool:
+    """Return whether all numbers in a value are finite; True of anything else."""
     if isinstance(value, list):
         return all(map(_is_finite, value))
     return not isinstance(value, float) or math.isfinite(value)
 
 
-def _present(type_: Any) -> Any:
-    """What a table that may be left out is where it is there; any other type as it is."""
-    if hasattr(type_, "__metadata__") and is_struct(type_.__origin__):
-        return type_.__origin__
-    kinds = [each for each in get_args(type_) if each is not NoneType]
+def _present(type_: object) -> Any:
+    """Return the type of a table that is there, if it may be left out; any other as it is."""
+    parts = get_args(type_)
+    if get_origin(type_) is Annotated and is_struct(parts[0]):
+        return parts[0]
+    kinds = [each for each in parts if each is not NoneType]
     optional = get_origin(type_) is UnionType and len(kinds) == 1 and is_struct(kinds[0])
     return kinds[0] if optional else type_
 
 
-def _is_table(type_: Any) -> bool:
+def _is_table(type_: object) -> bool:
     return is_struct(type_) or variants_of(type_) is not None
 
 
-def _wanted(type_: Any) -> str:
+def _wanted(type_: object) -> str:
     if _is_table(type_) or get_origin(type_) is dict:
         return "a table"
-    base = get_args(type_)[0] if hasattr(type_, "__metadata__") else type_
+    base: Any = get_args(type_)[0] if get_origin(type_) is Annotated else type_
     if get_origin(base) in {tuple, list}:
         return "a list"
     if choices := _choices(type_):
@@ -263,8 +268,8 @@ def _wanted(type_: Any) -> str:
     )
 
 
-def _sentence(text: str, type_: Any) -> str:
-    """What msgspec says, in the words of TOML."""
+def _sentence(text: str, type_: object) -> str:
+    """Return what msgspec says, in the words of TOML."""
     if text.startswith("Invalid enum value") and (choices := _choices(type_)):
         return f"expected one of {', '.join(map(str, choices))}"
     for of_json, of_toml in _TOML_WORDS.items():
@@ -272,7 +277,7 @@ def _sentence(text: str, type_: Any) -> str:
     return text[:1].lower() + text[1:].replace("`", "")
 
 
-def _choices(type_: Any) -> Sequence[object]:
+def _choices(type_: object) -> Sequence[object]:
     """The values that a type has, if it is one of stated values, also among other types."""
     if get_origin(type_) is Literal:
         return get_args(type_)

@@ -13,7 +13,7 @@ The keys of one variant are no keys of another. The choice has to be stated, unl
 
 from collections.abc import Collection, Iterator, Mapping
 from types import NoneType
-from typing import Any, get_args, get_origin, get_type_hints
+from typing import Any, TypeGuard, get_args, get_origin, get_type_hints
 
 import msgspec
 from msgspec import Struct
@@ -29,7 +29,7 @@ class Variants(Struct, frozen=True):
     schemas: Mapping[str, type[msgspec.Struct]]
     default: str | None
 
-    def chosen(self, table: Mapping[str, Any]) -> str | None:
+    def chosen(self, table: Mapping[str, object]) -> str | None:
         """The tag that a table states, or the default; None if that is the tag of no variant."""
         tag = table.get(self.choice, self.default)
         return tag if isinstance(tag, str) and tag in self.schemas else None
@@ -39,7 +39,7 @@ class Variants(Struct, frozen=True):
         schemas = self.schemas.values() if tag is None else (self.schemas[tag],)
         return list(dict.fromkeys([self.choice, *(key for each in schemas for key in keys(each))]))
 
-    def foreign_keys(self, table: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
+    def foreign_keys(self, table: Mapping[str, object]) -> Iterator[tuple[str, str]]:
         """The keys of a table that only other variants than the chosen one have, and why."""
         tag = self.chosen(table)
         own = self.names(tag)
@@ -50,7 +50,7 @@ class Variants(Struct, frozen=True):
                 yield key, f"{self.choice} is {tag!r}, and only {only} has such a key"
 
 
-def variants_of(type_: Any) -> Variants | None:
+def variants_of(type_: object) -> Variants | None:
     """The variants that a type consists of, be it optional; None if it is no tagged table."""
     members = [each for each in (get_args(type_) or (type_,)) if each is not NoneType]
     tagged = [each for each in members if is_struct(each) and each.__struct_config__.tag]
@@ -64,7 +64,7 @@ def variants_of(type_: Any) -> Variants | None:
 def drop_replaced(
     table: Table, schema: type[msgspec.Struct], assigned: Collection[str], path: str = ""
 ) -> None:
-    """Where an assignment makes the choice, drop the file's keys of the variant it replaces."""
+    """Drop the file's keys of a variant that an assignment replaces."""
     for name, hint in get_type_hints(schema).items():
         for key, inner, inner_type in _tables(name, hint, table.get(name)):
             inner_path = f"{path}{key}."
@@ -77,8 +77,8 @@ def drop_replaced(
                 drop_replaced(inner, variants.schemas[tag], assigned, inner_path)
 
 
-def is_struct(type_: Any) -> bool:
-    """Whether this is the schema of a table."""
+def is_struct(type_: object) -> TypeGuard[type[Struct]]:
+    """Return whether this is the schema of a table."""
     return isinstance(type_, type) and issubclass(type_, msgspec.Struct)
 
 
@@ -97,7 +97,7 @@ def _drop_foreign(table: Table, variants: Variants, assigned: Collection[str], p
             del table[key]
 
 
-def _tables(name: str, hint: Any, value: Any) -> Iterator[tuple[str, Table, Any]]:
+def _tables(name: str, hint: object, value: object) -> Iterator[tuple[str, Table, Any]]:
     """The tables in a value and their type: the value itself, or those it holds by name."""
     if not isinstance(value, dict):
         return
@@ -110,6 +110,6 @@ def _tables(name: str, hint: Any, value: Any) -> Iterator[tuple[str, Table, Any]
             yield f"{name}.{key}".rstrip("."), table, type_
 
 
-def _struct_in(type_: Any) -> Any:
+def _struct_in(type_: object) -> Any:
     """The schema of a table that may be left out, or one of its variants; None if it is none."""
     return next((each for each in (type_, *get_args(type_)) if is_struct(each)), None)

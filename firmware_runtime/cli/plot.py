@@ -13,7 +13,7 @@ ENDINGS = (".svg", ".png")
 def check_plot(session: Session, path: Path) -> None:
     """Refuse, before the run, a picture that cannot be drawn. Raises ConfigError."""
     faults = []
-    if not isinstance(session.rig, Drawn):
+    if not isinstance(session.hardware.rig, Drawn):
         faults.append("--plot: no picture of this run; expected doubles whose rig draws one")
     if path.suffix not in ENDINGS:
         faults.append(f"--plot: {path} ends in {path.suffix!r}, expected .svg or .png")
@@ -30,10 +30,10 @@ def write_plot(session: Session, path: Path, reason: str) -> None:
 
     That is when the file cannot be written.
     """
-    if not isinstance(session.rig, Drawn):
+    if not isinstance(session.hardware.rig, Drawn):
         return
     until, own = session.world_now(), session.robot.own_result()
     try:
-        write_picture(path, session.rig.draw(until, own, reason))
+        write_picture(path, session.hardware.rig.draw(until, own, reason))
     except (OSError, ValueError) as error:
         raise ConfigError(session.board.name, [f"--plot: {error}"]) from error

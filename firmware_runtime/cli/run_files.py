@@ -39,8 +39,8 @@ class RunFiles:
 
     def _keep(self, session: Session, into: Path) -> None:
         # what keeps is imported only if there is something to keep
-        module = import_module("firmware_runtime.runs.saved_recording")
-        fault = module.keep_recording(session.recording, into)
+        module = import_module("firmware_runtime.runs.kept_recordings")
+        fault = module.keep_recording(session.edge.kept, into)
         if fault is not None:
             self._not_whole(f"--record {fault}")
 
@@ -55,7 +55,7 @@ def _tracing(session: Session, path: Path) -> AbstractContextManager[None]:
     What is not recorded is kept in memory until then. Only what is needed is imported.
     """
     waits = session.executive.clock.speed != 0
-    if waits and session.recorder is not None:
+    if waits and session.edge.recorder is not None:
         recorded = import_module("firmware_runtime.runs.trace_of_run")
         of_recording: AbstractContextManager[None] = recorded.traced_by_recording(session, path)
         return of_recording

@@ -59,7 +59,7 @@ class Report:
         span = "until stopped" if self.until == NEVER else f"for {self.until / 1e9:g} s"
         end = self._session.end_of_board
         what = board.name if end is None else f"role {end.role} of {board.name}"
-        where = f" on {self._chips}" if self._session.has_hardware else ""
+        where = f" on {self._chips}" if self._session.hardware.is_here else ""
         print_line(f"{what}{where}, {self._clock} time, {span}; Ctrl-C stops it", sys.stdout)
         for warning in board.warnings:
             print_line(f"warning: {warning}", sys.stdout)
@@ -81,7 +81,7 @@ class Report:
             print("\n".join(self._as_text(outcome, figures)))
 
     def _has_failed(self, outcome: Outcome) -> bool:
-        return outcome.state in {RunState.FAILED, RunState.OVERRUN} or self._session.has_failed
+        return outcome.state in {RunState.FAILED, RunState.OVERRUN} or self._session.task.has_failed
 
     def _as_json(self, outcome: Outcome, figures: Figures) -> dict[str, Any]:
         # a run that is printed for people starts without
@@ -109,7 +109,7 @@ class Report:
             yield f"never armed, so nothing was driven: {session.arming.reason}"
         if session.shown is not None:
             yield ""
-            yield from chart(self._shown.points, session.shown.path, session.world_now())
+            yield from chart(self._shown.points, session.shown.path, session.hardware.world_now())
         yield ""
         for name, value in (self._asked(session.result) or {}).items():
             yield f"{name} {value:.4f}" if isinstance(value, float) else f"{name} {value}"
@@ -118,7 +118,7 @@ class Report:
             yield outputs_text(outputs_on)
         yield ""
         yield from statistics_text(figures)
-        if (recorded := session.recorded_in) is not None:
+        if (recorded := session.edge.said) is not None:
             yield f"  recorded in {recorded}"
 
     def _asked(self, what: Callable[[], T]) -> T | None:

@@ -11,7 +11,7 @@ from msgspec import MsgspecError
 from msgspec.json import Decoder
 
 from firmware_runtime.devs.time import SECOND
-from firmware_runtime.errors import ControlError
+from firmware_runtime.errors import FirmwareRuntimeError
 from firmware_runtime.links.ports.datagrams import message_of
 from firmware_runtime.links.ports.desk import Answer
 from firmware_runtime.links.ports.robot_end import RobotEnd
@@ -85,3 +85,7 @@ def _wait(end: RobotEnd, until: int) -> None:
     left = until - monotonic_ns()
     if left <= 0 or not select([end], (), (), left / SECOND)[0]:
         raise TimeoutError
+
+
+class ControlError(FirmwareRuntimeError):
+    """A run cannot be spoken to."""

@@ -3,30 +3,32 @@
 import socket
 from dataclasses import dataclass
 from ipaddress import ip_address
-from typing import Any
+from typing import Any, TypeAlias
 
 from firmware_runtime.errors import ConfigError
 
 _HIGHEST_PORT = 0xFFFF
+UdpAddress: TypeAlias = tuple[Any, ...]
+"""An address as sockets have it: host, port, and of IPv6 two numbers more."""
 
 
 @dataclass(frozen=True, slots=True)
 class Endpoint:
-    """Where datagrams go to or come from; `where` is what `bind` and `connect` take."""
+    """Address of UDP; `where` is what `bind` and `connect` take."""
 
     family: socket.AddressFamily
-    where: tuple[Any, ...]
+    where: UdpAddress
 
     @property
     def is_loopback(self) -> bool:
-        """Whether only processes of this machine can reach it."""
+        """Return whether only processes of this machine can reach it."""
         return ip_address(self.where[0]).is_loopback
 
     def __str__(self) -> str:
         return written(self.where)
 
 
-def written(where: tuple[Any, ...]) -> str:
+def written(where: UdpAddress) -> str:
     """An address as people write it."""
     host, port = where[:2]
     return f"[{host}]:{port}" if ":" in host else f"{host}:{port}"

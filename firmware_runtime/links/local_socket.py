@@ -1,4 +1,6 @@
-"""A connection of a run's Unix socket: who is at the other end, and how old what comes is.
+"""Unix sockets: one with a name in the file system, and a run's connections by it.
+
+Of a connection the run knows who is at the other end, and how old what comes is.
 
 A run that stood still, stopped or swapped out or on a machine that slept, finds what came meanwhile
 when it goes on. The kernel notes of each message when it was sent, from when the run has taken the
@@ -6,14 +8,19 @@ connection; it goes by the wall clock, which goes on while a machine sleeps, and
 meanwhile makes a message younger or older. Source: unix(7), socket(7).
 """
 
+import errno
 import os
 import socket
+import stat
 import struct
+import weakref
 from contextlib import suppress
+from pathlib import Path
 from time import time_ns
 from typing import Final, NamedTuple
 
 from firmware_runtime.devs.time import SECOND
+from firmware_runtime.errors import OF_THE_MACHINE, ROOM_EXPECTED, ConfigError, NoRoomError
 from firmware_runtime.hal.peer import Credentials, peer_of
 
 _SO_TIMESTAMPNS: Final = 35
@@ -22,7 +29,7 @@ _BESIDE: Final = socket.CMSG_SPACE(_TIMESTAMP.size)
 
 
 class Message(NamedTuple):
-    """What has come, and how long ago it was sent, ns; 0 at least."""
+    """Message that has come, and how long ago it was sent, ns; 0 at least."""
 
     content: bytes
     age: int
@@ -39,7 +46,7 @@ class Connection:
 
     @property
     def may_drive(self) -> bool:
-        """Whether it is of root or of this process's user; the others' reading takes less."""
+        """True if it is of root or of this process's user."""
         return self.by.user in {0, os.geteuid()}
 
     def fileno(self) -> int:
@@ -74,3 +81,56 @@ def _age(beside: list[tuple[int, int, bytes]]) -> int:
             age: int = time_ns() - (seconds * SECOND + rest)
             return max(age, 0)
     return 0
+
+
+class SocketFile:
+    """A socket that never blocks, bound to a path; its mode is as stated, less the umask.
+
+    One that an earlier process left there is replaced, and nothing else. Raises ConfigError if it
+    cannot be made, which ends with what is `expected`.
+    """
+
+    def __init__(
+        self,
+        path: Path,
+        mode: int = 0o660,
+        expected: str = "expected another place for the statistics",
+        kind: socket.SocketKind = socket.SOCK_DGRAM,
+    ) -> None:
+        self.socket = socket.socket(socket.AF_UNIX, kind | socket.SOCK_NONBLOCK)
+        try:
+            os.fchmod(self.socket.fileno(), mode)  # from this mode `bind` takes the umask off
+            path.parent.mkdir(parents=True, exist_ok=True)
+            _remove_socket(path)
+            self.socket.bind(os.fspath(path))
+        except OSError as error:
+            self.socket.close()
+            fault = f"{path}: no socket can be made here ({error.strerror or error})"
+            if error.errno in OF_THE_MACHINE:
+                raise NoRoomError(f"{fault}; {ROOM_EXPECTED}") from error
+            raise ConfigError(path.name, [f"{fault}; {expected}"]) from error
+        self._end = weakref.finalize(self, _unbind, self.socket, path, _identity(path))
+
+    def close(self) -> None:
+        """Close the socket and remove its path, unless another has taken its place since."""
+        self._end()
+
+
+def _remove_socket(path: Path) -> None:
+    """Remove a socket that is left there. Raises FileExistsError for anything else."""
+    with suppress(FileNotFoundError):
+        if not stat.S_ISSOCK(path.lstat().st_mode):
+            raise FileExistsError(errno.EEXIST, "this is no socket")
+        path.unlink()
+
+
+def _identity(path: Path) -> tuple[int, int]:
+    status = path.lstat()
+    return status.st_dev, status.st_ino
+
+
+def _unbind(bound: socket.socket, path: Path, identity: tuple[int, int]) -> None:
+    with suppress(OSError):
+        if _identity(path) == identity:
+            path.unlink()
+    bound.close()

@@ -19,7 +19,7 @@ from firmware_runtime.system.kernel_files import THIS_MACHINE
 
 
 def lines_of(board: Board, doubles: Path | None) -> list[str]:
-    """What a run of this board locks: device nodes, or the file that stands for its doubles."""
+    """Return what a run of this board locks: device nodes, or the file for its doubles."""
     if doubles is not None:
         return [str(lock_of(doubles.resolve()))]
     return [line.device for line in (board.settings.buses | board.ports).values()]
@@ -56,7 +56,7 @@ def statistics_of(found: Iterable[Holder]) -> Iterator[tuple[Path, Path]]:
 
 
 def folders_of_runs() -> list[Path]:
-    """Where all processes keep statistics open, as far as this user may look into them."""
+    """Return where all processes keep statistics open, as far as this user may see."""
     processes = (Path(each) for each in THIS_MACHINE.matching("/proc/[0-9]*"))
     return sorted({name.parent for each in processes for _, name in _statistics_of(each)})
 
@@ -71,7 +71,7 @@ def _statistics_of(process: Path) -> Iterator[tuple[Path, Path]]:
 
 
 def is_driven(lines: Sequence[str]) -> bool:
-    """Whether a process has one of these lines locked for itself, as a run has all of its.
+    """Return whether a process has one of these lines locked, as a run has all of its.
 
     One that this user may not open counts as locked: nothing can be known of it.
     """

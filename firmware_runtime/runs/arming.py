@@ -1,4 +1,4 @@
-"""Whether outputs may be driven: the one place where that is decided, and taken back.
+"""Arming: the one place where it is decided whether outputs may be driven, and taken back.
 
     disarmed --by request, or at the start where the board says so; all checks pass--> armed
     armed --request, a guard's takeover, a guard gone where one is demanded--> disarmed
@@ -156,7 +156,7 @@ class Arming:
         return against
 
     def was_taken_since(self, at: int) -> bool:
-        """Whether its right to drive was taken after that instant of CLOCK_MONOTONIC, ns."""
+        """Return whether its right to drive was taken after that instant of CLOCK_MONOTONIC, ns."""
         return abs(self._executive.cells[EPOCH]) > at
 
     def disarm(self, reason: str) -> list[str]:
@@ -281,3 +281,31 @@ class Arming:
         if self._demands_guard and self._guard_is_gone():
             return "the guard is absent; expected `firmware-runtime guard` to run for this board"
         return None
+
+
+class RightToDrive:
+    """Interlock of one run: its `arming` decides once it has one.
+
+    Without it, a run that is `unsupervised` may drive, and no other.
+    """
+
+    def __init__(self, *, unsupervised: bool) -> None:
+        self.arming: Arming | None = None
+        self._is_unsupervised = unsupervised
+
+    def __call__(self) -> bool:
+        """Return whether outputs may be driven now."""
+        arming = self.arming
+        return self._is_unsupervised if arming is None else arming.interlock()
+
+    @property
+    def supervision(self) -> Arming | None:
+        """Arming of a run that may not drive of itself; None for any other."""
+        return None if self.arming is None or self.arming.is_free else self.arming
+
+    def suspend(self, why: str) -> bool:
+        """Have the outputs off until all pre-arm checks pass; False for a run without arming."""
+        if self.arming is None:
+            return False
+        self.arming.suspend(why)
+        return True

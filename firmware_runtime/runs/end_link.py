@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING
 
 from msgspec import Struct
 
-from firmware_runtime.board.ending import Ending
 from firmware_runtime.board.ends import BoardEnd
 from firmware_runtime.board.registry import Board
+from firmware_runtime.board.robot import Ending
 from firmware_runtime.devs.part import Part
 from firmware_runtime.devs.ports import AnyPort
 from firmware_runtime.devs.time import seconds
@@ -25,9 +25,9 @@ from firmware_runtime.system.scheduling import kept_off
 
 if TYPE_CHECKING:
     from firmware_runtime.links.cut.address import OpenChannel
-    from firmware_runtime.links.cut.greeting import Farewell
     from firmware_runtime.links.cut.link import Link
     from firmware_runtime.links.cut.refusal import Reason
+    from firmware_runtime.links.cut.wire import Farewell
 
 _UNANSWERED = (
     "expected an end that is there, with the same key if there is one: what another key has signed "
@@ -37,7 +37,7 @@ _FORGED = "signed with another key, or from another address; expected the same k
 
 
 def way_of(stated: str | None) -> "OpenChannel | None":
-    """What opens the way that is stated to the other end, if one is. Raises ConfigError."""
+    """Return what opens the way to the other end, if one is stated. Raises ConfigError."""
     if stated is None:
         return None
     # a run without a link starts without all that one takes
@@ -112,7 +112,7 @@ class LinkedEnd:
         )
 
     def unready(self) -> str | None:
-        """Why this end has controlled nothing."""
+        """Return why this end has controlled nothing."""
         if self.link.peer.greeting is not None:
             return None
         if self.link.peer.is_taken:
@@ -143,7 +143,7 @@ class LinkedEnd:
 
 
 def _came(refused: "Mapping[Reason, int]") -> str:
-    """What came all the same, and was refused; of nothing, what may be the reason."""
+    """Return what came and was refused; where nothing came, what may be the reason."""
     if not refused:
         return f": nothing came; {_UNANSWERED}"
     total = sum(refused.values())
@@ -169,9 +169,8 @@ def _open_link(
     Ports at which a rig's own components hang are not part of the cut: the other end has no rig.
     """
     from firmware_runtime.links.cut.address import End  # noqa: PLC0415
-    from firmware_runtime.links.cut.cut import cut_of  # noqa: PLC0415
+    from firmware_runtime.links.cut.cut import Terms, cut_of  # noqa: PLC0415
     from firmware_runtime.links.cut.link import Link  # noqa: PLC0415
-    from firmware_runtime.links.cut.terms import Terms  # noqa: PLC0415
 
     board, end, part, executive = linked.board, linked.end, linked.part, linked.executive
     stated = board.settings.link

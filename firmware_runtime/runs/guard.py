@@ -40,7 +40,7 @@ ASK_AGAIN_EVERY = SECOND
 
 
 class Phase(Enum):
-    """What the guard is doing."""
+    """Phase of a guard."""
 
     WAITING = "waiting for a run"
     WATCHING = "watching"
@@ -48,13 +48,13 @@ class Phase(Enum):
 
 
 class Outputs(Protocol):
-    """What a guard can switch off."""
+    """Outputs that a guard can switch off."""
 
     def make_safe(self) -> list[str]:
         """Write full-off to every chip; return what failed, one sentence each."""
 
     def why_unguarded(self, conditions: Mapping[str, Any]) -> str | None:
-        """Why a run under these conditions would not be switched off from here, if so.
+        """Return why a run under these conditions would not be switched off from here, if so.
 
         It is watched all the same, as well as that goes, but its statistics do not say so.
         """
@@ -101,7 +101,7 @@ class Guard:
 
     @property
     def failed(self) -> list[str]:
-        """What a takeover that is not over could not switch off, one sentence each."""
+        """Failures of a takeover that is not over, one sentence each."""
         return list(self._failed or ()) if self.phase is Phase.HOLDING else []
 
     def poll(self) -> None:
@@ -220,7 +220,7 @@ class Guard:
             run.show_presence()
 
     def _could_switch_off(self, run: WatchedRun) -> bool:
-        """Whether nothing is known to keep its outputs out of reach; what did is checked again."""
+        """Return whether its outputs are within reach, as far as is known; check it again."""
         is_due = self.phase is Phase.WATCHING and monotonic_ns() >= self._ask_at
         if self._unguarded_because is not None and is_due:
             before, because = self._unguarded_because, self._outputs.why_unguarded(run.conditions)

@@ -1,4 +1,4 @@
-"""What a run drives: chips on their lines, doubles made for it, or doubles that are served."""
+"""Hardware of a run: chips on their lines, doubles made for it, or doubles that are served."""
 
 from contextlib import suppress
 from pathlib import Path
@@ -75,7 +75,7 @@ class Hardware:
             self.lines.enable.set(enabled)
 
     def result(self, own: dict[str, object]) -> dict[str, object]:
-        """How the run ended: the world's truth on doubles, else what the robot itself knows."""
+        """Return how the run ended: the world's truth on doubles, else what the robot knows."""
         if self.doubles is not None:
             with suppress(HalError), blamed_on_rig(self._board, "result"):  # the server has gone
                 true = self.doubles.result(self.world_now.step_at, own)
@@ -83,7 +83,7 @@ class Hardware:
         return own
 
     def outputs(self) -> dict[str, int] | None:
-        """How many outputs of each chip are on; None where that is unknown."""
+        """Return how many outputs of each chip are on; None where that is unknown."""
         if self.doubles is not None:
             with suppress(HalError), blamed_on_rig(self._board, "outputs"):  # the server has gone
                 return of_rig(self._board, "outputs", self.doubles.outputs)

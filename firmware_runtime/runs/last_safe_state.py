@@ -1,4 +1,4 @@
-"""When `safe-state` was last called for a board: a run that had begun by then does not arm itself.
+"""Last call of `safe-state` for a board: a run that had begun by then does not arm itself.
 
 `safe-state` takes the right to drive from every run that it finds. One that still imports, builds
 its model or waits before it starts again has no lines open and no statistics, and is not found. So
@@ -28,7 +28,7 @@ def note_safe_state(statistics: Path) -> None:
 
 
 def safe_state_files(board: str, statistics: Path | None) -> list[Path]:
-    """Where a call may be noted: beside these statistics, and wherever the board's may be."""
+    """Return where a call may be noted: beside these statistics, and the board's others."""
     beside = () if statistics is None else (statistics,)
     return sorted({Companion.SAFE_STATE.beside(each) for each in (*beside, *places(board))})
 

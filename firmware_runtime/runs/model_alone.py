@@ -14,9 +14,8 @@ from firmware_runtime.errors import ConfigError
 from firmware_runtime.executive.clocks import Clock
 from firmware_runtime.executive.configuration import Configuration
 from firmware_runtime.executive.executive import DEFAULT, Executive
-from firmware_runtime.links.dover.blocks import DoverBlocks
-from firmware_runtime.runs.dover import dover_link
-from firmware_runtime.runs.open_run import OpenRun
+from firmware_runtime.links.dover.dover import DoverBlocks, DoverLink
+from firmware_runtime.runs.open_run import OpenRun, RunResult
 from firmware_runtime.runs.options import (
     ClockName,
     clock_faults,
@@ -26,7 +25,6 @@ from firmware_runtime.runs.options import (
     end_after,
     path_of,
 )
-from firmware_runtime.runs.result import RunResult
 from firmware_runtime.statistics.paths import check_ending
 
 Inputs: TypeAlias = Iterable[tuple[float, InPort[Any], object]]
@@ -65,7 +63,7 @@ def open_model(
     chosen = clock_of(clock, speed)
     blocks = DoverBlocks(model, chosen)
     executive = Executive(model, chosen, configuration=configuration)
-    return OpenRun(executive, dover_link(blocks, executive))
+    return OpenRun(executive, DoverLink(blocks, executive) if blocks else None)
 
 
 def run(  # noqa: PLR0913 -- each may be left out, and has a name

@@ -25,7 +25,7 @@ from firmware_runtime.hal.wire_errors import HalError
 from firmware_runtime.recording.blackbox.locations import recording_beside
 from firmware_runtime.runs.arming import permission_for
 from firmware_runtime.runs.end_link import idle_options, way_of
-from firmware_runtime.runs.open_run import OpenRun
+from firmware_runtime.runs.open_run import OpenRun, RunResult
 from firmware_runtime.runs.options import (
     ClockName,
     clock_faults,
@@ -34,7 +34,6 @@ from firmware_runtime.runs.options import (
     demand,
     path_of,
 )
-from firmware_runtime.runs.result import RunResult
 from firmware_runtime.runs.session import Session
 from firmware_runtime.runs.start import start_session
 from firmware_runtime.statistics.paths import check_ending, default_path
@@ -79,12 +78,12 @@ class OpenBoard(OpenRun):
     @property
     def rig(self) -> Rig | None:
         """The doubles and the lines they are on, if they are in this process."""
-        return self._session.rig
+        return self._session.hardware.rig
 
     @property
     def world(self) -> Any:  # noqa: ANN401 -- a world is of its board's own class
         """The world behind the doubles, brought up to now; None where there is none."""
-        rig = self._session.rig
+        rig = self._session.hardware.rig
         if rig is None:
             return None
         rig.catch_up()
@@ -93,33 +92,33 @@ class OpenBoard(OpenRun):
     @property
     def now(self) -> int:
         """The present instant of doubles and their world, ns since the start of the run."""
-        return self._session.world_now()
+        return self._session.hardware.world_now()
 
     @property
     def result(self) -> dict[str, object]:
-        """How the robot fares: the world's truth on doubles, else what the robot itself knows."""
+        """Result of the run so far: the world's truth on doubles, else what the robot knows."""
         return self._session.result()
 
     @property
     def outputs(self) -> dict[str, int] | None:
-        """How many outputs of each chip are on; None on a real robot, where it cannot be seen."""
+        """Outputs that are on, by chip; None on a real robot, where it cannot be seen."""
         return self._session.outputs()
 
     @property
     def armed(self) -> bool:
-        """Whether its outputs may be driven."""
+        """Return whether its outputs may be driven."""
         arming = self._session.arming
         return arming is None or arming.armed
 
     @property
     def was_armed(self) -> bool:
-        """Whether its outputs could be driven at any time so far."""
+        """Return whether its outputs could be driven at any time so far."""
         arming = self._session.arming
         return arming is None or arming.was_armed
 
     @property
     def why_not_armed(self) -> str | None:
-        """What keeps it from being armed, in a sentence; None if it is."""
+        """Reason why it is not armed, in a sentence; None if it is."""
         arming = self._session.arming
         return None if arming is None or arming.armed else arming.reason
 
@@ -156,8 +155,8 @@ class OpenBoard(OpenRun):
         if into is None:
             return
         # what keeps is imported only if there is something to keep
-        module = import_module("firmware_runtime.runs.saved_recording")
-        fault = module.keep_recording(self._session.recording, into)
+        module = import_module("firmware_runtime.runs.kept_recordings")
+        fault = module.keep_recording(self._session.edge.kept, into)
         if fault is not None:
             self._log(f"warning: {fault}")
 
@@ -175,7 +174,7 @@ class OpenBoard(OpenRun):
 
     def _result(self, outcome: Outcome) -> RunResult:
         result = super()._result(outcome)
-        return replace(result, state=RunState.FAILED) if self._session.has_failed else result
+        return replace(result, state=RunState.FAILED) if self._session.task.has_failed else result
 
     def _failure(self, faults: str) -> FirmwareRuntimeError:
         return HalError(faults, where="not made safe")

@@ -131,7 +131,7 @@ class _Opening(Struct, frozen=True):
 
 
 def soon_free(take: Callable[[], T]) -> T:
-    """What `take` opens, soon after another process let it go: a run's end takes a moment.
+    """Return what `take` opens, soon after another process let it go.
 
     Raises BusInUse.
     """

@@ -3,18 +3,18 @@
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Final, NoReturn, TypeVar
 
 from firmware_runtime.devs.listening import Listener, Listening
 from firmware_runtime.devs.model_errors import ModelError
 from firmware_runtime.devs.ports import InPort, OutPort
-from firmware_runtime.devs.time import NEVER, format_time, seconds
+from firmware_runtime.devs.time import NEVER, SECOND, format_time, seconds
 from firmware_runtime.errors import ConfigError, FirmwareRuntimeError
 from firmware_runtime.executive.executive import Executive
 from firmware_runtime.executive.outcome import Outcome
 from firmware_runtime.runs.exit_in_model import quitting_is_a_bug
 from firmware_runtime.runs.options import end_after, positive
-from firmware_runtime.runs.result import RunResult
 from firmware_runtime.statistics.figures import Figures
 from firmware_runtime.statistics.statistics import RunState
 from firmware_runtime.system.resources import Closing
@@ -27,6 +27,28 @@ T = TypeVar("T")
 
 _BY_SIGNAL: Final = 128
 """An exit status above this says by which signal a program ended."""
+
+
+@dataclass(frozen=True, slots=True)
+class RunResult:
+    """Result of a run, or its state where it may go on.
+
+    `state` is ENDED (at the requested instant, or nothing was due any more), STOPPED (by a signal,
+    on request, or because the robot's task is over), OVERRUN (by a policy, or because the loop
+    cannot keep up with the clock) or FAILED (a device was never ready, or the robot's task failed);
+    `reason` says it in a sentence.
+    """
+
+    state: RunState
+    reason: str
+    at: int
+    """The instant of the run, ns since its start."""
+    statistics: Figures = field(repr=False)
+
+    @property
+    def at_s(self) -> float:
+        """The instant of the run in seconds."""
+        return self.at / SECOND
 
 
 class OpenRun(Closing):
@@ -48,7 +70,7 @@ class OpenRun(Closing):
 
     @property
     def statistics(self) -> Figures:
-        """What has been counted so far."""
+        """Figures that have been counted so far."""
         return self._executive.statistics.figures()
 
     def run(self, for_s: float | None = None) -> RunResult:
@@ -148,7 +170,7 @@ class OpenRun(Closing):
             raise self._failure("; ".join(outcome.faults))
 
     def _failure(self, faults: str) -> FirmwareRuntimeError:
-        """What to raise for a run that could not be ended in order."""
+        """Return the error of a run that could not be ended in order."""
         return ModelError(faults)
 
     def _result(self, outcome: Outcome) -> RunResult:

@@ -1,4 +1,4 @@
-"""What may be chosen for a run, in the command and in a program alike: its clock, its length."""
+"""Choices for a run, in the command and in a program alike: its clock, its length."""
 
 from collections.abc import Sequence
 from os import PathLike, fspath
@@ -21,7 +21,7 @@ MOST_SPEED = 1e6
 
 
 def clock_faults(clock: str, speed: float | None, *, doubles: bool | Path) -> list[str]:
-    """What contradicts itself in the choice of a robot's clock, one sentence each."""
+    """Return what contradicts itself in the choice of a robot's clock, one sentence each."""
     faults = []
     if clock == "scaled" and speed is None:
         faults.append("clock scaled: expected a speed too")

@@ -18,7 +18,7 @@ from firmware_runtime.runs.run_settings import kept_settings
 
 
 def switched_off(board: Board, doubles: Path | None) -> list[str]:
-    """What switching this board off writes, and where: device, address, bytes.
+    """Return what switching this board off writes, and where: device, address, bytes.
 
     Of doubles the device is where they are served and the line's name there. Runs and guards that
     agree in this mean the same chips.
@@ -72,7 +72,7 @@ class Outputs:
         return failed
 
     def outputs_on(self) -> list[str]:
-        """What is on by what can be read back, one sentence each."""
+        """Return what is on by what can be read back, one sentence each."""
         try:
             return self._robot().outputs_on()
         except HalError as error:
@@ -80,11 +80,11 @@ class Outputs:
 
     @property
     def unseen(self) -> Sequence[str]:
-        """What cannot be read back. Raises HalError where nothing can be opened."""
+        """Chips that cannot be read back. Raises HalError where nothing can be opened."""
         return self._robot().unseen
 
     def why_unguarded(self, conditions: Mapping[str, Any]) -> str | None:
-        """Why a run under these conditions would not be switched off from here; None if it would.
+        """Return why a run under these conditions would not be switched off from here, if so.
 
         A run on doubles of its own says nothing of its outputs: no other process could reach them.
         """
@@ -113,7 +113,7 @@ class Outputs:
             self._opened = None
 
     def _unserved(self) -> str | None:
-        """Why doubles cannot be switched off, if so: they are not served, or do not answer."""
+        """Return why doubles cannot be switched off, if so: not served, or silent."""
         if self._doubles is not None:
             try:
                 self._open()
@@ -122,7 +122,7 @@ class Outputs:
         return None
 
     def _take_up_settings_for(self, outputs: list[str]) -> bool:
-        """Whether the settings that the run keeps mean these outputs; if so, they count."""
+        """Return whether the settings that the run keeps mean these outputs; then take them up."""
         board = kept_settings(self._statistics)
         if board is None or switched_off(board, self._doubles) != outputs:
             return False

@@ -14,7 +14,7 @@ UNJUDGED = 100.0
 
 
 def prearm_checks(executive: Executive, max_late_percent: float) -> tuple[PrearmCheck, ...]:
-    """All of this run, but the guard's (`arming`)."""
+    """Return all checks of this run, but the guard's (`arming`)."""
     return (
         lambda _now: _fifo(executive),
         lambda _now: _devices(executive),
@@ -40,7 +40,7 @@ def _devices(executive: Executive) -> str | None:
 
 
 def _rate(executive: Executive, now: int) -> str | None:
-    """Whether the loop works off what is due, be it that it skips some."""
+    """Return why the loop does not work off what is due, be it that it skips some."""
     periods = _periods(executive)
     if not periods:
         return None
@@ -55,7 +55,7 @@ def _rate(executive: Executive, now: int) -> str | None:
 
 
 def _lateness(executive: Executive, now: int, max_late_percent: float) -> str | None:
-    """Whether too many activations were late or skipped, or one was later than a period."""
+    """Return why activations were too late: too many, or one by more than a period."""
     lately = executive.lately(now - JUDGED)
     late_percent = (
         100 * (lately.late + lately.skipped) / max(lately.activations + lately.skipped, 1)
@@ -77,5 +77,5 @@ def _none_later_than(period: int) -> str:
 
 
 def _periods(executive: Executive) -> list[int]:
-    """Of the models that have one, ns."""
+    """Return the periods of the models that have one, ns."""
     return [account.period for account in executive.accounts if account.period != NEVER]

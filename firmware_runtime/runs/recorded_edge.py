@@ -1,12 +1,16 @@
-"""What enters a run at its edge, recorded from the first transfer to the last, where it is kept."""
+"""Recording of a run's edge, from the first transfer to the last, where it is kept."""
 
 from collections.abc import Callable
 from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
 from typing import Any
 
+from msgspec import Struct
+
 from firmware_runtime.board.ends import BoardEnd
+from firmware_runtime.board.lines import Lines
 from firmware_runtime.board.registry import Board
+from firmware_runtime.board.rig import Rig
 from firmware_runtime.board.robot import Robot
 from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.executive.clocks import Clock
@@ -15,7 +19,6 @@ from firmware_runtime.recording.blackbox.recorder import Recorder
 from firmware_runtime.recording.blackbox.section import Kind
 from firmware_runtime.recording.blackbox.tapped_models import own_atomics
 from firmware_runtime.runs.hardware import Hardware
-from firmware_runtime.runs.recorded_robot import RecordedRobot
 
 
 class RecordedEdge:
@@ -38,7 +41,7 @@ class RecordedEdge:
 
     @property
     def kept(self) -> Path | None:
-        """Where the recording of the run is, once that has begun; None where it is not recorded."""
+        """Recording of the run, once that has begun; None where it is not recorded."""
         return self._path if self.recorder is not None and self.recorder.is_kept else None
 
     def section(self, kind: Kind) -> AbstractContextManager[None]:
@@ -88,7 +91,7 @@ class RecordedEdge:
 
     @property
     def said(self) -> str | None:
-        """Where the recording is, and where it is kept; None for a run that is not recorded."""
+        """Path of the recording, and where it is kept; None for a run that is not recorded."""
         if self.recorder is None or self._path is None or not self._has_begun:
             return None
         from firmware_runtime.recording.blackbox.persistent_recordings import place_for  # noqa: PLC0415 -- as above
@@ -105,6 +108,19 @@ class RecordedEdge:
         if robot is not None and path is not None and robot.recorder.before_the_run:
             self._robot = None
             # as above
-            from firmware_runtime.runs.failed_start import keep_failed_start  # noqa: PLC0415
+            from firmware_runtime.runs.kept_recordings import keep_failed_start  # noqa: PLC0415
 
             keep_failed_start(robot, path, error, self._log)
+
+
+class RecordedRobot(Struct, frozen=True):
+    """Robot that runs here, and what records it."""
+
+    recorder: Recorder
+    executive: Executive
+    robot: Robot
+    lines: Lines
+    board: Board
+    end: BoardEnd | None
+    rig: Rig | None
+    """Its doubles and their world, where they are in this process."""

@@ -1,4 +1,4 @@
-"""What a run reports to systemd and the journal: a hook, quiet unless something happened.
+"""Reporter to systemd and the journal: a hook, quiet unless something happened.
 
 - READY after the first step, when devices have answered. From then on the watchdog is fed by the
   loop itself, between two steps, as long as logical time keeps up, and by nothing else; before it

@@ -15,6 +15,8 @@ was over, or refused its settings, which no start fixes. `BOARD.starts` beside t
 how many there were, those of this boot.
 """
 
+from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
 from time import monotonic_ns
 from typing import Annotated, Final
@@ -22,8 +24,11 @@ from typing import Annotated, Final
 from msgspec import Meta
 
 from firmware_runtime.devs.time import MILLISECOND, NEVER, SECOND
+from firmware_runtime.errors import ConfigError, StatisticsFileError, Status
 from firmware_runtime.statistics.paths import Companion
+from firmware_runtime.system.messages import Notices
 from firmware_runtime.system.process_identity import NoteOfBoot, boot_id, leave_note, read_note
+from firmware_runtime.system.signals import until_signal
 
 HEALTHY_AFTER: Final = 60 * SECOND
 FIRST_PAUSE: Final = SECOND // 2
@@ -48,7 +53,7 @@ def pause_after(failed: int) -> int:
 
 
 def read_starts(statistics: Path) -> Starts | None:
-    """Those of this boot; None where none are counted, or what is there is no such file."""
+    """Return the starts of this boot; None where none are counted."""
     return read_note(Companion.STARTS.beside(statistics), Starts)
 
 
@@ -83,3 +88,58 @@ class Restarts:
                 self.forget()
             except OSError:  # the next end counts as one more failure, no worse
                 self._healthy_at = NEVER
+
+
+_GOOD = {Status.OK, Status.BAD_INPUT, Status.INTERRUPTED, Status.TERMINATED, Status.NOT_PRINTED}
+"""No start that failed: as requested, or not to be fixed by another start."""
+
+
+def counted(
+    run: Callable[[Restarts | None], int],
+    statistics: Path | None,
+    notices: Notices,
+    within: int,
+    meanwhile: str = "outputs are off",
+) -> int:
+    """Run where a manager starts it again and again: wait if the last starts failed, and count.
+
+    `within` is how long the start may take after the wait, ns; `meanwhile` is what holds during
+    the wait. SIGTERM ends it.
+    """
+    if statistics is None or not notices.is_there:
+        return run(None)
+    restarts = Restarts(statistics)
+    if _is_stopped(restarts, notices, within, meanwhile):
+        _forget(restarts)
+        return Status.TERMINATED
+    return _counted(run, restarts)
+
+
+def _counted(run: Callable[[Restarts | None], int], restarts: Restarts) -> int:
+    """Run, and forget the starts that failed if this one did not."""
+    with suppress(OSError):  # no place for statistics either: the run says so itself
+        restarts.begin()
+    try:
+        status = run(restarts)
+    except (ConfigError, StatisticsFileError):
+        _forget(restarts)
+        raise
+    if status in _GOOD:
+        _forget(restarts)
+    return status
+
+
+def _is_stopped(restarts: Restarts, notices: Notices, within: int, meanwhile: str) -> bool:
+    """Wait as long as this start must; whether a signal came meanwhile."""
+    if restarts.wait == 0:
+        return False
+    wait_s = restarts.wait / SECOND
+    said = f"the last {restarts.failed} starts failed: waits {wait_s:g} s, {meanwhile}"
+    with until_signal() as signal:
+        notices.progress(said, restarts.wait + within)
+        return signal.wait(wait_s)
+
+
+def _forget(restarts: Restarts) -> None:
+    with suppress(OSError):
+        restarts.forget()

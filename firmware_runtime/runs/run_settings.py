@@ -30,25 +30,8 @@ def keep_settings(board: Board, statistics: Path) -> None:
         ) from error
 
 
-class DrivenBy:
-    """The settings of one run; where no outputs stay on after it, `statistics` is None."""
-
-    def __init__(self, board: Board, statistics: Path | None) -> None:
-        self._board = board
-        self._statistics = statistics
-
-    def keep(self) -> None:
-        """Leave word of the outputs that will be driven. Raises StatisticsFileError."""
-        if self._statistics is not None:
-            keep_settings(self._board, self._statistics)
-
-    def forget(self) -> None:
-        """Take that word back: all outputs are off."""
-        forget_settings(self._statistics)
-
-
 def kept_settings(statistics: Path | None) -> Board | None:
-    """What a run left in force; None if all its outputs are off, or it cannot be read."""
+    """Return what a run left in force; None if all its outputs are off, or it is not legible."""
     if statistics is None:
         return None
     try:

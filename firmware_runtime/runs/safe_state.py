@@ -90,7 +90,7 @@ class SafeState:
         return [failure for each in self._outputs for failure in each.make_safe()]
 
     def has_acknowledged(self) -> bool:
-        """Whether every run that lives knows that it must not drive, and has switched off.
+        """Return whether every run that lives knows that it must not drive, and is off.
 
         A run that still finds its chips has no statistics yet: it is looked for again.
         """
@@ -120,7 +120,7 @@ class SafeState:
                 return [*on, *self._who_may(on), f"not checked for {must_stay / SECOND:g} s"]
 
     def warnings(self) -> list[str]:
-        """What is to be reported of runs that live, and of processes that may become runs."""
+        """Return warnings of runs that live, and of processes that may become runs."""
         found = [
             f"process {pid} has not acknowledged that it must not drive: stopped, or it hangs; a "
             "write that was under way may still come; end it"
@@ -136,7 +136,7 @@ class SafeState:
 
     @property
     def is_over(self) -> bool:
-        """Whether no run lives that could be armed again."""
+        """Return whether no run lives that could be armed again."""
         return not self._living() and not self._is_driven
 
     def close(self) -> None:
@@ -192,7 +192,7 @@ class SafeState:
 
     @property
     def _is_silent(self) -> bool:
-        """Whether a process has the lines for itself of which nothing else is known."""
+        """True if a process has the lines for itself of which nothing else is known."""
         return self._is_driven and not self._is_known and not self._living()
 
     def _living(self) -> list[int]:
@@ -207,7 +207,7 @@ class SafeState:
         ]
 
     def _at_risk(self) -> list[str]:
-        """What may come on, or be on, though nothing was seen to be."""
+        """Return what may come on, or be on, though nothing was seen to be."""
         return [*self._unseen_at_risk(), *self._hidden()]
 
     def _hidden(self) -> Iterator[str]:
@@ -219,7 +219,7 @@ class SafeState:
             )
 
     def _unseen_at_risk(self) -> list[str]:
-        """What cannot be read back while a run lives that does not know that it must not drive."""
+        """Return what cannot be read back while a run lives that may still drive it."""
         unaware = self._unaware()
         if not unaware:
             return []

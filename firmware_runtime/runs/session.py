@@ -2,31 +2,50 @@
 
 from contextlib import ExitStack
 from dataclasses import dataclass
-from pathlib import Path
 from typing import TYPE_CHECKING
 
-from firmware_runtime.board.ending import Ending
 from firmware_runtime.board.ends import BoardEnd
 from firmware_runtime.board.registry import Board
-from firmware_runtime.board.rig import Rig
 from firmware_runtime.board.rigs import shown_by
-from firmware_runtime.board.robot import Robot
+from firmware_runtime.board.robot import Ending, Robot
 from firmware_runtime.devs.ports import OutPort
-from firmware_runtime.executive.clocks import WorldClock
 from firmware_runtime.executive.executive import Executive
 from firmware_runtime.executive.outcome import Outcome
-from firmware_runtime.recording.blackbox.recorder import Recorder
 from firmware_runtime.runs.arming import Arming
 from firmware_runtime.runs.end_link import LinkedEnd
 from firmware_runtime.runs.exit_in_model import quitting_is_a_bug
 from firmware_runtime.runs.hardware import Hardware
+from firmware_runtime.runs.local_robot import SwitchingOff
 from firmware_runtime.runs.recorded_edge import RecordedEdge
-from firmware_runtime.runs.switching_off import SwitchingOff
-from firmware_runtime.runs.task import Task
 from firmware_runtime.runs.tuning import Tuning
 
 if TYPE_CHECKING:
     from firmware_runtime.links.dover.dover import DoverLink
+
+
+class Task:
+    """Task of a robot in one run, which ends the run: `ending` is how, once it is over."""
+
+    def __init__(self, executive: Executive, robot: Robot) -> None:
+        self.ending: Ending | None = None
+        self._executive = executive
+        self._ends_on_failure = robot.ends_on_failure
+        if robot.ended is not None:
+            executive.simulator.listen(robot.ended, self._end_by_model)
+
+    @property
+    def has_failed(self) -> bool:
+        """Return whether it is over because something went wrong."""
+        return self.ending is not None and self.ending.failed
+
+    def end_with(self, ending: Ending) -> None:
+        """End the run: its task is over, here or at the other end."""
+        self.ending = ending
+        self._executive.request_stop(ending.reason)
+
+    def _end_by_model(self, _at: int, ending: Ending) -> None:
+        if self._ends_on_failure or not ending.failed:
+            self.end_with(ending)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -55,74 +74,27 @@ class Session:
     undo: ExitStack
 
     @property
-    def rig(self) -> Rig | None:
-        """The doubles that were made for this run, and their world."""
-        return self.hardware.rig
-
-    @property
-    def world_now(self) -> WorldClock:
-        """The instant that doubles and their world live in."""
-        return self.hardware.world_now
-
-    @property
-    def has_hardware(self) -> bool:
-        """Whether chips, or doubles of them, are at this end."""
-        return self.hardware.is_here
-
-    @property
-    def recorder(self) -> Recorder | None:
-        """What taps the edge of a run that is recorded."""
-        return self.edge.recorder
-
-    @property
-    def recording(self) -> Path | None:
-        """Where the recording of the run is, once that has begun; None where it is not recorded."""
-        return self.edge.kept
-
-    @property
-    def recorded_in(self) -> str | None:
-        """Where the recording is and is kept, in words; None where there is none."""
-        return self.edge.said
-
-    @property
-    def is_outside(self) -> bool:
-        """Whether its outputs are outside of this process, on chips or on doubles that are served.
-
-        They stay as they are while nothing runs here, and others can switch them off.
-        """
-        return self.hardware.is_outside
-
-    @property
     def supervision(self) -> Arming | None:
-        """What lets a run drive that may not drive of itself; None for any other."""
+        """Arming of a run that may not drive of itself; None for any other."""
         return None if self.arming is None or self.arming.is_free else self.arming
 
     @property
     def shown(self) -> OutPort[float] | None:
         """The port whose values a person wants to see over time, if there is one."""
-        return self.robot.shown if self.rig is None else shown_by(self.rig, self.board)
-
-    @property
-    def ending(self) -> Ending | None:
-        """How the robot's task was over, if it is."""
-        return self.task.ending
-
-    @property
-    def has_failed(self) -> bool:
-        """Whether the robot itself ended the run because something went wrong."""
-        return self.task.has_failed
+        rig = self.hardware.rig
+        return self.robot.shown if rig is None else shown_by(rig, self.board)
 
     def run(self, until: int) -> Outcome:
         """Run up to and including instant `until`; outputs are off when it returns.
 
         Raises ModelError for a model that would have ended the program without a word.
         """
-        self.switching_off.leave_word()
+        self.switching_off.keep_settings()
         try:
             with quitting_is_a_bug(self.robot.model):
                 return self._parted(self.executive.run(until))
         finally:
-            self.switching_off.leave_no_word()
+            self.switching_off.forget_settings()
 
     def run_on(self, until: int) -> Outcome:
         """Run to instant `until` and pause there; again, go on to a later one.
@@ -132,15 +104,15 @@ class Session:
         passes, so nothing has to be off.
         """
         if self.executive.reached == 0:
-            self.switching_off.leave_word()
+            self.switching_off.keep_settings()
         try:
             outcome = self.executive.run_on(until)
         finally:
             if self.executive.is_over:
-                self.switching_off.leave_no_word()
+                self.switching_off.forget_settings()
         if self.executive.is_over:
             return self._parted(outcome)
-        if self.arming is not None and self.is_outside and self.arming.pause():
+        if self.arming is not None and self.hardware.is_outside and self.arming.pause():
             return self.end() or outcome
         return outcome
 
@@ -148,16 +120,16 @@ class Session:
         """End a paused run with all outputs off; None if it never began or is over."""
         outcome = self.executive.end()
         if outcome is not None:
-            self.switching_off.leave_no_word()
+            self.switching_off.forget_settings()
             self._parted(outcome)
         return outcome
 
     def result(self) -> dict[str, object]:
-        """How the run ended: the world's truth on doubles, else what the robot itself knows."""
+        """Return how the run ended: the world's truth on doubles, else what the robot knows."""
         return self.hardware.result(self.robot.own_result())
 
     def outputs(self) -> dict[str, int] | None:
-        """How many outputs of each chip are on; None where that is unknown."""
+        """Return how many outputs of each chip are on; None where that is unknown."""
         return self.hardware.outputs()
 
     def make_safe(self) -> list[str]:
@@ -177,5 +149,5 @@ class Session:
     def _parted(self, outcome: Outcome) -> Outcome:
         """The run is over: the other end learns of it, and why."""
         if self.linked is not None:
-            self.linked.say_goodbye(outcome, self.ending)
+            self.linked.say_goodbye(outcome, self.task.ending)
         return outcome

@@ -1,6 +1,6 @@
-"""The start of a run, stage by stage: each goes by what the stages before it have made.
+"""The start of a run, stage by stage: each is a function of what the stages before it returned.
 
-    recording -> lines -> robot -> executive -> task -> links -> arming -> socket -> chips
+    recording -> lines -> robot -> executive -> links -> arming -> socket -> chips
 
 What a stage opens is released when the run is over, or when a later stage fails: the last first.
 Nothing is actuated before the last one; it asks the chips, and what they may then drive is switched
@@ -21,36 +21,42 @@ from firmware_runtime.board.configuration import configuration_of
 from firmware_runtime.board.ends import BoardEnd
 from firmware_runtime.board.registry import Board
 from firmware_runtime.board.robot import Robot
-from firmware_runtime.executive.clocks import Clock
+from firmware_runtime.devs.coupled import with_all_below
+from firmware_runtime.executive.clocks import Clock, MonotonicClock
 from firmware_runtime.executive.executive import Executive
 from firmware_runtime.recording.blackbox.section import Kind
-from firmware_runtime.runs.arming import FREE, Arming, Permission, PrearmCheck
-from firmware_runtime.runs.commanders import Commanders
-from firmware_runtime.runs.dover import dover_blocks, dover_link
+from firmware_runtime.runs.arming import FREE, Arming, Permission, PrearmCheck, RightToDrive
 from firmware_runtime.runs.end_link import LinkedEnd, LinkedPart, check_end
 from firmware_runtime.runs.hardware import Hardware
 from firmware_runtime.runs.last_safe_state import last_safe_state, safe_state_files
-from firmware_runtime.runs.local_robot import RobotHere, robot_here
-from firmware_runtime.runs.overload import watch_load
+from firmware_runtime.runs.local_robot import LocalRobot, local_robot
 from firmware_runtime.runs.prearm_checks import prearm_checks
 from firmware_runtime.runs.recorded_edge import RecordedEdge
-from firmware_runtime.runs.run_interlock import RightToDrive
-from firmware_runtime.runs.session import Session
-from firmware_runtime.runs.sleep_watch import watch_sleep
-from firmware_runtime.runs.sockets import has_ports, serve
-from firmware_runtime.runs.statistics_in_use import keep_clear_of_other_runs
-from firmware_runtime.runs.switching_off import SwitchingOff
-from firmware_runtime.runs.task import Task
+from firmware_runtime.runs.session import Session, Task
+from firmware_runtime.runs.supervision import Commanders, watch_load, watch_sleep
 from firmware_runtime.runs.tuning import Tuning, tuning_of
-from firmware_runtime.system.scheduling import kept_off
+from firmware_runtime.runs.watched_run import keep_clear_of_other_runs
+from firmware_runtime.statistics.paths import Companion
 
 if TYPE_CHECKING:
     from firmware_runtime.links.cut.address import OpenChannel
-    from firmware_runtime.links.dover.blocks import DoverBlocks
-    from firmware_runtime.links.dover.dover import DoverLink
+    from firmware_runtime.links.dover.dover import DoverBlocks, DoverLink
 
 Log: TypeAlias = Callable[[str], None]
 """Prints a sentence."""
+
+
+class _Start(Struct, frozen=True):
+    """Choices for a run, and what is to be undone at its end or when a stage fails."""
+
+    board: Board
+    clock: Clock
+    doubles: bool | Path
+    statistics: Path | None
+    end: BoardEnd | None
+    link: "OpenChannel | None"
+    log: Log
+    undo: ExitStack
 
 
 def start_session(  # noqa: PLR0913 -- one path for the command and for programs
@@ -78,78 +84,50 @@ def start_session(  # noqa: PLR0913 -- one path for the command and for programs
     and only then leaves its recording.
     """
     check_end(end, link, clock)
-    asked = _Asked(board, clock, doubles, statistics_path, end, link, log)
     with ExitStack() as undo:
-        edge = _recording(asked, recording, undo)
+        start = _Start(board, clock, doubles, statistics_path, end, link, log, undo)
+        edge = _recording(start, recording)
         right = RightToDrive(unsupervised=permission is None)
-        hardware = _lines(asked, right, edge, undo)
+        hardware = _lines(start, right, edge)
         replaced = None if statistics_path is None else keep_clear_of_other_runs(statistics_path)
-        is_served = has_ports(statistics_path, clock)
-        here = robot_here(board, hardware, end, edge, has_ports=is_served)
-        if permission is None and hardware.is_here and here.timeouts:
+        local = _robot(start, hardware, edge)
+        if permission is None and hardware.is_here and local.timeouts:
             permission = FREE
-        driven = _Driven(here.robot, hardware, SwitchingOff(board, hardware, edge, statistics_path))
-        blocks = dover_blocks(here.robot.model, clock)
-        executive = _executive(asked, driven, edge, is_armed=permission is None)
-        task = Task(executive, here.robot)
-        dover = _dover(asked, blocks, executive, undo)
-        linked = _linked(asked, here, executive, task, right, undo=undo)
-        silence = _commanders(asked, here, executive, right, linked)
+        speak = _dover_blocks(local.robot, clock)
+        executive = _executive(start, local, edge, is_armed=permission is None)
+        task = Task(executive, local.robot)
+        dover = _dover(start, executive, speak)
+        linked = _linked(start, local, executive, task, right)
+        silence = _commanders(start, local, executive, right, linked)
         if permission is not None:
-            commanded = [None if linked is None else linked.link.why_not, silence]
-            right.arming = _arming(asked, driven, executive, permission, commanded)
-        tuning = tuning_of(board, end, partial(_retune, here.robot, edge))
-        _socket(asked, here, executive, right, tuning, undo=undo)
-        edge.built(executive, here.robot, hardware, end)
-        session = Session(
+            commanded = [each for each in (linked and linked.link.why_not, silence) if each]
+            right.arming = _arming(start, local, executive, permission, commanded)
+        tuning = tuning_of(board, end, partial(_retune, local.robot, edge))
+        _socket(start, local, executive, right.arming, tuning)
+        edge.built(executive, local.robot, hardware, end)
+        watch_load(executive, board.settings.executive, right.supervision, log)
+        _chips(start, local, executive, edge, is_armed=permission is None)
+        return Session(
             board=board,
             end_of_board=end,
             edge=edge,
             hardware=hardware,
-            switching_off=driven.switching_off,
+            switching_off=local.switching_off,
             replaced=replaced,
-            robot=here.robot,
+            robot=local.robot,
             executive=executive,
             task=task,
             dover=dover,
             linked=linked,
             arming=right.arming,
             tuning=tuning,
-            undo=ExitStack(),
+            undo=undo.pop_all(),
         )
-        watch_load(executive, board.settings.executive, session.supervision, log)
-        _chips(session, log, undo)
-        session.undo.push(undo.pop_all())  # nothing has failed: it is released by the session
-    return session
 
 
-class _Asked(Struct, frozen=True):
-    """What a run is to be."""
-
-    board: Board
-    clock: Clock
-    doubles: bool | Path
-    statistics: Path | None
-    end: BoardEnd | None
-    link: "OpenChannel | None"
-    log: Log
-
-
-class _Driven(Struct, frozen=True):
-    """A robot on its lines, and how it is switched off."""
-
-    robot: Robot
-    hardware: Hardware
-    switching_off: SwitchingOff
-
-    def make_safe(self) -> list[str]:
-        """Switch all outputs off; return what failed."""
-        return self.switching_off.all_of(self.robot)
-
-
-def _recording(asked: _Asked, path: Path | None, undo: ExitStack) -> RecordedEdge:
-    """What taps lines, clock and events. A start that fails is kept, once all else is released."""
-    edge = RecordedEdge(asked.board, asked.clock, path, asked.log)
+def _recording(start: _Start, path: Path | None) -> RecordedEdge:
+    """Tap lines, clock and events. A start that fails is kept, once all else is released."""
+    edge = RecordedEdge(start.board, start.clock, path, start.log)
 
     def keep_failed(
         _type: type[BaseException] | None,
@@ -159,107 +137,115 @@ def _recording(asked: _Asked, path: Path | None, undo: ExitStack) -> RecordedEdg
         if error is not None:
             edge.keep_start(error)
 
-    undo.push(keep_failed)
-    undo.callback(edge.close)
+    start.undo.push(keep_failed)
+    start.undo.callback(edge.close)
     return edge
 
 
-def _lines(asked: _Asked, interlock: RightToDrive, edge: RecordedEdge, undo: ExitStack) -> Hardware:
-    is_here = asked.end is None or asked.end.has_hardware
-    hardware = Hardware(
-        asked.board,
-        asked.clock,
-        asked.doubles,
-        interlock,
-        is_here=is_here,
-        recorder=edge.recorder,
-    )
-    undo.callback(hardware.close)
+def _lines(start: _Start, interlock: RightToDrive, edge: RecordedEdge) -> Hardware:
+    """Open the lines, or those of doubles; absent ones at an end without hardware."""
+    is_here = start.end is None or start.end.has_hardware
+    board, clock, doubles = start.board, start.clock, start.doubles
+    hardware = Hardware(board, clock, doubles, interlock, is_here=is_here, recorder=edge.recorder)
+    start.undo.callback(hardware.close)
     return hardware
 
 
-def _executive(asked: _Asked, driven: _Driven, edge: RecordedEdge, *, is_armed: bool) -> Executive:
-    model, hardware, end = driven.robot.model, driven.hardware, asked.end
+def _robot(start: _Start, hardware: Hardware, edge: RecordedEdge) -> LocalRobot:
+    """Build the robot; it has ports for others in real time, where they can find the run."""
+    has_ports = start.statistics is not None and isinstance(start.clock, MonotonicClock)
+    where = start.end, edge, start.statistics
+    return local_robot(start.board, hardware, *where, has_ports=has_ports)
+
+
+def _dover_blocks(robot: Robot, clock: Clock) -> "DoverBlocks | None":
+    """Find the model's blocks of `models.dover`, before it is on an executive; few have any."""
+    if not any(getattr(each, "has_dover_link", False) for each in with_all_below(robot.model)):
+        return None
+    from firmware_runtime.links.dover.dover import DoverBlocks  # noqa: PLC0415
+
+    return DoverBlocks(robot.model, clock)
+
+
+def _executive(
+    start: _Start, local: LocalRobot, edge: RecordedEdge, *, is_armed: bool
+) -> Executive:
+    """Put the model into a loop; `is_armed`: nothing decides whether it may drive."""
+    model, hardware, end = local.robot.model, local.hardware, start.end
     elsewhere = () if end is None else end.elsewhere
     configuration = replace(
-        configuration_of(asked.board, model, hardware.lines, elsewhere),
-        statistics_path=asked.statistics,
+        configuration_of(start.board, model, hardware.lines, elsewhere),
+        statistics_path=start.statistics,
         armed_at_start=is_armed and hardware.is_here,
-        has_link=asked.link is not None,
+        has_link=start.link is not None,
         tap=edge.recorder,
         conditions=hardware.conditions(end),
     )
-    return Executive(model, asked.clock, driven.make_safe, configuration, hardware.world_now)
+    return Executive(model, start.clock, local.make_safe, configuration, hardware.world_now)
 
 
-def _dover(
-    asked: _Asked, blocks: "DoverBlocks | None", executive: Executive, undo: ExitStack
-) -> "DoverLink | None":
-    """What the model's blocks of `models.dover` send and receive; None if it has none."""
-    with kept_off(asked.board.settings.executive.cpus):
-        link = dover_link(blocks, executive)
-    if link is not None:
-        undo.callback(link.close)
+def _dover(start: _Start, executive: Executive, blocks: "DoverBlocks | None") -> "DoverLink | None":
+    """Open the ports of the model's blocks of `models.dover`."""
+    if not blocks:
+        return None
+    from firmware_runtime.links.dover.dover import DoverLink  # noqa: PLC0415 -- few runs have any
+
+    link = DoverLink(blocks, executive)
+    start.undo.callback(link.close)
     return link
 
 
-def _linked(  # noqa: PLR0913 -- a stage, of what those before it have made
-    asked: _Asked,
-    here: RobotHere,
-    executive: Executive,
-    task: Task,
-    right: RightToDrive,
-    *,
-    undo: ExitStack,
+def _linked(
+    start: _Start, local: LocalRobot, executive: Executive, task: Task, right: RightToDrive
 ) -> LinkedEnd | None:
-    """The link to the other end, if there is one."""
-    if asked.link is None or asked.end is None or here.part is None:
+    """Open the link to the other end, if there is one."""
+    if start.link is None or start.end is None or local.part is None:
         return None
-    part = LinkedPart(asked.board, asked.end, here.part, executive)
-    linked = LinkedEnd(part, asked.link, task.end_with, right.suspend, asked.log)
-    undo.callback(linked.close)
+    part = LinkedPart(start.board, start.end, local.part, executive)
+    linked = LinkedEnd(part, start.link, task.end_with, right.suspend, start.log)
+    start.undo.callback(linked.close)
     return linked
 
 
 def _commanders(
-    asked: _Asked,
-    here: RobotHere,
+    start: _Start,
+    local: LocalRobot,
     executive: Executive,
     right: RightToDrive,
     linked: LinkedEnd | None,
 ) -> PrearmCheck | None:
-    """What says that a command from outside comes no more; None where none can come."""
-    if not here.timeouts:
+    """Watch the input ports whose silence is noticed; None where there are none."""
+    if not local.timeouts:
         return None
 
     def fall_silent(why: str) -> None:
         if not right.suspend(why):
-            asked.log(f"falls silent to the end with the outputs: {why}")
+            start.log(f"falls silent to the end with the outputs: {why}")
 
-    commanders = Commanders(executive, here.timeouts, fall_silent)
-    if linked is not None and asked.end is not None and not asked.end.has_hardware:
+    commanders = Commanders(executive, local.timeouts, fall_silent)
+    if linked is not None and not local.hardware.is_here:
         linked.link.why_silent = commanders.why_silent
     return commanders.why_silent
 
 
 def _arming(
-    asked: _Asked,
-    driven: _Driven,
+    start: _Start,
+    local: LocalRobot,
     executive: Executive,
     permission: Permission,
-    commanded: Sequence[PrearmCheck | None],
+    commanded: Sequence[PrearmCheck],
 ) -> Arming:
-    """What decides whether outputs may be driven."""
-    files = safe_state_files(asked.board.name, asked.statistics)
+    """Decide from now on whether outputs may be driven."""
+    files = safe_state_files(start.board.name, start.statistics)
     arming = Arming(
         executive,
         permission,
-        driven.make_safe,
-        prearm_checks(executive, asked.board.settings.arming.max_late_percent),
-        commanded=[check for check in commanded if check is not None],
+        local.make_safe,
+        prearm_checks(executive, start.board.settings.arming.max_late_percent),
+        commanded=commanded,
         last_safe_state=partial(last_safe_state, files),
-        enable=partial(driven.hardware.enable, enabled=True),
-        log=asked.log,
+        enable=partial(local.hardware.enable, enabled=True),
+        log=start.log,
     )
     watch_sleep(executive, arming)
     return arming
@@ -271,33 +257,33 @@ def _retune(robot: Robot, edge: RecordedEdge, settings: Any) -> None:  # noqa: A
     edge.retuned(settings)
 
 
-def _socket(  # noqa: PLR0913 -- as `_linked`
-    asked: _Asked,
-    here: RobotHere,
-    executive: Executive,
-    right: RightToDrive,
-    tuning: Tuning,
-    *,
-    undo: ExitStack,
+def _socket(
+    start: _Start, local: LocalRobot, executive: Executive, arming: Arming | None, tuning: Tuning
 ) -> None:
     """Let other processes speak with the run, where they can find it."""
-    where = asked.statistics, executive, here.ports
-    served = serve(*where, arming=right.arming, tuning=tuning, log=asked.log)
-    if served is not None:
-        undo.callback(served.close)
+    if start.statistics is None:
+        return
+    # a run that keeps no statistics starts without all that this takes
+    from firmware_runtime.runs.requests import Requests  # noqa: PLC0415
+
+    path = Companion.SOCKET.beside(start.statistics)
+    requests = Requests(path, executive, local.ports, arming=arming, tuning=tuning, log=start.log)
+    start.undo.callback(requests.close)
 
 
-def _chips(session: Session, log: Log, undo: ExitStack) -> None:
+def _chips(
+    start: _Start, local: LocalRobot, executive: Executive, edge: RecordedEdge, *, is_armed: bool
+) -> None:
     """Ask every chip who it is; from here on something may have to be switched off."""
 
     def switch_off_unless_run() -> None:
-        if not session.executive.has_begun:
-            for fault in session.switching_off.before_a_run(session.robot):
-                log(f"warning: not made safe: {fault}")
+        if not executive.has_begun:
+            for fault in local.switching_off.before_a_run(local.robot):
+                start.log(f"warning: not made safe: {fault}")
 
-    undo.callback(switch_off_unless_run)
-    with session.edge.section(Kind.PROBE):
-        session.robot.find_chips()
-    session.edge.open()
-    if session.arming is None:
-        session.hardware.enable(enabled=True)
+    start.undo.callback(switch_off_unless_run)
+    with edge.section(Kind.PROBE):
+        local.robot.find_chips()
+    edge.open()
+    if is_armed:
+        local.hardware.enable(enabled=True)

@@ -35,9 +35,9 @@ def traced_by_recording(session: Session, path: Path) -> Iterator[None]:
 
 def _write(session: Session, file: TraceFile) -> list[str]:
     """Write it; returns what is missing in it, one sentence each."""
-    if session.recording is None:
+    if session.edge.kept is None:
         return ["the run could not be recorded"]
-    recording = read_recording(session.recording)
+    recording = read_recording(session.edge.kept)
     for moment in moments_of(recording, session.board):
         for each in moment.sent:
             file.write(*each)

@@ -5,6 +5,7 @@ from typing import Any
 
 from msgspec.structs import replace
 
+from firmware_runtime.board import registry
 from firmware_runtime.board.ends import BoardEnd, gains_elsewhere, other_end
 from firmware_runtime.board.registry import Board
 from firmware_runtime.board.retuning import (
@@ -16,7 +17,10 @@ from firmware_runtime.board.retuning import (
     settings_with,
 )
 from firmware_runtime.devs.model_errors import ModelError
+from firmware_runtime.devs.time import MILLISECOND, SECOND
 from firmware_runtime.errors import ConfigError, did_you_mean, text_of
+from firmware_runtime.executive.executive import Executive
+from firmware_runtime.system.messages import Notices
 
 
 def tuning_of(board: Board, end: BoardEnd | None, retune: Callable[[Any], None]) -> "Tuning":
@@ -45,7 +49,7 @@ class Tuning:
 
     @property
     def values(self) -> dict[str, Any]:
-        """What may change while the robot runs, by key."""
+        """Gains and limits that may change while the robot runs, by key."""
         values = retunable_values(self.board.settings, self.board.retunable)
         return {key: value for key, value in values.items() if key not in self._elsewhere}
 
@@ -67,7 +71,7 @@ class Tuning:
             raise ConfigError(self.board.name, faults)
         return self.take_up(settings)[0]
 
-    def take_up(self, settings: Any) -> tuple[list[str], list[str]]:  # noqa: ANN401 -- any board's
+    def take_up(self, settings: object) -> tuple[list[str], list[str]]:
         """Take up what may change now; return those keys, and those that only a new run takes up.
 
         Nothing else is touched: channels that are not written any more would keep their last
@@ -87,14 +91,14 @@ class Tuning:
         self.revision += 1
         return [key for key in changed if key not in left], left
 
-    def _apply(self, settings: Any) -> None:  # noqa: ANN401 -- any board's
+    def _apply(self, settings: object) -> None:
         try:
             self._retune(settings)
         except Exception as error:
             found = f"retune: {type(error).__name__}: {text_of(error)}"
             raise ConfigError.of_one(f"robot {self.board.name}", found) from error
 
-    def _undo(self, before: Any) -> None:  # noqa: ANN401 -- any board's
+    def _undo(self, before: object) -> None:
         try:
             self._apply(before)
         except ConfigError as error:
@@ -109,3 +113,65 @@ class Tuning:
         if has_key(self.board.settings, key):
             return f"{key}: not to be changed while the robot runs: a new run takes it; {expected}"
         return f"{key}: unknown key; {expected}{did_you_mean(key, known)}"
+
+
+NEEDED = 5 * MILLISECOND
+"""Ns that reading a board's file may take; 1.3 ms on a PC."""
+TIMEOUT = SECOND
+"""Ns after which it is read all the same: a fast loop never has that much time."""
+
+
+class Reloading:
+    """Reads the board's file again on request, between two steps that are far enough apart.
+
+    A file with any fault changes nothing. What only a new run can take up is named and left as it
+    is. `log` gets the result, a sentence.
+    """
+
+    def __init__(
+        self,
+        tuning: Tuning,
+        executive: Executive,
+        notices: Notices,
+        log: Callable[[str], None],
+    ) -> None:
+        self._tuning = tuning
+        self._executive = executive
+        self._notices = notices
+        self._log = log
+        self._is_asked = False
+        self._at_latest = 0
+        executive.hooks.append(self)
+
+    def request(self) -> None:
+        """Read it again after the step under way; safe in a signal handler."""
+        self._at_latest = self._executive.clock.now() + TIMEOUT
+        self._is_asked = True
+        self._executive.inbox.wake()
+
+    def between_steps(self, now: int, left: int) -> None:
+        """Reload on request, as soon as it makes no activation late."""
+        if self._is_asked and (left >= NEEDED or now >= self._at_latest):
+            self._is_asked = False
+            self._notices.reloading()
+            self._log(self._reload())
+            self._notices.ready()
+
+    def _reload(self) -> str:
+        own = self._tuning.board
+        try:
+            board = registry.load(str(own.source), own.assignments)
+        except Exception as error:  # noqa: BLE001 -- whatever the file holds, the run goes on
+            said = error if isinstance(error, ConfigError) else f"{type(error).__name__}: {error}"
+            return f"not reloaded, everything stays as it was: {said}"
+        if (board.name, board.kind) != (own.name, own.kind):
+            now = f"{board.source} is now {board.name}, a {board.kind}"
+            return f"not reloaded, everything stays as it was: {now}"
+        try:
+            taken, left = self._tuning.take_up(board.settings)
+        except ConfigError as error:
+            return f"not reloaded, everything stays as it was: {error}"
+        parts = [f"reloaded {own.source}: {', '.join(taken) or 'nothing new'}"]
+        if left:
+            parts.append(f"only a new run takes up {', '.join(left)}")
+        return "; ".join(parts)

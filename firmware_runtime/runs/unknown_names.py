@@ -1,4 +1,4 @@
-"""What a board's package names and does not have: `check` reports it before it is needed.
+"""Names in a board's definition that lead nowhere: `check` reports them.
 
 A definition names ports of the model (experiments, the plant), keys of board.toml (experiments,
 gains) and modules. None of it keeps the robot from running, so none is a fault of its file.

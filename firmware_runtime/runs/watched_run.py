@@ -18,7 +18,7 @@ from firmware_runtime.devs.time import MILLISECOND
 from firmware_runtime.errors import StatisticsFileError
 from firmware_runtime.statistics.file import STATISTICS, driver_of
 from firmware_runtime.statistics.layout import ACKNOWLEDGED, EPOCH, GUARD, HEARTBEAT, STATE
-from firmware_runtime.statistics.mapped_file import SharedCells
+from firmware_runtime.statistics.mapped_file import CELL, SharedCells
 from firmware_runtime.statistics.paths import Companion
 from firmware_runtime.statistics.statistics import RunState
 from firmware_runtime.system.process_identity import is_running
@@ -59,14 +59,14 @@ class WatchedRun:
 
     @property
     def has_ended(self) -> bool:
-        """Whether the process is gone."""
+        """Return whether the process is gone."""
         if self._process is not None and is_readable([self._process], 0):
             self.close()
         return self._process is None
 
     @property
     def drives(self) -> bool:
-        """Whether it is under way and has outputs outside its own process."""
+        """Return whether it is under way and has outputs outside its own process."""
         if self.has_ended or not self._drives_outputs:
             return False
         with suppress(StatisticsFileError):
@@ -75,7 +75,7 @@ class WatchedRun:
 
     @property
     def ended_with_outputs_off(self) -> bool:
-        """Whether it says that it is over, and nothing of what may be on.
+        """True if it says that it is over, and keeps no settings of outputs that may be on.
 
         It keeps the settings that its outputs are driven by until they are off.
         """
@@ -86,7 +86,7 @@ class WatchedRun:
 
     @property
     def has_acknowledged(self) -> bool:
-        """Whether the run knows that its right to drive was taken; it has switched off then."""
+        """True if the run knows that its right to drive was taken; it is off then."""
         with suppress(StatisticsFileError):  # cut short: nothing can be seen in it any more
             return self._cells[ACKNOWLEDGED] == self._cells[EPOCH]
         return False
@@ -97,7 +97,7 @@ class WatchedRun:
             self._cells[GUARD] = monotonic_ns()
 
     def why_lost(self, stall: int) -> str:
-        """Why outputs must be taken from it, empty if they need not."""
+        """Return why outputs must be taken from it, empty if they need not."""
         if self.has_ended:
             return f"process {self.writer.pid} has ended"
         try:
@@ -123,7 +123,7 @@ class WatchedRun:
 
     @property
     def was_disarmed_by_request(self) -> bool:
-        """Whether the latest disarming was requested by a person."""
+        """Return whether the latest disarming was requested by a person."""
         with suppress(StatisticsFileError):
             return is_requested(self._cells[EPOCH])
         return False
@@ -136,7 +136,7 @@ class WatchedRun:
 
 
 def is_requested(epoch: int) -> bool:
-    """Whether a person requested this epoch, and not a guard."""
+    """Return whether a person requested this epoch, and not a guard."""
     return epoch < 0
 
 
@@ -146,3 +146,31 @@ def is_readable(descriptors: list[int], timeout_ns: int) -> bool:
     for descriptor in descriptors:
         poller.register(descriptor, POLLIN)
     return bool(poller.poll(timeout_ns / MILLISECOND))
+
+
+def keep_clear_of_other_runs(path: Path) -> str | None:
+    """Refuse a path that is in use: a run's sockets, recording and guard would be taken from it.
+
+    Returns what is wrong with a file there that is damaged: a run may replace it. Raises
+    StatisticsFileError for one in use.
+    """
+    if not os.path.lexists(path):
+        return None
+    try:
+        with STATISTICS.opened(path) as file:
+            driver = driver_of(file)
+            state: int = CELL.unpack(file.read(STATE * CELL.size, CELL.size))[0]
+    except StatisticsFileError as error:
+        return str(error)
+    writer = driver.writer
+    if driver.saved is not None or state != RunState.RUNNING:
+        return None
+    if writer.pid != os.getpid() and is_running(writer):
+        what = "drives a robot" if driver.has_outputs else "is a run"
+        raise StatisticsFileError(
+            f"process {writer.pid} {what} and keeps its statistics there, where guard "
+            "and other commands look",
+            where=path,
+            expected="it to end first, or another file, see --statistics",
+        )
+    return None

@@ -460,8 +460,7 @@ def test_a_bus_of_which_no_load_is_stated_has_none_that_is_known(
 BARE_TABLES = """
 class MotorTable(Settings, frozen=True):
     speed: float
-    name: str
-    '''What it is called.'''
+    name: Annotated[str, Meta(description="What it is called.")]
 
 class LampTable(Settings, frozen=True):
     '''The lamp.'''
@@ -469,10 +468,11 @@ class LampTable(Settings, frozen=True):
 """
 
 
-def test_a_setting_without_a_docstring_is_not_described_by_that_of_another_class(
+def test_a_setting_without_a_description_has_its_table_s_and_no_other_class_s(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    source = f"from firmware_runtime.board.settings import Settings\n{BARE_TABLES}"
+    imports = "from typing import Annotated\nfrom msgspec import Meta\n"
+    source = f"{imports}from firmware_runtime.board.settings import Settings\n{BARE_TABLES}"
     (tmp_path / "bare_tables.py").write_text(source)
     monkeypatch.syspath_prepend(tmp_path)
     tables = importlib.import_module("bare_tables")

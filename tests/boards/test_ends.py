@@ -4,10 +4,9 @@ from pathlib import Path
 
 import pytest
 
-from firmware_runtime.board.ends import check_ends, end_of, ends_of
+from firmware_runtime.board.ends import check_ends, end_of, ends_of, robot_of
 from firmware_runtime.board.registry import Board, load
 from firmware_runtime.board.robot import Robot
-from firmware_runtime.board.robot_of_end import robot_of
 from firmware_runtime.errors import ConfigError
 
 BALANCING = Path(__file__).parents[2] / "examples/balancing/balancing/board.toml"

@@ -3,7 +3,7 @@
 import pytest
 from firmware_boards.detective.mission import Mission
 
-from firmware_runtime.board.ending import Ending
+from firmware_runtime.board.robot import Ending
 from firmware_runtime.devs.simulator import Simulator
 from firmware_runtime.devs.time import SECOND
 

@@ -4,8 +4,7 @@ import pytest
 from msgspec.structs import replace
 
 from firmware_runtime.board import registry
-from firmware_runtime.board.ends import end_of, other_end
-from firmware_runtime.board.gain_ends import taken_up_elsewhere
+from firmware_runtime.board.ends import end_of, gains_elsewhere, other_end
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.lab.experiments.loop_model import loop_board, loop_end
 from firmware_runtime.runs.tuning import tuning_of
@@ -17,7 +16,7 @@ LIMITS = {"thrust_pairs.slew_per_s", "thrust_pairs.timeout_s"}
 @pytest.mark.parametrize(("role", "elsewhere"), [("robot", GAINS), ("controller", LIMITS)])
 def test_gains_are_the_controllers_and_limits_the_robots(role: str, elsewhere: set[str]) -> None:
     board = registry.load("tachobot")
-    assert taken_up_elsewhere(board, end_of(board, role)) == elsewhere
+    assert gains_elsewhere(board, end_of(board, role)) == elsewhere
 
 
 @pytest.mark.parametrize(("role", "other"), [("robot", "x.controller"), ("controller", "x")])

@@ -15,7 +15,7 @@ from firmware_runtime.errors import ConfigError
 from firmware_runtime.lab.stages import staged_run
 from firmware_runtime.recording.blackbox import chunk_file
 from firmware_runtime.runs import black_box, open_board
-from firmware_runtime.runs import saved_recording as keeping
+from firmware_runtime.runs import kept_recordings as keeping
 from firmware_runtime.runs.hardware import Hardware
 from firmware_runtime.statistics.trace_file import TraceFile
 

@@ -126,7 +126,7 @@ def test_inputs_that_the_model_does_not_take_are_refused_at_once(command: Comman
 def test_a_word_for_a_number_is_refused_as_what_it_is(command: Command) -> None:
     ended = command("run", "tachobot", "--stage", "simulation", "--input", "1:yaw_reference=two")
     assert ended.status == 2
-    assert "yaw_reference: not a float: Expected `float`, got `str`" in ended.error
+    assert "yaw_reference: not a float" in ended.error
 
 
 @pytest.mark.parametrize("text", ["yaw=1", "-1:yaw=1", "nan:yaw=1", "1:yaw", "1:=1", "1e10:yaw=1"])

@@ -5,8 +5,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from firmware_runtime.devs.time import SECOND
-from firmware_runtime.links.bridge.acquaintance import Acquaintance
 from firmware_runtime.links.bridge.admission import MOST_AGE, NotAcquainted, Signed
+from firmware_runtime.links.bridge.bridge_end import Acquaintance
 from firmware_runtime.links.bridge.envelope import Refused, new_name
 from sim_doubles.clock import ManualClock
 

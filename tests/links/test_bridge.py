@@ -11,11 +11,9 @@ import pytest
 from firmware_runtime.cli.main import main
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.links.bridge import bridge as bridge_module
-from firmware_runtime.links.bridge.acquaintance import Acquaintance
-from firmware_runtime.links.bridge.bridge import POLL_EVERY, Bridge
-from firmware_runtime.links.bridge.broadcast import RENEW_EVERY
-from firmware_runtime.links.bridge.route import Route
-from firmware_runtime.links.bridge.senders import MOST, MOST_OF_ADDRESS, QUIET
+from firmware_runtime.links.bridge.bridge import MOST, MOST_OF_ADDRESS, POLL_EVERY, QUIET, Bridge
+from firmware_runtime.links.bridge.bridge_end import Acquaintance
+from firmware_runtime.links.bridge.broadcast import RENEW_EVERY, Route
 from firmware_runtime.links.endpoint import endpoint
 from firmware_runtime.links.ports.robot_end import ROOM
 from firmware_runtime.statistics.paths import Companion

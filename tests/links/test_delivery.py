@@ -21,11 +21,11 @@ from firmware_runtime.executive.clocks import VirtualClock
 from firmware_runtime.executive.configuration import Configuration
 from firmware_runtime.executive.executive import Executive
 from firmware_runtime.executive.inbox import Bag
-from firmware_runtime.links.cut.cut import cut_of
+from firmware_runtime.links.cut.channel import Channel
+from firmware_runtime.links.cut.cut import Terms, cut_of
 from firmware_runtime.links.cut.impairment import Decisions, Impairment
 from firmware_runtime.links.cut.link import Link
 from firmware_runtime.links.cut.refusal import Reason
-from firmware_runtime.links.cut.terms import Terms
 from firmware_runtime.links.cut.wire import Kind
 
 NAMES = ["mind.order", "mind.sample", "mind.state", "body.turned"]
@@ -82,7 +82,7 @@ class Network:
         return found
 
 
-class End:
+class End(Channel):
     """One end, whose clock is `ahead` of the test's."""
 
     def __init__(self, role: str, out: Network, ahead: int, terms: Terms) -> None:

@@ -1,8 +1,6 @@
 """The paper's blocks over UDP, with the peers that the paper shows: a ROS node and PowerDEVS."""
 
-import os
 import re
-import signal
 import socket
 import subprocess
 import sys
@@ -25,7 +23,7 @@ from firmware_runtime import (
     open_model,
     run,
 )
-from firmware_runtime.links.dover.blocks import DoverBlocks
+from firmware_runtime.links.dover.dover import DoverBlocks
 from firmware_runtime.models.dover import RcvDover, SndDover
 from tests.support.linked_runs import free_port
 from tests.support.waiting import PATIENCE_S, wait_until
@@ -173,23 +171,10 @@ def is_bound(address: str, port: int) -> bool:
     return f"{address}:{port:04X}" in {line.split()[1] for line in listed}
 
 
-@pytest.mark.slow
-@pytest.mark.real_time
-def test_a_run_ends_when_its_carrier_does(stack: ExitStack) -> None:
-    out, back = free_port(), free_port()
-    opened = stack.enter_context(open_model(Loop(out, back)))
-    assert opened.dover is not None
-    carrier = opened.dover.process
-    os.kill(carrier.pid, signal.SIGKILL)
-    result = opened.run(PATIENCE_S)
-    assert result.state is RunState.FAILED
-    assert "carrier" in result.reason
-
-
 def test_a_port_that_is_taken_is_refused(stack: ExitStack) -> None:
     taken = stack.enter_context(socket.socket(socket.AF_INET, socket.SOCK_DGRAM))
     taken.bind(("127.0.0.1", 0))
-    with pytest.raises(ConfigError, match="DOVER: Address already in use"):
+    with pytest.raises(ConfigError, match=r"DOVER: 127.0.0.1:\d+: Address already in use"):
         open_model(RcvDover("rcv", taken.getsockname()[1]))
 
 

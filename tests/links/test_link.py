@@ -13,16 +13,24 @@ from firmware_runtime.executive.clocks import VirtualClock
 from firmware_runtime.executive.configuration import Configuration
 from firmware_runtime.executive.executive import Executive
 from firmware_runtime.executive.inbox import Bag
+from firmware_runtime.links.cut.channel import Channel
 from firmware_runtime.links.cut.counts import Carried, report
-from firmware_runtime.links.cut.cut import Cut, cut_of
+from firmware_runtime.links.cut.cut import Cut, Terms, cut_of
 from firmware_runtime.links.cut.delivery import MOST_WAITING
-from firmware_runtime.links.cut.greeting import Farewell, Greeting
 from firmware_runtime.links.cut.link import Link
 from firmware_runtime.links.cut.peer import Peer
 from firmware_runtime.links.cut.refusal import Reason
-from firmware_runtime.links.cut.step import Entry, body_of, entries_of
-from firmware_runtime.links.cut.terms import Terms
-from firmware_runtime.links.cut.wire import Frame, Kind, decoded, encoded
+from firmware_runtime.links.cut.wire import (
+    Entry,
+    Farewell,
+    Frame,
+    Greeting,
+    Kind,
+    body_of,
+    decoded,
+    encoded,
+    entries_of,
+)
 
 TERMS = Terms()
 LIMITS = {"mind.command": (-1.0, 1.0)}
@@ -53,7 +61,7 @@ def part(name: str) -> Part:
     return part_of(whole, [name])
 
 
-class Way:
+class Way(Channel):
     """A way in this process: what the link sends is in `sent`, what it is to get in `waits`."""
 
     def __init__(self) -> None:
@@ -153,7 +161,7 @@ class Ends:
         )
 
     def body(self, *values: float) -> bytes:
-        return self.cut.entering[0].packing.pack_all(values)
+        return self.cut.entering[0].packed(values)
 
     def refused(self) -> dict[Reason, int]:
         return {reason: count for reason, count in self.link.counts.refused.items() if count > 0}

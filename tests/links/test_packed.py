@@ -11,8 +11,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from firmware_runtime.links.cut.packed import Packing
+from firmware_runtime.links.cut.cut import Crossing
 from firmware_runtime.links.cut.refusal import Reason, Refused
+from firmware_runtime.links.typed_values import packed_form
 
 
 class Gear(Enum):
@@ -53,15 +54,18 @@ samples = st.builds(
 )
 
 
+def crossing(kind: object, limits: tuple[float, float] | None = None) -> Crossing:
+    return Crossing("model.port", 1, packed_form(kind), limits)
+
+
 def again(kind: object, value: object) -> object:
-    packing = Packing(kind)
-    (found,) = packing.unpack_all(packing.pack_all([value]))
+    (found,) = crossing(kind).unpacked(crossing(kind).packed([value]))
     return found
 
 
 def reason_of(kind: object, packed: bytes, limits: tuple[float, float] | None = None) -> Reason:
     with pytest.raises(Refused) as refused:
-        Packing(kind).unpack_all(packed, limits)
+        crossing(kind, limits).unpacked(packed)
     return refused.value.reason
 
 
@@ -104,29 +108,29 @@ def test_an_array_keeps_its_shape() -> None:
 def test_any_bytes_are_a_value_or_refused(kind: object, packed: bytes) -> None:
     for body in (packed, AN_ARRAY_OF_ONE + packed):
         try:
-            values = Packing(kind).unpack_all(body)
+            values = crossing(kind).unpacked(body)
         except Refused:
             continue
-        Packing(kind).pack_all(values)
+        crossing(kind).packed(values)
 
 
 @pytest.mark.parametrize("number", [math.nan, math.inf, -math.inf])
 def test_what_is_not_finite_is_refused(number: float) -> None:
-    assert reason_of(float, Packing(float).pack_all([number])) is Reason.NOT_FINITE
-    assert reason_of(Angle, Packing(Angle).pack_all([Degree(number, "x")])) is Reason.NOT_FINITE
+    assert reason_of(float, crossing(float).packed([number])) is Reason.NOT_FINITE
+    assert reason_of(Angle, crossing(Angle).packed([Degree(number, "x")])) is Reason.NOT_FINITE
     array = NDArray[np.float64]
-    assert reason_of(array, Packing(array).pack_all([np.array([1.0, number])])) is Reason.NOT_FINITE
+    assert reason_of(array, crossing(array).packed([np.array([1.0, number])])) is Reason.NOT_FINITE
 
 
 def test_every_number_must_be_within_the_limits() -> None:
-    packing = Packing(tuple[float, float])
-    assert packing.unpack_all(packing.pack_all([(-1.0, 1.0)]), (-1.0, 1.0)) == [(-1.0, 1.0)]
-    packed = packing.pack_all([(0.0, 1.5)])
+    pair = crossing(tuple[float, float], (-1.0, 1.0))
+    assert pair.unpacked(pair.packed([(-1.0, 1.0)])) == [(-1.0, 1.0)]
+    packed = pair.packed([(0.0, 1.5)])
     assert reason_of(tuple[float, float], packed, (-1.0, 1.0)) is Reason.OUT_OF_LIMITS
 
 
 def test_only_subclasses_that_are_here_are_made() -> None:
-    packed = Packing(Angle).pack_all([Degree(1.0, "x")])
+    packed = crossing(Angle).packed([Degree(1.0, "x")])
     assert reason_of(Angle, packed.replace(b"Degree", b"Minute")) is Reason.MALFORMED
     assert reason_of(Gear, packed) is Reason.MALFORMED
 
@@ -134,10 +138,10 @@ def test_only_subclasses_that_are_here_are_made() -> None:
 @pytest.mark.parametrize("kind", [object, tuple, list, Any, dict[int, float]])
 def test_a_type_that_leaves_it_open_cannot_be_carried(kind: object) -> None:
     with pytest.raises(TypeError):
-        Packing(kind)
+        packed_form(kind)
 
 
 def test_the_text_of_a_type_names_its_fields() -> None:
-    assert Packing(Angle).text == "Angle(value:float)"
-    assert Packing(Gear).text == "Gear[LOW,HIGH]"
-    assert "where:tuple[float,float,float]" in Packing(Sample).text
+    assert packed_form(Angle).text == '{"value": float}'
+    assert packed_form(Gear).text == '"LOW" | "HIGH"'
+    assert '"where": [float, float, float]' in packed_form(Sample).text

@@ -7,11 +7,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from firmware_runtime.devs.time import MILLISECOND, SECOND
-from firmware_runtime.links.cut.greeting import Farewell, Greeting
 from firmware_runtime.links.cut.peer import Peer
 from firmware_runtime.links.cut.refusal import Reason, Refused
 from firmware_runtime.links.cut.window import RECENT, SIZE
-from firmware_runtime.links.cut.wire import Frame, Kind
+from firmware_runtime.links.cut.wire import Farewell, Frame, Greeting, Kind
 
 TIMEOUT = SECOND // 2
 DIGEST = bytes(32)

@@ -3,9 +3,8 @@
 import pytest
 from msgspec import Raw
 
-from firmware_runtime.board.ends import end_of
+from firmware_runtime.board.ends import end_of, robot_of
 from firmware_runtime.board.registry import load
-from firmware_runtime.board.robot_of_end import robot_of
 from firmware_runtime.links.ports.datagrams import Refusal
 from firmware_runtime.links.ports.ports import Ports
 

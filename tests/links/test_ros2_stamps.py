@@ -1,7 +1,7 @@
 """Instants of a run as instants of ROS."""
 
 from firmware_runtime.devs.time import MILLISECOND, SECOND
-from firmware_runtime.links.ros2.stamps import CLOCK_SET, Stamps
+from firmware_runtime.links.ros2.ports_end import CLOCK_SET, Stamps
 
 TO_SYSTEM = 1_700_000_000 * SECOND
 

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from firmware_runtime.errors import ConfigError
-from firmware_runtime.links.ros2.surroundings import check_surroundings
+from firmware_runtime.links.ros2.interpreter import check_surroundings
 
 
 @pytest.mark.parametrize("domain", ["", "0", "7", "232"])

@@ -6,7 +6,7 @@ from pathlib import Path
 from hypothesis import given
 from hypothesis import strategies as st
 
-from firmware_runtime.links.bridge.senders import MOST, MOST_OF_ADDRESS, Sender, Senders
+from firmware_runtime.links.bridge.bridge import MOST, MOST_OF_ADDRESS, Sender, Senders
 from firmware_runtime.links.ports.robot_end import RobotEnd
 
 

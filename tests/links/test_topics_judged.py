@@ -1,8 +1,7 @@
 """What a node's diagnostics say of its topics."""
 
 from firmware_runtime.devs.time import SECOND
-from firmware_runtime.links.ros2.judgement import Level
-from firmware_runtime.links.ros2.topic_judgement import TopicJudge
+from firmware_runtime.links.ros2.judgement import Level, TopicJudge
 
 
 def test_before_the_first_message_nothing_is_said() -> None:

@@ -6,9 +6,8 @@ from collections.abc import Iterator
 import pytest
 
 from firmware_runtime.links.cut import udp
-from firmware_runtime.links.cut.greeting import BYES, farewell_of
 from firmware_runtime.links.cut.udp import GREETINGS_EVERY, SESSIONS, Carrier
-from firmware_runtime.links.cut.wire import Frame, Kind, decoded, encoded, opened
+from firmware_runtime.links.cut.wire import BYES, Frame, Kind, decoded, encoded, farewell_of, opened
 from sim_doubles.clock import ManualClock
 from tests.support.waiting import PATIENCE_S
 

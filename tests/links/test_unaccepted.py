@@ -24,7 +24,7 @@ def test_nothing_is_missing_before_anything_left_and_after_it_was_accepted(
 ) -> None:
     assert left.oldest == NOTHING_MISSING
     left.put(3, 1, 100)
-    left.note_sent(7, 3, 1)
+    left.note_sent(7, 7, [(3, 1)])
     assert left.oldest == Missing(since=100, sequence=1, port=3)
     left.note(seen(7))
     assert left.oldest == NOTHING_MISSING
@@ -33,29 +33,31 @@ def test_nothing_is_missing_before_anything_left_and_after_it_was_accepted(
 def test_a_stream_that_is_lost_is_missing_since_its_first_value(left: Unaccepted) -> None:
     for sequence in range(1, 50):
         left.put(0, sequence, sequence * 10)
-        left.note_sent(sequence, 0, sequence)
+        left.note_sent(sequence, sequence, [(0, sequence)])
         left.note(seen(0))
     assert left.oldest == Missing(10, 1, 0)
+    assert left.waits_since == 1
     left.note(seen(40))
-    assert left.oldest == Missing(410, 41, 0)
+    assert (left.oldest, left.waits_since) == (Missing(410, 41, 0), 41)
     left.note(seen(49, 0))
     assert left.oldest == NOTHING_MISSING
+    assert left.waits_since is None
 
 
 def test_of_several_ports_what_left_longest_ago_counts(left: Unaccepted) -> None:
     left.put(1, 5, 200)
     left.put(2, 9, 100)
     assert left.oldest.port == 2
-    left.note_sent(1, 2, 9)
+    left.note_sent(1, 1, [(2, 9)])
     left.note(seen(1))
     assert left.oldest.port == 1
 
 
 def test_a_frame_that_was_overtaken_is_accepted_late(left: Unaccepted) -> None:
     left.put(1, 1, 100)
-    left.note_sent(1, 1, 1)
+    left.note_sent(1, 1, [(1, 1)])
     left.put(2, 1, 200)
-    left.note_sent(2, 2, 1)
+    left.note_sent(2, 2, [(2, 1)])
     left.note(seen(2))
     assert left.oldest == Missing(100, 1, 1)
     left.note(seen(2, 0b1))
@@ -64,9 +66,9 @@ def test_a_frame_that_was_overtaken_is_accepted_late(left: Unaccepted) -> None:
 
 def test_what_is_sent_again_is_accepted_by_either_frame(left: Unaccepted) -> None:
     left.put(1, 1, 100)
-    left.note_sent(1, 1, 1)
+    left.note_sent(1, 1, [(1, 1)])
     left.note(seen(100))
-    left.note_sent(101, 1, 1)
+    left.note_sent(101, 101, [(1, 1)])
     left.note(seen(101))
     assert left.oldest == NOTHING_MISSING
 

@@ -2,12 +2,13 @@
 
 import pytest
 
+from firmware_runtime.links.local_socket import Connection
 from firmware_runtime.links.ports.datagrams import Refusal
-from firmware_runtime.links.ports.watchers import MOST, WATCHED_FOR, Watcher, Watchers
+from firmware_runtime.links.ports.ports import MOST, WATCHED_FOR, Watcher, Watchers
 from sim_doubles.clock import ManualClock
 
 
-class Way:
+class Way(Connection):
     """The way to a watcher, by name; nothing listens."""
 
     def __init__(self, name: str) -> None:

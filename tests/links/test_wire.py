@@ -9,21 +9,26 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from firmware_runtime.links.cut.greeting import Farewell, Greeting, encode, farewell_of, greeting_of
-from firmware_runtime.links.cut.packed import Packing
 from firmware_runtime.links.cut.refusal import Reason, Refused
-from firmware_runtime.links.cut.step import HEAD, Entry, body_of, entries_of
 from firmware_runtime.links.cut.wire import (
+    HEAD,
     HEADER,
     LONGEST,
+    Entry,
+    Farewell,
     Frame,
+    Greeting,
     Kind,
     Missing,
+    body_of,
     decoded,
+    encode,
     encoded,
+    entries_of,
+    farewell_of,
+    greeting_of,
     opened,
 )
-from firmware_runtime.models.motion import Motion
 
 KEY = bytes(range(32))
 PAGE = Path(__file__).parents[2] / "docs/wire.md"
@@ -56,8 +61,8 @@ VECTORS = {
             Missing(1_499_800_000, 2, 1),
             body_of(
                 [
-                    Entry(1, 3, 0, Packing(Motion).pack_all([Motion(0.5, -1.25)])),
-                    Entry(4, 2, 1, Packing(str).pack_all(["stop", "turn"])),
+                    Entry(1, 3, 0, encode([[0.5, -1.25]])),
+                    Entry(4, 2, 1, encode(["stop", "turn"])),
                 ]
             ),
         ),
@@ -73,7 +78,7 @@ VECTORS = {
             ports=1,
             origin=1_600_000_000,
             step=4,
-            body=body_of([Entry(0, 1, 0, Packing(float).pack_all([1.0]))]),
+            body=body_of([Entry(0, 1, 0, encode([1.0]))]),
         ),
         KEY,
     ),

@@ -24,7 +24,7 @@ from firmware_runtime.recording.blackbox.locations import (
 from firmware_runtime.recording.blackbox.reader import read_recording
 from firmware_runtime.recording.board_of_recording import board_of_table
 from firmware_runtime.recording.replay.verdict import Verdict, replay
-from firmware_runtime.runs import failed_start
+from firmware_runtime.runs import kept_recordings
 from firmware_runtime.runs.hardware import Hardware
 from firmware_runtime.runs.recorded_edge import RecordedEdge
 from firmware_runtime.runs.session import Session
@@ -260,5 +260,5 @@ def noted(monkeypatch: pytest.MonkeyPatch) -> list[str]:
 
     note(Robot, "make_safe", "off")
     note(Hardware, "close", "closed")
-    note(failed_start, "replace_file", "written")
+    note(kept_recordings, "replace_file", "written")
     return done

@@ -84,8 +84,8 @@ def test_a_replay_begins_in_the_middle_at_a_keyframe(record: Record, board: str)
 @pytest.mark.slow
 def test_transactions_that_failed_fail_again(record: Record) -> None:
     def break_bus(session: Session) -> None:
-        assert session.rig is not None
-        bus = session.rig.buses["i2c1"]
+        assert session.hardware.rig is not None
+        bus = session.hardware.rig.buses["i2c1"]
         carry, count = bus.transaction, iter(range(1_000_000))
 
         def sometimes(address: int, messages: Sequence[Message]) -> bytes:
@@ -111,8 +111,8 @@ def test_a_world_that_ended_a_run_ends_its_replay(
         return outcome
 
     def break_world(session: Session) -> None:
-        assert session.rig is not None
-        bus = session.rig.buses["i2c1"]
+        assert session.hardware.rig is not None
+        bus = session.hardware.rig.buses["i2c1"]
         carry, count = bus.transaction, iter(range(1_000_000))
 
         def until_then(address: int, messages: Sequence[Message]) -> bytes:

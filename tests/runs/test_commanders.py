@@ -10,9 +10,9 @@ from firmware_runtime.board import registry
 from firmware_runtime.board.inputs import described, input_timeouts
 from firmware_runtime.devs.time import MILLISECOND, SECOND
 from firmware_runtime.executive.clocks import VirtualClock
-from firmware_runtime.runs.commanders import Commanders
 from firmware_runtime.runs.session import Session
 from firmware_runtime.runs.start import start_session
+from firmware_runtime.runs.supervision import Commanders
 from tests.support.executives import Run
 from tests.support.periodic_models import Robot
 

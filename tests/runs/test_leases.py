@@ -7,7 +7,7 @@ from firmware_runtime.errors import ConfigError
 from firmware_runtime.executive.clocks import VirtualClock
 from firmware_runtime.executive.executive import Executive
 from firmware_runtime.runs.arming import Arming, Permission
-from firmware_runtime.runs.leases import LONGEST_S, SHORTEST_S, Leases
+from firmware_runtime.runs.requests import LONGEST_S, SHORTEST_S, Leases
 from tests.support.periodic_models import Robot
 
 

@@ -10,9 +10,9 @@ from firmware_runtime.executive.clocks import MonotonicClock
 from firmware_runtime.executive.configuration import Configuration
 from firmware_runtime.executive.executive import Executive
 from firmware_runtime.executive.outcome import Outcome
-from firmware_runtime.runs import overload
+from firmware_runtime.runs import supervision
 from firmware_runtime.runs.arming import Arming, Permission
-from firmware_runtime.runs.overload import WINDOW, Overload, Policy
+from firmware_runtime.runs.supervision import WINDOW, Overload, Policy
 from firmware_runtime.statistics.layout import STEP_TIME
 from firmware_runtime.statistics.statistics import RunState
 from firmware_runtime.statistics.summary import summary
@@ -30,8 +30,8 @@ class Time:
 @pytest.fixture
 def time(monkeypatch: pytest.MonkeyPatch) -> Time:
     now = Time()
-    monkeypatch.setattr(overload, "monotonic_ns", lambda: now.real)
-    monkeypatch.setattr(overload, "process_time_ns", lambda: now.processor)
+    monkeypatch.setattr(supervision, "monotonic_ns", lambda: now.real)
+    monkeypatch.setattr(supervision, "process_time_ns", lambda: now.processor)
     return now
 
 

@@ -10,8 +10,8 @@ from firmware_runtime.board import registry
 from firmware_runtime.devs.time import MILLISECOND
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.executive.clocks import VirtualClock
-from firmware_runtime.runs.reloading import NEEDED, TIMEOUT, Reloading
 from firmware_runtime.runs.start import start_session
+from firmware_runtime.runs.tuning import NEEDED, TIMEOUT, Reloading
 from firmware_runtime.system.messages import Notices
 
 SHIPPED = kinds.shipped_file("tachobot")

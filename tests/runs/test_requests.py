@@ -15,8 +15,7 @@ from firmware_runtime.links.control import TIMEOUT_S
 from firmware_runtime.links.ports.desk import Answer
 from firmware_runtime.links.ports.run_socket import RunSocket
 from firmware_runtime.runs.arming import Arming, Permission
-from firmware_runtime.runs.leases import Leases
-from firmware_runtime.runs.requests import SLOW, Requests
+from firmware_runtime.runs.requests import SLOW, Leases, Requests
 from firmware_runtime.runs.tuning import Tuning
 from firmware_runtime.statistics.layout import EPOCH
 from tests.support.periodic_models import Robot

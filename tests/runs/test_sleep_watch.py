@@ -6,9 +6,9 @@ from firmware_runtime.devs.time import SECOND
 from firmware_runtime.executive.clocks import Clock, MonotonicClock, VirtualClock
 from firmware_runtime.executive.configuration import Configuration
 from firmware_runtime.executive.executive import Executive
-from firmware_runtime.runs import sleep_watch
+from firmware_runtime.runs import supervision
 from firmware_runtime.runs.arming import Arming, Permission
-from firmware_runtime.runs.sleep_watch import SleepWatch, watch_sleep
+from firmware_runtime.runs.supervision import SleepWatch, watch_sleep
 from tests.support.periodic_models import Robot
 
 
@@ -18,8 +18,8 @@ class Rig:
     def __init__(self, patch: pytest.MonkeyPatch) -> None:
         self.asleep = 0
         self.now = 10 * SECOND
-        patch.setattr(sleep_watch, "monotonic_ns", lambda: self.now)
-        patch.setattr(sleep_watch, "clock_gettime_ns", lambda _clock: self.now + self.asleep)
+        patch.setattr(supervision, "monotonic_ns", lambda: self.now)
+        patch.setattr(supervision, "clock_gettime_ns", lambda _clock: self.now + self.asleep)
         self.logged: list[str] = []
         self.executive = Executive(Robot(), MonotonicClock(), list, Configuration())
         permission = Permission(at_start=False, demand_guard=False)
@@ -80,5 +80,5 @@ def test_it_is_watched_where_something_may_be_hurt(
 
 
 def test_the_clocks_of_this_machine_stay_together_while_it_is_awake() -> None:
-    before = sleep_watch._slept()
-    assert abs(sleep_watch._slept() - before) < SECOND
+    before = supervision._slept()
+    assert abs(supervision._slept() - before) < SECOND

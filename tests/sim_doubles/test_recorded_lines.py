@@ -32,8 +32,8 @@ OFF = b"\xfd\x10"
 
 def break_every_seventh(session: Session) -> None:
     """Let a transaction fail now and then."""
-    assert session.rig is not None
-    bus = session.rig.buses["i2c1"]
+    assert session.hardware.rig is not None
+    bus = session.hardware.rig.buses["i2c1"]
     carry, count = bus.transaction, iter(range(1_000_000))
 
     def sometimes(address: int, messages: Sequence[Message]) -> bytes:

@@ -3,7 +3,7 @@
 from typing import NamedTuple
 
 from firmware_runtime.board import registry
-from firmware_runtime.board.ending import Ending
+from firmware_runtime.board.robot import Ending
 from firmware_runtime.devs.time import seconds
 from firmware_runtime.executive.clocks import VirtualClock
 from firmware_runtime.executive.outcome import Outcome
@@ -32,14 +32,14 @@ def mission_with_outage(begins_s: float, lasts_s: float, *assignments: str) -> M
     board = registry.load("detective", assignments)
     session = start_session(board, VirtualClock(), doubles=True, statistics_path=None)
     try:
-        assert session.rig is not None
+        assert session.hardware.rig is not None
         since, until = seconds(begins_s), seconds(begins_s + lasts_s)
         outage = NackAddress(since=since, until=until, times=None)
-        for bus in session.rig.buses.values():
+        for bus in session.hardware.rig.buses.values():
             assert isinstance(bus, I2cBusDouble)
             bus.faults = FaultScript([outage])
         outcome = session.executive.run(seconds(LONGEST_S))
         outputs = session.outputs() or {}
-        return Mission(outcome, session.ending, sum(outputs.values()))
+        return Mission(outcome, session.task.ending, sum(outputs.values()))
     finally:
         session.close()

@@ -11,7 +11,7 @@ from firmware_runtime.board.ros.topics import topics
 from firmware_runtime.board.settings import RosSettings
 from firmware_runtime.links.ros2.node import RobotNode
 from firmware_runtime.links.ros2.plan import Plan
-from firmware_runtime.runs.leases import LONGEST_S
+from firmware_runtime.runs.requests import LONGEST_S
 from tests.support.topics_run import EchoRobot
 
 

@@ -11,13 +11,13 @@ HEAD = struct.Struct(">4sBBHQQQqqqQQqQqQH")
 ENTRY = struct.Struct(">HQQI")
 HELLO, STEP, HEARTBEAT, BYE = 1, 2, 3, 4
 INERTIAL_SAMPLE = (
-    "InertialSample(acceleration:tuple[float,float,float],rate:tuple[float,float,float],"
-    "field:tuple[float,float,float]|None,temperature_c:float,field_overflow:bool)"
+    '{"acceleration": [float, float, float], "rate": [float, float, float], '
+    '"field": [float, float, float] | null, "temperature_c": float, "field_overflow": bool}'
 )
 PORTS = (
-    "controller.forces Forces(f1:float,f2:float,f3:float,f4:float)",
+    'controller.forces {"f1": float, "f2": float, "f3": float, "f4": float}',
     f"imu.sample {INERTIAL_SAMPLE}",
-    "thrust_pairs.applied Applied[NOTHING,PART,ALL]",
+    'thrust_pairs.applied "NOTHING" | "PART" | "ALL"',
 )
 FORCES = 0
 

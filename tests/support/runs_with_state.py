@@ -36,7 +36,14 @@ class RunWithState:
             names = session.board.unconnected().model.components
             atomics = executive.simulator.atomics
             own = frozenset(each for each in atomics if each.path.split(".")[1] in names)
-            edges = [self, session, executive, session.rig, session.hardware, session.board]
+            edges = [
+                self,
+                session,
+                executive,
+                session.hardware.rig,
+                session.hardware,
+                session.board,
+            ]
             robot, lines = session.robot, session.hardware.lines
             try:
                 self._table = state_of_run(robot, lines, executive.state, own, edges)

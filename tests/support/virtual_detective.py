@@ -9,9 +9,8 @@ from firmware_boards.detective.wiring import DetectiveRobot
 from firmware_drivers.fault import Fault
 
 from firmware_runtime.board import registry
-from firmware_runtime.board.ending import Ending
 from firmware_runtime.board.lines import Lines
-from firmware_runtime.board.robot import Robot
+from firmware_runtime.board.robot import Ending, Robot
 from firmware_runtime.devs.simulator import Simulator
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.hal.accounted_bus import AccountedBus

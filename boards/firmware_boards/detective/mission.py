@@ -4,7 +4,7 @@ from firmware_drivers.compass import PERIODIC
 from firmware_drivers.fault import Fault
 from firmware_drivers.motors import STILL
 
-from firmware_runtime.board.ending import Ending
+from firmware_runtime.board.robot import Ending
 from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.ports import InPort
 from firmware_runtime.devs.time import SECOND

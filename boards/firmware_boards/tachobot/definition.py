@@ -13,10 +13,9 @@ from firmware_boards.tachobot.wiring import Tachobot, chip_settings, control_per
 from firmware_boards.tachobot.yaw import YAW
 from firmware_runtime.board.bus_loads import Recurring, bus_loads
 from firmware_runtime.board.definition import BoardDefinition
-from firmware_runtime.board.ending import Ending
 from firmware_runtime.board.faults import Device, device_faults, setting_fault
 from firmware_runtime.board.lines import Lines
-from firmware_runtime.board.robot import Robot
+from firmware_runtime.board.robot import Ending, Robot
 from firmware_runtime.devs.ports import OutPort
 from firmware_runtime.hal.budget import BusLoad
 

@@ -1,6 +1,6 @@
 """Ends the run when the position was given up."""
 
-from firmware_runtime.board.ending import Ending
+from firmware_runtime.board.robot import Ending
 from firmware_runtime.devs.time import NEVER
 from firmware_runtime.models.position_fix import PositionState
 from firmware_runtime.models.state_diagram import StateDiagram

@@ -20,9 +20,7 @@ Share = Annotated[float, Meta(gt=0, le=1)]
 class TreadKeys(Settings, frozen=True, kw_only=True, tag_field="driver"):
     """What is the same for every driver."""
 
-    speed: Annotated[
-        Share, Meta(description="Share of full speed that signals 1 and 2 stand for.")
-    ]
+    speed: Annotated[Share, Meta(description="Share of full speed that signals 1 and 2 stand for.")]
     refresh_s: Seconds
     """The last speeds are sent again this often while moving."""
     left_reversed: bool = False

@@ -56,7 +56,7 @@ def _faults(table: RegisterTable) -> Iterator[str]:
 
 
 def _doubled(table: RegisterTable) -> Iterator[str]:
-    """What two registers have, and only one can."""
+    """Yield what two registers have, and only one can."""
     names: dict[str, int] = {}
     quantities: dict[str, int] = {}
     addresses: dict[int, str] = {}

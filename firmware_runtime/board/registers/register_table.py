@@ -54,12 +54,12 @@ class Register(Settings, frozen=True, kw_only=True):
 
     @property
     def bytes(self) -> int:
-        """How many bytes it has."""
+        """Number of its bytes."""
         return self.width // 8
 
     @property
     def order(self) -> Literal["big", "little"]:
-        """Which byte comes first."""
+        """Byte order: which byte comes first."""
         return self.byte_order or "big"
 
     @property
@@ -75,7 +75,7 @@ class Register(Settings, frozen=True, kw_only=True):
 
     @property
     def busy_ns(self) -> int:
-        """How long the chip is busy, in whole nanoseconds."""
+        """Time for which the chip is busy, in whole nanoseconds."""
         return round(self.busy_us * 1000)
 
     @property
@@ -85,7 +85,7 @@ class Register(Settings, frozen=True, kw_only=True):
         return range(-half, half) if self.signed else range(2 * half)
 
     def value(self, count: int) -> float:
-        """What a count stands for, in its unit."""
+        """Return what a count stands for, in its unit."""
         return count * (1.0 if self.scale is None else self.scale) + (self.offset or 0.0)
 
     def count(self, word: int) -> int:

@@ -66,7 +66,7 @@ class Incoming:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Convention:
-    """What values of a type are in ROS 2, or those of one port of a kind of component."""
+    """Messages of ROS 2 for values of a type, or for one port of a kind of component."""
 
     of: type[object]
     """The type of the value; with `port`, the component's class."""
@@ -82,14 +82,14 @@ class Convention:
     """Those of them that the component itself knows."""
 
     def is_for(self, component: Component, port: str, kind: type[object]) -> bool:
-        """Whether it is the convention of a port of this component and type."""
+        """Return whether it is the convention of a port of this component and type."""
         if self.port:
             return isinstance(component, self.of) and port == self.port
         return issubclass(kind, self.of)
 
 
 def conventions() -> Mapping[str, Convention]:
-    """Those that packages provide, by the names of their entry points.
+    """Return the conventions that packages provide, by the names of their entry points.
 
     The ones of a component's port come first: they say more than a type does. Raises ConfigError.
     """

@@ -1,4 +1,4 @@
-"""What needs no convention: truth values, numbers, texts, enumerations, and records of numbers.
+"""Messages for plain types: truth values, numbers, texts, enumerations, numeric records.
 
     bool, int, float, str    std_msgs Bool, Int64, Float64, String
     an enumeration           String, the member's name
@@ -42,7 +42,7 @@ _LARGEST: Final = 1 << 63
 
 
 def plain_convention(kind: type[object]) -> Convention | None:
-    """What values of a type are in ROS 2; None if the type is none of these."""
+    """Return the convention of a plain type; None if the type is none."""
     for plain, message in _SINGLE:
         if issubclass(kind, plain):
             out = (plain_outgoing(message),)
@@ -55,13 +55,13 @@ def plain_convention(kind: type[object]) -> Convention | None:
 
 
 def plain_outgoing(message: str) -> Outgoing:
-    """How a value becomes one of these messages; those that are no measurement are events."""
+    """Return how a value becomes one of these messages; no measurement means an event."""
     fields = {ARRAY: _array, INT: _whole_number, FLOAT: _number}.get(message, _as_it_is)
     return Outgoing(type=message, fields=fields, is_event=message in {BOOL, INT, TEXT})
 
 
 def plain_incoming(message: str, record: Mapping[str, bool] | None = None) -> Incoming:
-    """How a value is made of one of these; of an array, the fields and which are whole numbers."""
+    """Return how a value is made of one of these; of an array, by fields and whole numbers."""
     if message != ARRAY or record is None:
         return Incoming(type=message, value=lambda said, _options: said.data)
 
@@ -89,7 +89,7 @@ def _record(kind: type[object]) -> dict[str, bool] | None:
 
 
 def _is_numbers(kind: Any) -> bool:  # noqa: ANN401 -- a type hint
-    """Whether values of a type consist of numbers alone; those of `tuple` and `list` may."""
+    """Return whether values of a type are numbers alone; those of `tuple` and `list` may be."""
     if kind in {bool, int, float, tuple, list}:
         return True
     if get_origin(kind) in {Union, UnionType}:

@@ -67,7 +67,7 @@ class Subscription:
 
 @dataclass(frozen=True, slots=True)
 class Topics:
-    """All of a robot; `without` says of a port why it has none, `faults` what `[ros]` has wrong."""
+    """Topics of a robot; `without` says why a port has none, `faults` what `[ros]` has wrong."""
 
     publications: Sequence[Publication] = ()
     subscriptions: Sequence[Subscription] = ()
@@ -90,7 +90,7 @@ class _Port:
 
     @property
     def messages(self) -> Sequence[Outgoing] | Sequence[Incoming]:
-        """What it is published as, or made of."""
+        """Messages that it is published as, or made of."""
         if self.convention is None:
             return ()
         return self.convention.into if isinstance(self.port, InPort) else self.convention.out

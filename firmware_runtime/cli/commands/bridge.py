@@ -10,7 +10,7 @@ from firmware_runtime.cli.chosen_board import chosen_run
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.errors import ConfigError, Status
 from firmware_runtime.links.bridge.bridge import Bridge
-from firmware_runtime.links.bridge.route import Route
+from firmware_runtime.links.bridge.broadcast import Route
 from firmware_runtime.links.endpoint import endpoint
 from firmware_runtime.links.key_file import read_key
 from firmware_runtime.links.ports.datagrams import LARGEST_EVERY

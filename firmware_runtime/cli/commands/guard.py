@@ -23,8 +23,7 @@ from firmware_runtime.executive.clocks import MonotonicClock
 from firmware_runtime.executive.process import ProcessSettings, in_force
 from firmware_runtime.runs.guard import Guard
 from firmware_runtime.runs.outputs import Outputs
-from firmware_runtime.runs.restarting import counted
-from firmware_runtime.runs.restarts import Restarts
+from firmware_runtime.runs.restarts import Restarts, counted
 from firmware_runtime.statistics.paths import default_path, of_guard
 from firmware_runtime.statistics.summary import refusals
 from firmware_runtime.statistics.takeovers import note_takeover

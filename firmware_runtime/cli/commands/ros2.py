@@ -12,10 +12,9 @@ from firmware_runtime.board.setting_descriptions import described
 from firmware_runtime.cli.arguments import SubParsers, add_board, add_statistics, add_verb, positive
 from firmware_runtime.cli.chosen_board import chosen_board
 from firmware_runtime.errors import Status
-from firmware_runtime.links.ros2.interpreter import find_environment, start
+from firmware_runtime.links.ros2.interpreter import check_surroundings, find_environment, start
 from firmware_runtime.links.ros2.plan import LEASE_S, Plan
-from firmware_runtime.links.ros2.surroundings import check_surroundings
-from firmware_runtime.runs.leases import LONGEST_S, SHORTEST_S
+from firmware_runtime.runs.requests import LONGEST_S, SHORTEST_S
 from firmware_runtime.statistics.paths import default_path
 from firmware_runtime.system.scheduling import keep_off
 

@@ -32,12 +32,11 @@ from firmware_runtime.lab.experiments.loop_model import loop_board, loop_end
 from firmware_runtime.recording.blackbox.locations import recording_beside, recording_of_virtual_run
 from firmware_runtime.runs.arming import permission_for
 from firmware_runtime.runs.end_link import idle_options, way_of
-from firmware_runtime.runs.reloading import Reloading
 from firmware_runtime.runs.reporter import Reporter
-from firmware_runtime.runs.restarting import counted
-from firmware_runtime.runs.restarts import Restarts
+from firmware_runtime.runs.restarts import Restarts, counted
 from firmware_runtime.runs.session import Session
 from firmware_runtime.runs.start import start_session
+from firmware_runtime.runs.tuning import Reloading
 from firmware_runtime.statistics.paths import check_ending, default_path
 from firmware_runtime.statistics.statistics import RunState
 from firmware_runtime.statistics.summary import summary
@@ -281,10 +280,10 @@ def _status(outcome: Outcome, session: Session) -> Status:
     if outcome.faults:
         return Status.NOT_SAFE
     stopped_by = session.executive.stopped_by
-    ended_by_itself = session.ending is not None or outcome.state is RunState.OVERRUN
+    ended_by_itself = session.task.ending is not None or outcome.state is RunState.OVERRUN
     if stopped_by is not None and not ended_by_itself and outcome.error is None:
         # also where a device had never been ready: a service that is stopped has not failed
         return Status.INTERRUPTED if stopped_by == "SIGINT" else Status.TERMINATED
-    if outcome.state in {RunState.FAILED, RunState.OVERRUN} or session.has_failed:
+    if outcome.state in {RunState.FAILED, RunState.OVERRUN} or session.task.has_failed:
         return Status.MODEL_ERROR
     return Status.OK

@@ -1,4 +1,4 @@
-"""Which datagrams the bridge takes, and how it signs its answers.
+"""Admission of datagrams to a bridge, and the signatures of its answers.
 
 With a key, a datagram must be signed with it, be meant for this very bridge, be no older than
 `MOST_AGE` by the bridge's clock, and have a higher counter than any its sender was admitted with.
@@ -13,7 +13,7 @@ Without a key everything is taken, and nothing is signed: for loopback only.
 
 from collections import Counter
 from collections.abc import Callable
-from typing import Final, NamedTuple, Protocol
+from typing import Final, NamedTuple
 
 from firmware_runtime.devs.time import MILLISECOND, SECOND
 from firmware_runtime.links.bridge.envelope import (
@@ -49,46 +49,33 @@ class NotAcquainted(Refused):
         super().__init__("unacquainted")
 
 
-class Admission(Protocol):
-    """What the bridge asks about each datagram."""
-
-    refused: Counter[str]
-    """How many were not admitted, by reason."""
-    longest: int
-    """Bytes of the longest datagram that can be admitted."""
-
-    def admit(self, datagram: bytes) -> Admitted:
-        """Take a datagram. Raises Refused."""
-
-    def signed(self, receiver: str, content: bytes) -> bytes:
-        """An answer to a sender."""
-
-
 class Unsigned:
-    """Takes everything."""
+    """Takes everything, and signs nothing."""
 
     longest = LONGEST
+    """Bytes of the longest datagram that can be admitted."""
 
     def __init__(self) -> None:
         self.refused: Counter[str] = Counter()
+        """Datagrams that were not admitted, by reason."""
 
     def admit(self, datagram: bytes) -> Admitted:
-        """Take a datagram as it is."""
+        """Take a datagram. Raises Refused, and counts it by its reason."""
         return Admitted("", datagram)
 
-    def signed(self, _receiver: str, content: bytes) -> bytes:
-        """The content as it is."""
+    def signed(self, receiver: str, content: bytes) -> bytes:  # noqa: ARG002 -- as of `Signed`
+        """Return an answer to a sender."""
         return content
 
 
-class Signed:
+class Signed(Unsigned):
     """Takes what is signed with the key; `now` is any clock in ns that does not stand still."""
 
     longest = LONGEST + LONGEST_HEAD
 
     def __init__(self, key: bytes, now: Callable[[], int]) -> None:
+        super().__init__()
         self.name = new_name()
-        self.refused: Counter[str] = Counter()
         self._key = key
         self._now = now
         self._counter = 0

@@ -4,8 +4,8 @@
 
 A datagram is handed on as it is, in both directions, but for requests to arm, disarm or set: it may
 come from anywhere, and this process is the run's own user's. Each UDP sender has an end of its own
-at the robot, so the run can distinguish them, and what it answers one of them goes to no other. How
-many there may be, and when one is forgotten, `senders` says.
+at the robot, so the run can distinguish them, and what it answers one of them goes to no other.
+`Senders` are bounded in all and by address.
 
 With a key, only what is signed with it is taken, and answers are signed (`admission`).
 
@@ -14,23 +14,99 @@ Besides, the bridge may watch ports itself, for peers (`broadcast`).
 Nothing waits: what does not fit is dropped and counted.
 """
 
+from collections import Counter
 from collections.abc import Callable
+from dataclasses import dataclass
 from selectors import EVENT_READ, DefaultSelector
 from time import monotonic_ns
 from typing import Final
 
 from firmware_runtime.devs.time import MILLISECOND, SECOND
-from firmware_runtime.links.bridge.admission import Admission, NotAcquainted, Signed, Unsigned
-from firmware_runtime.links.bridge.broadcast import Broadcast
+from firmware_runtime.links.bridge.admission import NotAcquainted, Signed, Unsigned
+from firmware_runtime.links.bridge.broadcast import Broadcast, Carried, Route
 from firmware_runtime.links.bridge.envelope import Refused
-from firmware_runtime.links.bridge.route import Carried, Route
-from firmware_runtime.links.bridge.senders import Sender, Senders, UdpAddress
-from firmware_runtime.links.endpoint import bound, written
+from firmware_runtime.links.endpoint import UdpAddress, bound, written
 from firmware_runtime.links.ports.datagrams import Ask, Refusal, message_of, understood
+from firmware_runtime.links.ports.ports import WATCHED_FOR
 from firmware_runtime.links.ports.robot_end import AT_ONCE, RobotEnd
 
 POLL_EVERY: Final = 250 * MILLISECOND
 """Ns from one poll whether there is a run to the next."""
+
+
+MOST: Final = 64
+"""How many UDP senders have an end at the robot."""
+MOST_OF_ADDRESS: Final = 8
+"""How many of them have the same address: half of those who may watch ports at a time."""
+QUIET: Final = WATCHED_FOR + 5 * SECOND
+"""Ns after which a sender that says nothing is forgotten."""
+
+
+@dataclass(slots=True)
+class Sender:
+    """A UDP sender, its end at the robot, and when it said something last."""
+
+    address: UdpAddress
+    end: RobotEnd
+    spoke_at: int
+    name: str = ""
+    """By which it signs, and its answers name it; empty where nothing is signed."""
+
+    @property
+    def host(self) -> str:
+        """Its address without the port."""
+        return str(self.address[0])
+
+
+class Senders:
+    """UDP senders, bounded in all and by address, so that none keeps others out.
+
+    A port costs a sender nothing, an address does. So one more port of an address that has
+    `MOST_OF_ADDRESS` takes the place of the one that has been quiet longest. Where all places are
+    taken, a newcomer takes one from the address that has most. `forget` is called with each that
+    loses its place, to close its end.
+    """
+
+    def __init__(self, forget: Callable[[Sender], None]) -> None:
+        self.displaced = 0
+        """How many lost their place to another."""
+        self._forget = forget
+        self._all: dict[UdpAddress, Sender] = {}
+
+    def __len__(self) -> int:
+        return len(self._all)
+
+    def find(self, address: UdpAddress) -> Sender | None:
+        """The sender with this address and port, if it has a place."""
+        return self._all.get(address)
+
+    def add(self, sender: Sender) -> None:
+        """Give a newcomer a place, if need be that of another."""
+        of_host = Counter(each.host for each in self._all.values())
+        if of_host[sender.host] >= MOST_OF_ADDRESS:
+            self._displace(sender.host)
+        elif len(self._all) >= MOST:
+            self._displace(of_host.most_common(1)[0][0])
+        self._all[sender.address] = sender
+
+    def forget_quiet(self, now: int) -> None:
+        """Forget those who have said nothing for `QUIET`."""
+        for sender in [each for each in self._all.values() if now - each.spoke_at > QUIET]:
+            self._remove(sender)
+
+    def close(self) -> None:
+        """Forget all."""
+        for sender in list(self._all.values()):
+            self._remove(sender)
+
+    def _displace(self, host: str) -> None:
+        of_host = (each for each in self._all.values() if each.host == host)
+        self._remove(min(of_host, key=lambda each: each.spoke_at))
+        self.displaced += 1
+
+    def _remove(self, sender: Sender) -> None:
+        del self._all[sender.address]
+        self._forget(sender)
 
 
 class Bridge:
@@ -42,9 +118,7 @@ class Bridge:
     def __init__(self, route: Route, log: Callable[[str], None]) -> None:
         self._udp = bound("--listen", route.listen)
         self._robot = route.robot
-        self._admission: Admission = (
-            Unsigned() if route.key is None else Signed(route.key, monotonic_ns)
-        )
+        self._admission = Unsigned() if route.key is None else Signed(route.key, monotonic_ns)
         self._carried = Carried()
         self._broadcast = Broadcast(route, self._carried, log)
         self._senders = Senders(self._forget)
@@ -60,7 +134,7 @@ class Bridge:
 
     @property
     def summary(self) -> str:
-        """How it goes, in one line."""
+        """State and counts, in one line."""
         found = "a run listens" if self._broadcast.is_there else "no run"
         carried = self._carried
         counts = f"to it {carried.to_robot}, from it {carried.from_robot}"
@@ -157,7 +231,7 @@ class Bridge:
 
 
 def _is_request(datagram: bytes) -> bool:
-    """Whether the run would do something itself; what it would not understand it says itself."""
+    """Return whether the run would do something itself; what it cannot read it refuses itself."""
     try:
         return isinstance(understood(datagram), Ask)
     except Refusal:
@@ -165,4 +239,4 @@ def _is_request(datagram: bytes) -> bool:
 
 
 def _nothing() -> None:
-    """What is to be done when a signal came: the caller of `work` polls for it."""
+    """Do nothing: the caller of `work` polls for the signal that came."""

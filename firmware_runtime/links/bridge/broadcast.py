@@ -1,15 +1,16 @@
 """Output ports of a running robot for peers who need not ask, and whether there is a run at all."""
 
 import socket
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from contextlib import suppress
+from dataclasses import dataclass
+from pathlib import Path
 from typing import Final
 
 import msgspec
 
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.errors import ConfigError
-from firmware_runtime.links.bridge.route import Carried, Route
 from firmware_runtime.links.endpoint import Endpoint
 from firmware_runtime.links.ports.datagrams import message_of
 from firmware_runtime.links.ports.robot_end import RobotEnd
@@ -18,8 +19,33 @@ RENEW_EVERY: Final = 2 * SECOND
 """Ns from one request to watch to the next: a run that has just begun knows nothing of the last."""
 
 
+@dataclass(frozen=True, slots=True)
+class Route:
+    """Way on which a bridge carries datagrams."""
+
+    robot: Path
+    """The run's statistics: its socket is beside them."""
+    listen: Endpoint
+    peers: Sequence[Endpoint] = ()
+    watch: Sequence[str] = ()
+    """Output ports for the peers, every N-th message of each."""
+    every: int = 1
+    key: bytes | None = None
+    """What senders and answers are signed with; without it `listen` is a loopback address."""
+
+
+@dataclass(slots=True)
+class Carried:
+    """Datagrams since the bridge began."""
+
+    to_robot: int = 0
+    from_robot: int = 0
+    dropped: int = 0
+    """Those that found no room, no run, or no reader."""
+
+
 class _Sent(msgspec.Struct):
-    """What is read of a message from the robot."""
+    """Part that is read of a message from the robot."""
 
     port: str = ""
     error: str = ""

@@ -64,7 +64,7 @@ def sealed(key: bytes, direction: Direction, envelope: Envelope) -> bytes:
 
 
 def opened(key: bytes, direction: Direction, datagram: bytes) -> Envelope:
-    """What is in a datagram. Raises Refused: `malformed`, `forged` or `reflected`."""
+    """Return what is in a datagram. Raises Refused: `malformed`, `forged` or `reflected`."""
     found = _HEAD.match(datagram)
     if found is None:
         raise Refused("malformed")

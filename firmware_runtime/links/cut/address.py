@@ -1,4 +1,4 @@
-"""What `--link` says: over what the two ends of a cut speak with each other.
+"""Addresses of `--link`: over what the two ends of a cut speak with each other.
 
     unix:PATH                                      two runs on one machine
     udp:HOST:PORT[,listen=HOST:PORT][,key=FILE]    over a network, by a carrier (`udp`)
@@ -27,7 +27,7 @@ _LONGEST_PATH: Final = 90
 
 @dataclass(frozen=True, slots=True)
 class End:
-    """Which end is to be opened: of which board, the role, and whether it has the hardware."""
+    """End that is to be opened: of which board, its role, and whether it has the hardware."""
 
     board: str
     role: str
@@ -95,7 +95,7 @@ def _endpoint(text: str) -> Endpoint:
 
 
 def _arguments(end: End, where: str, stated: Mapping[str, str]) -> list[str]:
-    """What the carrier is started with."""
+    """Return the arguments of the carrier over UDP."""
     listens = where if end.has_hardware else None
     own, peer = (stated["listen"], where) if "listen" in stated else (listens, where)
     words = [] if own is None else ["--listen", own]
@@ -113,7 +113,7 @@ def _ros2(rest: str) -> OpenChannel:
 
     def open_carrier(end: End) -> Channel:
         # what leads to ROS is imported where it is wanted
-        surroundings = import_module("firmware_runtime.links.ros2.surroundings")
+        surroundings = import_module("firmware_runtime.links.ros2.interpreter")
         interpreter = import_module("firmware_runtime.links.ros2.interpreter")
         surroundings.check_surroundings(os.environ)
         environment = interpreter.find_environment(None)
@@ -129,7 +129,7 @@ def _ros2(rest: str) -> OpenChannel:
 
 
 def _topics(end: End) -> list[str]:
-    """What the carrier over ROS 2 is started with: the same topics at both ends, crosswise."""
+    """Return the arguments of the carrier over ROS 2: the same topics at both ends, crosswise."""
     names = import_module("firmware_runtime.board.ros.names")
     namespace = f"/{names.node_name(end.board)}"
     sends, receives = ("from_robot", "to_robot")[:: 1 if end.has_hardware else -1]

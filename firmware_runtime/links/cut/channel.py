@@ -16,11 +16,11 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from select import select
-from typing import Final, Protocol
+from typing import Final
 
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.links.cut.wire import LONGEST
-from firmware_runtime.links.socket_file import SocketFile
+from firmware_runtime.links.local_socket import SocketFile
 from firmware_runtime.system.programs import end_within
 
 _BEGINS_WITHIN_S: Final = 30.0
@@ -35,27 +35,43 @@ class ChannelClosed(Exception):
     """The process at the other end of a pair of sockets has ended."""
 
 
-class Channel(Protocol):
-    """The way to the other end, as the run's loop uses it."""
+class Channel:
+    """The way to the other end, as the run's loop uses it: a socket that never blocks."""
+
+    def __init__(self, own: socket.socket) -> None:
+        self._socket = own
 
     def fileno(self) -> int:
-        """The descriptor that becomes readable when a frame has come."""
+        """Return the descriptor that becomes readable when a frame has come."""
+        return self._socket.fileno()
 
     def receive(self) -> bytes | None:
-        """The next frame; None if there is none. Raises ChannelClosed."""
+        """Return the next frame; None if there is none. Raises ChannelClosed."""
+        try:
+            return self._socket.recv(LONGEST + 1)
+        except BlockingIOError:
+            return None
 
     def send(self, frame: bytes) -> None:
         """Send without waiting. Raises OSError where there is no room, or no other end."""
+        self._socket.send(frame)
 
     def linger(self) -> None:
-        """From now on let `send` wait for room, 0.2 s at most: the run is over."""
+        """From now on let `send` wait for room, 0.2 s at most: the run is over.
+
+        In the kernel, since select says that a socket with no fixed receiver has room.
+        """
+        self._socket.setblocking(True)
+        waits = struct.pack("ll", 0, _LINGER)
+        self._socket.setsockopt(socket.SOL_SOCKET, socket.SO_SNDTIMEO, waits)
 
     def close(self) -> None:
-        """Close the sockets."""
+        """Close the socket."""
+        self._socket.close()
 
 
 def frames(channel: Channel, most: int) -> Iterator[bytes]:
-    """What has come, `most` frames at most. Raises ChannelClosed."""
+    """Yield the frames that have come, `most` at most. Raises ChannelClosed."""
     for _ in range(most):
         frame = channel.receive()
         if frame is None:
@@ -63,7 +79,7 @@ def frames(channel: Channel, most: int) -> Iterator[bytes]:
         yield frame
 
 
-class PathChannel:
+class PathChannel(Channel):
     """Two runs on one machine: this one's socket at `own`, the other's at `other`.
 
     Raises ConfigError if the socket cannot be made, its folder is not there, or another process
@@ -78,27 +94,12 @@ class PathChannel:
             fault = f"{own}: another process listens there; expected it to have ended"
             raise ConfigError.of_one("--link", f"{fault}, or another path")
         self._file = SocketFile(own, 0o600, "expected another path for --link")
-        self._socket = self._file.socket
+        super().__init__(self._file.socket)
         self._other = os.fspath(other)
-
-    def fileno(self) -> int:
-        """The descriptor that becomes readable when a frame has come."""
-        return self._socket.fileno()
-
-    def receive(self) -> bytes | None:
-        """The next frame; None if there is none."""
-        try:
-            return self._socket.recv(LONGEST + 1)
-        except BlockingIOError:
-            return None
 
     def send(self, frame: bytes) -> None:
         """Send without waiting. Raises OSError where there is no room, or no other end."""
         self._socket.sendto(frame, self._other)
-
-    def linger(self) -> None:
-        """From now on let `send` wait for room, 0.2 s at most."""
-        _linger(self._socket)
 
     def close(self) -> None:
         """Close the socket, and remove it."""
@@ -113,7 +114,7 @@ class Interpreter:
     variables: Mapping[str, str] | None = None
 
 
-class CarrierChannel:
+class CarrierChannel(Channel):
     """A carrier of its own: module `carrier` of Python, with these arguments and the pair's end.
 
     It is started at once, at ordinary priority. It ends when the pair is closed, also by the
@@ -127,10 +128,11 @@ class CarrierChannel:
         where: str = "--link",
         interpreter: Interpreter = Interpreter(),
     ) -> None:
-        self._socket, theirs = socket.socketpair(
+        own, theirs = socket.socketpair(
             socket.AF_UNIX, socket.SOCK_SEQPACKET | socket.SOCK_NONBLOCK
         )
-        self._socket.set_inheritable(False)
+        super().__init__(own)
+        own.set_inheritable(False)
         theirs.setblocking(True)
         words = [*interpreter.words, "-m", carrier, str(theirs.fileno()), *arguments]
         try:
@@ -146,29 +148,15 @@ class CarrierChannel:
             theirs.close()
         self._begin(where)
 
-    def fileno(self) -> int:
-        """The descriptor that becomes readable when a frame has come."""
-        return self._socket.fileno()
-
     def receive(self) -> bytes | None:
-        """The next frame; None if there is none. Raises ChannelClosed."""
+        """Return the next frame; None if there is none. Raises ChannelClosed."""
         try:
-            frame = self._socket.recv(LONGEST + 1)
-        except BlockingIOError:
-            return None
+            frame = super().receive()
         except OSError as error:
             raise ChannelClosed from error
-        if not frame:
+        if frame == b"":
             raise ChannelClosed
         return frame
-
-    def send(self, frame: bytes) -> None:
-        """Send without waiting. Raises OSError where there is no room, or no other end."""
-        self._socket.send(frame)
-
-    def linger(self) -> None:
-        """From now on let `send` wait for room, 0.2 s at most."""
-        _linger(self._socket)
 
     def close(self) -> None:
         """Close the pair, and wait for the carrier to hand on what it has and to end."""
@@ -191,14 +179,8 @@ class CarrierChannel:
             raise ConfigError.of_one(where, text.removeprefix(f"{where}: "))
 
 
-def _linger(own: socket.socket) -> None:
-    """Let a socket wait in the kernel: select says that one with no fixed receiver has room."""
-    own.setblocking(True)
-    own.setsockopt(socket.SOL_SOCKET, socket.SO_SNDTIMEO, struct.pack("ll", 0, _LINGER))
-
-
 def _is_taken(path: Path) -> bool:
-    """Whether a process listens at a path, be it with a socket of another kind."""
+    """Return whether a process listens at a path, be it with a socket of another kind."""
     with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as probe:
         try:
             probe.connect(os.fspath(path))

@@ -1,4 +1,4 @@
-"""What an end of a link counts, and how its carrier reports what that counts."""
+"""Counters of one end of a link, and the report of what its carrier has counted."""
 
 from collections import Counter
 from dataclasses import dataclass, field
@@ -6,13 +6,16 @@ from dataclasses import dataclass, field
 import msgspec
 from msgspec import structs
 
+from firmware_runtime.executive.executive import Executive
 from firmware_runtime.links.cut.refusal import Reason, Refused
 from firmware_runtime.links.cut.wire import Frame, Kind, encoded
+from firmware_runtime.statistics.histogram import Histogram
+from firmware_runtime.statistics.layout import LINK
 from firmware_runtime.statistics.rows import LinkRow
 
 
 class Carried(msgspec.Struct):
-    """What a carrier counts: datagrams since it was started."""
+    """Counters of a carrier: datagrams since it was started."""
 
     refused: dict[Reason, int] = {}
     dropped: int = 0
@@ -47,7 +50,7 @@ class Counts:
     """What the carrier has counted by its last report."""
 
     def row(self, *, is_good: bool, silences: int) -> tuple[int, ...]:
-        """As the statistics of the run have it."""
+        """Return the counters as the statistics of the run have them."""
         return structs.astuple(
             LinkRow(
                 is_good,
@@ -66,7 +69,7 @@ class Counts:
 
     @property
     def refused(self) -> dict[Reason, int]:
-        """All refusals, by every reason there is."""
+        """Return all refusals, by every reason there is."""
         return {each: self.own[each] + self.carried.refused.get(each, 0) for each in Reason}
 
 
@@ -80,8 +83,35 @@ def report(carried: Carried) -> bytes:
 
 
 def report_of(body: bytes) -> Carried:
-    """What a carrier reports. Raises Refused."""
+    """Return what a carrier reports. Raises Refused."""
     try:
         return _decode(body)
     except msgspec.MsgspecError as error:
         raise Refused(Reason.MALFORMED, str(error)) from error
+
+
+class LinkMeter:
+    """Writes into the cells of a run that has begun; each cell by itself, outside of sections."""
+
+    def __init__(self, executive: Executive) -> None:
+        layout, cells = executive.layout, executive.cells
+        self._row = cells[layout.link : layout.link + len(LINK)]
+        self._age = Histogram(cells[layout.link_age])
+        self._round_trip = Histogram(cells[layout.round_trip])
+        self._written: tuple[int, ...] = ()
+
+    def write(self, counts: Counts, *, is_good: bool, silences: int) -> None:
+        """Write what has changed."""
+        row = counts.row(is_good=is_good, silences=silences)
+        if row != self._written:
+            self._written = row
+            for index, number in enumerate(row):
+                self._row[index] = number
+
+    def note_age(self, age: int) -> None:
+        """A value was so old when it arrived, ns."""
+        self._age.record(age)
+
+    def note_round_trip(self, round_trip: int) -> None:
+        """A frame and the answer to it took so long together, ns."""
+        self._round_trip.record(round_trip)

@@ -1,4 +1,4 @@
-"""What of the steps that arrive enters the model: each step as one event, by each port's rule.
+"""Delivery of steps that arrive: each enters the model as one event, by each port's rule.
 
     any port          a value that entered, or waits to, is ignored when it comes again
     most ports        one that is older than the newest that entered was overtaken: it is counted
@@ -17,12 +17,10 @@ from typing import Any, Final, TypeAlias
 from firmware_runtime.devs.ports import InPort
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.executive.inbox import Bag
-from firmware_runtime.links.cut.cut import Crossing
+from firmware_runtime.links.cut.cut import Crossing, Terms
 from firmware_runtime.links.cut.refusal import Reason, Refused
-from firmware_runtime.links.cut.step import Entry, entries_of
-from firmware_runtime.links.cut.terms import Terms
 from firmware_runtime.links.cut.window import Seen
-from firmware_runtime.links.cut.wire import Frame, Missing
+from firmware_runtime.links.cut.wire import Entry, Frame, Missing, entries_of
 
 MOST_WAITING: Final = 256
 """How many steps may wait for what comes before them."""
@@ -46,7 +44,7 @@ class Entrance:
 
 @dataclass(slots=True, eq=False)
 class Part:
-    """What came for one port in a step."""
+    """Values that came for one port in a step."""
 
     entrance: Entrance
     sequence: int
@@ -56,14 +54,14 @@ class Part:
 
 @dataclass(slots=True, eq=False)
 class Step:
-    """What came of a step."""
+    """Parts that came of a step."""
 
     origin: int
     parts: list[Part]
 
     @property
     def waits(self) -> bool:
-        """Whether something has to enter before it."""
+        """Return whether something has to enter before it."""
         return any(
             part.after > part.entrance.entered for part in self.parts if part.entrance.is_ordered
         )
@@ -162,7 +160,7 @@ class Delivery:
     # ----------------------------------------------------------------------------------------------
 
     def _parts(self, entries: list[Entry]) -> list[Part]:
-        """What has not come before. Raises Refused."""
+        """Return what has not come before. Raises Refused."""
         for entry in entries:
             if entry.port not in self._entrances:
                 raise Refused(Reason.UNKNOWN_PORT, str(entry.port))
@@ -222,7 +220,7 @@ class Delivery:
         self._on_lost(f"what came before {step.parts[0].entrance.crossing.name} was lost")
 
     def _values(self, part: Part, taken: Counter[int]) -> Bag:
-        """What of a part enters, where the newest `keep` of a port do; later steps come first."""
+        """Return what of a part enters: the newest `keep` of a port; later steps come first."""
         entrance = part.entrance
         number = entrance.crossing.number
         taken[number] += 1

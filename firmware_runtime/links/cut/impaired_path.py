@@ -56,7 +56,7 @@ class OneWay:
 
     @property
     def due_at(self) -> int | None:
-        """When the next one is to be sent, ns; None if none waits."""
+        """Instant at which the next one is to be sent, ns; None if none waits."""
         return self._waiting[0][0] if self._waiting else None
 
     def take(self, datagram: bytes, now: int) -> None:
@@ -104,13 +104,13 @@ class ImpairedPath:
 
     @property
     def addresses(self) -> dict[str, str]:
-        """Where both sockets are, with the ports that the kernel chose."""
+        """Addresses of both sockets, with the ports that the kernel chose."""
         ends = {"front": self._front, "back": self._back}
         return {name: written(end.getsockname()) for name, end in ends.items()}
 
     @property
     def counts(self) -> dict[str, dict[str, int]]:
-        """What became of the datagrams, by way."""
+        """Counters of the datagrams, by way."""
         return {"out": asdict(self._out.counts), "back": asdict(self._return.counts)}
 
     def work(self, *wake_up: Any) -> list[Any]:  # noqa: ANN401 -- whatever has a descriptor

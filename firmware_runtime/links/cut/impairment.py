@@ -1,4 +1,4 @@
-"""What a bad network does to datagrams: delay, jitter, loss, reordering, duplication; by a seed.
+"""Impairment of a network: delay, jitter, loss, reordering, duplication; by a seed.
 
     delay=40ms,jitter=10ms,loss=2%,reorder=1%,duplicate=0.5%,seed=1
 
@@ -8,9 +8,10 @@ reordered is sent at once. What happens to the n-th datagram of a way depends on
 and n alone.
 """
 
+import re
 from dataclasses import dataclass, fields
 from random import Random
-from typing import Final, Literal, TypeAlias
+from typing import Any, Final, Literal, TypeAlias
 
 from firmware_runtime.devs.time import MICROSECOND, MILLISECOND, SECOND
 from firmware_runtime.errors import ConfigError, did_you_mean
@@ -22,11 +23,12 @@ OPTION: Final = "--impair"
 _UNITS: Final = {"us": MICROSECOND, "ms": MILLISECOND, "s": SECOND}
 _LONGEST: Final = 10 * SECOND
 _HIGHEST_SEED: Final = (1 << 53) - 1
+_NUMBER: Final = r"([0-9]+\.?[0-9]*(?:e[+-]?[0-9]+)?|\.[0-9]+)"
 
 
 @dataclass(frozen=True, slots=True)
 class Impairment:
-    """How bad it is: spans in ns, the others as shares of all datagrams."""
+    """Impairment of a path: spans in ns, the others as shares of all datagrams."""
 
     delay: int = 0
     jitter: int = 0
@@ -36,7 +38,7 @@ class Impairment:
     seed: int = 1
 
     def __str__(self) -> str:
-        """As the option has it; without what is zero."""
+        """Write it as the option has it, without what is zero."""
         words = [
             f"{name}={span / MILLISECOND:g}ms"
             for name, span in (("delay", self.delay), ("jitter", self.jitter))
@@ -53,7 +55,7 @@ class Impairment:
 def impairment(text: str) -> Impairment:
     """Read the option. Raises ConfigError with every fault in it."""
     faults: list[str] = []
-    values: dict[str, float] = {}
+    values: dict[str, Any] = {}
     for word in filter(None, text.split(",")):
         name, _, value = word.partition("=")
         if name in values:
@@ -63,23 +65,19 @@ def impairment(text: str) -> Impairment:
         except ValueError as error:
             faults.append(str(error))
     if not values and not faults:
-        faults.append(f"{text!r}: expected some of {_known()}")
+        faults.append(f"{text!r}: expected some of {', '.join(_NAMES)}")
     if values.get("jitter", 0) > values.get("delay", 0):
         faults.append("jitter: more than the delay; expected as much at most")
     if faults:
         raise ConfigError(OPTION, faults)
-    return Impairment(
-        delay=round(values.get("delay", 0)),
-        jitter=round(values.get("jitter", 0)),
-        loss=values.get("loss", 0.0),
-        reorder=values.get("reorder", 0.0),
-        duplicate=values.get("duplicate", 0.0),
-        seed=round(values.get("seed", 1)),
-    )
+    return Impairment(**values)
+
+
+_NAMES: Final = [field.name for field in fields(Impairment)]
 
 
 class Decisions:
-    """What happens to the datagrams of one way, one after the other."""
+    """Decides what happens to the datagrams of one way, one after the other."""
 
     def __init__(self, impairment: Impairment, way: Way) -> None:
         self._impairment = impairment
@@ -100,41 +98,20 @@ class Decisions:
 
 
 def _value(name: str, text: str) -> float:
-    """One value, in ns, as a share, or the seed. Raises ValueError, with the fault."""
+    """Return one value, in ns, as a share, or the seed. Raises ValueError, with the fault."""
     if name in {"delay", "jitter"}:
-        return _span(name, text)
+        found = re.fullmatch(rf"{_NUMBER}(us|ms|s)", text)
+        if found and (span := round(float(found[1]) * _UNITS[found[2]])) <= _LONGEST:
+            return span
+        raise ValueError(f"{name}: {text!r}: expected a span such as 80ms, 10s at most")
     if name in {"loss", "reorder", "duplicate"}:
-        return _share(name, text)
+        found = re.fullmatch(rf"{_NUMBER}%", text)
+        if found and (share := float(found[1]) / 100) <= 1:
+            return share
+        raise ValueError(f"{name}: {text!r}: expected a share such as 2%")
     if name == "seed":
-        if text.isascii() and text.isdigit() and int(text) <= _HIGHEST_SEED:
+        if re.fullmatch("[0-9]+", text) and int(text) <= _HIGHEST_SEED:
             return int(text)
         raise ValueError(f"seed: {text!r}: expected a whole number below 2^53")
-    names = [field.name for field in fields(Impairment)]
-    raise ValueError(f"{name!r}: expected some of {_known()}{did_you_mean(name, names)}")
-
-
-def _span(name: str, text: str) -> float:
-    unit = next((unit for unit in _UNITS if text.endswith(unit)), "")
-    span = _number(text.removesuffix(unit)) * _UNITS.get(unit, 0)
-    if unit and 0 <= span <= _LONGEST:
-        return span
-    raise ValueError(f"{name}: {text!r}: expected a span such as 80ms, 10s at most")
-
-
-def _share(name: str, text: str) -> float:
-    share = _number(text.removesuffix("%")) / 100
-    if text.endswith("%") and 0 <= share <= 1:
-        return share
-    raise ValueError(f"{name}: {text!r}: expected a share such as 2%")
-
-
-def _number(text: str) -> float:
-    """The number, or one that fits nowhere."""
-    try:
-        return float(text)
-    except ValueError:
-        return float("nan")
-
-
-def _known() -> str:
-    return ", ".join(field.name for field in fields(Impairment))
+    like = did_you_mean(name, _NAMES)
+    raise ValueError(f"{name!r}: expected some of {', '.join(_NAMES)}{like}")

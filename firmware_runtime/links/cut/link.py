@@ -15,18 +15,14 @@ from firmware_runtime.devs.time import NEVER, SECOND
 from firmware_runtime.executive.executive import Executive
 from firmware_runtime.executive.inbox import Bag, EventSource
 from firmware_runtime.links.cut.channel import Channel, ChannelClosed, frames
-from firmware_runtime.links.cut.counts import Counts, report_of
-from firmware_runtime.links.cut.cut import Crossing, Cut
+from firmware_runtime.links.cut.counts import Counts, LinkMeter, report_of
+from firmware_runtime.links.cut.cut import Crossing, Cut, Terms
 from firmware_runtime.links.cut.delivery import Delivery
-from firmware_runtime.links.cut.departures import Departures
-from firmware_runtime.links.cut.greeting import Farewell, Greeting
-from firmware_runtime.links.cut.meter import LinkMeter
 from firmware_runtime.links.cut.outbox import Outbox
 from firmware_runtime.links.cut.peer import Peer
 from firmware_runtime.links.cut.refusal import Reason, Refused
-from firmware_runtime.links.cut.sender import Sender
-from firmware_runtime.links.cut.terms import Terms
-from firmware_runtime.links.cut.wire import Frame, Kind, decoded
+from firmware_runtime.links.cut.sender import Departures, Sender
+from firmware_runtime.links.cut.wire import Farewell, Frame, Greeting, Kind, decoded
 from firmware_runtime.system.process_identity import boot_id
 
 AT_ONCE: Final = 64
@@ -88,7 +84,7 @@ class Link(EventSource):
         executive.hooks.insert(0, self)
 
     def leaves(self, crossing: Crossing) -> Callable[[int, object], None]:
-        """What listens at a port of the cut."""
+        """Return the listener of a port of the cut."""
         return self._sender.departures.listener(crossing)
 
     # What the loop asks for -----------------------------------------------------------------------
@@ -214,7 +210,7 @@ class Link(EventSource):
                 self._meter.note_age(age)
 
     def _why_bad(self, clock: int) -> str | None:
-        """Why the link is not good; None if it is."""
+        """Return why the link is not good; None if it is."""
         if (why := self.peer.why_bad(clock)) is not None:
             return why
         if clock >= self._sender.unaccepted_at:

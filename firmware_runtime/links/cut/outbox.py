@@ -1,4 +1,4 @@
-"""What is to be sent: of each port what left last, and what has not arrived yet.
+"""Outbox of a link: of each port the last that left, and all that has not arrived yet.
 
 What left by a port in a step is sent once, together with what left by the others. Every frame of
 the peer says which frames it has accepted; what was in a frame that was lost, or found no peer, is
@@ -16,10 +16,9 @@ from dataclasses import dataclass
 from typing import Final
 
 from firmware_runtime.devs.time import MILLISECOND
-from firmware_runtime.links.cut.step import Entry
 from firmware_runtime.links.cut.unaccepted import Unaccepted
 from firmware_runtime.links.cut.window import was_accepted
-from firmware_runtime.links.cut.wire import Frame
+from firmware_runtime.links.cut.wire import Entry, Frame
 
 MOST_ORDERED: Final = 256
 """How many of an ordered port may wait to be accepted."""
@@ -29,7 +28,7 @@ _UNANSWERED: Final = 100 * MILLISECOND
 
 @dataclass(slots=True)
 class Message:
-    """What left by a port in a step. `counter` is of the frame it was sent in last; 0: in none."""
+    """Values that left by a port in a step. `counter`: of the latest frame with it; 0: of none."""
 
     step: int
     port: int
@@ -45,7 +44,7 @@ class Message:
 
     @property
     def entry(self) -> Entry:
-        """As a frame bears it."""
+        """Entry of a frame that bears it."""
         return Entry(self.port, self.sequence, self.after, self.body)
 
 
@@ -74,7 +73,7 @@ class Outbox:
 
     @property
     def wants_answer(self) -> bool:
-        """Whether something of an ordered port is on its way."""
+        """Return whether something of an ordered port is on its way."""
         return any(self._open.get(port) for port in self._ordered)
 
     def put(self, step: int, port: int, origin: int, values: int, body: bytes) -> None:
@@ -92,7 +91,7 @@ class Outbox:
             self._give_up(waiting)
 
     def take(self, now: int, round_trip: int) -> Iterator[list[Message]]:
-        """What is to be sent now, by step; mark each when it was sent."""
+        """Yield what is to be sent now, by step; mark each when it was sent."""
         self._is_connected = True
         self._expire(now, is_good=True)
         patience = _UNANSWERED + 2 * round_trip

@@ -1,4 +1,4 @@
-"""What one end of a link knows of the other: sessions, counters, clock, whether it is silent.
+"""Peer of one end of a link: its session, counters and clock, and whether it is silent.
 
 Protocol without I/O: frames and instants of CLOCK_MONOTONIC in, frames out.
 
@@ -23,11 +23,20 @@ from typing import Final
 from msgspec.structs import replace
 
 from firmware_runtime.devs.time import SECOND
-from firmware_runtime.links.cut.greeting import Farewell, Greeting, encode, farewell_of, greeting_of
 from firmware_runtime.links.cut.peer_clock import PeerClock
 from firmware_runtime.links.cut.refusal import Reason, Refused
 from firmware_runtime.links.cut.window import Window
-from firmware_runtime.links.cut.wire import NOTHING_MISSING, Frame, Kind, Missing
+from firmware_runtime.links.cut.wire import (
+    NOTHING_MISSING,
+    Farewell,
+    Frame,
+    Greeting,
+    Kind,
+    Missing,
+    encode,
+    farewell_of,
+    greeting_of,
+)
 
 _FORMER: Final = 256
 """How many former sessions of the other end are remembered."""
@@ -129,7 +138,7 @@ class Peer:
         self.wants_hello = True
 
     def _answers_now(self, frame: Frame, now: int) -> bool:
-        """Whether a frame answers what was said lately, so that it cannot be old itself."""
+        """Return whether a frame answers what was said lately, so that it cannot be old itself."""
         return frame.echo != 0 and 0 <= now - frame.echo - max(frame.held, 0) <= 2 * self.timeout
 
     def _compare_clocks(self, greeting: Greeting) -> None:
@@ -174,14 +183,14 @@ class Peer:
         return self._said_at + self.timeout
 
     def is_good(self, now: int) -> bool:
-        """Whether the peer said something within the timeout; notes a silence."""
+        """Return whether the peer said something within the timeout; notes a silence."""
         if self.good_since is not None and now >= self.silent_at:
             self.good_since = None
             self.silences += 1
         return self.good_since is not None
 
     def why_bad(self, now: int) -> str | None:
-        """Why the link is not good, in a few words; None if it is."""
+        """Return why the link is not good, in a few words; None if it is."""
         if self.is_good(now):
             return None
         if self.is_taken:

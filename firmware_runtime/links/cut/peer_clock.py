@@ -57,6 +57,6 @@ class PeerClock:
         return best.offset
 
     def age(self, now: int, instant: int) -> int | None:
-        """How long ago an instant of the peer's clock was, ns; None before the first round trip."""
+        """Return how long ago an instant of the peer's clock was, ns; None before a round trip."""
         offset = self.offset
         return None if offset is None else max(now + offset - instant, 0)

@@ -1,4 +1,4 @@
-"""Why a datagram of a link is refused: the reasons by which refusals are counted."""
+"""Refusal of a datagram of a link: the reasons by which refusals are counted."""
 
 from enum import StrEnum
 

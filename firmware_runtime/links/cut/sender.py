@@ -1,20 +1,32 @@
-"""What one end of a link says: what left its model, what was lost, greetings and signs of life.
+"""Sender of one end of a link: what left its model, what was lost, greetings, heartbeats.
 
 Nothing waits: what finds no room is counted, and sent again where that is of use.
 """
 
-from typing import Final
+from collections import deque
+from collections.abc import Callable, Iterator
+from itertools import groupby
+from operator import itemgetter
+from typing import Final, TypeAlias
 
+from firmware_runtime.devs.model_errors import ModelError
+from firmware_runtime.devs.simulator import Simulator
 from firmware_runtime.devs.time import MILLISECOND, NEVER
-from firmware_runtime.links.cut.acceptance import Acceptance
 from firmware_runtime.links.cut.channel import Channel
 from firmware_runtime.links.cut.counts import Counts
-from firmware_runtime.links.cut.departures import Departures, packed
-from firmware_runtime.links.cut.greeting import BYES, Farewell
+from firmware_runtime.links.cut.cut import Crossing
 from firmware_runtime.links.cut.outbox import Message, Outbox
 from firmware_runtime.links.cut.peer import Peer
-from firmware_runtime.links.cut.step import body_of
-from firmware_runtime.links.cut.wire import Frame, Kind, encoded
+from firmware_runtime.links.cut.wire import (
+    BYES,
+    HEAD,
+    LONGEST_BODY,
+    Farewell,
+    Frame,
+    Kind,
+    body_of,
+    encoded,
+)
 
 HELLO_EVERY: Final = 20 * MILLISECOND
 """Ns from one greeting to the next, at least."""
@@ -25,6 +37,58 @@ ANSWER_WITHIN: Final = 20 * MILLISECOND
 asked what has, where something of an ordered port is on its way."""
 
 
+Left: TypeAlias = dict[Crossing, list[object]]
+"""What left in a step, by crossing."""
+_place: Final = itemgetter(0)
+
+
+class Departures:
+    """Listens at ports of the cut, for as long as the simulator lives."""
+
+    def __init__(self, simulator: Simulator) -> None:
+        self._simulator = simulator
+        self._left: deque[tuple[tuple[int, int, int], Crossing, object]] = deque()
+
+    def __bool__(self) -> bool:
+        """Return whether something has left."""
+        return bool(self._left)
+
+    def listener(self, crossing: Crossing) -> Callable[[int, object], None]:
+        """Return the listener at the port of a crossing."""
+        left, simulator = self._left, self._simulator
+
+        def take(at: int, value: object) -> None:
+            left.append(((at, simulator.visit, simulator.round), crossing, value))
+
+        return take
+
+    def steps(self) -> Iterator[tuple[int, Left]]:
+        """The steps since the last call: the instant of each, and what left in it."""
+        everything = list(self._left)
+        self._left.clear()
+        for place, departed in groupby(everything, _place):
+            left: Left = {}
+            for _, crossing, value in departed:
+                left.setdefault(crossing, []).append(value)
+            yield place[0], left
+
+
+def packed(left: Left) -> Iterator[tuple[Crossing, int, bytes]]:
+    """By crossing how many values left in a step, and their bytes.
+
+    Raises ModelError for what no frame has room for.
+    """
+    room = LONGEST_BODY
+    for crossing, values in left.items():
+        body = crossing.packed(values)
+        room -= HEAD + len(body)
+        if room < 0:
+            names = ", ".join(each.name for each in left)
+            fault = f"{names}: more left in one step than crosses a link in one frame"
+            raise ModelError(fault, expected=f"{LONGEST_BODY} bytes at most, the rest later")
+        yield crossing, len(values), body
+
+
 class Sender:
     """The way out of one end; `owes_answer` says that a step has arrived since it spoke."""
 
@@ -33,7 +97,6 @@ class Sender:
     ) -> None:
         self.departures = departures
         self.outbox = outbox
-        self.acceptance = Acceptance()
         self.owes_answer = False
         self._channel = channel
         self._peer = peer
@@ -44,20 +107,19 @@ class Sender:
     @property
     def unaccepted_at(self) -> int:
         """The instant from which steps count as lost on the way, unless the peer accepts one."""
-        if self.acceptance.waits_since is None:
+        waits_since = self.outbox.unaccepted.waits_since
+        if waits_since is None:
             return NEVER
         answered_within = (self._peer.clock.round_trip or 0) + ANSWER_WITHIN
-        return self.acceptance.waits_since + self._peer.timeout + answered_within
+        return waits_since + self._peer.timeout + answered_within
 
     def note(self, frame: Frame) -> None:
         """The peer says what it has accepted."""
         self.outbox.note(frame)
-        self.acceptance.note(frame)
 
     def begin_again(self) -> None:
         """There is another peer: it has nothing of what was sent before."""
         self.outbox.begin_again()
-        self.acceptance.begin_again()
 
     def collect(self, offset: int) -> None:
         """Take up what has left; `offset` is CLOCK_MONOTONIC at instant 0 of the run."""
@@ -112,14 +174,14 @@ class Sender:
         )
         if not self._send(frame, counts):
             return
-        self.acceptance.note_sent(frame.counter, clock)
+        values = [(each.port, each.sequence) for each in messages]
+        self.outbox.unaccepted.note_sent(frame.counter, clock, values)
         for message in messages:
             if message.sent_at == 0:
                 counts.sent += message.values
             else:
                 counts.repeated += message.values
             message.counter, message.sent_at = frame.counter, clock
-            self.outbox.unaccepted.note_sent(frame.counter, message.port, message.sequence)
 
     def _send(self, frame: Frame, counts: Counts) -> bool:
         """Send a frame; whether there was room for it, and an end to take it."""

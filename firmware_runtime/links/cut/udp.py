@@ -23,16 +23,26 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from select import POLLIN, poll
 from time import monotonic_ns
-from typing import Any, Final, TypeAlias
+from typing import Final
 
 from firmware_runtime.devs.time import MILLISECOND
 from firmware_runtime.errors import ConfigError, Status
 from firmware_runtime.links.cut.counts import Carried, report
-from firmware_runtime.links.cut.greeting import BYES, Farewell, encode
 from firmware_runtime.links.cut.refusal import Reason, Refused
 from firmware_runtime.links.cut.window import Window
-from firmware_runtime.links.cut.wire import LONGEST, Frame, Kind, decoded, encoded, opened, sealed
-from firmware_runtime.links.endpoint import Endpoint, endpoint
+from firmware_runtime.links.cut.wire import (
+    BYES,
+    LONGEST,
+    Farewell,
+    Frame,
+    Kind,
+    decoded,
+    encode,
+    encoded,
+    opened,
+    sealed,
+)
+from firmware_runtime.links.endpoint import Endpoint, UdpAddress, endpoint
 from firmware_runtime.links.key_file import read_key
 
 AT_ONCE: Final = 64
@@ -44,8 +54,6 @@ GREETINGS_EVERY: Final = 5 * MILLISECOND
 REPORT_EVERY: Final = 100 * MILLISECOND
 _OPTION: Final = "--link"
 _DIED: Final = Farewell("its process ended without a word", is_over=False, failed=True)
-
-UdpAddress: TypeAlias = tuple[Any, ...]
 
 
 @dataclass(slots=True)
@@ -169,7 +177,7 @@ class Carrier:
             self._has_news = True
 
     def _judged(self, datagram: bytes, address: UdpAddress) -> bytes:
-        """What goes on to the run. Raises Refused."""
+        """Return what goes on to the run. Raises Refused."""
         plain = datagram if self._key is None else opened(datagram, self._key)
         frame = decoded(plain)
         if frame.kind is Kind.REPORT:
@@ -199,7 +207,7 @@ class Carrier:
         return made
 
     def _is_newest(self, frame: Frame, window: Window) -> bool:
-        """Whether a frame is newer than all before it. Raises Refused for what came before.
+        """Return whether a frame is newer than all before it. Raises Refused for a repeated one.
 
         What comes from a sender that is not in order is the run's to refuse: it turns outputs off.
         """

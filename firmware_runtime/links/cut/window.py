@@ -29,7 +29,7 @@ class Seen:
         self.before = 0
 
     def has(self, number: int) -> bool:
-        """Whether it has been seen, as far back as is remembered."""
+        """Return whether it has been seen, as far back as is remembered."""
         return _is_among(number, self.highest, self.before, SIZE)
 
     def note(self, number: int) -> None:
@@ -87,7 +87,7 @@ class Window(Seen):
 
 
 def was_accepted(counter: int, highest: int, shown: int) -> bool:
-    """Whether a frame of the other end says that it has accepted a counter."""
+    """Return whether a frame of the other end says that it has accepted a counter."""
     return _is_among(counter, highest, shown, SHOWN)
 
 

@@ -1,16 +1,26 @@
 """The frame of a link: what two runs say to each other, one datagram each (docs/wire.md).
 
 A header of 106 bytes, the body, and, where there is a key, HMAC-SHA256 over both. Whole numbers are
-big-endian; instants are CLOCK_MONOTONIC of the machine that is named, in ns.
+big-endian; instants are CLOCK_MONOTONIC of the machine that is named, in ns. The body of a hello or
+a bye is MessagePack; that of a step has an entry for each port by which something left:
 
-Codec without I/O: bytes in, a frame or Refused out.
+    port       2 bytes   its number in the cut
+    sequence   8         of what left by this port in this session, rising from 1
+    after      8         the sequence that has to enter before it; 0: any
+    length     4         of what follows
+    values               a MessagePack array of what left by the port in this step
+
+Codec without I/O: bytes in, a frame, entries or Refused out.
 """
 
 import hmac
+from collections.abc import Iterable, Iterator
 from enum import IntEnum
 from hashlib import sha256
 from struct import Struct
 from typing import Final, NamedTuple
+
+import msgspec
 
 from firmware_runtime.links.cut.refusal import Reason, Refused
 
@@ -24,7 +34,7 @@ LONGEST_BODY: Final = LONGEST - HEADER - TAG
 
 
 class Kind(IntEnum):
-    """What a frame is for."""
+    """Kind of a frame."""
 
     HELLO = 1
     """Which cut this end belongs to; the body says it (`greeting`)."""
@@ -39,7 +49,7 @@ class Kind(IntEnum):
 
 
 class Missing(NamedTuple):
-    """What the receiver is not known to have, by one port: nothing if the sequence is 0."""
+    """Value that the receiver is not known to have, by one port; none if the sequence is 0."""
 
     since: int
     """When the first of it left its model, by the sender's clock."""
@@ -121,3 +131,98 @@ def decoded(plain: bytes) -> Frame:
 
 
 _KINDS: Final = {kind.value: kind for kind in Kind}
+
+
+_HEAD: Final = Struct("!HQQI")
+HEAD: Final = _HEAD.size
+
+
+class Entry(NamedTuple):
+    """Values that left by one port in a step."""
+
+    port: int
+    sequence: int
+    after: int
+    body: bytes
+
+
+def body_of(entries: Iterable[Entry]) -> bytes:
+    """The body of a frame with these."""
+    return b"".join(
+        part
+        for port, sequence, after, body in entries
+        for part in (_HEAD.pack(port, sequence, after, len(body)), body)
+    )
+
+
+def entries_of(frame: Frame) -> list[Entry]:
+    """Return what left by each port. Raises Refused."""
+    found = list(_entries(frame.body))
+    if len(found) != frame.ports or len({entry.port for entry in found}) != len(found):
+        raise Refused(Reason.MALFORMED, f"{len(found)} entries; expected {frame.ports} ports")
+    if not found:
+        raise Refused(Reason.MALFORMED, "a step in which nothing left")
+    return found
+
+
+def _entries(body: bytes) -> Iterator[Entry]:
+    at = 0
+    while at < len(body):
+        if at + HEAD > len(body):
+            raise Refused(Reason.MALFORMED, "an entry that is cut off")
+        port, sequence, after, length = _HEAD.unpack_from(body, at)
+        at += HEAD + length
+        if at > len(body) or not 0 <= after < sequence:
+            raise Refused(Reason.MALFORMED, "an entry that is cut off, or in no order")
+        yield Entry(port, sequence, after, body[at - length : at])
+
+
+BYES: Final = 3
+"""How often an end says its bye: one may be lost."""
+
+
+class Greeting(msgspec.Struct, frozen=True, array_like=True):
+    """The body of a hello, in MessagePack: an array of these, in order."""
+
+    digest: bytes
+    """SHA-256 over the names and types of all ports of the cut, in order of their numbers."""
+    leaving: tuple[int, ...]
+    """Numbers of the ports that this end sends."""
+    board: str
+    role: str
+    machine: str
+    """The boot of the machine, so that ends on one machine know it; empty where it is not shown."""
+    started_at: int
+    """Instant 0 of the run, by the sender's clock."""
+    is_taken: bool = False
+    """Whether the sender has another peer, which is not silent."""
+
+
+class Farewell(msgspec.Struct, frozen=True, array_like=True):
+    """The body of a bye."""
+
+    reason: str
+    is_over: bool
+    """Whether the task is over, so that the other end is to end too; otherwise it waits."""
+    failed: bool
+
+
+encode = msgspec.msgpack.Encoder().encode
+_greeting = msgspec.msgpack.Decoder(Greeting).decode
+_farewell = msgspec.msgpack.Decoder(Farewell).decode
+
+
+def greeting_of(body: bytes) -> Greeting:
+    """Return what a hello says. Raises Refused."""
+    try:
+        return _greeting(body)
+    except (msgspec.MsgspecError, UnicodeDecodeError) as error:
+        raise Refused(Reason.MALFORMED, str(error)) from error
+
+
+def farewell_of(body: bytes) -> Farewell:
+    """Return what a bye says. Raises Refused."""
+    try:
+        return _farewell(body)
+    except (msgspec.MsgspecError, UnicodeDecodeError) as error:
+        raise Refused(Reason.MALFORMED, str(error)) from error

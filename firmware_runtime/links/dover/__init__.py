@@ -1,1 +1,1 @@
-"""What the blocks of the first paper say, as texts over UDP of this machine."""
+"""DOVER: texts of the first paper's blocks, over UDP of this machine."""

@@ -125,7 +125,7 @@ class DoverBridge:
             self.sent += 1
 
     def _from_udp(self, taken: socket.socket, port: str) -> None:
-        """Of the numbers that have come to a port since the last poll, the newest counts."""
+        """Take the newest of the numbers that have come to a port since the last poll."""
         values = []
         for text in waiting_in(taken, _AT_ONCE):
             try:

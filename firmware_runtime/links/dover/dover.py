@@ -10,7 +10,7 @@ To the loop each port is a source, and the link a hook that sends between two st
 
 import socket
 from collections import deque
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from contextlib import suppress
 from functools import partial
 from typing import Any, Final, TypeAlias
@@ -141,7 +141,7 @@ def bound_to(udp_port: int, option: str) -> socket.socket:
 
 
 def waiting_in(taken: socket.socket, most: int) -> list[bytes]:
-    """Return the datagrams that have come, without waiting; `most` of them, each cut to 256 bytes."""
+    """Return the datagrams that have come, `most` of them, without waiting."""
     texts: list[bytes] = []
     with suppress(OSError):
         while len(texts) < most:

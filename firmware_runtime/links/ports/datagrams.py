@@ -1,4 +1,4 @@
-"""What may be said to a running robot: one JSON object a message.
+"""Datagrams to a running robot: one JSON object a message.
 
     {"port": "yaw_reference", "value": 1.0}            put a value into an input port of the model
     {"port": "yaw_reference", "value": 1.0, "confirm": true}   the same, answered when it is in
@@ -88,7 +88,7 @@ _encode = msgspec.json.Encoder().encode
 
 
 def understood(datagram: bytes) -> Request:
-    """What a datagram asks for. Raises Refusal."""
+    """Return what a datagram asks for. Raises Refusal."""
     if len(datagram) > LONGEST:
         raise Refusal("the datagram is too long", expected=f"{LONGEST} bytes at most")
     try:
@@ -110,6 +110,6 @@ def _ask_of(said: dict[str, Any]) -> Ask:
     return Ask(name, said)
 
 
-def message_of(**what: Any) -> bytes:  # noqa: ANN401 -- whatever a model sends
+def message_of(**what: object) -> bytes:
     """A message to a reader, its values as a trace shows them."""
     return _encode(plain(what))

@@ -104,7 +104,7 @@ def _refuse_late(age: int, within_s: object) -> None:
 
 
 def why_late(age: int, within_s: float) -> str | None:
-    """Why a request of this age in ns is not answered any more, a sentence; None where it is."""
+    """Return why a request of this age in ns is not answered any more; None where it is."""
     if age <= within_s * SECOND:
         return None
     fault = f"sent {age / SECOND:.1f} s ago, to be answered within {within_s:g} s"

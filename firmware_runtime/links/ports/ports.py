@@ -1,10 +1,12 @@
 """The ports of a model that others may write and watch, by the names they go by in datagrams."""
 
 from collections import deque
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, field
 from typing import Any, Final, TypeAlias
 
 from msgspec import Raw, Struct
+from msgspec.json import decode
 
 from firmware_runtime.devs.component import Component, below_root
 from firmware_runtime.devs.coupled import with_all_below
@@ -12,17 +14,38 @@ from firmware_runtime.devs.engine import Engine
 from firmware_runtime.devs.listening import Listening
 from firmware_runtime.devs.part import Part
 from firmware_runtime.devs.ports import InPort, OutPort
+from firmware_runtime.devs.time import NEVER, SECOND
 from firmware_runtime.errors import did_you_mean, with_article
+from firmware_runtime.links.leaf_values import PLAIN
+from firmware_runtime.links.local_socket import Connection
 from firmware_runtime.links.ports.datagrams import Refusal
-from firmware_runtime.links.ports.forms import form_of
-from firmware_runtime.links.ports.values import Read, reader_of
+from firmware_runtime.links.typed_values import Form, json_form
+
+LONGEST_FORM: Final = 400
+"""Letters; the text of a form that is longer is cut."""
 
 
 class Entry(Struct, frozen=True):
-    """An input port of the top model; `read` is None if no datagram can bear its type."""
+    """An input port of the top model; `form` is None if no datagram can bear its type."""
 
     port: InPort[Any]
-    read: Read | None
+    form: Form | None
+
+    @property
+    def text(self) -> str:
+        """Form of a value in JSON; empty for a plain one, which its type's name says."""
+        if self.form is None or self.port.type in PLAIN:
+            return ""
+        text = self.form.text
+        return text if len(text) <= LONGEST_FORM else f"{text[:LONGEST_FORM]}..."
+
+
+def entry_of(port: InPort[Any]) -> Entry:
+    """Return how values enter by a port."""
+    try:
+        return Entry(port, json_form(port.type))
+    except (TypeError, NameError, RecursionError):  # hints that lead nowhere, too
+        return Entry(port, None)
 
 
 class Ports:
@@ -34,9 +57,7 @@ class Ports:
 
     def __init__(self, root: Component) -> None:
         self.elsewhere: dict[str, str] = {}
-        self.entries = {
-            port.name: Entry(port, reader_of(port.type)) for port in root.in_ports.values()
-        }
+        self.entries = {port.name: entry_of(port) for port in root.in_ports.values()}
         self.outputs: dict[str, OutPort[Any]] = {
             below_root(port.path): port
             for component in with_all_below(root)
@@ -44,7 +65,7 @@ class Ports:
         }
 
     def of_part(self, part: Part, other: str) -> "Ports":
-        """Those of them that are in a part of this model; where it was cut is no port of it.
+        """Return those of a part of this model; where it was cut is no port of it.
 
         `other` is the name of the run that has the rest.
         """
@@ -59,17 +80,14 @@ class Ports:
         entry = self.entries.get(name)
         if entry is None:
             raise Refusal(self._why_not(name), where=name)
-        if entry.read is None:
-            kind = entry.port.type.__name__
+        kind = entry.port.type.__name__
+        if entry.form is None:
             raise Refusal(f"a value of {kind} cannot be sent", where=name, expected="another port")
         try:
-            return entry.port, entry.read(value)
-        except Refusal as why:
-            form = form_of(entry.port.type)
-            expected = "" if form is None else f"; expected {form}"
-            raise Refusal(
-                f"not {with_article(entry.port.type.__name__)}: {why}{expected}", where=name
-            ) from why
+            return entry.port, entry.form.unpack(decode(value))
+        except Exception as error:  # what is malformed, and what a board's own class does not take
+            found = f"not {with_article(kind)}: {str(error) or type(error).__name__}"
+            raise Refusal(found, where=name, expected=entry.text) from error
 
     def _why_not(self, name: str) -> str:
         if name in self.elsewhere:
@@ -97,7 +115,12 @@ class Ports:
     def listing(self) -> list[dict[str, str]]:
         """Name, direction and type of each, and of what enters as a record its `value`'s form."""
         entering = [
-            {"name": name, "direction": "in", "type": entry.port.type.__name__, **_form(entry)}
+            {
+                "name": name,
+                "direction": "in",
+                "type": entry.port.type.__name__,
+                **({"value": entry.text} if entry.text else {}),
+            }
             for name, entry in self.entries.items()
         ]
         leaving = [
@@ -105,11 +128,6 @@ class Ports:
             for path, port in self.outputs.items()
         ]
         return [*entering, *leaving]
-
-
-def _form(entry: Entry) -> dict[str, str]:
-    form = None if entry.read is None else form_of(entry.port.type)
-    return {} if form is None else {"value": form}
 
 
 Sent: TypeAlias = tuple[str, int, object]
@@ -150,3 +168,87 @@ class Taps:
             sent.append((path, at, value))
 
         return self._simulator.listen(port, take)
+
+
+MOST: Final = 16
+"""How many may watch at a time."""
+WATCHED_FOR: Final = 10 * SECOND
+"""How long messages go to a watcher that does not ask again, ns."""
+
+
+@dataclass(slots=True)
+class Watcher:
+    """One reader; `seen` counts the messages of each port it watches."""
+
+    outlet: Connection
+    every: int = 1
+    until: int = NEVER
+    seen: dict[str, int] = field(default_factory=dict)
+
+    def wants(self, port: str) -> bool:
+        """Return whether this message is one to be sent; the first is."""
+        if port not in self.seen:
+            return False
+        self.seen[port] += 1
+        return self.seen[port] % self.every == 1 % self.every
+
+
+class Watchers:
+    """Watchers by outlet; `now` is any clock in ns that does not stand still.
+
+    Each has a connection of its own, because the kernel counts by sender: what waits unread takes
+    room from the socket that sent it. With one socket for all, a reader that never reads would in
+    the end silence the others.
+    """
+
+    def __init__(self, now: Callable[[], int]) -> None:
+        self._now = now
+        self._all: dict[Connection, Watcher] = {}
+        self._first_ends_at = NEVER
+
+    def __len__(self) -> int:
+        return len(self._all)
+
+    @property
+    def ports(self) -> tuple[str, ...]:
+        """Paths of all ports that are watched, each once."""
+        return tuple(dict.fromkeys(port for each in self._all.values() for port in each.seen))
+
+    def renew(self, outlet: Connection, ports: Iterable[str], every: int) -> None:
+        """Add a watcher, or note what it watches now. Raises Refusal if there are too many."""
+        watched = tuple(ports)
+        if not watched:
+            self.forget(outlet)
+            return
+        watcher = self._all.get(outlet) or self._new(outlet)
+        seen = watcher.seen if watcher.every == every else {}
+        watcher.seen = {port: seen.get(port, 0) for port in watched}
+        watcher.every, watcher.until = every, self._now() + WATCHED_FOR
+        self._find_first_end()
+
+    def forget(self, outlet: Connection) -> None:
+        """Send it no more."""
+        if self._all.pop(outlet, None) is not None:
+            self._find_first_end()
+
+    def forget_silent(self) -> bool:
+        """Forget those who have not asked again; return whether there may have been any."""
+        now = self._now()
+        if now < self._first_ends_at:
+            return False
+        for watcher in [each for each in self._all.values() if each.until <= now]:
+            self.forget(watcher.outlet)
+        return True
+
+    def of(self, port: str) -> list[Watcher]:
+        """Return the watchers that get the message which has just left a port; count it."""
+        return [each for each in self._all.values() if each.wants(port)]
+
+    def _new(self, outlet: Connection) -> Watcher:
+        if len(self._all) >= MOST:
+            raise Refusal(f"{MOST} others watch already", expected="some to stop or to fall silent")
+        watcher = self._all[outlet] = Watcher(outlet)
+        return watcher
+
+    def _find_first_end(self) -> None:
+        self._first_ends_at = min((each.until for each in self._all.values()), default=NEVER)

@@ -156,7 +156,7 @@ class PortsClient(Closing):
             self._end.send(content)
 
     def _receive(self, until: int) -> _Said | None:
-        """What was said next, if anything comes until then."""
+        """Return what is said next, if anything comes until then."""
         if not self._received:
             select([self._end], (), (), max(0, until - monotonic_ns()) / SECOND)
             with self._reached():

@@ -11,10 +11,11 @@ from time import monotonic_ns
 from typing import Final
 
 from firmware_runtime.devs.time import SECOND
-from firmware_runtime.hal.peer import peer_of
+from firmware_runtime.errors import StatisticsFileError
+from firmware_runtime.hal.peer import Credentials, peer_of, trusted_users
 from firmware_runtime.hal.wire_errors import HalError
 from firmware_runtime.links.ports.datagrams import GREETING
-from firmware_runtime.links.ports.speaker_of_run import why_not_of_run
+from firmware_runtime.statistics.file import STATISTICS, driver_of
 from firmware_runtime.statistics.paths import Companion
 
 AT_ONCE: Final = 64
@@ -53,11 +54,11 @@ class RobotEnd:
 
     @property
     def is_connected(self) -> bool:
-        """Whether a run, or what takes its place, listens and has not gone."""
+        """Return whether a run, or what takes its place, listens and has not gone."""
         return self._socket is not None
 
     def why_absent(self) -> str:
-        """Why there is no run to speak with, empty if there is one; connects to it."""
+        """Return why there is no run to speak with, empty if there is one; connects to it."""
         try:
             self.connect()
         except OSError as error:
@@ -101,7 +102,7 @@ class RobotEnd:
             self._waiting.append((monotonic_ns(), message))
 
     def received(self) -> Iterator[bytes]:
-        """What the robot has said, without waiting."""
+        """Yield what the robot has said, without waiting."""
         for _ in range(AT_ONCE):
             if self._socket is None:
                 return
@@ -165,3 +166,26 @@ class OneRunsEnd(RobotEnd):
             raise ConnectionRefusedError(ECONNREFUSED, "the run that was spoken with has gone")
         super().connect()
         self._had_one = True
+
+
+def why_not_of_run(by: Credentials, statistics: Path) -> str:
+    """Return why a process does not speak for the run with these statistics, empty if it does.
+
+    What listens beside the statistics may be anything where others can write to the folder, and a
+    run that hangs cannot object. So the process has to be the one that writes the statistics; its
+    user, like theirs, is root, this user or the one to whom the folder belongs, as that of a
+    service does.
+    """
+    try:
+        owner, trusted = statistics.stat().st_uid, trusted_users(statistics.parent)
+        with STATISTICS.opened(statistics) as file:
+            process = driver_of(file).writer.pid
+    except (OSError, StatisticsFileError) as error:
+        return f"process {by.process} listens, and no statistics name it ({error})"
+    if owner not in trusted:
+        return f"{statistics} belongs to user {owner}, and so may be anybody's"
+    if by.process != process:
+        return f"process {by.process} listens, and the run is process {process}"
+    if by.user not in trusted:
+        return f"process {by.process} is user {by.user}'s, and so may be anybody's"
+    return ""

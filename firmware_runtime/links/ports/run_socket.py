@@ -36,7 +36,7 @@ from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.ports import InPort
 from firmware_runtime.devs.time import MICROSECOND, SECOND
 from firmware_runtime.executive.executive import Executive
-from firmware_runtime.links.local_socket import Connection
+from firmware_runtime.links.local_socket import Connection, SocketFile
 from firmware_runtime.links.ports.datagrams import (
     GREETING,
     LONGEST,
@@ -51,9 +51,7 @@ from firmware_runtime.links.ports.datagrams import (
     understood,
 )
 from firmware_runtime.links.ports.desk import Answer, Desk, Respond
-from firmware_runtime.links.ports.ports import Ports, Taps
-from firmware_runtime.links.ports.watchers import WATCHED_FOR, Watchers
-from firmware_runtime.links.socket_file import SocketFile
+from firmware_runtime.links.ports.ports import WATCHED_FOR, Ports, Taps, Watchers
 
 AT_ONCE: Final = 8
 """How many messages are read in one pass of the loop."""
@@ -163,7 +161,7 @@ class RunSocket:
             self._send_waiting(now + left - RESERVE)
 
     def counts(self) -> dict[str, int]:
-        """What became of all messages so far."""
+        """Return the counters of all messages so far."""
         counts = asdict(self._counts)
         counts["dropped"] += self._taps.lost
         return counts
@@ -217,7 +215,7 @@ class RunSocket:
                         self.desk.take(said, 0, lambda _: None)
 
     def _take(self, connection: Connection) -> Sequence[Arrival]:
-        """What a message puts into the model; it is obeyed and answered."""
+        """Return what a message puts into the model; it is obeyed and answered."""
         try:
             content, age = connection.receive(LONGEST + 1)
         except BlockingIOError:

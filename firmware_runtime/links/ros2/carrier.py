@@ -25,7 +25,8 @@ from rclpy.signals import SignalHandlerOptions
 from std_msgs.msg import UInt8MultiArray
 
 from firmware_runtime.errors import ConfigError, Status
-from firmware_runtime.links.cut.udp import Carrier, UdpAddress, begin_carrier
+from firmware_runtime.links.cut.udp import Carrier, begin_carrier
+from firmware_runtime.links.endpoint import UdpAddress
 from firmware_runtime.links.key_file import read_key
 from firmware_runtime.links.ros2.spinning import Spinning
 

@@ -9,16 +9,15 @@ from typing import Final
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from rclpy.clock import Clock
 
-from firmware_runtime.links.ros2.judgement import Judge, Level, Status
+from firmware_runtime.links.ros2.judgement import Judge, Level, Status, TopicJudge
 from firmware_runtime.links.ros2.node import RobotNode
-from firmware_runtime.links.ros2.topic_judgement import TopicJudge
 from firmware_runtime.links.ros2.topics import RobotTopics
 
 EVERY_S: Final = 1.0
 
 
 class Diagnostics:
-    """Those of one node, for as long as it lives."""
+    """Publishes the diagnostics of one node, for as long as it lives."""
 
     def __init__(self, node: RobotNode, topics: RobotTopics) -> None:
         self._node = node
@@ -43,7 +42,7 @@ class Diagnostics:
         self._publisher.publish(message)
 
     def _of_node(self) -> list[Status]:
-        """What is wrong with the node's names, logged when it begins."""
+        """Return what is wrong with the node's names, logged when it begins."""
         namesakes = self._node.namesakes
         if namesakes and not self._has_namesakes:
             self._node.get_logger().warning(namesakes)

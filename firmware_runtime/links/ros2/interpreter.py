@@ -10,9 +10,12 @@ Two kinds of environment have rclpy:
 """
 
 import os
+import re
 import sys
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from pathlib import Path
+from typing import Final
 
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.system.programs import ProgramFailed, answer_of
@@ -114,3 +117,35 @@ def _missing(environment: Path) -> list[str]:
 
 if __name__ == "__main__":
     start(Path(sys.argv[1]), sys.argv[2:])
+
+
+DOMAIN: Final = "ROS_DOMAIN_ID"
+HIGHEST_DOMAIN: Final = 232
+"""Those above it have no ports."""
+SHARED_MEMORY: Final = Path("/dev/shm")  # noqa: S108 -- where the C library has it
+ROOM: Final = 1_000_000
+"""Bytes that must be free there: a node's participant takes 0.7 MB."""
+
+
+def check_surroundings(
+    variables: Mapping[str, str], shared_memory: Path = SHARED_MEMORY, room: int = ROOM
+) -> None:
+    """Raise ConfigError for what a node cannot start with, all at once."""
+    if faults := [*_of_domain(variables.get(DOMAIN, "")), *_of_memory(shared_memory, room)]:
+        raise ConfigError("ros2", faults)
+
+
+def _of_domain(stated: str) -> list[str]:
+    is_number = re.fullmatch(r"0|[1-9][0-9]{0,2}", stated) is not None
+    if stated == "" or (is_number and int(stated) <= HIGHEST_DOMAIN):
+        return []
+    return [f"{DOMAIN}: {stated!r}: expected a number from 0 to {HIGHEST_DOMAIN}"]
+
+
+def _of_memory(shared_memory: Path, room: int) -> list[str]:
+    with suppress(OSError):  # without it, nodes speak by the network alone
+        found = os.statvfs(shared_memory)
+        free = found.f_bavail * found.f_frsize
+        if found.f_blocks > 0 and free < room:  # one without blocks has no limit
+            return [f"{shared_memory}: {free // 1000} kB free, expected {room // 1000} or more"]
+    return []

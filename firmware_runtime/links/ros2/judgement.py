@@ -1,4 +1,4 @@
-"""What `/diagnostics` says of a run: the numbers of `stats --json`, and a level by these rules.
+"""Levels of `/diagnostics`, by the numbers of `stats --json` and by these rules.
 
     OK      nothing went wrong in the last 10 s
     WARN    something did: an overrun, a fault, a missed deadline, an error or a retry on a bus, an
@@ -11,7 +11,7 @@ Without ROS: levels are its numbers, everything else is texts.
 """
 
 import json
-from collections import deque
+from collections import Counter, deque
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from enum import IntEnum
@@ -33,7 +33,7 @@ _APART: Final = ("models", "bus", "serial", "faults", "deadlines", "worst", "con
 
 
 class Level(IntEnum):
-    """Of a diagnostic_msgs/DiagnosticStatus."""
+    """Level of a diagnostic_msgs/DiagnosticStatus."""
 
     OK = 0
     WARN = 1
@@ -60,7 +60,7 @@ class Judge:
         self._before: deque[tuple[int, dict[str, int]]] = deque()
 
     def judge(self, now: int) -> list[Status]:
-        """All statuses, that of the run first; `now` is any clock in ns."""
+        """Return all statuses, that of the run first; `now` is any clock in ns."""
         try:
             statistics = read_statistics(self._path)
             figures = statistics.figures()
@@ -78,7 +78,7 @@ class Judge:
         return [self._run(statistics, figures, lately, statuses), *statuses]
 
     def _lately(self, now: int, wrong: Mapping[str, int]) -> dict[str, int]:
-        """What has gone wrong in the last 10 s, or since the first poll."""
+        """Return what has gone wrong in the last 10 s, or since the first poll."""
         before = self._before
         if before and any(wrong.get(name, 0) < count for name, count in before[-1][1].items()):
             before.clear()  # another run has begun
@@ -140,7 +140,7 @@ class Judge:
 
 
 def wrong_counts(figures: Figures) -> dict[str, int]:
-    """How often something has gone wrong in each part, since the start of the run."""
+    """Return how often something has gone wrong in each part, since the start of the run."""
     counts = {"run": figures.conditions.run.inputs_dropped}
     for path, model in figures.models.items():
         faults = sum(each.count for each in figures.faults.get(path, {}).values())
@@ -206,3 +206,27 @@ def _run_values(figures: Figures) -> dict[str, str]:
     found = figures.as_json()
     own = {key: each for key, each in found.items() if key not in _APART}
     return dict(flat({**own, "conditions": {"run": found["conditions"]["run"]}}))
+
+
+_WRONG: Final = ("refused", "dropped", "failed")
+
+
+class TopicJudge:
+    """Judges the counts of one node's topics again and again; remembers those of 10 s ago."""
+
+    def __init__(self, board: str) -> None:
+        self._name = f"{board}: topics"
+        self._before: deque[tuple[int, Counter[str]]] = deque()
+
+    def judge(self, counts: Mapping[str, int], now: int) -> list[Status]:
+        """The status; none before the first message. `now` is any clock in ns."""
+        if not counts:
+            return []
+        self._before.append((now, Counter(counts)))
+        while now - self._before[0][0] > LATELY:
+            self._before.popleft()
+        lately = {name: counts.get(name, 0) - self._before[0][1][name] for name in _WRONG}
+        wrong = [f"{count} {name}" for name, count in lately.items() if count > 0]
+        level = Level.WARN if wrong else Level.OK
+        message = f"in the last 10 s: {', '.join(wrong)}" if wrong else "every message is carried"
+        return [Status(self._name, level, message, {key: str(n) for key, n in counts.items()})]

@@ -20,8 +20,8 @@ from rclpy.clock import Clock, ClockType
 from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
 
 from firmware_runtime.devs.time import SECOND
-from firmware_runtime.errors import ControlError, FirmwareRuntimeError
-from firmware_runtime.links.ros2.part import Part
+from firmware_runtime.errors import FirmwareRuntimeError
+from firmware_runtime.links.control import ControlError
 from firmware_runtime.links.ros2.plan import Plan
 from firmware_runtime.links.ros2.run_end import RunEnd
 
@@ -191,7 +191,7 @@ class RobotNode(LifecycleNode):  # type: ignore[misc] # rclpy has no types
     # The run, watched -----------------------------------------------------------------------------
 
     def has_stood_still(self) -> bool:
-        """Whether this process did until a moment ago: requests and commands wait meanwhile."""
+        """Return whether this process has just stood still: what it handles may be old."""
         now = monotonic_ns()
         if now - self._looked_at > STANDSTILL:
             self._went_on_at = now
@@ -228,3 +228,25 @@ class RobotNode(LifecycleNode):  # type: ignore[misc] # rclpy has no types
         if phase == "active":
             self.trigger_deactivate()
         self.trigger_cleanup()
+
+
+class Part:
+    """Parameters, topics: made when the node is configured, gone when it is cleaned up.
+
+    Each of these may raise FirmwareRuntimeError: then the transition fails, with its sentence.
+    """
+
+    def configure(self) -> None:
+        """The run is there: make publishers, subscribers, parameters."""
+
+    def activate(self) -> None:
+        """The robot is armed from now on: let commands through."""
+
+    def deactivate(self) -> None:
+        """The robot is about to be disarmed, or is: let no command through."""
+
+    def clean_up(self) -> None:
+        """Remove what `configure` made, as far as it was; also called if it had failed."""
+
+    def follow(self, revision: int) -> None:
+        """Called again and again while configured; `revision` counts changes of the settings."""

@@ -15,8 +15,7 @@ from typing import Any, Final
 from std_msgs.msg import Empty
 
 from firmware_runtime.devs.time import SECOND
-from firmware_runtime.links.ros2.node import RobotNode
-from firmware_runtime.links.ros2.part import Part
+from firmware_runtime.links.ros2.node import Part, RobotNode
 
 MARK: Final = "_active"
 KEPT: Final = 10 * SECOND

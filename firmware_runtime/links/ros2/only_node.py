@@ -41,7 +41,7 @@ def _name_of(statistics: Path) -> bytes:
 
 
 def _holder_of(name: bytes) -> str:
-    """Which process has the claim, if it can be known."""
+    """Return which process has the claim, if it can be known."""
     with socket.socket(socket.AF_UNIX, socket.SOCK_STREAM | socket.SOCK_NONBLOCK) as asking:
         try:
             asking.connect(name)

@@ -1,4 +1,4 @@
-"""How often a topic is published: at most so often, and the newest message is never left out.
+"""Pace of a topic: at most so many messages a second, and the newest is never left out.
 
 By the instants of the run, which have no jitter: of samples at 100 Hz every second goes out at
 50 Hz, as soon as it comes. One that came too early is published all the same where no other follows

@@ -18,8 +18,7 @@ from rclpy.parameter import Parameter
 
 from firmware_runtime.board.setting_descriptions import Setting
 from firmware_runtime.errors import FirmwareRuntimeError
-from firmware_runtime.links.ros2.node import Refused, RobotNode
-from firmware_runtime.links.ros2.part import Part
+from firmware_runtime.links.ros2.node import Part, Refused, RobotNode
 
 _LARGEST = sys.float_info.max
 _LARGEST_INT = (1 << 63) - 1
@@ -86,7 +85,7 @@ class Parameters(Part):
 
 
 def descriptor(setting: Setting) -> ParameterDescriptor:
-    """What ROS shows of a setting; a bound that is itself outside of the range is in words only."""
+    """Return what ROS shows of a setting; a bound outside of the range is in words only."""
     made = ParameterDescriptor(description=setting.text, additional_constraints=setting.range)
     low = setting.least if setting.above is None else setting.above
     high = setting.most if setting.below is None else setting.below

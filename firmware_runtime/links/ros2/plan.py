@@ -1,4 +1,4 @@
-"""What the node is given when it starts: the verb reads the board, and the node needs none of it.
+"""Plan of a node: all that it is given when it starts, since it cannot read the board.
 
 So an environment of ROS needs this project, and none of the packages that robots come from.
 """

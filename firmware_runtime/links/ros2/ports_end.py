@@ -1,4 +1,4 @@
-"""What the run's ports send, read by a thread of the node; and values for its input ports.
+"""Ports of the run, read by a thread of the node; and values for its input ports.
 
     the run's socket --> watched ports, its time, its refusals --> publish
     subscriptions --> values --> the run's socket
@@ -23,8 +23,6 @@ import msgspec
 from firmware_runtime.devs.time import NEVER, SECOND
 from firmware_runtime.links.ports.datagrams import LONGEST, MOST_PORTS, message_of
 from firmware_runtime.links.ports.robot_end import OneRunsEnd, RobotEnd
-from firmware_runtime.links.ros2.said_once import SaidOnce
-from firmware_runtime.links.ros2.stamps import Stamps
 
 WATCH_EVERY: Final = 4 * SECOND
 TIME_EVERY: Final = SECOND
@@ -158,3 +156,74 @@ def _requests(ports: Sequence[str]) -> Iterator[bytes]:
 
 def _watch(ports: Sequence[str]) -> bytes:
     return json.dumps({"watch": ports}).encode()
+
+
+MOST: Final = 64
+"""Different sentences."""
+
+
+class SaidOnce:
+    """Passes each sentence on to `log` the first time, as long as there are not too many."""
+
+    def __init__(self, log: Callable[[str], None]) -> None:
+        self._log = log
+        self._said: set[str] = set()
+
+    def __call__(self, sentence: str) -> None:
+        """Say it, unless it was said."""
+        if sentence not in self._said and len(self._said) < MOST:
+            self._said.add(sentence)
+            self._log(sentence)
+
+
+CLOCK_SET: int = SECOND
+"""A stamp that would go back further than this follows: the system's clock was set."""
+_NEARLY = 0.01
+
+
+class Stamps:
+    """Turns instants of one run into ns since 1970; `measure` is repeated once a second.
+
+    In scaled time the pace of the run is found from two measurements.
+    """
+
+    def __init__(self) -> None:
+        self._t_ns = self._monotonic_ns = self._to_system = 0
+        self._pace = 1.0
+        self._last: dict[str, int] = {}
+        self._is_measured = False
+
+    @property
+    def is_known(self) -> bool:
+        """Return whether a run has said its time."""
+        return self._is_measured
+
+    def measure(self, t_ns: int, monotonic_ns: int, to_system: int) -> bool:
+        """Take an instant of the run and of the monotonic clock, and what leads to system time.
+
+        Return whether it is the run that was measured before.
+        """
+        since = t_ns - self._t_ns
+        is_same = self._is_measured and since > 0
+        if is_same:
+            pace = (monotonic_ns - self._monotonic_ns) / since
+            self._pace = 1.0 if abs(pace - 1.0) < _NEARLY else pace
+        else:
+            self._pace = 1.0
+        self._t_ns, self._monotonic_ns, self._to_system = t_ns, monotonic_ns, to_system
+        self._is_measured = True
+        return is_same
+
+    def forget(self) -> None:
+        """The run is gone; the next has another beginning."""
+        self._is_measured = False
+
+    def of(self, topic: str, t_ns: int) -> int:
+        """The stamp of a message of the run; a topic's stamps never go back."""
+        passed = round((t_ns - self._t_ns) * self._pace)
+        stamp = self._monotonic_ns + passed + self._to_system
+        last = self._last.get(topic, stamp)
+        if last - CLOCK_SET < stamp < last:
+            stamp = last
+        self._last[topic] = stamp
+        return stamp

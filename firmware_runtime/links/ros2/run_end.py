@@ -12,8 +12,7 @@ from time import monotonic_ns
 from typing import Final
 
 from firmware_runtime.devs.time import SECOND
-from firmware_runtime.errors import ControlError
-from firmware_runtime.links.control import ask, post
+from firmware_runtime.links.control import ControlError, ask, post
 from firmware_runtime.links.ports.datagrams import message_of
 from firmware_runtime.links.ports.desk import Answer
 from firmware_runtime.links.ports.robot_end import RobotEnd
@@ -26,7 +25,7 @@ SILENCE: Final = 2 * SECOND
 
 @dataclass(slots=True)
 class Seen:
-    """What the run has said of itself."""
+    """State of a run, as it has said."""
 
     run: str
     """Its own name: another run has another one."""
@@ -82,14 +81,14 @@ class RunEnd:
 
     @property
     def has_lost_robot(self) -> bool:
-        """Whether a robot that was armed here is so no more; without a lease, by what is known."""
+        """True if a robot that was armed here is disarmed; without a lease, by what is known."""
         if self.lease is not None:
             return self.has_lost_lease
         return self.seen is not None and not self.seen.armed
 
     @property
     def holds_robot(self) -> bool:
-        """Whether the robot is certain to be armed by this node now; without a lease it always is.
+        """True if this node is certain to have the robot armed; without a lease it always is.
 
         Not so after a standstill of this process: the lease may have run out, and another may have
         armed the robot since.

@@ -16,7 +16,7 @@ SAFE_STATE_S: Final = 20.0
 
 
 class Services:
-    """Those of one node, for as long as it lives."""
+    """Services of one node, for as long as it lives."""
 
     def __init__(self, node: RobotNode) -> None:
         self._node = node
@@ -70,7 +70,7 @@ def _why_armed(node: RobotNode) -> str:
 
 
 def _drives_nothing_outside(node: RobotNode) -> bool:
-    """Whether a run is there whose outputs are doubles of its own, which nothing else reaches."""
+    """Return whether a run is there whose outputs are doubles of its own."""
     try:
         statistics = read_statistics(node.plan.statistics_path)
     except FirmwareRuntimeError:

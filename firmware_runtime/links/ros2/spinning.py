@@ -1,4 +1,4 @@
-"""How a node handles what comes, so that no message ends it."""
+"""Spinning of a node, so that no message ends it."""
 
 from threading import Thread
 from typing import Final

@@ -22,10 +22,9 @@ from firmware_runtime.board.ros.conventions import Fields
 from firmware_runtime.board.ros.topics import Publication, Subscription, Topics
 from firmware_runtime.devs.time import MILLISECOND, NEVER
 from firmware_runtime.links.ros2.messages import message_class, message_of, stamp, stamp_of
+from firmware_runtime.links.ros2.node import Part
 from firmware_runtime.links.ros2.pace import Pace
-from firmware_runtime.links.ros2.part import Part
-from firmware_runtime.links.ros2.ports_end import PortsEnd
-from firmware_runtime.links.ros2.said_once import SaidOnce
+from firmware_runtime.links.ros2.ports_end import PortsEnd, SaidOnce
 from firmware_runtime.links.ros2.spinning import Spinning
 
 OLDEST: Final = 500 * MILLISECOND
@@ -147,7 +146,7 @@ class RobotTopics(Part):
 
     @property
     def counts(self) -> Counter[str]:
-        """Of messages, and of values that were sent to runs and came from them, so far."""
+        """Counters of messages, and of values that were sent to runs and came from them."""
         run = Counter() if self._run is None else self._run.counts
         # copied at once: the thread that reads the run counts meanwhile
         return Counter(self._own) + self._of_runs + Counter(run)

@@ -19,7 +19,8 @@ from firmware_runtime.recording.blackbox.header import Header
 from firmware_runtime.recording.blackbox.reader import Recording
 from firmware_runtime.recording.blackbox.section import Section, decode, sent_of
 from firmware_runtime.recording.blackbox.tapped_models import output_ports, own_atomics
-from firmware_runtime.recording.values import UnknownValue, made, numbers_in
+from firmware_runtime.recording.records import UnknownValue
+from firmware_runtime.recording.values import made, numbers_in
 
 Port: TypeAlias = OutPort[Any]
 

@@ -31,7 +31,7 @@ from firmware_runtime.executive.progress import Progress
 from firmware_runtime.executive.untimed_ledger import open_ledger
 from firmware_runtime.links.dover.dover import DoverBlocks
 from firmware_runtime.recording.blackbox.header import Header
-from firmware_runtime.recording.blackbox.state.keyframes import ForeignState
+from firmware_runtime.recording.blackbox.state.unkeepable import ForeignState
 from firmware_runtime.recording.blackbox.tapped_models import output_ports, own_atomics, tap_outputs
 from firmware_runtime.recording.random_state import begin_late, put
 from firmware_runtime.recording.replay.feed import Feed

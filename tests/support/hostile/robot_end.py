@@ -16,9 +16,9 @@ from firmware_runtime.executive.clocks import MonotonicClock
 from firmware_runtime.executive.configuration import Configuration
 from firmware_runtime.executive.executive import Executive
 from firmware_runtime.links.cut import udp
-from firmware_runtime.links.cut.cut import cut_of
+from firmware_runtime.links.cut.channel import Channel
+from firmware_runtime.links.cut.cut import Terms, cut_of
 from firmware_runtime.links.cut.link import Link
-from firmware_runtime.links.cut.terms import Terms
 from firmware_runtime.models.motion import Motion
 from tests.support.hostile.frames import KEY, YAW_LIMIT
 from tests.support.hostile.link_rules import MS
@@ -62,33 +62,11 @@ class Board(Coupled):
         self.couple(robot.forces, controller.forces)
 
 
-class Pair:
+class Pair(Channel):
     """The run's end of the pair of sockets between run and carrier."""
-
-    def __init__(self, own: socket.socket) -> None:
-        self._socket = own
-
-    def fileno(self) -> int:
-        """The descriptor that becomes readable when a frame has come."""
-        return self._socket.fileno()
-
-    def receive(self) -> bytes | None:
-        """The next frame, if there is one."""
-        try:
-            return self._socket.recv(1 << 16)
-        except BlockingIOError:
-            return None
-
-    def send(self, frame: bytes) -> None:
-        """Send without waiting."""
-        self._socket.send(frame)
 
     def linger(self) -> None:
         """Every send finds room here."""
-
-    def close(self) -> None:
-        """Close the socket."""
-        self._socket.close()
 
 
 class RobotEnd:

@@ -44,14 +44,10 @@ class ControllerTable(Settings, frozen=True):
 
     distance_m: Positive
     lost_s: Seconds
-    kp: Annotated[
-        NotNegative, Meta(description="Share of full voltage per m from the distance.")
-    ]
+    kp: Annotated[NotNegative, Meta(description="Share of full voltage per m from the distance.")]
     ki: Annotated[NotNegative, Meta(description="Share of full voltage per m s.")]
     kd: Annotated[NotNegative, Meta(description="Share of full voltage per m/s.")]
-    max_drive: Annotated[
-        float, Meta(gt=0, le=1, description="Share of full voltage, at most.")
-    ]
+    max_drive: Annotated[float, Meta(gt=0, le=1, description="Share of full voltage, at most.")]
 
 
 class WorldTable(Settings, frozen=True):

@@ -10,12 +10,13 @@ The load is the larger of two shares of the real time that passes, over `WINDOW`
 Nothing is measured for it: both are counted anyway, and read once in a window.
 """
 
-from collections.abc import Callable
-from time import monotonic_ns, process_time_ns
-from typing import Final, Literal, NamedTuple, TypeAlias
+from collections.abc import Callable, Mapping
+from time import CLOCK_BOOTTIME, clock_gettime_ns, monotonic_ns, process_time_ns
+from typing import Any, Final, Literal, NamedTuple, TypeAlias
 
 from firmware_runtime.board.settings import ExecutiveSettings
-from firmware_runtime.devs.time import NEVER, SECOND
+from firmware_runtime.devs.ports import InPort
+from firmware_runtime.devs.time import MILLISECOND, NEVER, SECOND
 from firmware_runtime.executive.clocks import MonotonicClock
 from firmware_runtime.executive.executive import Executive
 from firmware_runtime.runs.arming import Arming
@@ -114,3 +115,85 @@ def _load(begun: _Reading, ended: _Reading) -> float:
     at, now, steps, processor = (b - a for a, b in zip(begun, ended, strict=True))
     of_steps = steps / max(now, 1) if at <= STILL else 0.0
     return max(of_steps, processor / at)
+
+
+SHORTEST: Final = MILLISECOND
+"""Ns: no machine goes to sleep and wakes up sooner."""
+
+
+def watch_sleep(executive: Executive, arming: Arming) -> None:
+    """Have a run in real time notice that its machine slept, where something may be hurt."""
+    if isinstance(executive.clock, MonotonicClock) and not arming.is_free:
+        executive.hooks.append(SleepWatch(arming))
+
+
+class SleepWatch:
+    """A hook: disarms a run that was armed when its machine went to sleep."""
+
+    def __init__(self, arming: Arming) -> None:
+        self._arming = arming
+        self._slept = _slept()
+
+    def between_steps(self, _now: int, _left: int) -> None:
+        """Compare the time that the machine has slept with what it was."""
+        slept = _slept()
+        asleep = slept - self._slept
+        if asleep < SHORTEST:
+            return
+        self._slept = slept
+        if self._arming.armed:
+            self._arming.disarm(f"the machine slept for {asleep / SECOND:.1f} s")
+
+
+def _slept() -> int:
+    """For how long the machine has slept since it started, ns.
+
+    Too little, and never too much, where the process waits between the two readings.
+    """
+    return clock_gettime_ns(CLOCK_BOOTTIME) - monotonic_ns()
+
+
+class Commanders:
+    """A hook of the run, for input ports that have a timeout, ns.
+
+    `on_silence` is called with a sentence when one falls silent.
+    """
+
+    def __init__(
+        self,
+        executive: Executive,
+        timeouts: Mapping[InPort[Any], int],
+        on_silence: Callable[[str], None],
+    ) -> None:
+        self._executive = executive
+        self._timeouts = {port.name: timeout for port, timeout in timeouts.items()}
+        self._on_silence = on_silence
+        self._silent_at: dict[str, int] = {}
+        self._is_silent = False
+        for port in timeouts:
+            executive.simulator.listen(port, self._listener(port.name))
+        executive.hooks.append(self)
+
+    def why_silent(self, now: int) -> str | None:
+        """Pre-arm check: which port has had no value for too long; None if all that had any do."""
+        for name, at in self._silent_at.items():
+            if now >= at:
+                return f"no value has come at input {name} for {self._timeouts[name] / SECOND:g} s"
+        return None
+
+    def between_steps(self, now: int, _left: int) -> None:
+        """Notice a silence as soon as it is one."""
+        why, was_silent = self.why_silent(now), self._is_silent
+        self._is_silent = why is not None
+        if why is not None and not was_silent:
+            self._on_silence(why)
+        next_at = min((at for at in self._silent_at.values() if at > now), default=NEVER)
+        self._executive.poll_by(next_at)
+
+    def _listener(self, name: str) -> Callable[[int, object], None]:
+        timeout = self._timeouts[name]
+
+        def hear(at: int, _value: object) -> None:
+            self._silent_at[name] = at + timeout
+
+        return hear

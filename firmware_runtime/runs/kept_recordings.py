@@ -7,16 +7,16 @@ runs that are recorded, when they are over before their first step.
 from collections.abc import Callable
 from pathlib import Path
 
-from firmware_runtime.errors import text_of
+from firmware_runtime.errors import ConfigError, text_of
 from firmware_runtime.executive.outcome import Outcome
-from firmware_runtime.recording.blackbox.chunk_file import Numbered, file_of
+from firmware_runtime.recording.blackbox.chunk_file import Numbered, file_of, used_of
 from firmware_runtime.recording.blackbox.locations import failed_start_beside
-from firmware_runtime.recording.blackbox.reader import kind_of
+from firmware_runtime.recording.blackbox.reader import kind_of, read_recording
 from firmware_runtime.recording.blackbox.section import Kind, decode
 from firmware_runtime.runs.black_box import encoded_header, header_of
-from firmware_runtime.runs.recorded_robot import RecordedRobot
+from firmware_runtime.runs.recorded_edge import RecordedRobot
 from firmware_runtime.statistics.statistics import RunState
-from firmware_runtime.system.atomic_file import OWN_AND_GROUP, replace_file
+from firmware_runtime.system.atomic_file import OWN_AND_GROUP, keep_file, replace_file
 
 
 def keep_failed_start(
@@ -39,3 +39,18 @@ def keep_failed_start(
         replace_file(failed_start_beside(recording), content, OWN_AND_GROUP)
     except Exception as worse:  # noqa: BLE001 -- why the start failed is what matters
         log(f"warning: this start is not recorded: {text_of(worse)}")
+
+
+def keep_recording(path: Path | None, into: Path) -> str | None:
+    """Write what is used of the recording at `path`; return why it could not be, a sentence.
+
+    Call it once the hardware is released: it may be slow. The path is None if there is none.
+    """
+    if path is None:
+        return f"{into}: nothing of this run was recorded"
+    try:
+        keep_file(into, used_of(read_recording(path)))
+    except (OSError, ConfigError) as error:
+        why = (isinstance(error, OSError) and error.strerror) or text_of(error)
+        return f"{into}: the recording cannot be kept there ({why}); it is in {path}"
+    return None
