@@ -34,6 +34,8 @@ QUIET = {
 BEARING = {"world.yaw_damping_nms": 0.05}
 """A bearing that stops it where it is switched off, or it would turn on."""
 SMITH = {"controller.yaw.delay_s": 0.08, "controller.yaw.smith.delay_s": 0.08}
+CUT_AT_S = 10.0
+"""When a robot has come to rest, and is cut off in mid run."""
 WINDING = {"controller.yaw.ki": 0.2}
 """An integral of which one sees what it has learned."""
 
@@ -98,11 +100,11 @@ def disarmed_first(
 @pytest.mark.parametrize(
     ("settings", "wait_s"),
     [
-        ({}, 300.0),
-        (WINDING, 50.0),
-        ({**WINDING, **SMITH}, 50.0),
-        ({**WINDING, "thrust_pairs.slew_per_s": 2.0}, 50.0),
-        ({**WINDING, "controller.mode": "free"}, 50.0),
+        ({}, 60.0),
+        (WINDING, 20.0),
+        ({**WINDING, **SMITH}, 20.0),
+        ({**WINDING, "thrust_pairs.slew_per_s": 2.0}, 20.0),
+        ({**WINDING, "controller.mode": "free"}, 20.0),
     ],
     ids=["shipped", "winding", "smith", "slew", "free"],
 )
@@ -110,8 +112,8 @@ def test_tachobot_answers_as_if_it_had_been_armed_at_once(
     settings: dict[str, object], wait_s: float
 ) -> None:
     chosen = {**QUIET, **settings}
-    at_once = disarmed_first("tachobot", chosen, 0.0, yaw_of, 15.0)
-    waited = disarmed_first("tachobot", chosen, wait_s, yaw_of, 15.0)
+    at_once = disarmed_first("tachobot", chosen, 0.0, yaw_of, 10.0)
+    waited = disarmed_first("tachobot", chosen, wait_s, yaw_of, 10.0)
     assert max(at_once) > 0.3
     assert apart(at_once, waited) < SAME
 
@@ -120,13 +122,13 @@ def cut_in_mid_run(cut_s: float, settings: Mapping[str, object]) -> list[float]:
     """TachoBot's answer to a reference that was sent while it was disarmed in mid run."""
     chosen = {**QUIET, **BEARING, **WINDING, **settings}
     with open_board("tachobot", doubles=True, clock="virtual", set=chosen) as robot:
-        let_go_outside(robot, [(20.0, 20.0 + cut_s)])
-        robot.plan(20.0 + cut_s / 2, robot.model.in_ports["yaw_reference"], 0.9)
-        return answered(robot, 20.0 + cut_s, yaw_of, 15.0)
+        let_go_outside(robot, [(CUT_AT_S, CUT_AT_S + cut_s)])
+        robot.plan(CUT_AT_S + cut_s / 2, robot.model.in_ports["yaw_reference"], 0.9)
+        return answered(robot, CUT_AT_S + cut_s, yaw_of, 10.0)
 
 
 @pytest.mark.parametrize(
-    ("settings", "cut_s"), [({}, 300.0), (SMITH, 50.0)], ids=["shipped", "smith"]
+    ("settings", "cut_s"), [({}, 60.0), (SMITH, 20.0)], ids=["shipped", "smith"]
 )
 def test_tachobot_cut_off_in_mid_run_answers_as_after_a_moment(
     settings: dict[str, object], cut_s: float
@@ -140,25 +142,25 @@ def silent_in_mid_run(address: int, silent_s: float) -> list[float]:
     silent = NackAddress(
         address=address,
         times=None,
-        since=20 * SECOND,
-        until=20 * SECOND + round(silent_s * SECOND),
+        since=round(CUT_AT_S * SECOND),
+        until=round((CUT_AT_S + silent_s) * SECOND),
     )
     with open_board("tachobot", doubles=True, clock="virtual", set=chosen) as robot:
         rig_of(robot).buses["i2c1"].faults = FaultScript([silent])
-        robot.plan(22.0, robot.model.in_ports["yaw_reference"], 0.9)
+        robot.plan(CUT_AT_S + 2.0, robot.model.in_ports["yaw_reference"], 0.9)
         # A chip that was silent is brought up again at instants of its own.
-        robot.run(20.0 + silent_s)
+        robot.run(CUT_AT_S + silent_s)
         before = yaw_of(robot)
         for _ in range(1000):
             if abs(yaw_of(robot) - before) >= 0.01:
                 break
             robot.run(0.01)
-        return answered(robot, robot.now / SECOND, yaw_of, 15.0)
+        return answered(robot, robot.now / SECOND, yaw_of, 10.0)
 
 
 @pytest.mark.parametrize("address", [0x40, 0x68], ids=["thrust_pairs", "imu"])
 def test_a_chip_that_was_silent_for_long_is_as_one_that_was_for_a_moment(address: int) -> None:
-    assert apart(silent_in_mid_run(address, 5.0), silent_in_mid_run(address, 50.0)) < SAME
+    assert apart(silent_in_mid_run(address, 5.0), silent_in_mid_run(address, 20.0)) < SAME
 
 
 def test_a_path_does_not_run_away_while_tachobot_is_disarmed() -> None:
@@ -169,8 +171,8 @@ def test_a_path_does_not_run_away_while_tachobot_is_disarmed() -> None:
     def x_of(robot: OpenBoard) -> float:
         return float(robot.world.state(robot.now).x_m)
 
-    at_once = disarmed_first("tachobot", chosen, 0.0, x_of, 40.0)
-    waited = disarmed_first("tachobot", chosen, 50.0, x_of, 40.0)
+    at_once = disarmed_first("tachobot", chosen, 0.0, x_of, 20.0)
+    waited = disarmed_first("tachobot", chosen, 20.0, x_of, 20.0)
     assert max(at_once) > 0.4
     assert apart(at_once, waited) < SAME
 
@@ -179,7 +181,7 @@ def test_a_wave_waits_for_outputs_that_follow_it() -> None:
     wave = {"amplitude_n": 0.2, "period_s": 4.0, "begin_s": 1.0, "cycles": 2}
     chosen = {**QUIET, **{f"controller.yaw.wave.{key}": value for key, value in wave.items()}}
     at_once = disarmed_first("tachobot", chosen, 0.0, yaw_of, 10.0)
-    waited = disarmed_first("tachobot", chosen, 50.0, yaw_of, 10.0)
+    waited = disarmed_first("tachobot", chosen, 20.0, yaw_of, 10.0)
     assert max(at_once) > 0.1
     assert apart(at_once, waited) < SAME
 
@@ -191,7 +193,7 @@ def test_the_balancing_robot_stands_up_as_if_it_had_been_armed_at_once() -> None
         return float(robot.world.place_m)
 
     at_once = disarmed_first("balancing", winding, 0.0, place_of, 10.0)
-    waited = disarmed_first("balancing", winding, 50.0, place_of, 10.0)
+    waited = disarmed_first("balancing", winding, 20.0, place_of, 10.0)
     assert apart(at_once, waited) < SAME
 
 
@@ -204,7 +206,7 @@ def test_the_head_turns_as_if_it_had_been_armed_at_once(shines_from_s: float) ->
         return float(rig_of(robot).pan.angle_rad(robot.now))
 
     at_once = disarmed_first("pan_tilt", chosen, 0.0, pan_of, 5.0)
-    waited = disarmed_first("pan_tilt", chosen, 50.0, pan_of, 5.0)
+    waited = disarmed_first("pan_tilt", chosen, 20.0, pan_of, 5.0)
     assert max(at_once) > 0.5
     assert apart(at_once, waited) < SAME
 

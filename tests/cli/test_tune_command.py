@@ -10,6 +10,7 @@ import pytest
 from firmware_runtime.board.installed import shipped_file
 from firmware_runtime.board.registry import load
 from firmware_runtime.errors import Status
+from firmware_runtime.lab.tuning import search
 
 PLANT = "inertia_kg_m2=0.15,damping_nms=0.02,delay_s=0.03"
 
@@ -28,13 +29,23 @@ def test_gains_for_a_stated_plant_are_written_to_a_copy(
     yaw = load(str(copy)).settings.controller.yaw
     written = {f"controller.yaw.{name}": getattr(yaw, name) for name in ("kp", "ki", "kd")}
     assert written == found["gains"]
+
+
+@pytest.mark.slow
+def test_what_was_found_is_shown_as_a_table(
+    command: Callable[..., Any], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(search, "_GENERATIONS", 1)
     shown = command("tune", "tachobot", "--plant", PLANT).out
     assert "phase margin, deg" in shown
     assert "runs that were not searched on" in shown
 
 
 @pytest.mark.slow
-def test_a_plant_that_is_not_named_is_that_of_the_settings(command: Callable[..., Any]) -> None:
+def test_a_plant_that_is_not_named_is_that_of_the_settings(
+    command: Callable[..., Any], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(search, "_GENERATIONS", 1)
     ended = command(
         "tune", "tachobot", "--set", "world.yaw_inertia_kg_m2=0.15", "--plant", "--json"
     )

@@ -11,6 +11,7 @@ import pytest
 
 from firmware_runtime.cli.commands import tune
 from firmware_runtime.lab.identification.plant import KEYS, PlantParameters
+from firmware_runtime.lab.tuning import search
 from firmware_runtime.lab.tuning.task import stated_plant
 
 WARNING = "the plant explains 0% of the output's variance; expected 90 % or more"
@@ -44,7 +45,10 @@ def test_a_plant_may_come_through_a_pipe(identified: Path) -> None:
 
 
 @pytest.mark.slow
-def test_doubts_are_printed_beside_the_gains(command: Callable[..., Any], identified: Path) -> None:
+def test_doubts_are_printed_beside_the_gains(
+    command: Callable[..., Any], monkeypatch: pytest.MonkeyPatch, identified: Path
+) -> None:
+    monkeypatch.setattr(search, "_GENERATIONS", 1)
     shown = command("tune", "tachobot", "--plant", identified)
     assert f"warning: {WARNING}" in shown.out
     found = json.loads(command("tune", "tachobot", "--plant", identified, "--json").out)
@@ -55,6 +59,7 @@ def test_doubts_are_printed_beside_the_gains(command: Callable[..., Any], identi
 def test_a_run_that_shows_hardly_anything_is_said_too(
     command: Callable[..., Any], monkeypatch: pytest.MonkeyPatch, identified: Path
 ) -> None:
+    monkeypatch.setattr(search, "_GENERATIONS", 1)
     found = json.loads(identified.read_text())["parameters"]
     estimates = {key: SimpleNamespace(**each) for key, each in found.items()}
     told = SimpleNamespace(

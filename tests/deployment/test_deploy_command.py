@@ -64,35 +64,6 @@ def that_cannot_be_started(wheel: Path, into: Path) -> Path:
 
 
 @pytest.mark.slow
-def test_a_deployment_and_the_next(
-    target: SshTarget, deploy: Deploy, root: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    home, program = root / "opt/firmware-runtime", root / "usr/local/bin/firmware-runtime"
-    settings = root / "etc/firmware-runtime/tachobot.toml"
-
-    assert deploy(target) == Status.OK
-    printed = capsys.readouterr().out
-    assert "tachobot.toml is sound" in printed or "board.toml is sound" in printed
-    assert "checks: " in printed
-    assert "tachobot" in boards_by(program)
-    assert "include-system-site-packages = true" in (home / "venv/pyvenv.cfg").read_text()
-    assert (root / "etc/systemd/system/firmware-runtime@.service").is_file()
-    assert settings.is_file()
-
-    first = (home / "venv").readlink()
-    settings.write_text(settings.read_text() + "# mine\n")
-    assert deploy(target) == Status.OK
-    assert settings.read_text().endswith("# mine\n")
-    assert (home / "previous").readlink() == first
-    assert environments(root) == {first, (home / "venv").readlink()}
-    assert len(environments(root)) == 2
-    assert boards_by(home / "previous/bin/firmware-runtime") == boards_by(
-        first / "bin/firmware-runtime"
-    )
-    assert "tachobot" in boards_by(program)
-
-
-@pytest.mark.slow
 def test_what_does_not_pass_leaves_no_trace_but_what_was_sent(
     target: SshTarget, deploy: Deploy, root: Path, tmp_path: Path, wheel: Path
 ) -> None:
@@ -102,27 +73,41 @@ def test_what_does_not_pass_leaves_no_trace_but_what_was_sent(
 
 
 @pytest.mark.slow
-def test_a_robot_of_anyones_own_brings_its_package_and_keeps_it(
+def test_a_robot_of_anyones_own_brings_its_package_and_the_next_deployment_keeps_it(
     target: SshTarget, deploy: Deploy, root: Path, wheel: Path, tmp_path: Path
 ) -> None:
+    home, program = root / "opt/firmware-runtime", root / "usr/local/bin/firmware-runtime"
+    units = root / "etc/systemd/system"
     write_robot("rover", tmp_path / "rover")
     package = as_installed(tmp_path / "rover", tmp_path / "site")
     fixed = [*target.words, "--root", root, "--wheel", wheel, "--force"]
     words = [str(word) for word in fixed]
     ended = package.command("deploy", HOST, "rover", *words)
     assert ended.returncode == 0, ended.stderr
-    program = root / "usr/local/bin/firmware-runtime"
+    assert "board.toml is sound" in ended.stdout
+    assert "checks: " in ended.stdout
     assert "rover" in boards_by(program)
-    assert (root / "etc/systemd/system/firmware-runtime@rover.service.d/board.conf").is_file()
+    assert "include-system-site-packages = true" in (home / "venv/pyvenv.cfg").read_text()
+    assert (units / "firmware-runtime@.service").is_file()
+    assert (units / "firmware-runtime@rover.service.d/board.conf").is_file()
     subprocess.run([program, "new", "robot", "heron", "--into", tmp_path / "heron"], check=True)
     assert files_below(tmp_path / "heron") == len(write_robot("heron", tmp_path / "again"))
     assert deploy(target) == Status.NOT_DEPLOYED  # here its package is not known
+
+    first = (home / "venv").readlink()
+    settings = root / "etc/firmware-runtime/rover.toml"
+    settings.write_text(settings.read_text() + "# mine\n")
     left = tmp_path / "left.toml"
     left.write_text(f'name = "left"\n{(package.folder / "rover/board.toml").read_text()}')
     ended = package.command("deploy", HOST, "left", "--settings", left, *words)
     assert ended.returncode == 0, ended.stderr
+    assert settings.read_text().endswith("# mine\n")
+    assert (home / "previous").readlink() == first
+    assert environments(root) == {first, (home / "venv").readlink()}
+    assert len(environments(root)) == 2
+    assert boards_by(home / "previous/bin/firmware-runtime") == boards_by(program)
     assert "rover" in boards_by(program)
-    assert (root / "etc/systemd/system/firmware-runtime@left.service.d/board.conf").is_file()
+    assert (units / "firmware-runtime@left.service.d/board.conf").is_file()
     assert (root / "etc/firmware-runtime/left.toml").read_text() == left.read_text()
 
 

@@ -27,7 +27,7 @@ def experiment(out: Path, *words: str) -> tuple[dict[str, Any], list[dict[str, s
 
 
 def test_a_ramp_goes_out_and_back_over_a_good_and_a_bad_network(tmp_path: Path) -> None:
-    words = ("loop-delay", "detective", "--for", "8", "--impair", BAD)
+    words = ("loop-delay", "detective", "--for", "4", "--impair", BAD)
     figures, rows = experiment(tmp_path / "out", *words)
     delays = {}
     for stage in ("network", "remote"):
@@ -42,8 +42,7 @@ def test_a_ramp_goes_out_and_back_over_a_good_and_a_bad_network(tmp_path: Path) 
             float(row["back_s"]) >= float(row["sent_s"]) for row in of_stage if row["back_s"]
         )
         delays[stage] = found["least_ms"]
-    assert delays["remote"] >= 2 * (20 - 5)
-    assert delays["network"] > 0
+    assert 0 < delays["network"] < delays["remote"]
     assert "network-delay" in {
         path.stem.removeprefix("loop-delay-") for path in (tmp_path / "out").iterdir()
     }

@@ -1,6 +1,6 @@
 """Hostile datagrams: every one is judged as the document says.
 
-There are 10,000 for each target and seed, or FIRMWARE_RUNTIME_HOSTILE_DATAGRAMS.
+There are 2,000 for each target and seed, or FIRMWARE_RUNTIME_HOSTILE_DATAGRAMS.
 """
 
 import math
@@ -25,10 +25,10 @@ TARGETS: list[Callable[[int], Target]] = [BridgeTarget, LinkTarget]
 def test_every_datagram_is_judged_as_the_document_says(
     target: Callable[[int], Target], seed: int
 ) -> None:
-    count = int(os.environ.get("FIRMWARE_RUNTIME_HOSTILE_DATAGRAMS", "10000"))
+    count = int(os.environ.get("FIRMWARE_RUNTIME_HOSTILE_DATAGRAMS", "2000"))
     result = sweep(target(seed), count)
     assert result.is_clean, result_text("sweep", result)
-    assert result.verdicts[ACCEPTED] > 1_000
+    assert result.verdicts[ACCEPTED] > count / 10
     assert len(result.verdicts) > 8
 
 
@@ -50,7 +50,7 @@ def test_a_link_without_one_of_its_checks_is_found_out(
     monkeypatch: pytest.MonkeyPatch, function: str, instead: object
 ) -> None:
     monkeypatch.setattr(function, instead)
-    assert not sweep(LinkTarget(1), 3_000).is_clean
+    assert not sweep(LinkTarget(1), 1_500).is_clean
 
 
 @pytest.mark.slow
@@ -59,7 +59,7 @@ def test_without_a_key_nothing_that_is_broken_crashes_or_enters_as_no_number() -
     target, random = LinkTarget(1), Random(1)  # noqa: S311 -- to be repeated
     target._end.carrier._key = None
     entered: list[tuple[str, object]] = []
-    for attempt in target.attempts(20_000):
+    for attempt in target.attempts(8_000):
         plain = bytearray(attempt.datagram[:-32])
         # a flipped counter is one that all later ones are below: seldom, for most to get further
         first = HEADER if random.random() < 0.998 else 0
@@ -67,7 +67,7 @@ def test_without_a_key_nothing_that_is_broken_crashes_or_enters_as_no_number() -
             bit = random.randrange(8 * first, 8 * len(plain))
             plain[bit // 8] ^= 1 << bit % 8
         entered += target._end.take(bytes(plain))
-    assert len(entered) > 200
+    assert len(entered) > 50
     for port, value in entered:
         if port == "controller:yaw":
             assert isinstance(value, int | float)

@@ -13,6 +13,7 @@ from firmware_runtime.links.control import ask
 from firmware_runtime.links.key_file import write_key
 from firmware_runtime.statistics.layout import STEPS
 from tests.support.linked_runs import free_port, linked
+from tests.support.virtual_detective import NEAR
 from tests.support.waiting import wait_until
 
 pytestmark = [pytest.mark.slow, pytest.mark.real_time]
@@ -36,7 +37,7 @@ def test_tachobot_settles_with_its_controller_in_another_process(link: str, tmp_
     with linked(tmp_path, "tachobot", link) as runs:
         controller = runs.controller()
         controller.wait_until_it_has_run(1)  # so that all of the robot's time is controlled
-        robot = runs.robot("--for", "10")
+        robot = runs.robot("--for", "6")
         ended, other = robot.report(), controller.report()
     assert ended["status"] == other["status"] == 0
     assert ended["result"]["settled"] is True
@@ -56,7 +57,7 @@ def test_a_controller_that_comes_late_gets_what_was_said_once_and_ends_with_its_
     tmp_path: Path,
 ) -> None:
     with linked(tmp_path, "detective", f"udp:127.0.0.1:{free_port()}") as runs:
-        robot = runs.robot()
+        robot = runs.robot(*NEAR)
         robot.wait_until_it_has_run(2 * SECOND)  # the signal to start leaves after 0.5 s
         controller = runs.controller()
         ended, other = robot.report(), controller.report()
@@ -111,7 +112,7 @@ def test_a_robot_of_another_package_runs_in_two_processes(tmp_path: Path) -> Non
     with linked(tmp_path, "balancing", f"udp:127.0.0.1:{free_port()}") as runs:
         controller = runs.controller()
         controller.wait_until_it_has_run(1)  # so that all of the robot's time is controlled
-        robot = runs.robot("--for", "5")
+        robot = runs.robot("--for", "3")
         ended, other = robot.report(), controller.report()
     assert ended["status"] == other["status"] == 0
     assert ended["link"]["received"] > 0

@@ -20,6 +20,7 @@ from firmware_runtime.lab.stages.stage import Stage
 from firmware_runtime.lab.stages.staged_run import Staged, run_staged
 from firmware_runtime.statistics.paths import Companion, default_path
 from firmware_runtime.system.process_identity import NoteOfBoot, boot_id, leave_note
+from tests.support.virtual_detective import NEAR
 from tests.support.waiting import PATIENCE_S, wait_until
 
 COMMAND = (sys.executable, "-m", "firmware_runtime.cli")
@@ -70,23 +71,63 @@ def check(document: dict[str, Any], stage: str) -> None:
     assert counted["scheduled"] == counted["run"] + counted["skipped"] + counted["coalesced"]
 
 
-def test_tachobot_turns_to_its_reference_in_every_stage(tmp_path: Path) -> None:
-    words = {
-        "simulation": (),
-        "network": (),
-        "remote": ("--impair", QUICK),
-        "embedded": ("--doubles",),
-    }
-    for stage, more in words.items():
-        document = run(tmp_path, "tachobot", "--stage", stage, *more, "--for", "10")
-        check(document, stage)
-        assert abs(document["result"]["yaw_error_rad"]) < 0.1, stage
+def run_of_tachobot(folder: Path, stage: str, *words: str) -> dict[str, Any]:
+    """The document of a run that turns to its reference in this stage."""
+    document = run(folder, "tachobot", "--stage", stage, *words, "--for", "6")
+    check(document, stage)
+    assert abs(document["result"]["yaw_error_rad"]) < 0.1
+    return document
 
 
-@pytest.mark.parametrize("stage", ["simulation", "network", "remote", "embedded"])
-def test_the_detective_finds_its_target_in_every_stage(tmp_path: Path, stage: str) -> None:
-    more = {"remote": ("--impair", QUICK), "embedded": ("--doubles",)}.get(stage, ())
-    document = run(tmp_path, "detective", "--stage", stage, *more)
+@pytest.mark.parametrize(("stage", "words"), [("simulation", ()), ("embedded", ("--doubles",))])
+def test_tachobot_turns_to_its_reference_in_one_process(
+    tmp_path: Path, stage: str, words: tuple[str, ...]
+) -> None:
+    run_of_tachobot(tmp_path, stage, *words)
+
+
+def test_over_a_network_it_turns_and_a_trace_has_the_messages_of_both_ends_in_order_of_origin(
+    tmp_path: Path,
+) -> None:
+    trace = tmp_path / "trace.jsonl"
+    run_of_tachobot(tmp_path, "network", "--trace", str(trace))
+    messages = [json.loads(line) for line in trace.read_text().splitlines()]
+    instants = [message["t_ns"] for message in messages]
+    assert instants == sorted(instants)
+    ends = {message["port"]: message["end"] for message in messages}
+    assert ends["imu.sample"] == ends["world.yaw_rad"] == "robot"
+    assert ends["controller.allocation.forces"] == "controller"
+
+
+def test_over_a_bad_network_it_turns_and_what_is_between_the_ends_is_in_the_result(
+    tmp_path: Path,
+) -> None:
+    link = run_of_tachobot(tmp_path, "remote", "--impair", QUICK)["link"]
+    assert link["over"] == "udp"
+    assert link["impairment"]["how"] == QUICK
+    if link["impairment"]["by"] == "a process":
+        out = link["datagrams"]["out"]
+        assert out["received"] > out["lost"] > 0
+    assert namespaces.remove_leftovers() == []
+
+
+AVOIDING = ("--set", "mission.avoid_obstacles=true", "--set", "world.target=[0.0, 0.85]")
+"""The radar tells what is near from what is an obstacle, over the link where there is one."""
+
+
+@pytest.mark.parametrize(
+    ("stage", "words"),
+    [
+        ("simulation", ()),
+        ("embedded", ("--doubles", *NEAR)),
+        ("network", AVOIDING),
+        ("remote", ("--impair", QUICK, *AVOIDING)),
+    ],
+)
+def test_the_detective_finds_its_target_in_every_stage(
+    tmp_path: Path, stage: str, words: tuple[str, ...]
+) -> None:
+    document = run(tmp_path, "detective", "--stage", stage, *words)
     check(document, stage)
     assert document["result"]["found"] is True
     assert document["ended"]["reason"] == "the target was reached"
@@ -97,17 +138,17 @@ def test_a_robot_of_another_package_has_the_stages_too_and_ends_with_its_control
     tmp_path: Path, robot: str
 ) -> None:
     board = str(Path(__file__).parents[2] / f"examples/{robot}/{robot}/board.toml")
-    document = run(tmp_path, board, "--stage", "network", "--for", "6")
+    document = run(tmp_path, board, "--stage", "network", "--for", "3")
     check(document, "network")
     assert document["ended"]["by"] == "controller"
     for end in ("controller", "robot"):
         assert document[end]["status"] == 0
-        assert document[end]["ended"]["reason"] == "the run reached 6.000000000 s"
+        assert document[end]["ended"]["reason"] == "the run reached 3.000000000 s"
 
 
 def test_a_controller_that_is_enabled_by_the_other_end_commands_then(tmp_path: Path) -> None:
     free = ("--set", "controller.mode=free", "--set", "esc.arming_s=0.5")
-    document = run(tmp_path, "tachobot", "--stage", "network", *free, "--for", "5")
+    document = run(tmp_path, "tachobot", "--stage", "network", *free, "--for", "3")
     check(document, "network")
     assert document["link"]["back"]["received"] > 0
     assert document["link"]["out"]["received"] > 0
@@ -132,28 +173,6 @@ def test_a_safe_state_while_a_stage_starts_its_ends_keeps_them_disarmed(
     assert result.status == 0, said
     assert any("robot: stays disarmed" in sentence for sentence in said), said
     assert result.document["link"]["out"]["received"] > 0
-
-
-def test_what_is_between_the_ends_is_in_the_result(tmp_path: Path) -> None:
-    document = run(tmp_path, "tachobot", "--stage", "remote", "--impair", QUICK, "--for", "3")
-    link = document["link"]
-    assert link["over"] == "udp"
-    assert link["impairment"]["how"] == QUICK
-    if link["impairment"]["by"] == "a process":
-        out = link["datagrams"]["out"]
-        assert out["received"] > out["lost"] > 0
-    assert namespaces.remove_leftovers() == []
-
-
-def test_a_trace_has_the_messages_of_both_ends_in_order_of_their_origin(tmp_path: Path) -> None:
-    trace = tmp_path / "trace.jsonl"
-    run(tmp_path, "tachobot", "--stage", "network", "--for", "8", "--trace", str(trace))
-    messages = [json.loads(line) for line in trace.read_text().splitlines()]
-    instants = [message["t_ns"] for message in messages]
-    assert instants == sorted(instants)
-    ends = {message["port"]: message["end"] for message in messages}
-    assert ends["imu.sample"] == ends["world.yaw_rad"] == "robot"
-    assert ends["controller.allocation.forces"] == "controller"
 
 
 # How it ends --------------------------------------------------------------------------------------
@@ -230,14 +249,3 @@ def test_an_error_in_one_end_is_the_sentence_and_the_status(tmp_path: Path) -> N
     assert f"{tmp_path}/tachobot.controller.stats: " in error
     assert document["ended"]["by"] == "controller"
     assert document["outputs_on"] == {"thrust_pairs": 0}
-
-
-@pytest.mark.parametrize("words", [("network",), ("remote", "--impair", QUICK)])
-def test_the_detective_that_avoids_obstacles_tells_a_near_target_over_a_link(
-    tmp_path: Path, words: tuple[str, ...]
-) -> None:
-    assignments = ("--set", "mission.avoid_obstacles=true", "--set", "world.target=[0.0, 0.85]")
-    document = run(tmp_path, "detective", "--for", "60", *assignments, "--stage", *words)
-    check(document, words[0])
-    assert document["ended"]["reason"] == "the target was reached"
-    assert document["result"]["found"] is True

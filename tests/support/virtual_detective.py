@@ -20,6 +20,8 @@ from sim_doubles.clock import FollowingClock
 from sim_doubles.rigs.detective import DetectiveRig
 
 LONGEST_S = 200
+NEAR = ("--set", "world.target=[-0.6, 0.35]")
+"""A target that it searches, turns to, drives to and reaches within 6 s of real time."""
 
 
 @dataclass

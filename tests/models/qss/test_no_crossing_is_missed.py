@@ -1,6 +1,7 @@
 """Every crossing of a function is found, however short it is and however long one solves."""
 
 import math
+from functools import cache
 from typing import Any
 
 import pytest
@@ -18,6 +19,20 @@ def counted(event: str, until_s: float, **others: Any) -> float:  # noqa: ANN401
     return solve(system, times=[until_s])[1]["n"][0]
 
 
+@cache
+def crossings_on_a_grid(event: str) -> int:
+    """How often an event of t, which is also x, begins within 20 s, by steps of 50 us."""
+    names = {name: getattr(math, name) for name in ("sin", "cos", "exp", "tanh", "atan", "sqrt")}
+    code = compile(event, event, "eval")
+    number, was = 0, True
+    for tick in range(400_001):
+        t = tick * 5e-5
+        now = eval(code, names | {"t": t, "x": t})  # noqa: S307 -- the texts below
+        number += now and not was
+        was = now
+    return number
+
+
 @pytest.mark.parametrize("method", METHODS)
 @pytest.mark.parametrize("quantum", [1e-2, 1e-9])
 def test_a_sine_is_above_a_level_once_a_period(method: str, quantum: float) -> None:
@@ -29,7 +44,7 @@ def test_a_sine_is_above_a_level_once_a_period(method: str, quantum: float) -> N
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    ("duty", "periods"), [(1e-4, 10_000), (1e-3, 500), (0.01, 500), (0.05, 500), (0.15, 500)]
+    ("duty", "periods"), [(1e-4, 2_000), (1e-3, 500), (0.01, 500), (0.05, 500), (0.15, 500)]
 )
 def test_pulses_of_a_small_share_of_their_period_are_all_found(duty: float, periods: int) -> None:
     level = math.cos(math.pi * duty)
@@ -89,14 +104,7 @@ def test_functions_of_a_state_cross_as_often_as_a_fine_grid_says(
     event: str, in_20_s: int | None, method: str
 ) -> None:
     """The state x is t, to the rounding of a float."""
-    names = {name: getattr(math, name) for name in ("sin", "cos", "exp", "tanh", "atan", "sqrt")}
-    code = compile(event, event, "eval")
-    number, was = 0, True
-    for tick in range(400_001):
-        t = tick * 5e-5
-        now = eval(code, {**names, "t": t, "x": t})  # noqa: S307 -- the texts above
-        number += now and not was
-        was = now
+    number = crossings_on_a_grid(event)
     assert in_20_s is None or number == in_20_s
     options = {"equations": {"x": "1"}, "method": method, "quantum": 1e-3}
     assert counted(event, 20.0, **options) == number
