@@ -1,6 +1,6 @@
 # make run    TachoBot on its doubles for 10 s in real time
-# make test   lint, types, import contracts, tests; first those for all cores, then those in real time,
-#             three at a time
+# make test   lint, types, import contracts, tests: those for all cores, and beside them those in real
+#             time, which mostly wait and go first where both want a processor
 # make test-fast  the quick tests only: neither slow ones nor those in real time
 # make vm-test  the service in a Debian guest: real kernel, real systemd (needs root and QEMU)
 # make machines  recordings of every CPython and processor that can be had, replayed on all of them
@@ -28,12 +28,12 @@ INSTALL_IN_ROS = _ROS_WHEELS_BOOTSTRAP_COMPLETE=1 \
 	$(ROS_VENV)/bin/python -m pip install --quiet --quiet --disable-pip-version-check
 ON_ALL_CORES = $(BIN)/python -m pytest -q -n auto --dist worksteal --ignore=tests/ros2
 # They wait most of the time, and what they assert holds on a busy machine.
-IN_REAL_TIME = $(BIN)/python -m pytest -q -n 3 --dist worksteal --ignore=tests/ros2
+IN_REAL_TIME = $(BIN)/python -m pytest -q -n 4 --dist worksteal --ignore=tests/ros2
 
 # The tests start some hundred processes: each would compile every module again.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: run test suite test-fast lint types ros test-ros vm-test machines bench docs pictures clean \
+.PHONY: run test suite all-cores real-time test-fast lint types ros test-ros vm-test machines bench docs pictures clean \
 	interpreter wheels-of-rclpy
 .DEFAULT_GOAL := run
 
@@ -44,8 +44,14 @@ test: lint types suite
 	@test ! -e $(ROS_VENV)/installed-node || $(MAKE) --no-print-directory test-ros
 
 suite: $(VENV)/installed-test
-	@$(ON_ALL_CORES) -m "not real_time and not hardware" $(PYTEST_OPTIONS)
-	@$(IN_REAL_TIME) -m "real_time and not hardware" $(PYTEST_OPTIONS)
+	@echo "make: the tests for all cores, and those in real time; each is shown when it is through"
+	@$(MAKE) --no-print-directory --jobs=2 --keep-going --output-sync=target all-cores real-time
+
+all-cores: $(VENV)/installed-test
+	@MAKEFLAGS= nice -n 15 $(ON_ALL_CORES) -m "not real_time and not hardware" $(PYTEST_OPTIONS)
+
+real-time: $(VENV)/installed-test
+	@MAKEFLAGS= $(IN_REAL_TIME) -m "real_time and not hardware" $(PYTEST_OPTIONS)
 
 test-fast: $(VENV)/installed-test
 	@$(ON_ALL_CORES) -m "not slow and not real_time and not hardware" $(PYTEST_OPTIONS)

@@ -40,6 +40,13 @@ def pytest_configure(config: pytest.Config) -> None:
         config.pluginmanager.register(skips.Forbidden(), "skips")
 
 
+def pytest_ignore_collect(collection_path: Path, config: pytest.Config) -> bool | None:
+    """Leave out files without a test in real time where only those are wanted: most of them."""
+    if collection_path.suffix != ".py" or not config.option.markexpr.startswith(marks.REAL_TIME):
+        return None
+    return None if marks.may_be_real_time(collection_path.relative_to(_TESTS)) else True
+
+
 def pytest_itemcollected(item: pytest.Item) -> None:
     marks.mark_by_folder(item, item.path.relative_to(_TESTS).parts[0])
 

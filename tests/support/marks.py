@@ -1,7 +1,7 @@
 """What the marks mean, and what holds tests to them.
 
 `real_time`: stands on the machine's clock: a robot that is driven in real time, processes that have
-to take turns, a figure. Such tests run after all others and three at a time (`make test`), for they
+to take turns, a figure. Such tests run beside all others, which give way to them (`make test`), and
 mostly wait; each has files, sockets and ports of its own. Whole folders of them are named here.
 `ros`: needs rclpy, so the interpreter of `.venv-ros` (`make test-ros`); what is in `tests/ros2`.
 `slow`: takes over a quarter of a second. `make test-fast` runs what is neither.
@@ -15,14 +15,23 @@ parts with a busy neighbour take up to three times as long.
 import resource
 import time
 from collections.abc import Generator
+from pathlib import Path
 
 import pytest
 
+REAL_TIME = "real_time"
 REAL_TIME_FOLDERS = frozenset({"safety", "ros2"})
 ROS_FOLDER = "ros2"
 LIMIT_S = 0.25
 FAILS_AT_S = 2.5
+_TESTS = Path(__file__).parents[1]
 _KEY = "processor_time_s"
+
+
+def may_be_real_time(file: Path) -> bool:
+    """Whether a file below `tests` can have a test in real time: by its folder or a mark in it."""
+    is_in_folder = file.parts[0] in REAL_TIME_FOLDERS
+    return is_in_folder or REAL_TIME in (_TESTS / file).read_text(encoding="utf-8")
 
 
 def mark_by_folder(item: pytest.Item, folder: str) -> None:
