@@ -2,6 +2,7 @@
 # make test   lint, types, import contracts, tests: those for all cores, and beside them those in real
 #             time, which mostly wait and go first where both want a processor
 # make test-fast  the quick tests only: neither slow ones nor those in real time
+# make test-portable  those, and all of what another Python could do otherwise: CI, on the newest
 # make vm-test  the service in a Debian guest: real kernel, real systemd (needs root and QEMU)
 # make machines  recordings of every CPython and processor that can be had, replayed on all of them
 # make bench  benchmarks against peers; each prints its ratio last
@@ -33,7 +34,8 @@ IN_REAL_TIME = $(BIN)/python -m pytest -q -n 4 --dist worksteal --ignore=tests/r
 # The tests start some hundred processes: each would compile every module again.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: run test suite all-cores real-time test-fast lint types ros test-ros vm-test machines bench docs pictures clean \
+.PHONY: run test suite all-cores real-time test-fast test-portable \
+	lint types ros test-ros vm-test machines bench docs pictures clean \
 	interpreter wheels-of-rclpy
 .DEFAULT_GOAL := run
 
@@ -55,6 +57,10 @@ real-time: $(VENV)/installed-test
 
 test-fast: $(VENV)/installed-test
 	@$(ON_ALL_CORES) -m "not slow and not real_time and not hardware" $(PYTEST_OPTIONS)
+
+test-portable: $(VENV)/installed-test
+	@$(ON_ALL_CORES) -m "(not slow or portable) and not real_time and not hardware" \
+		$(PYTEST_OPTIONS)
 
 lint: $(VENV)/installed-test
 	@$(BIN)/ruff check .

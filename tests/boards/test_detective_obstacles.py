@@ -92,7 +92,7 @@ def test_the_avoiding_model_goes_into_a_file_and_back() -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("seed", [1, 2, 3, 4])
+@pytest.mark.parametrize("seed", [1, 2])
 def test_it_reaches_its_target_past_a_wall_and_touches_nothing(seed: int) -> None:
     ended = mission(seed)
     assert (ended["found"], ended["touched"]) == (True, False)

@@ -224,8 +224,7 @@ def test_its_position_comes_in_by_ports_whose_types_say_what_is_in_them() -> Non
     assert "position" not in virtual_tachobot().model.in_ports
 
 
-@pytest.mark.parametrize("seed", [1, 3])
-@pytest.mark.parametrize("noise_m", [0.02, 0.05])
+@pytest.mark.parametrize(("noise_m", "seed"), [(0.02, 1), (0.05, 3)])
 def test_positions_much_noisier_than_it_is_told_are_given_up_not_followed(
     noise_m: float, seed: int
 ) -> None:

@@ -12,7 +12,7 @@ from firmware_runtime.recording.blackbox import layout
 from firmware_runtime.recording.blackbox.layout import CHUNK, MAGIC, PREFIX_SIZE
 from tests.support.recorded import in_chunks, record
 
-SEEDS = range(12)
+SEEDS = range(6)
 VERBS: dict[str, Callable[[Path, Path], list[object]]] = {
     "replay": lambda path, _: ["replay", path],
     "recordings": lambda path, _: ["recordings", "--in", path.parent],

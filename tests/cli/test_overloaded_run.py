@@ -15,14 +15,12 @@ pytestmark = [pytest.mark.slow, pytest.mark.real_time]
 
 PROGRAM = """
 import sys
-from time import monotonic_ns
+from time import sleep
 from firmware_boards.tachobot.attitude import Attitude
 from firmware_runtime.cli.main import main
 external = Attitude.external
 def slow(self, elapsed):
-    until = monotonic_ns() + 199_000_000
-    while monotonic_ns() < until:
-        pass
+    sleep(0.199)
     external(self, elapsed)
 Attitude.external = slow
 sys.exit(main(sys.argv[1:]))

@@ -48,7 +48,7 @@ def sprung(series: Series) -> Series:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("seed", [3, 5, 9, 13])
+@pytest.mark.parametrize("seed", [3, 9])
 def test_a_plant_is_found_although_its_slopes_are_lost_in_noise(seed: int) -> None:
     case = drawn(seed, "position")
     identified, found = identify(case.series, "rotation", LAG_S)

@@ -4,7 +4,9 @@
 to take turns, a figure. Such tests run beside all others, which give way to them (`make test`), and
 mostly wait; each has files, sockets and ports of its own. Whole folders of them are named here.
 `ros`: needs rclpy, so the interpreter of `.venv-ros` (`make test-ros`); what is in `tests/ros2`.
-`slow`: takes over a quarter of a second. `make test-fast` runs what is neither.
+`portable`: of golden files, recordings and the doubles' contract, which CI runs on the newest Python
+too, slow or not; whole folders.
+`slow`: takes over a quarter of a second. `make test-fast` runs what is neither slow nor in real time.
 
 How long a test takes by the clock says little where other programs run, so it is held to its mark
 by processor time, its own and that of the processes it waited for: over a quarter of a second
@@ -21,6 +23,7 @@ import pytest
 
 REAL_TIME = "real_time"
 REAL_TIME_FOLDERS = frozenset({"safety", "ros2"})
+PORTABLE_FOLDERS = frozenset({"contracts", "replay", "statistics"})
 ROS_FOLDER = "ros2"
 LIMIT_S = 0.25
 FAILS_AT_S = 2.5
@@ -38,6 +41,8 @@ def mark_by_folder(item: pytest.Item, folder: str) -> None:
     """Mark a test by the folder below `tests` that it stands in."""
     if folder in REAL_TIME_FOLDERS:
         item.add_marker(pytest.mark.real_time)
+    if folder in PORTABLE_FOLDERS:
+        item.add_marker(pytest.mark.portable)
     if folder == ROS_FOLDER:
         item.add_marker(pytest.mark.ros)
 

@@ -19,7 +19,7 @@ from firmware_runtime.lab.sweeps.sweeping import carry_out
 from tests.support.dask_cluster import cluster
 from tests.support.waiting import wait_until
 
-ROWS = 24
+ROWS = 12
 SHORT = Sweep(
     board="tachobot",
     vary={"world.mass_kg": "uniform(2, 4)", "world.seed": f"range({ROWS})"},
@@ -51,7 +51,7 @@ def children(parent: int) -> list[int]:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("by", [signal.SIGKILL, signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize("by", [signal.SIGKILL, signal.SIGINT])
 def test_a_sweep_that_is_stopped_goes_on_to_the_same_table(
     by: signal.Signals, tmp_path: Path, expected: bytes
 ) -> None:
@@ -62,7 +62,7 @@ def test_a_sweep_that_is_stopped_goes_on_to_the_same_table(
     started = children(running.pid)
     running.send_signal(by)
     _, said = running.communicate()
-    status = {signal.SIGKILL: -9, signal.SIGINT: 130, signal.SIGTERM: 143}[by]
+    status = {signal.SIGKILL: -9, signal.SIGINT: 130}[by]
     assert running.returncode == status, said
     assert b"Traceback" not in said
     assert (b"--resume goes on" in said) == (by != signal.SIGKILL)
@@ -71,7 +71,7 @@ def test_a_sweep_that_is_stopped_goes_on_to_the_same_table(
     assert 3 <= kept < ROWS
     assert not output.exists()
     ended = subprocess.run([*words, "--resume"], check=True, stderr=subprocess.PIPE)
-    assert b"24 of 24" in ended.stderr
+    assert b"12 of 12" in ended.stderr
     assert output.read_bytes() == expected
 
 
@@ -84,17 +84,14 @@ def is_running(process: int) -> bool:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("by", [signal.SIGKILL, signal.SIGTERM])
-def test_a_process_that_is_killed_costs_its_rows_under_way(
-    by: signal.Signals, tmp_path: Path, expected: bytes
-) -> None:
+def test_a_process_that_is_killed_costs_its_rows_under_way(tmp_path: Path, expected: bytes) -> None:
     output, killed = tmp_path / "table.csv", []
 
     def kill_one(done: int, _size: int, _failed: int) -> None:
         if done == 3:
             workers = [each for each in children(os.getpid()) if b"spawn_main" in command_of(each)]
             killed.append(workers[0])
-            os.kill(workers[0], by)
+            os.kill(workers[0], signal.SIGKILL)
 
     carry_out(SHORT, output, workers=2, progress=kill_one)
     assert killed
@@ -111,7 +108,7 @@ def test_a_cluster_that_loses_a_worker_makes_the_same_table(
     tmp_path: Path, expected: bytes
 ) -> None:
     output = tmp_path / "table.csv"
-    with cluster(tmp_path, workers=3) as (address, workers):
+    with cluster(tmp_path, workers=2) as (address, workers):
         words = [*COMMAND, "--scheduler", address, "-o", str(output)]
         running = subprocess.Popen(words, stderr=subprocess.PIPE)
         wait_until(lambda: finished(output) >= 4, "four rows")
