@@ -4,10 +4,9 @@
 # make test-fast  the quick tests only: neither slow ones nor those in real time
 # make test-portable  those, and all of what another Python could do otherwise: CI, on the newest
 # make vm-test  the service in a Debian guest: real kernel, real systemd (needs root and QEMU)
-# make machines  recordings of every CPython and processor that can be had, replayed on all of them
 # make bench  benchmarks against peers; each prints its ratio last
 # make ros    .venv-ros: the interpreter of the ROS 2 node, with rclpy from wheels
-# make test-ros  the tests of the ROS 2 node, with real rclpy; where .venv-ros is, `make test` ends so
+# make test-ros  the tests of the ROS 2 node, with real rclpy; part of `make test` where .venv-ros is
 # make docs   this documentation as a site in build/docs; a link that leads nowhere fails it
 # make pictures  those of README and docs, from runs on this machine (needs chromium)
 # make clean  remove what the others made
@@ -30,24 +29,24 @@ INSTALL_IN_ROS = _ROS_WHEELS_BOOTSTRAP_COMPLETE=1 \
 ON_ALL_CORES = $(BIN)/python -m pytest -q -n auto --dist worksteal --ignore=tests/ros2
 # They wait most of the time, and what they assert holds on a busy machine.
 IN_REAL_TIME = $(BIN)/python -m pytest -q -n 4 --dist worksteal --ignore=tests/ros2
+WITH_ROS = $(if $(wildcard $(ROS_VENV)/installed-node),test-ros)
 
 # The tests start some hundred processes: each would compile every module again.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: run test suite all-cores real-time test-fast test-portable \
-	lint types ros test-ros vm-test machines bench docs pictures clean \
+.PHONY: run test all-cores real-time test-fast test-portable \
+	lint types ros test-ros vm-test bench docs pictures clean \
 	interpreter wheels-of-rclpy
 .DEFAULT_GOAL := run
 
 run: $(VENV)/installed-run
 	@$(BIN)/firmware-runtime run tachobot --doubles --for 10
 
-test: lint types suite
-	@test ! -e $(ROS_VENV)/installed-node || $(MAKE) --no-print-directory test-ros
-
-suite: $(VENV)/installed-test
-	@echo "make: the tests for all cores, and those in real time; each is shown when it is through"
-	@$(MAKE) --no-print-directory --jobs=2 --keep-going --output-sync=target all-cores real-time
+# The parts of a test that need no other part, beside one another; what one says is shown when it ends.
+test: lint
+	@echo "make: types, the tests for all cores, those in real time$(if $(WITH_ROS), and of ROS 2)"
+	@$(MAKE) --no-print-directory --jobs=4 --keep-going --output-sync=target \
+		types all-cores real-time $(WITH_ROS)
 
 all-cores: $(VENV)/installed-test
 	@MAKEFLAGS= nice -n 15 $(ON_ALL_CORES) -m "not real_time and not hardware" $(PYTEST_OPTIONS)
@@ -67,7 +66,7 @@ lint: $(VENV)/installed-test
 	@$(BIN)/ruff format --check .
 
 types: $(VENV)/installed-test
-	@$(BIN)/mypy
+	@nice -n 15 $(BIN)/mypy
 
 ros: $(ROS_VENV)/installed-node
 
@@ -80,9 +79,6 @@ test-ros: $(ROS_VENV)/installed-test $(VENV)/installed-run
 
 vm-test: $(VENV)/installed-run
 	@$(BIN)/python -m tests.vm.run
-
-machines: $(VENV)/installed-test
-	@$(BIN)/python -m tests.machines
 
 bench: $(VENV)/installed-bench
 	@$(BIN)/firmware-runtime bench devstone
