@@ -4,9 +4,10 @@
 to take turns, a figure. Such tests run beside all others, which give way to them (`make test`), and
 mostly wait; each has files, sockets and ports of its own. Whole folders of them are named here.
 `ros`: needs rclpy, so the interpreter of `.venv-ros` (`make test-ros`); what is in `tests/ros2`.
-`portable`: of golden files, recordings and the doubles' contract; whole folders. CI runs them on the
-newest Python too, slow or not.
-`slow`: takes over a quarter of a second. `make test-fast` runs neither these nor those in real time.
+`portable`: of golden files, recordings and the doubles' contract; whole folders. CI runs them on
+the newest Python too, slow or not.
+`slow`: takes over a quarter of a second. `make test-fast` runs neither these nor those in
+real time.
 
 How long a test takes by the clock says little where other programs run, so it is held to its mark
 by processor time, its own and that of the processes it waited for: over a quarter of a second
