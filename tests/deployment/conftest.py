@@ -56,6 +56,30 @@ def wheel(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return made_once(tmp_path_factory, "wheel", lambda into: project_wheel.build(_COMMANDS, into))
 
 
+_QUICK_PYTHON = """\
+#!/bin/sh
+case "$1 $2 $3" in
+"-m venv --system-site-packages") cp -a "${{0%/*}}/environment/." "$4" ;;
+*) exec {python} "$@" ;;
+esac
+"""
+
+
+@pytest.fixture(scope="session")
+def quick_python(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Debian's Python, whose virtual environments are copies of one that was made once."""
+
+    def make(into: Path) -> Path:
+        environment, program = into / "environment", into / "python3"
+        words = ["-m", "venv", "--system-site-packages", str(environment)]
+        subprocess.run([DEBIANS_PYTHON, *words], check=True)
+        program.write_text(_QUICK_PYTHON.format(python=DEBIANS_PYTHON))
+        program.chmod(0o755)
+        return program
+
+    return made_once(tmp_path_factory, "quick_python", make)
+
+
 @pytest.fixture
 def target(tmp_path: Path) -> Iterator[SshTarget]:
     """This computer, by ssh."""
