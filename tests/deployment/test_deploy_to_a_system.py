@@ -42,8 +42,9 @@ def test_a_robot_runs_after_each_deployment_that_could_make_it_safe(
         unit = system.read("/etc/systemd/system/firmware-runtime@.service")
         assert f"ExecStart={PROGRAM} run" in unit
 
-        python = shutil.copytree(quick_python.parent, system.folder / "python", symlinks=True)
-        words += ["--python", str(python / "python3")]
+        shutil.copytree(quick_python.parent, system.folder / "python", symlinks=True)
+        assert system.run("cp", "-a", system.folder / "python", "/opt/python").returncode == 0
+        words += ["--python", "/opt/python/python3"]
         system.let_safe_state_end_with(4)
         assert main(words) == Status.NOT_DEPLOYED
         assert "cut the power of its motors" in capsys.readouterr().err
