@@ -6,7 +6,7 @@ from pathlib import Path
 from tests.support.ros_processes import ROS_VENV, RosProcesses
 from tests.support.waiting import PATIENCE_S
 
-STAGE = ("run", "tachobot", "--stage", "network", "--link", "ros2", "--json", "--for", "10")
+STAGE = ("run", "tachobot", "--stage", "network", "--link", "ros2", "--json", "--for", "6")
 
 
 def test_tachobot_turns_to_its_reference_over_topics(robot: RosProcesses) -> None:
@@ -24,7 +24,7 @@ def test_a_certificate_of_a_stage_over_topics_has_no_difference(
     robot: RosProcesses, tmp_path: Path
 ) -> None:
     output = tmp_path / "certificate.json"
-    words = ("continuity", "tachobot", "--stages", "network", "--link", "ros2", "--for", "5")
+    words = ("continuity", "tachobot", "--stages", "network", "--link", "ros2", "--for", "3")
     made = robot.start(*words, "-o", str(output), FIRMWARE_RUNTIME_ROS_VENV=str(ROS_VENV))
     out, _ = made.communicate(timeout=2 * PATIENCE_S)
     assert made.returncode == 0, out.decode()
