@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TypeAlias
 
 from firmware_runtime.devs.time import seconds
-from firmware_runtime.ecdpp.text import parse_time
+from firmware_runtime.ecdpp.file_text import parse_time
 from firmware_runtime.statistics.paths import SUFFIX, find_statistics
 
 SubParsers: TypeAlias = "argparse._SubParsersAction[argparse.ArgumentParser]"

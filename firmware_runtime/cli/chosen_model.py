@@ -34,9 +34,9 @@ def chosen_model(word: str, assignments: Sequence[str] = ()) -> Component:
 def _of_file(path: Path) -> Component:
     """The model of a `.ma` file. Raises ConfigError."""
     # a run of a board starts without what model files take
-    from firmware_runtime.ecdpp.class_catalogue import known_classes  # noqa: PLC0415
+    from firmware_runtime.ecdpp.atomic_class import known_classes  # noqa: PLC0415
+    from firmware_runtime.ecdpp.file_text import Warnings  # noqa: PLC0415
     from firmware_runtime.ecdpp.model_file import read_model  # noqa: PLC0415
-    from firmware_runtime.ecdpp.text import Warnings  # noqa: PLC0415
 
     model = read_model(path, known_classes(file=path), warnings := Warnings())
     print_warnings(path, warnings.sentences())

@@ -11,9 +11,14 @@ from firmware_runtime.cli.clock import clock_of
 from firmware_runtime.devs.component import Component
 from firmware_runtime.devs.time import seconds
 from firmware_runtime.ecdpp.event_file import Event, read_events
-from firmware_runtime.ecdpp.experiment import Experiment, end_of
-from firmware_runtime.ecdpp.output_file import OutputLine, OutputRecord, write_outputs
-from firmware_runtime.ecdpp.text import Warnings
+from firmware_runtime.ecdpp.experiment import (
+    Experiment,
+    OutputLine,
+    OutputRecord,
+    end_of,
+    write_outputs,
+)
+from firmware_runtime.ecdpp.file_text import Warnings
 from firmware_runtime.errors import ConfigError, Status
 from firmware_runtime.executive.configuration import Configuration
 from firmware_runtime.executive.executive import Executive

@@ -22,9 +22,14 @@ from firmware_runtime.errors import (
     StepFailed,
     did_you_mean,
 )
-from firmware_runtime.host.installation.places import GUARD, RUNTIME, boards_with_settings, instance
-from firmware_runtime.host.installation.states import UnitState, state_of
-from firmware_runtime.host.installation.target import Target, require_systemd, target
+from firmware_runtime.host.installation.plan import GUARD, RUNTIME, boards_with_settings, instance
+from firmware_runtime.host.installation.target import (
+    Target,
+    UnitState,
+    require_systemd,
+    state_of,
+    target,
+)
 from firmware_runtime.host.installation.uninstall import installed_boards
 from firmware_runtime.runs.restarts import pause_after, read_starts
 from firmware_runtime.statistics.paths import find_statistics, places

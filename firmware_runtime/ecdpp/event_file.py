@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 
 from firmware_runtime.devs.component import Component
 from firmware_runtime.devs.ports import InPort
-from firmware_runtime.ecdpp.text import (
+from firmware_runtime.ecdpp.file_text import (
     Warnings,
     is_carried,
     lines_of,

@@ -20,11 +20,15 @@ from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.component import Component
 from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.model_errors import ModelError
-from firmware_runtime.ecdpp.atomic_class import AtomicClass, Value
-from firmware_runtime.ecdpp.class_catalogue import KnownClasses
-from firmware_runtime.ecdpp.model_links import declare_ports, draw_links
-from firmware_runtime.ecdpp.model_syntax import Entry, Section, parse_sections
-from firmware_runtime.ecdpp.text import Warnings, look_up, read_text
+from firmware_runtime.ecdpp.atomic_class import AtomicClass, KnownClasses, Value
+from firmware_runtime.ecdpp.file_text import Warnings, look_up, read_text
+from firmware_runtime.ecdpp.model_syntax import (
+    Entry,
+    Section,
+    declare_ports,
+    draw_links,
+    parse_sections,
+)
 from firmware_runtime.errors import ConfigError, text_of
 
 TOP = "top"

@@ -12,12 +12,11 @@ from firmware_runtime.devs.component import Component
 from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.ports import AnyPort, InPort
 from firmware_runtime.devs.time import MILLISECOND, SECOND
-from firmware_runtime.ecdpp.atomic_class import AtomicClass, Value
-from firmware_runtime.ecdpp.class_catalogue import known_classes
+from firmware_runtime.ecdpp.atomic_class import AtomicClass, Value, known_classes
+from firmware_runtime.ecdpp.file_text import Warnings, read_text
 from firmware_runtime.ecdpp.model_file import FileModel, Made, parse_file
 from firmware_runtime.ecdpp.python_names import WIDEST, Imports, Names
 from firmware_runtime.ecdpp.skeletons import TYPES, Skeleton, skeletons_of
-from firmware_runtime.ecdpp.text import Warnings, read_text
 from firmware_runtime.errors import ConfigError
 
 

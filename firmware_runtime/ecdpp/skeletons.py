@@ -9,11 +9,10 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 
 from firmware_runtime.devs.atomic import Atomic
-from firmware_runtime.ecdpp.atomic_class import AtomicClass, Kind, Value
-from firmware_runtime.ecdpp.class_catalogue import KnownClasses
+from firmware_runtime.ecdpp.atomic_class import AtomicClass, Kind, KnownClasses, Value
+from firmware_runtime.ecdpp.file_text import Warnings, look_up, parse_number, parse_time
 from firmware_runtime.ecdpp.model_syntax import Section, parse_sections
 from firmware_runtime.ecdpp.python_names import Names
-from firmware_runtime.ecdpp.text import Warnings, look_up, parse_number, parse_time
 
 TYPES: Mapping[Kind, str] = {"time": "int", "number": "float", "whole": "int", "word": "str"}
 """Of the constructor's arguments, by the kind of a parameter."""

@@ -11,7 +11,13 @@ from dataclasses import dataclass
 from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.time import seconds
 from firmware_runtime.models.motion import Motion
-from firmware_runtime.models.position_filter import FilterNoise
+from firmware_runtime.models.position_filter import (
+    OFF_GATE,
+    FilterNoise,
+    PositionHistory,
+    Span,
+    Taken,
+)
 from firmware_runtime.models.position_fix import (
     FixReport,
     PlanarInertial,
@@ -21,7 +27,6 @@ from firmware_runtime.models.position_fix import (
     PositionState,
     is_sound,
 )
-from firmware_runtime.models.position_history import OFF_GATE, PositionHistory, Span, Taken
 
 FIXES_A_STEP = 2
 """So many are taken in a step; more are refused, so that a step has a bounded length."""

@@ -5,8 +5,7 @@ from dataclasses import dataclass
 from firmware_runtime.devs.time import NEVER
 from firmware_runtime.models.position_fix import FixReport, PositionState
 from firmware_runtime.models.state_diagram import StateDiagram
-from firmware_runtime.models.state_labels import Word
-from firmware_runtime.models.state_table import Arrow, Kept, State
+from firmware_runtime.models.state_table import Arrow, Kept, State, Word
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,7 +1,7 @@
 """An atomic model that follows a table of states, written as its state diagram is drawn.
 
 A subclass declares its ports, then calls `follow` with its table (see `state_table`), its words
-(see `state_labels`), and the durations that the table names.
+, and the durations that the table names.
 
 An input that the present state does not name has no effect and leaves the state's duration
 running. Inputs of one instant are taken one after the other, ports in order of declaration, each
@@ -22,8 +22,17 @@ from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.ports import InPort
 from firmware_runtime.devs.time import NEVER
 from firmware_runtime.models.applied import Applied
-from firmware_runtime.models.state_labels import Accepted, Labels, Sent, Words
-from firmware_runtime.models.state_table import Arrow, Kept, State, StateTableError, check
+from firmware_runtime.models.state_table import (
+    Accepted,
+    Arrow,
+    Kept,
+    Labels,
+    Sent,
+    State,
+    StateTableError,
+    Words,
+    check,
+)
 
 _NO_WORDS: Words = MappingProxyType({})
 

@@ -12,7 +12,7 @@ from itertools import pairwise
 from pathlib import Path as FilePath
 from typing import Final
 
-from firmware_runtime.models.trajectory import PoseSetpoint, Setpoint, at_rest
+from firmware_runtime.models.motion import PoseSetpoint, Setpoint, at_rest
 
 COLUMNS: Final = ("t_s", "x_m", "y_m", "yaw_rad")
 LONGEST: Final = 100_000

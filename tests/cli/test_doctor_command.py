@@ -14,8 +14,7 @@ from typing import Any
 import pytest
 
 from firmware_runtime.cli.commands import doctor
-from firmware_runtime.host.doctor.check import Check, Result
-from firmware_runtime.host.doctor.finding import Finding, Severity, ok
+from firmware_runtime.host.doctor.check import Check, Finding, Result, Severity, ok
 from firmware_runtime.host.doctor.registry import GROUPS
 from tests.support.waiting import PATIENCE_S
 

@@ -6,9 +6,9 @@ from pathlib import Path
 
 import pytest
 
-from firmware_runtime.host.deployment import project_wheel, wheels
-from firmware_runtime.host.deployment.commands import Commands
-from firmware_runtime.host.deployment.platform import Platform
+from firmware_runtime.host.deployment import package_wheel, wheels
+from firmware_runtime.host.deployment.connection import Commands
+from firmware_runtime.host.deployment.target import Platform
 from tests.support.made_once import made_once
 from tests.support.scratch_system import ScratchSystem, scratch_system
 from tests.support.ssh_target import SshTarget, missing_packages, ssh_target
@@ -53,7 +53,9 @@ def _own_cache(cache: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 @pytest.fixture(scope="session")
 def wheel(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The project's wheel, built once."""
-    return made_once(tmp_path_factory, "wheel", lambda into: project_wheel.build(_COMMANDS, into))
+    return made_once(
+        tmp_path_factory, "wheel", lambda into: package_wheel.build_own(_COMMANDS, into)
+    )
 
 
 _QUICK_PYTHON = """\

@@ -5,8 +5,7 @@ from pathlib import Path
 import pytest
 
 from firmware_runtime.errors import DeploymentError
-from firmware_runtime.host.deployment.commands import Commands
-from firmware_runtime.host.deployment.connection import Connection, fault_of_host
+from firmware_runtime.host.deployment.connection import Commands, Connection, fault_of_host
 from firmware_runtime.system.programs import Ended
 
 

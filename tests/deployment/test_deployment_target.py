@@ -2,8 +2,7 @@ from dataclasses import replace
 
 import pytest
 
-from firmware_runtime.host.deployment.platform import Platform
-from firmware_runtime.host.deployment.target import ROOM_KIB, Target
+from firmware_runtime.host.deployment.target import ROOM_KIB, Platform, Target
 
 RASPBERRY_PI = """\
 machine aarch64

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from firmware_runtime.host.deployment.local_packages import with_local_dependencies
+from firmware_runtime.host.deployment.package_wheel import with_local_dependencies
 
 PURE, COMPILED = "py3-none-any", "cp311-cp311-linux_x86_64"
 

@@ -6,9 +6,9 @@ from zipfile import ZipFile
 import pytest
 
 from firmware_runtime.errors import DeploymentError
-from firmware_runtime.host.deployment import package_wheel, project_wheel, wheels
-from firmware_runtime.host.deployment.commands import Commands
-from firmware_runtime.host.deployment.platform import Platform
+from firmware_runtime.host.deployment import package_wheel, wheels
+from firmware_runtime.host.deployment.connection import Commands
+from firmware_runtime.host.deployment.target import Platform
 from firmware_runtime.host.scaffold.robot import write_robot
 from firmware_runtime.system.programs import Ended
 from tests.support.written_package import as_installed
@@ -71,7 +71,7 @@ def fill_cache(wheel: Path, platform: Platform) -> Path:
     folder.mkdir(parents=True)
     file = folder / "smbus2-0.6.1-py2.py3-none-any.whl"
     file.write_bytes(b"smbus2")
-    wanted = [*wheels.EXTRAS, *project_wheel.requirements(wheel)]
+    wanted = [*wheels.EXTRAS, *package_wheel.requirements(wheel)]
     lock = {"wanted": wanted, "files": wheels._sums([file])}
     (folder / wheels.LOCK).write_text(json.dumps(lock))
     return file
@@ -103,7 +103,7 @@ def test_what_is_no_wheel_is_refused(tmp_path: Path) -> None:
     cache = tmp_path / "no.whl"
     cache.write_bytes(b"no archive")
     with pytest.raises(DeploymentError, match="expected a wheel"):
-        project_wheel.requirements(cache)
+        package_wheel.requirements(cache)
 
 
 def test_a_package_is_packed_again_from_what_was_installed(tmp_path: Path) -> None:
@@ -118,7 +118,7 @@ def test_a_package_is_packed_again_from_what_was_installed(tmp_path: Path) -> No
         listed = [line.split(",")[0] for line in archive.read(record).decode().splitlines()]
     assert sorted(listed) == sorted(names)
     assert not [name for name in names if "__pycache__" in name or ".." in name]
-    assert project_wheel.requirements(wheel) == sorted(installed.requires or [])
+    assert package_wheel.requirements(wheel) == sorted(installed.requires or [])
 
 
 @pytest.mark.slow
@@ -158,7 +158,7 @@ def test_our_own_boards_bring_no_other_package_and_an_unknown_one_is_refused() -
 def test_another_project_than_ours_is_refused(tmp_path: Path) -> None:
     wheel = package_wheel.packed_again(distribution("smbus2"), tmp_path)
     with pytest.raises(DeploymentError, match="smbus2; expected firmware-runtime"):
-        project_wheel.demand_ours(wheel)
+        package_wheel.demand_ours(wheel)
 
 
 @pytest.mark.slow

@@ -7,8 +7,7 @@ from pathlib import Path
 import pytest
 
 from firmware_runtime.host.doctor import clock
-from firmware_runtime.host.doctor.finding import Severity
-from firmware_runtime.host.doctor.machine import Demands
+from firmware_runtime.host.doctor.check import Demands, Severity
 from tests.support.fake_machines import (
     ADAPTER,
     CLOCK,

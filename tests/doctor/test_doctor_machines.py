@@ -8,9 +8,7 @@ from pathlib import Path
 import pytest
 
 from firmware_runtime.host.doctor import clock, installation, scheduling
-from firmware_runtime.host.doctor.check import Check
-from firmware_runtime.host.doctor.finding import Severity, worst
-from firmware_runtime.host.doctor.machine import Demands, Machine
+from firmware_runtime.host.doctor.check import Check, Demands, Machine, Severity, worst
 from firmware_runtime.host.doctor.registry import GROUPS, examine
 from tests.support.fake_machines import TACHOBOT, container, lay_out, pc, raspberry_pi
 

@@ -4,7 +4,7 @@ import re
 from pathlib import Path
 
 from firmware_runtime.errors import Status
-from firmware_runtime.host.doctor.finding import Severity
+from firmware_runtime.host.doctor.check import Severity
 from firmware_runtime.host.doctor.registry import GROUPS
 
 SERVICE = (Path(__file__).parents[2] / "docs" / "service.md").read_text()

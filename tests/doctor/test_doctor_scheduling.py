@@ -9,8 +9,7 @@ from pathlib import Path
 import pytest
 
 from firmware_runtime.host.doctor import scheduling
-from firmware_runtime.host.doctor.finding import Severity
-from firmware_runtime.host.doctor.machine import Demands
+from firmware_runtime.host.doctor.check import Demands, Severity
 from tests.support.fake_machines import CPU, TACHOBOT, Examine, allowed, lay_out, pc, raspberry_pi
 
 THROTTLED = "/sys/devices/platform/soc/soc:firmware/get_throttled"

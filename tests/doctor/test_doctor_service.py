@@ -11,7 +11,7 @@ from typing import NamedTuple
 import pytest
 
 from firmware_runtime.host.doctor import installation
-from firmware_runtime.host.doctor.finding import Severity
+from firmware_runtime.host.doctor.check import Severity
 from firmware_runtime.statistics.layout import GUARD, HEARTBEAT
 from tests.support.fake_machines import TACHOBOT, Examine, container, pc, raspberry_pi
 from tests.support.written_run import WrittenRun

@@ -8,9 +8,8 @@ import pytest
 from firmware_boards.detective.detective import MODEL_FILE
 
 from firmware_runtime.devs.atomic import Atomic
-from firmware_runtime.ecdpp import class_catalogue
-from firmware_runtime.ecdpp.atomic_class import AtomicClass
-from firmware_runtime.ecdpp.class_catalogue import GROUP, known_classes
+from firmware_runtime.ecdpp import atomic_class
+from firmware_runtime.ecdpp.atomic_class import GROUP, AtomicClass, known_classes
 from firmware_runtime.ecdpp.model_file import parse_model
 from firmware_runtime.errors import ConfigError, SettingError
 
@@ -90,11 +89,11 @@ def entry_points(monkeypatch: pytest.MonkeyPatch) -> Iterator[Callable[..., None
             for package, (name, value) in zip("abc", values.items(), strict=False)
         ]
         found = {GROUP: points}
-        monkeypatch.setattr(class_catalogue, "of_every_package", lambda group: found.get(group, []))
-        class_catalogue._installed_classes.cache_clear()
+        monkeypatch.setattr(atomic_class, "of_every_package", lambda group: found.get(group, []))
+        atomic_class._installed_classes.cache_clear()
 
     yield install
-    class_catalogue._installed_classes.cache_clear()
+    atomic_class._installed_classes.cache_clear()
 
 
 def test_a_class_may_be_made_known_by_itself(entry_points: Callable[..., None]) -> None:

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from firmware_runtime.devs.component import Component
 from firmware_runtime.devs.time import MICROSECOND, MILLISECOND, SECOND
 from firmware_runtime.ecdpp.event_file import Event, parse_events, read_events
-from firmware_runtime.ecdpp.text import Warnings, format_time, parse_time
+from firmware_runtime.ecdpp.file_text import Warnings, format_time, parse_time
 from firmware_runtime.errors import ConfigError
 
 

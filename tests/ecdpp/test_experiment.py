@@ -7,8 +7,15 @@ from firmware_runtime.devs.model_errors import ModelFailure
 from firmware_runtime.devs.simulator import Simulator
 from firmware_runtime.devs.time import MILLISECOND, SECOND
 from firmware_runtime.ecdpp.event_file import Event
-from firmware_runtime.ecdpp.experiment import AFTERMATH, Experiment, end_of, run_events
-from firmware_runtime.ecdpp.output_file import OutputLine, OutputRecord, write_outputs
+from firmware_runtime.ecdpp.experiment import (
+    AFTERMATH,
+    Experiment,
+    OutputLine,
+    OutputRecord,
+    end_of,
+    run_events,
+    write_outputs,
+)
 from firmware_runtime.models.delay import Delay
 
 

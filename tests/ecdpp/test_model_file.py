@@ -8,8 +8,8 @@ from firmware_runtime.devs.time import MILLISECOND, SECOND
 from firmware_runtime.ecdpp.atomic_class import AtomicClass
 from firmware_runtime.ecdpp.event_file import Event
 from firmware_runtime.ecdpp.experiment import run_events
+from firmware_runtime.ecdpp.file_text import Warnings
 from firmware_runtime.ecdpp.model_file import parse_model, read_model
-from firmware_runtime.ecdpp.text import Warnings
 from firmware_runtime.errors import ConfigError
 
 

@@ -12,15 +12,13 @@ from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.simulator import Simulator
 from firmware_runtime.devs.time import MILLISECOND, NEVER, SECOND
 from firmware_runtime.models.applied import Applied
-from firmware_runtime.models.motion import Motion
-from firmware_runtime.models.pid import Pid, PidGains
+from firmware_runtime.models.motion import Motion, Setpoint
+from firmware_runtime.models.pid import Pid, PidGains, TrackingPid
 from firmware_runtime.models.plant import SecondOrderPlant
 from firmware_runtime.models.smith_predictor import SmithPredictor
 from firmware_runtime.models.square_wave import SquareWave, Wave
 from firmware_runtime.models.state_diagram import StateDiagram
 from firmware_runtime.models.state_table import Arrow, State
-from firmware_runtime.models.tracking_pid import TrackingPid
-from firmware_runtime.models.trajectory import Setpoint
 
 NOTHING, PART, ALL = Applied
 

@@ -4,6 +4,7 @@ import pytest
 
 from firmware_runtime.devs.time import MILLISECOND, SECOND
 from firmware_runtime.models.position_estimator import AGREEING, TOO_MANY, UNSOUND
+from firmware_runtime.models.position_filter import TOO_OLD
 from firmware_runtime.models.position_fix import (
     FixReport,
     PlanarInertial,
@@ -11,7 +12,6 @@ from firmware_runtime.models.position_fix import (
     PositionFix,
     PositionState,
 )
-from firmware_runtime.models.position_history import TOO_OLD
 from tests.support.tracked_body import TICK, Estimator
 
 HERE = PositionFix(1.0, 2.0, 0.0)

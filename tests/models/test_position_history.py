@@ -6,14 +6,14 @@ from random import Random
 import pytest
 
 from firmware_runtime.devs.time import SECOND
-from firmware_runtime.models.position_fix import FixReport, PoseFix, PositionFix
-from firmware_runtime.models.position_history import (
+from firmware_runtime.models.position_filter import (
     OFF_GATE,
     TOO_OLD,
     PositionHistory,
     Span,
     Taken,
 )
+from firmware_runtime.models.position_fix import FixReport, PoseFix, PositionFix
 from tests.support.tracked_body import NOISE, TICK, Body
 
 SECONDS = 30

@@ -9,8 +9,7 @@ from firmware_runtime.devs.model_errors import ModelFailure
 from firmware_runtime.devs.simulator import Simulator
 from firmware_runtime.devs.time import MILLISECOND, NEVER
 from firmware_runtime.models.state_diagram import StateDiagram
-from firmware_runtime.models.state_labels import Words
-from firmware_runtime.models.state_table import Arrow, Kept, State, StateTableError
+from firmware_runtime.models.state_table import Arrow, Kept, State, StateTableError, Words
 
 
 @dataclass(frozen=True)

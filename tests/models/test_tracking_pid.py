@@ -3,10 +3,8 @@ import pytest
 from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.simulator import Simulator
 from firmware_runtime.devs.time import MILLISECOND
-from firmware_runtime.models.motion import Motion
-from firmware_runtime.models.pid import PidGains
-from firmware_runtime.models.tracking_pid import TrackingPid
-from firmware_runtime.models.trajectory import Setpoint
+from firmware_runtime.models.motion import Motion, Setpoint
+from firmware_runtime.models.pid import PidGains, TrackingPid
 
 
 class Loop:

@@ -3,7 +3,7 @@ from itertools import pairwise
 
 import pytest
 
-from firmware_runtime.models.trajectory import Path, Profile
+from firmware_runtime.models.motion import Path, Profile
 from firmware_runtime.models.trajectory_file import Spline
 from firmware_runtime.models.trajectory_paths import Circle, Hold, Line, Pose
 

@@ -8,11 +8,9 @@ import pytest
 from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.simulator import Simulator
 from firmware_runtime.devs.time import MILLISECOND
-from firmware_runtime.models.motion import Motion
+from firmware_runtime.models.motion import Motion, Setpoint
 from firmware_runtime.models.position_fix import PositionState
-from firmware_runtime.models.trajectory import Setpoint
-from firmware_runtime.models.trajectory_paths import Circle, Pose
-from firmware_runtime.models.trajectory_rejoin import RejoinLimits
+from firmware_runtime.models.trajectory_paths import Circle, Pose, RejoinLimits
 from firmware_runtime.models.trajectory_source import TrajectorySource
 
 PERIOD = 20 * MILLISECOND

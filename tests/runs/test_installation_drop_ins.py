@@ -7,8 +7,7 @@ import pytest
 from firmware_runtime.board import installed as kinds
 from firmware_runtime.board import registry
 from firmware_runtime.errors import InstallationRefused
-from firmware_runtime.host.installation.drop_in import device_nodes, drop_in
-from firmware_runtime.host.installation.places import GUARD, ROS2, RUNTIME
+from firmware_runtime.host.installation.plan import GUARD, ROS2, RUNTIME, device_nodes, drop_in
 
 SABERTOOTH = (
     'treads.driver="sabertooth"',

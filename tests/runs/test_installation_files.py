@@ -9,9 +9,8 @@ import pytest
 from firmware_runtime.board import installed as kinds
 from firmware_runtime.board import registry
 from firmware_runtime.errors import ConfigError, StepFailed
-from firmware_runtime.host.installation.places import settings_path
-from firmware_runtime.host.installation.target import Target
-from firmware_runtime.host.installation.tree import Tree
+from firmware_runtime.host.installation.plan import settings_path
+from firmware_runtime.host.installation.target import Target, Tree
 from firmware_runtime.host.installation.uninstall import Removal, installed_boards
 from tests.support.installation_rig import files_below, install
 

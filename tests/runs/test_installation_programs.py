@@ -6,9 +6,9 @@ from pathlib import Path
 import pytest
 
 from firmware_runtime.errors import InstallationRefused, StepFailed
-from firmware_runtime.host.installation import programs as programs_of_units
-from firmware_runtime.host.installation.places import PROGRAM
-from firmware_runtime.host.installation.programs import (
+from firmware_runtime.host.installation import target as programs_of_units
+from firmware_runtime.host.installation.plan import PROGRAM
+from firmware_runtime.host.installation.target import (
     answer,
     checked,
     own_program,

@@ -10,7 +10,7 @@ import pytest
 
 from firmware_runtime.board import installed as kinds
 from firmware_runtime.devs.time import MILLISECOND
-from firmware_runtime.host.installation.places import (
+from firmware_runtime.host.installation.plan import (
     GUARD,
     PROGRAM,
     ROS2,

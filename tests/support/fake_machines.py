@@ -5,8 +5,7 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import TypeAlias
 
-from firmware_runtime.host.doctor.finding import Finding
-from firmware_runtime.host.doctor.machine import Demands, Machine
+from firmware_runtime.host.doctor.check import Demands, Finding, Machine
 from firmware_runtime.system.kernel_files import SystemFiles
 
 Contents: TypeAlias = Mapping[str, str | bytes]

@@ -4,9 +4,8 @@ from pathlib import Path
 
 from firmware_runtime.board import registry
 from firmware_runtime.host.installation.install import Installation
-from firmware_runtime.host.installation.places import PROGRAM
-from firmware_runtime.host.installation.target import Target
-from firmware_runtime.host.installation.tree import Tree
+from firmware_runtime.host.installation.plan import PROGRAM
+from firmware_runtime.host.installation.target import Target, Tree
 
 
 def install(board: str, root: Path, program: str = PROGRAM) -> list[str]:

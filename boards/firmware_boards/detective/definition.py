@@ -19,7 +19,7 @@ from firmware_runtime.board.faults import Device, SerialDevice, device_faults, s
 from firmware_runtime.board.lines import Lines, absent_lines
 from firmware_runtime.board.robot import Robot
 from firmware_runtime.devs.coupled import Coupled
-from firmware_runtime.ecdpp.class_catalogue import known_classes
+from firmware_runtime.ecdpp.atomic_class import known_classes
 from firmware_runtime.ecdpp.model_file import read_model
 from firmware_runtime.hal.budget import BusLoad
 

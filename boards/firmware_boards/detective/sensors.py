@@ -11,8 +11,7 @@ from firmware_boards.detective.messages import Degree, Message
 from firmware_boards.detective.parameters import HOP, TOLERANCE_DEG
 from firmware_runtime.devs.time import NEVER
 from firmware_runtime.models.state_diagram import StateDiagram
-from firmware_runtime.models.state_labels import Words
-from firmware_runtime.models.state_table import Arrow, Kept, State
+from firmware_runtime.models.state_table import Arrow, Kept, State, Words
 
 SONAR1: Final = (
     State("Listen", NEVER, Arrow("echo?1", "Report object")),

@@ -4,7 +4,7 @@ from pathlib import Path as FilePath
 
 from firmware_boards.tachobot.settings import TachobotSettings
 from firmware_boards.tachobot.tracking_settings import CircleSettings, HoldSettings, LineSettings
-from firmware_runtime.models.trajectory import Path
+from firmware_runtime.models.motion import Path
 from firmware_runtime.models.trajectory_file import path_of_file
 from firmware_runtime.models.trajectory_paths import Circle, Hold, Line, Pose
 from firmware_runtime.system.elementary import hypot

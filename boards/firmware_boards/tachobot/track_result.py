@@ -5,7 +5,7 @@ from typing import Final
 
 from firmware_boards.tachobot.result import NEVER_BEGAN
 from firmware_boards.tachobot.tracking import TrackingController
-from firmware_runtime.models.trajectory import PoseSetpoint
+from firmware_runtime.models.motion import PoseSetpoint
 from firmware_runtime.models.trajectory_paths import Pose
 
 ON_PATH_M: Final = 0.1

@@ -19,10 +19,10 @@ from firmware_boards.tachobot.inertial import Inertial
 from firmware_boards.tachobot.pid_controller import PidController
 from firmware_boards.tachobot.settings import PidSettings, TachobotSettings, TrackSettings
 from firmware_runtime.devs.time import seconds
+from firmware_runtime.models.pid import TrackingPid
 from firmware_runtime.models.position_estimator import PositionEstimator
 from firmware_runtime.models.position_fix import PoseFix, PositionFix
 from firmware_runtime.models.position_watch import PositionWatch
-from firmware_runtime.models.tracking_pid import TrackingPid
 from firmware_runtime.models.trajectory_source import TrajectorySource
 
 PERIODS: Final = 10

@@ -15,12 +15,12 @@ from firmware_runtime.board.settings import (
     Settings,
 )
 from firmware_runtime.devs.time import seconds
-from firmware_runtime.models.trajectory import Profile
+from firmware_runtime.models.motion import Profile
 
 if TYPE_CHECKING:
     from firmware_runtime.models.position_estimator import EstimatorSettings
     from firmware_runtime.models.position_watch import PositionPatience
-    from firmware_runtime.models.trajectory_rejoin import RejoinLimits
+    from firmware_runtime.models.trajectory_paths import RejoinLimits
 
 Kind: TypeAlias = Literal["hold", "line", "circle", "file"]
 
@@ -108,7 +108,7 @@ class TrajectorySettings(Settings, frozen=True, kw_only=True, tag_field="kind"):
 
     def rejoin(self) -> "RejoinLimits":
         """The limits as the trajectory has them."""
-        from firmware_runtime.models.trajectory_rejoin import (  # noqa: PLC0415 -- mode track
+        from firmware_runtime.models.trajectory_paths import (  # noqa: PLC0415 -- mode track
             RejoinLimits,
         )
 

@@ -8,7 +8,7 @@ import pytest
 from generator_buffer_processor.top import ATOMIC_CLASSES, Top
 
 from firmware_runtime.devs.coupled import Coupled
-from firmware_runtime.ecdpp.class_catalogue import known_classes
+from firmware_runtime.ecdpp.atomic_class import known_classes
 from firmware_runtime.ecdpp.event_file import parse_events
 from firmware_runtime.ecdpp.experiment import run_events
 from firmware_runtime.ecdpp.model_file import read_model

@@ -12,7 +12,7 @@ from types import ModuleType
 
 from firmware_runtime.cli.arguments import SubParsers, add_verb
 from firmware_runtime.errors import Status
-from firmware_runtime.host.deployment.project_wheel import checkout
+from firmware_runtime.host.deployment.package_wheel import checkout
 
 _BENCHES = (
     "timing",

@@ -9,8 +9,7 @@ from firmware_runtime.board import installed as kinds
 from firmware_runtime.board import registry
 from firmware_runtime.cli.arguments import SubParsers, add_verb
 from firmware_runtime.errors import ConfigError, Status
-from firmware_runtime.host.deployment.commands import Commands
-from firmware_runtime.host.deployment.connection import fault_of_host
+from firmware_runtime.host.deployment.connection import Commands, fault_of_host
 from firmware_runtime.host.deployment.deployment import Deployment, DeploymentOptions
 from firmware_runtime.statistics.figures import Figures, figures_of
 from firmware_runtime.statistics.summary import summary

@@ -9,9 +9,7 @@ from itertools import groupby
 from firmware_runtime.cli.arguments import SubParsers, add_verb
 from firmware_runtime.cli.chosen_board import chosen_board
 from firmware_runtime.errors import Status
-from firmware_runtime.host.doctor.check import Result
-from firmware_runtime.host.doctor.finding import Severity, worst
-from firmware_runtime.host.doctor.machine import Machine
+from firmware_runtime.host.doctor.check import Machine, Result, Severity, worst
 from firmware_runtime.host.doctor.registry import demands_of, examine
 
 SCHEMA = 2

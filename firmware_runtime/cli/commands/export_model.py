@@ -7,7 +7,7 @@ from firmware_runtime.cli.arguments import SubParsers, add_board, add_output, ad
 from firmware_runtime.cli.chosen_model import ABOUT, chosen_model
 from firmware_runtime.cli.written import write_text
 from firmware_runtime.devs.coupled import Coupled
-from firmware_runtime.ecdpp.class_catalogue import known_classes
+from firmware_runtime.ecdpp.atomic_class import known_classes
 from firmware_runtime.ecdpp.model_writer import model_text
 from firmware_runtime.errors import ConfigError, Status
 

@@ -6,8 +6,8 @@ from pathlib import Path
 from firmware_runtime.cli.arguments import SubParsers, add_output, add_verb
 from firmware_runtime.cli.chosen_model import print_warnings
 from firmware_runtime.cli.written import write_text
+from firmware_runtime.ecdpp.file_text import Warnings
 from firmware_runtime.ecdpp.python_source import imported_source
-from firmware_runtime.ecdpp.text import Warnings
 from firmware_runtime.errors import ConfigError, Status
 
 _ABOUT = """

@@ -24,7 +24,7 @@ from firmware_runtime.cli.service_status import (
 )
 from firmware_runtime.errors import InstallationRefused, Status, StepFailed
 from firmware_runtime.host.installation.install import Installation
-from firmware_runtime.host.installation.places import (
+from firmware_runtime.host.installation.plan import (
     GUARD,
     PROGRAM,
     RUNTIME,
@@ -32,8 +32,7 @@ from firmware_runtime.host.installation.places import (
     instance,
     settings_path,
 )
-from firmware_runtime.host.installation.programs import checked, own_program, runnable
-from firmware_runtime.host.installation.target import Target, target
+from firmware_runtime.host.installation.target import Target, checked, own_program, runnable, target
 from firmware_runtime.host.installation.uninstall import Removal
 
 _INSTALL = """

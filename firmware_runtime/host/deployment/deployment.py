@@ -20,10 +20,8 @@ from time import monotonic
 
 from firmware_runtime.errors import DeploymentError
 from firmware_runtime.host.deployment import wheels
-from firmware_runtime.host.deployment.commands import Commands
-from firmware_runtime.host.deployment.connection import Connection
-from firmware_runtime.host.deployment.local_packages import with_local_dependencies
-from firmware_runtime.host.deployment.package_wheel import packages_of
+from firmware_runtime.host.deployment.connection import Commands, Connection
+from firmware_runtime.host.deployment.package_wheel import packages_of, with_local_dependencies
 from firmware_runtime.host.deployment.target import Target
 
 DOCTOR_FAILS = 8

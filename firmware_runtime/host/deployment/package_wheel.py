@@ -1,7 +1,12 @@
-"""The wheel of an installed package, such as a robot of a user's own.
+"""Wheels that are made here: of the project, and of installed packages such as a user's own robot.
 
-A package that is installed editable is built from its folder. Any other is packed again from the
-files that were installed: that takes neither its source, nor a build tool, nor the network.
+The project's is built from the checkout, or packed from what is installed. A package that is
+installed editable is built from its folder. Any other is packed again from the files that were
+installed: that takes neither its source, nor a build tool, nor the network.
+
+pip notes where it installed a package from if that was a folder, a file or a repository
+(direct_url.json, PEP 610). Such a one is taken along as it is here, even if an index has another of
+that name. One with compiled parts is left to the index: what is here may not fit the target.
 """
 
 import fnmatch
@@ -10,17 +15,19 @@ import re
 import shutil
 import sys
 from base64 import urlsafe_b64encode
-from collections.abc import Callable, Collection, Iterator
+from collections.abc import Callable, Collection, Iterable, Iterator
+from email import message_from_string
 from hashlib import sha256
-from importlib.metadata import Distribution
+from importlib.metadata import Distribution, PackageNotFoundError, distribution
 from pathlib import Path
 from tempfile import TemporaryDirectory
+from typing import Final
 from urllib.parse import unquote, urlsplit
-from zipfile import ZIP_DEFLATED, ZipFile
+from zipfile import ZIP_DEFLATED, BadZipFile, ZipFile
 
 from firmware_runtime.board.installed import entry_point_of, names
 from firmware_runtime.errors import DeploymentError
-from firmware_runtime.host.deployment.commands import Commands
+from firmware_runtime.host.deployment.connection import Commands
 
 PIP = (sys.executable, "-m", "pip", "--disable-pip-version-check", "--quiet")
 OUR_OWN = "firmware-runtime"
@@ -127,3 +134,80 @@ def _left_out(source: Path) -> Callable[[str, list[str]], list[str]]:
         return [name for name in names if any(fnmatch.fnmatch(name, each) for each in _NOT_BUILT)]
 
     return left_out
+
+
+_NAME: Final = re.compile(r"[A-Za-z0-9._-]+")
+
+
+def with_local_dependencies(packages: Iterable[Distribution]) -> list[Distribution]:
+    """These packages, and those they need, directly or not, that are from no index."""
+    found: dict[str, Distribution] = {}
+    left = list(packages)
+    while left:
+        package = left.pop(0)
+        if found.setdefault(package.name, package) is package:
+            left += _local(package)
+    return list(found.values())
+
+
+def _local(package: Distribution) -> Iterator[Distribution]:
+    for required in package.requires or ():
+        name, _, condition = required.partition(";")
+        match = _NAME.match(name)
+        if match is None or "extra" in condition or _normal(match[0]) == OUR_OWN:
+            continue
+        try:
+            needed = distribution(match[0])
+        except PackageNotFoundError:
+            continue  # not for this computer; the index may have it for the target
+        if needed.read_text("direct_url.json") is not None and _is_pure(needed):
+            yield needed
+
+
+def _normal(name: str) -> str:
+    return re.sub(r"[-_.]+", "-", name).lower()
+
+
+def _is_pure(package: Distribution) -> bool:
+    tags = re.findall(r"^Tag: (.+)$", package.read_text("WHEEL") or "", re.MULTILINE)
+    return bool(tags) and all(tag.endswith("-none-any") for tag in tags)
+
+
+NAME = "firmware_runtime"
+
+
+def checkout() -> Path | None:
+    """The source that this program runs from, None if it was installed from a wheel."""
+    top = Path(__file__).parents[3]
+    return top if (top / "pyproject.toml").is_file() else None
+
+
+def build_own(commands: Commands, into: Path) -> Path:
+    """Make the wheel in a folder. Raises DeploymentError."""
+    source = checkout()
+    if source is None:
+        return packed_again(distribution(OUR_OWN), into)
+    return built(source, OUR_OWN, commands, into)
+
+
+def demand_ours(wheel: Path) -> None:
+    """Raise DeploymentError for a wheel of another project."""
+    name = _own_metadata(wheel)[0]
+    if name != OUR_OWN:
+        raise DeploymentError(name, where=wheel, expected=f"{OUR_OWN}'s wheel")
+
+
+def requirements(wheel: Path) -> list[str]:
+    """The requirements of a wheel, in order. Raises DeploymentError when it is none."""
+    return sorted(_own_metadata(wheel)[1])
+
+
+def _own_metadata(wheel: Path) -> tuple[str, list[str]]:
+    """The name of what is in a wheel, and its requirements."""
+    try:
+        with ZipFile(wheel) as archive:
+            inside = [name for name in archive.namelist() if name.endswith(".dist-info/METADATA")]
+            metadata = message_from_string(archive.read(inside[0]).decode())
+    except (OSError, BadZipFile, IndexError) as error:
+        raise DeploymentError(error, where=wheel, expected="a wheel") from error
+    return metadata["Name"], metadata.get_all("Requires-Dist", [])

@@ -14,10 +14,15 @@ from importlib.metadata import Distribution
 from pathlib import Path
 
 from firmware_runtime.errors import DeploymentError
-from firmware_runtime.host.deployment import project_wheel
-from firmware_runtime.host.deployment.commands import Commands
-from firmware_runtime.host.deployment.package_wheel import PIP, wheel_of
-from firmware_runtime.host.deployment.platform import Platform
+from firmware_runtime.host.deployment.connection import Commands
+from firmware_runtime.host.deployment.package_wheel import (
+    PIP,
+    build_own,
+    demand_ours,
+    requirements,
+    wheel_of,
+)
+from firmware_runtime.host.deployment.target import Platform
 
 EXTRAS = ("gpio", "metrics", "top", "completion")
 """What a robot can use beside the bare program."""
@@ -45,12 +50,12 @@ def collect(
     Raises DeploymentError when one cannot be had or does not fit.
     """
     into.mkdir(parents=True, exist_ok=True)
-    wheel = project_wheel.build(commands, into) if own is None else Path(shutil.copy2(own, into))
+    wheel = build_own(commands, into) if own is None else Path(shutil.copy2(own, into))
     ours = [wheel, *(wheel_of(package, commands, into) for package in packages)]
     if commands.dry_run:
         _download(commands, platform, ours, into)
         return ""
-    project_wheel.demand_ours(wheel)
+    demand_ours(wheel)
     source = _add_others(commands, platform, ours, into)
     files = list(into.iterdir())
     size = sum(file.stat().st_size for file in files)
@@ -60,7 +65,7 @@ def collect(
 
 def _add_others(commands: Commands, platform: Platform, ours: Sequence[Path], into: Path) -> str:
     """Add what our wheels depend on, from the cache if it has all; return where it came from."""
-    wanted = [*EXTRAS, *(each for made in ours for each in project_wheel.requirements(made))]
+    wanted = [*EXTRAS, *(each for made in ours for each in requirements(made))]
     cache = cache_directory() / str(platform)
     if _is_kept(cache, wanted):
         for file in cache.glob("*.whl"):

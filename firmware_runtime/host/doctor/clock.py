@@ -2,9 +2,15 @@
 
 import ctypes
 
-from firmware_runtime.host.doctor.check import Check
-from firmware_runtime.host.doctor.finding import Finding, not_applicable, note, ok, warning
-from firmware_runtime.host.doctor.machine import Machine
+from firmware_runtime.host.doctor.check import (
+    Check,
+    Finding,
+    Machine,
+    not_applicable,
+    note,
+    ok,
+    warning,
+)
 from firmware_runtime.system.kernel_files import clock_source, clock_sources
 
 _SLOW = {"hpet", "acpi_pm", "jiffies", "refined-jiffies"}

@@ -1,9 +1,15 @@
 """Whether output lines fall back when a program dies, and whether this user may use them."""
 
-from firmware_runtime.host.doctor.access import nodes_usable
-from firmware_runtime.host.doctor.check import Check
-from firmware_runtime.host.doctor.finding import Finding, not_applicable, note, ok, warning
-from firmware_runtime.host.doctor.machine import Machine
+from firmware_runtime.host.doctor.check import (
+    Check,
+    Finding,
+    Machine,
+    nodes_usable,
+    not_applicable,
+    note,
+    ok,
+    warning,
+)
 
 _PERSIST = "/sys/module/pinctrl_*/parameters/persist_gpio_outputs"
 

@@ -3,10 +3,17 @@
 import struct
 from collections.abc import Sequence
 
-from firmware_runtime.host.doctor.access import nodes_usable
-from firmware_runtime.host.doctor.check import Check
-from firmware_runtime.host.doctor.finding import Finding, failure, not_applicable, note, ok, warning
-from firmware_runtime.host.doctor.machine import Machine
+from firmware_runtime.host.doctor.check import (
+    Check,
+    Finding,
+    Machine,
+    failure,
+    nodes_usable,
+    not_applicable,
+    note,
+    ok,
+    warning,
+)
 from firmware_runtime.system import device_nodes
 from firmware_runtime.system.device_nodes import Bound, Holder, holders
 

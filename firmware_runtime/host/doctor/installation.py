@@ -3,9 +3,7 @@
 import platform
 import sys
 
-from firmware_runtime.host.doctor.check import Check
-from firmware_runtime.host.doctor.finding import Finding, failure, ok, warning
-from firmware_runtime.host.doctor.machine import Machine
+from firmware_runtime.host.doctor.check import Check, Finding, Machine, failure, ok, warning
 from firmware_runtime.system.conditions import version_of
 
 _LEAST = (3, 11)

@@ -1,8 +1,15 @@
 """Whether the loop's memory stays in RAM."""
 
-from firmware_runtime.host.doctor.check import Check
-from firmware_runtime.host.doctor.finding import Finding, failure, not_applicable, note, ok, warning
-from firmware_runtime.host.doctor.machine import Machine
+from firmware_runtime.host.doctor.check import (
+    Check,
+    Finding,
+    Machine,
+    failure,
+    not_applicable,
+    note,
+    ok,
+    warning,
+)
 from firmware_runtime.system.kernel_files import (
     CAP_IPC_LOCK,
     UNLIMITED,

@@ -2,10 +2,17 @@
 
 from collections.abc import Sequence
 
-from firmware_runtime.host.doctor.access import may_write
-from firmware_runtime.host.doctor.check import Check
-from firmware_runtime.host.doctor.finding import Finding, failure, not_applicable, note, ok, warning
-from firmware_runtime.host.doctor.machine import Machine
+from firmware_runtime.host.doctor.check import (
+    Check,
+    Finding,
+    Machine,
+    failure,
+    may_write,
+    not_applicable,
+    note,
+    ok,
+    warning,
+)
 from firmware_runtime.system.kernel_files import (
     cpu_list,
     governors,

@@ -15,9 +15,14 @@ from firmware_runtime.host.doctor import (
     serial_ports,
     service,
 )
-from firmware_runtime.host.doctor.check import Check, Result
-from firmware_runtime.host.doctor.finding import Finding, not_applicable
-from firmware_runtime.host.doctor.machine import Demands, Machine
+from firmware_runtime.host.doctor.check import (
+    Check,
+    Demands,
+    Finding,
+    Machine,
+    Result,
+    not_applicable,
+)
 
 GROUPS: Mapping[str, tuple[Check, ...]] = {
     "scheduling": scheduling.CHECKS,

@@ -5,9 +5,16 @@ import gzip
 import os
 import warnings
 
-from firmware_runtime.host.doctor.check import Check
-from firmware_runtime.host.doctor.finding import Finding, failure, not_applicable, note, ok, warning
-from firmware_runtime.host.doctor.machine import Machine
+from firmware_runtime.host.doctor.check import (
+    Check,
+    Finding,
+    Machine,
+    failure,
+    not_applicable,
+    note,
+    ok,
+    warning,
+)
 from firmware_runtime.system.kernel_files import (
     CAP_SYS_NICE,
     UNLIMITED,

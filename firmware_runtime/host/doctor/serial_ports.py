@@ -2,11 +2,17 @@
 
 from pathlib import Path
 
-from firmware_runtime.host.doctor.access import nodes_usable
-from firmware_runtime.host.doctor.check import Check
-from firmware_runtime.host.doctor.finding import Finding, failure, not_applicable, note, ok
+from firmware_runtime.host.doctor.check import (
+    Check,
+    Finding,
+    Machine,
+    failure,
+    nodes_usable,
+    not_applicable,
+    note,
+    ok,
+)
 from firmware_runtime.host.doctor.i2c import held_by_others
-from firmware_runtime.host.doctor.machine import Machine
 
 _NO_PORT = "the board has no serial port"
 

@@ -7,9 +7,16 @@ from contextlib import suppress
 from pathlib import Path
 
 from firmware_runtime.errors import StatisticsFileError
-from firmware_runtime.host.doctor.check import Check
-from firmware_runtime.host.doctor.finding import Finding, failure, not_applicable, note, ok, warning
-from firmware_runtime.host.doctor.machine import Machine
+from firmware_runtime.host.doctor.check import (
+    Check,
+    Finding,
+    Machine,
+    failure,
+    not_applicable,
+    note,
+    ok,
+    warning,
+)
 from firmware_runtime.statistics.paths import SYSTEM, find_statistics
 from firmware_runtime.statistics.reader import read_statistics
 from firmware_runtime.statistics.statistics import Statistics

@@ -4,7 +4,7 @@ import shlex
 from collections.abc import Callable, Iterator
 
 from firmware_runtime.errors import StepFailed
-from firmware_runtime.host.installation.places import (
+from firmware_runtime.host.installation.plan import (
     BRIDGE,
     GUARD,
     METRICS,
@@ -22,12 +22,10 @@ from firmware_runtime.host.installation.places import (
     drop_in_path,
     instance,
     settings_path,
+    shared_files,
     unit_path,
 )
-from firmware_runtime.host.installation.plan import shared_files
-from firmware_runtime.host.installation.programs import Words, run
-from firmware_runtime.host.installation.states import state_of
-from firmware_runtime.host.installation.target import Target
+from firmware_runtime.host.installation.target import Target, Words, run, state_of
 
 Log = Callable[[str], None]
 

@@ -23,10 +23,9 @@ from firmware_runtime.models.qss.blocks import (
     Switch,
 )
 from firmware_runtime.models.qss.bound import error_bound
-from firmware_runtime.models.qss.model import SystemModel
+from firmware_runtime.models.qss.model import Simulation, SystemModel, solve
 from firmware_runtime.models.qss.sampling import Hold, SegmentDelay, VariableDelay
 from firmware_runtime.models.qss.segment import Segment
-from firmware_runtime.models.qss.solve import Simulation, solve
 from firmware_runtime.models.qss.sources import (
     Constant,
     FromFile,

@@ -13,8 +13,7 @@ from firmware_runtime.models.qss.engine import Engine, Setting
 from firmware_runtime.models.qss.expression import TIME, parse
 from firmware_runtime.models.qss.function import TOLERANCE
 from firmware_runtime.models.qss.methods import METHODS
-from firmware_runtime.models.qss.segment import Segment, demand_finite
-from firmware_runtime.models.qss.signals import Signal
+from firmware_runtime.models.qss.segment import Segment, Signal, demand_finite
 from firmware_runtime.models.qss.watch import INSTANT_S
 
 _ALL: int = 4

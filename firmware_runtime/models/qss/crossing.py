@@ -7,8 +7,7 @@ from typing import ClassVar, Final, Literal
 from firmware_runtime.devs.model_errors import ModelError
 from firmware_runtime.devs.time import NEVER, format_time
 from firmware_runtime.models.qss.program import compile_condition
-from firmware_runtime.models.qss.segment import NANO, next_instant
-from firmware_runtime.models.qss.signals import Readings
+from firmware_runtime.models.qss.segment import NANO, Readings, next_instant
 from firmware_runtime.models.qss.watch import Watch, side_of
 
 __all__ = ["Crossing", "Direction"]

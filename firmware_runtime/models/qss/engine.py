@@ -32,8 +32,7 @@ from firmware_runtime.models.qss.expression import names_of
 from firmware_runtime.models.qss.function import Function
 from firmware_runtime.models.qss.methods import State
 from firmware_runtime.models.qss.program import Program, compile_expression
-from firmware_runtime.models.qss.segment import NANO, Segment
-from firmware_runtime.models.qss.signals import Readings, Signal
+from firmware_runtime.models.qss.segment import NANO, Readings, Segment, Signal
 from firmware_runtime.models.qss.watch import worth
 
 _MOST_ROUNDS: Final = 10_000

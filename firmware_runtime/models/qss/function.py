@@ -15,8 +15,7 @@ from typing import ClassVar, Final
 from firmware_runtime.devs.model_errors import ModelError
 from firmware_runtime.models.qss.expression import TIME, names_of
 from firmware_runtime.models.qss.program import Code, Quanta, compile_allowance, compile_expression
-from firmware_runtime.models.qss.segment import NANO, next_instant
-from firmware_runtime.models.qss.signals import Readings
+from firmware_runtime.models.qss.segment import NANO, Readings, next_instant
 from firmware_runtime.models.qss.watch import FIRST_SPAN_S, Watch, furthest
 
 TOLERANCE: Final = 1e-4

@@ -20,9 +20,8 @@ from typing import ClassVar, Final
 
 from firmware_runtime.devs.model_errors import ModelError
 from firmware_runtime.devs.time import NEVER
-from firmware_runtime.models.qss.roots import leaves_band
-from firmware_runtime.models.qss.segment import LONGEST_S, NANO, demand_finite, is_finite
-from firmware_runtime.models.qss.signals import Signal
+from firmware_runtime.models.qss.segment import LONGEST_S, NANO, Signal, demand_finite, is_finite
+from firmware_runtime.models.qss.watch import leaves_band
 
 RESOLUTION: Final = 2.0**-46
 """The smallest relative quantum: below it a float hardly resolves the state."""

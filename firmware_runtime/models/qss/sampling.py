@@ -7,8 +7,8 @@ from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.model_errors import ModelError
 from firmware_runtime.devs.time import SECOND, whole
 from firmware_runtime.models.delay import Delay
-from firmware_runtime.models.qss.roots import falls_below_zero
 from firmware_runtime.models.qss.segment import NANO, ZERO_SEGMENT, Segment, whole_after
+from firmware_runtime.models.qss.watch import falls_below_zero
 
 
 class Hold(Atomic):

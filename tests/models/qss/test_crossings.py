@@ -9,7 +9,7 @@ from firmware_runtime.devs.model_errors import ModelError
 from firmware_runtime.devs.simulator import Simulator
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.models.qss import Crossing, Segment, Simulation, System, When, solve
-from firmware_runtime.models.qss.roots import (
+from firmware_runtime.models.qss.watch import (
     falls_below_zero,
     leaves_band,
 )

@@ -5,8 +5,7 @@ from pathlib import Path
 from typing import Final
 
 from firmware_runtime.ecdpp.event_file import parse_events
-from firmware_runtime.ecdpp.experiment import run_events
-from firmware_runtime.ecdpp.output_file import OutputLine
+from firmware_runtime.ecdpp.experiment import OutputLine, run_events
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.lab.experiments.findings import Findings
 from firmware_runtime.lab.experiments.trial import Trial
