@@ -11,11 +11,10 @@ ValueError for another. An address that the class of a serial target has is none
 
 import inspect
 from collections.abc import Callable, Mapping, Sequence
-from importlib.metadata import EntryPoint
 from typing import NamedTuple, Protocol, runtime_checkable
 
 from firmware_runtime.errors import ConfigError, did_you_mean
-from firmware_runtime.system.packages import installed
+from firmware_runtime.system.packages import EntryPoint, installed
 from sim_doubles.clock import Now
 from sim_doubles.i2c_target import Target
 from sim_doubles.serial_target import SerialTarget

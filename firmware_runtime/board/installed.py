@@ -8,14 +8,11 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from importlib.util import find_spec
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from firmware_runtime.board.definition import BoardDefinition, definition_of
 from firmware_runtime.errors import ConfigError, FirmwareRuntimeError, text_of
-from firmware_runtime.system.packages import installed, rivals
-
-if TYPE_CHECKING:
-    from importlib.metadata import EntryPoint
+from firmware_runtime.system.packages import EntryPoint, installed, rivals
 
 FILE = "board.toml"
 GROUP = "firmware_runtime.boards"
@@ -29,7 +26,7 @@ def names() -> list[str]:
 def shipped_file(kind: str) -> Path:
     """The board.toml of an installed kind. Raises ConfigError if its package is not to be found."""
     entry_point = entry_point_of(kind)
-    if entry_point.pattern.match(entry_point.value) is None:
+    if not entry_point.is_sound:
         raise broken(entry_point, f"entry point {entry_point.value!r}; expected MODULE:OBJECT")
     with blamed_on(entry_point, "import"):
         found = find_spec(entry_point.module)
@@ -47,13 +44,13 @@ def definition(kind: str) -> BoardDefinition[Any]:
         return definition_of(entry_point.load())
 
 
-def entry_point_of(kind: str) -> "EntryPoint":
+def entry_point_of(kind: str) -> EntryPoint:
     """The entry point of an installed kind."""
     return next(entry_point for entry_point in installed(GROUP) if entry_point.name == kind)
 
 
 @contextmanager
-def blamed_on(entry_point: "EntryPoint", what: str) -> Iterator[None]:
+def blamed_on(entry_point: EntryPoint, what: str) -> Iterator[None]:
     """Raise ConfigError for whatever a package's code raises that is no sentence of ours yet."""
     try:
         yield
@@ -66,15 +63,16 @@ def blamed_on(entry_point: "EntryPoint", what: str) -> Iterator[None]:
         raise broken(entry_point, f"{sentence}{_place(entry_point, error)}") from error
 
 
-def broken(entry_point: "EntryPoint", fault: str) -> ConfigError:
-    """Return the error of a package that provides a board or a rig and is broken."""
-    whose = "an unknown package" if entry_point.dist is None else entry_point.dist.name
+def broken(entry_point: EntryPoint, fault: str) -> ConfigError:
+    """What is wrong with the package that provides a board or a rig."""
     kind = entry_point.group.rpartition(".")[2].removesuffix("s")
-    return ConfigError.of_one(f"{kind} {entry_point.name} of the package {whose}", fault)
+    return ConfigError.of_one(
+        f"{kind} {entry_point.name} of the package {entry_point.package}", fault
+    )
 
 
-def _place(entry_point: "EntryPoint", error: BaseException) -> str:
-    """Return where it was raised, as near as can be to the package's own code."""
+def _place(entry_point: EntryPoint, error: BaseException) -> str:
+    """Where it was raised, as near as can be to what the package itself did."""
     if isinstance(error, SyntaxError):
         return ""  # it names the place itself
     import traceback  # noqa: PLC0415 -- of a package with a defect only

@@ -5,7 +5,6 @@ Only the board's own rig is imported, by its entry point.
 
 from collections.abc import Mapping
 from contextlib import AbstractContextManager, ExitStack, nullcontext
-from inspect import getattr_static
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeVar
 
@@ -18,11 +17,9 @@ from firmware_runtime.hal.enable_line import EnableLine
 from firmware_runtime.hal.i2c import I2cBus
 from firmware_runtime.hal.line_time import WireClock
 from firmware_runtime.hal.serial import SerialPort
-from firmware_runtime.system.packages import installed
+from firmware_runtime.system.packages import EntryPoint, installed
 
 if TYPE_CHECKING:
-    from importlib.metadata import EntryPoint
-
     from firmware_runtime.hal.served.client import ServedDoubles
 
 T = TypeVar("T")
@@ -49,7 +46,7 @@ def rig_for(board: Board, clock: WireClock) -> Rig:
             rig: Rig = build(board.settings, clock)
         except ValueError as error:
             raise ConfigError(str(board.source), [f"world: {error}"]) from error
-    if missing := [name for name in _DEMANDED if getattr_static(rig, name, ...) is ...]:
+    if missing := [name for name in _DEMANDED if name not in dir(rig)]:
         raise broken(entry_point, f"no {', '.join(missing)}; see firmware_runtime.board.rig.Rig")
     with blamed_on(entry_point, "rig"):
         _check_lines(rig)
@@ -96,7 +93,7 @@ def has_rig(board: Board) -> bool:
     return _entry_point(board) is not None
 
 
-def _entry_point(board: Board) -> "EntryPoint | None":
+def _entry_point(board: Board) -> EntryPoint | None:
     return next((each for each in installed(GROUP) if each.name == board.kind), None)
 
 

@@ -2,12 +2,12 @@
 
 from collections.abc import Callable
 from contextlib import suppress
-from importlib.metadata import EntryPoint
 from typing import Any
 
 from firmware_runtime.board.installed import blamed_on, broken
 from firmware_runtime.cli.readers_gone import OutputError
 from firmware_runtime.errors import ConfigError, FirmwareRuntimeError, Status
+from firmware_runtime.system.packages import EntryPoint
 
 
 def add_verb(entry_point: EntryPoint, verbs: Any) -> None:  # noqa: ANN401 -- argparse names it not

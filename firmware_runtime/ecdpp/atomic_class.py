@@ -16,16 +16,13 @@ from dataclasses import dataclass, field
 from functools import cache
 from pathlib import Path
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Final, Literal, NamedTuple, TypeAlias, get_type_hints
+from typing import Final, Literal, NamedTuple, TypeAlias, get_type_hints
 
 from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.time import MILLISECOND
 from firmware_runtime.ecdpp.file_text import format_number, format_time, parse_number, parse_time
 from firmware_runtime.errors import ConfigError, SettingError, text_of
-from firmware_runtime.system.packages import of_every_package
-
-if TYPE_CHECKING:
-    from importlib.metadata import EntryPoint
+from firmware_runtime.system.packages import EntryPoint, of_every_package
 
 Value: TypeAlias = int | float | str
 Kind: TypeAlias = Literal["time", "number", "whole", "word"]
@@ -218,12 +215,12 @@ def _installed_classes() -> tuple[Sequence[_Registered], Sequence[str]]:
     return found, missing
 
 
-def _folder_of(entry_point: "EntryPoint") -> Path | None:
+def _folder_of(entry_point: EntryPoint) -> Path | None:
     file = getattr(sys.modules[entry_point.module], "__file__", None)
     return None if file is None else Path(file).resolve().parent
 
 
-def _classes_of(entry_point: "EntryPoint", whose: str) -> Iterator[tuple[str, AtomicClass]]:
+def _classes_of(entry_point: EntryPoint, whose: str) -> Iterator[tuple[str, AtomicClass]]:
     """The classes that an entry point leads to. Raises ConfigError for anything else."""
     where = f"ma_classes {entry_point.name} of the package {whose}"
     try:

@@ -1,10 +1,9 @@
 """The machine a run takes place on: without it the run's numbers mean nothing to others."""
 
 import os
-import platform
+import sys
 from collections.abc import Callable, Mapping
 from functools import cache
-from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
@@ -21,8 +20,10 @@ from firmware_runtime.system.kernel_files import (
     tickless,
     virtualised,
 )
+from firmware_runtime.system.packages import version_of
 
 PACKAGES = ("firmware-runtime", "numpy", "smbus2", "pyserial", "msgspec")
+_IMPLEMENTATIONS = {"cpython": "CPython", "pypy": "PyPy"}
 _CLASSES = {
     os.SCHED_OTHER: "SCHED_OTHER",
     os.SCHED_FIFO: "SCHED_FIFO",
@@ -51,19 +52,21 @@ def versions_here() -> dict[str, str | None]:
 
 
 def _python() -> str:
-    return f"{platform.python_implementation()} {platform.python_version()}"
+    name = sys.implementation.name
+    return f"{_IMPLEMENTATIONS.get(name, name)} {sys.version.split()[0]}"
 
 
 def _kernel_name() -> str:
-    return f"{platform.system()} {platform.release()}"
+    system = os.uname()
+    return f"{system.sysname} {system.release}"
 
 
 def _kernel(files: SystemFiles) -> dict[str, Any]:
     throttling = realtime_throttling(files)
     return {
         "kernel": _kernel_name(),
-        "kernel_build": platform.version(),
-        "preemption": preemption(files, platform.version()),
+        "kernel_build": os.uname().version,
+        "preemption": preemption(files, os.uname().version),
         "clock_source": clock_source(files),
         "rt_runtime_us": throttling.runtime_us,
         "rt_period_us": throttling.period_us,
@@ -72,7 +75,7 @@ def _kernel(files: SystemFiles) -> dict[str, Any]:
 
 def _processors(files: SystemFiles) -> dict[str, Any]:
     return {
-        "machine": platform.machine(),
+        "machine": os.uname().machine,
         "model": computer_model(files),
         "virtualised": virtualised(files),
         "cpu_count": os.cpu_count(),
@@ -87,14 +90,6 @@ def _processors(files: SystemFiles) -> dict[str, Any]:
 def _versions() -> dict[str, str | None]:
     """What is installed; looked up once, for a process that has many runs."""
     return {name: version_of(name) for name in PACKAGES}
-
-
-def version_of(package: str) -> str | None:
-    """The version of a package that is installed here; None if it is not."""
-    try:
-        return version(package)
-    except PackageNotFoundError:
-        return None
 
 
 BUSY_SHARE, STOLEN_SHARE = 0.1, 0.01

@@ -1,7 +1,6 @@
 """Which keys a class of a model file has, and what installed packages make known."""
 
 from collections.abc import Callable, Iterator
-from importlib.metadata import EntryPoint
 from pathlib import Path
 
 import pytest
@@ -12,6 +11,7 @@ from firmware_runtime.ecdpp import atomic_class
 from firmware_runtime.ecdpp.atomic_class import GROUP, AtomicClass, known_classes
 from firmware_runtime.ecdpp.model_file import parse_model
 from firmware_runtime.errors import ConfigError, SettingError
+from firmware_runtime.system.packages import EntryPoint
 
 
 class Server(Atomic):
@@ -85,7 +85,7 @@ def entry_points(monkeypatch: pytest.MonkeyPatch) -> Iterator[Callable[..., None
 
     def install(**values: str) -> None:
         points = [
-            (package, EntryPoint(name, value, GROUP))
+            (package, EntryPoint(name, value, GROUP, ""))
             for package, (name, value) in zip("abc", values.items(), strict=False)
         ]
         found = {GROUP: points}

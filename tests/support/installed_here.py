@@ -39,6 +39,6 @@ def installed_here(
 
 def _forget() -> None:
     """What is installed is looked up again."""
-    packages.installed.cache_clear()
-    packages._all.cache_clear()
+    for each in (packages.installed, packages._all, packages._folders):
+        each.cache_clear()
     invalidate_caches()

@@ -50,9 +50,9 @@ def packages_of(kinds: Collection[str]) -> list[Distribution]:
                 "the new program would not know it",
                 expected="it installed here too",
             )
-        package = entry_point_of(kind).dist
-        if package is not None and package.name != OUR_OWN:
-            found[package.name] = package
+        name = entry_point_of(kind).package
+        if name != OUR_OWN:
+            found[name] = distribution(name)
     return list(found.values())
 
 

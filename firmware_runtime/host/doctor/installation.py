@@ -4,7 +4,7 @@ import platform
 import sys
 
 from firmware_runtime.host.doctor.check import Check, Finding, Machine, failure, ok, warning
-from firmware_runtime.system.conditions import version_of
+from firmware_runtime.system.packages import version_of
 
 _LEAST = (3, 11)
 _WHOLE_SUITE = ((3, 11), (3, 13))
