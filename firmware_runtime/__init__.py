@@ -96,8 +96,9 @@ if TYPE_CHECKING:
     from firmware_runtime.runs.open_board import OpenBoard, open_board
     from firmware_runtime.runs.open_run import OpenRun, RunResult
     from firmware_runtime.statistics.figures import Figures, ModelFigures
+    from firmware_runtime.statistics.file_header import RunState
     from firmware_runtime.statistics.reader import read_statistics
-    from firmware_runtime.statistics.statistics import RunState, Statistics
+    from firmware_runtime.statistics.statistics import Statistics
 
 _WHERE: Final = {
     # To write models
@@ -151,7 +152,7 @@ _WHERE: Final = {
     "Figures": "statistics.figures",
     "ModelFigures": "statistics.figures",
     "read_statistics": "statistics.reader",
-    "RunState": "statistics.statistics",
+    "RunState": "statistics.file_header",
     "Statistics": "statistics.statistics",
     # To speak to chips, and to make a robot of them
     "BoardDefinition": "board.definition",

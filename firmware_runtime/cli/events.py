@@ -23,8 +23,8 @@ from firmware_runtime.errors import ConfigError, Status
 from firmware_runtime.executive.configuration import Configuration
 from firmware_runtime.executive.executive import Executive
 from firmware_runtime.executive.outcome import Outcome
+from firmware_runtime.statistics.file_header import RunState
 from firmware_runtime.statistics.paths import check_ending
-from firmware_runtime.statistics.statistics import RunState
 from firmware_runtime.statistics.trace_file import tracing
 from firmware_runtime.system.signals import stop_on_signals
 

@@ -13,8 +13,8 @@ from firmware_runtime.errors import ConfigError, FirmwareRuntimeError, Status, t
 from firmware_runtime.executive.outcome import Outcome
 from firmware_runtime.runs.session import Session
 from firmware_runtime.statistics.figures import Figures
+from firmware_runtime.statistics.file_header import RunState
 from firmware_runtime.statistics.run_text import statistics_text
-from firmware_runtime.statistics.statistics import RunState
 from firmware_runtime.statistics.summary import outputs_text, periods_not_kept
 from firmware_runtime.view.terminal_chart import Series, chart
 

@@ -20,6 +20,7 @@ from firmware_runtime.executive.profiler import Profiler
 from firmware_runtime.executive.progress import Progress
 from firmware_runtime.statistics.blame import BlameRow, Cause, blame_of, sentence
 from firmware_runtime.statistics.file import StatisticsFile
+from firmware_runtime.statistics.file_header import RunState
 from firmware_runtime.statistics.histogram import Histogram
 from firmware_runtime.statistics.history import Lately, Timeline, WorstList
 from firmware_runtime.statistics.layout import (
@@ -34,7 +35,7 @@ from firmware_runtime.statistics.layout import (
     WRITTEN,
     YIELDED,
 )
-from firmware_runtime.statistics.statistics import RunState, Statistics
+from firmware_runtime.statistics.statistics import Statistics
 
 FEW = 5
 """Steps after which it is known how long one takes."""

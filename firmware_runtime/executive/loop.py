@@ -25,7 +25,7 @@ from firmware_runtime.executive.ledger import Ledger
 from firmware_runtime.executive.outcome import Outcome, Readiness
 from firmware_runtime.executive.profiler import Profiler
 from firmware_runtime.executive.progress import Progress
-from firmware_runtime.statistics.statistics import RunState
+from firmware_runtime.statistics.file_header import RunState
 
 
 class Loop:

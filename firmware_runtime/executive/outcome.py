@@ -24,7 +24,7 @@ from firmware_runtime.errors import text_of
 from firmware_runtime.executive.clocks import Clock
 from firmware_runtime.executive.fault_log import FaultLog
 from firmware_runtime.hal.wire_errors import HalError
-from firmware_runtime.statistics.statistics import RunState
+from firmware_runtime.statistics.file_header import RunState
 
 
 class Outcome(Struct, frozen=True):

@@ -13,8 +13,9 @@ from firmware_runtime.executive.ledger import Ledger
 from firmware_runtime.executive.profiler import Profiler
 from firmware_runtime.executive.progress import Progress
 from firmware_runtime.statistics.file import StatisticsFile
+from firmware_runtime.statistics.file_header import RunState
 from firmware_runtime.statistics.layout import ELAPSED, STEP_TIMES, STEPS
-from firmware_runtime.statistics.statistics import RunState, Statistics
+from firmware_runtime.statistics.statistics import Statistics
 
 
 class UntimedLedger(Ledger):

@@ -11,8 +11,9 @@ Which of the two is wrong is not known: the fault names both.
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Generic, NamedTuple, TypeVar
+
+from msgspec import Struct
 
 from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.time import SECOND
@@ -23,8 +24,7 @@ R = TypeVar("R")
 V = TypeVar("V")
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class CrossCheckSettings:
+class CrossCheckSettings(Struct, frozen=True, kw_only=True):
     """How long changes are remembered, and how far apart they may be."""
 
     quantity: str

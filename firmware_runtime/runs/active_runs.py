@@ -13,7 +13,7 @@ from pathlib import Path
 from firmware_runtime.board.registry import Board
 from firmware_runtime.hal.served.connection import lock_of
 from firmware_runtime.runs.watched_run import WatchedRun
-from firmware_runtime.statistics.file import STATISTICS
+from firmware_runtime.statistics.file_header import STATISTICS
 from firmware_runtime.system.device_nodes import Holder, holders
 from firmware_runtime.system.kernel_files import THIS_MACHINE
 

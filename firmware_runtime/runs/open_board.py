@@ -36,8 +36,8 @@ from firmware_runtime.runs.options import (
 )
 from firmware_runtime.runs.session import Session
 from firmware_runtime.runs.start import start_session
+from firmware_runtime.statistics.file_header import RunState
 from firmware_runtime.statistics.paths import check_ending, default_path
-from firmware_runtime.statistics.statistics import RunState
 from firmware_runtime.system.atomic_file import why_not_writable
 
 Settings = Mapping[str, object]

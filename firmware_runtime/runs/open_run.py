@@ -16,7 +16,7 @@ from firmware_runtime.executive.outcome import Outcome
 from firmware_runtime.runs.exit_in_model import quitting_is_a_bug
 from firmware_runtime.runs.options import end_after, positive
 from firmware_runtime.statistics.figures import Figures
-from firmware_runtime.statistics.statistics import RunState
+from firmware_runtime.statistics.file_header import RunState
 from firmware_runtime.system.resources import Closing
 from firmware_runtime.system.signals import signal_number, stop_on_signals
 

@@ -8,7 +8,7 @@ get        the gains and limits, by key
 set        changes all that `values` names, or none
 """
 
-import secrets
+import os
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from time import monotonic_ns
@@ -55,7 +55,7 @@ class Requests:
         self._arming = arming
         self._tuning = tuning
         self._log = log
-        self._run = secrets.token_hex(8)
+        self._run = os.urandom(8).hex()
         answers = {
             "arm": self._arm,
             "disarm": self._disarm,

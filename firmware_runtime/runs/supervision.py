@@ -20,8 +20,8 @@ from firmware_runtime.devs.time import MILLISECOND, NEVER, SECOND
 from firmware_runtime.executive.clocks import MonotonicClock
 from firmware_runtime.executive.executive import Executive
 from firmware_runtime.runs.arming import Arming
+from firmware_runtime.statistics.file_header import RunState
 from firmware_runtime.statistics.layout import STEP_TIME
-from firmware_runtime.statistics.statistics import RunState
 
 WINDOW: Final = 3 * SECOND
 """Ns of real time that a load is taken over."""

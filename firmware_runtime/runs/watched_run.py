@@ -16,11 +16,10 @@ from time import monotonic_ns
 
 from firmware_runtime.devs.time import MILLISECOND
 from firmware_runtime.errors import StatisticsFileError
-from firmware_runtime.statistics.file import STATISTICS, driver_of
+from firmware_runtime.statistics.file_header import STATISTICS, RunState, driver_of
 from firmware_runtime.statistics.layout import ACKNOWLEDGED, EPOCH, GUARD, HEARTBEAT, STATE
 from firmware_runtime.statistics.mapped_file import CELL, SharedCells
 from firmware_runtime.statistics.paths import Companion
-from firmware_runtime.statistics.statistics import RunState
 from firmware_runtime.system.process_identity import is_running
 
 

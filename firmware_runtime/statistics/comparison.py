@@ -18,7 +18,7 @@ from firmware_runtime.devs.time import NEVER
 from firmware_runtime.errors import StatisticsFileError
 from firmware_runtime.statistics import fault_table
 from firmware_runtime.statistics.fault_table import FaultCount
-from firmware_runtime.statistics.file_header import Header
+from firmware_runtime.statistics.file_header import Header, RunState
 from firmware_runtime.statistics.histogram import (
     BUCKETS,
     CELLS,
@@ -42,7 +42,7 @@ from firmware_runtime.statistics.layout import (
     Layout,
 )
 from firmware_runtime.statistics.rows import LinkRow, ModelRow, counters
-from firmware_runtime.statistics.statistics import NO_INSTANT, RunState, Statistics
+from firmware_runtime.statistics.statistics import NO_INSTANT, Statistics
 
 _LAST_LATE, _DUE = MODEL.index("last_late_ns"), MODEL.index("due_ns")
 _SCHEDULED, _SKIPPED = MODEL.index("scheduled"), MODEL.index("skipped")

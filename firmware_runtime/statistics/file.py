@@ -14,7 +14,7 @@ from msgspec import convert
 from msgspec.structs import replace
 
 from firmware_runtime.errors import StatisticsFileError
-from firmware_runtime.statistics.file_header import Driver, Header, Saved, count_overdue
+from firmware_runtime.statistics.file_header import STATISTICS, Header, Saved, count_overdue
 from firmware_runtime.statistics.histogram import Cells
 from firmware_runtime.statistics.layout import (
     ELAPSED,
@@ -23,12 +23,9 @@ from firmware_runtime.statistics.layout import (
     WRITTEN,
     Layout,
 )
-from firmware_runtime.statistics.mapped_file import Kind, ReadableFile
 from firmware_runtime.statistics.statistics import Statistics
 from firmware_runtime.system.atomic_file import keep_file
 from firmware_runtime.system.process_identity import this_process
-
-STATISTICS = Kind("statistics file", b"FWRTSTAT", 2)
 
 
 def save(statistics: Statistics, path: Path) -> None:
@@ -47,14 +44,6 @@ def save(statistics: Statistics, path: Path) -> None:
     except OSError as error:
         fault = f"{path}: the statistics cannot be kept there ({error.strerror})"
         raise StatisticsFileError(fault, expected="a file that this user may write") from error
-
-
-def driver_of(file: ReadableFile) -> Driver:
-    """Which process writes a statistics file, and the conditions of its run.
-
-    Raises StatisticsFileError when its header states neither, or nothing that can be.
-    """
-    return file.header_as(Driver)
 
 
 def _is_a_run_s_own(path: Path) -> bool:

@@ -16,6 +16,7 @@ whose process is gone.
   belongs to it, however late the loop comes there.
 """
 
+from enum import IntEnum
 from math import isfinite
 from time import monotonic_ns
 from typing import Annotated, Any
@@ -34,7 +35,20 @@ from firmware_runtime.statistics.layout import (
     WRITTEN,
     Layout,
 )
+from firmware_runtime.statistics.mapped_file import Kind, ReadableFile
 from firmware_runtime.system.process_identity import ProcessIdentity
+
+STATISTICS = Kind("statistics file", b"FWRTSTAT", 2)
+
+
+class RunState(IntEnum):
+    """How far a run has come, and how it ended."""
+
+    RUNNING = 0
+    ENDED = 1
+    STOPPED = 2
+    FAILED = 3
+    OVERRUN = 4
 
 
 class StatedModel(Struct, frozen=True):
@@ -64,6 +78,14 @@ class Driver(Struct, frozen=True):
     def has_outputs(self) -> bool:
         """Whether outputs outside its own process are switched off at its end."""
         return "switched_off" in self.conditions
+
+
+def driver_of(file: ReadableFile) -> Driver:
+    """Return which process writes a statistics file, and the conditions of its run.
+
+    Raises StatisticsFileError when its header states neither, or nothing that can be.
+    """
+    return file.header_as(Driver)
 
 
 class Header(Driver, frozen=True, kw_only=True):

@@ -9,9 +9,8 @@ Anything else is the text that `str` makes of it.
 
 import math
 from collections.abc import Iterable
-from dataclasses import fields, is_dataclass
 from enum import Enum
-from typing import Any
+from typing import Any, cast
 
 import msgspec
 
@@ -39,8 +38,11 @@ def _named(value: object) -> Iterable[tuple[str, object]] | None:
     """Names and values of what becomes an object, else None."""
     if isinstance(value, tuple) and hasattr(value, "_fields"):
         return zip(value._fields, value, strict=True)
-    if is_dataclass(value) and not isinstance(value, type):
-        return ((field.name, getattr(value, field.name)) for field in fields(value))
+    if hasattr(value, "__dataclass_fields__") and not isinstance(value, type):
+        from dataclasses import fields  # noqa: PLC0415 -- loaded already where there is one
+
+        names = [field.name for field in fields(cast("Any", value))]
+        return ((name, getattr(value, name)) for name in names)
     if isinstance(value, msgspec.Struct):
         return ((name, getattr(value, name)) for name in value.__struct_fields__)
     if isinstance(value, dict):

@@ -12,11 +12,10 @@ from pathlib import Path
 from time import monotonic, sleep
 
 from firmware_runtime.errors import BeingWrittenError
-from firmware_runtime.statistics.file import STATISTICS
-from firmware_runtime.statistics.file_header import Header, count_overdue
+from firmware_runtime.statistics.file_header import STATISTICS, Header, RunState, count_overdue
 from firmware_runtime.statistics.layout import STATE, WORST
 from firmware_runtime.statistics.mapped_file import ReadableFile
-from firmware_runtime.statistics.statistics import RunState, Statistics
+from firmware_runtime.statistics.statistics import Statistics
 from firmware_runtime.system.process_identity import is_running
 
 STORES_IN_ORDER = platform.machine() in {"x86_64", "i686"}

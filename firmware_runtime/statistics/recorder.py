@@ -17,10 +17,11 @@ from typing import Protocol
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.errors import StatisticsFileError
 from firmware_runtime.statistics.file import save
+from firmware_runtime.statistics.file_header import RunState
 from firmware_runtime.statistics.late_watch import Late, LateWatch
 from firmware_runtime.statistics.paths import SUFFIX
 from firmware_runtime.statistics.reader import read_statistics
-from firmware_runtime.statistics.statistics import RunState, Statistics
+from firmware_runtime.statistics.statistics import Statistics
 from firmware_runtime.statistics.takeovers import takeovers_of
 
 SAVE_EVERY = 60 * SECOND

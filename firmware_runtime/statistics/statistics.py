@@ -4,7 +4,6 @@ Totals over models are not in the cells: they are the sums of the models' counte
 histograms of their lateness, made here.
 """
 
-from enum import IntEnum
 from time import monotonic_ns
 from typing import Any
 
@@ -22,7 +21,7 @@ from firmware_runtime.statistics.figures import (
     ModelFigures,
     SerialFigures,
 )
-from firmware_runtime.statistics.file_header import Header, waiting
+from firmware_runtime.statistics.file_header import Header, RunState, waiting
 from firmware_runtime.statistics.histogram import Cells, Histogram, empty_cells
 from firmware_runtime.statistics.history import Span, read_timeline, read_worst
 from firmware_runtime.statistics.layout import (
@@ -53,16 +52,6 @@ from firmware_runtime.statistics.rows import (
 NO_INSTANT = -1
 """Of the last overrun, where its instant means nothing: in the sum of several runs."""
 TOTALS = Activations.__struct_fields__
-
-
-class RunState(IntEnum):
-    """How far a run has come, and how it ended."""
-
-    RUNNING = 0
-    ENDED = 1
-    STOPPED = 2
-    FAILED = 3
-    OVERRUN = 4
 
 
 class Statistics(Struct, frozen=True):

@@ -24,7 +24,7 @@ from firmware_runtime.recording.board_of_recording import board_of_table
 from firmware_runtime.recording.replay.verdict import replay
 from firmware_runtime.recording.values import legible
 from firmware_runtime.runs.start import start_session
-from firmware_runtime.statistics.statistics import RunState
+from firmware_runtime.statistics.file_header import RunState
 
 SIZE = Size(16_384, 3)
 HEADER = b"h" * 100

@@ -11,9 +11,9 @@ from firmware_runtime.devs.time import SECOND
 from firmware_runtime.recording.blackbox.locations import recording_of_virtual_run
 from firmware_runtime.statistics.dates import local
 from firmware_runtime.statistics.file import StatisticsFile
+from firmware_runtime.statistics.file_header import RunState
 from firmware_runtime.statistics.layout import STATE, Layout
 from firmware_runtime.statistics.paths import default_path
-from firmware_runtime.statistics.statistics import RunState
 
 BEGAN = 1_800_000_000 * SECOND
 RAN = 60 * SECOND

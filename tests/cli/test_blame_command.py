@@ -14,10 +14,10 @@ from firmware_runtime.cli.commands import blame
 from firmware_runtime.devs.time import MILLISECOND
 from firmware_runtime.statistics.blame import BLAME, CAUSES, BlameRow, Cause
 from firmware_runtime.statistics.file import StatisticsFile
+from firmware_runtime.statistics.file_header import RunState
 from firmware_runtime.statistics.history import WorstList
 from firmware_runtime.statistics.layout import ELAPSED, HEARTBEAT, STATE, WRITTEN, Layout
 from firmware_runtime.statistics.reader import read_statistics
-from firmware_runtime.statistics.statistics import RunState
 from firmware_runtime.system.switch_trace import NoTracingError, Switch, Thread
 
 Command = Callable[..., Any]

@@ -18,7 +18,7 @@ from firmware_runtime.recording.blackbox.layout import MOST_CHUNKS, prefix
 from firmware_runtime.recording.blackbox.locations import find_recording
 from firmware_runtime.recording.blackbox.reader import kind_of, read_recording, recording_in
 from firmware_runtime.recording.blackbox.section import MOST_DEPTH, Kind, decode, is_too_deep
-from firmware_runtime.statistics.file import STATISTICS
+from firmware_runtime.statistics.file_header import STATISTICS
 from firmware_runtime.statistics.paths import default_path, find_statistics
 from tests.support.mutated import EXPECTED, VERBS, deep
 from tests.support.recorded import in_chunks, record

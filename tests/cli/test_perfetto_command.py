@@ -16,8 +16,9 @@ from msgspec.structs import replace
 from firmware_runtime.cli.commands import perfetto
 from firmware_runtime.devs.time import MILLISECOND
 from firmware_runtime.errors import BeingWrittenError
+from firmware_runtime.statistics.file_header import RunState
 from firmware_runtime.statistics.reader import read_statistics
-from firmware_runtime.statistics.statistics import RunState, Statistics
+from firmware_runtime.statistics.statistics import Statistics
 from tests.support.recorded import record
 from tests.support.trace_rules import assert_sound, slices
 from tests.support.written_run import WrittenRun

@@ -14,8 +14,8 @@ from firmware_runtime.recording.blackbox.layout import CHUNK, PREFIX_SIZE, SECTI
 from firmware_runtime.recording.blackbox.locations import find_recording, recording_of_virtual_run
 from firmware_runtime.recording.blackbox.reader import kind_of, read_recording
 from firmware_runtime.recording.blackbox.section import Kind
+from firmware_runtime.statistics.file_header import RunState
 from firmware_runtime.statistics.layout import STATE
-from firmware_runtime.statistics.statistics import RunState
 from tests.support.recorded import every_section, record
 from tests.support.written_run import WrittenRun
 

@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from firmware_runtime.statistics.file import save
-from firmware_runtime.statistics.statistics import RunState
+from firmware_runtime.statistics.file_header import RunState
 from tests.support.written_run import WrittenRun, uneven_run
 
 Command = Callable[..., Any]

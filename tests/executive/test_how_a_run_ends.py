@@ -14,7 +14,7 @@ from firmware_runtime.executive.deadlines import PathDeadline
 from firmware_runtime.executive.executive import Executive
 from firmware_runtime.executive.outcome import Outcome
 from firmware_runtime.executive.policy import ActivationPolicy
-from firmware_runtime.statistics.statistics import RunState
+from firmware_runtime.statistics.file_header import RunState
 from tests.support.executives import Run
 from tests.support.periodic_models import PERIOD, Actuator, Robot
 from tests.support.stalling_clock import StallingClock

@@ -10,7 +10,7 @@ from firmware_runtime.devs.time import MILLISECOND, NEVER, SECOND
 from firmware_runtime.executive.clocks import S, VirtualClock
 from firmware_runtime.executive.configuration import Configuration
 from firmware_runtime.executive.inbox import CAPACITY
-from firmware_runtime.statistics.statistics import RunState
+from firmware_runtime.statistics.file_header import RunState
 from tests.support.executives import Run
 from tests.support.periodic_models import PERIOD, Actuator, Robot, Sampler
 from tests.support.stalling_clock import StallingClock

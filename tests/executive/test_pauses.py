@@ -9,9 +9,9 @@ from firmware_runtime.executive.clocks import VirtualClock
 from firmware_runtime.executive.configuration import Configuration
 from firmware_runtime.executive.executive import Executive
 from firmware_runtime.statistics import file_header
+from firmware_runtime.statistics.file_header import RunState
 from firmware_runtime.statistics.layout import HEARTBEAT
 from firmware_runtime.statistics.reader import read_statistics
-from firmware_runtime.statistics.statistics import RunState
 from tests.support.executives import Run
 from tests.support.periodic_models import PERIOD, Actuator, Robot
 from tests.support.stalling_clock import StallingClock

@@ -12,8 +12,8 @@ from firmware_runtime.executive.configuration import Configuration
 from firmware_runtime.executive.policy import ActivationPolicy
 from firmware_runtime.executive.progress import Progress
 from firmware_runtime.executive.step import Step
+from firmware_runtime.statistics.file_header import RunState
 from firmware_runtime.statistics.layout import HEARTBEAT
-from firmware_runtime.statistics.statistics import RunState
 from tests.support.executives import Run
 from tests.support.periodic_models import PERIOD, Robot, Sampler
 from tests.support.stalling_clock import StallingClock

@@ -9,7 +9,7 @@ from firmware_runtime.executive.clocks import Clock, MonotonicClock, ScaledClock
 from firmware_runtime.executive.configuration import Configuration
 from firmware_runtime.executive.policy import ActivationPolicy
 from firmware_runtime.executive.process import ProcessSettings
-from firmware_runtime.statistics.statistics import RunState
+from firmware_runtime.statistics.file_header import RunState
 from tests.support.executives import Run
 from tests.support.periodic_models import Robot
 

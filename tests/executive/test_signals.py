@@ -12,7 +12,7 @@ import pytest
 
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.executive.clocks import MonotonicClock
-from firmware_runtime.statistics.statistics import RunState
+from firmware_runtime.statistics.file_header import RunState
 from firmware_runtime.system.signals import (
     ENDS,
     STOPS,

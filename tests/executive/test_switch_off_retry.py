@@ -13,8 +13,8 @@ from firmware_runtime.executive.configuration import Configuration
 from firmware_runtime.executive.executive import Executive
 from firmware_runtime.executive.outcome import OFF_AGAIN_EVERY, Outcome
 from firmware_runtime.hal.wire_errors import NoAcknowledge
+from firmware_runtime.statistics.file_header import RunState
 from firmware_runtime.statistics.layout import ELAPSED, HEARTBEAT, WRITTEN
-from firmware_runtime.statistics.statistics import RunState
 from firmware_runtime.system.signals import stop_on_signals
 from tests.support.periodic_models import PERIOD, Actuator, Robot
 

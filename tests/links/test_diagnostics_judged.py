@@ -15,8 +15,8 @@ from firmware_runtime.runs.start import start_session
 from firmware_runtime.statistics import reader
 from firmware_runtime.statistics.figures import FaultFigures, Figures
 from firmware_runtime.statistics.file import StatisticsFile
+from firmware_runtime.statistics.file_header import RunState
 from firmware_runtime.statistics.layout import Layout
-from firmware_runtime.statistics.statistics import RunState
 
 IMU = "tachobot: imu"
 

@@ -15,8 +15,8 @@ from firmware_runtime.devs.time import SECOND
 from firmware_runtime.hal.wire_errors import BusAbsent
 from firmware_runtime.runs.guard import Guard, Phase
 from firmware_runtime.statistics.file import StatisticsFile
+from firmware_runtime.statistics.file_header import RunState
 from firmware_runtime.statistics.layout import ACKNOWLEDGED, EPOCH, GUARD, HEARTBEAT, STATE, Layout
-from firmware_runtime.statistics.statistics import RunState
 from firmware_runtime.statistics.takeovers import note_takeover, read_takeovers, takeovers_of
 from firmware_runtime.system.process_identity import this_process
 

@@ -18,11 +18,12 @@ from firmware_runtime.statistics.comparison import (
     same_run,
 )
 from firmware_runtime.statistics.file import StatisticsFile, save
+from firmware_runtime.statistics.file_header import RunState
 from firmware_runtime.statistics.histogram import LARGEST, SUM_CELL, Histogram
 from firmware_runtime.statistics.history import WorstList
 from firmware_runtime.statistics.layout import ELAPSED, MODEL, STATE, STEP_HISTOGRAM, Layout
 from firmware_runtime.statistics.reader import read_statistics
-from firmware_runtime.statistics.statistics import RunState, Statistics
+from firmware_runtime.statistics.statistics import Statistics
 
 LAYOUT = Layout(models=("imu",), timed=("imu",), buses=("i2c1",), deadlines=("yaw",), worst=2)
 STATED = {"imu": {"period_ns": 10_000_000, "tolerance_ns": 1_000_000, "policy": "skip"}}

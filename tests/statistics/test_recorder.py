@@ -10,10 +10,10 @@ from firmware_runtime.errors import StatisticsFileError
 from firmware_runtime.recording.blackbox.excerpts import Pieces
 from firmware_runtime.statistics import file as statistics_file
 from firmware_runtime.statistics import reader as statistics_reader
+from firmware_runtime.statistics.file_header import RunState
 from firmware_runtime.statistics.layout import STATE
 from firmware_runtime.statistics.reader import read_statistics
 from firmware_runtime.statistics.recorder import MOST_LATE, QUIET, SAVE_EVERY, Recorder
-from firmware_runtime.statistics.statistics import RunState
 from firmware_runtime.statistics.takeovers import Takeover, note_takeover
 from firmware_runtime.system.process_identity import this_process
 from tests.support.written_run import WrittenRun

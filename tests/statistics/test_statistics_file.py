@@ -11,11 +11,11 @@ import pytest
 
 from firmware_runtime.errors import StatisticsFileError
 from firmware_runtime.statistics import reader as statistics_reader
-from firmware_runtime.statistics.file import STATISTICS, StatisticsFile
+from firmware_runtime.statistics.file import StatisticsFile
+from firmware_runtime.statistics.file_header import STATISTICS, RunState
 from firmware_runtime.statistics.layout import SEQUENCE, STATE, WORST, Layout
 from firmware_runtime.statistics.mapped_file import PREFIX
 from firmware_runtime.statistics.reader import read_statistics
-from firmware_runtime.statistics.statistics import RunState
 
 
 def overwrite(path: Path, offset: int, data: bytes) -> None:

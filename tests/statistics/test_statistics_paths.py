@@ -1,5 +1,4 @@
 import os
-import tempfile
 from pathlib import Path
 
 import pytest
@@ -16,7 +15,6 @@ def nothing_is_set(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     for variable in VARIABLES:
         monkeypatch.delenv(variable, raising=False)
     monkeypatch.setattr(paths, "SYSTEM", tmp_path / "run")
-    monkeypatch.setattr(tempfile, "tempdir", None)  # read the variable anew
     monkeypatch.setenv("TMPDIR", str(tmp_path))
 
 

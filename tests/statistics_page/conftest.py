@@ -9,7 +9,8 @@ from msgspec.structs import replace
 from firmware_runtime.devs.time import MILLISECOND, SECOND
 from firmware_runtime.statistics import fault_table
 from firmware_runtime.statistics.fault_table import FaultCount
-from firmware_runtime.statistics.statistics import RunState, Statistics
+from firmware_runtime.statistics.file_header import RunState
+from firmware_runtime.statistics.statistics import Statistics
 from tests.support.written_run import LAYOUT, WrittenRun, uneven_run
 
 

@@ -10,7 +10,7 @@ from msgspec.structs import replace
 
 from firmware_runtime.devs.time import MILLISECOND, SECOND
 from firmware_runtime.statistics import number_formats as words
-from firmware_runtime.statistics.statistics import RunState
+from firmware_runtime.statistics.file_header import RunState
 from firmware_runtime.view.report.verdict import verdict
 from firmware_runtime.view.scales import CountScale, LogScale, ShareScale, TimeScale
 from tests.support.written_run import WrittenRun, uneven_run

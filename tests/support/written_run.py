@@ -7,6 +7,7 @@ from msgspec.structs import replace
 
 from firmware_runtime.devs.time import MILLISECOND, SECOND
 from firmware_runtime.statistics.file import StatisticsFile
+from firmware_runtime.statistics.file_header import RunState
 from firmware_runtime.statistics.histogram import Histogram
 from firmware_runtime.statistics.history import COUNTED, Timeline, WorstList
 from firmware_runtime.statistics.layout import (
@@ -18,7 +19,7 @@ from firmware_runtime.statistics.layout import (
     WORST,
     Layout,
 )
-from firmware_runtime.statistics.statistics import RunState, Statistics
+from firmware_runtime.statistics.statistics import Statistics
 
 LAYOUT = Layout(
     models=("imu", "compass"),

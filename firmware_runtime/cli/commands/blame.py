@@ -21,11 +21,12 @@ from firmware_runtime.cli.readers_gone import print_line
 from firmware_runtime.errors import Status
 from firmware_runtime.statistics.blame import sentence
 from firmware_runtime.statistics.figures import WorstActivation
+from firmware_runtime.statistics.file_header import RunState
 from firmware_runtime.statistics.layout import ELAPSED, HEARTBEAT, WRITTEN
 from firmware_runtime.statistics.number_formats import instant, microseconds, seconds
 from firmware_runtime.statistics.ran_instead import RanInstead, ran_instead
 from firmware_runtime.statistics.reader import read_statistics
-from firmware_runtime.statistics.statistics import RunState, Statistics
+from firmware_runtime.statistics.statistics import Statistics
 from firmware_runtime.system.signals import UntilSignal, until_signal
 from firmware_runtime.system.switch_trace import NoTracingError, SwitchTrace, switch_trace
 

@@ -23,11 +23,12 @@ from firmware_runtime.recording.board_of_recording import board_of
 from firmware_runtime.recording.exports.observed_run import missing_in, moments_of
 from firmware_runtime.recording.exports.perfetto import chrome_trace
 from firmware_runtime.recording.replay.verdict import Stretch
+from firmware_runtime.statistics.file_header import RunState
 from firmware_runtime.statistics.late_watch import Late, LateWatch
 from firmware_runtime.statistics.number_formats import instant
 from firmware_runtime.statistics.paths import SUFFIX
 from firmware_runtime.statistics.reader import read_statistics
-from firmware_runtime.statistics.statistics import RunState, Statistics
+from firmware_runtime.statistics.statistics import Statistics
 from firmware_runtime.system.atomic_file import keep_output
 
 LAST = 15 * SECOND

@@ -36,9 +36,8 @@ from firmware_runtime.runs.reporter import Reporter
 from firmware_runtime.runs.restarts import Restarts, counted
 from firmware_runtime.runs.session import Session
 from firmware_runtime.runs.start import start_session
-from firmware_runtime.runs.tuning import Reloading
+from firmware_runtime.statistics.file_header import RunState
 from firmware_runtime.statistics.paths import check_ending, default_path
-from firmware_runtime.statistics.statistics import RunState
 from firmware_runtime.statistics.summary import summary
 from firmware_runtime.system.messages import Journal, Notices
 from firmware_runtime.system.packages import refuse_ros

@@ -27,7 +27,9 @@ from firmware_runtime.runs.run_settings import (
     kept_settings,
 )
 from firmware_runtime.runs.safe_state import BETWEEN, WATCH, SafeState
+from firmware_runtime.statistics.file_header import STATISTICS, driver_of
 from firmware_runtime.statistics.paths import Companion, default_path, directories
+from firmware_runtime.system.process_identity import is_running
 from firmware_runtime.system.signals import until_signal
 
 TIMEOUT = 2 * SECOND
@@ -137,14 +139,12 @@ def _has_doubles_of_its_own(statistics: Path | None) -> bool:
     """Whether a run lives there whose outputs no other process reaches."""
     if statistics is None:
         return False
-    # outputs come first: what explains a failure is loaded after it
-    from firmware_runtime.statistics.reader import read_statistics  # noqa: PLC0415
-
     try:
-        found = read_statistics(statistics)
+        with STATISTICS.opened(statistics) as file:
+            run = driver_of(file)
     except StatisticsFileError:
         return False
-    return found.writer_alive and not found.header.has_outputs
+    return run.saved is None and is_running(run.writer) and not run.has_outputs
 
 
 def _off(board: Board, arguments: argparse.Namespace) -> list[str]:

@@ -27,7 +27,7 @@ from firmware_runtime.lab.sweeps.plan import Sweep
 from firmware_runtime.recording.code import code_of, digest_of
 from firmware_runtime.runs.open_board import OpenBoard, open_board
 from firmware_runtime.statistics.figures import Figures
-from firmware_runtime.statistics.statistics import RunState
+from firmware_runtime.statistics.file_header import RunState
 
 Cell: TypeAlias = bool | int | float | str | None
 Row: TypeAlias = dict[str, Cell]

@@ -21,8 +21,9 @@ from typing import Any, Final
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.errors import BeingWrittenError, FirmwareRuntimeError
 from firmware_runtime.statistics.figures import Figures
+from firmware_runtime.statistics.file_header import RunState
 from firmware_runtime.statistics.reader import read_statistics
-from firmware_runtime.statistics.statistics import RunState, Statistics
+from firmware_runtime.statistics.statistics import Statistics
 
 LATELY: Final = 10 * SECOND
 OFTEN: Final = 10

@@ -41,7 +41,7 @@ from firmware_runtime.recording.blackbox.tapped_models import (
 from firmware_runtime.recording.blackbox.writer import Writer
 from firmware_runtime.recording.random_state import begin_late, places
 from firmware_runtime.recording.values import UnknownValue, legible, plain
-from firmware_runtime.statistics.statistics import RunState
+from firmware_runtime.statistics.file_header import RunState
 
 
 class Recorder:

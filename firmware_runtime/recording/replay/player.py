@@ -31,7 +31,8 @@ from firmware_runtime.recording.replay.section_comparison import (
     differences_of_counts,
 )
 from firmware_runtime.recording.values import legible, made_for
-from firmware_runtime.statistics.statistics import RunState, Statistics
+from firmware_runtime.statistics.file_header import RunState
+from firmware_runtime.statistics.statistics import Statistics
 
 _FAILED: Final = RunState.FAILED.name.lower()
 _ENDS: Final = {state.name.lower(): state for state in RunState}
