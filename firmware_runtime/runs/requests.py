@@ -159,7 +159,7 @@ class Leases:
 
     def take(self, lease_s: object) -> str:
         """A new lease on a robot that is armed; its name. Raises ConfigError for no such time."""
-        lease = secrets.token_hex(8)
+        lease = os.urandom(8).hex()
         self._lengths[lease] = length(lease_s)
         self.renew(lease, self._now())
         return lease

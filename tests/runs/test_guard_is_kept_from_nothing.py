@@ -14,8 +14,7 @@ from msgspec.structs import asdict
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.errors import StatisticsFileError
 from firmware_runtime.runs.guard import Guard, Phase
-from firmware_runtime.runs.statistics_in_use import keep_clear_of_other_runs
-from firmware_runtime.runs.watched_run import WatchedRun
+from firmware_runtime.runs.watched_run import WatchedRun, keep_clear_of_other_runs
 from firmware_runtime.statistics.file import StatisticsFile
 from firmware_runtime.statistics.file_header import STATISTICS
 from firmware_runtime.statistics.layout import GUARD, HEARTBEAT, Layout

@@ -7,7 +7,7 @@ import pytest
 from msgspec.structs import asdict, replace
 
 from firmware_runtime.errors import StatisticsFileError
-from firmware_runtime.runs.statistics_in_use import keep_clear_of_other_runs
+from firmware_runtime.runs.watched_run import keep_clear_of_other_runs
 from firmware_runtime.statistics.file_header import STATISTICS, RunState
 from firmware_runtime.statistics.layout import STATE, Layout
 from firmware_runtime.system.process_identity import ProcessIdentity, this_process

@@ -12,7 +12,7 @@ from firmware_runtime.executive.executive import Executive
 from firmware_runtime.executive.outcome import Outcome
 from firmware_runtime.runs import supervision
 from firmware_runtime.runs.arming import Arming, Permission
-from firmware_runtime.runs.overload import WINDOW, Overload, Policy
+from firmware_runtime.runs.supervision import WINDOW, Overload, Policy
 from firmware_runtime.statistics.file_header import RunState
 from firmware_runtime.statistics.layout import STEP_TIME
 from firmware_runtime.statistics.summary import summary

@@ -36,6 +36,7 @@ from firmware_runtime.runs.reporter import Reporter
 from firmware_runtime.runs.restarts import Restarts, counted
 from firmware_runtime.runs.session import Session
 from firmware_runtime.runs.start import start_session
+from firmware_runtime.runs.tuning import Reloading
 from firmware_runtime.statistics.file_header import RunState
 from firmware_runtime.statistics.paths import check_ending, default_path
 from firmware_runtime.statistics.summary import summary

@@ -20,10 +20,8 @@ from firmware_runtime.devs.coupled import Coupled, with_all_below
 from firmware_runtime.devs.ports import InPort, Owner
 from firmware_runtime.executive.clocks import Clock, VirtualClock
 from firmware_runtime.executive.executive import Executive
-from firmware_runtime.links.cut.channel import CarrierChannel, ChannelClosed, frames
-from firmware_runtime.links.dover.blocks import DoverBlocks
-from firmware_runtime.links.dover.carrier import HEAD, Counts, counts_of
-from firmware_runtime.statistics.file_header import RunState
+from firmware_runtime.links.endpoint import Endpoint, bound
+from firmware_runtime.models.dover import DoverBlock, RcvDover, SndDover
 
 LOOPBACK: Final = "127.0.0.1"
 NEWEST: Final = 8

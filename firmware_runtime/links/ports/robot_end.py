@@ -15,7 +15,7 @@ from firmware_runtime.errors import StatisticsFileError
 from firmware_runtime.hal.peer import Credentials, peer_of, trusted_users
 from firmware_runtime.hal.wire_errors import HalError
 from firmware_runtime.links.ports.datagrams import GREETING
-from firmware_runtime.statistics.file import STATISTICS, driver_of
+from firmware_runtime.statistics.file_header import STATISTICS, driver_of
 from firmware_runtime.statistics.paths import Companion
 
 AT_ONCE: Final = 64
