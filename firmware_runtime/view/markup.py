@@ -94,9 +94,19 @@ def side_by_side(content: Iterable[Element]) -> Element:
 
 
 def table(
-    caption: str, head: Sequence[str], rows: Iterable[Sequence[Child]], css: str = "numbers"
+    caption: str,
+    head: Sequence[str],
+    rows: Iterable[Sequence[Child]],
+    css: str = "numbers",
+    otherwise: str = "",
 ) -> Element:
-    """A table whose first column names the row; it scrolls where the page is narrow."""
+    """A table whose first column names the row; it scrolls where the page is narrow.
+
+    Without any row the sentence `otherwise`, if there is one.
+    """
+    rows = list(rows)
+    if otherwise and not rows:
+        return element("p", otherwise)
     columns = [element("th", text, scope="col") for text in head]
     body = [
         element("tr", element("th", first, scope="row"), *(element("td", cell) for cell in cells))
@@ -132,13 +142,14 @@ def chart(svg: Element, caption: str, legend: Element | None, *numbers: Element)
     )
 
 
-def legend(*entries: tuple[str, str]) -> Element:
-    """What the colours stand for: pairs of a class of the style sheet and words."""
+def legend(entries: Iterable[tuple[str, str]], lead: str = "") -> Element:
+    """Meaning of the colours: pairs of a class of the style sheet and words; a lead before them."""
     items = [
         element("li", element("span", class_=f"swatch {css}", aria_hidden="true"), words)
         for css, words in entries
     ]
-    return element("ul", *items, class_="legend")
+    before = element("li", lead, class_="quiet") if lead else None
+    return element("ul", before, *items, class_="legend")
 
 
 def _append(parent: Element, child: Child) -> None:

@@ -76,7 +76,7 @@ def test_of_two_ends_the_one_that_is_not_its_replay_is_named(run: StageRun, end:
     both = replace(run, stage=Stage.NETWORK, ends={"controller": end, "robot": cut})
     assert not both.is_identical
     assert both.fault == "robot: not whole: a section is missing"
-    assert both.events == 2 * end.verdict.events
+    assert both.total("events") == 2 * end.verdict.events
 
 
 @pytest.mark.slow
@@ -144,11 +144,9 @@ def test_what_is_drawn_goes_by_the_names_it_has_in_recordings() -> None:
 
 
 def test_a_plan_says_where_everything_is_kept(tmp_path: Path) -> None:
-    plan = Plan(load("tachobot", ["world.seed=3"]), "tachobot", 2.0)
-    words = plan.words(Stage.SIMULATION, tmp_path)
-    assert words[:4] == ["run", "tachobot", "--stage", "simulation"]
-    assert words[-2:] == ["--set", "world.seed=3"]
-    assert str(tmp_path / "simulation.recording") in words
+    staged = Plan(load("tachobot"), "tachobot", 2.0).staged(Stage.SIMULATION, tmp_path)
+    assert (staged.stage, staged.for_s) == (Stage.SIMULATION, 2.0)
+    assert staged.record == tmp_path / "simulation.recording"
 
 
 @pytest.mark.slow

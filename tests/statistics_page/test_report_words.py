@@ -12,7 +12,7 @@ from firmware_runtime.devs.time import MILLISECOND, SECOND
 from firmware_runtime.statistics import number_formats as words
 from firmware_runtime.statistics.file_header import RunState
 from firmware_runtime.view.report.verdict import verdict
-from firmware_runtime.view.scales import CountScale, LogScale, ShareScale, TimeScale
+from firmware_runtime.view.scales import count_scale, log_scale, share_scale, time_scale
 from tests.support.written_run import WrittenRun, uneven_run
 
 
@@ -65,7 +65,7 @@ def test_a_condition_is_said_plainly() -> None:
 
 @given(st.lists(st.integers(0, 10**13), min_size=1, max_size=20))
 def test_a_logarithmic_scale_keeps_order_and_holds_all(values: list[int]) -> None:
-    scale = LogScale(values)
+    scale = log_scale(values)
     places = [scale.place(value) for value in sorted(values)]
     assert places == sorted(places)
     assert places[0] >= 0
@@ -75,24 +75,24 @@ def test_a_logarithmic_scale_keeps_order_and_holds_all(values: list[int]) -> Non
 
 @given(st.integers(0, 10**12))
 def test_one_is_to_be_seen_on_a_scale_of_counts(most: int) -> None:
-    scale = CountScale(most)
+    scale = count_scale(most)
     assert 0 < scale.place(1) < scale.place(max(most, 2)) <= 1 + 1e-9
     assert scale.place(0) == 0
-    assert scale.ticks()[0].text == "1"
+    assert scale.ticks[0].text == "1"
 
 
 @given(st.floats(0, 100))
 def test_a_scale_of_shares_begins_at_nothing_and_holds_the_greatest(greatest: float) -> None:
-    scale = ShareScale(greatest)
-    assert scale.ticks()[0] == (0, "0 %")
+    scale = share_scale(greatest)
+    assert scale.ticks[0] == (0, "0 %")
     assert scale.place(greatest) <= 1
-    assert len({tick.text for tick in scale.ticks()}) == 5
+    assert len({tick.text for tick in scale.ticks}) == 5
 
 
 @pytest.mark.slow
 @given(st.integers(0, 5 * 86_400 * SECOND), st.integers(MILLISECOND, 5 * 86_400 * SECOND))
 def test_the_marks_of_time_are_round_few_and_even(begin: int, span: int) -> None:
-    ticks = TimeScale(begin, begin + span).ticks()
+    ticks = time_scale(begin, begin + span).ticks
     assert len(ticks) <= 7
     assert len({tick.text for tick in ticks}) == len(ticks)
     gaps = [later.place - earlier.place for earlier, later in pairwise(ticks)]

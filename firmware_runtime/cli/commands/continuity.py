@@ -23,6 +23,8 @@ from firmware_runtime.lab.continuity.certificate import Certificate
 from firmware_runtime.lab.continuity.certificate_page import certificate_page
 from firmware_runtime.lab.continuity.stage_run import Plan, StageRun, run_stage
 from firmware_runtime.lab.stages.stage import Stage
+from firmware_runtime.lab.stages.staged_run import own_state
+from firmware_runtime.lab.stages.way import WIFI
 from firmware_runtime.links.cut.impairment import impairment
 from firmware_runtime.recording.random_state import UNKEPT
 from firmware_runtime.system.atomic_file import keep_output
@@ -84,14 +86,12 @@ def execute(arguments: argparse.Namespace) -> int:
     """Run the stages, write the certificate, print what became of each."""
     output: Path = arguments.output
     check_output(output, _SUFFIXES)
-    if arguments.impair is not None:
-        impairment(arguments.impair)  # what cannot be read is refused before anything runs
+    how = WIFI if arguments.impair is None else impairment(arguments.impair)
     _refuse_without_effect(arguments)
     board = chosen_board(arguments.board, arguments.assignments)
     duration_s = arguments.duration_s or board.doubles_run_s
-    link = None if arguments.link == "udp" else arguments.link
-    plan = Plan(board, arguments.board, duration_s, arguments.impair, link)
-    with exit_on_signals(), _folder(arguments.keep) as folder:
+    plan = Plan(board, arguments.board, duration_s, how, arguments.link == "ros2")
+    with exit_on_signals(), own_state(), _folder(arguments.keep) as folder:
         runs = list(_runs(plan, arguments.stages, folder))
         certificate = Certificate(plan, runs)
         _write(certificate, output)

@@ -27,9 +27,10 @@ from firmware_runtime.lab.experiments.known import LOOP, experiments_of, missing
 from firmware_runtime.lab.experiments.results import run_series, write_experiment, write_series
 from firmware_runtime.lab.experiments.trial import Choices, Trial
 from firmware_runtime.lab.stages.stage import Stage
+from firmware_runtime.lab.stages.staged_run import own_state
 from firmware_runtime.lab.stages.way import WIFI
 from firmware_runtime.links.cut.impairment import impairment
-from firmware_runtime.system.own_folder import nearest, own_folder, whole_folder
+from firmware_runtime.system.own_folder import nearest, whole_folder
 from firmware_runtime.system.signals import exit_on_signals
 
 _SUMMARY = "Repeat an experiment with a board: data, a plot and a page, beside what was published."
@@ -101,7 +102,7 @@ def execute(arguments: argparse.Namespace) -> int:
         return _list(arguments.board or arguments.experiment)
     board = _chosen(arguments)
     chosen = list(experiments_of(board)) if arguments.experiment == ALL else [arguments.experiment]
-    with exit_on_signals(), _own_state(), _whole(arguments.output) as folder:
+    with exit_on_signals(), own_state(), _whole(arguments.output) as folder:
         trials = list(_trials(arguments, board, chosen, folder))
         status, written = (_all if arguments.experiment == ALL else _one)(trials, folder)
     for name in written:
@@ -277,21 +278,6 @@ def _whole(output: Path) -> Iterator[Path]:
     except OSError as error:
         fault = f"-o: {output}: {error.strerror}; expected a folder that can be written"
         raise ConfigError("experiment", [fault]) from error
-
-
-@contextmanager
-def _own_state() -> Iterator[None]:
-    """Runs of an experiment have sockets and statistics of their own: the robot may be running."""
-    key = "FIRMWARE_RUNTIME_STATE_DIRECTORY"
-    before = os.environ.get(key)
-    with own_folder() as folder:
-        os.environ[key] = str(folder)
-        try:
-            yield
-        finally:
-            os.environ.pop(key)
-            if before is not None:
-                os.environ[key] = before
 
 
 def _say(sentence: str) -> None:

@@ -116,10 +116,7 @@ def _stage(run: StageRun) -> dict[str, Any]:
     difference = run.first_difference
     return {
         "identical": run.is_identical,
-        "events": run.events,
-        "values": run.values,
-        "compared": run.compared,
-        "differences": run.differences,
+        **{count: run.total(count) for count in ("events", "values", "compared", "differences")},
         "first_difference": None if difference is None else difference.as_json(),
         "fault": run.fault,
         "ends": {role: end.verdict.as_json() for role, end in run.ends.items()},

@@ -1,57 +1,50 @@
 """One stage of a board as a process of its own: recorded, then replayed and compared."""
 
-import json
-import os
-import subprocess
-import sys
-from collections.abc import Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Final
 
-from firmware_runtime.board.assignments import set_words
 from firmware_runtime.board.registry import Board
 from firmware_runtime.board.roles import CONTROLLER, ROBOT
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.errors import ConfigError, Status
 from firmware_runtime.lab.stages.stage import Stage
-from firmware_runtime.lab.stages.staged_run import beside
+from firmware_runtime.lab.stages.staged_run import Staged, beside, run_one_process, run_staged
+from firmware_runtime.lab.stages.way import WIFI
+from firmware_runtime.links.cut.impairment import Impairment
 from firmware_runtime.recording.blackbox.reader import Recording, read_recording
 from firmware_runtime.recording.board_of_recording import board_of
 from firmware_runtime.recording.replay.difference import Difference
 from firmware_runtime.recording.replay.verdict import Verdict, replay
-from firmware_runtime.system.own_folder import own_folder
 
 _CANNOT: Final = (Status.BAD_INPUT, Status.NO_DEVICE, Status.REFUSED)
 """Exit statuses of a run that this machine or this board does not allow."""
-_AT_LEAST_S: Final = 120.0
-_TIMES: Final = 10.0
-_END_S: Final = 10.0
 
 
 @dataclass(frozen=True, slots=True)
 class Plan:
-    """What each stage runs; `named` is the board as the command line has it."""
+    """Runs of a board's stages; `named` is the board as the command line has it."""
 
     board: Board
     named: str
     for_s: float
-    impair: str | None = None
-    """What stage remote's network does, in the words of `run --impair`; None: its default."""
-    link: str | None = None
-    """What stage network's ends are linked by, in the words of `run --link`; None: its default."""
+    how: Impairment = WIFI
+    """Stage remote's network, each way."""
+    is_over_ros: bool = False
+    """Whether stage network goes over ROS 2 instead of UDP."""
 
-    def words(self, stage: Stage, folder: Path) -> list[str]:
-        """The command line of a stage, on doubles."""
-        words = ["run", self.named, "--stage", stage.value, "--for", f"{self.for_s:g}", "--json"]
-        words += ["--record", str(recording_in(folder, stage))]
-        words += ["--doubles"] if stage is Stage.EMBEDDED else []
-        if stage is Stage.REMOTE and self.impair is not None:
-            words += ["--impair", self.impair]
-        if stage is Stage.NETWORK and self.link is not None:
-            words += ["--link", self.link]
-        return words + set_words(self.board.assignments)
+    def staged(self, stage: Stage, folder: Path) -> Staged:
+        """A stage, recorded in this folder."""
+        return Staged(
+            board=self.board,
+            named=self.named,
+            stage=stage,
+            for_s=self.for_s,
+            how=self.how,
+            is_over_ros=self.is_over_ros,
+            record=folder / f"{stage}.recording",
+        )
 
 
 @dataclass(frozen=True, slots=True)
@@ -126,25 +119,9 @@ class StageRun:
         said = [f"{role}: {fault}" for role, fault in ends if fault is not None]
         return "; ".join(said) or None
 
-    @property
-    def events(self) -> int:
-        """Values that left ports, at all ends."""
-        return sum(end.verdict.events for end in self.ends.values())
-
-    @property
-    def values(self) -> int:
-        """Of these, the robot's own: those of a world on doubles are played back."""
-        return sum(end.verdict.values for end in self.ends.values())
-
-    @property
-    def compared(self) -> int:
-        """Of the robot's own values, those that were compared as a whole."""
-        return sum(end.verdict.compared for end in self.ends.values())
-
-    @property
-    def differences(self) -> int:
-        """Whatever is not the same in the replays of all ends."""
-        return sum(end.verdict.differences for end in self.ends.values())
+    def total(self, count: str) -> int:
+        """Sum over all ends of a count of their verdicts, such as `values`."""
+        return sum(getattr(end.verdict, count) for end in self.ends.values())
 
     @property
     def first_difference(self) -> Difference | None:
@@ -158,32 +135,35 @@ def all_of(found: Iterable[bool | None]) -> bool | None:
     return False if False in every else None if None in every else True
 
 
-def recording_in(folder: Path, stage: Stage) -> Path:
-    """Where a stage's recording is kept: the controller's in a stage of two ends."""
-    return folder / f"{stage}.recording"
-
-
 def run_stage(plan: Plan, stage: Stage, folder: Path) -> StageRun:
-    """Run a stage to its end, then replay it. A stage that this machine cannot run says why."""
-    timeout = max(_AT_LEAST_S, _TIMES * plan.for_s)
-    path = recording_in(folder, stage)
+    """Run a stage to its end, then replay it. A stage that this machine cannot run says why.
+
+    Raises SystemExit for a signal.
+    """
+    staged, said = plan.staged(stage, folder), list[str]()
+    path = folder / f"{stage}.recording"
     for each in (path, beside(path)):
         each.unlink(missing_ok=True)  # of another run, in a folder that is kept
-    with _process(plan.words(stage, folder)) as process:
-        try:
-            out, error = process.communicate(timeout=timeout)
-        except subprocess.TimeoutExpired:
-            return StageRun(stage, failed=f"it did not end within {timeout:g} s")
-    document = _document(out)
+    try:
+        if stage.has_two_ends:
+            result = run_staged(staged, said.append, lambda _: None)
+        else:
+            result = run_one_process(staged, said.append)
+    except ConfigError as fault:
+        return StageRun(stage, failed=str(fault))
+    if result.status in {Status.INTERRUPTED, Status.TERMINATED}:
+        raise SystemExit(result.status)
     try:
         ends = _ends(stage, path)
     except ConfigError as fault:
-        said = _last_line(error) or str(fault)
-        if process.returncode in _CANNOT:
-            return StageRun(stage, said)
-        return StageRun(stage, document=document, failed=said)
-    failed = _failed(process.returncode, document, error)
-    return StageRun(stage, None, ends, document, failed)
+        why = said[-1].partition(": ")[2] if said else str(fault)
+        if result.status in _CANNOT:
+            return StageRun(stage, why)
+        return StageRun(stage, document=result.document, failed=why)
+    failed = None
+    if result.status != Status.OK:
+        failed = f"the run ended with status {result.status}: {result.reason}"
+    return StageRun(stage, None, ends, result.document, failed)
 
 
 def _ends(stage: Stage, path: Path) -> dict[str, End]:
@@ -196,57 +176,3 @@ def _ends(stage: Stage, path: Path) -> dict[str, End]:
 def _end_of(path: Path) -> End:
     recording = read_recording(path)
     return End(recording, replay(recording, board_of(recording.header)))
-
-
-@contextmanager
-def _process(words: Sequence[str]) -> Iterator["subprocess.Popen[str]"]:
-    """The command in a process that is over when the block is, however that ends.
-
-    Its statistics and sockets have a place of their own: a robot of this name may be running here.
-    """
-    with own_folder() as state:
-        process = subprocess.Popen(  # noqa: S603 -- this project's own command
-            [sys.executable, "-m", "firmware_runtime.cli", *words],
-            env=os.environ | {"FIRMWARE_RUNTIME_STATE_DIRECTORY": str(state)},
-            stdin=subprocess.DEVNULL,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.PIPE,
-            text=True,
-            process_group=0,  # Ctrl-C is for the command; it ends this one
-        )
-        try:
-            yield process
-        finally:
-            _end(process)
-
-
-def _end(process: "subprocess.Popen[str]") -> None:
-    """Let it switch its outputs off and end; what is held up by that is killed."""
-    if process.poll() is None:
-        process.terminate()
-        try:
-            process.communicate(timeout=_END_S)
-        except subprocess.TimeoutExpired:
-            process.kill()
-            process.communicate()
-
-
-def _document(out: str) -> dict[str, Any]:
-    try:
-        document = json.loads(out)
-    except ValueError:
-        return {}
-    return document if isinstance(document, dict) else {}
-
-
-def _failed(status: int, document: Mapping[str, Any], error: str) -> str | None:
-    if status == 0:
-        return None
-    ended = document.get("ended", {})
-    reason = ended.get("reason") or _last_line(error) or "it said nothing"
-    return f"the run ended with status {status}: {reason}"
-
-
-def _last_line(text: str) -> str:
-    lines = [line for line in text.splitlines() if line.strip()]
-    return lines[-1].removeprefix("firmware-runtime: ") if lines else ""

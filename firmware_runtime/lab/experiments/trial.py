@@ -15,7 +15,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, TypeAlias
 
-from firmware_runtime.board.assignments import assignments_of, set_words
+from firmware_runtime.board.assignments import assignments_of
 from firmware_runtime.board.experiments import Experiment
 from firmware_runtime.board.local_settings import board_in_force
 from firmware_runtime.board.registry import Board
@@ -24,12 +24,10 @@ from firmware_runtime.devs.senders import Senders
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.errors import ConfigError, Status
 from firmware_runtime.lab.stages.stage import Stage
-from firmware_runtime.lab.stages.staged_run import Staged, run_staged
-from firmware_runtime.lab.stages.two_ends import EndProcess, TwoEnds
+from firmware_runtime.lab.stages.staged_run import Staged, run_one_process, run_staged
 from firmware_runtime.lab.stages.way import WIFI
 from firmware_runtime.links.cut.impairment import Impairment
 from firmware_runtime.system.own_folder import own_folder
-from firmware_runtime.system.signals import status_by, until_signal
 
 Say = Callable[[str], None]
 Points: TypeAlias = list[tuple[float, float]]
@@ -155,10 +153,7 @@ class Trial:
                 trace=folder / "trace.jsonl",
                 record=self.folder / f"{self.name}-{label or stage}.recording",
             )
-            if stage.has_two_ends:
-                yield _two_ends(staged, self.say)
-            else:
-                yield _one_process(staged, self.say, is_drawn=is_drawn)
+            yield self._traced(staged, is_drawn=is_drawn)
 
     @contextmanager
     def run_loop(self, stage: Stage, *, for_s: float, every_s: float) -> Iterator[Traced]:
@@ -176,59 +171,21 @@ class Trial:
                 loop_s=every_s,
                 trace=folder / "trace.jsonl",
             )
-            yield _two_ends(staged, self.say)
+            yield self._traced(staged)
 
-
-def _two_ends(staged: Staged, say: Say) -> Traced:
-    result = run_staged(staged, say, lambda _: None)
-    if result.status in {Status.INTERRUPTED, Status.TERMINATED}:
-        raise SystemExit(result.status)
-    if result.status != Status.OK:
-        ended = result.document["ended"]
-        raise _failed(staged.stage, f"{ended['by'] or 'stopped'}: {ended['reason']}")
-    return _traced(staged, result.document, result.shown)
-
-
-def _one_process(staged: Staged, say: Say, *, is_drawn: bool) -> Traced:
-    words = [
-        "run",
-        staged.named,
-        "--stage",
-        staged.stage.value,
-        "--doubles",
-        *set_words(staged.board.assignments),
-    ]
-    words += ["--for", f"{staged.for_s:g}", "--trace", str(staged.trace)]
-    words += ["--record", str(staged.record)]
-    for planned in staged.inputs:
-        words += ["--input", planned]
-    picture = staged.trace.with_suffix(".svg") if is_drawn and staged.trace is not None else None
-    words += [] if picture is None else ["--plot", str(picture)]
-    with until_signal() as signalled:
-        ends = TwoEnds(signalled, say, lambda: None)
-        try:
-            ends.add(end := EndProcess(staged.stage.value, words))
-            ends.wait_until(lambda: False)
-            document = end.document()
-            if signalled.came:
-                raise SystemExit(status_by(signalled.name))
-            if ends.failed_first is not None:
-                ended = document.get("ended", {"reason": f"status {end.status}"})
-                raise _failed(staged.stage, ended["reason"])
-            drawn = "" if picture is None else picture.read_text("utf-8")
-            return _traced(staged, document, end.report.get("shown"), drawn)
-        finally:
-            ends.end()
-            ends.close()
-
-
-def _traced(
-    staged: Staged, document: dict[str, Any], shown: str | None, picture: str = ""
-) -> Traced:
-    assert staged.trace is not None  # noqa: S101 -- a trial's run has one
-    senders = Senders(staged.board.unconnected().model)
-    return Traced(document, staged.trace, shown, senders, picture)
-
-
-def _failed(stage: Stage, why: str) -> ConfigError:
-    return ConfigError.of_one(f"stage {stage}", f"the run did not reach its end: {why}")
+    def _traced(self, staged: Staged, *, is_drawn: bool = False) -> Traced:
+        assert staged.trace is not None  # noqa: S101 -- as `run` and `run_loop` have it
+        picture = None
+        if staged.stage.has_two_ends:
+            result = run_staged(staged, self.say, lambda _: None)
+        else:
+            picture = staged.trace.with_suffix(".svg") if is_drawn else None
+            result = run_one_process(staged, self.say, picture)
+        if result.status in {Status.INTERRUPTED, Status.TERMINATED}:
+            raise SystemExit(result.status)
+        if result.status != Status.OK:
+            fault = f"the run did not reach its end: {result.reason}"
+            raise ConfigError.of_one(f"stage {staged.stage}", fault)
+        senders = Senders(staged.board.unconnected().model)
+        drawn = "" if picture is None else picture.read_text("utf-8")
+        return Traced(result.document, staged.trace, result.shown, senders, drawn)

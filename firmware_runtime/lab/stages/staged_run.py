@@ -1,5 +1,6 @@
-"""A stage of two ends, from their start to their one result."""
+"""A stage, from the start of its one process or its two ends to their one result."""
 
+import os
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, ExitStack, contextmanager
 from dataclasses import dataclass, field
@@ -26,9 +27,12 @@ from firmware_runtime.lab.stages.way import WIFI, Way, bad_network, loopback, ro
 from firmware_runtime.links.cut.impairment import Impairment
 from firmware_runtime.system.own_folder import own_folder
 from firmware_runtime.system.scheduling import kept_off
-from firmware_runtime.system.signals import UntilSignal, until_signal
+from firmware_runtime.system.signals import UntilSignal, status_by, until_signal
 
 UNTIL_STOPPED_S: Final = 1e9
+_AT_LEAST_S: Final = 120.0
+_TIMES: Final = 10.0
+"""A run of one process that takes so many times its robot time, and at least so long, hangs."""
 Say = Callable[[str], None]
 
 
@@ -134,6 +138,39 @@ class StagedResult:
     document: dict[str, Any]
     shown: str | None
 
+    @property
+    def reason(self) -> str:
+        """Reason of its end, in words, with the end that it was of."""
+        ended = self.document.get("ended", {"reason": f"status {self.status}"})
+        return f"{ended['by']}: {ended['reason']}" if ended.get("by") else str(ended["reason"])
+
+
+def run_one_process(staged: Staged, say: Say, picture: Path | None = None) -> StagedResult:
+    """Run a stage of one process on doubles to its end, with a picture of it if one is wanted.
+
+    Raises ConfigError for one that does not end.
+    """
+    words = ["run", staged.named, "--stage", staged.stage.value, "--for", f"{staged.for_s:g}"]
+    words += ["--doubles", *set_words(staged.board.assignments)]
+    files = {"--trace": staged.trace, "--record": staged.record, "--plot": picture}
+    for option, path in files.items():
+        words += [] if path is None else [option, str(path)]
+    for planned in staged.inputs:
+        words += ["--input", planned]
+    with until_signal() as signalled:
+        ends = TwoEnds(signalled, say, lambda: None)
+        try:
+            ends.add(end := EndProcess(staged.stage.value, words))
+            timeout_s = max(_AT_LEAST_S, _TIMES * staged.for_s)
+            ends.wait_until(lambda: end.status is not None, seconds(timeout_s))
+            if end.status is None:
+                raise ConfigError.of_one(f"stage {staged.stage}", f"no end within {timeout_s:g} s")
+            status = status_by(signalled.name) if signalled.came else end.status
+            return StagedResult(status, end.document(), end.report.get("shown"))
+        finally:
+            ends.end()
+            ends.close()
+
 
 def run_staged(staged: Staged, say: Say, show: Callable[[StagedRun], None]) -> StagedResult:
     """Run a stage of two ends to its end; nothing of it is left running."""
@@ -155,6 +192,21 @@ def run_staged(staged: Staged, say: Say, show: Callable[[StagedRun], None]) -> S
         with _ended(ends):
             run.run()
         return _result(run, signalled)
+
+
+@contextmanager
+def own_state() -> Iterator[None]:
+    """Within the block runs have sockets and statistics of their own: the robot may be running."""
+    key = "FIRMWARE_RUNTIME_STATE_DIRECTORY"
+    before = os.environ.get(key)
+    with own_folder() as folder:
+        os.environ[key] = str(folder)
+        try:
+            yield
+        finally:
+            os.environ.pop(key)
+            if before is not None:
+                os.environ[key] = before
 
 
 def beside(record: Path) -> Path:
@@ -189,7 +241,9 @@ def _result(run: StagedRun, signalled: UntilSignal) -> StagedResult:
     if staged.trace is not None:
         merge_traces({role: run.trace_of(role) for role in run.by_role}, began, staged.trace)
     failed = ends.failed_first
-    status = _stopped_by(signalled) if failed is None else failed.status or Status.MODEL_ERROR
+    status: int = status_by(signalled.name) if signalled.came else Status.OK
+    if failed is not None:
+        status = failed.status or Status.MODEL_ERROR
     controller, robot = (
         of_an_end(documents[role], run.by_role[role].status) if role in documents else None
         for role in (CONTROLLER, ROBOT)
@@ -210,12 +264,6 @@ def _result(run: StagedRun, signalled: UntilSignal) -> StagedResult:
         },
         next((name for each in run.reports.values() if (name := each.get("shown"))), None),
     )
-
-
-def _stopped_by(signalled: UntilSignal) -> int:
-    if not signalled.came:
-        return Status.OK
-    return Status.INTERRUPTED if signalled.name == "SIGINT" else Status.TERMINATED
 
 
 def _how(

@@ -87,6 +87,10 @@ _PORT: Final = 7302
 """In namespaces of our own, where every port is free."""
 
 
+def _nothing() -> dict[str, Any]:
+    return {}
+
+
 @dataclass(slots=True)
 class Way:
     """Where each end is, and how they reach each other."""
@@ -97,7 +101,7 @@ class Way:
     """What is between them, for the result."""
     before_controller: list[str] = field(default_factory=list)
     before_robot: list[str] = field(default_factory=list)
-    finish: Callable[[], dict[str, Any]] = dict
+    finish: Callable[[], dict[str, Any]] = _nothing
     """Ends what impairs; returns what it has counted."""
 
 
@@ -126,15 +130,44 @@ def ros_graph() -> Iterator[Way]:
 
 @contextmanager
 def bad_network(how: Impairment, say: Callable[[str], None]) -> Iterator[Way]:
-    """A network with this impairment; what is in its way here is said."""
+    """A network with this impairment; reasons for a makeshift are said."""
     with ExitStack() as stack:
-        key = stack.enter_context(_key())
-        pair = _namespaces(stack, say)
+        key, pair = stack.enter_context(_key()), _namespaces(stack, say)
+        conditions: dict[str, Any] = {"over": "udp", "between": "loopback"}
+        host, inside_controller, inside_robot = _LOOPBACK, list[str](), list[str]()
         if pair is None:
-            way = _impaired_loopback(stack, how, key)
+            controller, robot = _free_addresses()
         else:
-            way = _impaired_cable(stack, pair, how, key)
-        yield way
+            controller, robot = f"{CONTROLLER_AT}:{_PORT}", f"{ROBOT_AT}:{_PORT}"
+            host, conditions["between"] = CONTROLLER_AT, "two network namespaces"
+            inside_controller = namespaces.inside(pair.controller)
+            inside_robot = namespaces.inside(pair.robot)
+        to_robot, to_controller, finish = robot, controller, _nothing
+        conditions["impairment"] = {"by": "tc netem", "how": str(how)}
+        if (why_not := _netem_fault(pair, how)) is not None:
+            path = PathProcess(host, robot, how, inside_controller)
+            stack.callback(path.end)
+            to_robot, to_controller, finish = path.front, path.back, path.end
+            conditions["impairment"] = {"by": "a process", "no_netem": why_not, "how": str(how)}
+        yield Way(
+            _udp(controller, to_robot, key),
+            _udp(robot, to_controller, key),
+            conditions,
+            inside_controller,
+            inside_robot,
+            finish,
+        )
+
+
+def _netem_fault(pair: Namespaces | None, how: Impairment) -> str | None:
+    """Let the kernel impair the cable between two namespaces; return why it does not."""
+    if pair is None:
+        return "no network namespaces"
+    try:
+        pair.impair(how)
+    except ProgramFailed as error:
+        return str(error)
+    return None
 
 
 def _namespaces(stack: ExitStack, say: Callable[[str], None]) -> Namespaces | None:
@@ -149,36 +182,6 @@ def _namespaces(stack: ExitStack, say: Callable[[str], None]) -> Namespaces | No
             why = str(error)
     say(f"no network namespaces here ({why}); the bad network is a process on loopback")
     return None
-
-
-def _impaired_cable(stack: ExitStack, pair: Namespaces, how: Impairment, key: Path) -> Way:
-    controller, robot = f"{CONTROLLER_AT}:{_PORT}", f"{ROBOT_AT}:{_PORT}"
-    conditions: dict[str, Any] = {"over": "udp", "between": "two network namespaces"}
-    insides = namespaces.inside(pair.controller), namespaces.inside(pair.robot)
-    try:
-        pair.impair(how)
-    except ProgramFailed as error:
-        path = PathProcess(CONTROLLER_AT, robot, how, insides[0])
-        stack.callback(path.end)
-        by = {"by": "a process", "no_netem": str(error), "how": str(how)}
-        links = _udp(controller, path.front, key), _udp(robot, path.back, key)
-        return Way(*links, {**conditions, "impairment": by}, *insides, path.end)
-    by = {"by": "tc netem", "how": str(how)}
-    links = _udp(controller, robot, key), _udp(robot, controller, key)
-    return Way(*links, {**conditions, "impairment": by}, *insides)
-
-
-def _impaired_loopback(stack: ExitStack, how: Impairment, key: Path) -> Way:
-    controller, robot = _free_addresses()
-    path = PathProcess(_LOOPBACK, robot, how)
-    stack.callback(path.end)
-    conditions = {
-        "over": "udp",
-        "between": "loopback",
-        "impairment": {"by": "a process", "how": str(how)},
-    }
-    links = _udp(controller, path.front, key), _udp(robot, path.back, key)
-    return Way(*links, conditions, finish=path.end)
 
 
 def _udp(own: str, peer: str, key: Path | None = None) -> str:

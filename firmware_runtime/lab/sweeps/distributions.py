@@ -38,7 +38,10 @@ Distribution: TypeAlias = Drawn | Grid
 
 
 def distribution(text: str) -> Distribution:
-    """What the words say. Raises ValueError with a sentence for what says nothing."""
+    """Return the distribution in these words. Raises ValueError with a sentence for none."""
+    given: object = text  # from Python it may be anything
+    if not isinstance(given, str):
+        raise ValueError(f"{given!r}; expected a text, such as 'uniform(2, 4)'")  # noqa: TRY004 -- as below
     found = _CALL.fullmatch(text)
     make = _MAKERS.get(found[1]) if found else None
     if found is None or make is None:

@@ -152,7 +152,6 @@ def sweep(  # noqa: PLR0913 -- the options of the command, by the same names
     from them. By default all cores are used, by processes of their own: a script that calls this
     needs `if __name__ == "__main__":`. Raises ConfigError, naming every fault, before any run.
     """
-    _demand_texts(vary)
     words = Sweep(
         board=str(board),
         vary=dict(vary),
@@ -163,20 +162,14 @@ def sweep(  # noqa: PLR0913 -- the options of the command, by the same names
         experiment=experiment,
         sampling=sampling,
     )
-    path = None if output is None else Path(output)
     return carry_out(
-        words, path, workers=workers, scheduler=scheduler, resume=resume, progress=progress
+        words,
+        None if output is None else Path(output),
+        workers=workers,
+        scheduler=scheduler,
+        resume=resume,
+        progress=progress,
     )
-
-
-def _demand_texts(vary: Mapping[str, object]) -> None:
-    faults = [
-        f"--vary {key}: {given!r}; expected a text, such as 'uniform(2, 4)'"
-        for key, given in vary.items()
-        if not isinstance(given, str)
-    ]
-    if faults:
-        raise ConfigError("sweep", faults)
 
 
 def carry_out(  # noqa: PLR0913 -- where, how, and what is shown of it
@@ -202,12 +195,14 @@ def carry_out(  # noqa: PLR0913 -- where, how, and what is shown of it
             partial = stack.enter_context(kept)
         rows = dict(partial.rows) if partial is not None else {}
         missing = [row for row in range(sweep.size) if row not in rows]
-        shown = _Shown(progress, rows, sweep.size)
+        failed = sum(each["outcome"] not in SOUND for each in rows.values())
         for row in stack.enter_context(closing(_run(sweep, missing, workers, scheduler))):
             rows[row["row"]] = row  # type: ignore[index]
             if partial is not None:
                 partial.keep(row)
-            shown.add(row)
+            failed += row["outcome"] not in SOUND
+            if progress is not None:
+                progress(len(rows), sweep.size, failed)
         table = Table([rows[number] for number in range(sweep.size)])
         if output is not None and partial is not None:
             write_table(table, output)
@@ -234,20 +229,3 @@ def _run(
     from firmware_runtime.lab.sweeps.cluster import run_on_cluster  # noqa: PLC0415 -- an extra's
 
     yield from run_on_cluster(sweep, rows, scheduler)
-
-
-class _Shown:
-    """Counts rows as they come, and reports progress."""
-
-    def __init__(self, progress: Progress | None, rows: Mapping[int, Row], size: int) -> None:
-        self._progress = progress
-        self._size = size
-        self._done = len(rows)
-        self._failed = sum(each["outcome"] not in SOUND for each in rows.values())
-
-    def add(self, row: Row) -> None:
-        """Count one more."""
-        self._done += 1
-        self._failed += row["outcome"] not in SOUND
-        if self._progress is not None:
-            self._progress(self._done, self._size, self._failed)

@@ -10,7 +10,7 @@ from firmware_runtime.statistics.histogram import BUCKETS, Histogram, upper_edge
 from firmware_runtime.statistics.number_formats import count, duration, duration_us
 from firmware_runtime.view.markup import chart, element, table
 from firmware_runtime.view.plot import Plot
-from firmware_runtime.view.scales import CountScale, LogScale
+from firmware_runtime.view.scales import Scale, count_scale, log_scale
 
 _HEIGHT = 150
 _ROW = 16
@@ -54,7 +54,7 @@ def distribution(
 def _plot(bars: Sequence[_Bar], marks: Sequence[Mark]) -> Plot:
     plot = Plot(_HEIGHT, above=_ROW * len(marks) + 4)
     ends = [bars[0].low, *(mark.ns * 1.1 for mark in marks)]
-    across, up = LogScale(ends), CountScale(max(bar.samples for bar in bars))
+    across, up = log_scale(ends), count_scale(max(bar.samples for bar in bars))
     plot.axes(across, up)
     for bar in bars:
         sides = across.place(bar.low), across.place(bar.high)
@@ -64,7 +64,7 @@ def _plot(bars: Sequence[_Bar], marks: Sequence[Mark]) -> Plot:
     return plot
 
 
-def _draw_marks(plot: Plot, across: LogScale, marks: Sequence[Mark]) -> None:
+def _draw_marks(plot: Plot, across: Scale, marks: Sequence[Mark]) -> None:
     """Each mark's words have a row of their own; those in the right half are written leftwards."""
     places = [(across.place(mark.ns), mark) for mark in marks]
     right = [each for each in reversed(places) if each[0] >= 0.5]

@@ -11,7 +11,7 @@ from firmware_runtime.statistics.history import Span
 from firmware_runtime.statistics.number_formats import count, duration, instant, passed, share
 from firmware_runtime.view.markup import chart, legend, table
 from firmware_runtime.view.plot import Plot
-from firmware_runtime.view.scales import CountScale, LogScale, ShareScale, TimeScale
+from firmware_runtime.view.scales import Scale, count_scale, log_scale, share_scale, time_scale
 
 _LATENESS_HEIGHT = 170
 _ABOVE = 8
@@ -61,11 +61,6 @@ def stretches(spans: Sequence[Span], elapsed: int) -> list[Stretch]:
     return [Stretch(span, passed) for span, passed in covered if passed > 0]
 
 
-def time_scale(run: Sequence[Stretch]) -> TimeScale:
-    """The time from the first span's begin to the last one's end."""
-    return TimeScale(run[0].sides[0], run[-1].sides[1])
-
-
 def lateness_over_time(run: Sequence[Stretch], tolerance_ns: int | None) -> Element | None:
     """Mean and largest lateness of every span, with what was late and what was skipped.
 
@@ -78,7 +73,7 @@ def lateness_over_time(run: Sequence[Stretch], tolerance_ns: int | None) -> Elem
     plot = _lateness_plot(run, shown, tolerance_ns)
     caption = "Lateness over time"
     svg = plot.svg("over-time", caption, _lateness_said(shown, largest))
-    keys = legend(("tint", "largest"), ("mean", "mean"), ("late", "late"), ("skipped", "skipped"))
+    keys = legend([("tint", "largest"), *((each, each) for each in ("mean", "late", "skipped"))])
     return chart(svg, caption, keys, _lateness_table(shown))
 
 
@@ -88,7 +83,7 @@ def _lateness_plot(
     plot = Plot(_LATENESS_HEIGHT, above=_ABOVE, below=2 * _LANE + 10)
     values = [ns for each in shown for ns in (each.mean, each.span.lateness_max_ns) if ns > 0]
     limits = [] if tolerance_ns is None else [tolerance_ns]
-    across, up = time_scale(run), LogScale([*values, *limits])
+    across, up = time_scale(run[0].sides[0], run[-1].sides[1]), log_scale([*values, *limits])
     plot.axes(across, up)
     for each in shown:
         _lateness(plot, across, up, each)
@@ -101,7 +96,7 @@ def _lateness_plot(
     return plot
 
 
-def _lateness(plot: Plot, across: TimeScale, up: LogScale, each: Stretch) -> None:
+def _lateness(plot: Plot, across: Scale, up: Scale, each: Stretch) -> None:
     """One span: a column up to its largest lateness, a line at its mean."""
     begin, end = each.sides
     sides = across.place(begin), across.place(end)
@@ -120,14 +115,14 @@ def _lateness(plot: Plot, across: TimeScale, up: LogScale, each: Stretch) -> Non
         plot.line((sides[0], down), (sides[1], down), "line mean")
 
 
-def _lane(plot: Plot, across: TimeScale, row: int, run: Sequence[Stretch]) -> None:
+def _lane(plot: Plot, across: Scale, row: int, run: Sequence[Stretch]) -> None:
     """A strip under the plot with a mark where something was counted, the higher the more."""
     name, counted = _LANES[row]
     top = plot.bottom + 12 + row * _LANE
     base = top + _LANE - 4
     plot.box((0, 1), (top, base), "lane")
     plot.beside(top + _LANE / 2 - 2, name)
-    up = CountScale(max((counted(each.span) for each in run), default=0))
+    up = count_scale(max((counted(each.span) for each in run), default=0))
     for each in run:
         if (number := counted(each.span)) > 0:
             begin, end = (across.place(at) for at in each.sides)
@@ -182,7 +177,7 @@ def load_over_time(run: Sequence[Stretch]) -> Element | None:
         return None
     plot = Plot(_LOAD_HEIGHT, above=8)
     busiest = max(load[2](each.span) / each.covered for load in loads for each in run)
-    across, up = time_scale(run), ShareScale(busiest)
+    across, up = time_scale(run[0].sides[0], run[-1].sides[1]), share_scale(busiest)
     plot.axes(across, up)
     for css, _, spent in loads:
         for each in run:
@@ -192,7 +187,7 @@ def load_over_time(run: Sequence[Stretch]) -> Element | None:
     names = " and ".join(words for _, words, _ in loads)
     caption = f"Load over time: {names}"
     svg = plot.svg("load", caption, f"The busiest span has {share(busiest)}.")
-    keys = legend(*((css, words) for css, words, _ in loads))
+    keys = legend((css, words) for css, words, _ in loads)
     return chart(svg, caption, keys, _load_table(run, loads))
 
 

@@ -15,13 +15,13 @@ from firmware_runtime.view.markup import element, opening, page_of, section, ver
 from firmware_runtime.view.report.distribution import Mark, distribution
 from firmware_runtime.view.report.over_time import lateness_over_time, load_over_time, stretches
 from firmware_runtime.view.report.sections import (
-    buses_section,
+    buses_table,
     conditions_section,
-    deadlines_section,
+    deadlines_table,
     faults_section,
     glossary,
     models_section,
-    serial_section,
+    serial_table,
     tolerance_ns,
 )
 from firmware_runtime.view.report.verdict import verdict
@@ -43,13 +43,13 @@ def _sections(
     yield section("Over time", *_over_time(statistics, figures))
     yield section("Models", *models_section(statistics, figures.models))
     yield section("Steps", *_steps(statistics))
-    yield section("Faults", *faults_section(figures.faults))
+    yield section("Faults", faults_section(figures.faults))
     yield section("Worst activations", *worst_activations(figures.worst))
     yield section(
         "Deadlines and buses",
-        *deadlines_section(figures.deadlines),
-        *buses_section(figures.bus),
-        *serial_section(figures.serial or {}),
+        deadlines_table(figures.deadlines),
+        buses_table(figures.bus),
+        serial_table(figures.serial or {}),
     )
     yield section("Conditions", *conditions_section(figures.conditions))
     yield section("What the words mean, and how this page was made", *glossary(figures))

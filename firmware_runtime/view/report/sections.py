@@ -102,7 +102,6 @@ def _charts(statistics: Statistics, models: Mapping[str, ModelFigures]) -> Itera
 
 
 _FAULT_HEAD = ("model", "kind", "times", "first", "last", "in words, the last time")
-_SERIAL_COUNTERS = ("writes", "bytes_written", "bytes_read", "errors")
 _NEEDS = "; needs "
 """The words in a reason that introduce its fix."""
 _WORDS = {
@@ -118,11 +117,8 @@ _WORDS = {
 }
 
 
-def faults_section(faults: Mapping[str, Mapping[str, FaultFigures]]) -> Iterator[Element]:
+def faults_section(faults: Mapping[str, Mapping[str, FaultFigures]]) -> Element:
     """A row for each kind of fault of each model."""
-    if not faults:
-        yield element("p", "No model reported a fault.")
-        return
     rows = (
         [
             path,
@@ -135,55 +131,52 @@ def faults_section(faults: Mapping[str, Mapping[str, FaultFigures]]) -> Iterator
         for path, kinds in faults.items()
         for kind, counted in kinds.items()
     )
-    yield table("Faults that models reported", _FAULT_HEAD, rows)
+    none = "No model reported a fault."
+    return table("Faults that models reported", _FAULT_HEAD, rows, otherwise=none)
 
 
-def deadlines_section(deadlines: Mapping[str, DeadlineRow]) -> Iterator[Element]:
-    """What became of the samples on each path."""
-    if not deadlines:
-        yield element("p", "The board puts no deadline on a path.")
-        return
-    rows = [
-        [path, f"{counted.samples:,}", f"{counted.answers:,}", _missed(counted)]
+def deadlines_table(deadlines: Mapping[str, DeadlineRow]) -> Element:
+    """Samples on each path, and those that took effect too late."""
+    rows = (
+        [
+            path,
+            f"{counted.samples:,}",
+            f"{counted.answers:,}",
+            f"{counted.misses:,}" if counted.answers > 0 else "not enabled",
+        ]
         for path, counted in deadlines.items()
-    ]
-    yield table("Deadlines on a path", ["path", "samples", "answers", "missed"], rows)
+    )
+    head = ["path", "samples", "answers", "missed"]
+    none = "The board puts no deadline on a path."
+    return table("Deadlines on a path", head, rows, otherwise=none)
 
 
-def _missed(counted: DeadlineRow) -> str:
-    """Of a path that was not enabled, nothing."""
-    return f"{counted.misses:,}" if counted.answers > 0 else "not enabled"
-
-
-def buses_section(buses: Mapping[str, BusFigures]) -> Iterator[Element]:
-    """What each bus carried."""
-    if not buses:
-        yield element("p", "No bus was counted.")
-        return
+def buses_table(buses: Mapping[str, BusFigures]) -> Element:
+    """Traffic of each bus."""
     counters = ("transactions", "bytes", "errors", "retries")
-    head = ["bus", "busy", *counters]
     rows = (
         [name, share(bus.utilisation), *(f"{getattr(bus, each):,}" for each in counters)]
         for name, bus in buses.items()
     )
-    yield table("Buses", head, rows)
+    return table("Buses", ["bus", "busy", *counters], rows, otherwise="No bus was counted.")
 
 
-def serial_section(ports: Mapping[str, SerialFigures]) -> Iterator[Element]:
-    """What each serial port carried, where there is one."""
+def serial_table(ports: Mapping[str, SerialFigures]) -> Element | None:
+    """Traffic of each serial port, where there is one."""
     if not ports:
-        return
+        return None
+    counters = ("writes", "bytes_written", "bytes_read", "errors")
+    head = ["port", "writing", "reading", *(each.replace("_", " ") for each in counters)]
     rows = (
         [
             name,
             share(port.writing),
             share(port.reading),
-            *(f"{getattr(port, each):,}" for each in _SERIAL_COUNTERS),
+            *(f"{getattr(port, each):,}" for each in counters),
         ]
         for name, port in ports.items()
     )
-    counters = [each.replace("_", " ") for each in _SERIAL_COUNTERS]
-    yield table("Serial ports", ["port", "writing", "reading", *counters], rows)
+    return table("Serial ports", head, rows)
 
 
 def conditions_section(conditions: Conditions) -> list[Element]:

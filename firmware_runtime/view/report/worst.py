@@ -5,19 +5,20 @@ models' own times and the rest follow one another and add up to it. Garbage coll
 the wire lie somewhere within that time, so they are a second, thinner bar on the same scale.
 """
 
-from collections.abc import Iterator, Sequence
+from collections import UserDict
+from collections.abc import Sequence
 from typing import NamedTuple
 from xml.etree.ElementTree import Element
 
 from firmware_runtime.statistics.blame import sentence
 from firmware_runtime.statistics.figures import WorstActivation
 from firmware_runtime.statistics.number_formats import NOTHING, duration_us, instant
-from firmware_runtime.view.markup import element
-from firmware_runtime.view.plot import picture
+from firmware_runtime.view.markup import element, legend
+from firmware_runtime.view.plot import Plot
 
 _COLOURS = 8
-_LANES = ((0, 20), (24, 8))
-"""Where the two bars of an activation begin, and how high they are, in pixels."""
+_LANES = ((0, 20), (24, 32))
+"""Upper and lower edges of the two bars of an activation, in pixels."""
 _HEIGHT = 34
 
 
@@ -29,15 +30,12 @@ class Cause(NamedTuple):
     css: str
 
 
-class Colours:
+class Colours(UserDict[str, str]):
     """A colour for each name, by the order in which names are first met."""
 
-    def __init__(self) -> None:
-        self._known: dict[str, int] = {}
-
-    def __getitem__(self, name: str) -> str:
-        number = self._known.setdefault(name, len(self._known))
-        return f"colour{number % _COLOURS}"
+    def __missing__(self, name: str) -> str:
+        self[name] = f"colour{len(self) % _COLOURS}"
+        return self[name]
 
 
 _ABOUT = (
@@ -92,65 +90,35 @@ def _spent(*causes: Cause) -> list[Cause]:
 def _activation(number: int, activation: WorstActivation, colours: Colours) -> Element:
     lanes = in_row(activation, colours), within(activation)
     whole = max(activation.lateness_us + activation.step_us, *map(_sum, lanes), 0.001)
-    shapes = [
-        shape
-        for lane, place in zip(lanes, _LANES, strict=True)
-        for shape in _lane(lane, place, whole)
-    ]
+    plot = Plot(_HEIGHT)
+    for lane, place in zip(lanes, _LANES, strict=True):
+        _draw(plot, lane, place, whole)
     title = f"{activation.model or NOTHING} at {instant(activation.t_ns)}"
-    said = ", ".join(f"{cause.name} {duration_us(cause.us)}" for lane in lanes for cause in lane)
+    said = ", ".join(words for lane in lanes for _, words in _said(lane))
+    late, step = duration_us(activation.lateness_us), duration_us(activation.step_us)
+    blame = activation.blame
     return element(
         "li",
-        element("h3", title, element("span", _how_late(activation), class_="quiet")),
-        picture(shapes, _HEIGHT, f"worst-{number}", title, said),
-        _list("", lanes[0]),
-        _list("within it: ", lanes[1]) if lanes[1] else None,
-        _because(activation),
+        element("h3", title, element("span", f" {late} late, step {step}", class_="quiet")),
+        plot.svg(f"worst-{number}", title, said),
+        legend(_said(lanes[0])),
+        legend(_said(lanes[1]), "within it: ") if lanes[1] else None,
+        None if blame is None else element("p", f"because: {sentence(blame)}", class_="quiet"),
     )
-
-
-def _because(activation: WorstActivation) -> Element | None:
-    """Why it was late, where that was looked for."""
-    blame = activation.blame
-    if blame is None:
-        return None
-    return element("p", f"because: {sentence(blame)}", class_="quiet")
 
 
 def _sum(causes: Sequence[Cause]) -> float:
     return sum(cause.us for cause in causes)
 
 
-def _how_late(activation: WorstActivation) -> str:
-    late, step = duration_us(activation.lateness_us), duration_us(activation.step_us)
-    return f" {late} late, step {step}"
+def _said(causes: Sequence[Cause]) -> list[tuple[str, str]]:
+    return [(cause.css, f"{cause.name} {duration_us(cause.us)}") for cause in causes]
 
 
-def _lane(causes: Sequence[Cause], place: tuple[int, int], whole: float) -> Iterator[Element]:
+def _draw(plot: Plot, causes: Sequence[Cause], down: tuple[int, int], whole: float) -> None:
     """One bar of segments, from its left end."""
     left = 0.0
-    for cause in causes:
-        width = cause.us / whole * 100
-        yield element(
-            "rect",
-            element("title", f"{cause.name} {duration_us(cause.us)}"),
-            class_=f"segment {cause.css}",
-            x=f"{left:.3f}%",
-            width=f"{width:.3f}%",
-            y=place[0],
-            height=place[1],
-        )
-        left += width
-
-
-def _list(before: str, causes: Sequence[Cause]) -> Element:
-    items = [
-        element(
-            "li",
-            element("span", class_=f"swatch {cause.css}", aria_hidden="true"),
-            f"{cause.name} {duration_us(cause.us)}",
-        )
-        for cause in causes
-    ]
-    lead = element("li", before, class_="quiet") if before else None
-    return element("ul", lead, *items, class_="legend")
+    for cause, (css, words) in zip(causes, _said(causes), strict=True):
+        right = left + cause.us / whole
+        plot.box((left, right), down, f"segment {css}", words)
+        left = right
