@@ -97,31 +97,20 @@ def _say(arguments: argparse.Namespace, found: WhatIf) -> None:
 
 
 def _watch(arguments: argparse.Namespace, question: Question, folder: Path | None) -> int:
-    from firmware_runtime.recording.what_if.watch import Watched, watch  # noqa: PLC0415 -- with --watch only
+    """Print the answer after every save, and what is not as the last time; ends with Ctrl-C."""
+    from firmware_runtime.recording.what_if.watch import Watched, answers, since  # noqa: PLC0415 -- with --watch only
 
-    header = read_recording(Path(question.recording)).header
-    watch(question, Watched(folder, header), _Reporter(arguments))
-    return Status.OK
-
-
-class _Reporter:
-    """Prints each time's answer."""
-
-    def __init__(self, arguments: argparse.Namespace) -> None:
-        self._arguments = arguments
-
-    def found(self, found: WhatIf, before: WhatIf | None, spent: int) -> None:
-        """What was found, then what is not as the last time."""
-        from firmware_runtime.recording.what_if.watch import since  # noqa: PLC0415 -- as above
-
-        _say(self._arguments, found)
-        if not self._arguments.json:
+    before: WhatIf | None = None
+    watched = Watched(folder, read_recording(Path(question.recording)).header)
+    for found, spent in answers(question, watched):
+        if isinstance(found, ConfigError):
+            print_line(f"firmware-runtime: {found}", sys.stderr)
+            continue
+        _say(arguments, found)
+        if not arguments.json:
             for line in since(before, found):
                 print(f"  {line}")
             print(f"  {spent / SECOND:.2f} s; waiting for a save (Ctrl-C ends)")
         sys.stdout.flush()
-
-    def failed(self, error: ConfigError) -> None:
-        """Why there is no answer; a file is saved again soon."""
-        print_line(f"firmware-runtime: {error}", sys.stderr)
-        sys.stderr.flush()
+        before = found
+    return Status.OK

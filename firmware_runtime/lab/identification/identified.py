@@ -4,7 +4,7 @@ from collections.abc import Iterator
 from typing import Any, Final
 
 import numpy as np
-from msgspec import Struct
+from msgspec import Struct, to_builtins
 
 from firmware_runtime.lab.identification.fit import Fit, fit
 from firmware_runtime.lab.identification.plant import KEYS, NAMES, PlantParameters, Structure
@@ -97,19 +97,7 @@ def _warnings(estimates: dict[str, Estimate], explained: float, found: Fit) -> I
 
 
 def as_json(identified: Identified) -> dict[str, Any]:
-    """For a program."""
-    return {
-        "structure": identified.structure,
-        "parameters": {
-            key: {"value": e.value, "low": e.low, "high": e.high, "regression": e.regression}
-            for key, e in identified.parameters.items()
-        },
-        "confidence": CONFIDENCE,
-        "lag_s": identified.lag_s,
-        "offset": identified.offset,
-        "measurements": identified.measurements,
-        "seconds": identified.seconds,
-        "noise": {"deviation": identified.noise, "weights": identified.noise_weights},
-        "explained": identified.explained,
-        "warnings": identified.warnings,
-    }
+    """The numbers for a program."""
+    found: dict[str, Any] = to_builtins(identified)
+    noise = {"deviation": found.pop("noise"), "weights": found.pop("noise_weights")}
+    return {**found, "confidence": CONFIDENCE, "noise": noise}

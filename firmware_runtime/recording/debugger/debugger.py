@@ -12,12 +12,13 @@ from typing import Any, Final
 
 from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.component import below_root
-from firmware_runtime.devs.functions import Functions, Wrapped
+from firmware_runtime.devs.functions import Functions
 from firmware_runtime.errors import text_of
-from firmware_runtime.recording.debugger.model_state import FUNCTIONS, Models
+from firmware_runtime.recording.debugger.model_state import Models
 from firmware_runtime.recording.debugger.predicate import Predicate
 from firmware_runtime.recording.debugger.stops import Event, Goal, Place, Stops
 from firmware_runtime.recording.debugger.travel import Travel
+from firmware_runtime.recording.replay.rebuilt_robot import each_function
 
 BOUNDARY: Final = "between two instants"
 
@@ -162,7 +163,7 @@ class Debugger:
                 function(*arguments)
                 count += 1
 
-            return _around(atomic, functions, lambda function, _: partial(call, function))
+            return each_function(atomic, functions, lambda _, function: partial(call, function))
 
         self.travel.take(counted)
         self._is_muted = False
@@ -171,8 +172,8 @@ class Debugger:
     # At each event --------------------------------------------------------------------------------
 
     def _watched(self, atomic: Atomic, functions: Functions) -> Functions:
-        return _around(
-            atomic, functions, lambda function, name: partial(self._call, atomic, name, function)
+        return each_function(
+            atomic, functions, lambda name, call: partial(self._call, atomic, name, call)
         )
 
     def _call(
@@ -230,15 +231,3 @@ class Debugger:
         if path is None:
             path = self._paths[id(atomic)] = below_root(atomic.path)
         return path
-
-
-def _around(
-    atomic: Atomic,
-    functions: Functions,
-    wrapped: Callable[[Callable[..., None], str], Callable[..., None]],
-) -> Functions:
-    """A model's functions, each with something around it."""
-    output, internal, external = (wrapped(getattr(functions, name), name) for name in FUNCTIONS[:3])
-    own = functions.confluent
-    confluent = None if own is None else wrapped(own, FUNCTIONS[3])
-    return Wrapped(atomic, output, internal, external, confluent)

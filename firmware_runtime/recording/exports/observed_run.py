@@ -16,7 +16,7 @@ from typing import NamedTuple
 from firmware_runtime.board.registry import Board
 from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.component import below_root
-from firmware_runtime.devs.functions import Functions, Wrapped
+from firmware_runtime.devs.functions import Functions
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.executive.step import Step
 from firmware_runtime.recording.blackbox.reader import Recording, Segment
@@ -24,6 +24,7 @@ from firmware_runtime.recording.blackbox.section import Kind, Section
 from firmware_runtime.recording.blackbox.tapped_models import output_ports
 from firmware_runtime.recording.exports.typed_values import Port, Sent, values_in
 from firmware_runtime.recording.replay.player import Player
+from firmware_runtime.recording.replay.rebuilt_robot import each_function
 from firmware_runtime.recording.replay.verdict import WHOLE, Stretch, segments_of, stretch_of
 
 
@@ -96,14 +97,7 @@ def _observed(step: Step, ran: list[Ran], atomic: Atomic, functions: Functions) 
 
         return run
 
-    confluent = functions.confluent
-    return Wrapped(
-        atomic,
-        noted("output", functions.output),
-        noted("internal", functions.internal),
-        noted("external", functions.external),
-        None if confluent is None else noted("confluent", confluent),
-    )
+    return each_function(atomic, functions, noted)
 
 
 def _sent(player: Player, section: Section) -> list[Sent]:

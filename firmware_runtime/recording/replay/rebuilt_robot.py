@@ -38,6 +38,20 @@ from firmware_runtime.recording.replay.feed import Feed
 from firmware_runtime.recording.replay.replayed_lines import replayed_lines
 
 
+def each_function(
+    atomic: Atomic,
+    functions: Functions,
+    around: Callable[[str, Callable[..., None]], Callable[..., None]],
+) -> Functions:
+    """A model's functions, each with something around it that knows its name."""
+    output, internal, external = (
+        around(name, getattr(functions, name)) for name in ("output", "internal", "external")
+    )
+    confluent = functions.confluent
+    own = None if confluent is None else around("confluent", confluent)
+    return Wrapped(atomic, output, internal, external, own)
+
+
 class PlayedWorld:
     """Stands in the place of models that are none of the robot's own.
 

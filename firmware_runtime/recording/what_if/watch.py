@@ -5,7 +5,7 @@ from collections.abc import Iterator, Mapping
 from importlib.util import find_spec
 from pathlib import Path
 from time import monotonic_ns, sleep
-from typing import Final, Protocol
+from typing import Final
 
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.recording.blackbox.header import Header
@@ -22,16 +22,6 @@ _SKIPPED: Final = ("__pycache__", "node_modules")
 
 State = Mapping[str, tuple[int, int]]
 """Of each file when it was changed, and its size."""
-
-
-class Reporter(Protocol):
-    """Gets the answer of each time."""
-
-    def found(self, found: WhatIf, before: WhatIf | None, spent: int) -> None:
-        """What was found, what had been the last time, and the ns that it took."""
-
-    def failed(self, error: ConfigError) -> None:
-        """Why nothing was found."""
 
 
 class Watched:
@@ -54,18 +44,15 @@ class Watched:
         return {path: each for folder in self.folders for path, each in _files(str(folder))}
 
 
-def watch(question: Question, watched: Watched, reporter: Reporter) -> None:
-    """Ask, report, and wait for a save, until it is interrupted."""
-    before: WhatIf | None = None
+def answers(question: Question, watched: Watched) -> Iterator[tuple[WhatIf | ConfigError, int]]:
+    """The answer at once and after every save, or why there is none, and the ns that it took."""
     while True:
         state, begun = watched.state(), monotonic_ns()
         try:
-            found = ask(question, watched.folder)
+            found: WhatIf | ConfigError = ask(question, watched.folder)
         except ConfigError as error:
-            reporter.failed(error)
-        else:
-            reporter.found(found, before, monotonic_ns() - begun)
-            before = found
+            found = error
+        yield found, monotonic_ns() - begun
         while watched.state() == state:
             sleep(_EVERY_S)
 
