@@ -1,4 +1,4 @@
-"""What a recording (`blackbox`) says of its run, and how its values are written.
+"""Recordings (`blackbox`): their board, and the codec of their values.
 
 header        which robot, by which settings, code and versions
 of_board      that board again, also with other settings (`changed_settings`)

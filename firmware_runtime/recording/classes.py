@@ -52,7 +52,7 @@ _SEQUENCES: Final = (tuple, list, deque)
 _PLAIN_COLLECTIONS: Final = frozenset({*_SEQUENCES, set, frozenset, dict, OrderedDict})
 _DEEPEST: Final = 40
 _MOST_ITEMS: Final = 100
-"""Of a collection of values of several classes; of one with more no word is kept."""
+"""Most items of a collection of values of several classes that are named in a word."""
 
 
 def compare_classes(noted: Word | None, value: object) -> tuple[bool | None, Word]:
@@ -85,7 +85,7 @@ class NotedClasses:
         self._numbers: dict[Word, int] = {}
         self._words: dict[int, Word] = {}
         self._last: dict[int, tuple[type, _Look, Any]] = {}
-        """What is looked at when a step is over, and what was seen."""
+        """Values to look at when a step is over, by port: class, look, and what was seen."""
 
     def note(self) -> list[Any] | None:
         """Return what is to be noted of the section, in turns; None where there is nothing.
@@ -212,7 +212,7 @@ _Look: TypeAlias = Callable[[Any], Any]
 
 
 def _look_for(kind: type[Any], tree: Tree) -> _Look | None:
-    """What to look at of a value of this class, so that it is known to be as the last was."""
+    """Return what tells that a value of this class is as the last was; None for the class alone."""
     if _is_all_said(kind):
         return None
     if tree in ((tuple,), (list,)):
@@ -226,13 +226,13 @@ def _look_for(kind: type[Any], tree: Tree) -> _Look | None:
 
 
 def _can_change(kind: type[Any]) -> bool:
-    """Whether what a value holds can be another by the time the step is over, or be missing."""
+    """Return whether what a value holds can be another when the step is over, or be missing."""
     is_frozen = issubclass(kind, msgspec.Struct) and kind.__struct_config__.frozen
     return not is_frozen and not issubclass(kind, tuple)
 
 
 def _is_free(items: Sequence[object]) -> bool:
-    """Whether a collection has nothing but what its written form tells."""
+    """Return whether a collection has nothing but what its written form tells."""
     for each in items:  # noqa: SIM110 -- as a loop it costs a step a third of what a generator does
         if type(each) is not float and type(each) not in _FREE:
             return False
@@ -240,7 +240,7 @@ def _is_free(items: Sequence[object]) -> bool:
 
 
 def _is_shallow(tree: Tree) -> bool:
-    """Whether a field holds one thing, or a plain sequence of numbers."""
+    """Return whether a field holds one thing, or a plain sequence of numbers."""
     return not isinstance(tree, tuple) or (len(tree) == 1 and tree[0] is not UNSURE)
 
 
@@ -265,14 +265,14 @@ def _tree(value: object, depth: int = 0) -> Tree:
 
 
 def _is_of_numbers(kind: type[Any], value: Any) -> bool:  # noqa: ANN401 -- of numpy
-    """Whether the form of an array, or a number, says what it is."""
+    """Return whether the form of an array, or a number, says what it is."""
     is_plain = kind.__name__ == "ndarray" or not hasattr(kind, "__array_finalize__")
     is_known = is_plain and hasattr(kind, "tobytes")
     return is_known and value.dtype.names is None and not value.dtype.hasobject
 
 
 def _is_whole(kind: type[Any], value: Any) -> bool:  # noqa: ANN401 -- any value
-    """Whether it is a collection whose items are all that it has."""
+    """Return whether it is a collection whose items are all that it has."""
     if kind in _PLAIN_COLLECTIONS:
         return True
     is_one = issubclass(kind, tuple | list | set | frozenset) or kind.__base__ is dict

@@ -1,4 +1,4 @@
-"""Where the process's own generators of random numbers stand: of `random`, and of `numpy.random`.
+"""Places of the process's own generators of random numbers: of `random` and `numpy.random`.
 
 A model that draws from them, instead of from a generator that it has, draws the same in a replay:
 a run says where they stood before its robot was built, and its keyframes where they stand, if that
@@ -22,7 +22,7 @@ _WORDS: Final = "I"
 
 
 def places() -> list[Any]:
-    """Where each stands, as MessagePack has words for it; None for one that is not imported."""
+    """Return the place of each, as MessagePack has words for it; None for one not imported."""
     version, words, gauss = random.getstate()
     numpy = sys.modules.get(_NUMPY)
     of_numpy = None
@@ -86,17 +86,17 @@ UNKEPT: Final = (
     "random numbers were drawn from the process's own generators (random, numpy.random), which a "
     "world or a thread may have drawn from as well; expected a generator that the model has"
 )
-"""What to say of a replay that differs, and in which they were drawn from."""
+"""Sentence on a replay that differs, and in which they were drawn from."""
 
 
 class Places:
-    """Where they stand beside a state, given where they stood before the robot was built."""
+    """Places of generators beside a state, given where they stood before the robot was built."""
 
     def __init__(self, stood: Any) -> None:  # noqa: ANN401 -- as `places`, or what is in a file
         self._stood = stood
 
     def read(self) -> list[Any] | None:
-        """Where they stand; None if that is where they stood."""
+        """Return the places; None if they stand where they stood."""
         found = places()
         return None if found == self._stood else found
 

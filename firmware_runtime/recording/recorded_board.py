@@ -1,4 +1,4 @@
-"""What every recording says of its run: which board, which settings, which code and versions."""
+"""Header of a recording, as far as it is of the board: settings, code and versions."""
 
 from collections.abc import Iterable, Mapping
 from typing import Any, Final, TypeAlias
@@ -14,7 +14,7 @@ from firmware_runtime.system.conditions import versions_here
 
 
 class RecordedBoard(Struct, frozen=True, kw_only=True):
-    """What the header of a recording says of the board, its settings and its code."""
+    """Header of a recording, as far as it is of the board, its settings and its code."""
 
     board: str
     """The board's own name."""
@@ -31,11 +31,11 @@ class RecordedBoard(Struct, frozen=True, kw_only=True):
     code_sha256: str
     """SHA-256 over those."""
     versions: dict[str, str | None]
-    """Of Python, the kernel and packages."""
+    """Versions of Python, the kernel and packages."""
 
 
 def recorded_board(board: Board, atomics: Iterable[Atomic], clock: Clock) -> RecordedBoard:
-    """What a recording of these models says of its run."""
+    """Return the header of a recording of these models."""
     code = code_of(atomics)
     return RecordedBoard(
         board=board.name,
@@ -52,7 +52,7 @@ def recorded_board(board: Board, atomics: Iterable[Atomic], clock: Clock) -> Rec
 
 Versions: TypeAlias = Mapping[str, str | None]
 _APART: Final = {"kernel"}
-"""What computes nothing."""
+"""Names of versions that compute nothing."""
 
 
 def changed_versions(recorded: Versions) -> dict[str, dict[str, str | None]]:

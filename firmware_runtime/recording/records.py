@@ -36,7 +36,7 @@ class UnknownValue(ValueError):
 
 
 class Record:
-    """How objects of one class are taken apart and made: `values_of` and `make`.
+    """Codec of the objects of one class: `values_of` takes them apart, `make` makes them.
 
     `is_shared`: two places may hold the same one, and see each other's changes.
     """
@@ -70,7 +70,7 @@ _RECORDS: Final[dict[Kind, Record | None]] = {}
 
 
 def is_record(kind: Kind) -> bool:
-    """Whether objects of a class hold fields and nothing else."""
+    """Return whether objects of a class hold fields and nothing else."""
     try:
         record_of(kind)
     except UnknownValue:
@@ -115,12 +115,12 @@ def slots_of(kind: Kind) -> dict[str, Any]:
 
 
 def in_class(kind: Kind, name: str, otherwise: object = None) -> object:
-    """What a class, or one that it derives from, has under a name; no function of it is called."""
+    """Find a name in a class, or one that it derives from; no function of it is called."""
     return next((vars(each)[name] for each in kind.__mro__ if name in vars(each)), otherwise)
 
 
 def written_member(member: Enum) -> Any:  # noqa: ANN401 -- a Flag's number is an int
-    """What a member is called; several members of a Flag together have no name."""
+    """Return the name of a member; several members of a Flag together have no name."""
     return member.name if member.name in type(member).__members__ else member.value
 
 
@@ -135,7 +135,7 @@ def member_of(kind: type[Enum], written: Any) -> Enum:  # noqa: ANN401 -- whatev
 
 
 def is_key(value: object) -> bool:
-    """Whether a value can be a key, or stand in a set, without a function of its class."""
+    """Return whether a value can be a key, or stand in a set, without a function of its class."""
     kind = type(value)
     if kind in _PLAIN_KEYS:
         return True
@@ -230,7 +230,7 @@ def _dataclass(kind: Kind) -> Record | None:
 
 
 def _has_own_dictionary(kind: Kind) -> bool:
-    """Whether no class of it says otherwise where attributes are."""
+    """Return whether no class of it says otherwise where attributes are."""
     said = (vars(each).get("__dict__") for each in kind.__mro__)
     return all(each is None or isinstance(each, types.GetSetDescriptorType) for each in said)
 
@@ -264,13 +264,13 @@ def _slot(kind: Kind, name: str) -> Any:  # noqa: ANN401 -- a descriptor
 
 
 def _is_computed(kind: Kind, name: str) -> bool:
-    """Whether reading or setting that attribute runs something, or there is no place for it."""
+    """Return whether reading or setting that attribute runs something, or it has no place."""
     found = type(in_class(kind, name))
     return not kind.__dictoffset__ or hasattr(found, "__set__") or hasattr(found, "__delete__")
 
 
 def _defines(kind: Kind, names: Collection[str]) -> bool:
-    """Whether a class, or one that it derives from outside Python itself, defines one of these."""
+    """Return whether a class, or a base of it outside Python itself, defines one of these."""
     own = (each for each in kind.__mro__ if each.__module__.partition(".")[0] not in _PYTHON)
     return any(name in vars(each) for each in own for name in names)
 

@@ -39,7 +39,7 @@ class Reader:
         self._known = known
         self._packages = packages
         self._made: list[tuple[object, int]] = []
-        """What can be changed, and how many values are in it."""
+        """Objects that can be changed, and how many values are in each."""
         self._values = self._again = 0
         self._depth = 0
 

@@ -20,7 +20,7 @@ from firmware_runtime.recording.records import (
 )
 
 Plain: TypeAlias = Any
-"""What MessagePack has words for."""
+"""Values that MessagePack has words for."""
 
 encode: Final = msgspec.msgpack.Encoder().encode
 _SAME: Final = frozenset({type(None), bool, float, str, bytes})
@@ -28,7 +28,7 @@ _SMALL: Final = range(-(1 << 63), 1 << 63)
 DEEPEST: Final = 64
 """Values within values; more are refused, on writing and on reading."""
 GENERATORS: Final = frozenset({"MT19937", "PCG64", "PCG64DXSM", "Philox", "SFC64"})
-"""Of numpy, those whose state is told."""
+"""Generators of numpy whose state is told."""
 _NUMBERS: Final = frozenset("biufc")
 """Kinds of numbers that an array may be of."""
 
@@ -55,7 +55,7 @@ class Writer:
         return self._guarded(self.part, value)
 
     def content(self, value: Any) -> Plain:  # noqa: ANN401 -- a container
-        """What a known container holds. Raises UnknownValue."""
+        """Return the content of a known container. Raises UnknownValue."""
         way = _way_of(dict if isinstance(value, dict) else type(value))
         return self._guarded(lambda of: way.write(of, self), value)
 
@@ -119,7 +119,7 @@ class Writer:
 
 
 class _Way:
-    """How values of one class are written."""
+    """Writer of values of one class."""
 
     __slots__ = ("is_shared", "write")
 
@@ -128,7 +128,7 @@ class _Way:
 
 
 def _way_of(kind: type[Any]) -> _Way:
-    """How values of a class are written. Raises UnknownValue."""
+    """Return the writer of a class. Raises UnknownValue."""
     found = _FOUND.get(kind)
     if found is None:
         found = _FOUND[kind] = _new_way_of(kind)

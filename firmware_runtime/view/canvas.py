@@ -15,7 +15,7 @@ from firmware_runtime.view.markup import element
 CORNER: Final = 6
 """Radius of a wire's bends."""
 BOLD: Final = 1.1
-"""How much wider bold letters are."""
+"""Width of bold letters by that of others."""
 FONT: Final = '"DejaVu Sans", Verdana, system-ui, sans-serif'
 _NARROW: Final = frozenset("iljtfrI.,:;!'|()[] ")
 _WIDE: Final = frozenset("mwMW@")

@@ -27,10 +27,10 @@ Ends: TypeAlias = tuple[float, float]
 
 WIDTH, HEIGHT = 720.0, 320.0
 HALF_WIDTH, HALF_HEIGHT = 460.0, 250.0
-"""Of a plot beside another one."""
+"""Size of a plot beside another one."""
 _LEFT, _RIGHT, _TOP, _BOTTOM = 64.0, 16.0, 34.0, 44.0
 _BETWEEN, _ROW = 30.0, 18.0
-"""Of a legend: room for a line and about it, and from one row to the next."""
+"""Sizes in a legend: room for a line and about it, and from one row to the next."""
 _LABEL_AT = 4.0
 _MOST_MARKS, _LEAST_APART = 6, 40.0
 _MOST_POINTS = 2000
@@ -93,9 +93,9 @@ class LinePlot:
     width: float = WIDTH
     height: float = HEIGHT
     has_equal_scales: bool = False
-    """Whether a unit is as long across as it is up, as on a map."""
+    """True if a unit is as long across as it is up, as on a map."""
     is_nested: bool = False
-    """Whether each curve is thinner than the one before, so that equal ones can all be seen."""
+    """True if each curve is thinner than the one before, so that equal ones can all be seen."""
 
     @property
     def reach(self) -> tuple[Ends, Ends]:
@@ -126,7 +126,7 @@ class LinePlot:
         return file_text(self.svg())
 
     def _ends(self, top: float) -> tuple[Ends, Ends]:
-        """Where the axes end; with equal scales the shorter one shows more on both sides."""
+        """Return the ends of the axes; with equal scales the shorter one shows more."""
         across, up = self.reach
         if not self.has_equal_scales:
             return across, up

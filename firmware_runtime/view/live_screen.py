@@ -1,4 +1,4 @@
-"""What `top` shows: a reading of the statistics, drawn to fit a terminal. Needs the extra `top`."""
+"""Screen of `top`: a reading of the statistics, drawn to fit a terminal. Needs the extra `top`."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from itertools import pairwise
@@ -94,7 +94,7 @@ _WORST = 4
 _FAULTS = 4
 """Kinds of faults shown, those that came last."""
 _OTHER_ROWS = 15
-"""What is above and below the histogram, each model's row aside, in a terminal of 80 columns."""
+"""Rows above and below the histogram, each model's row aside, in a terminal of 80 columns."""
 _FEWEST_BARS = 4
 
 
@@ -146,7 +146,7 @@ def _style(figures: Figures) -> str:
 
 
 def _facts(figures: Figures) -> Text:
-    """Where, how long, and how often lines failed."""
+    """Say where, how long, and how often lines failed."""
     run = figures.conditions.run
     cpu = percent(None if run.cpu_s is None else run.cpu_s / max(run.elapsed_s, 1e-9))
     errors = {name: bus.errors for name, bus in figures.bus.items()}
@@ -186,7 +186,7 @@ def _histogram(now: Statistics, lately: Statistics, width: int, bars: int) -> Ta
 
 
 def _octaves(histogram: Histogram) -> list[int]:
-    """How many samples are below each power of two ns, and not below the one before."""
+    """Count samples below each power of two ns, and not below the one before."""
     buckets = histogram.buckets.tolist()
     edges = [0, *(bucket_of((1 << power) - 1) + 1 for power in range(1, 38))]
     return [0, *(sum(buckets[a:b]) for a, b in pairwise(edges))]

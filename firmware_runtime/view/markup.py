@@ -84,7 +84,7 @@ def bullets(items: Iterable[Child]) -> Element:
 
 
 def folded(summary: str, *content: Child) -> Element:
-    """What is shown only when its summary is clicked."""
+    """Hide content until its summary is clicked."""
     return element("details", element("summary", summary), *content)
 
 

@@ -28,7 +28,7 @@ class Plot:
         self._shapes: list[Element] = []
 
     def down(self, share: float) -> float:
-        """How many pixels down a share of the way up the vertical axis is."""
+        """Return the pixels down at a share of the way up the vertical axis."""
         return self.bottom - share * self._height
 
     def box(

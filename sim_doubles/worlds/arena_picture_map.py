@@ -15,7 +15,7 @@ from sim_doubles.worlds.arena_log import ArenaLog, Ping, Stay
 __all__ = ["GOAL_M", "ArenaMap"]
 
 GOAL_M: Final = (0.05, 0.5)
-"""How near to the target's surface a run is to end: no nearer, no farther."""
+"""Distance from the target's surface at which a run is to end: no nearer, no farther."""
 
 _AROUND_M: Final = 0.35
 _SAMPLE: Final = 50 * MILLISECOND
@@ -147,14 +147,14 @@ class ArenaMap:
             yield css, [ping for ping in pings if ping.echo_m < math.inf]
 
     def _draw_beams(self) -> None:
-        """What the echoes came along, as one figure a sonar, on paper, so that no colours mix."""
+        """Draw the beams of the echoes, one figure a sonar, on paper, so that no colours mix."""
         for css, pings in self._echoes():
             beams = " ".join(self._sector(ping, ping.echo_m) for ping in pings)
             for each in ("paper", f"beam {css}"):
                 self._page.path(beams, each)
 
     def _draw_edges(self) -> None:
-        """Where the echoes came from: somewhere on the far edges of the beams."""
+        """Draw where the echoes came from: somewhere on the far edges of the beams."""
         for css, pings in self._echoes():
             for ping in pings:
                 self._page.path(f"M{self._arc(ping, ping.echo_m)}", f"edge {css}-edge")

@@ -8,7 +8,7 @@ from firmware_runtime.view.canvas import FONT, style_sheet
 __all__ = ["HUES", "STYLE"]
 
 HUES: Final = 7
-"""How many colours there are for states, classes `hue0` and on; `hue-brief` is for the rest."""
+"""Number of colours for states, classes `hue0` and on; `hue-brief` is for the rest."""
 
 _COLOURS: Final[Mapping[str, tuple[str, str, str]]] = {
     ".paper": ("fill", "#ffffff", "#0d1117"),
@@ -40,7 +40,7 @@ _COLOURS: Final[Mapping[str, tuple[str, str, str]]] = {
     ".hue6": ("--hue", "#6a737d", "#a2abb5"),
     ".hue-brief": ("--hue", "#1f2328", "#e6edf3"),
 }
-"""What each class colours: property, light, dark."""
+"""Colours by class: property, light, dark."""
 
 _SHAPES: Final = f"""
   text {{ font: 12px {FONT} }}

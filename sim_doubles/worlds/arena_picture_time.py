@@ -1,4 +1,4 @@
-"""What happened when: the distance to the target, the echoes and the states, over time."""
+"""Timeline of a run: the distance to the target, the echoes and the states."""
 
 import math
 from collections.abc import Mapping

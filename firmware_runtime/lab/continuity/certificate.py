@@ -42,7 +42,7 @@ class Certificate:
 
     @property
     def is_identical(self) -> bool | None:
-        """Whether stages were run, each is its replay, and code and settings were the same.
+        """Return whether stages were run, each is its replay, and code and settings were the same.
 
         None where nothing differs, but not all of it was compared.
         """
@@ -57,7 +57,7 @@ class Certificate:
 
     @property
     def has_same_code(self) -> bool:
-        """Whether no module of the robot had another source in some run, or in its replay."""
+        """Return whether no module of the robot had another source in a run or its replay."""
         known: dict[str, str] = {}
         is_same = all(
             known.setdefault(name, digest) == digest
@@ -69,7 +69,7 @@ class Certificate:
 
     @property
     def has_same_settings(self) -> bool:
-        """Whether every run had the same table of settings."""
+        """Return whether every run had the same table of settings."""
         return len({_sha256(header.table) for header in self._headers()}) < 2
 
     def code(self) -> dict[str, str]:

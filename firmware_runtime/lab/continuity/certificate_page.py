@@ -62,13 +62,13 @@ class Signals(NamedTuple):
     """Ports of a board by path below the root, as they go by in its recordings."""
 
     shown: str | None
-    """What a person wants to see over time; None where the board's rig shows nothing."""
+    """Port whose value is drawn over time; None where the board's rig shows nothing."""
     commands: tuple[str, ...]
-    """What leaves the role that computes; none of a board without roles."""
+    """Senders of what leaves the role that computes; none of a board without roles."""
 
 
 def signals_of(board: Board) -> Signals:
-    """What is drawn of a board. Raises ConfigError for one without a rig."""
+    """Return the ports that are drawn of a board. Raises ConfigError for one without a rig."""
     model, roles = board.unconnected().model, board.settings.roles
     senders, own = Senders(model), list[str]()
     if roles:
@@ -82,13 +82,13 @@ def signals_of(board: Board) -> Signals:
 
 
 def shown(recording: Recording, port: str | None) -> Points:
-    """What the shown port sent: s, and the port's unit."""
+    """Return what the shown port sent: s, and the port's unit."""
     sent = _sent(recording, {port} if port is not None else ())
     return [(each.at / SECOND, each.value) for each in sent if isinstance(each.value, float)]
 
 
 def commands(recording: Recording, ports: Collection[str]) -> dict[str, Points]:
-    """What these ports sent, a curve for each number in it, each held until the next."""
+    """Return a curve for each number that these ports sent, each held until the next."""
     short, curves = _short(list(ports)), dict[str, Points]()
     for each in _sent(recording, ports):
         for leaf, value in cells_of(plain(each.value), short[each.port]):
@@ -98,7 +98,7 @@ def commands(recording: Recording, ports: Collection[str]) -> dict[str, Points]:
 
 
 def _sent(recording: Recording, wanted: Collection[str]) -> Iterator[Sent]:
-    """What these ports sent, in order."""
+    """Yield what these ports sent, in order."""
     header = recording.header
     ports = ports_of(model_of(header, board_of(header)))
     for each_section in sections_between(recording, 0, NEVER):
@@ -209,7 +209,7 @@ def _side_by_side(runs: Sequence[StageRun], certificate: Certificate) -> Iterato
 
 
 def _plot(stage: str, title: str, curves: Mapping[str, Points], for_s: float) -> LinePlot | None:
-    """What is drawn of a quantity in a stage, while its controller ran; None for nothing."""
+    """Draw a quantity in a stage while its controller ran; None where there is nothing."""
     drawn = [
         Curve(name, seen)
         for name, points in curves.items()
@@ -236,7 +236,7 @@ def _shown(run: StageRun, signals: Signals) -> dict[str, Points]:
 
 
 def _commands(run: StageRun, signals: Signals) -> dict[str, Points]:
-    """Of the end that computes, which is the first."""
+    """Return the commands of the end that computes, which is the first."""
     first = next(iter(run.ends.values()), None)
     return {} if first is None else commands(first.recording, signals.commands)
 

@@ -32,7 +32,7 @@ class Plan:
     how: Impairment = WIFI
     """Stage remote's network, each way."""
     is_over_ros: bool = False
-    """Whether stage network goes over ROS 2 instead of UDP."""
+    """True if stage network goes over ROS 2 instead of UDP."""
 
     def staged(self, stage: Stage, folder: Path) -> Staged:
         """A stage, recorded in this folder."""
@@ -49,21 +49,21 @@ class Plan:
 
 @dataclass(frozen=True, slots=True)
 class End:
-    """What one process of a stage recorded, and the verdict of its replay."""
+    """Recording of one process of a stage, and the verdict of its replay."""
 
     recording: Recording
     verdict: Verdict
 
     @property
     def is_identical(self) -> bool | None:
-        """Whether the whole run is its replay; None where that could not all be compared."""
+        """Return whether the whole run is its replay; None where that could not all be compared."""
         if self.recording.is_from_start or self.verdict.is_identical is False:
             return self.verdict.is_identical
         return None
 
     @property
     def fault(self) -> str | None:
-        """Why it is not shown that the whole run is its replay, a sentence; None if it is."""
+        """Return why it is not shown that the whole run is its replay; None if it is."""
         if self.verdict.is_identical is False:
             return self.verdict.reason
         if not self.recording.is_from_start:
@@ -77,7 +77,7 @@ class End:
 
 @dataclass(frozen=True, slots=True)
 class StageRun:
-    """What became of a stage; `why_not` says that it cannot be run here, and why.
+    """Result of a stage; `why_not` says that it cannot be run here, and why.
 
     One that should have run and left nothing has `failed` and no ends.
     """
@@ -87,32 +87,32 @@ class StageRun:
     ends: Mapping[str, End] = field(default_factory=dict)
     """By role, or `whole` for a stage of one process."""
     document: Mapping[str, Any] = field(default_factory=dict)
-    """What `run --json` printed."""
+    """Document that `run --json` printed."""
     failed: str | None = None
-    """How the run went wrong, if it did, whatever its replay is."""
+    """Fault of the run itself, if it had one, whatever its replay is."""
 
     @property
     def has_run(self) -> bool:
-        """Whether it was run."""
+        """Return whether it was run."""
         return self.why_not is None
 
     @property
     def controller_began_s(self) -> float:
-        """When the controller began by the robot end's time, s, in a stage of two ends."""
+        """Start of the controller by the robot end's time, s, in a stage of two ends."""
         begins = self.document.get("statistics", {}).get("begins_ns", {})
         later: int = begins.get(CONTROLLER, 0) - begins.get(ROBOT, 0)
         return later / SECOND
 
     @property
     def is_identical(self) -> bool | None:
-        """Whether the run ended well, and each end is its replay; None as for an end."""
+        """Return whether the run ended well, and each end is its replay; None as for an end."""
         if self.failed is not None or not self.ends:
             return False
         return all_of(end.is_identical for end in self.ends.values())
 
     @property
     def fault(self) -> str | None:
-        """What keeps it from that, a sentence; None if nothing does."""
+        """Return what keeps it from that, a sentence; None if nothing does."""
         if self.failed is not None:
             return self.failed
         ends = ((role, end.fault) for role, end in self.ends.items())

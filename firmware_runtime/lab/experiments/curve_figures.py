@@ -34,7 +34,7 @@ class StepResponse(Struct, frozen=True):
 
 
 class Difference(Struct, frozen=True):
-    """How far one response was from another, in the unit of both."""
+    """Distance of one response from another, in the unit of both."""
 
     rms: float
     largest: float
@@ -61,7 +61,7 @@ def step_response(points: Points, begin: float, end: float) -> StepResponse:
 
 
 def difference(points: Points, other: Points) -> Difference | None:
-    """How far the points are from the other curve, where both are; None where they never are."""
+    """Return how far the points are from the other curve, where both are; else None."""
     apart = [
         value - expected
         for at, value in points
@@ -87,7 +87,7 @@ def value_at(points: Points, at: float) -> float | None:
 
 
 def _reached(shares: Points, level: float) -> float | None:
-    """When a share was reached first, between two samples on the line between them."""
+    """Find when a share was reached first, on the line between two samples."""
     before: tuple[float, float] | None = None
     for at, share in shares:
         if share >= level:
@@ -118,17 +118,17 @@ class Stuck(Struct, frozen=True):
 
     @property
     def for_s(self) -> float:
-        """How long it was stuck, as far as was watched."""
+        """Length, s, as far as was watched."""
         return self.until_s - self.from_s
 
 
 def first_motion_s(rates: Points, threshold: float) -> float | None:
-    """When it first moved faster than the threshold; None if it never did."""
+    """Find when it first moved faster than the threshold; None if it never did."""
     return next((at for at, rate in rates if abs(rate) > threshold), None)
 
 
 def stuck_intervals(rates: Points, threshold: float, least_s: float) -> list[Stuck]:
-    """Where it stood still after it had moved, in order."""
+    """Find where it stood still after it had moved, in order."""
     begin = first_motion_s(rates, threshold)
     if begin is None:
         return []

@@ -35,7 +35,7 @@ _SENTENCES = 3
 
 @dataclass(frozen=True, slots=True)
 class Outcome:
-    """What became of an experiment: its findings, why it failed, or why it was not run."""
+    """Outcome of an experiment: its findings, why it failed, or why it was not run."""
 
     name: str
     experiment: Experiment
@@ -50,7 +50,7 @@ class Outcome:
         return {name: value for name, value in found.items() if value is not None}
 
     def entry(self) -> dict[str, object]:
-        """What stands of it in results.json: figure, our numbers and the paper's, or why not."""
+        """Return its entry in results.json: figure, our numbers and the paper's, or why not."""
         reasons = {"failed": self.fault, "not_run": self.not_run}
         return {
             "figure": self.experiment.figure,
@@ -139,7 +139,7 @@ def _index_sections(title: str, lines: Sequence[Outcome]) -> Iterator[Element]:
 
 
 def _outcomes(lines: Sequence[Outcome]) -> Iterator[Element]:
-    """How many went well, and why the others did not."""
+    """Say how many went well, and why the others did not."""
     failed = [(line.name, line.fault) for line in lines if line.fault is not None]
     not_run = [(line.name, line.not_run) for line in lines if line.not_run is not None]
     if failed:

@@ -1,4 +1,4 @@
-"""What an experiment found: numbers, data, plots and tables; what writes files goes by it."""
+"""Findings of an experiment: numbers, data, plots and tables."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -19,7 +19,7 @@ class Findings:
     ours: Mapping[str, float | None] = field(default_factory=dict)
     """Our numbers, by the paper's keys where it has them; None: did not happen, and is left out."""
     sentences: Sequence[str] = ()
-    """What was found, in words: printed, and first on the page."""
+    """Findings in words: printed, and first on the page."""
     plots: Mapping[str, LinePlot | Picture] = field(default_factory=dict)
     data: Mapping[str, Iterable[str]] = field(default_factory=dict)
     """Lines of CSV, without line ends."""
@@ -27,4 +27,4 @@ class Findings:
     details: Mapping[str, Any] = field(default_factory=dict)
     """More for the JSON file; whatever msgspec can encode."""
     between: Sequence[str] = ()
-    """What was between controller and robot, a sentence a stage, for the page's conditions."""
+    """Link between controller and robot, a sentence a stage, for the page's conditions."""

@@ -15,7 +15,7 @@ _NAME = re.compile(r"[\w.-]+")
 
 
 def missing_packages(experiment: Experiment) -> str | None:
-    """Which packages it lacks in this environment and what installs them, or None for none."""
+    """Name the packages that it lacks here and the command that installs them; None for none."""
     missing = [each for each in experiment.packages if not _is_installed(each)]
     if not missing:
         return None
@@ -24,7 +24,7 @@ def missing_packages(experiment: Experiment) -> str | None:
 
 
 def _is_installed(package: str) -> bool:
-    """Whether any version of it is there."""
+    """Return whether any version of it is there."""
     found = _NAME.match(package)
     try:
         version(package if found is None else found[0])
@@ -39,7 +39,7 @@ LOOP_DELAY: Final = OwnExperiment(
     stages=(Stage.NETWORK, Stage.REMOTE),
     run="firmware_runtime.lab.experiments.loop_experiment:run_loop",
 )
-"""Of any board with a table [roles]; one with published figures has its own of this name."""
+"""Experiment of any board with a table [roles]; one with published figures has its own."""
 
 
 def experiments_of(board: Board) -> Mapping[str, Experiment]:

@@ -22,7 +22,7 @@ from firmware_runtime.view.line_plot import Curve, LinePlot
 from firmware_runtime.view.markup import table
 
 DEFAULT_S: Final = 20.0
-"""How long the ramp lasts in each stage unless the command says."""
+"""Length of the ramp, s, in each stage unless the command says."""
 PUBLISHED: Final[Mapping[Stage, str]] = {
     Stage.NETWORK: "local_delay_ms",
     Stage.REMOTE: "remote_delay_ms",
@@ -34,7 +34,7 @@ that are closer to each other overtake each other."""
 SETTLING_S: Final = 1.0
 """After the first value that came back: sockets and processes are warm by then."""
 SHOWN: Final = 30
-"""How many values of the ramp the plot shows: many more, and both lines are one."""
+"""Values of the ramp in the plot: with many more, both lines are one."""
 
 
 class Round(Struct, frozen=True):
@@ -72,7 +72,7 @@ class StageDelays(Struct, frozen=True):
     every_s: float
     published_ms: float | None
     lateness_p50_us: float | None
-    """Of the controller's run: how long after its instant a value was sent, within the delay."""
+    """Lateness at which the controller's run sent a value, within the delay."""
     carried_p50_us: float | None
     """Both ways from run to run: sockets, carriers and what is between them; of all frames, also
     of those whose values were overtaken and never came back."""

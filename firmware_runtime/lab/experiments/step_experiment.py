@@ -27,7 +27,7 @@ from firmware_runtime.view.markup import table
 
 _ACROSS: Final = "s since the step"
 BEFORE_S = 0.5
-"""How much of the time before the step is kept."""
+"""Time before the step that is kept."""
 
 
 class StageFigures(Struct, frozen=True):

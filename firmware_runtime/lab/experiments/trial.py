@@ -95,7 +95,7 @@ class Choices:
     how: Impairment = WIFI
     """Stage remote's network, each way."""
     is_over_ros: bool = False
-    """Whether stage network goes over ROS 2 instead of UDP."""
+    """True if stage network goes over ROS 2 instead of UDP."""
     peer: str | None = None
     key: Path | None = None
     for_s: float | None = None
@@ -114,7 +114,7 @@ class Trial:
     stages: Sequence[Stage]
     """Those that are to be run, in order."""
     folder: Path
-    """Where the experiment's files are gathered; what is put there stays."""
+    """Folder of the experiment's files; what is put there stays."""
     choices: Choices
     say: Say
     """Shows how far it is, a sentence."""

@@ -1,1 +1,1 @@
-"""Whether HEAD takes more processor time than BASE, decided on pairs; or "cannot tell here"."""
+"""Decision on pairs: does HEAD take more processor time than BASE, or "cannot tell here"."""

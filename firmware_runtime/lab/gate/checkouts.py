@@ -23,7 +23,7 @@ class Checkout(Struct, frozen=True):
 
     @property
     def environment(self) -> dict[str, str]:
-        """What its processes get: its packages first, and sets in the same order in both."""
+        """Environment of its processes: its packages first, and sets in the same order in both."""
         path = [*map(str, import_path(self.folder))]
         path += filter(None, [os.environ.get("PYTHONPATH")])
         own = {"PYTHONPATH": os.pathsep.join(path), "PYTHONHASHSEED": "0"}
@@ -56,6 +56,6 @@ def _checkout(name: str, stated: str, into: Path) -> Checkout:
 
 
 def _done(*command: str, given: bytes = b"") -> bytes:
-    """What a program of the user's path prints. Raises CalledProcessError."""
+    """Return what a program of the user's path prints. Raises CalledProcessError."""
     ended = subprocess.run(command, check=True, capture_output=True, input=given)  # noqa: S603
     return ended.stdout

@@ -20,7 +20,7 @@ from typing import Any
 WARMING_S = 2.0
 """Robot time that is not measured: bring-up, and what is imported late."""
 LEAST_NS, LEAST_ACTIVATIONS = 150_000_000, 20
-"""What a stretch costs and holds at least."""
+"""Least cost of a stretch, and least count of activations in it."""
 SHORTEST_S, LONGEST_S, SLACK_S = 0.1, 1e6, 1e-6
 
 
@@ -73,7 +73,7 @@ class Contestant:
 
 
 def modules_of(folder: Path) -> int:
-    """How many modules were imported from this folder, or its `src`; not from deeper in it."""
+    """Count modules imported from this folder, or its `src`; not from deeper in it."""
     own = 0
     for name, module in list(sys.modules.items()):
         if file := getattr(module, "__file__", None):

@@ -31,7 +31,7 @@ MOST_PAIRS = 480
 
 
 class Verdict(StrEnum):
-    """What can be said of HEAD."""
+    """Verdict on HEAD."""
 
     NO_SLOWER = "no slower"
     SLOWER = "slower"
@@ -39,7 +39,7 @@ class Verdict(StrEnum):
 
 
 class Decision(Struct, frozen=True):
-    """What pairs say of HEAD's cost by BASE's; it is within the bounds with 1 - 2 * ERROR."""
+    """Decision on HEAD's cost by BASE's; it is within the bounds with 1 - 2 * ERROR."""
 
     verdict: Verdict
     ratio: float
@@ -57,7 +57,7 @@ def looks_of(most: int) -> list[int]:
 
 
 def decide(log_ratios: Sequence[float], tolerance: float, looks: int = 1) -> Decision:
-    """What these pairs say at one look; `tolerance` 0.1 is 10 %."""
+    """Decide by these pairs at one look; `tolerance` 0.1 is 10 %."""
     threshold = log(1 + tolerance)
     above = [each - threshold for each in log_ratios]
     p_slower, p_no_slower = p_greater(above), p_greater([-each for each in above])
@@ -72,7 +72,7 @@ def decide(log_ratios: Sequence[float], tolerance: float, looks: int = 1) -> Dec
 
 
 def p_greater(differences: Sequence[float]) -> float:
-    """How likely a sum of ranks as high as this one is, or a higher, if the centre is 0 or below.
+    """Return the probability of such a sum of ranks, or a higher, if the centre is 0 or below.
 
     Differences of exactly 0 are left out, equal sizes ranked as they come; 1 where none is left.
     """
@@ -97,7 +97,7 @@ def interval(differences: Sequence[float], level: float) -> tuple[float, float, 
 
 @cache
 def _choices(count: int) -> list[int]:
-    """How many choices of signs give each sum of ranks, from 0 on.
+    """Count the choices of signs that give each sum of ranks, from 0 on.
 
     They are the coefficients of the product of (1 + x**rank), side by side in one whole number.
     """

@@ -20,15 +20,15 @@ class Outcome(Struct, frozen=True, kw_only=True):
     tolerance: float
     most_pairs: int
     cost_of: str
-    """What a cost is of: `1 s of robot time`, `a run of the command`."""
+    """Unit of a cost: `1 s of robot time`, `a run of the command`."""
     base_us: float
     """The median cost of that, us of processor time."""
     head_us: float
     log_ratios: list[float]
     reasons: list[str]
-    """What disturbed the measurement; a sentence each."""
+    """Disturbances of the measurement; a sentence each."""
     notes: list[str]
-    """Where the versions do not do the same work."""
+    """Differences between the work of both versions."""
     neighbours: dict[str, float]
     conditions: dict[str, Any]
     elapsed_s: float

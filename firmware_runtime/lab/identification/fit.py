@@ -75,7 +75,7 @@ def _first(series: Series, guess: Guess, *, begins_moving: bool) -> Numbers:
 
 
 def scales(series: Series, start: Start) -> Numbers:
-    """What makes a difference, in the unit of each value."""
+    """Return the change that makes a difference, in the unit of each value."""
     pushed, spread = float(np.std(series.given)), float(np.std(series.measured))
     inertia = start.guess.plant.inertia
     found = [inertia, inertia, 0.1 * pushed, 0.1 * pushed, 0.01, spread]
@@ -83,7 +83,7 @@ def scales(series: Series, start: Start) -> Numbers:
 
 
 def begins_moving(series: Series) -> bool:
-    """Whether the body moves already at the first measurement: far beyond the noise."""
+    """Return whether the body moves already at the first measurement: far beyond the noise."""
     noise = float(np.median(np.abs(np.diff(series.measured, 2)))) / 0.6745 / np.sqrt(6.0)
     if series.quantity == "position":
         moved = float(series.measured[8] - series.measured[0])
@@ -100,7 +100,7 @@ def _first_rate(series: Series) -> float:
 _ROUNDS: Final = 2
 _STARTS: Final = 3
 _WALKS: Final = 6
-"""Of which each but the last found values that fit better."""
+"""Most walks over static friction: each but the last found values that fit better."""
 _SPANS: Final = (64, 16, 4)
 """Parts of the recording over which a change of position is compared, one after another."""
 _LONG: Final = 10.0
@@ -117,13 +117,13 @@ class Fit:
 
     values: Numbers
     intervals: Intervals
-    """Of the five."""
+    """Intervals of the five."""
     residuals: Numbers
     noise: Noise
     settled: bool
-    """Whether the last walk over static friction found nothing that fits better."""
+    """True if the last walk over static friction found nothing that fits better."""
     wanders: bool
-    """Whether the residuals are remembered for longer than noise is."""
+    """True if the residuals are remembered for longer than noise is."""
     guess: Guess
 
     @property
@@ -134,7 +134,7 @@ class Fit:
 
 @dataclass(frozen=True, slots=True)
 class _Found:
-    """Where a search ended."""
+    """End of a search."""
 
     search: Search
     start: Start
@@ -196,6 +196,6 @@ def _in_turns(search: Search, start: Start, values: Numbers) -> _Found:
 
 
 def _wanders(noise: Noise, series: Series) -> bool:
-    """Whether it is remembered over many measurements and for long: a plant that is not so."""
+    """Return whether noise is remembered over many measurements and for long."""
     period = float(np.median(np.diff(series.at)))
     return noise.memory > max(_LONG, _LONG_S / period)

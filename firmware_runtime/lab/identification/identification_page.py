@@ -1,4 +1,4 @@
-"""What was identified, for people: lines for a terminal, and a page."""
+"""Numbers that were identified, for people: lines for a terminal, and a page."""
 
 from collections.abc import Iterator, Mapping
 from typing import Final
@@ -37,7 +37,7 @@ def lines(identified: Identified) -> Iterator[str]:
 
 
 def sentences(identified: Identified) -> Iterator[str]:
-    """What is to be known beside the numbers."""
+    """Yield sentences that belong beside the numbers."""
     order = len(identified.noise_weights)
     yield (
         f"{identified.measurements} measurements in {identified.seconds:.3g} s; the plant explains "

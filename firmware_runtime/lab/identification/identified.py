@@ -1,4 +1,4 @@
-"""What was identified: each number with its 95 % interval, and what is to be known beside it."""
+"""Identified numbers, each with its 95 % interval, and warnings beside them."""
 
 from collections.abc import Iterator
 from typing import Any, Final
@@ -25,7 +25,7 @@ class Estimate(Struct, frozen=True):
     """The same by linear least squares, from which the search began."""
 
     def holds(self, truth: float) -> bool:
-        """Whether a number lies in the interval."""
+        """Return whether a number lies in the interval."""
         return (self.low is None or self.low <= truth) and (self.high is None or truth <= self.high)
 
 
@@ -37,7 +37,7 @@ class Identified(Struct, frozen=True):
     """By key: `inertia_kg_m2` or `mass_kg`, and so on."""
     lag_s: float
     offset: float
-    """Of the measured output: a sensor's bias, or where the body was."""
+    """Offset of the measured output: a sensor's bias, or where the body was."""
     measurements: int
     seconds: float
     noise: float

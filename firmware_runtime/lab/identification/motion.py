@@ -1,4 +1,4 @@
-"""How a body with friction moves under a drive: whole stretches at once, events one by one.
+"""Motion of a body with friction under a drive: whole stretches at once, events one by one.
 
 While it slides one way the motion is linear, so a piece of many stretches is one running sum. Where
 the rate reaches zero the instant is found within its stretch; there the body sticks, or turns back
@@ -24,7 +24,7 @@ from firmware_runtime.lab.identification.stretches import (
 )
 
 _STEPS: Final = 60
-"""Of the search for an instant; it needs about six."""
+"""Most steps of the search for an instant; it needs about six."""
 _INSTANT_S: Final = 1e-9
 """The least that time goes on between two events."""
 _STILL: Final = 1e-14
@@ -33,7 +33,7 @@ _STILL: Final = 1e-14
 
 @dataclass(slots=True)
 class State:
-    """Where a body is, within a stretch, and which way it slides."""
+    """Place of a body within a stretch, and the way in which it slides."""
 
     node: int
     since: float
@@ -139,7 +139,7 @@ class Body:
             self._end(state, state.position, 0.0)
 
     def _stop(self, state: State, left: float, last: float) -> float:
-        """When the rate is zero between now and `left` s, where it is `last`: by false position.
+        """Find when the rate is zero between now and `left` s, where it is `last`: false position.
 
         The older of the two ends has its rate halved when it stays, or it would stay for long.
         """

@@ -21,7 +21,7 @@ class Noise:
     weights: Numbers
 
     def whitened(self, values: Numbers) -> Numbers:
-        """What of the values those before do not foretell; shorter by as many as there are weights.
+        """Return what those before do not foretell; shorter by as many as there are weights.
 
         Along the first axis, so that the columns of a matrix are each whitened.
         """
@@ -42,7 +42,7 @@ WHITE: Final = Noise(np.empty(0))
 
 
 def random_walk(span: int) -> Noise:
-    """What whitening by it leaves is the change over so many measurements; over 0 the value."""
+    """Noise that whitens to the change over so many measurements; over 0 to the value."""
     weights = np.zeros(span)
     weights[-1:] = 1.0
     return Noise(weights)

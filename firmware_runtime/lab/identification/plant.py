@@ -33,7 +33,7 @@ KEYS: Final[dict[Structure, tuple[str, ...]]] = {
         "delay_s",
     ),
 }
-"""What the parameters are called where a person or a program reads them."""
+"""Names of the parameters where a person or a program reads them."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -29,7 +29,7 @@ _SETTLED: Final = 0.02
 """Variances that a further step would gain, below which all else is fitted."""
 _RANK: Final = 1e-9
 _SMALL, _LARGE = 0.3, 1.5
-"""What a step of the walk is to change the fit by, in variances; else the next is another."""
+"""Change of the fit that a step of the walk is to make, in variances; else the next is another."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,7 +70,7 @@ class Profile:
 
     @property
     def intervals(self) -> Intervals:
-        """What the walk found, no end below 0."""
+        """Intervals that the walk found, no end below 0."""
         return Intervals(np.maximum(self._low, 0.0), self._high)
 
     def _walk(self, sense: float) -> None:
@@ -142,7 +142,7 @@ class Profile:
         return self._search.sensitivity(self._noise, values, self._steps, places)
 
     def _deviations(self, sensitivity: Numbers) -> Numbers:
-        """Of each, in scales, the others not known; infinite for one that is not seen."""
+        """Deviation of each, in scales, the others not known; infinite for one that is not seen."""
         seen = np.linalg.norm(sensitivity, axis=0) > _NO_DIFFERENCE * np.sqrt(self._variance)
         found = np.full(len(seen), np.inf)
         kept = sensitivity[:, seen]
@@ -156,7 +156,7 @@ class Profile:
 
 
 def _following(change: float) -> float:
-    """How much wider the next step is than the one that changed the fit so much."""
+    """Return how much wider the next step is than the one that changed the fit so much."""
     if change > _LARGE:
         return 0.6
     return 2.0 if change < _SMALL else 1.0

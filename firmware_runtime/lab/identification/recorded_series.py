@@ -1,4 +1,4 @@
-"""What is identified from: a body's input and its measured position or rate, over time."""
+"""Series that is identified from: a body's input and its position or rate, over time."""
 
 from dataclasses import dataclass
 from typing import Final, Literal, TypeAlias

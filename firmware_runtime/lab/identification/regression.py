@@ -43,7 +43,7 @@ class Guess:
     plant: PlantParameters
     misfit: float
     rest: float = 0.0
-    """What a sensor of rates reads at rest."""
+    """Reading of a sensor of rates at rest."""
 
 
 def guesses(series: Series, lag_s: float) -> list[Guess]:

@@ -45,7 +45,7 @@ class OutputError:
         return self._series.measured - self.simulated(values)
 
     def jacobian(self, values: Numbers, steps: Numbers, places: Places) -> Numbers:
-        """How the simulated output changes with the values at these places: central differences."""
+        """Return the change of the simulated output with these values: central differences."""
         columns = []
         least = np.full(len(values), -np.inf)
         least[:PLANT] = 0.0
@@ -65,7 +65,7 @@ def _cut(series: Series, lag_s: float, delay_s: float) -> Stretches:
 
 
 STEP: Final = 1e-4
-"""Of a difference, in scales."""
+"""Step of a difference, in scales."""
 CLOSE: Final = 1e-6
 """Relative change of the sum of squares below which a search has ended."""
 ROUGH: Final = 1e-3
@@ -123,7 +123,7 @@ class Search:
         return float(np.sum(noise.whitened(self.model.residuals(values)) ** 2))
 
     def sensitivity(self, noise: Noise, values: Numbers, steps: Numbers, places: Places) -> Numbers:
-        """How the whitened output changes with the values at these places, one scale each."""
+        """Return the change of the whitened output with these values, a scale each."""
         changes = self.model.jacobian(values, steps, places)
         sensitivity: Numbers = noise.whitened(changes) * self.scale[places]
         return sensitivity

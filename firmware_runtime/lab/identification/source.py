@@ -1,4 +1,4 @@
-"""Where a series comes from: a recording, a trace, or a table of numbers, told apart by content.
+"""Source of a series: a recording, a trace, or a table of numbers, told apart by content.
 
 A signal's port may be a coupled model's: what left it goes by the atomic that sent it.
 
@@ -47,7 +47,7 @@ class _Pair(NamedTuple):
 
 
 def read_series(run: str | Path, board: Board, since_s: float | None = None) -> Series:
-    """What a run says of the board's plant. Raises ConfigError with every fault."""
+    """Read the series of the board's plant in a run. Raises ConfigError with every fault."""
     plant, path = plant_of(board), Path(run)
     if not path.is_file():
         path = find_recording(str(run))

@@ -39,7 +39,7 @@ def of_one_process(stage: Stage, run: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def of_an_end(run: Mapping[str, Any], status: int | None) -> dict[str, Any]:
-    """What one end of two contributes; only its status where it left no more."""
+    """Return the part of one end of two; only its status where it left no more."""
     return {"status": status, **{key: run[key] for key in _OF_AN_END if key in run}}
 
 
@@ -100,7 +100,7 @@ def merged_statistics(
 def crossed(
     controller: Mapping[str, Any] | None, robot: Mapping[str, Any] | None
 ) -> dict[str, dict[str, Any]]:
-    """What went each way: sent by one end, received by the other, its age there since its origin.
+    """Count both ways: sent by one end, received by the other, its age there since its origin.
 
     What only an end knows that left no statistics is left out.
     """

@@ -31,7 +31,7 @@ _TIMEOUT_S: Final = 20.0
 
 
 def why_not() -> str | None:
-    """Why there can be no namespaces here, before any is tried; None if nothing speaks against."""
+    """Return why there can be no namespaces here, before any is tried; None if they can."""
     if geteuid() != 0:
         return "it takes root"
     missing = [tool for tool in _TOOLS if which(tool) is None]
@@ -75,7 +75,7 @@ class Namespaces:
 
 
 def inside(name: str) -> list[str]:
-    """What to put before a command that is to run in a namespace; all else stays as it is."""
+    """Return the words that run a command in a namespace; all else stays as it is."""
     return ["nsenter", f"--net=/run/netns/{name}"]
 
 

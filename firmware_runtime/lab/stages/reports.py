@@ -1,4 +1,4 @@
-"""How one end of a stage fares, reported to the process that started it.
+"""Reports of one end of a stage to the process that started it.
 
 A Unix socket pair of packets, inherited at the start. The end writes a few times a second, in slack
 only, and never waits; what does not fit is left out. When the other side is closed, the process

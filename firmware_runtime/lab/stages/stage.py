@@ -8,7 +8,7 @@ from enum import StrEnum
 
 
 class Stage(StrEnum):
-    """Where controller and plant are, and what is between them."""
+    """Places of controller and plant, and the link between them."""
 
     SIMULATION = "simulation"
     """Both in one process, on doubles, in virtual time."""
@@ -21,5 +21,5 @@ class Stage(StrEnum):
 
     @property
     def has_two_ends(self) -> bool:
-        """Whether controller and robot end are processes of their own."""
+        """Return whether controller and robot end are processes of their own."""
         return self in {Stage.NETWORK, Stage.REMOTE}

@@ -38,7 +38,7 @@ Say = Callable[[str], None]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Staged:
-    """What is to run; `named` is the board as the command line has it."""
+    """Settings of a stage; `named` is the board as the command line has it."""
 
     board: Board
     named: str
@@ -51,16 +51,16 @@ class Staged:
     inputs: Sequence[str] = ()
     trace: Path | None = None
     record: Path | None = None
-    """Where the controller's recording is kept; the robot end's, if it is here, beside it."""
+    """File of the controller's recording; the robot end's, if it is here, is beside it."""
     loop_s: float | None = None
     """The period of a loop that is run in place of the board's model, to measure its delay."""
     called_at: int = field(default_factory=monotonic_ns)
-    """When the stage was called for, ns of CLOCK_MONOTONIC: a `safe-state` that came later is for
+    """Instant of the call, ns of CLOCK_MONOTONIC: a `safe-state` that came later is for
     ends that start after it, too."""
 
     @property
     def way(self) -> Callable[[Say], AbstractContextManager[Way]]:
-        """What is between the ends."""
+        """Link between the ends."""
         if self.peer is not None and self.key is not None:
             peer, key = self.peer, self.key
             return lambda _say: to_peer(peer, key)
@@ -78,12 +78,12 @@ class StagedRun:
     ends: TwoEnds
     folder: Path
     roles: Mapping[str, str]
-    """What the board calls the two ends."""
+    """Names of the two ends on this board."""
     by_role: dict[str, EndProcess] = field(default_factory=dict)
 
     @property
     def reports(self) -> Mapping[str, Mapping[str, Any]]:
-        """How each end fares."""
+        """Newest report of each end."""
         return {role: end.report for role, end in self.by_role.items()}
 
     def run(self) -> None:
@@ -99,7 +99,7 @@ class StagedRun:
         self.ends.wait_until(lambda: False)
 
     def trace_of(self, role: str) -> Path:
-        """Where an end keeps its own trace."""
+        """Return the file of an end's own trace."""
         return self.folder / f"{role}.jsonl"
 
     def _start(self, role: str, link: str, before: Sequence[str]) -> EndProcess:
@@ -132,7 +132,7 @@ class StagedRun:
 
 @dataclass(frozen=True, slots=True)
 class StagedResult:
-    """How a stage ended: its exit status, its document, and which port was shown."""
+    """Result of a stage: its exit status, its document, and the port that was shown."""
 
     status: int
     document: dict[str, Any]
@@ -210,12 +210,12 @@ def own_state() -> Iterator[None]:
 
 
 def beside(record: Path) -> Path:
-    """Where the robot end's recording is kept, beside the controller's."""
+    """Return where the robot end's recording is kept, beside the controller's."""
     return record.with_name(f"{record.name}.robot")
 
 
 def leads_to(board: Board, planned: str, role: str) -> bool:
-    """Whether an input of the top model leads to a component of this role."""
+    """Return whether an input of the top model leads to a component of this role."""
     name = planned.partition(":")[2].partition("=")[0]
     model = board.unconnected().model
     own = set(components_of(board.settings.roles, model, role))
@@ -269,7 +269,7 @@ def _result(run: StagedRun, signalled: UntilSignal) -> StagedResult:
 def _how(
     ends: TwoEnds, documents: Mapping[str, Mapping[str, Any]], signalled: UntilSignal
 ) -> dict[str, Any]:
-    """How it ended: by the end that failed first, whose time was up, or that ended first."""
+    """Say how it ended: by the end that failed first, whose time was up, or that ended first."""
     failed = ends.failed_first
     if failed is None and signalled.came:
         return {"state": "stopped", "reason": signalled.name, "by": None}
@@ -284,5 +284,5 @@ def _how(
 
 
 def _was_in_time(document: Mapping[str, Any]) -> bool:
-    """Whether an end ended because its time was up."""
+    """Return whether an end ended because its time was up."""
     return bool(document.get("ended", {}).get("state") == "ended")

@@ -67,7 +67,7 @@ class EndProcess:
 
     @property
     def has_failed(self) -> bool:
-        """Whether it ended otherwise than at its time or because it was asked to."""
+        """Return whether it ended otherwise than at its time or because it was asked to."""
         expected = {int(Status.OK)}
         if self.was_asked_to_end:
             expected |= {int(Status.TERMINATED), int(Status.INTERRUPTED)}
@@ -80,7 +80,7 @@ class EndProcess:
                 self.report = json.loads(packet)
 
     def sentences(self) -> list[str]:
-        """What it has printed to standard error since the last call, whole lines."""
+        """Return what it has printed to standard error since the last call, whole lines."""
         with suppress(BlockingIOError):
             while words := os.read(self.errors, _LONGEST_WORDS):
                 self._rest += words
@@ -98,7 +98,7 @@ class EndProcess:
         self._process.kill()
 
     def document(self) -> dict[str, Any]:
-        """What it printed as JSON once it ended; empty if it got so far as to print none."""
+        """Return what it printed as JSON once it ended; empty if it printed none."""
         self._output.seek(0)
         with suppress(ValueError):
             found = json.loads(self._output.read())
@@ -149,7 +149,7 @@ class TwoEnds:
 
     @property
     def is_ending(self) -> bool:
-        """Whether a signal has come or an end has ended."""
+        """Return whether a signal has come or an end has ended."""
         return bool(self.ended) or self._signalled.came
 
     def add(self, end: EndProcess) -> None:

@@ -93,12 +93,12 @@ def _nothing() -> dict[str, Any]:
 
 @dataclass(slots=True)
 class Way:
-    """Where each end is, and how they reach each other."""
+    """Addresses of both ends, and how they reach each other."""
 
     controller_link: str
     robot_link: str
     conditions: dict[str, Any]
-    """What is between them, for the result."""
+    """Description of the link, for the result."""
     before_controller: list[str] = field(default_factory=list)
     before_robot: list[str] = field(default_factory=list)
     finish: Callable[[], dict[str, Any]] = _nothing

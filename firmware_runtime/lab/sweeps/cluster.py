@@ -21,7 +21,7 @@ Client: TypeAlias = Any
 """distributed has no types."""
 CONNECT_S: Final = 10.0
 LOOK_S: Final = 5.0
-"""Where no row has ended for so long, the cluster is asked for its workers."""
+"""Time without a row, s, after which the cluster is asked for its workers."""
 _LOOKS: Final = 12
 """A cluster that has lost all of them is waited for so often."""
 _AHEAD: Final = 4
@@ -75,7 +75,7 @@ def _rows(
 
 
 def _fetched(future: Client) -> "SimpleQueue[Row | Exception]":
-    """Where a row's result will be, or why there is none.
+    """Return a queue that gets a row's result, or why there is none.
 
     One whose worker is lost before it is fetched is run again by another, however long there is
     none, and distributed waits for that without end: in a thread, so that `_next` can give up.
@@ -93,7 +93,7 @@ def _fetched(future: Client) -> "SimpleQueue[Row | Exception]":
 
 
 def _next(client: Client, queue: "SimpleQueue[T]") -> T:
-    """What comes next. Raises ConfigError if there has been no worker for a minute."""
+    """Take from a queue. Raises ConfigError if there has been no worker for a minute."""
     looks = 0
     while looks < _LOOKS:
         try:
@@ -105,7 +105,7 @@ def _next(client: Client, queue: "SimpleQueue[T]") -> T:
 
 
 def _threads(client: Client) -> int:
-    """How many rows the cluster can run at once. Raises ConfigError if it stays none."""
+    """Count the rows that the cluster can run at once. Raises ConfigError if it stays none."""
     try:
         client.wait_for_workers(1, timeout=CONNECT_S)
     except TimeoutError as error:
@@ -128,7 +128,7 @@ def _scheduler_lost() -> ConfigError:
 
 
 def _failed(distributed: ModuleType, error: Exception, sweep: Sweep, row: int) -> Row:
-    """What a row that has no result counts as. Raises ConfigError where the cluster cannot go on.
+    """Return the row for one without a result. Raises ConfigError where the cluster cannot go on.
 
     One that was under way on several workers that were lost is given up.
     """

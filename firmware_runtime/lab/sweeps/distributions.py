@@ -143,4 +143,4 @@ FORMS: Final = {
     "linspace": "linspace(FIRST, LAST, COUNT)",
     "range": "range(COUNT) or range(FIRST, END)",
 }
-"""How each is written."""
+"""Form of each in words."""

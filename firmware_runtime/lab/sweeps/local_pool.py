@@ -25,7 +25,7 @@ _AHEAD: Final = 2
 
 
 def cores() -> int:
-    """How many processes this one may keep busy."""
+    """Count the processes that this one may keep busy."""
     return len(os.sched_getaffinity(0))
 
 

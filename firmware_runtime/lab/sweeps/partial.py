@@ -27,7 +27,7 @@ class _First(msgspec.Struct, frozen=True):
 
 
 def partial_of(output: Path) -> Path:
-    """Where the rows of a table to come are kept."""
+    """Return where the rows of a table to come are kept."""
     return output.with_name(f"{output.name}.partial")
 
 
@@ -83,7 +83,7 @@ class Partial(Closing):
 
 
 def _unfinished(path: Path) -> ConfigError:
-    """What to say of rows that are there already. Raises ConfigError while a sweep writes them."""
+    """Return the error for rows that are there. Raises ConfigError while a sweep writes them."""
     with suppress(OSError), path.open("rb", buffering=0) as file:
         _lock(path, file)
     fault = f"{path} is of a sweep that did not end; expected --resume, or that it is gone"
@@ -124,7 +124,7 @@ def _check(path: Path, line: bytes, first: _First) -> None:
 
 
 def _words(first: _First) -> Iterator[str]:
-    """What the other sweep was, as far as it differs from this one."""
+    """Yield the words of the other sweep's command."""
     sweep = first.sweep
     yield f"sweep {sweep.board}"
     yield from (f"--vary '{key}={words}'" for key, words in sweep.vary.items())

@@ -1,4 +1,4 @@
-"""What a sweep is, and the values of each of its rows: a pure function of seed, row and key.
+"""Sweeps, and the values of each of their rows: a pure function of seed, row and key.
 
 Grids (`range`, `linspace`) are gone through in all combinations, the key that is named last the
 fastest; drawn values are drawn again in every row. `runs` is how many rows there are: by default
@@ -38,23 +38,23 @@ class Sweep(Struct, frozen=True, kw_only=True):
 
     @property
     def size(self) -> int:
-        """How many rows it has; 0 if nothing says so."""
+        """Number of rows; 0 if nothing says so."""
         return self.grid_size if self.runs is None else self.runs
 
     @property
     def grid_size(self) -> int:
-        """How many points the grid has; 0 if there is none."""
+        """Number of points of the grid; 0 if there is none."""
         sizes = [each.size for each in self.distributions().values() if isinstance(each, Grid)]
         return math.prod(sizes) if sizes else 0
 
     @property
     def has_grid_left_over(self) -> bool:
-        """Whether the rows do not go through the grid a whole number of times."""
+        """Return whether the rows do not go through the grid a whole number of times."""
         grid = self.grid_size
         return grid > 0 and self.size % grid != 0
 
     def distributions(self) -> Mapping[str, Distribution]:
-        """What each key is drawn from. Raises ValueError."""
+        """Return the distribution of each key. Raises ValueError."""
         return _distributions(tuple(self.vary.items()))
 
     def values(self, row: int) -> dict[str, Value]:

@@ -33,7 +33,7 @@ Cell: TypeAlias = bool | int | float | str | None
 Row: TypeAlias = dict[str, Cell]
 
 RESULT, EXPERIMENT, STATISTICS = "result.", "experiment.", "statistics."
-"""How the names of figures begin."""
+"""Beginnings of the names of figures."""
 _ONE_AT_A_TIME = threading.Lock()
 _CODE: dict[frozenset[type], str] = {}
 
@@ -60,7 +60,7 @@ def lost(sweep: Sweep, row: int, why: str) -> Row:
 
 
 def _head(sweep: Sweep, row: int) -> Row:
-    """What is known of a row before it runs."""
+    """Return the columns that are known before a row runs."""
     return {
         "row": row,
         "board": sweep.board,
@@ -106,7 +106,7 @@ def settings_of_row(sweep: Sweep, row: int) -> dict[str, object]:
 
 
 def _ran(sweep: Sweep, row: int) -> Iterator[Row]:
-    """What is found, bit by bit: what came before an error is kept."""
+    """Yield columns bit by bit: what came before an error is kept."""
     settings = settings_of_row(sweep, row)
     experiment = None if sweep.experiment is None else step_of(sweep.board, sweep.experiment)
     with open_board(sweep.board, doubles=True, clock="virtual", set=settings) as robot:

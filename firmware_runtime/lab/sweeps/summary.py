@@ -1,4 +1,4 @@
-"""What a sweep's table says: outcomes, the spread of each figure, and the worst rows by name."""
+"""Summary of a sweep: outcomes, the spread of each figure, and the worst rows by name."""
 
 import shlex
 from collections import Counter
@@ -41,7 +41,7 @@ class Spread(Struct, frozen=True):
 
 
 class Share(Struct, frozen=True):
-    """How often a column of truths was true."""
+    """Number of times that a column of truths was true."""
 
     count: int
     true: int
@@ -134,7 +134,7 @@ def _truths(table: Table, name: str) -> list[bool]:
 
 
 def rarer_truth(table: Table, name: str) -> bool | None:
-    """What a column of truths is in fewer rows, false where both are as many; None if it is one.
+    """Return the value that fewer rows have, false where both are as many; None if all have one.
 
     A name does not say whether true is good news, as of `settled`, or bad, as of `flooded`.
     """
@@ -202,7 +202,7 @@ def text_of(found: Summary) -> Iterator[str]:
 
 
 def _heading(name: str, case: Case) -> str:
-    """What the rows below have in common."""
+    """Head the rows below by what they have in common."""
     if name == "outcome":
         return "did not end in order:"
     if isinstance(case.value, bool):

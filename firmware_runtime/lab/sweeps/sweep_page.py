@@ -27,7 +27,7 @@ from firmware_runtime.view.markup import (
 
 Point: TypeAlias = tuple[float, float]
 MOST_DOTS: Final = 2000
-"""Of one picture; of more rows every so many-th is drawn."""
+"""Most dots of one picture; of more rows every so many-th is drawn."""
 MOST_SCATTERS: Final = 36
 
 

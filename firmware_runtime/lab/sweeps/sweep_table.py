@@ -109,7 +109,7 @@ def read_table(path: Path) -> Table:
 
 
 def _fault_of(row: Row) -> str:
-    """Why this is no row of a sweep: what a run can be repeated by is not there."""
+    """Return why this is no row of a sweep that a run can be repeated by; empty if it is."""
     number = row.get("row")
     if not isinstance(number, int):
         return "it has rows without a number"
@@ -130,7 +130,7 @@ def _assignments(row: Row) -> list[str]:
 
 
 def _place(name: str) -> int:
-    """Where a column of this kind stands; those of one kind stay in their order."""
+    """Return the place of a column's kind; columns of one kind stay in their order."""
     if name in _LAST:
         return len(_ORDER) + 1
     return next((place for place, begin in enumerate(_ORDER, 1) if name.startswith(begin)), 0)
@@ -194,7 +194,7 @@ def _cell(value: Cell) -> str:
 
 
 def _value(text: str) -> Cell:
-    """What a cell says: JSON's numbers, truths and texts, or else a plain text."""
+    """Read a cell: JSON's numbers, truths and texts, or else a plain text."""
     if text == "":
         return None
     try:

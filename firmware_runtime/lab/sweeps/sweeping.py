@@ -36,7 +36,7 @@ def faults_of(sweep: Sweep) -> list[str]:
 
 
 def output_faults(output: Path | None) -> list[str]:
-    """What is wrong with the file that the table is to be written to."""
+    """Check the file that the table is to be written to."""
     if output is None:
         return []
     if output.suffix not in ENDINGS:
@@ -99,7 +99,7 @@ def _is_distribution(words: str) -> bool:
 
 
 def _board_faults(sweep: Sweep) -> list[str]:
-    """What the board says of the settings of the first rows, if all of them have faults."""
+    """Check the settings of the first rows against the board, for faults that all of them have."""
     try:
         board = board_in_force(sweep.board)
     except ConfigError as error:
@@ -211,7 +211,7 @@ def carry_out(  # noqa: PLR0913 -- where, how, and what is shown of it
 
 
 def _option_faults(workers: int | None, scheduler: str | None) -> Iterator[str]:
-    """What is wrong with where it is to run."""
+    """Check where it is to run."""
     if workers is not None and workers < 1:
         yield f"--workers: {workers}; expected 1 or more"
     if workers is not None and scheduler is not None:

@@ -22,7 +22,7 @@ _VALUE: Final = re.compile(r"(\s*([\w.-]+)\s*=\s*)([^\s#]+)(.*)$")
 
 
 def output_fault(output: Path, board: Board) -> str | None:
-    """Why a copy is not written there, in a sentence; None if it may be.
+    """Return why a copy is not written there, in a sentence; None if it may be.
 
     Links are followed, and a file counts as itself under any of its names.
     """
@@ -90,7 +90,7 @@ def _added(lines: Sequence[str], key: str, value: float) -> list[str]:
 
 
 def _differs_in(text: str, written: str, values: Mapping[str, float]) -> bool:
-    """Whether one file is the other with these values, and is a file at all."""
+    """Return whether one file is the other with these values, and is a file at all."""
     table: dict[str, Any] = tomllib.loads(text)
     for key, value in values.items():
         *parents, leaf = key.split(".")

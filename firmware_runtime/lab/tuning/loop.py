@@ -19,12 +19,12 @@ Response: TypeAlias = NDArray[np.complexfloating[Any, Any]]
 _LOWEST: Final = 1e-6
 """rad/s, at which any loop is large."""
 _NODES: Final = 64
-"""Of the integral over a predictor's delay: enough for ten of a frequency's cycles in it."""
+"""Nodes of the integral over a predictor's delay: enough for ten of a frequency's cycles."""
 
 
 @dataclass(frozen=True, slots=True)
 class Gains:
-    """Of `models.pid`: on the error, on its integral, on the measured rate."""
+    """Gains of `models.pid`: on the error, on its integral, on the measured rate."""
 
     kp: float
     ki: float
@@ -33,7 +33,7 @@ class Gains:
 
 @dataclass(frozen=True, slots=True)
 class Predictor:
-    """What a Smith predictor takes plant and delay to be, begun from the measurement."""
+    """Plant and delay as a Smith predictor takes them to be, begun from the measurement."""
 
     plant: SecondOrderPlant
     delay_s: float
@@ -102,7 +102,7 @@ def _travelled(plant: SecondOrderPlant, state: State, elapsed_s: float) -> State
 
 @dataclass(frozen=True, slots=True)
 class Margins:
-    """How far a loop is from the edge; infinite where nothing of its kind leads there.
+    """Margins of a loop from the edge; infinite where nothing of its kind leads there.
 
     Of an unstable loop gain and phase are below 0, and there is no delay left.
     """
@@ -117,12 +117,12 @@ class Margins:
 
     @property
     def is_stable(self) -> bool:
-        """Whether the loop is stable as it is."""
+        """Return whether the loop is stable as it is."""
         return self.phase_deg > 0.0
 
 
 def margins(loop: Loop, gains: Gains, predictor: Predictor | None = None) -> Margins:
-    """Of the open loop, up to the frequency that half a period has."""
+    """Compute the margins of the open loop, up to the frequency that half a period has."""
     frequencies = np.geomspace(1e-2, math.pi / loop.period_s, 1500)
     response = loop.open(gains, frequencies, predictor)
     size, phase = np.log(np.abs(response)), np.unwrap(np.angle(response))
@@ -169,7 +169,7 @@ def _of_unstable(found: Margins) -> Margins:
 
 
 def _crossings(values: Frequencies, level: Frequencies) -> list[float]:
-    """Where values pass a level: a place between two samples, as a fraction of the index."""
+    """Find where values pass a level: a place between two samples, as a fraction of the index."""
     apart = values - level
     before = np.flatnonzero(np.signbit(apart[1:]) != np.signbit(apart[:-1]))
     return [float(k + apart[k] / (apart[k] - apart[k + 1])) for k in before]

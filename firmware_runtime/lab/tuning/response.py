@@ -14,12 +14,12 @@ from firmware_runtime.lab.tuning.loop import Gains
 from firmware_runtime.models.plant import convolution, ramp
 
 EFFORT_S: Final = 0.1
-"""What a second of full command costs, beside the ITAE of the step."""
+"""Cost of a second of full command, beside the ITAE of the step."""
 
 
 @dataclass(frozen=True, slots=True)
 class Body:
-    """What the controller moves, and by what; SI."""
+    """Body that the controller moves, and its actuator; SI."""
 
     plant: PlantParameters
     """Its delay is all of the loop's."""
@@ -27,7 +27,7 @@ class Body:
     gain: float
     """Force or moment per unit of command."""
     limit: float
-    """Of the command."""
+    """Limit of the command."""
     period_s: float
 
 
@@ -45,7 +45,7 @@ class Scenario:
 
 @dataclass(frozen=True, slots=True)
 class Stepped:
-    """What came of it, a value a tick."""
+    """Response to a scenario, a value a tick."""
 
     positions: list[float]
     commands: list[float]

@@ -28,7 +28,7 @@ _SEEN: Final = (1.0, 0.25)
 """Shares of the typical step that are searched on."""
 _UNSEEN: Final = (0.6, -1.5, 0.4, 1.2)
 _MOST_PERIODS: Final = 100_000
-"""Of one simulated step: a plant that needs more is no robot's."""
+"""Most periods of one simulated step: a plant that needs more is no robot's."""
 _PUSHES: Final = (0.05, 0.1)
 """Share of the limit that pushes from half time on: while it is searched, and in unseen runs."""
 _POPULATION: Final = 8
@@ -167,7 +167,7 @@ def _loop(body: Body) -> Loop:
 
 
 def _lacking(found: Margins) -> float:
-    """How far margins are from what is asked for; 0 if they keep it."""
+    """Return how far margins are from those required; 0 if they are kept."""
     gain = max(0.0, 1.0 - found.gain_db / (GAIN_DB * _SLACK))
     phase = max(0.0, 1.0 - found.phase_deg / (PHASE_DEG * _SLACK))
     return gain + phase

@@ -1,4 +1,4 @@
-"""What is tuned, and for which plant: a board's loop, and a plant from a run, a file or by hand."""
+"""Task of tuning: a board's loop, and a plant from a run, a file or by hand."""
 
 import json
 import math
@@ -25,13 +25,13 @@ _DRAWN: Final = 4
 LEAST: Final = 1e-9
 """A mass or an inertia below it is no robot's, and gains for it would be none either."""
 _UNKNOWN: Final = 0.1
-"""How far off a plant is taken to be whose intervals are not known: a tenth."""
+"""Uncertainty of a plant whose intervals are not known: a tenth."""
 Interval = tuple[float, float]
 
 
 @dataclass(frozen=True, slots=True)
 class Task:
-    """What gains are sought for."""
+    """Task that gains are sought for."""
 
     body: Body
     possible: Sequence[PlantParameters]
@@ -57,14 +57,14 @@ def loop_of(board: Board) -> tuple[Plant, PidLoop]:
 
 
 def keys_of(loop: PidLoop) -> dict[str, str]:
-    """Where board.toml has each gain."""
+    """Return the key of board.toml for each gain."""
     return {"kp": loop.kp, "ki": loop.ki, "kd": loop.kd}
 
 
 def task_of(
     board: Board, plant: PlantParameters, intervals: Mapping[str, Interval], noise: float
 ) -> Task:
-    """What is sought for a plant with these intervals by key."""
+    """Make the task for a plant with these intervals by key."""
     declared, loop = loop_of(board)
     settings, keys = board.settings, KEYS[declared.structure]
     own_s = loop.delay_s(settings)
@@ -138,7 +138,7 @@ def stated_plant(
 
 
 def _doubts(text: str, document: Mapping[str, Any], board: str) -> list[str]:
-    """What speaks against the plant of a file, a sentence each."""
+    """Return doubts about the plant of a file, a sentence each."""
     warnings, of = document.get("warnings"), document.get("board", board)
     doubts = [str(each) for each in warnings] if isinstance(warnings, list) else []
     if of != board:

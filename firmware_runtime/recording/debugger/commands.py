@@ -61,7 +61,7 @@ class Commands:
     def __init__(self, debugger: Debugger, say: Say) -> None:
         self.debugger = debugger
         self.reason = ""
-        """Why it has stopped."""
+        """Reason of the stop."""
         self._say = say
         self._number = 0
 
@@ -81,7 +81,7 @@ class Commands:
         return command.moves
 
     def completions(self, line: str) -> list[str]:
-        """What the last word of a line may be."""
+        """Return what the last word of a line may be."""
         before, _, last = line.rpartition(" ")
         if not before.strip():
             return [each.names[0] for each in COMMANDS if each.names[0].startswith(last)]

@@ -43,7 +43,7 @@ class Debugger:
         self.models = Models(travel.player.simulator.root)
         self.stops = Stops()
         self.event: Event | None = None
-        """What was called last at this instant; None between two."""
+        """Function that was called last at this instant; None between two."""
         self._count = 0
         self._stopped = stopped
         self._attach = attach
@@ -51,7 +51,7 @@ class Debugger:
         self._paths: dict[int, str] = {}
         self._seen = 0
         self._is_within = False
-        """Whether a section is being taken."""
+        """True while a section is being taken."""
 
     # Where it is ----------------------------------------------------------------------------------
 

@@ -1,4 +1,4 @@
-"""Where the debugger is and what models hold, as lines and as JSON."""
+"""State of the debugger and of models, as lines and as JSON."""
 
 from collections.abc import Iterator
 from typing import Any, Final
@@ -15,7 +15,7 @@ _LONGEST: Final = 200
 
 
 def where_json(debugger: Debugger, reason: str) -> dict[str, Any]:
-    """Where it is."""
+    """Return the place of the debugger."""
     event, first = debugger.event, debugger.travel.player.first
     dates = debugger.travel.dates
     return {

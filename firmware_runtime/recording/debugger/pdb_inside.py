@@ -41,7 +41,7 @@ class _Pdb(pdb.Pdb):
         self._is_inside = code is None
 
     def stop_here(self, frame: FrameType) -> bool:
-        """Whether to stop in a frame."""
+        """Return whether to stop in a frame."""
         if not self._is_inside:
             if frame.f_code is not self._code:
                 return False

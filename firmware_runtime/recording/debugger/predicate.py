@@ -1,4 +1,4 @@
-"""Where to stop: `imu.fault` when that port sends, `controller.yaw.command_n > 0.5` when it holds.
+"""Predicates: `imu.fault` when that port sends, `controller.yaw.command_n > 0.5` when it holds.
 
 Of Python's expressions: names of models with ports, fields and attributes, numbers and texts,
 comparisons, `and`, `or`, `not`, `abs(...)`, signs and places in square brackets. Nothing is called.
@@ -64,7 +64,7 @@ def fields_of(kind: type[Any]) -> tuple[str, ...]:
 
 
 def may_have(kind: type[Any], name: str) -> bool:
-    """Whether a value of this class can have an attribute: as a field or as what a class has."""
+    """Return whether a value of this class can have an attribute: a field, or what a class has."""
     return any(name in fields_of(each) or hasattr(each, name) for each in _with_derived(kind))
 
 
@@ -89,7 +89,7 @@ Term = Callable[["Seen"], Any]
 
 
 class Seen:
-    """What a predicate looks at: the last value of each port, and which have just sent."""
+    """Values that a predicate looks at: the last of each port, and which have just sent."""
 
     def __init__(self) -> None:
         self.last: Mapping[str, Any] = {}
@@ -97,7 +97,7 @@ class Seen:
 
 
 class NoValue:
-    """Of a port that has sent nothing so far: no comparison with it holds."""
+    """Value of a port that has sent nothing so far: no comparison with it holds."""
 
 
 class Predicate:
@@ -115,14 +115,14 @@ class Predicate:
             raise self._refused(f"not understood ({error})") from error
 
     def holds(self, seen: Seen) -> bool:
-        """Whether it does now; where something has no value, or none to compare, it does not."""
+        """Return whether it holds now; where something has no value to compare, it does not."""
         try:
             return bool(self._term(seen))
         except (TypeError, ValueError, ConfigError, IndexError, KeyError):
             return False
 
     def _condition(self, node: ast.expr) -> Term:
-        """Where something holds or not: the name of a port means that it sends."""
+        """Compile a condition: the name of a port means that it sends."""
         if isinstance(node, ast.BoolOp):
             terms = [self._condition(each) for each in node.values]
             if isinstance(node.op, ast.And):

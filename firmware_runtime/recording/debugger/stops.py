@@ -1,4 +1,4 @@
-"""Where the debugger is to stop: places, events, breakpoints, and the goal that is gone to."""
+"""Stops of the debugger: places, events, breakpoints, and the goal that is gone to."""
 
 from dataclasses import dataclass, field
 from typing import NamedTuple
@@ -25,7 +25,7 @@ class Event(NamedTuple):
 
 @dataclass(slots=True)
 class Goal:
-    """Where to stop next, apart from breakpoints; nothing: at breakpoints alone."""
+    """Next place to stop, apart from breakpoints; nothing: at breakpoints alone."""
 
     place: Place | None = None
     events: int = 0
@@ -77,7 +77,7 @@ class Stops:
         return self.goal.instants == 0
 
     def reason(self, event: Event) -> str | None:
-        """Why to stop after an event; None to go on."""
+        """Return why to stop after an event; None to go on."""
         goal = self.goal
         if goal.events:
             goal.events -= 1

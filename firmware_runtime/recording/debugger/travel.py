@@ -19,7 +19,7 @@ from firmware_runtime.recording.replay.rebuilt_robot import foreign_keyframe
 
 END: Final = "the recording ends here"
 _SNAPSHOT_EVERY: Final = SECOND
-"""Of the run: what has been passed is gone back to from here."""
+"""Time of the run between two states that are kept for going back."""
 
 
 class Travel:
@@ -35,7 +35,7 @@ class Travel:
         """Instant, state and last values, by how many sections had been taken."""
         self._snapshot_at = 0
         self._takes_keyframes = True
-        """Whether the recorded states are of this code's models, as far as is known."""
+        """True if the recorded states are of this code's models, as far as is known."""
         self.last: dict[str, Any] = {}
         self._begin()
 
@@ -48,12 +48,12 @@ class Travel:
 
     @property
     def length(self) -> int:
-        """How many sections there are."""
+        """Number of sections."""
         return len(self._contents)
 
     @property
     def ends_with(self) -> str:
-        """What is said where there is nothing further: whether it is the end, or a damage."""
+        """Sentence where there is nothing further: whether it is the end, or a damage."""
         is_end = kind_of(self._contents[-1]) == Kind.ENDED
         return END if is_end else f"{END}{damage(self._recording)}"
 
@@ -67,7 +67,7 @@ class Travel:
         return decode(self._contents[index])
 
     def is_step(self, index: int) -> bool:
-        """Whether the models run in that section."""
+        """Return whether the models run in that section."""
         return kind_of(self._contents[index]) == Kind.STEP
 
     def step_before(self, index: int) -> int | None:
@@ -85,7 +85,7 @@ class Travel:
             raise ConfigError.of_one(f"{at / SECOND:g} s", fault)
 
     def index_after(self, at: int) -> int:
-        """How many sections have been taken when all up to and including an instant have been."""
+        """Count the sections taken when all up to and including an instant have been."""
         return max(1, bisect_right(self._starts, at))
 
     def take(self, instrument: Instrument | None = None) -> None:
@@ -126,11 +126,11 @@ class Travel:
         return found
 
     def _is_ahead(self, index: int) -> bool:
-        """Whether going on is the shortest way there."""
+        """Return whether going on is the shortest way there."""
         return self.index <= index and not any(self.index < each <= index for each in self._known())
 
     def _known(self) -> Iterator[int]:
-        """Where a state is known, by how many sections have been taken."""
+        """Yield where a state is known, by how many sections have been taken."""
         if self.player.table is not None:
             yield from self._states
         if self.player.table is not None and self._takes_keyframes:

@@ -278,7 +278,7 @@ def _port_at(model: Coupled, path: str) -> OutPort[Any] | None:
 
 
 def _marker(section: Section) -> tuple[str, str] | None:
-    """What is said of a section that is no step."""
+    """Return the marker of a section that is no step."""
     if section.kind is Kind.ARMED:
         return ("armed" if section.extra else "disarmed"), ""
     what = _MARKED.get(section.kind)

@@ -38,7 +38,7 @@ class Ran(NamedTuple):
 
 
 class Moment(NamedTuple):
-    """What a run did at an instant `at`, ns; `is_step`, or else between two steps."""
+    """Observation of a run at an instant `at`, ns; `is_step`, or else between two steps."""
 
     at: int
     begin: int
@@ -58,7 +58,7 @@ def moments_of(recording: Recording, board: Board, stretch: Stretch = WHOLE) -> 
 
 
 def missing_in(recording: Recording, begin: int = 0) -> list[str]:
-    """What of the run from an instant on cannot be observed, one sentence each."""
+    """Return what of the run from an instant on cannot be observed, one sentence each."""
     faults = recording.faults()
     first = next((each.first_at for each in recording.segments()), 0)
     if first > begin and not recording.is_from_start:
@@ -86,7 +86,7 @@ def _moments(
 
 
 def _observed(step: Step, ran: list[Ran], atomic: Atomic, functions: Functions) -> Functions:
-    """What to call for a model, so that its functions are noted in `ran`."""
+    """Return the functions to call for a model, so that they are noted in `ran`."""
     path = below_root(atomic.path)
 
     def noted(name: str, call: Callable[..., None]) -> Callable[..., None]:

@@ -1,4 +1,4 @@
-"""What ran when in a recorded run, as a trace that Perfetto and chrome://tracing open.
+"""Trace of a recorded run that Perfetto and chrome://tracing open.
 
 The board is a process, its loop a thread: a slice for each step, in it one for each function of a
 model that ran. A thread of its own shows the waiting for a late waking; counters follow lateness
@@ -90,7 +90,7 @@ def _waking(steps: Sequence[Moment]) -> Iterator[Event]:
 
 
 def _counters(steps: Sequence[Moment]) -> Iterator[Event]:
-    """Of every step, at its begin, how late it began and how long it took."""
+    """Yield how late each step began and how long it took."""
     for step in steps:
         late, took = max(step.begin - step.at, 0), step.end - step.begin
         yield _event("C", "lateness (us)", _LOOP, step.begin, us=_us(late))
@@ -98,7 +98,7 @@ def _counters(steps: Sequence[Moment]) -> Iterator[Event]:
 
 
 def _causes(worst: Sequence[WorstActivation], steps: Sequence[Moment]) -> Iterator[Event]:
-    """Why the worst activations of that time were late, where they began."""
+    """Yield why the worst activations of that time were late, where they began."""
     if not steps:
         return
     for each in sorted(worst, key=_began):

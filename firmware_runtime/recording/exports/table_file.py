@@ -1,4 +1,4 @@
-"""What left the ports of a run, as a table: CSV or Parquet.
+"""Table of what left the ports of a run: CSV or Parquet.
 
 Of all ports it is long: `t_ns, t_s, utc, port, field, value, text`, a row for each number, with
 `value` empty for what is none. Of one port it is wide: `t_ns, t_s, utc` and a column for each

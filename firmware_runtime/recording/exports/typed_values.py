@@ -55,7 +55,7 @@ def sections_between(recording: Recording, begin: int, until: int) -> Iterator[S
 
 
 def values_in(section: Section, paths: Sequence[str], ports: dict[str, Port]) -> Iterator[Sent]:
-    """What left ports in a section, in the order in which it was sent."""
+    """Yield what left ports in a section, in the order in which it was sent."""
     for number, form in sent_of(section):
         path = paths[number] if 0 <= number < len(paths) else str(number)
         port = ports.get(path)
@@ -63,7 +63,7 @@ def values_in(section: Section, paths: Sequence[str], ports: dict[str, Port]) ->
 
 
 def entered_in(section: Section, entrances: Mapping[str, InPort[Any]]) -> Iterator[Sent]:
-    """What came in from outside in a section, by input ports of the top model."""
+    """Yield what came in from outside in a section, by input ports of the top model."""
     for name, form in section.entered:
         port = entrances.get(name)
         yield Sent(

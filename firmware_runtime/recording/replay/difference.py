@@ -48,7 +48,7 @@ class Difference:
 
 
 def in_lines(difference: Mapping[str, Any]) -> Iterator[str]:
-    """When, where, and both values, of a difference as JSON has it."""
+    """Yield lines of a difference as JSON has it: when, where, and both values."""
     date = f" ({local_of(difference['date'])})" if "date" in difference else ""
     where = where_of(difference["model"], difference["field"])
     yield f"at {format_time(difference['t_ns'])}{date}, {difference['what']} of {where}"
@@ -88,7 +88,7 @@ def shown(value: object) -> Any:  # noqa: ANN401 -- what JSON has
 
 
 def in_words(value: object) -> str:
-    """What a value says of itself; its class where its own `__repr__` raises."""
+    """Return a value's own words; its class where its own `__repr__` raises."""
     try:
         return repr(value)
     except Exception:  # noqa: BLE001 -- of a class of the model's

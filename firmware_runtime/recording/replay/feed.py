@@ -20,7 +20,7 @@ Report: TypeAlias = Callable[[Difference], None]
 
 
 class Feed:
-    """Of one section after the other; `report` gets the differences."""
+    """Feed of one section after the other; `report` gets the differences."""
 
     def __init__(self, header: Header, report: Report) -> None:
         self.lines = header.lines
@@ -56,33 +56,33 @@ class Feed:
                 self._differs("asked", "", name, f"{count} more answers", NOTHING)
 
     def reading(self) -> int:
-        """What the clock said; in virtual time it stands still within a section."""
+        """Return the clock's next reading; in virtual time it stands still within a section."""
         if self.is_virtual:
             return self._at
         self._last_reading = self._next(self._readings, "clock", self._last_reading)
         return self._last_reading
 
     def time(self) -> int:
-        """What the lines said of their time."""
+        """Return the next time of the lines."""
         time: int = self._next(self._times, "line time", 0)
         return time
 
     def elapsed(self) -> int:
-        """How far the lines said they had run ahead of the step."""
+        """Return how far the lines had run ahead of the step."""
         return self.time()
 
     def enabled(self) -> bool:
-        """Whether outputs were enabled."""
+        """Return whether outputs were enabled."""
         self._was_enabled = self._next(self._enabled, "interlock", self._was_enabled)
         return self._was_enabled
 
     def world(self, otherwise: int) -> int:
-        """What a model of the world said of itself; `otherwise` if it said no more."""
+        """Return the next answer of a model of the world; `otherwise` if there is no more."""
         said: int = self._next(self._world, "world", otherwise)
         return said
 
     def world_sent(self, place: int, numbers: Container[int]) -> Any:  # noqa: ANN401 -- a form
-        """What the world sent by a port of these, as number and form; None if it did not.
+        """Return what the world sent by a port of these, as number and form; None if it did not.
 
         `place` is how much has been sent in this section so far.
         """
@@ -98,7 +98,7 @@ class Feed:
         return self._sent
 
     def transfer(self, line: int, address: int, messages: Any) -> Transfer | None:  # noqa: ANN401
-        """How the transfer that is asked for ended; None if there was none like it."""
+        """Return the recorded transfer like this one; None if there was none."""
         place = self._place(line, address, messages)
         asked = Transfer(line, address, messages, b"", self._at)
         if place is None:
@@ -113,7 +113,7 @@ class Feed:
         return recorded
 
     def _place(self, line: int, address: int, messages: object) -> int | None:
-        """Where the next transfer of this shape stands, counted from the end of the section."""
+        """Find the next transfer of this shape, counted from the end of the section."""
         shape = shape_of(messages)
         for place in range(len(self._transfers) - 1, -1, -1):
             each = self._transfers[place]
@@ -150,7 +150,7 @@ def device_name(line: str, address: int) -> str:
 
 
 def shape_of(messages: Any) -> object:  # noqa: ANN401 -- of a bus or of a port
-    """What of a transfer is not its data: how much is written and read, and in which order."""
+    """Return how much a transfer writes and reads, and in which order."""
     if isinstance(messages, bytes):
         return None
     return tuple(each if isinstance(each, int) else -len(each) for each in messages)
@@ -189,16 +189,16 @@ class OpenFeed(Feed):
         super().check_all_taken()
 
     def time(self) -> int:
-        """What the lines said of their time; the step's own instant if they said no more."""
+        """Return the next time of the lines; the step's own instant if there is no more."""
         return next(self._times, self._at)
 
     def elapsed(self) -> int:
-        """How far the lines said they had run ahead of the step; 0 if they did not."""
+        """Return how far the lines had run ahead of the step; 0 if they did not say."""
         said = next(self._times, 0)
         return 0 if said > _LONGEST else said  # an instant, in place of a span
 
     def world_sent(self, _place: int, numbers: Container[int]) -> Any:  # noqa: ANN401 -- a form
-        """What the world sent next by a port of these."""
+        """Return what the world sent next by a port of these."""
         if self._world_left is None:
             self._world_left = list(self.sent())
         for place, each in enumerate(self._world_left):
@@ -207,7 +207,7 @@ class OpenFeed(Feed):
         return None
 
     def transfer(self, line: int, address: int, messages: Any) -> Transfer | None:  # noqa: ANN401
-        """How such a transfer ended, here or when there was one last; None if there was none."""
+        """Return such a transfer, of here or the last one; None if there was none."""
         self.asked.append(Transfer(line, address, messages, b"", self._at))
         request = _request(line, address, messages)
         place = self._place_of(request, line, address, messages)

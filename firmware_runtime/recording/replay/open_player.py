@@ -28,7 +28,7 @@ OWN_STEPS: Final = 100_000
 
 @dataclass(frozen=True, slots=True)
 class Change:
-    """What is tried on a recording.
+    """Change that is tried on a recording.
 
     Of a keyframe, what the robot had changed since it was built is taken up, and what a changed
     setting or line of code has made otherwise stays so.
@@ -165,7 +165,7 @@ class OpenPlayer(Player):
 
 
 def _structural(difference: Difference) -> str | None:
-    """What is not a matter of values, in words; None for what is."""
+    """Name a difference that is not a matter of values; None for one that is."""
     is_new = difference.recorded == NOTHING
     is_gone = difference.replayed == NOTHING
     words = {"step": "steps", "write": "transfers", "value": "values", "asked": "readings"}

@@ -1,4 +1,4 @@
-"""How the outputs of changed code differ from the recorded ones, as numbers and as curves.
+"""Differences of outputs between changed code and a recording, as numbers and as curves.
 
 An output is a port, a field of one, or what is written to a device. Values of one instant are
 compared in the order in which they left.
@@ -20,7 +20,7 @@ _MISSING: Final = object()
 
 
 class OutputDifference(Struct):
-    """What differs of one output; of what is no number only the counts are known."""
+    """Difference of one output; of what is no number only the counts are known."""
 
     count: int = 0
     """Values that differ, to the bit."""
@@ -39,7 +39,7 @@ class OutputDifference(Struct):
 
     @property
     def weight(self) -> float:
-        """How much it differs, for an order: as a share of what was recorded."""
+        """Size of the difference, for an order: as a share of what was recorded."""
         return (self.rms or 0.0) / (self.reach or 1.0) + (self.recorded_only > 0)
 
 
@@ -63,7 +63,7 @@ class Outputs:
 
     @property
     def draws(self) -> bool:
-        """Whether some are drawn."""
+        """True if some are drawn."""
         return bool(self._drawn)
 
     def same(self, names: Iterable[str]) -> None:
@@ -119,11 +119,11 @@ class Outputs:
 
     @property
     def compared(self) -> int:
-        """How many outputs left something on both sides."""
+        """Number of outputs that left something on both sides."""
         return len(self._compared)
 
     def _compared_of(self, leaf: str) -> int:
-        """How often the port was compared that this is a field of."""
+        """Count the comparisons of the port that this is a field of."""
         name = leaf
         while name and name not in self._compared:
             name = name[: max(name.rfind("."), name.rfind("["), 0)]
@@ -200,5 +200,5 @@ def _written(messages: Any) -> bytes:  # noqa: ANN401 -- of a bus or of a port
 
 
 def _is_number(value: object) -> bool:
-    """Whether it is one that a float can hold: a whole number may be beyond any."""
+    """Return whether it is one that a float can hold: a whole number may be beyond any."""
     return isinstance(value, float) or (isinstance(value, int) and value.bit_length() < 1024)

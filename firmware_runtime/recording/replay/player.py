@@ -37,20 +37,20 @@ from firmware_runtime.statistics.statistics import Statistics
 _FAILED: Final = RunState.FAILED.name.lower()
 _ENDS: Final = {state.name.lower(): state for state in RunState}
 _ORDER: Final = ("step", "state", "value", "class", "write", "asked", "count", "end")
-"""Of differences at one instant."""
+"""Order of differences at one instant."""
 
 
 class _End(msgspec.Struct):
-    """What a section ENDED says."""
+    """Content of a section ENDED."""
 
     state: str
     reason: str
     counts: dict[str, dict[str, int]]
     fault: str | None = None
     raised: str | None = None
-    """What was raised, as `errors.raised_words` has it."""
+    """Error that was raised, as `errors.raised_words` has it."""
     in_step: bool = False
-    """Whether that was in a step, and not around it."""
+    """True if that was in a step, and not around it."""
 
 
 class Player:
@@ -68,13 +68,13 @@ class Player:
         self.at = 0
         self.steps = 0
         self.end: str | None = None
-        """Why the run had failed, as it says; None for one that had not."""
+        """Reason of a run that had failed; None for one that had not."""
         self.missing: str | None = None
-        """What the run could not record, in a sentence."""
+        """Values that the run could not record, in a sentence."""
         self.uncompared = 0
         """Keyframes whose state is not compared: other code has models of another form."""
         self.failure: BaseException | None = None
-        """What the robot raised in the step it came to last, if it did."""
+        """Error that the robot raised in the step it came to last, if it did."""
         self.listeners: list[Callable[[Difference], None]] = []
         self._noted: list[Difference] = []
         self.feed = self._new_feed()
@@ -99,7 +99,7 @@ class Player:
 
     @property
     def statistics(self) -> Statistics:
-        """What has been counted so far, as in the run."""
+        """Counts so far, as in the run."""
         return self._ledger.statistics()
 
     @property
@@ -115,7 +115,7 @@ class Player:
 
     @property
     def accounts(self) -> Sequence[ModelAccount]:
-        """What became of each model's activations."""
+        """Accounts of each model's activations."""
         return self.profiler.accounting.accounts
 
     def go_back(self, at: int, state: bytes) -> None:
@@ -189,7 +189,7 @@ class Player:
             self._ledger.commit(step.now(), lambda: simulator.next_at)
 
     def _reach(self, section: Section) -> bool:
-        """Whether the robot is where it can make this step."""
+        """Return whether the robot is where it can make this step."""
         at, now, due = section.at, self.simulator.now, self.simulator.next_at
         if at != due and not (section.entered and now <= at < due):
             self._note(Difference(at, "step", "", "next event", at, due))

@@ -22,7 +22,7 @@ _ERRORS: Final = {
     for name, kind in vars(errors).items()
     if isinstance(kind, type) and issubclass(kind, HalError)
 }
-"""What a driver expects of a line. Any other error was the world's behind a double."""
+"""Errors that a driver expects of a line. Any other was the world's behind a double."""
 
 
 def replayed_lines(board: Board, feed: Feed, early: Sequence[str]) -> Lines:
@@ -117,7 +117,7 @@ class ReplayedTime:
 
 
 REPLAYED: Final = (ReplayedBus, ReplayedPort, ReplayedTime, Feed)
-"""What stands where a run's lines are."""
+"""Classes that stand where a run's lines are."""
 
 
 def _number(feed: Feed, name: str) -> int:
@@ -133,7 +133,7 @@ def _answer(recorded: Transfer) -> bytes:
 
 
 def _error(name: object, sentence: object) -> Exception:
-    """What a line raised; of what is no HalError the class of Python's, else one of this name."""
+    """Return the error that a line raised: a HalError, Python's, or else one of this name."""
     kind: Any = _ERRORS.get(name) or vars(builtins).get(name) if isinstance(name, str) else None
     if not (isinstance(kind, type) and issubclass(kind, Exception)):
         is_name = isinstance(name, str) and name.isidentifier()

@@ -1,4 +1,4 @@
-"""What a section's replay sent and counted, beside what the recording has of it."""
+"""Comparison of what a section's replay sent and counted with what is recorded."""
 
 from collections import Counter
 from collections.abc import Container, Iterable, Iterator, Mapping, Sequence
@@ -28,7 +28,7 @@ from firmware_runtime.recording.values import unpack
 
 
 def is_same_but_for_order(value: Any, form: Any) -> bool:  # noqa: ANN401 -- whatever a port carries
-    """Whether a value would have been written in this form, had its sets stood in that order."""
+    """Return whether a value has this form, had its sets stood in that order."""
     if isinstance(value, set | frozenset):
         return isinstance(form, list | tuple) and _are_the_same(list(value), list(form))
     if isinstance(value, list | tuple):
@@ -48,7 +48,7 @@ def _are_in_order(values: Sequence[Any], forms: Sequence[Any]) -> bool:
 
 
 def _are_the_same(values: Iterable[Any], forms: list[Any]) -> bool:
-    """Whether each value has a form of its own among these, and no form is left."""
+    """Return whether each value has a form of its own among these, and no form is left."""
     unmatched = []
     written = [_written(each) for each in forms]
     for value in values:
@@ -67,7 +67,7 @@ def _are_the_same(values: Iterable[Any], forms: list[Any]) -> bool:
 
 
 def _has_fields(value: Any, form: Any, names: Mapping[str, str]) -> bool:  # noqa: ANN401
-    """Whether a record would have this form, a map or a list; `names` are fields by name there."""
+    """Return whether a record has this form, a map or a list; `names` are fields by name there."""
     present = unpack(_written(value))[1]
     if isinstance(present, dict) and isinstance(form, dict) and [*present] == [*form]:
         return all(
@@ -110,7 +110,7 @@ class ComparedValues:
         self.values = 0
         """Own values that are recorded."""
         self.compared = 0
-        """Of these, those that were compared as a whole, and are the same or differ."""
+        """Own values that were compared as a whole, and are the same or differ."""
         self.played_back = 0
         self._ports = ports
         self.played = played
@@ -132,7 +132,7 @@ class ComparedValues:
         return None if self._noted is None else self._noted.state()
 
     def not_compared(self) -> Iterator[str]:
-        """What was not compared, a sentence for each port and class."""
+        """Yield what was not compared, a sentence for each port and class."""
         for (number, word), count in self._unsure.most_common(_MOST_NAMED):
             values = "1 value" if count == 1 else f"{count} values"
             yield f"{values} of {self.name(number)}: {word.removeprefix(SHALLOW)}"
@@ -200,7 +200,7 @@ class ComparedValues:
 
 
 def differences_of_counts(at: int, recorded: Counts, replayed: Counts) -> Iterator[Difference]:
-    """What became of activations, where that is not what is recorded."""
+    """Yield differences between counts of activations."""
     for path, counts in recorded.items():
         found = replayed.get(path, {})
         for name, count in counts.items():

@@ -22,29 +22,29 @@ NOTHING_AGAIN: Final = "nothing of it was run again: no step and no transfer is 
 
 @dataclass(slots=True)
 class Verdict:
-    """What a replay found."""
+    """Findings of a replay."""
 
     events: int = 0
     """Values that left ports, also those of a world."""
     values: int = 0
     """Values that left the robot's own ports, in the recording."""
     compared: int = 0
-    """Of these, those that were compared as a whole."""
+    """Own values that were compared as a whole."""
     played_back: int = 0
     """Values of a world on doubles, which are none of the robot's own."""
     values_not_compared: list[str] = field(default_factory=list)
-    """How many values of which port were not compared, and their class, one text each."""
+    """Values that were not compared, by port and class, one text each."""
     unknown: int = 0
-    """Of these, values of which only a class is recorded, whole or in part, and compared."""
+    """Values of which only a class is recorded, whole or in part, and compared."""
     steps: int = 0
     writes: int = 0
     """Transfers on buses and ports, each as often as it was tried."""
     duration: int = 0
-    """How much of the run was run again, ns."""
+    """Time of the run that was run again, ns."""
     differences: int = 0
     first: Difference | None = None
     faults: list[str] = field(default_factory=list)
-    """What is missing in the recording, one sentence each."""
+    """Parts that are missing in the recording, one sentence each."""
     code_changed: list[str] = field(default_factory=list)
     """Modules of the robot whose source is another than in the run."""
     versions_changed: dict[str, dict[str, str | None]] = field(default_factory=dict)
@@ -52,17 +52,17 @@ class Verdict:
     uncompared: int = 0
     """Keyframes whose state was not compared: the models of the changed code have another form."""
     has_drawn: bool = False
-    """Whether the process's own generators of random numbers were drawn from."""
+    """True if the process's own generators of random numbers were drawn from."""
     failure: str | None = None
-    """What ended it, in a sentence: what the robot raised as it was run again."""
+    """Error that ended it, in a sentence: the robot raised it as it was run again."""
     end: str | None = None
-    """Why the run had failed, as it says; None for one that had not."""
+    """Reason of a run that had failed; None for one that had not."""
     began_earlier: str | None = None
-    """That it began at the start, with no keyframe before the instant asked for, in a sentence."""
+    """Sentence that it began at the start, with no keyframe before the instant asked for."""
 
     @property
     def is_identical(self) -> bool | None:
-        """Whether something was run again, all of it as it was, and nothing is missing.
+        """Return whether something was run again, all of it as it was, and nothing is missing.
 
         None where nothing differs, but not all that left the models was compared.
         """
@@ -77,7 +77,7 @@ class Verdict:
 
     @property
     def in_words(self) -> str:
-        """What was found, in one sentence without an end."""
+        """Findings in one sentence without an end."""
         if self.first is not None:
             return f"{self.differences} differences"
         if not self.is_something:
@@ -88,7 +88,7 @@ class Verdict:
 
     @property
     def reason(self) -> str | None:
-        """Why it is not identical, in a sentence; None if it is."""
+        """Reason why it is not identical, in a sentence; None if it is."""
         if self.first is not None:
             first = f"{self.first.what} of {self.first.where} at {format_time(self.first.at)}"
             return f"{self.differences} differences, the first in {first}"
@@ -102,7 +102,7 @@ class Verdict:
 
     @property
     def not_compared(self) -> list[str]:
-        """What has not been compared though it is recorded, one sentence each."""
+        """Values and states that were recorded and not compared, one sentence each."""
         found = list(self.values_not_compared)
         if self.uncompared:
             why = "other code has models of another form"
@@ -111,7 +111,7 @@ class Verdict:
 
     @property
     def is_something(self) -> bool:
-        """Whether any of it was run again; of a start that failed, what its chips were asked."""
+        """Return whether any was run again; of a start that failed, what its chips were asked."""
         return self.steps > 0 or self.writes > 0
 
     def add(self, player: Player, begin: int) -> None:
@@ -159,7 +159,7 @@ class Verdict:
 
 @dataclass(frozen=True, slots=True)
 class Stretch:
-    """What of a run is run again: from the keyframe before `begin` up to and including `until`."""
+    """Stretch that is run again: from the keyframe before `begin` up to and including `until`."""
 
     begin: int = 0
     until: int = NEVER
@@ -219,7 +219,7 @@ def segments_of(recording: Recording, stretch: Stretch) -> list[Segment]:
 
 
 def began_earlier(recording: Recording, segments: Sequence[Segment], begin: int) -> str | None:
-    """That the start is begun at, as no keyframe stands before `begin`; None where that is not so.
+    """Say that it begins at the start, as no keyframe stands before `begin`; None if it does not.
 
     A run whose models hold what cannot be kept, such as a lock made on the way, has no keyframes.
     """

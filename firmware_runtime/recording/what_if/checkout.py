@@ -30,7 +30,7 @@ def checked_folder(folder: Path) -> Path:
 
 
 def ask(question: Question, folder: Path | None) -> WhatIf:
-    """What the folder's code answers; without a folder, the installed code as it is now.
+    """Ask the folder's code; without a folder, the installed code as it is now.
 
     What the code prints goes to standard error. Raises ConfigError with what its process said where
     it does not answer.
@@ -71,7 +71,7 @@ def _environment(folder: Path | None) -> Mapping[str, str]:
 
 
 def _why(said: str) -> str:
-    """What a process said last, as a sentence."""
+    """Return what a process said last, as a sentence."""
     lines = [each.strip() for each in said.strip().splitlines() if each.strip()]
     if not lines:
         return f"its process ended without a word; {_EXPECTED}"
@@ -81,7 +81,7 @@ def _why(said: str) -> str:
 
 
 class Answer(msgspec.Struct):
-    """What was found, and how many modules the folder gave."""
+    """Answer of another process, and how many modules the folder gave."""
 
     found: WhatIf
     used: int

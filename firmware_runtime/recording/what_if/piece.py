@@ -58,7 +58,7 @@ class Cutter:
         raise ConfigError.of_one("--as-test", fault)
 
     def stretch(self, stretch: Stretch) -> Piece:
-        """That stretch, of a run that the present code replays to the bit."""
+        """Cut that stretch, of a run that the present code replays to the bit."""
         sections = self._sections(stretch.begin)
         end = _last_at(sections, stretch.until) + 1
         begin = _last_at(sections, stretch.begin - 1) + 1 if stretch.begin else 0

@@ -21,7 +21,7 @@ _RUNTIME: Final = "firmware_runtime"
 _SKIPPED: Final = ("__pycache__", "node_modules")
 
 State = Mapping[str, tuple[int, int]]
-"""Of each file when it was changed, and its size."""
+"""Time of change and size of each file."""
 
 
 class Watched:
@@ -40,7 +40,7 @@ class Watched:
             raise ConfigError.of_one(f"--with {folder}", f"none of the robot's code; {expected}")
 
     def state(self) -> State:
-        """What the files are like now."""
+        """Return the present state of the files."""
         return {path: each for folder in self.folders for path, each in _files(str(folder))}
 
 
@@ -58,7 +58,7 @@ def answers(question: Question, watched: Watched) -> Iterator[tuple[WhatIf | Con
 
 
 def since(before: WhatIf | None, found: WhatIf) -> Iterator[str]:
-    """What has changed since the last time, in lines."""
+    """Yield what has changed since the last time, in lines."""
     if before is None:
         return
     changed = [
@@ -82,7 +82,7 @@ def _in_short(found: OutputDifference | None) -> str:
 
 
 def _package(name: str, folder: Path | None) -> Path | None:
-    """Where a package is; of one that is a single file the folder that it is in."""
+    """Find a package; of one that is a single file the folder that it is in."""
     for each in import_path(folder) if folder is not None else ():
         if (each / name).is_dir():
             return each / name

@@ -1,4 +1,4 @@
-"""What changed code or settings would have said to what entered: an open loop, as numbers."""
+"""Outputs of changed code or settings on what entered: an open loop, as numbers."""
 
 from collections import Counter
 from collections.abc import Callable, Collection, Iterable, Sequence
@@ -27,7 +27,7 @@ from firmware_runtime.statistics.dates import Dates
 
 
 class WhatIf(Struct):
-    """What was found. `first_difference` is as `Difference.as_json` has it."""
+    """Findings. `first_difference` is as `Difference.as_json` has it."""
 
     identical: bool | None
     """None where nothing differs, but not all that left the models was compared."""
@@ -37,20 +37,20 @@ class WhatIf(Struct):
     differences: int
     steps: int
     outputs: dict[str, OutputDifference]
-    """What differs, most first."""
+    """Outputs that differ, most first."""
     compared: int
     """Outputs that were compared."""
     structure: dict[str, int]
-    """What is not a matter of values: how often."""
+    """Differences that are no matter of values: how often."""
     failure: str | None
-    """What the changed code raised, which ended it."""
+    """Error of the changed code, which ended it."""
     faults: list[str]
     run: str
     settings: list[str]
-    """What was set otherwise than in the run."""
+    """Settings that were set otherwise than in the run."""
     curves: dict[str, Curves] = field(default_factory=dict)
     settings_changed: dict[str, dict[str, Any]] = field(default_factory=dict)
-    """What differs for it, as `changed_settings` has it."""
+    """Settings that differ for it, as `changed_settings` has it."""
     versions_changed: dict[str, dict[str, str | None]] = field(default_factory=dict)
     """Python and packages that are others where this was found, as `changed_versions` has them."""
     began_earlier: str | None = None
@@ -131,7 +131,7 @@ def most_different(found: WhatIf, count: int) -> Sequence[str]:
 
 
 class Question(Struct, kw_only=True):
-    """What is to be found out."""
+    """Question to a recording."""
 
     recording: str
     """The file's path."""
@@ -139,7 +139,7 @@ class Question(Struct, kw_only=True):
     begin: int = 0
     until: int = NEVER
     plots: int = 0
-    """Of how many outputs curves are wanted."""
+    """Number of outputs of which curves are wanted."""
 
 
 def answer(

@@ -1,4 +1,4 @@
-"""What a coupled model's picture is made of: nodes in columns, wires between their ends.
+"""Parts of a coupled model's picture: nodes in columns, wires between their ends.
 
 A node is a component's box, a port of the coupled model itself at its left or right edge, or a bend
 where a wire passes through a column on its way further right.
@@ -29,7 +29,7 @@ class Node:
     clearance: float
     """Free space above and below."""
     weight: float
-    """How little it gives way to others."""
+    """Resistance to giving way to others."""
     column: int = 0
     x: float = 0.0
     y: float = 0.0
@@ -37,7 +37,7 @@ class Node:
 
 @dataclass(eq=False, slots=True)
 class End:
-    """Where a wire begins or ends: a node, and how far below its top."""
+    """End of a wire: a node, and how far below its top."""
 
     node: Node
     offset: float
@@ -58,7 +58,7 @@ class Wire:
 
     @property
     def is_feedback(self) -> bool:
-        """Whether it leads back, not to the right."""
+        """Return whether it leads back, not to the right."""
         return self.end.node.column <= self.start.node.column
 
 
@@ -70,9 +70,9 @@ class Box:
     width: float
     height: float
     inputs: dict[str, float] = field(default_factory=dict)
-    """How far below the top each input port is, at the left edge."""
+    """Distance of each input port below the top, at the left edge."""
     outputs: dict[str, float] = field(default_factory=dict)
-    """How far below the top each output port is, at the right edge."""
+    """Distance of each output port below the top, at the right edge."""
     parts: list[tuple[Node, "Box"]] = field(default_factory=list)
     routes: list[tuple[AnyPort, AnyPort, list[Point]]] = field(default_factory=list)
     """Each coupling and the points of its wire."""
@@ -89,7 +89,7 @@ def atomic_box(model: Component) -> Box:
 
 
 def label_width(labels: Iterable[str]) -> float:
-    """Of the widest port label."""
+    """Return the width of the widest port label."""
     return max((text_width(label, PORT_SIZE) for label in labels), default=0.0)
 
 

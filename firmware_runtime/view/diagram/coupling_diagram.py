@@ -88,7 +88,7 @@ class _Nest:
     # Nodes and wires ----------------------------------------------------------------------------
 
     def _between(self) -> Iterator[tuple[Owner, Owner]]:
-        """Which component feeds which."""
+        """Yield which component feeds which."""
         for source, end in self._model.couplings:
             if source.owner is not self._model and end.owner is not self._model:
                 yield source.owner, end.owner
@@ -108,7 +108,7 @@ class _Nest:
         return End(self._nodes[port.owner], heights[port.name])
 
     def _bend(self, source: AnyPort, column: int) -> Node:
-        """Where what comes from a port passes through a column."""
+        """Return the place where what comes from a port passes through a column."""
         key = source, column
         if key not in self._bends:
             self._bends[key] = Node(0.0, 0.0, BEND_CLEARANCE, 1.0, column)

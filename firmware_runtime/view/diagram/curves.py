@@ -11,7 +11,7 @@ GAP: Final = 74
 """Clear space between neighbours on the ring, room for an arrow."""
 
 SAMPLES: Final = 24
-"""How many pieces a curve is looked at in."""
+"""Number of pieces that a curve is looked at in."""
 
 
 def overlap(one: Rectangle, other: Rectangle) -> float:
@@ -22,7 +22,7 @@ def overlap(one: Rectangle, other: Rectangle) -> float:
 
 
 def holds(box: Rectangle, point: Point) -> bool:
-    """Whether a point lies within."""
+    """Return whether a point lies within."""
     return box.left <= point.x <= box.right and box.top <= point.y <= box.bottom
 
 

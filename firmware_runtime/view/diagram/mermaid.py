@@ -63,7 +63,7 @@ def _wires(model: Component) -> Iterator[str]:
 
 
 def _end(port: AnyPort) -> str:
-    """Where a wire ends: at an atomic model, or at a coupled one's port."""
+    """Return where a wire ends: at an atomic model, or at a coupled one's port."""
     return _identifier(port.path if isinstance(port.owner, Coupled) else port.owner.path)
 
 

@@ -88,7 +88,7 @@ def _level(columns: Columns, left: Neighbours, right: Neighbours) -> None:
 
 
 class _Heights:
-    """Where nodes want to be, given their neighbours."""
+    """Heights at which nodes are level with their neighbours."""
 
     def __init__(self, neighbours: Neighbours) -> None:
         self._neighbours = neighbours

@@ -31,7 +31,7 @@ class Trunk:
     exits: set[float] = field(default_factory=set)
     """Heights at which wires go out to the right."""
     is_deep: bool = False
-    """Whether it reaches down to a lane."""
+    """True if it reaches down to a lane."""
     x: float = 0.0
 
     @property
@@ -46,11 +46,11 @@ class Trunk:
 
     @property
     def is_point(self) -> bool:
-        """Whether the wire passes the channel on one level and needs no track."""
+        """Return whether the wire passes the channel on one level and needs no track."""
         return self.bottom - self.top < LEVEL
 
     def crossed(self, heights: set[float]) -> int:
-        """How many horizontals at these heights cross it."""
+        """Count the horizontals at these heights that cross it."""
         return sum(self.top < height < self.bottom for height in heights)
 
 
@@ -120,7 +120,7 @@ class Routes:
         return 1 + sorted(self._feedback, key=self._length).index(net)
 
     def _length(self, net: Hashable) -> float:
-        """How far back a net's feedback goes."""
+        """Return how far back a net's feedback goes."""
         return max(self._down(wire).x - self._up(wire).x for wire in self._feedback[net])
 
     def _down(self, wire: Wire) -> Trunk:
@@ -150,7 +150,7 @@ def _rearranged(tracks: Sequence[Trunk]) -> Iterator[list[Trunk]]:
 
 
 def _crossings(tracks: Sequence[Trunk]) -> int:
-    """How often the wires of these trunks cross if they stand in this order."""
+    """Count the crossings of the wires of these trunks in this order."""
     return sum(
         left.crossed(right.entries) + right.crossed(left.exits)
         for left, right in combinations(tracks, 2)

@@ -71,7 +71,7 @@ def curves(model: StateDiagram, centres: dict[str, Point], radius: float) -> lis
 
 
 def place_label(each: Drawn, drawn: Sequence[Drawn], taken: Sequence[Rectangle]) -> Rectangle:
-    """Where a curve's label stands, beside the curve."""
+    """Find the place of a curve's label, beside the curve."""
     width = max(text_width(line, LABEL_SIZE) for line in each.label)
     size = Point(width, len(each.label) * LINE)
 
@@ -95,7 +95,7 @@ def _ways(start: Point, end: Point, radius: float) -> list[list[Point]]:
 def _hidden(
     points: Sequence[Point], others: Sequence[Point], radius: float, drawn: Sequence[Drawn]
 ) -> int:
-    """How much of a way lies in other states, or upon arrows drawn already."""
+    """Count how much of a way lies in other states, or upon arrows drawn already."""
     in_states = sum(dist(point, centre) < radius + 8 for point in points for centre in others)
     on_arrows = sum(
         dist(point, other) < 9
@@ -137,7 +137,7 @@ def state_graph(model: StateDiagram) -> str:
 
 
 def _radius(lines: Sequence[str]) -> float:
-    """Of the circle that holds a name and a duration below it."""
+    """Radius of the circle that holds a name and a duration below it."""
     width = max(text_width(line, NAME_SIZE) for line in lines) * BOLD / 2
     height = (len(lines) + 1) * LINE / 2
     return float(max((width**2 + (height - LINE) ** 2) ** 0.5, (height**2 + 18**2) ** 0.5)) + 8

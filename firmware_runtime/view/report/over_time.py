@@ -41,12 +41,12 @@ class Stretch(NamedTuple):
 
     @property
     def sides(self) -> tuple[int, int]:
-        """Where it begins and where it ends, in ns of the run."""
+        """Begin and end, in ns of the run."""
         return self.span.begin_ns, self.span.begin_ns + self.covered
 
     @property
     def begin(self) -> str:
-        """When it began, in words."""
+        """Begin, in words."""
         return instant(self.span.begin_ns)
 
     @property
@@ -170,7 +170,7 @@ def _lateness_table(run: Sequence[Stretch]) -> Element:
 
 
 def load_over_time(run: Sequence[Stretch]) -> Element | None:
-    """How busy the processor and the buses were; None where neither was counted."""
+    """Chart how busy the processor and the buses were; None where neither was counted."""
     run = [each for each in run if each.covered * _LEAST >= each.span.width_ns] or run
     loads = [load for load in _LOADS if any(load[2](each.span) > 0 for each in run)]
     if not loads:

@@ -180,7 +180,7 @@ def serial_table(ports: Mapping[str, SerialFigures]) -> Element | None:
 
 
 def conditions_section(conditions: Conditions) -> list[Element]:
-    """What was refused, what was requested, and everything else that is known."""
+    """Return what was refused, what was requested, and everything else that is known."""
     return [
         *(_refusal(name, request) for name, request in conditions.refused.items()),
         _settings(conditions.settings),

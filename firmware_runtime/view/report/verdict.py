@@ -1,4 +1,4 @@
-"""Whether a run kept its time, in words."""
+"""Verdict on whether a run kept its time, in words."""
 
 from collections.abc import Iterator
 from typing import NamedTuple

@@ -59,7 +59,7 @@ def worst_activations(worst: Sequence[WorstActivation]) -> list[Element]:
 
 
 def in_row(activation: WorstActivation, colours: Colours) -> list[Cause]:
-    """What followed one another from the deadline to the end of the step."""
+    """Return what followed one another from the deadline to the end of the step."""
     causes = activation.causes
     models = causes.models_us
     rest = activation.step_us - sum(models.values())
@@ -72,7 +72,7 @@ def in_row(activation: WorstActivation, colours: Colours) -> list[Cause]:
 
 
 def within(activation: WorstActivation) -> list[Cause]:
-    """What took place somewhere in that time."""
+    """Return what took place somewhere in that time."""
     causes = activation.causes
     devices = (
         Cause(f"{bus} {address}", us, f"wire{number % 2}")

@@ -16,7 +16,7 @@ LONGEST_S: Final = 240.0
 
 
 class Mission(Struct, frozen=True):
-    """How it ended in a stage, by the arena's own account."""
+    """End of a mission in a stage, by the arena's own account."""
 
     found: bool
     stopped_m: float

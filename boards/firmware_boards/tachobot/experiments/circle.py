@@ -25,7 +25,7 @@ STOPS_S: Final = 26.0
 STOPPED_S: Final = 31.5
 """Just before it gives up where the position stops for good."""
 GIVES_UP_S: Final = 14.0
-"""How long a run takes at most whose position stops for good after five seconds."""
+"""Longest time, s, that a run takes whose position stops for good after five seconds."""
 SHOWN: Final = ("20 Hz, 0.05 s", "stopped for 2 s")
 
 CASES: Final[Mapping[str, Mapping[str, object]]] = {
@@ -39,18 +39,18 @@ CASES: Final[Mapping[str, Mapping[str, object]]] = {
     "stopped for 2 s": {"outages_s": [[STOPS_S, STOPS_S + 2.0]]},
     "stopped for good": {"outages_s": [[STOPS_S, 1e6]]},
 }
-"""What differs in `[world.position]` from the first; the rest is 20 Hz and a delay of 0.05 s."""
+"""Changes in `[world.position]` from the first; the rest is 20 Hz and a delay of 0.05 s."""
 
 
 class Error(Struct, frozen=True):
-    """Of one coordinate, or of the distance: m or rad."""
+    """Error of one coordinate, or of the distance: m or rad."""
 
     rms: float
     largest: float
 
 
 class Case(Struct, frozen=True):
-    """What came of one case."""
+    """Figures of one case."""
 
     x: Error
     y: Error
@@ -141,7 +141,7 @@ def _error(values: Sequence[float]) -> Error:
 
 
 def _how_it_ends(trial: Trial) -> str:
-    """What becomes of a run whose position stops for good; it is meant to fail."""
+    """Say how a run ends whose position stops for good; it is meant to fail."""
     settings = {"world.position.outages_s": [[5.0, 1e6]]}
     try:
         with trial.run(Stage.SIMULATION, for_s=GIVES_UP_S, settings=settings, label="given-up"):

@@ -29,7 +29,7 @@ FOR_S: Final = 30.0
 STILL_RAD_S: Final = 0.015
 """Seven times the gyro's noise: anything slower counts as rest."""
 LEAST_S: Final = 0.5
-"""Where it turns back it is as slow as that for a tenth of a second."""
+"""Longer than it is as slow as that where it turns back: a tenth of a second."""
 
 
 class Episode(Struct, frozen=True):
@@ -43,7 +43,7 @@ class Episode(Struct, frozen=True):
     effort_slope_n_per_s: float | None
     release_effort_n: float
     release_moment_nm: float
-    """What that effort is at the lever arm."""
+    """Moment of that effort at the lever arm."""
 
 
 class Step(Struct, frozen=True):

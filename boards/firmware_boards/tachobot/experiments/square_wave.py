@@ -23,7 +23,7 @@ from firmware_runtime.view.line_plot import Curve, LinePlot, on_common_axes
 from firmware_runtime.view.markup import table
 
 AFTER_S: Final = 1.0
-"""How long it is watched after the wave's end."""
+"""Time, s, that it is watched after the wave's end."""
 
 
 class Sample(Struct, frozen=True):
@@ -36,7 +36,7 @@ class Sample(Struct, frozen=True):
 
 
 class Apart(Struct, frozen=True):
-    """How far the model is from the robot, over the whole wave."""
+    """Distance of the model from the robot, over the whole wave."""
 
     yaw_rms_rad: float
     yaw_largest_rad: float
@@ -77,7 +77,7 @@ def run(trial: Trial) -> Findings:
 
 
 def watched_s(settings: TachobotSettings) -> float:
-    """How long a run with the wave of these settings takes."""
+    """Return how long a run with the wave of these settings takes."""
     wave = settings.controller.yaw.wave
     if wave is None:
         raise ValueError("controller.yaw.wave: missing; expected a wave")
@@ -85,7 +85,7 @@ def watched_s(settings: TachobotSettings) -> float:
 
 
 def measured(ran: Traced) -> list[Sample]:
-    """What the robot measured, from the first tick of the wave's time on."""
+    """Samples that the robot measured, from the first tick of the wave's time on."""
     estimate = "controller.attitude.yaw"
     rates = dict(ran.points(estimate, "rate"))
     commands = dict(ran.points("controller.yaw_wave.level"))
