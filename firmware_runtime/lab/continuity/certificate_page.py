@@ -194,7 +194,11 @@ def _side_by_side(runs: Sequence[StageRun], certificate: Certificate) -> Iterato
     signals = signals_of(certificate.plan.board)
     rows = {
         signals.shown or "Shown value": {each.stage: _shown(each, signals) for each in runs},
-        "Commands": {each.stage: _commands(each, signals) for each in runs},
+        "Commands": {
+            each.stage: commands(end.recording, signals.commands)
+            for each in runs
+            for end in list(each.ends.values())[:1]  # of the end that computes
+        },
     }
     for title, curves in rows.items():
         drawn = on_common_axes(
@@ -233,12 +237,6 @@ def _shown(run: StageRun, signals: Signals) -> dict[str, Points]:
             later = [(at - since, value) for at, value in points if at >= since]
             return {signals.shown or "": later}
     return {}
-
-
-def _commands(run: StageRun, signals: Signals) -> dict[str, Points]:
-    """Return the commands of the end that computes, which is the first."""
-    first = next(iter(run.ends.values()), None)
-    return {} if first is None else commands(first.recording, signals.commands)
 
 
 def _conditions(certificate: Certificate) -> Iterator[Element]:

@@ -4,7 +4,7 @@ from collections.abc import Iterator, Mapping
 from typing import Final
 
 from firmware_runtime.lab.identification.fit import Fit
-from firmware_runtime.lab.identification.identified import CONFIDENCE, Estimate, Identified
+from firmware_runtime.lab.identification.identified import CONFIDENCE, Identified
 from firmware_runtime.lab.identification.recorded_series import Series
 from firmware_runtime.statistics.run_text import aligned
 from firmware_runtime.view.line_plot import Curve, LinePlot, figure_of
@@ -84,10 +84,9 @@ def plots(identified: Identified, series: Series, fit: Fit) -> tuple[LinePlot, .
 
 
 def _rows(identified: Identified) -> list[tuple[str, ...]]:
-    return [_row(key, each) for key, each in identified.parameters.items()]
-
-
-def _row(key: str, each: Estimate) -> tuple[str, ...]:
-    name, unit = UNITS[key]
-    ends = ["unknown" if end is None else f"{end:.4g}" for end in (each.low, each.high)]
-    return (name, f"{each.value:.4g}", *ends, unit, f"{each.regression:.3g}")
+    rows = []
+    for key, each in identified.parameters.items():
+        name, unit = UNITS[key]
+        ends = ["unknown" if end is None else f"{end:.4g}" for end in (each.low, each.high)]
+        rows.append((name, f"{each.value:.4g}", *ends, unit, f"{each.regression:.3g}"))
+    return rows

@@ -189,8 +189,10 @@ def run_staged(staged: Staged, say: Say, show: Callable[[StagedRun], None]) -> S
         ends = TwoEnds(signalled, say, lambda: show(run))
         stack.callback(ends.close)
         run = StagedRun(staged, way, ends, folder, roles)
-        with _ended(ends):
+        try:
             run.run()
+        finally:
+            ends.end()
         return _result(run, signalled)
 
 
@@ -220,15 +222,6 @@ def leads_to(board: Board, planned: str, role: str) -> bool:
     model = board.unconnected().model
     own = set(components_of(board.settings.roles, model, role))
     return any(end.owner.name in own for begin, end in model.couplings if begin.name == name)
-
-
-@contextmanager
-def _ended(ends: TwoEnds) -> Iterator[None]:
-    """After the block all ends have ended, whatever went wrong in it."""
-    try:
-        yield
-    finally:
-        ends.end()
 
 
 def _result(run: StagedRun, signalled: UntilSignal) -> StagedResult:
@@ -273,7 +266,8 @@ def _how(
     failed = ends.failed_first
     if failed is None and signalled.came:
         return {"state": "stopped", "reason": signalled.name, "by": None}
-    in_time = (end for end in ends.ended if _was_in_time(documents[end.role]))
+    states = {role: each.get("ended", {}).get("state") for role, each in documents.items()}
+    in_time = (end for end in ends.ended if states[end.role] == "ended")
     first = failed or next(in_time, ends.ended[0] if ends.ended else None)
     if first is None:
         return {"state": "failed", "reason": "no end was started", "by": None}
@@ -281,8 +275,3 @@ def _how(
     if ended is None:
         ended = {"state": "failed", "reason": f"ended with status {first.status}"}
     return {**ended, "by": first.role}
-
-
-def _was_in_time(document: Mapping[str, Any]) -> bool:
-    """Return whether an end ended because its time was up."""
-    return bool(document.get("ended", {}).get("state") == "ended")

@@ -41,7 +41,8 @@ class Partial(Closing):
         lines = _lines(path) if resume else []
         if lines:
             _check(path, lines[0], first)
-            self.rows = {row["row"]: row for row in map(_row, lines[1:])}  # type: ignore[misc]
+            rows = map(msgspec.json.decode, lines[1:])
+            self.rows = {row["row"]: row for row in rows}
         elif path.exists() and not resume:
             raise _unfinished(path)
         try:
@@ -141,8 +142,3 @@ def _words(first: _First) -> Iterator[str]:
         if value is not None
     )
     yield f"with version {first.version}"
-
-
-def _row(line: bytes) -> Row:
-    found: Row = msgspec.json.decode(line)
-    return found

@@ -181,7 +181,6 @@ def _case(table: Table, row: Row, name: str, file: str) -> Case:
 
 
 _BARS: Final = " ▁▂▃▄▅▆▇█"
-_HEAD: Final = ("figure", *FIGURES, "spread")
 
 
 def text_of(found: Summary) -> Iterator[str]:
@@ -191,7 +190,9 @@ def text_of(found: Summary) -> Iterator[str]:
     for name, share in found.shares.items():
         yield f"{name}: true in {share.true} of {share.count} ({share.share:.1%})"
     yield ""
-    yield from _aligned([_HEAD, *(_cells(name, each) for name, each in found.spreads.items())])
+    rows = [("figure", *FIGURES), *((name, *each.figures) for name, each in found.spreads.items())]
+    bars = ["spread", *map(_bars, found.spreads.values())]  # which are not put to the right
+    yield from (f"{line}  {bar}".rstrip() for line, bar in zip(aligned(rows), bars, strict=True))
     for name, cases in found.worst.items():
         yield ""
         yield _heading(name, cases[0])
@@ -210,13 +211,6 @@ def _heading(name: str, case: Case) -> str:
     return f"largest {name}:"
 
 
-def _cells(name: str, spread: Spread) -> tuple[str, ...]:
+def _bars(spread: Spread) -> str:
     most = max(spread.histogram)
-    bars = "".join(_BARS[-(-8 * count // most)] for count in spread.histogram)
-    return (name, *spread.figures, bars)
-
-
-def _aligned(rows: list[tuple[str, ...]]) -> Iterator[str]:
-    """The lines of a table; the bars at the end are not put to the right."""
-    for line, row in zip(aligned([row[:-1] for row in rows]), rows, strict=True):
-        yield f"{line}  {row[-1]}".rstrip()
+    return "".join(_BARS[-(-8 * count // most)] for count in spread.histogram)

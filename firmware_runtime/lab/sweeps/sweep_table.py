@@ -9,7 +9,7 @@ import errno
 import io
 import json
 import os
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -91,7 +91,10 @@ def read_table(path: Path) -> Table:
     if path.suffix not in ENDINGS:
         raise ConfigError.of_one(str(path), f"expected a file named {' or '.join(ENDINGS)}")
     try:
-        rows = _from_parquet(path) if path.suffix == ".parquet" else _from_csv(path)
+        if path.suffix == ".parquet":
+            rows = module_of_extra("pyarrow.parquet", "sweep").read_table(path).to_pylist()
+        else:
+            rows = _from_csv(path)
     except OSError as error:
         absent = os.strerror(errno.ENOENT) if isinstance(error, FileNotFoundError) else None
         why = error.strerror or absent or error
@@ -160,12 +163,6 @@ def _typed(pyarrow: Any, cells: list[Cell]) -> Any:  # noqa: ANN401 -- has no ty
     return pyarrow.array(cells)
 
 
-def _from_parquet(path: Path) -> list[Row]:
-    parquet = module_of_extra("pyarrow.parquet", "sweep")
-    rows: list[Row] = parquet.read_table(path).to_pylist()
-    return rows
-
-
 # CSV ---------------------------------------------------------------------------------------------
 
 
@@ -180,11 +177,8 @@ def _csv(table: Table) -> str:
 
 def _from_csv(path: Path) -> list[Row]:
     with path.open(newline="", encoding="utf-8") as file:
-        return [dict(_values(row)) for row in csv.DictReader(file, strict=True)]
-
-
-def _values(row: Mapping[str, str]) -> Iterator[tuple[str, Cell]]:
-    return ((name, _value(text)) for name, text in row.items())
+        rows = csv.DictReader(file, strict=True)
+        return [{name: _value(text) for name, text in row.items()} for row in rows]
 
 
 def _cell(value: Cell) -> str:

@@ -29,10 +29,13 @@ _TRIED: Final = 8
 
 def faults_of(sweep: Sweep) -> list[str]:
     """Sentences, one each; settings that only some rows have are for these rows to say."""
-    faults = [*_distribution_faults(sweep), *_number_faults(sweep)]
+    sound: dict[str, str] = {}
+    faults = [*_distribution_faults(sweep, sound), *_number_faults(sweep)]
     if not faults:
         faults += _size_faults(sweep)
-    return [*faults, *_board_faults(_sound_part(sweep) if faults else sweep)]
+    if faults:  # those of the keys are found all the same
+        sweep = replace(sweep, vary=sound, runs=1, sampling="random")
+    return [*faults, *_board_faults(sweep)]
 
 
 def output_faults(output: Path | None) -> list[str]:
@@ -54,7 +57,8 @@ def output_faults(output: Path | None) -> list[str]:
     return faults
 
 
-def _distribution_faults(sweep: Sweep) -> Iterator[str]:
+def _distribution_faults(sweep: Sweep, sound: dict[str, str]) -> Iterator[str]:
+    """Check what is varied; `sound` gets the distributions that are some."""
     if not sweep.vary:
         yield "--vary: nothing is varied; expected KEY=DISTRIBUTION, such as world.seed=range(100)"
     fixed = {each.partition("=")[0].strip() for each in sweep.assignments}
@@ -65,6 +69,8 @@ def _distribution_faults(sweep: Sweep) -> Iterator[str]:
             distribution(words)
         except ValueError as error:
             yield f"--vary {key}: {error}"
+        else:
+            sound[key] = words
 
 
 def _number_faults(sweep: Sweep) -> Iterator[str]:
@@ -82,20 +88,6 @@ def _size_faults(sweep: Sweep) -> Iterator[str]:
         yield "--runs: every key is drawn at random; expected how many runs"
     elif sweep.size > MOST_RUNS:
         yield f"--vary: {sweep.size} points of a grid; expected {MOST_RUNS} at most, or --runs"
-
-
-def _sound_part(sweep: Sweep) -> Sweep:
-    """The sweep without what has faults of its own, so that those of its keys are found too."""
-    sound = {key: words for key, words in sweep.vary.items() if _is_distribution(words)}
-    return replace(sweep, vary=sound, runs=1, sampling="random")
-
-
-def _is_distribution(words: str) -> bool:
-    try:
-        distribution(words)
-    except ValueError:
-        return False
-    return True
 
 
 def _board_faults(sweep: Sweep) -> list[str]:

@@ -104,11 +104,8 @@ def _drawn(ranges: list[Interval]) -> Iterator[PlantParameters]:
 
 def of_identified(identified: "Identified") -> tuple[PlantParameters, dict[str, Interval]]:
     """A plant and its intervals; an end that nothing bounds is twice the value."""
-    intervals = {
-        key: (each.low or 0.0, 2.0 * each.value if each.high is None else each.high)
-        for key, each in identified.parameters.items()
-    }
-    return identified.plant, intervals
+    found = identified.parameters.items()
+    return identified.plant, {key: _ends(each.value, each.low, each.high) for key, each in found}
 
 
 def stated_plant(
@@ -125,7 +122,10 @@ def stated_plant(
         document = json.loads(Path(text).read_bytes())
         found = document["parameters"]
         values = {key: float(found[key]["value"]) for key in KEYS[structure]}
-        intervals = {key: _interval(found[key]) for key in KEYS[structure]}
+        intervals = {
+            key: _ordered(*_ends(values[key], found[key]["low"], found[key]["high"]))
+            for key in KEYS[structure]
+        }
         _, noise = _ordered(0.0, float(document["noise"]["deviation"]))
     except OSError as error:
         fault = f"cannot be read ({error.strerror}); expected FILE.json, or KEY=VALUE,..."
@@ -156,10 +156,9 @@ def plant_of_settings(board: Board) -> tuple[PlantParameters, dict[str, Interval
     return _by_hand(",".join(given), declared.structure), {}, 0.0
 
 
-def _interval(found: Mapping[str, Any]) -> Interval:
-    """Both ends; one that nothing bounds is twice the value. Raises ValueError."""
-    low, high = float(found["low"] or 0.0), found["high"]
-    return _ordered(low, 2.0 * float(found["value"]) if high is None else float(high))
+def _ends(value: float, low: float | None, high: float | None) -> Interval:
+    """Both ends of an interval; one that nothing bounds is twice the value."""
+    return float(low or 0.0), 2.0 * value if high is None else float(high)
 
 
 def _ordered(low: float, high: float) -> Interval:
