@@ -197,20 +197,6 @@ def test_the_balancing_robot_stands_up_as_if_it_had_been_armed_at_once() -> None
     assert apart(at_once, waited) < SAME
 
 
-@pytest.mark.parametrize("shines_from_s", [0.0, 1e3], ids=["following", "searching"])
-def test_the_head_turns_as_if_it_had_been_armed_at_once(shines_from_s: float) -> None:
-    chosen = {"world.swing_rad": 0.0, "world.shines_from_s": shines_from_s}
-    chosen["world.shines_until_s"] = 2e3
-
-    def pan_of(robot: OpenBoard) -> float:
-        return float(rig_of(robot).pan.angle_rad(robot.now))
-
-    at_once = disarmed_first("pan_tilt", chosen, 0.0, pan_of, 5.0)
-    waited = disarmed_first("pan_tilt", chosen, 20.0, pan_of, 5.0)
-    assert max(at_once) > 0.5
-    assert apart(at_once, waited) < SAME
-
-
 def mission_time_s(cut_s: float, at_s: float, *settings: str) -> float:
     """How long the detective takes to its target, without the time it was cut off on the way."""
     robot = virtual_detective(*settings)

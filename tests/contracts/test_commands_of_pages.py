@@ -12,7 +12,7 @@ import pytest
 from firmware_runtime.cli.main import parser
 
 ROOT = Path(__file__).parents[2]
-TEMPLATES = "firmware_runtime/host/scaffold/templates"
+TEMPLATES = "firmware_runtime/host/scaffold/chip_template"
 BLOCK = re.compile(r"^```.*?^```$|^ {4}.*?$", re.DOTALL | re.MULTILINE)
 LINE = re.compile(r"^ *(?:\$ )?(?:sudo |nice )?(?:\S*/)?firmware-runtime (.+)$", re.MULTILINE)
 SPAN = re.compile(r"`([^`]+)`")
@@ -134,7 +134,7 @@ def test_a_verb_has_the_options_that_are_named_with_it(page: Path) -> None:
 
 @of_every_page
 def test_the_targets_of_make_that_are_named_exist(page: Path) -> None:
-    makefiles = [ROOT / "Makefile", ROOT / TEMPLATES / "chip" / "Makefile"]
+    makefiles = [ROOT / "Makefile", ROOT / TEMPLATES / "Makefile"]
     rules = "\n".join(makefile.read_text(encoding="utf-8") for makefile in makefiles)
     targets = set(re.findall(r"^([a-z][\w-]*):", rules, re.MULTILINE))
     assert set(TARGET.findall(page.read_text(encoding="utf-8"))) <= targets

@@ -9,7 +9,7 @@ TOPS = "firmware_runtime|drivers|boards|sim_doubles|benchmarks|docs|tests|system
 PATH = re.compile(rf"(?<![\w/.-])((?:{TOPS})(?:/[\w.-]+)+)")
 MODULE = re.compile(r"python -m ((?:firmware_runtime|benchmarks|tests)(?:\.\w+)+)")
 PATTERNS = ("*.md", "*.yml", "*.yaml", "*.sh", "*.service", "Makefile", "pyproject.toml")
-OF_A_USER = re.compile(r"/(?:test_)?(?:x|light|rover|chipname|robotname)\.py$")
+OF_A_USER = re.compile(r"/(?:test_)?(?:x|light|rover|chipname)\.py$")
 """Files that a page asks its reader to write."""
 
 

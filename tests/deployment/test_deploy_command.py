@@ -8,7 +8,7 @@ import pytest
 
 from firmware_runtime.cli.main import main
 from firmware_runtime.errors import Status
-from firmware_runtime.host.scaffold.robot import write_robot
+from firmware_runtime.host.scaffold.package import write_robot
 from tests.support.ssh_target import HOST, SshTarget, free_port, make_key
 from tests.support.written_package import as_installed
 

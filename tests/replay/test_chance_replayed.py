@@ -15,7 +15,7 @@ from firmware_drivers.thrust_pairs import Forces
 
 from firmware_runtime.cli.main import main
 from firmware_runtime.devs.time import MILLISECOND, SECOND
-from firmware_runtime.host.scaffold.robot import write_robot
+from firmware_runtime.host.scaffold.package import write_robot
 from firmware_runtime.recording import random_state as chance
 from firmware_runtime.recording.blackbox import keyframe_schedule
 from firmware_runtime.recording.blackbox.reader import read_recording
@@ -222,11 +222,11 @@ def test_a_robot_that_draws_from_numpy_alone_is_its_replay(
     write_robot("rover", tmp_path / "rover")
     monkeypatch.setenv("FIRMWARE_RUNTIME_STATE_DIRECTORY", str(tmp_path))
     rover = as_installed(tmp_path / "rover", tmp_path / "site")
-    controller = tmp_path / "rover/rover/controller.py"
-    text = controller.read_text().replace("import math\n", "import math\n\nimport numpy as np\n")
-    drawn = "self.drive = -self.command[-1] + 0.01 * float(np.random.normal())"
-    controller.write_text(text.replace("self.drive = -self.command[-1]", drawn))
-    assert drawn in controller.read_text()
+    head = tmp_path / "rover/rover/head.py"
+    drawn = "* seconds + 0.01 * float(np.random.normal())"
+    text = head.read_text().replace("* seconds", drawn)
+    head.write_text(text.replace("\nfrom", "\nimport numpy as np\n\nfrom", 1))
+    assert drawn in head.read_text()
     ran = rover.command("run", "rover", "--doubles", "--clock", "virtual", "--for", "7")
     assert ran.returncode == 0, ran.stderr
     for words in ([], ["--from", "5.5"]):

@@ -5,12 +5,8 @@ infinities strewn in, and without them. All that leaves it, and its state at the
 """
 
 import math
-import sys
-from collections.abc import Iterator
 from enum import Enum
 from functools import partial
-from importlib import import_module
-from pathlib import Path
 from random import Random
 from typing import Any, get_args, get_type_hints
 
@@ -27,7 +23,6 @@ from firmware_runtime.devs.ports import InPort
 from firmware_runtime.devs.simulator import Simulator
 from firmware_runtime.devs.time import MILLISECOND, SECOND
 from firmware_runtime.executive.clocks import VirtualClock
-from firmware_runtime.host import scaffold
 from firmware_runtime.models.motion import Motion
 from firmware_runtime.models.pid import Pid, PidGains
 from firmware_runtime.runs.start import start_session
@@ -43,17 +38,6 @@ ROBOTS = {
 }
 NOT_FINITE = (math.nan, math.inf, -math.inf)
 VALUES = 60
-
-
-@pytest.fixture
-def scaffolded(monkeypatch: pytest.MonkeyPatch) -> Iterator[type[Atomic]]:
-    """The model of the robot that `new robot` writes which takes the distance."""
-    folder = Path(scaffold.__file__).parent / "templates" / "robot"
-    monkeypatch.syspath_prepend(str(folder))
-    before = set(sys.modules)
-    yield import_module("robotname.controller").Tracker
-    for name in set(sys.modules) - before:
-        del sys.modules[name]
 
 
 def device_free(board: str, overrides: list[str]) -> list[Atomic]:
@@ -174,23 +158,6 @@ def test_no_model_of_a_robot_keeps_a_trace_of_a_number_that_is_not_finite(robot:
         assert len(refused) == bad
         count += 1
     assert count > 0
-
-
-def test_the_scaffolded_tracker_takes_no_echo_and_refuses_what_is_no_number(
-    scaffolded: type[Atomic],
-) -> None:
-    for seed in range(5):
-        whole, sound, bad = scripts(scaffolded("tracker"), seed)
-        assert bad > 5
-        assert run(alone(scaffolded("tracker")), whole) == run(alone(scaffolded("tracker")), sound)
-    engine = alone(scaffolded("tracker"))
-    script = [
-        (SECOND, "distance", 1.0),
-        (2 * SECOND, "distance", math.inf),
-        (3 * SECOND, "distance", 1.0),
-    ]
-    heard, _ = run(engine, script)
-    assert len(heard) == 2
 
 
 @pytest.mark.parametrize("kind", [Simulator, ClassicSimulator])

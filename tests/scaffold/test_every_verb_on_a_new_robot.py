@@ -9,7 +9,7 @@ import pytest
 
 from firmware_runtime.board.local_settings import PLACE
 from firmware_runtime.errors import Status
-from firmware_runtime.host.scaffold.robot import write_robot
+from firmware_runtime.host.scaffold.package import write_robot
 from tests.support.completion import asked_for
 from tests.support.written_package import WrittenPackage, as_installed
 

@@ -1,7 +1,5 @@
 """`firmware-runtime new chip`: what it writes, that it works as written, and what it refuses."""
 
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
@@ -103,30 +101,6 @@ def test_the_command_line_knows_the_chip_once_it_is_installed(tmp_path: Path) ->
     refused = package.command("doubles", "usbip", "--chip", "light@0x10")
     assert refused.returncode == 2
     assert "expected 0x29, 0x39" in refused.stderr
-    page = package.python(
-        "-m", "firmware_runtime.host.scaffold.register_page", "light/registers.toml"
-    )
-    assert page.stdout == (tmp_path / "light" / "REGISTERS.md").read_text()
-
-
-@pytest.mark.slow
-def test_a_broken_table_leaves_the_page_as_it_was(tmp_path: Path) -> None:
-    write_chip("light", tmp_path / "light", None)
-    package = as_installed(tmp_path / "light", tmp_path / "site")
-    page = tmp_path / "light" / "REGISTERS.md"
-    before = page.read_text()
-
-    def make_page() -> int:
-        words = ["make", "-C", str(tmp_path / "light"), "page", f"PYTHON={sys.executable}"]
-        return subprocess.run(
-            words, env=package.environment, capture_output=True, check=False, timeout=120
-        ).returncode
-
-    assert (make_page(), page.read_text()) == (0, before)
-    table = tmp_path / "light" / "light" / "registers.toml"
-    table.write_text(table.read_text() + "[broken")
-    assert make_page() != 0
-    assert page.read_text() == before
 
 
 @pytest.mark.slow

@@ -1,4 +1,4 @@
-"""Register tables: every fault at once with key and reason, and the page that says the same."""
+"""Register tables: every fault at once with key and reason."""
 
 from pathlib import Path
 
@@ -6,8 +6,6 @@ import pytest
 
 from firmware_runtime.board.registers.register_file import load_table, parse_table
 from firmware_runtime.errors import ConfigError
-from firmware_runtime.host.scaffold import register_page
-from firmware_runtime.host.scaffold.register_page import page
 from sim_doubles.chips.register_table_double import RegisterTableDouble
 from sim_doubles.i2c_bus import I2cBusDouble
 from tests.support.table_chip import ABOVE_FLAGS, EIGHT_BITS, WORDS, table_of
@@ -139,7 +137,6 @@ def test_counts_above_flags_have_the_bits_that_are_left() -> None:
             word = register.word(register.value(count))
             assert register.count(word) == register.count(word | 0b101) == count
     assert supply.word(1e9) == 0xFFF8
-    assert "`supply_v`: 0.004 V a count, unsigned, from bit 3 on" in page(table_of(ABOVE_FLAGS))
 
 
 def test_flags_stay_when_the_double_measures() -> None:
@@ -151,27 +148,3 @@ def test_flags_stay_when_the_double_measures() -> None:
     double.put("SUPPLY", 0b010)
     assert bus.transaction(0x41, [b"\x02", 2]) == (3000 << 3 | 0b010).to_bytes(2)
     assert bus.transaction(0x41, [b"\x03", 2]) == b"\xff\xf0"
-
-
-def test_the_page_has_a_row_for_every_register_with_its_side_effects_and_source() -> None:
-    rows = page(table_of(EIGHT_BITS)).splitlines()[6:]
-    assert [row.split(" | ")[1] for row in rows] == ["ID", "CONTROL", "STATUS", "DATA", "COMMAND"]
-    assert "bits 0x80 clear by themselves after 500 us" in rows[1]
-    assert "bits 0x03 are cleared by reading" in rows[2]
-    assert "16, little end first" in rows[3]
-    assert "`force_n`: 0.5 N a count from -10, signed" in rows[3]
-    assert rows[4].endswith("| 5 |")
-    assert "reads 0xa5" in page(table_of(WORDS))
-
-
-def test_the_page_is_printed_and_a_faulty_table_is_bad_input(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    file = tmp_path / "x.toml"
-    monkeypatch.setattr("sys.argv", ["register_page", str(file)])
-    file.write_text(WORDS)
-    assert register_page.main() == 0
-    assert capsys.readouterr().out == page(table_of(WORDS))
-    file.write_text(HEAD)
-    assert register_page.main() == 2
-    assert "registers" in capsys.readouterr().err

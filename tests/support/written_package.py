@@ -24,7 +24,8 @@ class WrittenPackage:
     def environment(self) -> dict[str, str]:
         """What makes package and entry points visible to a Python that is started."""
         found = f"{self.site}{os.pathsep}{self.folder}"
-        return {**os.environ, "PYTHONPATH": found, "MYPYPATH": str(CHECKOUT)}
+        typed = os.pathsep.join(str(CHECKOUT / folder) for folder in ("", "drivers", "boards"))
+        return {**os.environ, "PYTHONPATH": found, "MYPYPATH": typed}
 
     def python(
         self, *words: str | Path, cwd: Path | None = None

@@ -1,1 +1,1 @@
-"""Pan-tilt: a head on two servos that follows a light, by four photocells at an ADS1115."""
+"""PanTilt: a head on two servos that follows a light, by four photocells at an ADS1115."""

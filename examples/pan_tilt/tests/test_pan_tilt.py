@@ -1,44 +1,59 @@
 """The head, whole, on its doubles in virtual time."""
 
-import pytest
+from collections.abc import Mapping
 
-from firmware_runtime import SECOND, ConfigError, open_board
+import pytest
+from firmware_drivers.servo import Servos
+from pan_tilt.rig import PanTiltRig
+
+from firmware_runtime import SECOND, ConfigError, OpenBoard, open_board
 from firmware_runtime.board import registry
 from sim_doubles.faults import FaultScript, NackAddress
 
 EYES = 0x48
-STILL = {"world.swing_rad": 0.0}
+STILL: Mapping[str, object] = {"world.swing_rad": 0.0}
+
+
+def on_doubles(settings: Mapping[str, object] = STILL) -> OpenBoard:
+    """The robot on doubles of its chips, with these settings."""
+    return open_board("pan_tilt", doubles=True, clock="virtual", set=settings)
+
+
+def rig_of(robot: OpenBoard) -> PanTiltRig:
+    """The doubles, and the world behind them."""
+    assert isinstance(robot.rig, PanTiltRig)
+    return robot.rig
 
 
 @pytest.mark.parametrize("azimuth_rad", [-1.2, -0.4, 0.0, 1.2])
 @pytest.mark.parametrize("elevation_rad", [-0.3, 0.6])
 def test_it_looks_at_a_light_wherever_it_is(azimuth_rad: float, elevation_rad: float) -> None:
     there = {"world.azimuth_rad": azimuth_rad, "world.elevation_rad": elevation_rad}
-    with open_board("pan_tilt", doubles=True, clock="virtual", set=STILL | there) as robot:
+    with on_doubles({**STILL, **there}) as robot:
         robot.run(5.0)
         assert robot.result["on_target"] is True
-        assert robot.rig.pwm.warnings == []
-        assert robot.rig.adc.warnings == []
+        assert rig_of(robot).pwm.warnings == []
+        assert rig_of(robot).adc.warnings == []
 
 
 def test_it_sees_as_well_by_a_driver_that_was_written_for_circuitpython() -> None:
     pytest.importorskip("adafruit_ads1x15", reason="adafruit-circuitpython-ads1x15 is missing")
     eyes = {"eyes.driver": "adafruit"}
-    with open_board("pan_tilt", doubles=True, clock="virtual", set=STILL | eyes) as robot:
+    with on_doubles({**STILL, **eyes}) as robot:
         robot.run(5.0)
         assert robot.result["on_target"] is True
         assert robot.statistics.bus["i2c1"].errors == 0
 
 
 def test_a_light_that_swings_is_followed() -> None:
-    with open_board("pan_tilt", doubles=True, clock="virtual") as robot:
+    with on_doubles({}) as robot:
         robot.run(8.0)
         assert robot.result["on_target"] is True
 
 
 def test_its_bus_is_as_busy_as_its_board_file_says() -> None:
-    with open_board("pan_tilt", doubles=True, clock="virtual") as robot:
-        bus = robot.rig.buses["i2c1"]
+    with on_doubles({}) as robot:
+        bus = rig_of(robot).buses["i2c1"]
         robot.run(1.0)
         before = bus.bits
         robot.run(5.0)
@@ -48,15 +63,15 @@ def test_its_bus_is_as_busy_as_its_board_file_says() -> None:
 
 def test_in_the_dark_it_searches_to_and_fro() -> None:
     dark = {"world.shines_from_s": 100.0}
-    with open_board("pan_tilt", doubles=True, clock="virtual", set=dark) as robot:
+    with on_doubles(dark) as robot:
         robot.run(5.0)
         assert robot.result["following"] is False
-        assert abs(robot.rig.pan.angle_rad(robot.now)) > 0.5
+        assert abs(rig_of(robot).pan.angle_rad(robot.now)) > 0.5
 
 
 def test_a_light_that_goes_out_is_searched_for() -> None:
     brief = {"world.shines_until_s": 3.0}
-    with open_board("pan_tilt", doubles=True, clock="virtual", set=brief) as robot:
+    with on_doubles(brief) as robot:
         robot.run(3.0)
         assert robot.result["following"] is True
         robot.run(3.0)
@@ -64,13 +79,35 @@ def test_a_light_that_goes_out_is_searched_for() -> None:
 
 
 def test_eyes_that_fall_silent_leave_the_head_where_it_looks() -> None:
-    with open_board("pan_tilt", doubles=True, clock="virtual", set=STILL) as robot:
+    with on_doubles() as robot:
         robot.run(3.0)
-        before = robot.rig.pan.angle_rad(robot.now)
+        before = rig_of(robot).pan.angle_rad(robot.now)
         silent = NackAddress(address=EYES, times=None, since=3 * SECOND)
-        robot.rig.buses["i2c1"].faults = FaultScript([silent])
+        rig_of(robot).buses["i2c1"].faults = FaultScript([silent])
         robot.run(3.0)
-        assert robot.rig.pan.angle_rad(robot.now) == pytest.approx(before, abs=0.05)
+        assert rig_of(robot).pan.angle_rad(robot.now) == pytest.approx(before, abs=0.05)
+
+
+def pans_after(disarmed_s: float, shines_from_s: float) -> list[float]:
+    """Where a head that was kept from turning for so long looks from then on."""
+    shines = {"world.shines_from_s": shines_from_s, "world.shines_until_s": 2e3}
+    with on_doubles({**STILL, **shines}) as robot:
+        servos = robot.model.components["servos"]
+        assert isinstance(servos, Servos)
+        servos.interlock = lambda: robot.now >= disarmed_s * SECOND
+        robot.run(disarmed_s)
+        seen = []
+        for _ in range(50):
+            robot.run(0.1)
+            seen.append(rig_of(robot).pan.angle_rad(robot.now))
+        return seen
+
+
+@pytest.mark.parametrize("shines_from_s", [0.0, 1e3], ids=["following", "searching"])
+def test_time_spent_disarmed_changes_no_later_answer(shines_from_s: float) -> None:
+    waited = pans_after(50.0, shines_from_s)
+    assert max(waited) > 0.5
+    assert waited == pytest.approx(pans_after(2.0, shines_from_s), abs=0.01)
 
 
 @pytest.mark.parametrize(

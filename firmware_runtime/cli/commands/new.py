@@ -9,15 +9,15 @@ from pathlib import Path
 from firmware_runtime.cli.arguments import SubParsers, add_verb
 from firmware_runtime.errors import Status
 from firmware_runtime.host.scaffold.chip import write_chip
-from firmware_runtime.host.scaffold.robot import write_robot
+from firmware_runtime.host.scaffold.package import write_robot
 
 _ROBOT = """
-The robot has one motor and one sonar and keeps its distance from a wall: a package that is complete
-and small, to be changed. Its tests run on doubles.
+The robot is a head on two servos that follows a light, a copy of the example `pan_tilt`: a package
+that is complete and small, to be changed. Its tests run on doubles.
 """
 _CHIP = """
-The package has a driver and a double made from the table, the table as a page, and the contract of
-chips as its test. Without a table it begins with an example, to be edited.
+The package has a driver and a double made from the table, and the contract of chips as its test.
+Without a table it begins with an example, to be edited.
 """
 
 

@@ -1,1 +1,1 @@
-"""Packages to begin with: templates are real files, and writing one is plain substitution."""
+"""Packages to begin with: an example for a robot, a template for a chip; words in them replaced."""

@@ -1,4 +1,4 @@
-"""A new chip: a package with driver and double made from a register table, its page, its test."""
+"""A new chip: a package with driver and double made from a register table, and its test."""
 
 import math
 from collections.abc import Iterable
@@ -9,13 +9,10 @@ from typing import Final
 from firmware_runtime.board.registers.register_file import parse_table
 from firmware_runtime.board.registers.register_table import Register, RegisterTable
 from firmware_runtime.errors import ConfigError
-from firmware_runtime.host.scaffold.names import class_name, name_fault
-from firmware_runtime.host.scaffold.package import PLACE, write_package
-from firmware_runtime.host.scaffold.register_page import page
+from firmware_runtime.host.scaffold.package import PLACE, class_name, name_fault, write_package
 from firmware_runtime.system.atomic_file import read_text
 from firmware_runtime.system.packages import installed
 
-TEMPLATE: Final = "chip"
 EXAMPLE: Final = "example_registers.toml"
 LONGEST_INLINE: Final = 30
 CHIPS: Final = "firmware_runtime.chips"
@@ -34,7 +31,7 @@ def write_chip(name: str, folder: Path, registers: Path | None) -> list[Path]:
         raise ConfigError.of_one("new chip", fault)
     text = _example(name) if registers is None else read_text(registers)
     table = parse_table(text, str(registers))
-    return write_package(TEMPLATE, folder, _words(name, table, text))
+    return write_package("chip_template", folder, _words(name, table, text))
 
 
 def _example(name: str) -> str:
@@ -59,7 +56,6 @@ def _words(name: str, table: RegisterTable, text: str) -> dict[str, str]:
         "CHIP_PRINTED": table.chip,
         "CHIP_TITLE": table.title,
         "CHIP_SOURCE": table.source,
-        "REGISTER_PAGE": page(table),
         "REGISTERS_TOML": text,
     }
 

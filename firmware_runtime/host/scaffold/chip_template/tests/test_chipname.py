@@ -1,10 +1,7 @@
 """The driver against its double: the contract of all chips, and the table register by register."""
 
-from pathlib import Path
-
 import pytest
 from firmware_runtime.hal.i2c import I2cBus
-from firmware_runtime.host.scaffold.register_page import page
 from sim_doubles.chips.register_table_double import World
 from sim_doubles.clock import Now
 from sim_doubles.contract.chip import CHECKS, Check
@@ -39,8 +36,3 @@ def test_register_table(check: TableCheck) -> None:
 
 def test_driver_and_double_know_the_same_addresses() -> None:
     assert TABLE.addresses == ADDRESSES
-
-
-def test_the_page_says_what_the_table_says() -> None:
-    written = Path(__file__).parents[1] / "REGISTERS.md"
-    assert written.read_text(encoding="utf-8") == page(TABLE), "make page writes it again"
