@@ -39,7 +39,7 @@ class DetectiveRig:
         wires.connect(radar.bus, self.radar)
         self.motors = add_treads(settings.treads, wires)
         self.arena = Arena(
-            _parameters(settings),
+            ArenaParameters(**msgspec.structs.asdict(settings.world)),
             wheel_angles=self._wheel_angles,
             wheels_change_at=self.motors.next_change_at,
             head_drive=self._head_drive,
@@ -149,13 +149,6 @@ class DetectiveRig:
         """Let the sensors take what they still have to take, then the arena go on, up to now."""
         self.wires.catch_up()
         self.arena.advance(self._now())
-
-
-def _parameters(settings: DetectiveSettings) -> ArenaParameters:
-    """The arena as board.toml describes it; that a compass hangs is its chip's matter."""
-    table = msgspec.structs.asdict(settings.world)
-    del table["radar_compass_stuck_s"], table["body_compass_stuck_s"]
-    return ArenaParameters(**table)
 
 
 def _instant(stated_s: float | None) -> int:

@@ -6,12 +6,12 @@ from typing import TYPE_CHECKING
 import msgspec
 from firmware_boards.tachobot.controller import Controller
 from firmware_boards.tachobot.result import yaw_result
-from firmware_boards.tachobot.settings import PositionSensorSettings, TachobotSettings
+from firmware_boards.tachobot.settings import TachobotSettings
 from firmware_boards.tachobot.wiring import Tachobot
 
 from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.ports import OutPort
-from firmware_runtime.devs.time import NEVER, seconds
+from firmware_runtime.devs.time import NEVER
 from firmware_runtime.hal.line_time import WireClock
 from firmware_runtime.hal.serial import SerialPort
 from firmware_runtime.models.motion import Motion
@@ -29,7 +29,7 @@ from sim_doubles.worlds.tachobot_probe import TachobotProbe
 if TYPE_CHECKING:
     from firmware_boards.tachobot.tracking import TrackingController
 
-    from sim_doubles.worlds.position_sensor import PositionSensorParameters, TruePose
+    from sim_doubles.worlds.position_sensor import TruePose
 
 
 class TachobotRig:
@@ -90,7 +90,7 @@ class TachobotRig:
             return
         from sim_doubles.worlds.position_sensor import PositionSensor  # noqa: PLC0415 -- mode track
 
-        sensor = robot.add(PositionSensor(_sensor_parameters(table), self._pose, self._now))
+        sensor = robot.add(PositionSensor(table, self._pose, self._now))
         if table.yaw:
             robot.couple(sensor.pose, robot.position_input.pose_in)
         else:
@@ -169,24 +169,6 @@ class TachobotRig:
 
 def _parameters(settings: TachobotSettings) -> TachobotParameters:
     """The plant as board.toml describes it."""
-    world = msgspec.structs.asdict(settings.world)
-    del world["position"]
     is_held = settings.controller.mode == "platform"
+    world = msgspec.structs.asdict(settings.world)
     return TachobotParameters(**world, mounting="platform" if is_held else "free")
-
-
-def _sensor_parameters(table: PositionSensorSettings) -> "PositionSensorParameters":
-    """The tracking system as board.toml describes it."""
-    from sim_doubles.worlds.position_sensor import (  # noqa: PLC0415 -- mode track
-        PositionSensorParameters,
-    )
-
-    return PositionSensorParameters(
-        period=seconds(1 / table.rate_hz),
-        delay=seconds(table.delay_s),
-        dropout=table.dropout,
-        noise_m=table.noise_m,
-        yaw_noise_rad=table.yaw_noise_rad,
-        outages=tuple((seconds(begin), seconds(end)) for begin, end in table.outages_s),
-        seed=table.seed,
-    )

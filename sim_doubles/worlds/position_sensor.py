@@ -8,12 +8,13 @@ Not modelled: a rate or a delay that wanders, a wrong body taken for the right o
 
 from collections import deque
 from collections.abc import Callable
-from dataclasses import dataclass
 from statistics import NormalDist
 from typing import NamedTuple
 
+from firmware_boards.tachobot.plant_settings import PositionSensorSettings
+
 from firmware_runtime.devs.atomic import Atomic
-from firmware_runtime.devs.time import NEVER, SECOND
+from firmware_runtime.devs.time import NEVER, SECOND, seconds
 from firmware_runtime.models.position_fix import PoseFix, PositionFix
 from sim_doubles.clock import Now
 from sim_doubles.worlds.noise import InstantNoise
@@ -27,23 +28,6 @@ class TruePose(NamedTuple):
     yaw_rad: float
 
 
-@dataclass(frozen=True, slots=True)
-class PositionSensorParameters:
-    """What the tracking system is like."""
-
-    period: int
-    """Ns from one look to the next."""
-    delay: int
-    """Ns until what was seen comes."""
-    dropout: float
-    """Share of the looks that come to nothing."""
-    noise_m: float
-    yaw_noise_rad: float
-    outages: tuple[tuple[int, int], ...]
-    """From when to when, ns, it sees nothing."""
-    seed: int
-
-
 class PositionSensor(Atomic):
     """Looks every period; sends each position a delay later, with yaw or without.
 
@@ -53,18 +37,20 @@ class PositionSensor(Atomic):
     """
 
     def __init__(
-        self, parameters: PositionSensorParameters, pose: Callable[[], TruePose], now: Now
+        self, settings: PositionSensorSettings, pose: Callable[[], TruePose], now: Now
     ) -> None:
         super().__init__("position_sensor")
         self.position = self.out_port("position", PositionFix)
         self.pose = self.out_port("pose", PoseFix)
-        self.parameters = parameters
+        self.settings = settings
+        self.period, self.delay = seconds(1 / settings.rate_hz), seconds(settings.delay_s)
+        self._outages = [(seconds(begin), seconds(end)) for begin, end in settings.outages_s]
         self._true_pose = pose
         self._now = now
-        self._noise = InstantNoise("position", parameters.seed, 1.0)
-        self._luck = InstantNoise("dropout", parameters.seed, 1.0)
+        self._noise = InstantNoise("position", settings.seed, 1.0)
+        self._luck = InstantNoise("dropout", settings.seed, 1.0)
         self._at = 0
-        self._look_at = parameters.period
+        self._look_at = self.period
         self._under_way: deque[tuple[int, TruePose, float]] = deque()
 
     def initialize(self) -> None:
@@ -86,7 +72,7 @@ class PositionSensor(Atomic):
             self._under_way.popleft()
         if self._at == self._look_at:
             self._look()
-            self._look_at += self.parameters.period
+            self._look_at += self.period
         self._hold()
 
     # ---------------------------------------------------------------------------------------------
@@ -96,23 +82,23 @@ class PositionSensor(Atomic):
         self.hold_in("watching", min(arrival, self._look_at) - self._at)
 
     def _look(self) -> None:
-        parameters, at = self.parameters, self._at
-        if any(begin <= at < end for begin, end in parameters.outages) or self._is_dropped(at):
+        settings, at = self.settings, self._at
+        if any(begin <= at < end for begin, end in self._outages) or self._is_dropped(at):
             return
         x, y, yaw = self._true_pose()
         noise_x, noise_y, noise_yaw = self._noise.at(at)
         seen = TruePose(
-            x + parameters.noise_m * noise_x,
-            y + parameters.noise_m * noise_y,
-            yaw + parameters.yaw_noise_rad * noise_yaw,
+            x + settings.noise_m * noise_x,
+            y + settings.noise_m * noise_y,
+            yaw + settings.yaw_noise_rad * noise_yaw,
         )
         # The world runs ahead by what transactions take on the wire, so the position is younger.
         ahead = self._now() - at
-        age_s = max(parameters.delay - ahead, 0) / SECOND
-        self._under_way.append((at + parameters.delay, seen, age_s))
+        age_s = max(self.delay - ahead, 0) / SECOND
+        self._under_way.append((at + self.delay, seen, age_s))
 
     def _is_dropped(self, at: int) -> bool:
-        share = self.parameters.dropout
+        share = self.settings.dropout
         if not 0.0 < share < 1.0:
             return share >= 1.0
         return self._luck.at(at)[0] < NormalDist().inv_cdf(share)

@@ -1,9 +1,9 @@
 """The arena's vehicle as a DEVS model of quantized integrators, against its closed form."""
 
 import random
-from dataclasses import replace
 
 import pytest
+from msgspec.structs import replace
 
 from firmware_runtime import open_board
 from firmware_runtime.devs.time import MILLISECOND, SECOND
@@ -45,7 +45,7 @@ def test_both_drive_alike_whatever_the_treads_get_and_remember_it() -> None:
     ],
 )
 def test_contact_stops_both_at_the_same_place_for_good(obstacle: dict[str, tuple[float]]) -> None:
-    exact, quantized = both(replace(OPEN, **obstacle))  # type: ignore[arg-type]
+    exact, quantized = both(replace(OPEN, **obstacle))
     for rig in (exact, quantized):
         rig.drive(0, 60, 60)
         assert not rig.arena.collided

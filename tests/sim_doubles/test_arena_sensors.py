@@ -1,10 +1,10 @@
 """What the sensors in the arena get: the head's angle, bearings and their sense, echoes."""
 
 import math
-from dataclasses import replace
 from itertools import pairwise
 
 import pytest
+from msgspec.structs import replace
 
 from firmware_runtime.devs.time import MILLISECOND, SECOND
 from sim_doubles.worlds.arena import ArenaParameters, CompassMounting, bridge_drive

@@ -2,9 +2,9 @@
 
 import math
 import random
-from dataclasses import replace
 
 import pytest
+from msgspec.structs import replace
 
 from firmware_runtime.devs.time import MILLISECOND, SECOND
 from sim_doubles.worlds.arena import ArenaParameters, Pose

@@ -1,29 +1,23 @@
 import math
 import statistics
-from dataclasses import replace
 
 import pytest
+from firmware_boards.tachobot.plant_settings import PositionSensorSettings
+from msgspec.structs import replace
 
 from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.simulator import Simulator
 from firmware_runtime.devs.time import MILLISECOND, SECOND
 from firmware_runtime.models.position_fix import PositionFix
-from sim_doubles.worlds.position_sensor import PositionSensor, PositionSensorParameters, TruePose
+from sim_doubles.worlds.position_sensor import PositionSensor, TruePose
 
-PLAIN = PositionSensorParameters(
-    period=50 * MILLISECOND,
-    delay=120 * MILLISECOND,
-    dropout=0.0,
-    noise_m=0.0,
-    yaw_noise_rad=0.0,
-    outages=(),
-    seed=1,
-)
+DELAY_S = 0.12
+PLAIN = PositionSensorSettings(delay_s=DELAY_S, noise_m=0.0, yaw_noise_rad=0.0)
 
 
 def sent(until_s: float, ahead: int = 0, **changes: object) -> list[tuple[int, PositionFix]]:
     """What a sensor sends of a body that moves along x at 1 m/s; its world may run ahead."""
-    parameters = replace(PLAIN, **changes)  # type: ignore[arg-type]
+    parameters = replace(PLAIN, **changes)
     top = Coupled("top")
     clock: list[Simulator] = []
 
@@ -49,7 +43,7 @@ def test_a_position_comes_a_delay_after_it_was_measured_and_says_so(ahead: int) 
 
 
 def test_without_delay_it_comes_at_once() -> None:
-    assert sent(0.06, delay=0) == [(50 * MILLISECOND, PositionFix(0.05, 2.0, 0.0))]
+    assert sent(0.06, delay_s=0.0) == [(50 * MILLISECOND, PositionFix(0.05, 2.0, 0.0))]
 
 
 @pytest.mark.slow
@@ -62,7 +56,7 @@ def test_the_stated_share_is_dropped_by_seed() -> None:
 
 
 def test_in_an_outage_nothing_is_measured() -> None:
-    origins = [at - PLAIN.delay for at, _ in sent(5.0, outages=((SECOND, 3 * SECOND),))]
+    origins = [at - DELAY_S * SECOND for at, _ in sent(5.0, outages_s=((1.0, 3.0),))]
     assert not any(SECOND <= at < 3 * SECOND for at in origins)
     assert len(origins) == 97 - 40
 

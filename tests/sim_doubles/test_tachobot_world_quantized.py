@@ -6,9 +6,8 @@ import pytest
 from msgspec.structs import replace
 
 from firmware_runtime import open_board
-from sim_doubles.worlds.quantized import QUANTA
+from sim_doubles.worlds.quantized import QUANTA, QuantizedSolver
 from sim_doubles.worlds.tachobot import TachobotParameters, TachobotWorld
-from sim_doubles.worlds.tachobot_body import Solver
 
 SECOND = 1_000_000_000
 DRY = TachobotParameters(static_friction_nm=0.06, coulomb_friction_nm=0.03)
@@ -27,7 +26,7 @@ CASES = {
 @pytest.mark.parametrize("solver", ["qss2", "qss3"])
 @pytest.mark.parametrize("parameters", CASES.values(), ids=CASES.keys())
 def test_both_move_alike_within_the_quantum_whatever_the_motors_get(
-    parameters: TachobotParameters, solver: Solver
+    parameters: TachobotParameters, solver: QuantizedSolver
 ) -> None:
     generator, duties = random.Random(7), [0.5] * 8  # noqa: S311
     exact = TachobotWorld(parameters, lambda: duties)
@@ -51,11 +50,6 @@ def test_a_bearing_that_sticks_does_not_move_at_all() -> None:
     assert world.state(SECOND)[4:] == (0.0, 0.0)
     duties = [0.55, 0.45, 0.45, 0.55] * 2  # 0.032 N m
     assert world.state(3 * SECOND)[4:] == (0.0, 0.0)
-
-
-def test_an_unknown_solver_is_refused() -> None:
-    with pytest.raises(ValueError, match="solver is 'euler'"):
-        TachobotParameters(solver="euler")  # type: ignore[arg-type]
 
 
 @pytest.mark.slow

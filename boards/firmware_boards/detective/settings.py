@@ -7,6 +7,7 @@ from firmware_drivers.tables.sonar import SonarTable
 from firmware_drivers.tables.treads import Share, TreadTable
 from msgspec import Meta
 
+from firmware_boards.detective.arena_table import ArenaTable
 from firmware_boards.detective.parameters import Parameters
 from firmware_runtime.board.settings import (
     Address,
@@ -74,41 +75,6 @@ class TurnCheckTable(Settings, frozen=True):
     tolerance_deg: Positive
     share: NotNegative
     """And so much of the commanded turn more: treads slip."""
-
-
-class ArenaTable(Settings, frozen=True):
-    """The world behind the doubles. Not used on the real robot's lines."""
-
-    target: tuple[float, float]
-    target_radius_m: Positive
-    obstacles: tuple[tuple[float, float, float], ...]
-    walls: tuple[tuple[float, float, float, float], ...]
-    start: tuple[float, float]
-    start_bearing_deg: float
-    wheel_radius_m: Positive
-    track_width_m: Positive
-    body_radius_m: Positive
-    right_slip: NotNegative
-    left_slip: NotNegative
-    slip_std: NotNegative
-    head_speed_deg_s: Positive
-    head_limit_deg: NotNegative
-    head_start_deg: float
-    radar_half_angle_deg: Positive
-    body_half_angle_deg: Positive
-    sonar_nearest_m: NotNegative
-    sonar_farthest_m: Positive
-    compass_mounting: Literal["inverted", "upright"]
-    compass_noise_deg: NotNegative
-    radar_compass_offset_deg: float
-    body_compass_offset_deg: float
-    seed: Annotated[int, Meta(ge=0)]
-    solver: Literal["exact", "qss2"] = "exact"
-    """The vehicle's motion in closed form, or as a DEVS model of quantized integrators."""
-    radar_compass_stuck_s: SecondsOrNone | None = None
-    body_compass_stuck_s: SecondsOrNone | None = None
-    low_obstacles: tuple[tuple[float, float, float], ...] = ()
-    low_walls: tuple[tuple[float, float, float, float], ...] = ()
 
 
 class DetectiveSettings(BoardSettings, frozen=True, kw_only=True):

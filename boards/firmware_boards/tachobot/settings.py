@@ -4,6 +4,7 @@ from typing import Annotated, ClassVar, Literal, TypeAlias
 
 from msgspec import Meta
 
+from firmware_boards.tachobot.plant_settings import WorldSettings
 from firmware_boards.tachobot.tracking_settings import (
     AnyTrajectory,
     ExternalPositionSettings,
@@ -195,57 +196,6 @@ class TrackSettings(ControlSettings, frozen=True, kw_only=True, tag="track"):
 
 
 ControllerSettings: TypeAlias = PlatformSettings | FreeSettings | TrackSettings
-
-
-class PositionSensorSettings(Settings, frozen=True):
-    """The room's tracking system, such as a camera; its positions come in mode `track` only."""
-
-    rate_hz: Annotated[float, Meta(ge=0, le=200)] = 20.0
-    """0: there is none."""
-    delay_s: Annotated[float, Meta(ge=0, le=2)] = 0.05
-    """From the instant of a position until it comes; it says so in `age_s`."""
-    dropout: Fraction = 0.0
-    """Share of the positions that never come."""
-    noise_m: NotNegative = 0.005
-    """Standard deviation of x and of y."""
-    yaw: bool = False
-    """Whether it measures yaw too."""
-    yaw_noise_rad: NotNegative = 0.01
-    outages_s: tuple[tuple[float, float], ...] = ()
-    """From when to when it measures nothing, such as [[20.0, 22.0]]."""
-    seed: Annotated[int, Meta(ge=0)] = 1
-
-    def faults(self) -> list[str]:
-        """What is wrong between its values."""
-        return [
-            f"world.position.outages_s: {begin} s to {end} s, expected an end after the beginning"
-            for begin, end in self.outages_s
-            if not begin < end
-        ]
-
-
-class WorldSettings(Settings, frozen=True):
-    """The plant model: what the doubles' robot is like. Not used on the real robot's buses."""
-
-    mass_kg: Positive
-    lever_arm_m: Positive
-    yaw_inertia_kg_m2: Positive
-    pair_thrust_n: Positive
-    motor_lag_s: NotNegative
-    yaw_damping_nms: NotNegative
-    static_friction_nm: NotNegative
-    coulomb_friction_nm: NotNegative
-    gyro_bias_rad_s: float
-    gyro_noise_rad_s: NotNegative
-    field_noise_t: NotNegative
-    seed: Annotated[int, Meta(ge=0)]
-    solver: Literal["exact", "qss2", "qss3"] = "exact"
-    """In closed form, or as a DEVS model of quantized integrators: docs/qss.md."""
-    accelerometer_noise_m_s2: NotNegative = 0.03
-    """Standard deviation per sample on each axis."""
-    accelerometer_bias_m_s2: float = 0.0
-    """What its level axes read at rest."""
-    position: PositionSensorSettings = PositionSensorSettings()
 
 
 class TachobotSettings(BoardSettings, frozen=True, kw_only=True):

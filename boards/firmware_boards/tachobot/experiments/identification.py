@@ -6,7 +6,7 @@ from typing import Any, Final
 from xml.etree.ElementTree import Element
 
 from firmware_boards.tachobot.experiments.square_wave import watched_s
-from firmware_boards.tachobot.settings import WorldSettings
+from firmware_boards.tachobot.plant_settings import WorldSettings
 from firmware_runtime.lab.experiments.findings import Findings
 from firmware_runtime.lab.experiments.trial import Trial
 from firmware_runtime.system.packages import module_of_extra
