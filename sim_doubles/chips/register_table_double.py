@@ -14,7 +14,7 @@ from typing import NamedTuple, TypeAlias
 
 from firmware_runtime.board.registers.register_table import Register, RegisterTable
 from sim_doubles.chips.protocol_warnings import ProtocolWarnings
-from sim_doubles.chips.word_register_target import ByteOrder, WordRegisterTarget
+from sim_doubles.chips.register_target import ByteOrder, RegisterTarget
 from sim_doubles.clock import Now
 
 World: TypeAlias = Callable[[int], Mapping[str, float]] | Mapping[str, float]
@@ -29,7 +29,7 @@ class _Place(NamedTuple):
     is_second: bool
 
 
-class RegisterTableDouble(WordRegisterTarget):
+class RegisterTableDouble(RegisterTarget):
     """A chip at `address`. World face: `word`, `put`, `warnings`, and the world's quantities."""
 
     def __init__(self, now: Now, table: RegisterTable, address: int, world: World) -> None:

@@ -1,13 +1,19 @@
 """A target with a register pointer, as most small chips have: what they share on the wire.
 
-The first byte written sets the pointer, the following ones are register contents; every byte read
-or written moves the pointer on. It is kept from one transaction to the next.
+The first byte written sets the pointer, the following ones are register contents; after each
+register that was read or written the pointer moves on. It is kept from one transaction to the next.
+
+A register is a byte unless a chip says otherwise. A word is taken when its last byte has arrived,
+and a word that is read is the one of the instant of its first byte, so it is never torn.
 """
 
 from abc import abstractmethod
+from typing import Literal, TypeAlias
 
 from sim_doubles.clock import Now
 from sim_doubles.i2c_target import Target
+
+ByteOrder: TypeAlias = Literal["big", "little"]
 
 
 class RegisterTarget(Target):
@@ -23,11 +29,14 @@ class RegisterTarget(Target):
         self._at = now()
         self._pointer = 0
         self._in_transaction = self._expects_pointer = False
+        self._taken = bytearray()  # of the word that is being written
+        self._given = b""  # what is left of the word that is being read
 
     # Bus face
 
     def start(self, address: int, *, read: bool) -> bool:
-        """Answer the addresses the chip listens to."""
+        """Answer the addresses the chip listens to; what is left of a word is dropped."""
+        self._drop()
         if not self._listens_to(address, read=read):
             return False
         if not self._in_transaction:
@@ -38,24 +47,35 @@ class RegisterTarget(Target):
         return True
 
     def write(self, byte: int) -> bool:
-        """Take the pointer, then register contents."""
+        """Take the pointer, then registers byte by byte."""
         if self._expects_pointer:
             self._expects_pointer = False
-            self._pointer = byte
-        else:
+            return self._point(byte)
+        register = self._pointer
+        if not self._writes_to(register):
+            return False
+        self._taken.append(byte)
+        if len(self._taken) == self._width(register):
+            word = int.from_bytes(self._taken, self._order(register))
+            self._taken.clear()
             self._go_on()
-            self._write_register(self._pointer, byte)
-            self._pointer = self._after(self._pointer)
+            self._write_register(register, word)
+            self._pointer = self._after(register)
         return True
 
     def read(self) -> int:
-        """Give the register at the pointer."""
-        register = self._pointer
-        self._pointer = self._after(register)
-        return self._read_register(register)
+        """Give the next byte of the register at the pointer."""
+        if not self._given:
+            register = self._pointer
+            self._pointer = self._after(register)
+            word = self._read_register(register)
+            self._given = word.to_bytes(self._width(register), self._order(register))
+        byte, self._given = self._given[0], self._given[1:]
+        return byte
 
     def stop(self) -> None:
-        """End the transaction, if it was this chip's."""
+        """End the transaction, if it was this chip's; what is left of a word is dropped."""
+        self._drop()
         if self._in_transaction:
             self._in_transaction = False
             self._end()
@@ -65,6 +85,8 @@ class RegisterTarget(Target):
         self._at = self._now()
         self._pointer = 0
         self._in_transaction = self._expects_pointer = False
+        self._taken.clear()
+        self._given = b""
 
     def _go_on(self) -> None:
         """Be where the clock is now; a message takes time on the wire."""
@@ -72,6 +94,12 @@ class RegisterTarget(Target):
         if now != self._at:
             self._at = now
             self._begin()
+
+    def _drop(self) -> None:
+        if self._taken:
+            self._taken.clear()
+            self._cut_short(self._pointer)
+        self._given = b""
 
     # What a chip says
 
@@ -84,9 +112,29 @@ class RegisterTarget(Target):
     def _end(self) -> None:
         """Do what waits for STOP."""
 
+    def _point(self, byte: int) -> bool:
+        """Take the pointer; False refuses it."""
+        self._pointer = byte
+        return True
+
     def _after(self, register: int) -> int:
         """Return where the pointer goes from a register."""
         return register + 1 & 0xFF
+
+    def _width(self, register: int) -> int:  # noqa: ARG002 (all alike unless a chip says so)
+        """Return how many bytes a register has."""
+        return 1
+
+    def _order(self, register: int) -> ByteOrder:  # noqa: ARG002 (likewise)
+        """Return which byte of a register comes first."""
+        return "big"
+
+    def _writes_to(self, register: int) -> bool:  # noqa: ARG002 (likewise)
+        """Return whether a byte for a register is acknowledged."""
+        return True
+
+    def _cut_short(self, register: int) -> None:
+        """Note that a word for a register ended before its last byte; it keeps its content."""
 
     @abstractmethod
     def _read_register(self, register: int) -> int:
@@ -94,4 +142,4 @@ class RegisterTarget(Target):
 
     @abstractmethod
     def _write_register(self, register: int, byte: int) -> None:
-        """Take a byte for a register."""
+        """Take the content of a register: a byte, or a word."""

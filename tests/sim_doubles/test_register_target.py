@@ -3,7 +3,7 @@
 import pytest
 
 from firmware_runtime.hal.wire_errors import NoAcknowledge
-from sim_doubles.chips.word_register_target import ByteOrder, WordRegisterTarget
+from sim_doubles.chips.register_target import ByteOrder, RegisterTarget
 from sim_doubles.clock import ManualClock
 from sim_doubles.i2c_bus import I2cBusDouble
 
@@ -11,7 +11,7 @@ ADDRESS = 0x36
 ONE_BYTE, READ_ONLY, LITTLE = 0x04, 0x06, 0x08
 
 
-class Chip(WordRegisterTarget):
+class Chip(RegisterTarget):
     """Words that count on, one of them of one byte; what is read changes with every reading."""
 
     def __init__(self) -> None:
