@@ -10,8 +10,9 @@ ValueError for another. An address that the class of a serial target has is none
 """
 
 import inspect
-from collections.abc import Callable, Mapping, Sequence
-from typing import NamedTuple, Protocol, runtime_checkable
+from collections.abc import Callable, Sequence
+from importlib.metadata import EntryPoint
+from typing import NamedTuple
 
 from firmware_runtime.errors import ConfigError, did_you_mean
 from firmware_runtime.system.packages import EntryPoint, installed
@@ -20,25 +21,6 @@ from sim_doubles.i2c_target import Target
 from sim_doubles.serial_target import SerialTarget
 
 GROUP = "firmware_runtime.chip_doubles"
-
-
-@runtime_checkable
-class Driving(Protocol):
-    """A double with outputs: what a chip moves or switches, for logs."""
-
-    def levels(self, at: int) -> Mapping[str, float]:
-        """How each output stands at an instant, not in the past: a share of its time, or rad/s."""
-
-    def next_change_at(self, at: int) -> int:
-        """The first instant after `at` at which an output changes by itself; else NEVER."""
-
-
-@runtime_checkable
-class Sampling(Protocol):
-    """A double that takes samples by itself, whether or not it is spoken to."""
-
-    def catch_up(self) -> None:
-        """Take the samples that are due by now."""
 
 
 class ChipDouble(NamedTuple):

@@ -28,7 +28,7 @@ from firmware_runtime.executive.configuration import Configuration
 from firmware_runtime.executive.executive import Executive
 from firmware_runtime.executive.process import ProcessSettings
 from firmware_runtime.hal.accounted_bus import AccountedBus
-from sim_doubles.rigs.rig import rig_for
+from sim_doubles.rigs.board_rig import rig_for
 
 R = TypeVar("R")
 

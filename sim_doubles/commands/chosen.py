@@ -8,8 +8,8 @@ from firmware_runtime.cli.arguments import add_board
 from firmware_runtime.cli.chosen_board import chosen_board
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.hal.line_time import WireClock
+from sim_doubles.rigs.board_rig import DoublesRig, rig_for
 from sim_doubles.rigs.chips import ChipsRig, placed
-from sim_doubles.rigs.rig import ServedRig, rig_for
 
 CHIPS: Final = "chips"
 """What chips without a board are called, where a board has its name."""
@@ -19,7 +19,7 @@ class Chosen(NamedTuple):
     """Doubles to be served, and what they are called."""
 
     name: str
-    rig: ServedRig
+    rig: DoublesRig
 
 
 def add_choice(verb: argparse.ArgumentParser) -> None:

@@ -3,14 +3,12 @@
 from collections.abc import Mapping, Sequence
 from typing import Final, NamedTuple
 
-from firmware_runtime.devs.time import NEVER
+from firmware_runtime.board.settings import BusSettings
 from firmware_runtime.errors import ConfigError
-from firmware_runtime.hal.enable_line import EnableLine
 from firmware_runtime.hal.line_time import WireClock
-from sim_doubles.chip_doubles import ChipDouble, Driving, Sampling, chip_double
-from sim_doubles.i2c_bus import I2cBusDouble
+from sim_doubles.chip_doubles import ChipDouble, chip_double
 from sim_doubles.i2c_target import Target
-from sim_doubles.serial_line import SerialLineDouble
+from sim_doubles.rigs.board_rig import BoardRig
 
 BUS: Final = "i2c1"
 BUS_HZ: Final = 400_000
@@ -60,59 +58,19 @@ def _placed(word: str) -> Placed:
     return Placed(chip, address)
 
 
-class ChipsRig:
+class ChipsRig(BoardRig):
     """The doubles of some chips, each in the world that it brings with it.
 
     Raises ConfigError for an address that a chip cannot have, and for two chips at one.
     """
 
     def __init__(self, chips: Sequence[Placed], clock: WireClock) -> None:
-        self._now = clock
-        made = _on_bus(chips, clock)
-        served = {each.name: each.chip.on_port(clock) for each in _on_ports(chips)}
-        parts: list[tuple[str, object]] = [*served.items()]
-        parts += [(name, target) for name, targets in made.items() for target in targets]
-        self._driving = {name: part for name, part in parts if isinstance(part, Driving)}
-        self._sampling = [part for _, part in parts if isinstance(part, Sampling)]
-        targets = [target for targets in made.values() for target in targets]
-        bus = I2cBusDouble(BUS, clock, targets, bus_hz=BUS_HZ, reach=clock.reach)
-        self.buses = {BUS: bus} if targets else {}
-        self.ports = {name: SerialLineDouble(name, clock, each) for name, each in served.items()}
-
-    @property
-    def enable(self) -> EnableLine | None:
-        """None: no pin of a chip is wired to anything."""
-        return None
-
-    @property
-    def outputs(self) -> dict[str, int]:
-        """How many outputs of each driving chip are on."""
-        at = self._now()
-        return {
-            name: sum(level != 0 for level in part.levels(at).values())
-            for name, part in self._driving.items()
-        }
-
-    def result(self, elapsed: int, own: Mapping[str, object]) -> dict[str, object]:  # noqa: ARG002
-        """Nothing: chips alone have no task."""
-        return {}
-
-    def catch_up(self) -> None:
-        """Let sensors that sample by themselves take what they have to."""
-        for part in self._sampling:
-            part.catch_up()
-
-    def levels(self, at: int) -> dict[str, float]:
-        """How each output stands at an instant, by chip and output: `pca9685@0x40.3`."""
-        return {
-            f"{name}.{output}": level
-            for name, part in self._driving.items()
-            for output, level in part.levels(at).items()
-        }
-
-    def next_change_at(self, at: int) -> int:
-        """The first instant after `at` at which an output changes by itself."""
-        return min((part.next_change_at(at) for part in self._driving.values()), default=NEVER)
+        on_bus = _on_bus(chips, clock)
+        super().__init__({BUS: BusSettings("/dev/null", BUS_HZ)} if on_bus else {}, clock)
+        for name, targets in on_bus.items():
+            self.connect(BUS, *targets, name=name)
+        for each in _on_ports(chips):
+            self.plug_in(each.name, each.chip.on_port(clock), name=each.name)
 
 
 def _on_bus(chips: Sequence[Placed], clock: WireClock) -> dict[str, Sequence[Target]]:

@@ -12,12 +12,10 @@ from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.ports import OutPort
 from firmware_runtime.devs.time import NEVER, SECOND, seconds
 from firmware_runtime.hal.line_time import WireClock
-from firmware_runtime.hal.serial import SerialPort
 from firmware_runtime.models.state_diagram import StateDiagram
 from sim_doubles.chips.pca9685 import Pca9685Double
-from sim_doubles.i2c_bus import I2cBusDouble
-from sim_doubles.rigs.devices import Wires, add_compass, add_sonar, add_treads
-from sim_doubles.rigs.enable import enable_line
+from sim_doubles.rigs.board_rig import BoardRig
+from sim_doubles.rigs.devices import add_compass, add_sonar, add_treads
 from sim_doubles.worlds.arena import Arena, ArenaParameters, bridge_drive
 from sim_doubles.worlds.arena_log import ArenaLog
 from sim_doubles.worlds.arena_picture import draw_run
@@ -27,17 +25,16 @@ NEAR_M = (0.05, 0.5)
 """A robot that stopped nearer or farther than this before the target has not found it."""
 
 
-class DetectiveRig:
+class DetectiveRig(BoardRig):
     """The doubles, each on the line and at the address that board.toml gives it."""
 
     def __init__(self, settings: DetectiveSettings, clock: WireClock) -> None:
+        super().__init__(settings.buses, clock, settings.output_enable)
         self._settings = settings
-        self._now = now = clock
-        self.wires = wires = Wires(settings.buses, clock)
         radar = settings.radar_motor
-        self.radar = Pca9685Double(now, radar.address, true_osc_hz=radar.osc_hz)
-        wires.connect(radar.bus, self.radar)
-        self.motors = add_treads(settings.treads, wires)
+        self.radar = Pca9685Double(self.now, radar.address, true_osc_hz=radar.osc_hz)
+        self.connect(radar.bus, self.radar, name="radar_motor")
+        self.motors = add_treads(settings.treads, self)
         self.arena = Arena(
             ArenaParameters(**msgspec.structs.asdict(settings.world)),
             wheel_angles=self._wheel_angles,
@@ -45,26 +42,23 @@ class DetectiveRig:
             head_drive=self._head_drive,
         )
         self.radar.before_change = self.motors.before_change = self.catch_up
-        self.enable = enable_line(settings.output_enable, [self.radar])
         self.log = ArenaLog(self.arena)
-        add_sonar(settings.radar_sonar, wires, self.log.radar_echoes)
-        add_sonar(settings.body_sonar, wires, self.log.body_echoes)
+        add_sonar(settings.radar_sonar, self, self.log.radar_echoes)
+        add_sonar(settings.body_sonar, self, self.log.body_echoes)
         world = settings.world
         add_compass(
             settings.radar_compass,
-            wires,
+            self,
             self.arena.radar_bearing_deg,
             _instant(world.radar_compass_stuck_s),
         )
         add_compass(
             settings.body_compass,
-            wires,
+            self,
             self.arena.body_bearing_deg,
             _instant(world.body_compass_stuck_s),
         )
-        self.ports: Mapping[str, SerialPort] = wires.ports
-        self.buses: Mapping[str, I2cBusDouble] = wires.buses()
-        self._probe = ArenaProbe(self.arena, now, self.catch_up)
+        self._probe = ArenaProbe(self.arena, self.now, self.catch_up)
 
     @property
     def shown(self) -> OutPort[float]:
@@ -81,7 +75,7 @@ class DetectiveRig:
 
     def result(self, elapsed: int, own: Mapping[str, object]) -> dict[str, object]:
         """How the mission ended: by the robot's word, and by the true state of the arena."""
-        at = self._now()
+        at = self.now()
         stopped_m = self.arena.distance_to_target(at)
         says_so = own.get("found") is True
         heading_deg = math.degrees(self.arena.pose(at).heading_rad)
@@ -95,17 +89,13 @@ class DetectiveRig:
     @property
     def outputs(self) -> dict[str, int]:
         """How many outputs of the radar's chip are on, and how many treads are not stopping."""
-        in_a_while = self.motors.speeds_rad_s(self._now() + SECOND)
-        return {
-            "radar_motor": sum(duty > 0 for duty in self.radar.duties),
-            "treads": sum(speed != 0 for speed in in_a_while),
-        }
+        in_a_while = self.motors.speeds_rad_s(self.now() + SECOND)
+        return {**super().outputs, "treads": sum(speed != 0 for speed in in_a_while)}
 
     def levels(self, at: int) -> dict[str, float]:
         """The duty of each output of the radar's chip, and how fast the motors turn, in rad/s."""
         left, right = self.motors.speeds_rad_s(at)
-        duties = {f"radar_motor.{n}": duty for n, duty in enumerate(self.radar.duties)}
-        return {**duties, "treads.left": left, "treads.right": right}
+        return {**super().levels(at), "treads.left": left, "treads.right": right}
 
     def next_change_at(self, at: int) -> int:
         """The next step of a tread's ramp, or the instant at which silence stops the treads."""
@@ -127,7 +117,7 @@ class DetectiveRig:
         """Let a controller's states go into the log."""
         controller = system.components[name] if isinstance(system, Coupled) else None
         if isinstance(controller, StateDiagram):
-            controller.watch = lambda state: self.log.enter(self._now(), name, state)
+            controller.watch = lambda state: self.log.enter(self.now(), name, state)
 
     # The world ----------------------------------------------------------------------------------
 
@@ -147,8 +137,8 @@ class DetectiveRig:
 
     def catch_up(self) -> None:
         """Let the sensors take what they still have to take, then the arena go on, up to now."""
-        self.wires.catch_up()
-        self.arena.advance(self._now())
+        super().catch_up()
+        self.arena.advance(self.now())
 
 
 def _instant(stated_s: float | None) -> int:

@@ -11,17 +11,13 @@ from firmware_boards.tachobot.wiring import Tachobot
 
 from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.ports import OutPort
-from firmware_runtime.devs.time import NEVER
 from firmware_runtime.hal.line_time import WireClock
-from firmware_runtime.hal.serial import SerialPort
 from firmware_runtime.models.motion import Motion
 from sim_doubles.chips.ak8963 import Ak8963Double
 from sim_doubles.chips.mpu9250 import Mpu9250Double
 from sim_doubles.chips.pca9685 import Pca9685Double
-from sim_doubles.i2c_target import Target
 from sim_doubles.inertial_truth import BodyMotion, Vector
-from sim_doubles.rigs.buses import buses_of
-from sim_doubles.rigs.enable import enable_line
+from sim_doubles.rigs.board_rig import BoardRig
 from sim_doubles.worlds.mounting import ChipAxes
 from sim_doubles.worlds.tachobot import TachobotParameters, TachobotWorld
 from sim_doubles.worlds.tachobot_probe import TachobotProbe
@@ -32,26 +28,24 @@ if TYPE_CHECKING:
     from sim_doubles.worlds.position_sensor import TruePose
 
 
-class TachobotRig:
+class TachobotRig(BoardRig):
     """The doubles, each at the address and with the oscillator that board.toml gives it."""
 
     def __init__(self, settings: TachobotSettings, clock: WireClock) -> None:
         thrust, imu = settings.thrust_pairs, settings.imu
-        self._settings = settings
-        self._now = now = clock.__call__  # as a method, which CPython calls sooner than an object
+        super().__init__(settings.buses, clock, settings.output_enable)
+        self._settings, now = settings, self.now
         self._axes = ChipAxes(imu.mounting)
-        wired: dict[str, list[Target]] = {name: [] for name in settings.buses}
         self.thrust = Pca9685Double(now, thrust.address, true_osc_hz=thrust.osc_hz)
         self._all_duties: tuple[float, ...] = ()
         self._propellers: tuple[float, ...] = ()
-        self.pwm_chips = {"thrust_pairs": self.thrust}
-        wired[thrust.bus].append(self.thrust)
+        self.esc: Pca9685Double | None = None
+        self.connect(thrust.bus, self.thrust, name="thrust_pairs")
         if (esc := settings.esc_in_use) is not None:
-            self.pwm_chips["esc"] = Pca9685Double(now, esc.address, true_osc_hz=esc.osc_hz)
-            wired[esc.bus].append(self.pwm_chips["esc"])
+            self.esc = Pca9685Double(now, esc.address, true_osc_hz=esc.osc_hz)
+            self.connect(esc.bus, self.esc, name="esc")
         self.world = TachobotWorld(_parameters(settings), self._propeller_duties)
         self.thrust.before_change = self.catch_up
-        self.enable = enable_line(settings.output_enable, list(self.pwm_chips.values()))
         field, motion = self._felt()
         self.magnetometer = Ak8963Double(now, field, noise_seed=None)
         self.imu = Mpu9250Double(  # the world has its noise
@@ -59,13 +53,7 @@ class TachobotRig:
         )
         self._probe = TachobotProbe(self.world, now, self.catch_up)
         self._tracked: TrackingController | None = None
-        wired[imu.bus] += self.imu.targets
-        self.buses = buses_of(settings.buses, wired, clock)
-
-    @property
-    def ports(self) -> Mapping[str, SerialPort]:
-        """None: all of its chips are on I2C."""
-        return {}
+        self.connect(imu.bus, *self.imu.targets)
 
     @property
     def shown(self) -> OutPort[float]:
@@ -90,7 +78,7 @@ class TachobotRig:
             return
         from sim_doubles.worlds.position_sensor import PositionSensor  # noqa: PLC0415 -- mode track
 
-        sensor = robot.add(PositionSensor(table, self._pose, self._now))
+        sensor = robot.add(PositionSensor(table, self._pose, self.now))
         if table.yaw:
             robot.couple(sensor.pose, robot.position_input.pose_in)
         else:
@@ -100,7 +88,7 @@ class TachobotRig:
         from sim_doubles.worlds.position_sensor import TruePose  # noqa: PLC0415 -- mode track
 
         self.catch_up()
-        state = self.world.state(self._now())
+        state = self.world.state(self.now())
         return TruePose(state.x_m, state.y_m, state.yaw_rad)
 
     def result(self, elapsed: int, own: Mapping[str, object]) -> dict[str, object]:  # noqa: ARG002
@@ -116,31 +104,12 @@ class TachobotRig:
 
             return track_result(self._tracked, Pose(*self._pose()))
         self.catch_up()
-        state = self.world.state(self._now())
+        state = self.world.state(self.now())
         yaw = Motion(state.yaw_rad, state.yaw_rate_rad_s)
         reference_rad = own.get("yaw_reference_rad")
         if not isinstance(reference_rad, float):
             reference_rad = self._settings.controller.yaw.reference_rad
         return yaw_result(reference_rad, yaw, has_begun=own.get("yaw_rad", ...) is not None)
-
-    @property
-    def outputs(self) -> dict[str, int]:
-        """How many outputs of each PCA9685 are on."""
-        return {
-            name: sum(duty > 0 for duty in chip.duties) for name, chip in self.pwm_chips.items()
-        }
-
-    def levels(self, at: int) -> dict[str, float]:  # noqa: ARG002 -- none changes by itself
-        """The duty of each output of every PCA9685."""
-        return {
-            f"{name}.{channel}": duty
-            for name, chip in self.pwm_chips.items()
-            for channel, duty in enumerate(chip.duties)
-        }
-
-    def next_change_at(self, at: int) -> int:  # noqa: ARG002 -- at no instant
-        """Never: a PCA9685 keeps its duties until they are written."""
-        return NEVER
 
     def _propeller_duties(self) -> tuple[float, ...]:
         duties = self.thrust.duties
@@ -152,7 +121,7 @@ class TachobotRig:
     def catch_up(self) -> None:
         """Let the sensor take what it still has to take, then the plant go on, up to now."""
         self.imu.catch_up()
-        self.world.advance(self._now())
+        self.world.advance(self.now())
 
     def _felt(self) -> tuple[Callable[[int], Vector], Callable[[int], BodyMotion]]:
         """Field and motion in the chip's axes; the world's own where those are the body's."""

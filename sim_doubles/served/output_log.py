@@ -15,7 +15,7 @@ instant at which it happened, even if the server woke later.
 
 from pathlib import Path
 
-from sim_doubles.rigs.rig import ServedRig
+from sim_doubles.rigs.board_rig import DoublesRig
 from sim_doubles.served.event_log import EventLog
 
 
@@ -25,7 +25,7 @@ class OutputLog(EventLog):
     Raises ServingError if the file cannot be made or written.
     """
 
-    def __init__(self, path: Path, rig: ServedRig) -> None:
+    def __init__(self, path: Path, rig: DoublesRig) -> None:
         super().__init__(path)
         self._rig = rig
         self._at = 0

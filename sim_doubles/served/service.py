@@ -27,7 +27,7 @@ from firmware_runtime.hal.served.packets import (
 )
 from sim_doubles.clock import Now
 from sim_doubles.faults import AdapterError, FaultScript
-from sim_doubles.rigs.rig import ServedRig
+from sim_doubles.rigs.board_rig import DoublesRig
 from sim_doubles.served.output_log import OutputLog
 
 T = TypeVar("T")
@@ -61,7 +61,7 @@ class DoublesService:
     While a question is answered, only wire time passes on their clock.
     """
 
-    def __init__(self, board: str, rig: ServedRig, now: Now, log: OutputLog) -> None:
+    def __init__(self, board: str, rig: DoublesRig, now: Now, log: OutputLog) -> None:
         self._board = board
         self._rig = rig
         self._now = now

@@ -34,7 +34,8 @@ from firmware_runtime.board.bus_loads import bus_loads
 from firmware_runtime.board.robot import Robot
 from firmware_runtime.board.settings import BoardSettings, BusSettings
 from firmware_runtime.devs.coupled import Coupled
-from sim_doubles.rigs.devices import Wires, add_sonar
+from sim_doubles.rigs.board_rig import BoardRig
+from sim_doubles.rigs.devices import add_sonar
 
 
 class BatSettings(BoardSettings, frozen=True, kw_only=True):
@@ -56,9 +57,9 @@ def devices(settings, kind=Device):
 
 
 def doubles(settings, clock, distance_m):
-    wires = Wires(settings.buses, clock)
-    add_sonar(settings.ear, wires, lambda at: [distance_m])
-    return wires
+    rig = BoardRig(settings.buses, clock)
+    add_sonar(settings.ear, rig, lambda at: [distance_m])
+    return rig
 
 
 BOARD = BoardDefinition(
@@ -93,10 +94,10 @@ def received(*assignments: str) -> list[float]:
 
     board = registry.load("bat", assignments)
     simulators: list[Simulator] = []
-    wires = doubles(
+    rig = doubles(
         board.settings, FollowingClock(lambda: simulators[0].now if simulators else 0), 0.75
     )
-    robot = board.build(Lines(wires.buses(), wires.ports))
+    robot = board.build(Lines(rig.buses, rig.ports))
     simulators.append(Simulator(robot.model, checked=True))
     found: list[float] = []
     simulators[0].listen(

@@ -351,13 +351,13 @@ def test_a_broken_rig_is_named(heron: Heron, rig: str) -> None:
 
 
 RIG_OF_NOTHING = """
-from sim_doubles.rigs.buses import buses_of
+from sim_doubles.i2c_bus import I2cBusDouble
 
 class HeronRig:
     ports = outputs = {}
     enable = shown = None
     def __init__(self, settings, clock):
-        self.buses = buses_of(settings.buses, {"i2c1": []}, clock)
+        self.buses = {"i2c1": I2cBusDouble("i2c1", clock, ())}
     def attach(self, robot):
         pass
     def result(self, elapsed, own):

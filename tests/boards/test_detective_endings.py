@@ -27,7 +27,7 @@ class Supplied(Protocol):
 
 def chips_of(robot: VirtualDetective) -> dict[str, Supplied]:
     """Every chip on the bus, with a number where there are two of a kind."""
-    wired = robot.rig.wires.targets["i2c1"]
+    wired = robot.rig.buses["i2c1"].targets
     return {
         f"{type(chip).__name__}{number}": cast("Supplied", chip)
         for number, chip in enumerate(wired)

@@ -215,7 +215,8 @@ def test_a_turned_imu_gives_the_same_flight(mounting: str) -> None:
 
 def test_free_mode_lifts_first_and_then_holds_x_y_and_yaw() -> None:
     robot = virtual_tachobot("controller.mode=free", "controller.x.reference_m=0.5")
-    esc = robot.rig.pwm_chips["esc"]
+    esc = robot.rig.esc
+    assert esc is not None
     robot.run(2.9)
     assert esc.duty(0) == pytest.approx(1000e-6 * 50, abs=1 / 4096)
     assert robot.rig.thrust.all_off

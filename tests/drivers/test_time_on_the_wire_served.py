@@ -16,7 +16,7 @@ from firmware_runtime.hal.accounted_bus import AccountedBus
 from firmware_runtime.hal.served.client import ServedBus
 from firmware_runtime.hal.served.connection import Connection
 from sim_doubles.i2c_bus import I2cBusDouble
-from sim_doubles.rigs.rig import DoublesRig
+from sim_doubles.rigs.board_rig import DoublesRig
 from sim_doubles.served.output_log import OutputLog
 from sim_doubles.served.server import DoublesServer, RealClock
 from sim_doubles.served.service import DoublesService

@@ -32,7 +32,7 @@ from firmware_runtime.runs.open_lines import open_lines
 from firmware_runtime.runs.start import start_session
 from firmware_runtime.statistics.paths import directories
 from sim_doubles.faults import FaultScript, NackAddress
-from sim_doubles.rigs.rig import DoublesRig, rig_for
+from sim_doubles.rigs.board_rig import DoublesRig, rig_for
 from tests.support.served_rig import served_rig
 
 TURNING = 1.0

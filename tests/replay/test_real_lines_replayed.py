@@ -24,7 +24,7 @@ from firmware_runtime.runs import hardware
 from firmware_runtime.runs.open_lines import open_lines
 from firmware_runtime.runs.start import start_session
 from sim_doubles.faults import AdapterError, FaultScript
-from sim_doubles.rigs.rig import rig_for
+from sim_doubles.rigs.board_rig import rig_for
 from sim_doubles.serial_pty import SerialPty
 from tests.support.kernel_i2c import KernelI2c, real_smbus
 from tests.support.replayed import check_identical

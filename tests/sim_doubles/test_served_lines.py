@@ -15,7 +15,7 @@ from firmware_runtime.hal.served.client import ServedBus, ServedDoubles, ServedP
 from firmware_runtime.hal.wire_errors import BusAbsent, BusFault, HalError, PortClosed
 from sim_doubles.clock import ManualClock
 from sim_doubles.faults import AdapterError, FaultScript
-from sim_doubles.rigs.rig import DoublesRig, rig_for
+from sim_doubles.rigs.board_rig import DoublesRig, rig_for
 from sim_doubles.serial_line import SerialLineDouble
 from tests.support.served_rig import SERIAL_SONAR, SERIAL_TREADS, ServedRig, served_rig
 

@@ -25,7 +25,7 @@ from firmware_runtime.hal.served.packets import (
     read_answer,
 )
 from firmware_runtime.hal.wire_errors import BusAbsent, BusInUse, BusTimeout
-from sim_doubles.rigs.rig import rig_for
+from sim_doubles.rigs.board_rig import rig_for
 from sim_doubles.served import server
 from sim_doubles.served.errors import ServingError
 from sim_doubles.served.output_log import OutputLog

@@ -14,7 +14,7 @@ from firmware_runtime.board import registry
 from firmware_runtime.hal.budget import transaction_ns
 from firmware_runtime.hal.i2c import Message
 from sim_doubles.clock import ManualClock
-from sim_doubles.rigs.rig import rig_for
+from sim_doubles.rigs.board_rig import rig_for
 from sim_doubles.usbip.i2c_tiny_usb import FUNCTIONALITY, PRODUCT, VENDOR, I2cTinyUsb
 from sim_doubles.usbip.packets import Conversation
 from sim_doubles.usbip.plugged import transfer_of

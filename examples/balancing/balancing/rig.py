@@ -9,44 +9,32 @@ from balancing.wiring import Balancing
 from balancing.world import Drive, World
 from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.ports import OutPort
-from firmware_runtime.devs.time import NEVER
 from firmware_runtime.hal.line_time import WireClock
-from firmware_runtime.hal.serial import SerialPort
 from firmware_runtime.models.motion import Motion
 from sim_doubles.chips.ak8963 import Ak8963Double
 from sim_doubles.chips.mpu9250 import Mpu9250Double
 from sim_doubles.chips.pca9685 import Pca9685Double
-from sim_doubles.i2c_target import Target
 from sim_doubles.inertial_truth import InertialTruth
-from sim_doubles.rigs.buses import buses_of
-from sim_doubles.rigs.enable import enable_line
+from sim_doubles.rigs.board_rig import BoardRig
 from sim_doubles.worlds.mounting import ChipAxes
 
 
-class BalancingRig:
+class BalancingRig(BoardRig):
     """The doubles, each on the bus and at the address that board.toml gives it."""
 
     def __init__(self, settings: BalancingSettings, clock: WireClock) -> None:
         imu, wheels = settings.imu, settings.wheels
+        super().__init__(settings.buses, clock, settings.output_enable)
         self._settings = settings
-        self._now = clock
         self._axes = ChipAxes(imu.mounting)
         self.pwm = Pca9685Double(clock, wheels.address, true_osc_hz=wheels.osc_hz)
         self.world = World(settings.world, self._drives)
         self.pwm.before_change = self.catch_up
         magnetometer = Ak8963Double(clock, lambda at: self._truth(at).field)
         self.imu = Mpu9250Double(clock, self._truth, imu.address, magnetometer=magnetometer)
-        self.enable = enable_line(settings.output_enable, [self.pwm])
-        wired: dict[str, list[Target]] = {name: [] for name in settings.buses}
-        wired[imu.bus] += self.imu.targets
-        wired[wheels.bus].append(self.pwm)
-        self.buses = buses_of(settings.buses, wired, clock)
+        self.connect(imu.bus, *self.imu.targets)
+        self.connect(wheels.bus, self.pwm, name="wheels")
         self._probe = Probe(self.world, self.catch_up)
-
-    @property
-    def ports(self) -> Mapping[str, SerialPort]:
-        """None: its chips are on I2C."""
-        return {}
 
     @property
     def shown(self) -> OutPort[float]:
@@ -61,27 +49,14 @@ class BalancingRig:
 
     def catch_up(self) -> None:
         """Let the sensor take what it still has to take, then the world go on, up to now."""
-        self.imu.catch_up()
-        self.world.advance(self._now())
+        super().catch_up()
+        self.world.advance(self.now())
 
     def result(self, elapsed: int, own: Mapping[str, object]) -> dict[str, object]:  # noqa: ARG002
         """The true pitch and place now, whatever the robot takes them for."""
         self.catch_up()
         world = self.world
         return result(Motion(world.pitch_rad, world.pitch_rate_rad_s), world.place_m)
-
-    @property
-    def outputs(self) -> dict[str, int]:
-        """How many outputs of the PCA9685 are on."""
-        return {"wheels": sum(duty > 0 for duty in self.pwm.duties)}
-
-    def levels(self, at: int) -> dict[str, float]:  # noqa: ARG002 -- none changes by itself
-        """The duty of each output."""
-        return {f"wheels.{channel}": duty for channel, duty in enumerate(self.pwm.duties)}
-
-    def next_change_at(self, at: int) -> int:  # noqa: ARG002 -- at no instant
-        """Never: a PCA9685 keeps its duties."""
-        return NEVER
 
     def _drives(self) -> tuple[Drive, Drive]:
         wheels = self._settings.wheels

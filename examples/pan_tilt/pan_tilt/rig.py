@@ -4,44 +4,32 @@ from collections.abc import Mapping
 
 from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.ports import OutPort
-from firmware_runtime.devs.time import NEVER
 from firmware_runtime.hal.line_time import WireClock
-from firmware_runtime.hal.serial import SerialPort
 from pan_tilt.settings import PanTiltSettings, ServoTable
 from pan_tilt.wiring import PanTilt
 from pan_tilt.world import Light, Probe
 from sim_doubles.chips.ads1115 import Ads1115Double
 from sim_doubles.chips.pca9685 import Pca9685Double
-from sim_doubles.i2c_target import Target
-from sim_doubles.rigs.buses import buses_of
-from sim_doubles.rigs.enable import enable_line
+from sim_doubles.rigs.board_rig import BoardRig
 from sim_doubles.worlds.servo import ServoParameters, ServoPlant, pulse_of
 
 ON_TARGET_RAD = 0.1
 
 
-class PanTiltRig:
+class PanTiltRig(BoardRig):
     """The doubles, each on the bus and at the address that board.toml gives it."""
 
     def __init__(self, settings: PanTiltSettings, clock: WireClock) -> None:
         eyes, servos = settings.eyes, settings.servos
-        self._now = clock
+        super().__init__(settings.buses, clock, settings.output_enable)
         self.pwm = Pca9685Double(clock, servos.address, true_osc_hz=servos.osc_hz)
         self.pan, self.tilt = self._servo(servos.pan), self._servo(servos.tilt)
         self.light = Light(settings.world)
         self.adc = Ads1115Double(clock, eyes.address, inputs=self._voltages)
         self.pwm.before_change = self.catch_up
-        self.enable = enable_line(settings.output_enable, [self.pwm])
-        wired: dict[str, list[Target]] = {name: [] for name in settings.buses}
-        wired[eyes.bus].append(self.adc)
-        wired[servos.bus].append(self.pwm)
-        self.buses = buses_of(settings.buses, wired, clock)
-        self._probe = Probe(lambda: (self._error_rad(), self.pan.angle_rad(self._now())))
-
-    @property
-    def ports(self) -> Mapping[str, SerialPort]:
-        """None: its chips are on I2C."""
-        return {}
+        self.connect(eyes.bus, self.adc)
+        self.connect(servos.bus, self.pwm, name="servos")
+        self._probe = Probe(lambda: (self._error_rad(), self.pan.angle_rad(self.now())))
 
     @property
     def shown(self) -> OutPort[float]:
@@ -56,29 +44,16 @@ class PanTiltRig:
 
     def catch_up(self) -> None:
         """Let the converter take what it still has to take, then the servos turn, up to now."""
-        self.adc.catch_up()
+        super().catch_up()
         for servo in (self.pan, self.tilt):
-            servo.advance(self._now())
+            servo.advance(self.now())
 
     def result(self, elapsed: int, own: Mapping[str, object]) -> dict[str, object]:  # noqa: ARG002
         """How far beside the light the head looks, and whether it is on target."""
         self.catch_up()
         error_rad = self._error_rad()
-        shines = self.light.shines(self._now())
+        shines = self.light.shines(self.now())
         return {**own, "error_rad": error_rad, "on_target": shines and error_rad <= ON_TARGET_RAD}
-
-    @property
-    def outputs(self) -> dict[str, int]:
-        """How many outputs of the PCA9685 are on."""
-        return {"servos": sum(duty > 0 for duty in self.pwm.duties)}
-
-    def levels(self, at: int) -> dict[str, float]:  # noqa: ARG002 -- none changes by itself
-        """The duty of each output."""
-        return {f"servos.{channel}": duty for channel, duty in enumerate(self.pwm.duties)}
-
-    def next_change_at(self, at: int) -> int:  # noqa: ARG002 -- at no instant
-        """Never: a PCA9685 keeps its duties."""
-        return NEVER
 
     def _servo(self, table: ServoTable) -> ServoPlant:
         given = ServoParameters(
@@ -93,5 +68,5 @@ class PanTiltRig:
         return self.light.voltages(at, self.pan.angle_rad(at), self.tilt.angle_rad(at))
 
     def _error_rad(self) -> float:
-        at = self._now()
+        at = self.now()
         return self.light.error(at, self.pan.angle_rad(at), self.tilt.angle_rad(at))
