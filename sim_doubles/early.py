@@ -10,19 +10,38 @@ before that it fails, as a bus does whose adapter is gone. What a test itself op
 import os
 from collections.abc import Iterator
 from contextlib import contextmanager
-from typing import Any
+from typing import Any, Self
 
 _allowed: list[bool] = []
 
 
+class OpenBus(int):
+    """The descriptor of an open bus, behind whose path doubles may be plugged in."""
+
+    path: str
+    is_real: bool
+    """Whether it is the descriptor of a device node; as one of nothing, using it fails."""
+    address = 0
+    """The chip that SMBus calls go to."""
+    has_codes = False
+    """Whether they have packet error codes."""
+
+    @classmethod
+    def of_nothing(cls, path: str) -> Self:
+        """Return a descriptor that stands for a device node."""
+        return cls.of(os.open(os.devnull, os.O_RDWR | os.O_CLOEXEC), path, is_real=False)
+
+    @classmethod
+    def of(cls, descriptor: int, path: str, *, is_real: bool) -> Self:
+        """Return this descriptor, which knows its path."""
+        made = cls(descriptor)
+        made.path, made.is_real = path, is_real
+        return made
+
+
 def is_allowed() -> bool:
-    """Whether a bus may be opened that nothing is plugged in at."""
+    """Return whether a bus may be opened that nothing is plugged in at."""
     return bool(_allowed)
-
-
-def placeholder() -> int:
-    """Return a descriptor to stand for the device node; using it as one fails."""
-    return os.open(os.devnull, os.O_RDWR | os.O_CLOEXEC)
 
 
 @contextmanager
@@ -33,11 +52,12 @@ def openings() -> Iterator[None]:
     really_open = SMBus.open
 
     def open_early(port: Any, bus: int | str) -> None:  # noqa: ANN401
-        port._path = f"/dev/i2c-{bus}" if isinstance(bus, int) else bus  # noqa: SLF001
+        path = f"/dev/i2c-{bus}" if isinstance(bus, int) else bus
         try:
             really_open(port, bus)
+            port.fd = OpenBus.of(port.fd, path, is_real=True)
         except FileNotFoundError:
-            port.fd = placeholder()
+            port.fd = OpenBus.of_nothing(path)
 
     SMBus.open = open_early  # type: ignore[method-assign, assignment]
     _allowed.append(True)

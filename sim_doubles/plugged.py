@@ -15,7 +15,7 @@ from pathlib import PurePath
 from time import monotonic_ns
 from types import TracebackType
 
-from sim_doubles.early import is_allowed
+from sim_doubles.early import OpenBus, is_allowed
 from sim_doubles.i2c_adapter import ADAPTERS
 from sim_doubles.i2c_bus import I2cBusDouble
 from sim_doubles.i2c_target import Target
@@ -79,6 +79,11 @@ def functions(path: str) -> int:
     raise FileNotFoundError(
         errno.ENOENT, "no bus of doubles is plugged in here (sim_doubles.plug)", path
     )
+
+
+def answers_at(descriptor: OpenBus) -> bool:
+    """Return whether doubles answer there, or fail there, and no real adapter does."""
+    return not descriptor.is_real or descriptor.path in _buses
 
 
 def bus_at(path: str) -> I2cBusDouble:

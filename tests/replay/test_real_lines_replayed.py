@@ -1,6 +1,6 @@
 """A run on smbus2's calls of the kernel and on a pseudo-terminal is its replay, failures too.
 
-The kernel under smbus2 is `tests.support.kernel_i2c`: a bus of doubles that answers its ioctls. On
+The kernel under smbus2 is `sim_doubles.smbus`: a bus of doubles that answers its ioctls. On
 `/dev/i2c-N` of a module of the kernel the same is a test of its own, where there is one.
 """
 
@@ -24,9 +24,10 @@ from firmware_runtime.runs import hardware
 from firmware_runtime.runs.open_lines import open_lines
 from firmware_runtime.runs.start import start_session
 from sim_doubles.faults import AdapterError, FaultScript
+from sim_doubles.plugged import plug
 from sim_doubles.rigs.board_rig import rig_for
 from sim_doubles.serial_pty import SerialPty
-from tests.support.kernel_i2c import KernelI2c, real_smbus
+from sim_doubles.smbus import SMBus, ioctl
 from tests.support.replayed import check_identical
 from tests.support.served_rig import SERIAL_SONAR
 
@@ -51,9 +52,9 @@ def lines(monkeypatch: pytest.MonkeyPatch) -> Iterator[RealLines]:
         def opened(board: Any, _doubles: None, interlock: Any, time: Any, recorder: Any) -> Any:  # noqa: ANN401
             found.rig = rig = rig_for(board, time)
             (bus,) = rig.buses.values()
-            monkeypatch.setattr(linux, "ioctl", KernelI2c(bus).ioctl)
-            smbus: Any = real_smbus(monkeypatch, bus)
-            buses = {name: linux.LinuxI2cBus(name, smbus) for name in rig.buses}
+            monkeypatch.setattr(linux, "ioctl", ioctl)
+            stack.enter_context(plug(bus.name, bus))
+            buses = {name: linux.LinuxI2cBus(name, SMBus(bus.name)) for name in rig.buses}
             ports = {}
             for name, line in rig.ports.items():
                 target: Any = vars(line)["_target"]
