@@ -55,7 +55,7 @@ class SMBus(smbus2.SMBus):
         if not isinstance(bus, int | str):
             raise TypeError(f"Unexpected type(bus)={type(bus)}")
         path = plugged.path_of(bus)
-        self.funcs = plugged.functions(path)
+        self.funcs = I2cFunc(plugged.functions(path))
         self.fd = OpenBus.of_nothing(path)
 
     def read_i2c_block_data(
@@ -72,7 +72,7 @@ class SMBus(smbus2.SMBus):
 def ioctl(descriptor: Any, request: int, argument: Any = 0) -> int:  # noqa: ANN401 -- as fcntl's
     """Answer a system call of smbus2: by the doubles behind an open bus, else by the kernel."""
     if not isinstance(descriptor, OpenBus) or not plugged.answers_at(descriptor):
-        return fcntl.ioctl(descriptor, request, argument)
+        return int(fcntl.ioctl(descriptor, request, argument))
     bus = plugged.bus_at(descriptor.path)
     match request:
         case system.I2C_SLAVE | system.I2C_SLAVE_FORCE:
@@ -97,15 +97,8 @@ def _combine(bus: I2cBusDouble, msgs: Sequence[Any]) -> None:
     """Carry out messages as one transaction; what was read is in those that read."""
     if not msgs:
         raise os_error(errno.EINVAL)
-    answer = bus.transfer_parts(
-        [
-            (
-                msg.addr,
-                msg.len if msg.flags & system.I2C_M_RD else ctypes.string_at(msg.buf, msg.len),
-            )
-            for msg in msgs
-        ]
-    )
+    parts = [(msg.addr, msg.len if msg.flags & system.I2C_M_RD else bytes(msg)) for msg in msgs]
+    answer = bus.transfer_parts(parts)
     for msg in msgs:
         if msg.flags & system.I2C_M_RD:
             ctypes.memmove(msg.buf, answer, msg.len)

@@ -110,7 +110,7 @@ CALLS: dict[str, tuple[Callable[[SMBus], object], object, list[str]]] = {
     "no messages": (lambda bus: bus.i2c_rdwr(), errno.EINVAL, []),
     "pec": (lambda bus: bus.pec, 0, []),
     "funcs": (lambda bus: bus.funcs, 0x0EFF0009, []),
-    "after close": (lambda bus: (bus.close(), bus.read_byte(ADDRESS)), TypeError, []),
+    "before open": (lambda _: SMBus().read_byte(ADDRESS), TypeError, []),
 }
 
 
@@ -132,7 +132,7 @@ def test_messages_go_to_addresses_of_their_own(bus: I2cBusDouble) -> None:
     first, second = i2c_msg.read(ADDRESS, 1), i2c_msg.read(0x40, 1)
     bus.be_behind("i2c-gpio")
     SMBus(1).i2c_rdwr(i2c_msg.write(0x40, [0x00]), second, first)
-    assert (list(second), list(first)) == ([0x11], [0x00])
+    assert (bytes(second), bytes(first)) == (b"\x11", b"\x00")
 
 
 def test_a_bus_is_opened_by_path_or_later_or_for_a_while(bus: I2cBusDouble) -> None:
