@@ -26,8 +26,7 @@ from sim_doubles.i2c_transaction import BlockRead, Transaction
 from sim_doubles.i2c_wire import Wire, WireTiming, os_error
 
 if TYPE_CHECKING:  # what only a script of faults needs is not made for a bus without one
-    from sim_doubles.faults import FaultScript
-    from sim_doubles.i2c_alteration import Alteration
+    from sim_doubles.faults import Alteration, FaultScript
 
 __all__ = ["BlockRead", "I2cBusDouble", "Target", "Transaction"]
 

@@ -13,7 +13,6 @@ the environment, so it imports nothing of the doubles until a fixture is used.
 import sys
 from collections.abc import Callable, Generator, Iterator
 from contextlib import ExitStack
-from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import pytest
@@ -94,16 +93,16 @@ def doubles_clock(request: pytest.FixtureRequest) -> "WireClock":
     if "virtual_time" in request.fixturenames:
         clock: VirtualTime = request.getfixturevalue("virtual_time")
         return clock
-    from sim_doubles.testing.virtual_time import RunningTime
+    from sim_doubles.testing.virtual_time import running_time
 
-    return RunningTime()
+    return running_time()
 
 
 @pytest.fixture
 def i2c_buses(doubles_clock: "WireClock", monkeypatch: pytest.MonkeyPatch) -> "Iterator[TestBuses]":
     """The test's buses by number, for a robot with more than one."""
     from sim_doubles.testing.buses import TestBuses
-    from sim_doubles.testing.openings import open_doubles
+    from sim_doubles.testing.substitution import open_doubles
 
     open_doubles(monkeypatch)
     buses = TestBuses(doubles_clock)
@@ -146,9 +145,14 @@ def no_protocol_warning(
     i2c_buses: "TestBuses", serial_doubles: "SerialDoubles"
 ) -> Callable[[], None]:
     """Fails the test whose devices were asked what no real one takes; call it to look."""
-    from sim_doubles.testing.no_warnings import check
 
-    return partial(check, (i2c_buses, serial_doubles))
+    def check() -> None:
+        __tracebackhide__ = True
+        if warnings := [*i2c_buses.warnings(), *serial_doubles.warnings()]:
+            listing = "\n".join(f"  {each}" for each in warnings)
+            pytest.fail(f"protocol warnings, expected none:\n{listing}", pytrace=False)
+
+    return check
 
 
 @pytest.hookimpl(wrapper=True)

@@ -1,4 +1,4 @@
-"""Serial lines of doubles: in process as a port a driver speaks to, or as a real pseudo-terminal.
+"""A serial line of doubles, in process: a port that a driver speaks to.
 
 Bytes reach a target at the instant they are written, as if they took no time on the wire; drivers
 count their waits from when they have left all the same (`hal.timed_port`). What a target sends
@@ -8,8 +8,6 @@ harm; an output buffer that fills, an input buffer that overflows.
 A line is opened by making it: what the target sent before is lost, as on a closed port.
 """
 
-import os
-import tty
 from collections import deque
 from typing import NamedTuple
 
@@ -18,9 +16,7 @@ from firmware_runtime.hal.wire_errors import BusFault, PortClosed
 from sim_doubles.clock import Now
 from sim_doubles.serial_target import SerialTarget
 
-__all__ = ["PtySerialLine", "SerialLineDouble", "SerialTarget", "Traffic"]
-
-CHUNK = 4096
+__all__ = ["SerialLineDouble", "SerialTarget", "Traffic"]
 
 
 class Traffic(NamedTuple):
@@ -93,54 +89,3 @@ class SerialLineDouble(SerialPort):
             raise PortClosed("used after it was closed", where=self.name)
         if self.unplugged:
             raise BusFault("the adapter is gone", where=self.name)
-
-
-class PtySerialLine:
-    """A pseudo-terminal in raw mode with a target behind it; programs open `path` as their port.
-
-    There is no thread: the line's owner calls `pump`, when `fileno` is readable for bytes from
-    the host, and as often as the target's own bytes are wanted. Programs may open and close the
-    path as they like; `lost` counts bytes that were not fetched in time.
-    """
-
-    def __init__(self, target: SerialTarget, now: Now) -> None:
-        self.lost = 0
-        self._target = target
-        self._now = now
-        self._line, self._port = os.openpty()  # the port stays open, or the line would hang up
-        tty.setraw(self._port)
-        os.set_blocking(self._line, False)
-        self.path = os.ttyname(self._port)
-        target.transmitted(now())
-
-    def fileno(self) -> int:
-        """Return the descriptor to select on: readable when the host has written."""
-        return self._line
-
-    def pump(self) -> None:
-        """Move all bytes that are waiting, both ways; never blocks."""
-        while received := self._received():
-            self._target.receive(received)
-        self._send(self._target.transmitted(self._now()))
-
-    def write_as_host(self, data: bytes) -> None:
-        """Send bytes to the target as a program that has opened the path does."""
-        os.write(self._port, data)
-
-    def close(self) -> None:
-        """Take the path away; the target goes on as it is."""
-        os.close(self._line)
-        os.close(self._port)
-
-    def _received(self) -> bytes:
-        try:
-            return os.read(self._line, CHUNK)
-        except BlockingIOError:
-            return b""
-
-    def _send(self, data: bytes) -> None:
-        try:
-            taken = os.write(self._line, data)
-        except BlockingIOError:
-            taken = 0
-        self.lost += len(data) - taken

@@ -11,19 +11,71 @@ depends on how busy the machine is.
 
 import os
 import threading
+import tty
 from collections.abc import Callable
 from select import select
 from typing import Any, Final
 
 from firmware_runtime.system.resources import Closing
 from sim_doubles.clock import Now
-from sim_doubles.serial_line import PtySerialLine
 from sim_doubles.serial_target import SerialTarget
 
+CHUNK: Final = 4096
 LONGEST_WAIT_S: Final = 0.005
 """How late what a double sends by itself may be."""
 BOUND_S: Final = 10.0
 """Of a wait for the thread, on a machine however busy."""
+
+
+class PtySerialLine:
+    """A pseudo-terminal in raw mode with a target behind it; programs open `path` as their port.
+
+    There is no thread: the line's owner calls `pump`, when `fileno` is readable for bytes from
+    the host, and as often as the target's own bytes are wanted. Programs may open and close the
+    path as they like; `lost` counts bytes that were not fetched in time.
+    """
+
+    def __init__(self, target: SerialTarget, now: Now) -> None:
+        self.lost = 0
+        self._target = target
+        self._now = now
+        self._line, self._port = os.openpty()  # the port stays open, or the line would hang up
+        tty.setraw(self._port)
+        os.set_blocking(self._line, False)
+        self.path = os.ttyname(self._port)
+        target.transmitted(now())
+
+    def fileno(self) -> int:
+        """Return the descriptor to select on: readable when the host has written."""
+        return self._line
+
+    def pump(self) -> None:
+        """Move all bytes that are waiting, both ways; never blocks."""
+        while received := self._received():
+            self._target.receive(received)
+        self._send(self._target.transmitted(self._now()))
+
+    def write_as_host(self, data: bytes) -> None:
+        """Send bytes to the target as a program that has opened the path does."""
+        os.write(self._port, data)
+
+    def close(self) -> None:
+        """Take the path away; the target goes on as it is."""
+        os.close(self._line)
+        os.close(self._port)
+
+    def _received(self) -> bytes:
+        try:
+            return os.read(self._line, CHUNK)
+        except BlockingIOError:
+            return b""
+
+    def _send(self, data: bytes) -> None:
+        try:
+            taken = os.write(self._line, data)
+        except BlockingIOError:
+            taken = 0
+        self.lost += len(data) - taken
 
 
 class SerialPty(Closing):

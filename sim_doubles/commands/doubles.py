@@ -10,7 +10,7 @@ from sim_doubles.commands.chosen import add_choice, chosen
 from sim_doubles.commands.fault import add_fault_to
 from sim_doubles.commands.replay import add_replay_to
 from sim_doubles.commands.usbip import add_usbip_to
-from sim_doubles.served.output_log import OutputLog
+from sim_doubles.served.logs import OutputLog
 from sim_doubles.served.server import DoublesServer, RealClock
 from sim_doubles.served.service import DoublesService
 

@@ -10,12 +10,11 @@ from firmware_runtime.errors import Status
 from firmware_runtime.recording.blackbox.locations import find_recording
 from firmware_runtime.recording.blackbox.reader import Recording, read_recording
 from firmware_runtime.system.signals import stop_on_signals
-from sim_doubles.recorded.deviations import Deviation, Deviations
 from sim_doubles.recorded.lines import Rules
 from sim_doubles.recorded.service import RecordedService
 from sim_doubles.recorded.stops import stops_of
-from sim_doubles.recorded.traffic import Traffic, traffic_of
-from sim_doubles.served.event_log import EventLog
+from sim_doubles.recorded.traffic import Deviation, Deviations, Traffic, traffic_of
+from sim_doubles.served.logs import EventLog
 from sim_doubles.served.server import DoublesServer, RealClock
 
 _ABOUT = """

@@ -8,7 +8,7 @@ from firmware_runtime.errors import ConfigError, Status
 from firmware_runtime.system.messages import Notices
 from firmware_runtime.system.signals import stop_on_signals
 from sim_doubles.commands.chosen import Chosen, add_choice, chosen
-from sim_doubles.served.output_log import OutputLog
+from sim_doubles.served.logs import OutputLog
 from sim_doubles.served.server import DoublesServer, RealClock
 from sim_doubles.served.service import DoublesService
 from sim_doubles.usbip.host_controller import load_modules

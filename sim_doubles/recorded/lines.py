@@ -17,9 +17,8 @@ from typing import Final, NoReturn
 
 from firmware_runtime.hal.wire_errors import errno_of
 from firmware_runtime.recording.blackbox.section import DISCARD, READ, WRITE, Transfer
-from sim_doubles.recorded.deviations import Deviation, Deviations
 from sim_doubles.recorded.stops import Stops, key_of
-from sim_doubles.recorded.traffic import Recorded
+from sim_doubles.recorded.traffic import Deviation, Deviations, Recorded
 
 REFUSAL: Final = errno.EPROTO
 """What a refused transaction fails with; no adapter of ours reports it."""

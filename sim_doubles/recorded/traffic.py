@@ -1,9 +1,10 @@
-"""What went over the lines of a recorded run, line by line, numbered in the order of the run."""
+"""Traffic of a recorded run by line, numbered in the order of the run, and deviations from it."""
 
-from collections.abc import Collection
+from collections.abc import Callable, Collection
 from dataclasses import dataclass
 from typing import Any, Final
 
+from firmware_runtime.devs.time import SECOND
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.recording.blackbox.reader import Recording
 from firmware_runtime.recording.blackbox.section import DISCARD, READ, WRITE, Transfer
@@ -75,3 +76,59 @@ def in_words(address: int, messages: Any) -> str:  # noqa: ANN401 -- of a bus or
     return ", ".join(
         f"R {each}" if isinstance(each, int) else f"W {each.hex()}".strip() for each in messages
     )
+
+
+@dataclass(frozen=True, slots=True)
+class Deviation:
+    """`due` is what the recording has next on that line, None after its end."""
+
+    line: str
+    due: Recorded | None
+    address: int
+    messages: object
+    done: str
+    """What became of it: that it was refused, or what it was answered by."""
+
+    def __str__(self) -> str:
+        asked = f"asked {device_of(self.line, self.address)} {self.asked}; {self.done}"
+        if self.due is None:
+            return f"after the last recorded transaction of {self.line}: {asked}"
+        then = self.due.transfer
+        place = f"transaction {self.due.number}, {device_of(self.line, then.address)}"
+        instant = f"at {then.at / SECOND:.6f} s of the run"
+        return f"{place}, {instant}: recorded {in_words(then.address, then.messages)}, {asked}"
+
+    @property
+    def asked(self) -> str:
+        """What was asked, in words."""
+        return in_words(self.address, self.messages)
+
+    def as_json(self) -> dict[str, object]:
+        """For the log."""
+        recorded = None if self.due is None else self.due.transfer
+        return {
+            "number": None if self.due is None else self.due.number,
+            "line": self.line,
+            "recorded": recorded and in_words(recorded.address, recorded.messages),
+            "recorded_device": recorded and device_of(self.line, recorded.address),
+            "run_ns": recorded and recorded.at,
+            "asked": self.asked,
+            "device": device_of(self.line, self.address),
+            "done": self.done,
+        }
+
+
+class Deviations:
+    """Counts them, and hands each on; one that follows itself, as a retry does, is only counted."""
+
+    def __init__(self, report: Callable[[Deviation], None]) -> None:
+        self.count = 0
+        self._report = report
+        self._last: Deviation | None = None
+
+    def add(self, deviation: Deviation) -> None:
+        """One more."""
+        self.count += 1
+        if deviation != self._last:
+            self._last = deviation
+            self._report(deviation)

@@ -26,8 +26,7 @@ from firmware_runtime.hal.peer import peer_of
 from firmware_runtime.hal.served.connection import lock_of
 from firmware_runtime.hal.served.packets import LONGEST
 from firmware_runtime.system.resources import Closing
-from sim_doubles.served.errors import ServingError
-from sim_doubles.served.event_log import EventLog
+from sim_doubles.served.logs import EventLog, ServingError
 from sim_doubles.served.service import Service
 
 LONGEST_WAIT = 10 * MILLISECOND

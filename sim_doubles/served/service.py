@@ -28,7 +28,7 @@ from firmware_runtime.hal.served.packets import (
 from sim_doubles.clock import Now
 from sim_doubles.faults import AdapterError, FaultScript
 from sim_doubles.rigs.board_rig import DoublesRig
-from sim_doubles.served.output_log import OutputLog
+from sim_doubles.served.logs import OutputLog
 
 T = TypeVar("T")
 

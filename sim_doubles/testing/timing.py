@@ -9,7 +9,7 @@ measured.
 from collections.abc import Mapping
 from os import PathLike, fspath
 from pathlib import Path
-from typing import Protocol, TypeAlias
+from typing import Any, Protocol, TypeAlias
 
 import pytest
 
@@ -32,32 +32,23 @@ Run: TypeAlias = "HasStatistics | Figures | str | PathLike[str]"
 """A run, its figures, or the path of a statistics file."""
 
 
-def assert_timing(  # noqa: PLR0913 -- limits, by name
+def assert_timing(
     run: Run,
     *,
-    p99_us: float | None = None,
-    max_us: float | None = None,
-    step_p99_us: float | None = None,
-    step_max_us: float | None = None,
-    skips: int | None = None,
-    overruns: int | None = None,
-    misses: int | None = None,
-    model: str | None = None,
     strict: bool = False,
     neighbours: Mapping[str, float] | None = None,
+    **limits: Any,  # noqa: ANN401 -- those of Limits
 ) -> None:
-    """Fail the test whose run broke a limit; skip it where that may be the machine's doing.
+    """Fail the test whose run broke one of `Limits`; skip it where the machine may be why.
 
-    Each limit is `at most`; see `sim_doubles.testing.limits.Limits`. With `strict` what is broken
-    fails wherever it runs, and so does what was not measured. `neighbours` are shares of the
-    processors that others took meanwhile, by `Neighbours`. Raises ConfigError for limits that are
-    none and a model that is not there.
+    With `strict` what is broken fails wherever it runs, and so does what was not measured.
+    `neighbours` are shares of the processors that others took meanwhile, by `Neighbours`. Raises
+    ConfigError for limits that are none and a model that is not there.
     """
     __tracebackhide__ = True
-    limits = Limits(p99_us, max_us, step_p99_us, step_max_us, skips, overruns, misses, model)
     figures = _figures(run)
     others = [] if neighbours is None else busy(neighbours)
-    judged = judge(figures, limits, others, strict=strict)
+    judged = judge(figures, Limits(**limits), others, strict=strict)
     if judged.judgement is Judgement.BROKEN:
         report = "\n".join(statistics_text(figures))
         pytest.fail(f"{judged}\n\n{report}", pytrace=False)

@@ -16,6 +16,7 @@ from typing import Final
 
 import pytest
 
+from sim_doubles.clock import FollowingClock
 from sim_doubles.testing.substitution import substitute
 
 MICROSECOND: Final = 1_000
@@ -93,18 +94,8 @@ class VirtualTime:
             patch.setattr(time, theirs.__name__, ours)
 
 
-class RunningTime:
-    """CLOCK_MONOTONIC since chips had power, before the test; a bus in use runs ahead of it."""
-
-    def __init__(self) -> None:
-        self._now = time.monotonic_ns
-        self._started_at = time.monotonic_ns() - POWERED_FOR
-        self._reached = 0
-
-    def __call__(self) -> int:
-        """Return the instant."""
-        return max(self._reached, self._now() - self._started_at)
-
-    def reach(self, at: int) -> None:
-        """Go on to `at`, unless that is past."""
-        self._reached = max(self._reached, at)
+def running_time() -> FollowingClock:
+    """Return CLOCK_MONOTONIC since chips had power, before the test; a bus runs ahead of it."""
+    monotonic_ns = time.monotonic_ns
+    started_at = monotonic_ns() - POWERED_FOR
+    return FollowingClock(lambda: monotonic_ns() - started_at)

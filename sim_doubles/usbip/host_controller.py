@@ -11,7 +11,7 @@ from socket import socket
 from typing import Final
 
 from firmware_runtime.system.programs import ProgramFailed, run_program
-from sim_doubles.usbip.errors import NotAttached
+from sim_doubles.usbip.packets import NotAttached
 
 CONTROLLER: Final = Path("/sys/devices/platform/vhci_hcd.0")
 MODULES: Final = ("vhci-hcd", "i2c-tiny-usb", "i2c-dev")

@@ -19,8 +19,7 @@ from enum import IntEnum
 from typing import Final, NamedTuple, TypeAlias
 
 from firmware_runtime.hal.i2c import Message
-from sim_doubles.usbip.errors import Stalled
-from sim_doubles.usbip.packets import Setup
+from sim_doubles.usbip.packets import Setup, Stalled
 
 FUNCTIONALITY: Final = 0x0EFF_0009
 """Plain transfers, and every SMBus call that can be made of them."""

@@ -11,7 +11,7 @@ import struct
 from dataclasses import dataclass
 from typing import Final, Protocol
 
-from sim_doubles.usbip.errors import NotUsbip, Stalled
+from sim_doubles.served.logs import ServingError
 
 SUBMIT: Final = 1
 UNLINK: Final = 2
@@ -28,6 +28,18 @@ _SETUP: Final = struct.Struct("<BBHHH")
 
 LONGEST: Final = 65_535
 """Bytes a control transfer can carry; its length is 16 bits wide."""
+
+
+class Stalled(Exception):
+    """The device refuses a request, as USB says: the host sees EPIPE."""
+
+
+class NotUsbip(ServingError):
+    """What arrived is no request of USB/IP."""
+
+
+class NotAttached(ServingError):
+    """The kernel did not take the device, or let go of it."""
 
 
 @dataclass(frozen=True, slots=True)

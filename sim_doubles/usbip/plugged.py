@@ -11,10 +11,9 @@ from firmware_runtime.devs.time import SECOND
 from firmware_runtime.hal.served.packets import Done, Failed, Part, Question, encode, read_answer
 from sim_doubles.served.server import DoublesServer, RealClock
 from sim_doubles.served.service import DoublesService
-from sim_doubles.usbip.errors import NotAttached
 from sim_doubles.usbip.host_controller import HostController
 from sim_doubles.usbip.i2c_tiny_usb import I2cTinyUsb, Piece, Transfer
-from sim_doubles.usbip.packets import Conversation
+from sim_doubles.usbip.packets import Conversation, NotAttached
 
 TIMEOUT: Final = 30 * SECOND
 """How long the kernel may take to find a device and bind its driver; it takes 0.2 s on a PC."""

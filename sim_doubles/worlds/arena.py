@@ -30,7 +30,6 @@ import math
 from collections.abc import Callable
 from typing import Protocol
 
-from sim_doubles.worlds.arena_compass import Compass, Direction
 from sim_doubles.worlds.arena_geometry import Beam, Shape
 from sim_doubles.worlds.arena_head import HeadDrive, RadarHead, bridge_drive
 from sim_doubles.worlds.arena_parameters import ArenaParameters, CompassMounting
@@ -60,8 +59,11 @@ class Arena:
         self.parameters = parameters
         self._vehicle = _vehicle_of(parameters)(parameters, wheel_angles, wheels_change_at)
         self._head = RadarHead(parameters, head_drive)
-        self._radar_compass = self._compass("radar", self._radar_direction_rad)
-        self._body_compass = self._compass("body", self._body_direction_rad)
+        self._sense = 1.0 if parameters.compass_mounting == "upright" else -1.0
+        self._radar_noise, self._body_noise = (
+            InstantNoise(source, parameters.seed, parameters.compass_noise_deg)
+            for source in ("radar compass", "body compass")
+        )
 
     def advance(self, at: int) -> None:
         """Let new commands count from `at` on. Raises ValueError if a motion changed later."""
@@ -109,17 +111,21 @@ class Arena:
         return self._echoes(self.body_beam(at), self.parameters.shapes)
 
     def radar_bearing_deg(self, at: int) -> float:
-        """What the compass on the radar's head shows."""
-        return self._radar_compass.bearing_deg(at)
+        """Return what the compass on the radar's head shows, 0 to 360 degrees from north."""
+        offset_deg, noise = self.parameters.radar_compass_offset_deg, self._radar_noise
+        return self._shown_deg(self._radar_direction_rad(at), offset_deg, noise.at(at)[0])
 
     def body_bearing_deg(self, at: int) -> float:
-        """What the compass on the body shows."""
-        return self._body_compass.bearing_deg(at)
+        """Return what the compass on the body shows; likewise."""
+        offset_deg, noise = self.parameters.body_compass_offset_deg, self._body_noise
+        return self._shown_deg(self._vehicle.pose(at).heading_rad, offset_deg, noise.at(at)[0])
 
     # ---------------------------------------------------------------------------------------------
 
-    def _body_direction_rad(self, at: int) -> float:
-        return self._vehicle.pose(at).heading_rad
+    def _shown_deg(self, direction_rad: float, offset_deg: float, noise_deg: float) -> float:
+        """Return a bearing the way the compass is mounted."""
+        true_deg = 90.0 - math.degrees(direction_rad)
+        return (self._sense * true_deg + offset_deg + noise_deg) % 360.0
 
     def _radar_direction_rad(self, at: int) -> float:
         return self._vehicle.pose(at).heading_rad + self._head.angle_rad(at)
@@ -128,16 +134,6 @@ class Arena:
         nearest, farthest = self.parameters.sonar_nearest_m, self.parameters.sonar_farthest_m
         echoes = (shape.echo(beam) for shape in shapes)
         return sorted(echo for echo in echoes if nearest <= echo <= farthest)
-
-    def _compass(self, name: str, direction: Direction) -> Compass:
-        parameters = self.parameters
-        source = f"{name} compass"
-        return Compass(
-            direction,
-            InstantNoise(source, parameters.seed, parameters.compass_noise_deg),
-            mounting=parameters.compass_mounting,
-            offset_deg=getattr(parameters, f"{name}_compass_offset_deg"),
-        )
 
 
 class _Drives(Protocol):

@@ -35,33 +35,20 @@ class Swing:
         self._damping = damping
 
     def rate(self, t: float) -> float:
-        """The yaw rate at `t`."""
-        drive = self._drive
-        course = _course(self._damping, drive.decay, t)
-        return (
-            self._rate * course.decayed
-            + drive.settled * course.coast
-            + drive.single * course.single
-            + drive.double * course.double
-        )
+        """Return the yaw rate at `t`."""
+        return self._turned(_course(self._damping, self._drive.decay, t))[1]
 
     def yaw(self, t: float) -> float:
-        """The yaw at `t`."""
-        drive = self._drive
-        course = _course(self._damping, drive.decay, t)
-        return (
-            self._yaw
-            + self._rate * course.coast
-            + drive.settled * course.ramp
-            + drive.single * course.single_yaw
-            + drive.double * course.double_yaw
-        )
+        """Return the yaw at `t`."""
+        return self._turned(_course(self._damping, self._drive.decay, t))[0]
 
     def state(self, t: float) -> tuple[float, float]:
-        """Yaw and rate at `t`, for less than both alone, and least for a `t` that recurs."""
+        """Return yaw and rate at `t`: for less than both alone, and least for a `t` that recurs."""
+        return self._turned(recurring_course(self._damping, self._drive.decay, t))
+
+    def _turned(self, course: "Course") -> tuple[float, float]:
         drive = self._drive
-        terms = drive.settled, drive.single, drive.double
-        return turned(self._yaw, self._rate, terms, recurring_course(self._damping, drive.decay, t))
+        return turned(self._yaw, self._rate, (drive.settled, drive.single, drive.double), course)
 
     def first_stop(self, direction: int, until: float) -> float | None:
         """When a body turning in `direction` comes to rest, at most `until`, or None.

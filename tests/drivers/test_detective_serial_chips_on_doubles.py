@@ -13,7 +13,8 @@ from firmware_runtime.hal.wire_errors import BusFault, NotReady, PortClosed
 from sim_doubles.chips.maxbotix import MaxbotixDouble
 from sim_doubles.chips.sabertooth import SabertoothDouble
 from sim_doubles.clock import ManualClock
-from sim_doubles.serial_line import PtySerialLine, SerialLineDouble
+from sim_doubles.serial_line import SerialLineDouble
+from sim_doubles.serial_pty import PtySerialLine
 
 
 @pytest.fixture

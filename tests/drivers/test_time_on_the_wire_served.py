@@ -17,7 +17,7 @@ from firmware_runtime.hal.served.client import ServedBus
 from firmware_runtime.hal.served.connection import Connection
 from sim_doubles.i2c_bus import I2cBusDouble
 from sim_doubles.rigs.board_rig import DoublesRig
-from sim_doubles.served.output_log import OutputLog
+from sim_doubles.served.logs import OutputLog
 from sim_doubles.served.server import DoublesServer, RealClock
 from sim_doubles.served.service import DoublesService
 from tests.support.adc import READING, Adc, AdcDouble, HastySampler, PatientSampler, Sampler

@@ -7,8 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from sim_doubles.chips.motor_pair import MotorPair
-from sim_doubles.chips.ramp import Ramp
+from sim_doubles.chips.motor_pair import MotorPair, Ramp
 
 NEVER = (1 << 63) - 1
 

@@ -19,8 +19,6 @@ from sim_doubles.faults import FaultScript, NackAddress
 from sim_doubles.i2c_bus import I2cBusDouble
 from sim_doubles.serial_pty import SerialPty
 from sim_doubles.smbus import SMBus as OurSMBus
-from sim_doubles.testing.buses import TestBuses
-from sim_doubles.testing.no_warnings import check
 from sim_doubles.testing.substitution import substitute
 from sim_doubles.testing.virtual_time import VirtualTime
 from sim_doubles.testing.wire_log import WireLog, explained
@@ -208,13 +206,14 @@ def test_the_log_is_compared_line_by_line(i2c_double: Connect, i2c_log: WireLog)
 
 
 def test_a_protocol_warning_fails_the_test_that_wants_none(
-    i2c_double: Connect, i2c_buses: TestBuses, i2c_bus: I2cBusDouble
+    i2c_double: Connect, no_protocol_warning: Callable[[], None], i2c_bus: I2cBusDouble
 ) -> None:
-    i2c_double("pca9685")
-    check([i2c_buses])
+    chip = i2c_double("pca9685")
+    no_protocol_warning()
     SMBus(1).write_byte_data(0x40, 0x00, 0x50)  # EXTCLK, with nothing at the pin
     with pytest.raises(pytest.fail.Exception, match="PCA9685"):
-        check([i2c_buses])
+        no_protocol_warning()
+    chip.warnings.clear()
     assert i2c_bus.transactions == 1
 
 

@@ -11,7 +11,8 @@ from firmware_runtime.hal.wire_errors import BusFault, PortClosed
 from sim_doubles.chips.maxbotix import MaxbotixDouble
 from sim_doubles.chips.sabertooth import SabertoothDouble
 from sim_doubles.clock import ManualClock
-from sim_doubles.serial_line import PtySerialLine, SerialLineDouble, SerialTarget
+from sim_doubles.serial_line import SerialLineDouble, SerialTarget
+from sim_doubles.serial_pty import PtySerialLine
 from tests.support.waiting import PATIENCE_S
 
 MILLISECOND = 1_000_000

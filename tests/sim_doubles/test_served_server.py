@@ -27,8 +27,7 @@ from firmware_runtime.hal.served.packets import (
 from firmware_runtime.hal.wire_errors import BusAbsent, BusInUse, BusTimeout
 from sim_doubles.rigs.board_rig import rig_for
 from sim_doubles.served import server
-from sim_doubles.served.errors import ServingError
-from sim_doubles.served.output_log import OutputLog
+from sim_doubles.served.logs import OutputLog, ServingError
 from sim_doubles.served.server import DoublesServer, RealClock, listen, unlisten
 from sim_doubles.served.service import DoublesService
 from tests.support.waiting import PATIENCE_S

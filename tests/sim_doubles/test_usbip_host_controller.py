@@ -6,8 +6,8 @@ from socket import socketpair
 import pytest
 
 from firmware_runtime.cli.main import main
-from sim_doubles.usbip.errors import NotAttached
 from sim_doubles.usbip.host_controller import HostController
+from sim_doubles.usbip.packets import NotAttached
 
 HEAD = "hub port sta spd dev      sockfd local_busid\n"
 TAKEN = "hs  0000 006 002 00010002 000003 1-1\n"

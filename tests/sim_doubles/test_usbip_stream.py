@@ -9,9 +9,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from sim_doubles.usbip.errors import NotAttached, NotUsbip
 from sim_doubles.usbip.i2c_tiny_usb import FUNCTIONALITY, I2cTinyUsb, Piece
-from sim_doubles.usbip.packets import HEADER, Conversation
+from sim_doubles.usbip.packets import HEADER, Conversation, NotAttached, NotUsbip
 from sim_doubles.usbip.plugged import PluggedBus, transfer_of
 from tests.support.served_rig import ServedRig, served_rig
 from tests.support.usbip_host import (

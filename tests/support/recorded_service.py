@@ -6,11 +6,10 @@ from pathlib import Path
 
 from firmware_runtime.hal.served.packets import Answered, Asked, Question, encode, read_answer
 from firmware_runtime.recording.blackbox.reader import Recording, read_recording
-from sim_doubles.recorded.deviations import Deviation, Deviations
 from sim_doubles.recorded.lines import Rules
 from sim_doubles.recorded.service import RecordedService
 from sim_doubles.recorded.stops import stops_of
-from sim_doubles.recorded.traffic import Traffic, traffic_of
+from sim_doubles.recorded.traffic import Deviation, Deviations, Traffic, traffic_of
 
 
 @dataclass

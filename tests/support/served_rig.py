@@ -12,7 +12,7 @@ from firmware_runtime.board import registry
 from firmware_runtime.hal.served.packets import Answered, Asked, Question, encode, read_answer
 from sim_doubles.clock import ManualClock
 from sim_doubles.rigs.board_rig import DoublesRig, rig_for
-from sim_doubles.served.output_log import OutputLog
+from sim_doubles.served.logs import OutputLog
 from sim_doubles.served.service import DoublesService
 
 SERIAL_TREADS = (
