@@ -11,7 +11,6 @@ ValueError for another. An address that the class of a serial target has is none
 
 import inspect
 from collections.abc import Callable, Sequence
-from importlib.metadata import EntryPoint
 from typing import NamedTuple
 
 from firmware_runtime.errors import ConfigError, did_you_mean

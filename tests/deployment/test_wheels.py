@@ -6,9 +6,9 @@ from zipfile import ZipFile
 import pytest
 
 from firmware_runtime.errors import DeploymentError
-from firmware_runtime.host.deployment import package_wheel, project_wheel, wheels
-from firmware_runtime.host.deployment.commands import Commands
-from firmware_runtime.host.deployment.platform import Platform
+from firmware_runtime.host.deployment import package_wheel, wheels
+from firmware_runtime.host.deployment.connection import Commands
+from firmware_runtime.host.deployment.target import Platform
 from firmware_runtime.host.scaffold.package import write_robot
 from firmware_runtime.system.programs import Ended
 from tests.support.written_package import as_installed
