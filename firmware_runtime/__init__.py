@@ -157,7 +157,7 @@ _WHERE: Final = {
     # To speak to chips, and to make a robot of them
     "BoardDefinition": "board.definition",
     "BoardSettings": "board.settings",
-    "Ending": "board.ending",
+    "Ending": "board.robot",
     "Device": "board.faults",
     "Lines": "board.lines",
     "Robot": "board.robot",

@@ -110,7 +110,7 @@ def test_where_nothing_is_recorded_no_file_is_promised(
     assert f"--record {path}: nothing of this run was recorded" in ended.error
 
 
-VERSIONS = "firmware_runtime.recording.versions.versions_here"
+VERSIONS = "firmware_runtime.recording.recorded_board.versions_here"
 
 
 def test_another_python_and_another_package_are_said(
