@@ -96,7 +96,7 @@ class Rig:
         return any(double.motors.speeds_rad_s(self.pace.now() + self._ramp))
 
 
-OF_AN_EXAMPLE = {"brook", "plumb"}  # examples/underwater, where it is installed
+OF_AN_EXAMPLE = {"brook", "plumb", "winch"}  # examples/underwater, where it is installed
 
 
 def test_every_chip_of_the_table_has_a_double() -> None:
