@@ -1,6 +1,7 @@
 """Addresses of UDP, `ADDRESS:PORT` on the command line: IPv4, IPv6 in brackets, or a name."""
 
 import socket
+from collections.abc import Callable
 from dataclasses import dataclass
 from ipaddress import ip_address
 from typing import Any, TypeAlias
@@ -58,12 +59,22 @@ def _is_port(text: str) -> bool:
 
 
 def bound(option: str, at: Endpoint) -> socket.socket:
-    """A UDP socket at an address, that never blocks. Raises ConfigError that names the option."""
+    """Return a UDP socket at an address, that never blocks. Raises ConfigError about the option."""
+    return _made(option, at, "a free address", lambda made: made.bind(at.where))
+
+
+def connected(option: str, to: Endpoint) -> socket.socket:
+    """Return a UDP socket that sends to an address alone, and never blocks; raises ConfigError."""
+    return _made(option, to, "a way there", lambda made: made.connect(to.where))
+
+
+def _made(
+    option: str, at: Endpoint, expected: str, use: Callable[[socket.socket], None]
+) -> socket.socket:
     made = socket.socket(at.family, socket.SOCK_DGRAM | socket.SOCK_NONBLOCK)
     try:
-        made.bind(at.where)
+        use(made)
     except OSError as error:
         made.close()
-        fault = f"{at}: {error.strerror}; expected a free address"
-        raise ConfigError.of_one(option, fault) from error
+        raise ConfigError.of_one(option, f"{at}: {error.strerror}", expected) from error
     return made

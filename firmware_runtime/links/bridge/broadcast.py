@@ -1,18 +1,14 @@
 """Output ports of a running robot for peers who need not ask, and whether there is a run at all."""
 
-import socket
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
-import msgspec
-
 from firmware_runtime.devs.time import SECOND
-from firmware_runtime.errors import ConfigError
-from firmware_runtime.links.endpoint import Endpoint
-from firmware_runtime.links.ports.datagrams import message_of
+from firmware_runtime.links.endpoint import Endpoint, connected
+from firmware_runtime.links.ports.datagrams import message_of, said_in
 from firmware_runtime.links.ports.robot_end import RobotEnd
 
 RENEW_EVERY: Final = 2 * SECOND
@@ -44,13 +40,6 @@ class Carried:
     """Those that found no room, no run, or no reader."""
 
 
-class _Sent(msgspec.Struct):
-    """Part that is read of a message from the robot."""
-
-    port: str = ""
-    error: str = ""
-
-
 class Broadcast:
     """Watches ports and sends what they send to every peer; nothing is read from a peer.
 
@@ -60,7 +49,7 @@ class Broadcast:
 
     def __init__(self, route: Route, carried: Carried, log: Callable[[str], None]) -> None:
         self.is_there: bool | None = None
-        self._peers = [_connected(peer) for peer in route.peers]
+        self._peers = [connected("--peer", peer) for peer in route.peers]
         self._request = message_of(watch=route.watch, every=route.every) if route.watch else b""
         self._end = RobotEnd(route.robot)
         self._carried = carried
@@ -87,7 +76,7 @@ class Broadcast:
     def carry(self) -> None:
         """Hand on what the robot has said; a refusal is reported once."""
         for message in self._end.received():
-            said = msgspec.json.decode(message, type=_Sent)
+            said = said_in(message)
             if said.port:
                 self._send(message)
             elif said.error not in ("", self._refusal):
@@ -110,14 +99,3 @@ class Broadcast:
                 self._carried.dropped += 1
             else:
                 self._carried.from_robot += 1
-
-
-def _connected(to: Endpoint) -> socket.socket:
-    """A socket of its own for each peer, so one of any family can be reached from anywhere."""
-    made = socket.socket(to.family, socket.SOCK_DGRAM | socket.SOCK_NONBLOCK)
-    try:
-        made.connect(to.where)
-    except OSError as error:
-        made.close()
-        raise ConfigError("--peer", [f"{to}: {error.strerror}; expected a way there"]) from error
-    return made

@@ -42,7 +42,7 @@ from firmware_runtime.links.cut.wire import (
     opened,
     sealed,
 )
-from firmware_runtime.links.endpoint import Endpoint, UdpAddress, endpoint
+from firmware_runtime.links.endpoint import Endpoint, UdpAddress, bound, endpoint
 from firmware_runtime.links.key_file import read_key
 
 AT_ONCE: Final = 64
@@ -240,7 +240,7 @@ def main() -> int:
     try:
         peer = None if stated.peer is None else endpoint(_OPTION, stated.peer)
         own = None if stated.listen is None else endpoint(_OPTION, stated.listen)
-        udp = _bound(own, peer)
+        udp = _socket(own, peer)
         key = None if stated.key is None else read_key(stated.key, _OPTION)
     except ConfigError as error:
         sys.stderr.write(f"{error}\n")
@@ -265,19 +265,12 @@ def begin_carrier(pair: int) -> socket.socket:
     return run
 
 
-def _bound(own: Endpoint | None, peer: Endpoint | None) -> socket.socket:
-    """A socket at this address, or at any that leads to the peer. Raises ConfigError."""
-    family = own.family if own is not None else peer.family if peer is not None else socket.AF_INET
-    made = socket.socket(family, socket.SOCK_DGRAM | socket.SOCK_NONBLOCK)
-    if own is None:
-        return made
-    try:
-        made.bind(own.where)
-    except OSError as error:
-        made.close()
-        fault = f"{own}: {error.strerror}; expected a free address of this machine"
-        raise ConfigError.of_one(_OPTION, fault) from error
-    return made
+def _socket(own: Endpoint | None, peer: Endpoint | None) -> socket.socket:
+    """Return a socket at this address, or at any that leads to the peer. Raises ConfigError."""
+    if own is not None:
+        return bound(_OPTION, own)
+    family = socket.AF_INET if peer is None else peer.family
+    return socket.socket(family, socket.SOCK_DGRAM | socket.SOCK_NONBLOCK)
 
 
 if __name__ == "__main__":

@@ -13,12 +13,10 @@ from selectors import EVENT_READ, DefaultSelector
 from time import monotonic_ns
 from typing import Any, Final, NamedTuple
 
-import msgspec
-
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.links.dover.dover import LOOPBACK, bound_to, waiting_in
-from firmware_runtime.links.ports.datagrams import MOST_PORTS, message_of
+from firmware_runtime.links.ports.datagrams import MOST_PORTS, message_of, said_in
 from firmware_runtime.links.ports.ports_client import PortsClient
 from firmware_runtime.links.ports.robot_end import NoAnswer, RobotEnd
 from firmware_runtime.models.dover import Refused, number_of_text, text_of_number
@@ -35,15 +33,6 @@ class Signal(NamedTuple):
     port: str
     parts: tuple[str, ...]
     udp_port: int
-
-
-class _Said(msgspec.Struct):
-    port: str = ""
-    value: Any = None
-    watching: tuple[str, ...] | None = None
-
-
-_said = msgspec.json.Decoder(_Said).decode
 
 
 class DoverBridge:
@@ -106,7 +95,7 @@ class DoverBridge:
 
     def _from_robot(self) -> None:
         for message in self._end.received():
-            said = _said(message)
+            said = said_in(message)
             if said.watching is not None:
                 self._answered_at = monotonic_ns()
             for signal in self._signals:

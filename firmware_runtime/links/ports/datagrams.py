@@ -113,3 +113,19 @@ def _ask_of(said: dict[str, Any]) -> Ask:
 def message_of(**what: object) -> bytes:
     """A message to a reader, its values as a trace shows them."""
     return _encode(plain(what))
+
+
+class Said(Struct):
+    """What a run says: an answer, or a message of a port that is watched."""
+
+    error: str = ""
+    taken: str = ""
+    watching: tuple[str, ...] | None = None
+    ports: tuple[dict[str, str], ...] | None = None
+    port: str = ""
+    t_ns: int = 0
+    value: Any = None
+
+
+said_in: Final = msgspec.json.Decoder(Said).decode
+"""Reads what a run says. Raises MsgspecError."""

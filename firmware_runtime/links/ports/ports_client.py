@@ -23,7 +23,7 @@ from firmware_runtime.errors import ConfigError
 from firmware_runtime.links.bridge.bridge_end import BridgeEnd
 from firmware_runtime.links.endpoint import endpoint
 from firmware_runtime.links.key_file import read_key
-from firmware_runtime.links.ports.datagrams import TIMEOUT, message_of
+from firmware_runtime.links.ports.datagrams import TIMEOUT, Said, message_of, said_in
 from firmware_runtime.links.ports.robot_end import NoAnswer, RobotEnd
 from firmware_runtime.system.resources import Closing
 
@@ -41,21 +41,6 @@ class Message(msgspec.Struct, frozen=True):
     value: Any
 
 
-class _Said(msgspec.Struct):
-    """Whatever a run says: an answer, or a message."""
-
-    error: str = ""
-    taken: str = ""
-    watching: tuple[str, ...] | None = None
-    ports: tuple[dict[str, str], ...] | None = None
-    port: str = ""
-    t_ns: int = 0
-    value: Any = None
-
-
-_said = msgspec.json.Decoder(_Said).decode
-
-
 class PortsClient(Closing):
     """Speaks with the ports of one run; a context manager.
 
@@ -68,7 +53,7 @@ class PortsClient(Closing):
     def __init__(self, where: str | Path, key: Path | None = None) -> None:
         self.where = str(where)
         self._end: RobotEnd | BridgeEnd
-        self._received: deque[_Said] = deque()
+        self._received: deque[Said] = deque()
         self._messages: deque[Message] = deque(maxlen=ROOM)
         self._may_need_key = False
         if isinstance(where, Path):
@@ -127,7 +112,7 @@ class PortsClient(Closing):
 
     # ---------------------------------------------------------------------------------------------
 
-    def _ask(self, key: str, **request: object) -> _Said:
+    def _ask(self, key: str, **request: object) -> Said:
         """Say something, and wait for the answer that has this key."""
         self._say(message_of(**request))
         until = monotonic_ns() + TIMEOUT
@@ -146,7 +131,7 @@ class PortsClient(Closing):
         fault = why or f"no answer within {TIMEOUT // SECOND} s"
         raise NoAnswer(f"{fault}; {expected}", where=self.where)
 
-    def _keep(self, said: _Said | None) -> None:
+    def _keep(self, said: Said | None) -> None:
         """A message that comes while something else is waited for."""
         if said is not None and said.port:
             self._messages.append(Message(said.port, said.t_ns, said.value))
@@ -155,12 +140,12 @@ class PortsClient(Closing):
         with self._reached():
             self._end.send(content)
 
-    def _receive(self, until: int) -> _Said | None:
+    def _receive(self, until: int) -> Said | None:
         """Return what is said next, if anything comes until then."""
         if not self._received:
             select([self._end], (), (), max(0, until - monotonic_ns()) / SECOND)
             with self._reached():
-                self._received.extend(_said(content) for content in self._end.received())
+                self._received.extend(said_in(content) for content in self._end.received())
         return self._received.popleft() if self._received else None
 
     @contextmanager
