@@ -8,8 +8,6 @@ from collections.abc import Callable, Mapping
 from functools import partial
 from typing import TYPE_CHECKING
 
-from msgspec import Struct
-
 from firmware_runtime.board.ends import BoardEnd
 from firmware_runtime.board.registry import Board
 from firmware_runtime.board.robot import Ending
@@ -71,44 +69,32 @@ def idle_options(end: BoardEnd | None, **given: object) -> list[str]:
     ]
 
 
-class LinkedPart(Struct, frozen=True):
-    """The part of a board's model that one end runs, in the executive's loop."""
-
-    board: Board
-    end: BoardEnd
-    part: Part
-    executive: Executive
-
-
 class LinkedEnd:
     """The link of a run; `end_with` is called when the other end says that the task is over.
 
-    `suspend` has the outputs off while the link is bad, and returns False if nothing here drives.
-    Raises ConfigError where the link cannot be had.
+    `ends_both`: when the time of this end is up, the other ends too. `turn_off` is called with
+    a reason when the link turns bad.
     """
 
     def __init__(
         self,
-        part: LinkedPart,
-        open_channel: "OpenChannel",
+        link: "Link",
+        executive: Executive,
         end_with: Callable[[Ending], None],
-        suspend: Callable[[str], bool],
-        log: Callable[[str], None],
+        turn_off: Callable[[str], None],
+        *,
+        ends_both: bool,
     ) -> None:
-        self.link = _open_link(part, open_channel, log)
+        self.link = link
         self.path = "link"
-        self.ends_both = part.end.has_hardware
-        """Whether the other end ends, too, when the time of this one is up."""
-        self._part = part
+        self.ends_both = ends_both
         self._end_with = end_with
-        self._suspend = suspend
-        self._log = log
         self._other_end_is_over = False
-        part.executive.readiness.require(self)
-        self.link.on_bad = self._turn_off
+        executive.readiness.require(self)
+        self.link.on_bad = turn_off
         self.link.on_bye = self._end_too
         self.link.on_closed = partial(
-            part.executive.request_stop, "the carrier of the link has ended", RunState.FAILED
+            executive.request_stop, "the carrier of the link has ended", RunState.FAILED
         )
 
     def unready(self) -> str | None:
@@ -127,14 +113,6 @@ class LinkedEnd:
             failed = ending is not None and ending.failed
             is_over = ending is not None or is_done
             self.link.say_goodbye(outcome.reason, is_over=is_over, failed=failed)
-
-    def close(self) -> None:
-        """Close the way to the other end."""
-        self.link.close()
-
-    def _turn_off(self, why: str) -> None:
-        if not self._suspend(why):
-            self._log(f"link: {why}")
 
     def _end_too(self, farewell: "Farewell") -> None:
         if farewell.is_over and not self._other_end_is_over:
@@ -161,10 +139,16 @@ def _applied_ports(part: Part) -> list[str]:
     return [name for name, port in ports.items() if port.type is Applied]
 
 
-def _open_link(
-    linked: LinkedPart, open_channel: "OpenChannel", log: Callable[[str], None]
+def open_link(  # noqa: PLR0913 -- put together once, by the start
+    board: Board,
+    end: BoardEnd,
+    part: Part,
+    executive: Executive,
+    open_channel: "OpenChannel",
+    *,
+    log: Callable[[str], None],
 ) -> "Link":
-    """The link of this end, in its loop. Raises ConfigError where it cannot be had.
+    """Open the link of an end, in its loop. Raises ConfigError where it cannot be had.
 
     Ports at which a rig's own components hang are not part of the cut: the other end has no rig.
     """
@@ -172,7 +156,6 @@ def _open_link(
     from firmware_runtime.links.cut.cut import Terms, cut_of  # noqa: PLC0415
     from firmware_runtime.links.cut.link import Link  # noqa: PLC0415
 
-    board, end, part, executive = linked.board, linked.end, linked.part, linked.executive
     stated = board.settings.link
     cut = cut_of(part, end.crossings, stated.limits, stated.ordered)
     terms = Terms(

@@ -26,7 +26,7 @@ from firmware_runtime.executive.clocks import Clock, MonotonicClock
 from firmware_runtime.executive.executive import Executive
 from firmware_runtime.recording.blackbox.section import Kind
 from firmware_runtime.runs.arming import FREE, Arming, Permission, PrearmCheck, RightToDrive
-from firmware_runtime.runs.end_link import LinkedEnd, LinkedPart, check_end
+from firmware_runtime.runs.end_link import LinkedEnd, check_end, open_link
 from firmware_runtime.runs.hardware import Hardware
 from firmware_runtime.runs.last_safe_state import last_safe_state, safe_state_files
 from firmware_runtime.runs.local_robot import LocalRobot, local_robot
@@ -201,10 +201,15 @@ def _linked(
     """Open the link to the other end, if there is one."""
     if start.link is None or start.end is None or local.part is None:
         return None
-    part = LinkedPart(start.board, start.end, local.part, executive)
-    linked = LinkedEnd(part, start.link, task.end_with, right.suspend, start.log)
-    start.undo.callback(linked.close)
-    return linked
+    board, end, log = start.board, start.end, start.log
+    link = open_link(board, end, local.part, executive, start.link, log=log)
+    start.undo.callback(link.close)
+
+    def turn_off(why: str) -> None:
+        if not right.suspend(why):
+            log(f"link: {why}")
+
+    return LinkedEnd(link, executive, task.end_with, turn_off, ends_both=end.has_hardware)
 
 
 def _commanders(

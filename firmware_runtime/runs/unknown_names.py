@@ -6,7 +6,6 @@ gains) and modules. None of it keeps the robot from running, so none is a fault 
 
 from collections.abc import Iterator, Sequence
 from importlib.util import find_spec
-from typing import Any
 
 from firmware_runtime.board import installed as kinds
 from firmware_runtime.board import registry
@@ -104,8 +103,8 @@ def _of_signal(model: Component, signal: Signal) -> Iterator[str]:
                 yield f"{place!r}: a {port.type.__name__} has no such number; {expected}"
 
 
-def _fields(kind: type[Any]) -> Sequence[str]:
-    """The fields of a record; nothing of what is none."""
+def _fields(kind: type[object]) -> Sequence[str]:
+    """Return the fields of a record; none of what is no record."""
     stated = ("__dataclass_fields__", "__struct_fields__", "_fields")
     return next(([*getattr(kind, each)] for each in stated if hasattr(kind, each)), [])
 

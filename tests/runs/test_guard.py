@@ -1,54 +1,87 @@
-"""The guard, look by look, over a run in this process or one that has ended."""
+"""The guard, poll by poll: it watches a run, takes over, and nothing keeps it from the outputs."""
 
 import os
 import subprocess
 import sys
 from collections.abc import Iterator, Mapping
-from functools import partial
 from pathlib import Path
 from time import monotonic_ns
 from typing import Any
 
 import pytest
+from msgspec.structs import asdict
 
 from firmware_runtime.devs.time import SECOND
+from firmware_runtime.errors import StatisticsFileError
 from firmware_runtime.hal.wire_errors import BusAbsent
 from firmware_runtime.runs.guard import Guard, Phase
-from firmware_runtime.statistics.file import StatisticsFile
-from firmware_runtime.statistics.file_header import RunState
+from firmware_runtime.runs.watched_run import WatchedRun, keep_clear_of_other_runs
+from firmware_runtime.statistics.file import STATISTICS, StatisticsFile
 from firmware_runtime.statistics.layout import ACKNOWLEDGED, EPOCH, GUARD, HEARTBEAT, STATE, Layout
-from firmware_runtime.statistics.takeovers import note_takeover, read_takeovers, takeovers_of
+from firmware_runtime.statistics.mapped_file import PREFIX
+from firmware_runtime.statistics.statistics import RunState
+from firmware_runtime.statistics.takeovers import (
+    Takeover,
+    note_takeover,
+    read_takeovers,
+    takeovers_of,
+)
 from firmware_runtime.system.process_identity import this_process
 
-HEADER = {"models": {}, "conditions": {"board": "tachobot"}}
+HEADER = {"models": {}, "conditions": {"board": "tachobot", "switched_off": ["here: 00"]}}
 STALL = 20 * SECOND
 """Longer than a busy machine holds up a test."""
+ERRORS = [
+    KeyError("x"),
+    TypeError("x"),
+    OverflowError(),
+    MemoryError(),
+    RecursionError(),
+    OSError(),
+]
 
 
 class Watch:
-    """A guard whose chips answer as reported."""
+    """A guard and what it does, in order; chips answer, and parts raise, as the test says."""
 
     def __init__(self, path: Path) -> None:
+        self.done: list[str] = []
+        self.raising: dict[str, Exception] = {}
         self.failing: list[str] = []
-        self.offs = 0
         self.reported: list[str] = []
-        record = partial(note_takeover, path)
         self.against: str | None = None
-        self.out_of_reach: BusAbsent | None = None
         self.conditions: Mapping[str, Any] = {}
-        self.guard = Guard(path, self, STALL, self.reported.append, record)
+        self._path = path
+        self.guard = Guard(path, self, STALL, self.log, self.record)
+
+    @property
+    def offs(self) -> int:
+        return self.done.count("off")
+
+    def _do(self, what: str) -> None:
+        self.done.append(what)
+        if what in self.raising:
+            raise self.raising[what]
 
     def make_safe(self) -> list[str]:
-        self.offs += 1
+        self._do("off")
         return self.failing
 
     def why_unguarded(self, conditions: Mapping[str, Any]) -> str | None:
+        self._do("why_unguarded")
         self.conditions = conditions
         return self.against
 
     def reach(self) -> None:
-        if self.out_of_reach is not None:
-            raise self.out_of_reach
+        self._do("reach")
+
+    def log(self, what: str) -> None:
+        self._do("log")
+        self.reported.append(what)
+
+    def record(self, takeover: Takeover) -> None:
+        self._do("record")
+        note_takeover(self._path, takeover)
 
 
 @pytest.fixture
@@ -113,7 +146,7 @@ def test_a_run_that_it_could_not_switch_off_is_watched_and_not_marked_guarded(
 def test_a_guard_that_may_open_no_bus_ends_and_is_not_seen_by_the_run(
     watch: Watch, file: StatisticsFile
 ) -> None:
-    watch.out_of_reach = BusAbsent("i2c1: /dev/i2c-1 cannot be opened")
+    watch.raising["reach"] = BusAbsent("i2c1: /dev/i2c-1 cannot be opened")
     with pytest.raises(BusAbsent):
         watch.guard.poll()
     assert file.cells[GUARD] == 0
@@ -258,28 +291,170 @@ def test_chips_that_do_not_acknowledge_are_written_again_and_logged_and_kept_onc
     assert "no finished step for" in kept.why
 
 
-def test_the_end_of_the_process_is_noticed_and_the_next_run_watched(
-    path: Path, watch: Watch, wake_up: int
-) -> None:
+@pytest.fixture
+def other(path: Path) -> Iterator["subprocess.Popen[bytes]"]:
+    """Another process that keeps its statistics at the path, until it is killed."""
     program = (
         "import sys; from pathlib import Path;"
         "from firmware_runtime.statistics.layout import Layout;"
         "from firmware_runtime.statistics.file import StatisticsFile;"
-        "file = StatisticsFile(Layout(), {'models': {}, 'conditions': {}}, Path(sys.argv[1]));"
+        f"file = StatisticsFile(Layout(), {HEADER!r}, Path(sys.argv[1]));"
         "print('there', flush=True); sys.stdin.read()"
     )
     command = [sys.executable, "-c", program, str(path)]
     with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE) as run:
         assert run.stdout is not None
         run.stdout.readline()
-        watch.guard.poll()
-        assert watch.guard.phase is Phase.WATCHING
+        yield run
         run.kill()
-        run.wait()
-        watch.guard.wait(wake_up)
-        watch.guard.poll()
+
+
+def test_the_end_of_the_process_is_noticed_and_the_next_run_watched(
+    path: Path, watch: Watch, wake_up: int, other: "subprocess.Popen[bytes]"
+) -> None:
+    watch.guard.poll()
+    assert watch.guard.phase is Phase.WATCHING
+    other.kill()
+    other.wait()
+    watch.guard.wait(wake_up)
+    watch.guard.poll()
     assert (watch.guard.phase, watch.offs) == (Phase.WAITING, 1)
     assert "has ended" in watch.reported[0]
     StatisticsFile(Layout(), HEADER, path)
     watch.guard.poll()
     assert watch.guard.phase is Phase.WATCHING
+
+
+# What it meets besides a run that dies ----------------------------------------------------------
+
+
+def guard_seen_at(path: Path) -> int:
+    with STATISTICS.opened(path) as file:
+        return memoryview(file.read(8 * GUARD, 8)).cast("q")[0]
+
+
+def with_header(path: Path, **header: object) -> None:
+    """A statistics file that is whole but for what its header says."""
+    layout = Layout()
+    path.write_bytes(STATISTICS.encode(header, layout.cells) + bytes(8 * layout.cells))
+
+
+def test_outputs_come_before_every_word(watch: Watch, file: StatisticsFile) -> None:
+    watch.guard.poll()
+    watch.done.clear()
+    hang(file)
+    watch.guard.poll()
+    assert watch.done == ["off", "log", "record"]
+
+
+@pytest.mark.parametrize("error", ERRORS, ids=lambda each: type(each).__name__)
+@pytest.mark.parametrize("part", ["log", "record", "off", "why_unguarded"])
+def test_whatever_is_raised_outputs_are_written_poll_after_poll(
+    watch: Watch, file: StatisticsFile, part: str, error: Exception
+) -> None:
+    watch.raising[part] = error
+    watch.guard.poll()
+    hang(file)
+    for _ in range(3):
+        watch.guard.poll()
+    assert watch.done.count("off") == 3
+    assert watch.guard.phase is Phase.HOLDING
+
+
+DAMAGED: dict[str, Any] = {
+    "empty": {},
+    "no conditions": {"writer": {"pid": 1, "started_ticks": 1, "boot_id": ""}},
+    "writer a list": {"writer": [], "conditions": {}},
+    "writer without keys": {"writer": {}, "conditions": {}},
+    "number too large": {
+        "writer": {"pid": 10**30, "started_ticks": 1, "boot_id": ""},
+        "conditions": {},
+    },
+    "number of a group": {
+        "writer": {"pid": -1, "started_ticks": 1, "boot_id": ""},
+        "conditions": {},
+    },
+    "number a text": {"writer": {"pid": "1", "started_ticks": 1, "boot_id": ""}, "conditions": {}},
+    "conditions a text": {"writer": asdict(this_process()), "conditions": "none"},
+}
+
+
+@pytest.mark.parametrize("header", DAMAGED.values(), ids=DAMAGED)
+def test_a_header_that_is_of_no_use_is_logged_once_and_replaced_by_a_new_run(
+    path: Path, watch: Watch, header: dict[str, Any]
+) -> None:
+    with_header(path, **header)
+    for _ in range(3):
+        watch.guard.poll()
+    assert watch.done == ["log"]
+    assert "no usable" in str(keep_clear_of_other_runs(path))
+    StatisticsFile(Layout(), HEADER, path)
+    watch.guard.poll()
+    assert watch.guard.phase is Phase.WATCHING
+
+
+@pytest.mark.parametrize(
+    "content",
+    [
+        b"",
+        b"FWRTSTAT",
+        bytes(100),
+        PREFIX.pack(b"FWRTSTAT", STATISTICS.schema, 64, 10**12) + bytes(32),
+        PREFIX.pack(b"FWRTSTAT", STATISTICS.schema, 100_032, 100_000) + b"[" * 100_000,
+    ],
+    ids=["empty", "cut", "zeros", "header longer than the file", "nested too deep"],
+)
+def test_a_file_of_another_format_is_logged_once(path: Path, watch: Watch, content: bytes) -> None:
+    path.write_bytes(content)
+    for _ in range(3):
+        watch.guard.poll()
+    assert watch.done == ["log"]
+    assert keep_clear_of_other_runs(path) is not None
+
+
+def test_a_header_that_would_fill_the_memory_is_not_read(path: Path) -> None:
+    size = 1 << 40
+    path.write_bytes(PREFIX.pack(b"FWRTSTAT", STATISTICS.schema, size, size - PREFIX.size))
+    os.truncate(path, size)
+    with pytest.raises(StatisticsFileError, match="a header of"):
+        WatchedRun(path)
+
+
+def test_a_fifo_in_place_of_the_file_is_not_waited_for(path: Path, watch: Watch) -> None:
+    os.mkfifo(path)
+    watch.guard.poll()
+    assert watch.done == ["log"]
+    assert "no regular file" in str(keep_clear_of_other_runs(path))
+
+
+def test_a_directory_in_place_of_the_file_is_logged(path: Path, watch: Watch) -> None:
+    path.mkdir()
+    watch.guard.poll()
+    assert watch.done == ["log"]
+
+
+def test_a_path_that_leads_nowhere_is_no_run(path: Path, watch: Watch) -> None:
+    path.symlink_to(path)
+    watch.guard.poll()
+    assert watch.done == []
+
+
+def test_a_run_that_drives_is_watched_on_whatever_takes_the_place_of_its_file(
+    path: Path, watch: Watch, other: "subprocess.Popen[bytes]"
+) -> None:
+    watch.guard.poll()
+    whole = path.read_bytes()
+    path.unlink()
+    path.write_bytes(whole)
+    watch.guard.poll()
+    path.unlink()
+    StatisticsFile(Layout(), HEADER, path).close_section(0)
+    watch.guard.poll()
+    assert "off" not in watch.done
+    other.kill()
+    other.wait()
+    watch.guard.poll()
+    assert watch.done.count("off") == 1
+    watch.guard.poll()
+    assert watch.guard.phase is Phase.WATCHING
+    assert guard_seen_at(path) > 0
