@@ -4,19 +4,22 @@ A convention goes by the name of its entry point: a process that is to use one o
 that package installed as well.
 """
 
-from collections.abc import Mapping, Sequence
-from typing import Any
+from collections.abc import Iterable, Mapping
+from typing import Any, TypeVar
 
 import msgspec
 from msgspec import Struct
+from msgspec.structs import replace
 
 from firmware_runtime.board.ros.conventions import Convention, Incoming, Options, Outgoing
 from firmware_runtime.board.ros.plain_types import plain_incoming, plain_outgoing
 from firmware_runtime.board.ros.topics import Publication, Subscription, Topics
 from firmware_runtime.errors import ConfigError
 
+M = TypeVar("M", Outgoing, Incoming)
 
-class _Topic(Struct, frozen=True, kw_only=True):
+
+class _Row(Struct, frozen=True, kw_only=True):
     topic: str
     port: str
     type: str
@@ -24,29 +27,28 @@ class _Topic(Struct, frozen=True, kw_only=True):
     """Empty for a plain type."""
     options: dict[str, str]
     """As texts: JSON has no word for numbers that are not finite."""
-
-
-class _Published(_Topic, frozen=True, kw_only=True):
-    frame: str
-    rate_hz: float
-
-
-class _Taken(_Topic, frozen=True, kw_only=True):
-    record: dict[str, bool]
-    """The fields of a record, and whether they are whole numbers."""
+    frame: str = ""
+    rate_hz: float = 0.0
+    record: dict[str, bool] = {}
+    """Of a topic that is taken: the fields of a record, and whether they are whole numbers."""
 
 
 class _Table(Struct, frozen=True):
-    published: tuple[_Published, ...]
-    taken: tuple[_Taken, ...]
+    published: tuple[_Row, ...]
+    taken: tuple[_Row, ...]
     without: dict[str, str]
 
 
 def table_of(topics: Topics) -> dict[str, Any]:
-    """The topics in JSON's types."""
+    """Return the topics in JSON's types."""
     table = _Table(
-        tuple(map(_published, topics.publications)),
-        tuple(map(_taken, topics.subscriptions)),
+        tuple(
+            replace(_row(each), frame=each.frame, rate_hz=each.rate_hz)
+            for each in topics.publications
+        ),
+        tuple(
+            replace(_row(each), record=dict(each.message.record)) for each in topics.subscriptions
+        ),
         dict(topics.without),
     )
     built: dict[str, Any] = msgspec.to_builtins(table)
@@ -54,10 +56,9 @@ def table_of(topics: Topics) -> dict[str, Any]:
 
 
 def topics_in(table: object, provided: Mapping[str, Convention]) -> Topics:
-    """The topics of a `table_of`, with these conventions; raises ConfigError if one is missing."""
+    """Return the topics of a `table_of`; raises ConfigError if a convention is missing."""
     read = msgspec.convert(table, _Table)
-    every: Sequence[_Topic] = [*read.published, *read.taken]
-    missing = {each.convention for each in every if each.convention not in {*provided, ""}}
+    missing = {each.convention for each in (*read.published, *read.taken)} - {*provided, ""}
     if missing:
         fault = "no such convention here; expected its package in the environment of ROS 2"
         raise ConfigError("topics", [f"{name}: {fault}" for name in sorted(missing)])
@@ -68,61 +69,33 @@ def topics_in(table: object, provided: Mapping[str, Convention]) -> Topics:
     )
 
 
-def _published(each: Publication) -> _Published:
-    return _Published(
+def _row(each: Publication | Subscription) -> _Row:
+    return _Row(
         topic=each.topic,
         port=each.port,
         type=each.message.type,
         convention=each.convention,
-        options=_texts(each.options),
-        frame=each.frame,
-        rate_hz=each.rate_hz,
+        options={name: str(value) for name, value in each.options.items()},
     )
 
 
-def _taken(each: Subscription) -> _Taken:
-    return _Taken(
-        topic=each.topic,
-        port=each.port,
-        type=each.message.type,
-        convention=each.convention,
-        options=_texts(each.options),
-        record=dict(each.message.record),
-    )
+def _publication(row: _Row, convention: Convention | None) -> Publication:
+    message = plain_outgoing(row.type) if convention is None else _of(convention.out, row.type)
+    stated = row.topic, row.port, message, row.convention, _options(row)
+    return Publication(*stated, row.frame, row.rate_hz)
 
 
-def _publication(each: _Published, convention: Convention | None) -> Publication:
-    message = plain_outgoing(each.type) if convention is None else _out(convention, each.type)
-    return Publication(
-        each.topic,
-        each.port,
-        message,
-        each.convention,
-        _numbers(each.options),
-        each.frame,
-        each.rate_hz,
-    )
-
-
-def _subscription(each: _Taken, convention: Convention | None) -> Subscription:
+def _subscription(row: _Row, convention: Convention | None) -> Subscription:
     if convention is None:
-        message = plain_incoming(each.type, each.record)
+        message = plain_incoming(row.type, row.record)
     else:
-        message = _into(convention, each.type)
-    return Subscription(each.topic, each.port, message, each.convention, _numbers(each.options))
+        message = _of(convention.into, row.type)
+    return Subscription(row.topic, row.port, message, row.convention, _options(row))
 
 
-def _out(convention: Convention, kind: str) -> Outgoing:
-    return next(each for each in convention.out if each.type == kind)
+def _of(messages: Iterable[M], kind: str) -> M:
+    return next(each for each in messages if each.type == kind)
 
 
-def _into(convention: Convention, kind: str) -> Incoming:
-    return next(each for each in convention.into if each.type == kind)
-
-
-def _texts(options: Options) -> dict[str, str]:
-    return {name: str(value) for name, value in options.items()}
-
-
-def _numbers(texts: Mapping[str, str]) -> Options:
-    return {name: float(text) for name, text in texts.items()}
+def _options(row: _Row) -> Options:
+    return {name: float(text) for name, text in row.options.items()}

@@ -17,18 +17,15 @@ from pathlib import Path
 from threading import Lock
 from typing import Any, Final, NoReturn
 
-import rclpy
-from rclpy.experimental import EventsExecutor
 from rclpy.node import Node
 from rclpy.qos import QoSProfile
-from rclpy.signals import SignalHandlerOptions
 from std_msgs.msg import UInt8MultiArray
 
 from firmware_runtime.errors import ConfigError, Status
 from firmware_runtime.links.cut.udp import Carrier, begin_carrier
 from firmware_runtime.links.endpoint import UdpAddress
 from firmware_runtime.links.key_file import read_key
-from firmware_runtime.links.ros2.spinning import Spinning
+from firmware_runtime.links.ros2.spinning import SpunNode
 
 _OTHER_END: Final[UdpAddress] = ("ros2", 0)
 
@@ -97,27 +94,6 @@ class TopicCarrier(Carrier):
             super()._report()
 
 
-class CarrierNode:
-    """The node of ROS that both topics are of."""
-
-    def __init__(self, name: str, namespace: str) -> None:
-        rclpy.init(args=[], signal_handler_options=SignalHandlerOptions.NO)
-        self.node = Node(
-            name, namespace=namespace, start_parameter_services=False, enable_rosout=False
-        )
-        self._spinning = Spinning(EventsExecutor(), self.node, "spin")
-
-    def begin(self) -> None:
-        """Handle what comes."""
-        self._spinning.begin()
-
-    def close(self) -> None:
-        """Leave the graph."""
-        self._spinning.end()
-        self.node.destroy_node()
-        rclpy.shutdown()
-
-
 def main() -> int:
     """Carry until the run closes its end of the pair, given by the number of a descriptor."""
     parser = argparse.ArgumentParser()
@@ -134,7 +110,7 @@ def main() -> int:
     except ConfigError as error:
         sys.stderr.write(f"{error}\n")
         return Status.BAD_INPUT
-    carried_by = CarrierNode(f"link_{stated.role}", stated.namespace)
+    carried_by = SpunNode(f"link_{stated.role}", stated.namespace)
     topics = TopicSocket(carried_by.node, stated.sends, stated.receives)
     carrier = TopicCarrier(run, topics, key)
     carried_by.begin()

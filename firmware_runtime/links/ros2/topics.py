@@ -12,9 +12,6 @@ from pathlib import Path
 from time import monotonic_ns, time_ns
 from typing import Any, Final
 
-import rclpy
-from rclpy.context import Context
-from rclpy.experimental import EventsExecutor
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 
@@ -25,7 +22,7 @@ from firmware_runtime.links.ros2.messages import message_class, message_of, stam
 from firmware_runtime.links.ros2.node import Part
 from firmware_runtime.links.ros2.pace import Pace
 from firmware_runtime.links.ros2.ports_end import PortsEnd, SaidOnce
-from firmware_runtime.links.ros2.spinning import Spinning
+from firmware_runtime.links.ros2.spinning import SpunNode
 
 OLDEST: Final = 500 * MILLISECOND
 """A command whose header is older is refused, ns, or so far in the future; without a time it has no
@@ -55,32 +52,6 @@ class _Out:
         self.publisher.publish(message)
 
 
-class _Beside:
-    """A second participant: one alone cannot take two types of message on one topic."""
-
-    def __init__(self, beside: Node, number: int) -> None:
-        self._context = Context()
-        rclpy.init(context=self._context)
-        self.node = Node(
-            f"{beside.get_name()}_type_{number}",
-            namespace=beside.get_namespace(),
-            context=self._context,
-            use_global_arguments=False,
-            enable_rosout=False,
-            start_parameter_services=False,
-        )
-        self._executor = EventsExecutor(context=self._context)
-        self._spinning = Spinning(self._executor, self.node, "beside")
-        self._spinning.begin()
-
-    def close(self) -> None:
-        """Leave the graph."""
-        self._spinning.end()
-        self._executor.shutdown()
-        self.node.destroy_node()
-        self._context.try_shutdown()
-
-
 class RobotTopics(Part):
     """Publishes from `configure` on, as long as there is a run; takes values while active.
 
@@ -102,7 +73,8 @@ class RobotTopics(Part):
         self._ports = ports
         self._holds_robot = holds_robot
         self._outs: dict[str, list[_Out]] = {}
-        self._beside: list[_Beside] = []
+        self._beside: list[SpunNode] = []
+        """Participants beside this one, which alone cannot take two types of message on a topic."""
         self._subscriptions: list[tuple[Node, Any]] = []
         self._run: PortsEnd | None = None
         self._is_active = False
@@ -195,7 +167,9 @@ class RobotTopics(Part):
 
     def _node_for(self, number: int) -> Node:
         while len(self._beside) < number:
-            self._beside.append(_Beside(self._node, len(self._beside) + 2))
+            name = f"{self._node.get_name()}_type_{len(self._beside) + 2}"
+            self._beside.append(SpunNode(name, self._node.get_namespace()))
+            self._beside[-1].begin()
         return self._beside[number - 1].node if number > 0 else self._node
 
     def _subscribe(self, node: Node, each: Subscription) -> None:
