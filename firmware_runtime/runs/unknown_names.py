@@ -25,7 +25,7 @@ from firmware_runtime.links.cut.cut import cut_of
 from firmware_runtime.runs.start import start_session
 
 
-def named_in_vain(board: Board) -> Iterator[str]:
+def unknown_names(board: Board) -> Iterator[str]:
     """A sentence for each name of the definition that leads nowhere."""
     defined = kinds.definition(board.kind)
     for pattern in board.retunable:

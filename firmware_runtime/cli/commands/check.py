@@ -15,7 +15,7 @@ from firmware_runtime.executive.clocks import VirtualClock
 from firmware_runtime.recording.blackbox.size import seconds_held, size_for
 from firmware_runtime.recording.blackbox.state_of_run import why_unkeepable
 from firmware_runtime.runs.start import start_session
-from firmware_runtime.runs.unknown_names import named_in_vain
+from firmware_runtime.runs.unknown_names import unknown_names
 
 
 def add_to(verbs: SubParsers) -> None:
@@ -33,7 +33,7 @@ def execute(arguments: argparse.Namespace) -> int:
     unkept = why_unkeepable(robot, lines)
     check_ends(board)
     topics = topics_of(board)
-    warnings = [*board.warnings, *named_in_vain(board)]
+    warnings = [*board.warnings, *unknown_names(board)]
     print(f"{board.name}: {board.source} is sound")
     for load in board.loads.values():
         overhead = f" and {load.overhead_ns / 1e3:g} us a transaction" if load.overhead_ns else ""

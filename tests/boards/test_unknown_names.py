@@ -14,7 +14,7 @@ from firmware_runtime.board.robot import Robot
 from firmware_runtime.board.schema_keys import may_have
 from firmware_runtime.board.settings import BoardSettings
 from firmware_runtime.cli import main
-from firmware_runtime.runs.unknown_names import named_in_vain
+from firmware_runtime.runs.unknown_names import unknown_names
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 STEP = StepExperiment(
@@ -57,7 +57,7 @@ def board() -> Board:
     ["tachobot", "detective", EXAMPLES / "balancing/balancing", EXAMPLES / "pan_tilt/pan_tilt"],
 )
 def test_boards_that_come_with_the_project_name_nothing_in_vain(name: str | Path) -> None:
-    assert list(named_in_vain(registry.load(str(name)))) == []
+    assert list(unknown_names(registry.load(str(name)))) == []
 
 
 @pytest.mark.parametrize(
@@ -76,7 +76,7 @@ def test_boards_that_come_with_the_project_name_nothing_in_vain(name: str | Path
 def test_an_experiment_names_what_is_there(
     board: Board, experiment: StepExperiment | OwnExperiment, said: str
 ) -> None:
-    [found] = named_in_vain(replace(board, experiments={"step": experiment}))
+    [found] = unknown_names(replace(board, experiments={"step": experiment}))
     assert found.startswith(f"experiments.step.{said}")
 
 
@@ -92,13 +92,13 @@ def test_an_experiment_names_what_is_there(
     ],
 )
 def test_a_plant_names_what_is_there(board: Board, plant: Plant, said: str) -> None:
-    [found] = named_in_vain(replace(board, plant=plant))
+    [found] = unknown_names(replace(board, plant=plant))
     assert found.startswith(said)
 
 
 def test_a_gain_that_no_file_can_have_is_named(board: Board) -> None:
     gains = ("controller.*.kp", "controller.x.kp", "controller.yaw.kpp", "controller.yaw")
-    found = [*named_in_vain(replace(board, retunable=gains, plant=None))]
+    found = [*unknown_names(replace(board, retunable=gains, plant=None))]
     assert [each.partition(": no file")[0] for each in found] == [
         "retunable: 'controller.yaw.kpp'",
         "retunable: 'controller.yaw'",
@@ -119,7 +119,7 @@ def test_a_value_that_cannot_cross_the_cut_is_named(board: Board) -> None:
         components["controller"].in_ports["sample"].type = object
         return robot
 
-    [found] = named_in_vain(replace(board, build=build))
+    [found] = unknown_names(replace(board, build=build))
     assert found.startswith("roles: imu.sample: its values cannot cross a link")
 
 
