@@ -32,7 +32,7 @@ def write_plot(session: Session, path: Path, reason: str) -> None:
     """
     if not isinstance(session.hardware.rig, Drawn):
         return
-    until, own = session.world_now(), session.robot.own_result()
+    until, own = session.hardware.world_now(), session.robot.own_result()
     try:
         write_picture(path, session.hardware.rig.draw(until, own, reason))
     except (OSError, ValueError) as error:

@@ -16,10 +16,10 @@ from firmware_runtime.errors import StatisticsFileError
 from firmware_runtime.hal.wire_errors import BusAbsent
 from firmware_runtime.runs.guard import Guard, Phase
 from firmware_runtime.runs.watched_run import WatchedRun, keep_clear_of_other_runs
-from firmware_runtime.statistics.file import STATISTICS, StatisticsFile
+from firmware_runtime.statistics.file import StatisticsFile
+from firmware_runtime.statistics.file_header import STATISTICS, RunState
 from firmware_runtime.statistics.layout import ACKNOWLEDGED, EPOCH, GUARD, HEARTBEAT, STATE, Layout
 from firmware_runtime.statistics.mapped_file import PREFIX
-from firmware_runtime.statistics.statistics import RunState
 from firmware_runtime.statistics.takeovers import (
     Takeover,
     note_takeover,
