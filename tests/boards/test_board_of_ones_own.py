@@ -440,9 +440,11 @@ def test_what_a_rig_shows_is_a_port(heron: Heron, capsys: pytest.CaptureFixture[
 
 
 def test_a_rig_without_one_of_the_boards_buses_is_named(heron: Heron) -> None:
-    bus = '{"i2c1": I2cBusDouble("i2c1", clock, ())}'
-    assert bus in RIG_OF_NOTHING
-    heron.install(OBJECT, BOARD + RIG, RIG_OF_NOTHING.replace(bus, "{}"))
+    heron.install(
+        OBJECT,
+        BOARD + RIG,
+        RIG_OF_NOTHING.replace('{"i2c1": I2cBusDouble("i2c1", clock, ())}', "{}"),
+    )
     with pytest.raises(ConfigError) as caught:
         rig_for(registry.load("heron"), WorldClock())
     assert "i2c1" in caught.value.faults[0]
