@@ -8,7 +8,6 @@ import os
 import re
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
-from hashlib import sha256
 from pathlib import Path
 from typing import Any, Literal
 
@@ -78,8 +77,15 @@ class Board(Struct, frozen=True):
     """What can be tried with it beside what any board can, by name."""
     plant: Plant | None
     """The body that it moves, for `identify` and `tune`."""
-    fingerprint: str
-    """SHA-256 over the file and the overrides, for the conditions of a run."""
+    content: str
+    """The text of the file, then the overrides, a line each."""
+
+    @property
+    def fingerprint(self) -> str:
+        """SHA-256 of the content, for the conditions of a run."""
+        from hashlib import sha256  # noqa: PLC0415 -- takes 3 ms, before outputs are off
+
+        return sha256(self.content.encode()).hexdigest()
 
     def absent_lines(self) -> Lines:
         """Its lines, by name, on which nothing can be sent."""
@@ -157,7 +163,7 @@ def board_of(
         inputs=defined.inputs,
         experiments=defined.experiments,
         plant=defined.plant,
-        fingerprint=_fingerprint(source, assignments),
+        content="\n".join([read_text(source), *assignments]),
     )
 
 
@@ -281,7 +287,3 @@ def _why_no_file(path: str) -> str:
     except OSError as error:
         return f"cannot be found ({error.strerror})"
     return "no regular file"
-
-
-def _fingerprint(source: Path, assignments: Sequence[str]) -> str:
-    return sha256("\n".join([read_text(source), *assignments]).encode()).hexdigest()

@@ -3,10 +3,11 @@
 {"source": "/home/pi/mine.toml", "table": {"board": "tachobot", ...}}
 """
 
-import json
 import os
 from contextlib import suppress
 from pathlib import Path
+
+import msgspec
 
 from firmware_runtime.board import strict
 from firmware_runtime.board.installed import FILE
@@ -17,7 +18,8 @@ from firmware_runtime.system.atomic_file import read_text
 
 def kept_table(board: Board) -> str:
     """A board's `table` as JSON, with the path of the file that it came from."""
-    return json.dumps({"source": os.path.realpath(board.source), "table": board.table})
+    kept = {"source": os.path.realpath(board.source), "table": board.table}
+    return msgspec.json.encode(kept).decode()
 
 
 def load_table(kept: Path) -> Board:
@@ -42,8 +44,8 @@ def is_kept_of(kept: Path, board: str) -> bool:
 def _kept(path: Path) -> tuple[object, object]:
     """The file that a kept table came from, and the table. Raises ConfigError."""
     try:
-        kept = json.loads(read_text(path))
-    except (ValueError, RecursionError) as error:
+        kept = msgspec.json.decode(read_text(path))
+    except (ValueError, RecursionError) as error:  # msgspec's errors are ValueErrors
         raise ConfigError(str(path), [f"{error}; expected JSON"]) from error
     if isinstance(kept, dict) and "board" not in kept:
         return kept.get("source"), kept.get("table")

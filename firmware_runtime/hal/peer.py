@@ -1,10 +1,12 @@
 """Which process is at the other end of a Unix socket, as the kernel says. Source: unix(7)."""
 
 import os
-import socket
 import struct
 from pathlib import Path
-from typing import Final, NamedTuple
+from typing import TYPE_CHECKING, Final, NamedTuple
+
+if TYPE_CHECKING:
+    from socket import socket
 
 _UCRED: Final = struct.Struct("@iII")
 
@@ -17,8 +19,10 @@ class Credentials(NamedTuple):
     group: int
 
 
-def peer_of(connection: socket.socket) -> Credentials:
+def peer_of(connection: "socket") -> Credentials:
     """Those of the process at the other end. Raises OSError."""
+    import socket  # noqa: PLC0415 -- loaded already where there is a connection
+
     said = connection.getsockopt(socket.SOL_SOCKET, socket.SO_PEERCRED, _UCRED.size)
     return Credentials(*_UCRED.unpack(said))
 

@@ -1,11 +1,10 @@
 """Requests to a run, from another process: `ask` waits for the answer, `post` for nothing."""
 
-import socket
 from contextlib import suppress
 from pathlib import Path
 from select import select
 from time import monotonic_ns
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from msgspec import MsgspecError
 from msgspec.json import Decoder
@@ -14,8 +13,10 @@ from firmware_runtime.devs.time import SECOND
 from firmware_runtime.errors import FirmwareRuntimeError
 from firmware_runtime.links.ports.datagrams import message_of
 from firmware_runtime.links.ports.desk import Answer
-from firmware_runtime.links.ports.robot_end import RobotEnd
 from firmware_runtime.statistics.paths import Companion
+
+if TYPE_CHECKING:
+    from firmware_runtime.links.ports.robot_end import RobotEnd
 
 TIMEOUT_S = 5.0
 """How long a request waits for its answer."""
@@ -26,11 +27,16 @@ _UNTIL_IT_IS_DONE = "disarm"
 
 def post(statistics: Path, request: str) -> None:
     """Send a request to the run with these statistics, if there is one, and wait for nothing."""
+    path = Companion.SOCKET.beside(statistics)
+    if not path.exists():
+        return
+    import socket  # noqa: PLC0415 -- takes 6 ms, before outputs are off, and mostly there is no run
+
     with (
         suppress(OSError),
         socket.socket(socket.AF_UNIX, socket.SOCK_SEQPACKET | socket.SOCK_NONBLOCK) as sending,
     ):
-        sending.connect(str(Companion.SOCKET.beside(statistics)))
+        sending.connect(str(path))
         sending.send(message_of(request=request))
 
 
@@ -42,6 +48,8 @@ def ask(statistics: Path, request: str, timeout_s: float | None = None, **more: 
     """
     timeout_s = TIMEOUT_S if timeout_s is None else timeout_s
     until = monotonic_ns() + round(timeout_s * SECOND)
+    from firmware_runtime.links.ports.robot_end import RobotEnd  # noqa: PLC0415 -- as above
+
     end = RobotEnd(statistics)
     try:
         return _answer(end, until, request, more)
@@ -62,7 +70,7 @@ def ask(statistics: Path, request: str, timeout_s: float | None = None, **more: 
         end.close()
 
 
-def _answer(end: RobotEnd, until: int, request: str, more: dict[str, object]) -> Answer:
+def _answer(end: "RobotEnd", until: int, request: str, more: dict[str, object]) -> Answer:
     """Raises OSError, TimeoutError without an answer in time, and MsgspecError for what is none."""
     end.connect()
     while not end.is_greeted:
@@ -80,7 +88,7 @@ def _answer(end: RobotEnd, until: int, request: str, more: dict[str, object]) ->
             return _answered(said)
 
 
-def _wait(end: RobotEnd, until: int) -> None:
+def _wait(end: "RobotEnd", until: int) -> None:
     """Raises TimeoutError once there is no more time."""
     left = until - monotonic_ns()
     if left <= 0 or not select([end], (), (), left / SECOND)[0]:

@@ -1,6 +1,5 @@
 """Parts of the values that `typed_values` writes: numbers, fields of records, arrays, classes."""
 
-import dataclasses
 import json
 from collections.abc import Iterable
 from enum import Enum
@@ -75,7 +74,7 @@ def object_in(found: object) -> dict[str, Any]:
 def is_record(kind: type[Any]) -> bool:
     """Return whether a class is a dataclass, a named tuple or a Struct."""
     is_named = issubclass(kind, tuple) and hasattr(kind, "_fields")
-    return is_named or dataclasses.is_dataclass(kind) or issubclass(kind, msgspec.Struct)
+    return is_named or hasattr(kind, "__dataclass_fields__") or issubclass(kind, msgspec.Struct)
 
 
 def field_defaults(kind: type[Any]) -> dict[str, object]:
@@ -92,6 +91,8 @@ def field_defaults(kind: type[Any]) -> dict[str, object]:
             each.name: REQUIRED if each.required else each.default
             for each in msgspec.structs.fields(kind)
         }
+    import dataclasses  # noqa: PLC0415 -- loaded already where there is one
+
     fields = dataclasses.fields(kind)
     if hidden := [field.name for field in fields if not field.init]:
         raise TypeError(f"{kind.__name__}: {hidden[0]} is not made of what is given to it")

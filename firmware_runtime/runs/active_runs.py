@@ -11,7 +11,6 @@ from fcntl import LOCK_EX, LOCK_NB, flock
 from pathlib import Path
 
 from firmware_runtime.board.registry import Board
-from firmware_runtime.hal.served.connection import lock_of
 from firmware_runtime.runs.watched_run import WatchedRun
 from firmware_runtime.statistics.file_header import STATISTICS
 from firmware_runtime.system.device_nodes import Holder, holders
@@ -21,6 +20,9 @@ from firmware_runtime.system.kernel_files import THIS_MACHINE
 def lines_of(board: Board, doubles: Path | None) -> list[str]:
     """Return what a run of this board locks: device nodes, or the file for its doubles."""
     if doubles is not None:
+        # of doubles in another process only
+        from firmware_runtime.hal.served.connection import lock_of  # noqa: PLC0415
+
         return [str(lock_of(doubles.resolve()))]
     return [line.device for line in (board.settings.buses | board.ports).values()]
 

@@ -1,8 +1,9 @@
 """One robot put together for one run: its lines, its model, its executive, and how they end."""
 
 from contextlib import ExitStack
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
+
+from msgspec import Struct
 
 from firmware_runtime.board.ends import BoardEnd
 from firmware_runtime.board.registry import Board
@@ -48,8 +49,7 @@ class Task:
             self.end_with(ending)
 
 
-@dataclass(frozen=True, kw_only=True)
-class Session:
+class Session(Struct, frozen=True, kw_only=True):
     """A robot whose chips have answered, ready to run: what `start_session` has put together.
 
     What is open until the run is over is released by `undo`, the last first.

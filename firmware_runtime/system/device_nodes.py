@@ -66,14 +66,11 @@ def _command(files: SystemFiles, process: str) -> str:
 
 
 NODES: Final = "/dev/i2c-*"
-_MAINBOARD: Final = ("the SMBus of the mainboard", re.compile(r"smbus|piix4|i801", re.IGNORECASE))
+_MAINBOARD: Final = ("the SMBus of the mainboard", r"(?i)smbus|piix4|i801")
 _DISPLAY: Final = (
     "a display's (DDC)",
-    re.compile(
-        r"ddc|gmbus|dpaux|aux |hdmi|amdgpu|radeon|nvidia|nouveau"
-        r"|fef0[0-9]500\.i2c|107d5082[08]0\.i2c",
-        re.IGNORECASE,
-    ),
+    r"(?i)ddc|gmbus|dpaux|aux |hdmi|amdgpu|radeon|nvidia|nouveau"
+    r"|fef0[0-9]500\.i2c|107d5082[08]0\.i2c",
 )
 """Adapters by a part of their names; the last two are the HDMI buses of a Raspberry Pi 4 and 5."""
 
@@ -114,7 +111,7 @@ def not_for_robots(files: SystemFiles, node: str) -> str | None:
         return _DISPLAY[0]
     called = adapter_name(files, node) or ""
     kinds = (_MAINBOARD, _DISPLAY)
-    return next((whose for whose, pattern in kinds if pattern.search(called)), None)
+    return next((whose for whose, pattern in kinds if re.search(pattern, called)), None)
 
 
 def bound_addresses(files: SystemFiles, node: str) -> list[Bound]:

@@ -11,7 +11,6 @@ Source: packaging.python.org, Core metadata specifications; Entry points specifi
 
 import os
 import re
-import shlex
 import site
 import sys
 from collections.abc import Iterator
@@ -156,7 +155,9 @@ def install_command(extra: str) -> str:
         for package, _, condition in listed
         if f"extra == '{extra}'" in condition.replace('"', "'")
     ]
-    return shlex.join([sys.executable, "-m", "pip", "install", *wanted])
+    from shlex import join  # noqa: PLC0415 -- of a fault only
+
+    return join([sys.executable, "-m", "pip", "install", *wanted])
 
 
 def module_of_extra(name: str, extra: str) -> ModuleType:

@@ -260,8 +260,8 @@ class Mpu9250:
         self._checks.restart()
         field = None
         if self.has_magnetometer:
-            field = FieldDecoder(self.place, self._mounting, self._magnetometer.sensitivity)
-        self._decoder = BurstDecoder(
+            field = FieldDecoder.of(self.place, self._mounting, self._magnetometer.sensitivity)
+        self._decoder = BurstDecoder.of(
             self.place,
             self._mounting,
             acceleration_range=self.settings.accel_range_g * STANDARD_GRAVITY,

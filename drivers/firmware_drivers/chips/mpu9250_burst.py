@@ -8,8 +8,9 @@ bytes show that.
 """
 
 import struct
-from dataclasses import dataclass
-from typing import Final, NamedTuple
+from typing import Final, NamedTuple, Self
+
+from msgspec import Struct
 
 from firmware_drivers.chips.ak8963 import BITM, DRDY, HOFL, MEASUREMENT
 from firmware_drivers.chips.liveness import Counts, Liveness, MeanSquare
@@ -110,8 +111,7 @@ class InertialChecks:
         return True
 
 
-@dataclass(init=False, eq=False, slots=True)
-class FieldDecoder:
+class FieldDecoder(Struct, eq=False):
     """Turns the AK8963's part of a burst into tesla in body axes.
 
     `sensitivity` is in tesla per count of the AK8963's own axes.
@@ -121,11 +121,11 @@ class FieldDecoder:
     _axes: tuple[int, int, int]
     _factors: Vector
 
-    def __init__(self, place: str, mounting: Mounting, sensitivity: Vector) -> None:
+    @classmethod
+    def of(cls, place: str, mounting: Mounting, sensitivity: Vector) -> Self:
+        """Return the decoder for an AK8963 that is mounted so within the MPU-9250."""
         magnetometer = mounting.of(MAGNETOMETER_AXES)
-        self._place = place
-        self._axes = magnetometer.axes
-        self._factors = magnetometer.factors(sensitivity)
+        return cls(place, magnetometer.axes, magnetometer.factors(sensitivity))
 
     def decode(self, measurement: bytes, checks: InertialChecks) -> tuple[Vector | None, bool]:
         """Give the field, None if there is no new one that lives, and whether it overflowed.
@@ -150,8 +150,7 @@ class FieldDecoder:
         return None, bool(st1 & DRDY and st2 & HOFL)
 
 
-@dataclass(init=False, eq=False, slots=True)
-class BurstDecoder:
+class BurstDecoder(Struct, eq=False):
     """Turns bursts into samples; built once a bring-up, with all factors multiplied out.
 
     `acceleration_range` is full scale in m/s2, `rate_range` in rad/s. Without `field`, samples
@@ -165,21 +164,25 @@ class BurstDecoder:
     _acceleration: Vector
     _rate: Vector
 
-    def __init__(
-        self,
+    @classmethod
+    def of(
+        cls,
         place: str,
         mounting: Mounting,
         *,
         acceleration_range: float,
         rate_range: float,
         field: FieldDecoder | None,
-    ) -> None:
-        self.messages = SIX_AXES if field is None else NINE_AXES
-        self.field = field
-        self._place = place
-        self._axes = mounting.axes
-        self._acceleration = mounting.factors((acceleration_range / COUNTS_FULL_SCALE,) * 3)
-        self._rate = mounting.factors((rate_range / COUNTS_FULL_SCALE,) * 3)
+    ) -> Self:
+        """Return the decoder for these ranges."""
+        return cls(
+            SIX_AXES if field is None else NINE_AXES,
+            field,
+            place,
+            mounting.axes,
+            mounting.factors((acceleration_range / COUNTS_FULL_SCALE,) * 3),
+            mounting.factors((rate_range / COUNTS_FULL_SCALE,) * 3),
+        )
 
     def decode(
         self, burst: bytes, checks: InertialChecks, rate_bias: Vector = NO_BIAS

@@ -2,7 +2,6 @@
 
 from collections import deque
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass, field
 from typing import Any, Final, TypeAlias
 
 from msgspec import Raw, Struct
@@ -176,14 +175,13 @@ WATCHED_FOR: Final = 10 * SECOND
 """How long messages go to a watcher that does not ask again, ns."""
 
 
-@dataclass(slots=True)
-class Watcher:
+class Watcher(Struct):
     """One reader; `seen` counts the messages of each port it watches."""
 
     outlet: Connection
     every: int = 1
     until: int = NEVER
-    seen: dict[str, int] = field(default_factory=dict)
+    seen: dict[str, int] = {}
 
     def wants(self, port: str) -> bool:
         """Return whether this message is one to be sent; the first is."""

@@ -25,12 +25,14 @@ import socket
 from collections import deque
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import asdict, dataclass
 from functools import partial
 from pathlib import Path
 from time import monotonic_ns
 from types import MappingProxyType
 from typing import Any, Final, TypeAlias
+
+from msgspec import Struct
+from msgspec.structs import asdict
 
 from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.ports import InPort
@@ -69,8 +71,7 @@ _NO_DESCRIPTOR: Final = {errno.EMFILE, errno.ENFILE}
 Arrival: TypeAlias = tuple[InPort[Any], object]
 
 
-@dataclass(slots=True)
-class Counts:
+class Counts(Struct):
     """Messages since the start of the run."""
 
     received: int = 0

@@ -8,11 +8,12 @@ import os
 import stat
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
 from functools import partial
 from io import FileIO
 from pathlib import Path
 from typing import Final
+
+from msgspec import Struct
 
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.recording.blackbox.layout import PREFIX_SIZE, is_whole
@@ -28,8 +29,7 @@ _NUMBER: Final = 8
 """Bytes of a chunk's number, which stand first in it."""
 
 
-@dataclass(frozen=True, slots=True)
-class Content:
+class Content(Struct, frozen=True):
     """The bytes of a recording, read in pieces: its prefix and the chunks it speaks of."""
 
     length: int

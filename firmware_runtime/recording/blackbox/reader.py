@@ -5,12 +5,12 @@ that is missing between two leaves a gap; both are said, and what follows begins
 """
 
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Final
 from zlib import crc32
 
 import msgspec
+from msgspec import Struct
 
 from firmware_runtime.devs.time import NEVER, SECOND
 from firmware_runtime.errors import ConfigError
@@ -39,22 +39,20 @@ _NO_HEADER: Final = (
 _EXPECTED: Final = f"expected {MAGIC!r} (`recordings recover` reads one whose beginning is lost)"
 
 
-@dataclass(frozen=True, slots=True)
-class Chunk:
+class Chunk(Struct, frozen=True):
     """One chunk, copied; `damage` says what is wrong at its end, None if nothing is."""
 
     number: int
-    contents: list[bytes] = field(repr=False)
+    contents: list[bytes]
     damage: str | None
-    lines: list[int] = field(repr=False, default_factory=list)
+    lines: list[int] = []
     """The highest number of a line in each section; -1 for one without transfers."""
 
 
-@dataclass(frozen=True, slots=True)
-class Segment:
+class Segment(Struct, frozen=True):
     """Sections in a row, as bytes, none missing."""
 
-    contents: list[bytes] = field(repr=False)
+    contents: list[bytes]
 
     def from_beginning(self) -> "Segment | None":
         """From the first at which a replay can begin; None if there is none."""
@@ -101,14 +99,13 @@ def kind_of(content: bytes) -> int:
     return content[1]
 
 
-@dataclass(frozen=True, slots=True)
-class Recording:
+class Recording(Struct, frozen=True):
     """A recording that has at least a header."""
 
     path: Path
     header: Header
-    chunks: list[Chunk] = field(repr=False)
-    damages: list[str] = field(default_factory=list)
+    chunks: list[Chunk]
+    damages: list[str] = []
     """What is wrong with the file where no chunk can be read, one sentence each."""
 
     def contents(self) -> Iterator[bytes]:
