@@ -69,8 +69,10 @@ NODES: Final = "/dev/i2c-*"
 _MAINBOARD: Final = ("the SMBus of the mainboard", r"(?i)smbus|piix4|i801")
 _DISPLAY: Final = (
     "a display's (DDC)",
-    r"(?i)ddc|gmbus|dpaux|aux |hdmi|amdgpu|radeon|nvidia|nouveau"
-    r"|fef0[0-9]500\.i2c|107d5082[08]0\.i2c",
+    (
+        r"(?i)ddc|gmbus|dpaux|aux |hdmi|amdgpu|radeon|nvidia|nouveau"
+        r"|fef0[0-9]500\.i2c|107d5082[08]0\.i2c"
+    ),
 )
 """Adapters by a part of their names; the last two are the HDMI buses of a Raspberry Pi 4 and 5."""
 
