@@ -65,10 +65,8 @@ if TYPE_CHECKING:
     from firmware_runtime.executive.policy import ActivationPolicy
     from firmware_runtime.executive.process import ProcessSettings
     from firmware_runtime.hal.budget import BusLoad, PeriodicTransaction
-    from firmware_runtime.hal.enable_line import EnableLine
-    from firmware_runtime.hal.fault import Fault
     from firmware_runtime.hal.i2c import I2cBus, Message
-    from firmware_runtime.hal.interlock import Interlock, always_enabled
+    from firmware_runtime.hal.interlock import EnableLine, Interlock, always_enabled
     from firmware_runtime.hal.serial import SerialPort
     from firmware_runtime.hal.wire_errors import (
         AddressInUse,
@@ -77,6 +75,7 @@ if TYPE_CHECKING:
         BusFault,
         BusInUse,
         BusTimeout,
+        Fault,
         HalError,
         Implausible,
         NoAcknowledge,
@@ -163,8 +162,8 @@ _WHERE: Final = {
     "Robot": "board.robot",
     "BusLoad": "hal.budget",
     "PeriodicTransaction": "hal.budget",
-    "EnableLine": "hal.enable_line",
-    "Fault": "hal.fault",
+    "EnableLine": "hal.interlock",
+    "Fault": "hal.wire_errors",
     "I2cBus": "hal.i2c",
     "Message": "hal.i2c",
     "Interlock": "hal.interlock",

@@ -8,7 +8,7 @@ A subclass says how to stop (`write_stop`) and what it does while all is well (`
 `external`). It writes inside `try` and hands every HalError to `fail`.
 
 What it applies of its commands leaves at the port `applied`, whenever that changes: controllers go
-by it (`firmware_runtime.models.applied`).
+by it (`firmware_runtime.models.motion`).
 """
 
 from abc import abstractmethod
@@ -22,7 +22,7 @@ from firmware_runtime.devs.time import MILLISECOND, SECOND
 from firmware_runtime.hal.interlock import POLL_PERIOD, Interlock, always_enabled
 from firmware_runtime.hal.line_time import Line
 from firmware_runtime.hal.wire_errors import HalError, NotReady
-from firmware_runtime.models.applied import Applied
+from firmware_runtime.models.motion import Applied
 
 T = TypeVar("T")
 

@@ -17,7 +17,7 @@ from firmware_runtime.devs.time import NEVER, SECOND
 from firmware_runtime.errors import SettingError
 from firmware_runtime.hal.interlock import Interlock, always_enabled, poll_period
 from firmware_runtime.hal.wire_errors import HalError
-from firmware_runtime.models.applied import Applied
+from firmware_runtime.models.motion import Applied
 
 
 class EscSettings(Struct, frozen=True):

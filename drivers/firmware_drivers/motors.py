@@ -15,7 +15,7 @@ from firmware_runtime.errors import FirmwareRuntimeError
 from firmware_runtime.hal.interlock import Interlock, always_enabled, poll_period
 from firmware_runtime.hal.line_time import Line
 from firmware_runtime.hal.wire_errors import HalError, NotReady
-from firmware_runtime.models.applied import Applied
+from firmware_runtime.models.motion import Applied
 
 CLOCKWISE, COUNTERCLOCKWISE, STILL = 1, 2, 0
 """Motor signals, as in the detective robot's paper."""

@@ -20,7 +20,7 @@ from firmware_runtime.errors import SettingError
 from firmware_runtime.hal.i2c import Message
 from firmware_runtime.hal.interlock import Interlock, always_enabled
 from firmware_runtime.hal.wire_errors import NotReady
-from firmware_runtime.models.applied import Applied
+from firmware_runtime.models.motion import Applied
 
 SLOWEST_HZ: Final = 24
 FASTEST_HZ: Final = 400

@@ -15,7 +15,7 @@ from firmware_drivers.chips.pca9685 import Pca9685
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.hal.interlock import Interlock, always_enabled
 from firmware_runtime.hal.wire_errors import HalError, NotReady
-from firmware_runtime.models.applied import Applied
+from firmware_runtime.models.motion import Applied
 
 PAIRS = 4
 MOTORS = 2 * PAIRS

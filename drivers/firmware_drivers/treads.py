@@ -13,7 +13,7 @@ from firmware_runtime.errors import SettingError
 from firmware_runtime.hal.interlock import Interlock, always_enabled
 from firmware_runtime.hal.line_time import Line
 from firmware_runtime.hal.wire_errors import NotReady
-from firmware_runtime.models.applied import Applied
+from firmware_runtime.models.motion import Applied
 
 
 class TreadSpeeds(NamedTuple):

@@ -4,11 +4,10 @@ from collections.abc import Iterable, Mapping
 
 from msgspec import Struct, field
 
-from firmware_runtime.hal.absent import AbsentBus, AbsentPort
-from firmware_runtime.hal.enable_line import EnableLine
 from firmware_runtime.hal.i2c import I2cBus
-from firmware_runtime.hal.interlock import Interlock, always_enabled
+from firmware_runtime.hal.interlock import EnableLine, Interlock, always_enabled
 from firmware_runtime.hal.serial import SerialPort
+from firmware_runtime.hal.unopened_lines import AbsentBus, AbsentPort
 
 
 class Lines(Struct, frozen=True):

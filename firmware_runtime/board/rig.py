@@ -5,8 +5,8 @@ from typing import Protocol, runtime_checkable
 
 from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.ports import OutPort
-from firmware_runtime.hal.enable_line import EnableLine
 from firmware_runtime.hal.i2c import I2cBus
+from firmware_runtime.hal.interlock import EnableLine
 from firmware_runtime.hal.serial import SerialPort
 
 

@@ -4,9 +4,9 @@ import sys
 from pathlib import Path
 
 from firmware_runtime.recording.blackbox.locations import virtual_recordings
-from firmware_runtime.statistics.dates import local
 from firmware_runtime.statistics.file_header import RunState
 from firmware_runtime.statistics.layout import ELAPSED
+from firmware_runtime.statistics.number_formats import local
 from firmware_runtime.statistics.paths import places
 from firmware_runtime.statistics.statistics import Statistics
 

@@ -38,7 +38,7 @@ from firmware_runtime.errors import (
 )
 from firmware_runtime.hal.wire_errors import HalError, NoAcknowledge, WrongDevice
 from firmware_runtime.system.packages import installed
-from firmware_runtime.system.scheduling import come_first
+from firmware_runtime.system.this_process import come_first
 
 VERBS = {
     "run": "run",

@@ -16,7 +16,7 @@ from firmware_runtime.recording.random_state import UNKEPT
 from firmware_runtime.recording.recorded_board import versions_said
 from firmware_runtime.recording.replay.difference import Difference, in_lines
 from firmware_runtime.recording.replay.verdict import NOTHING_AGAIN, Stretch, Verdict, replay
-from firmware_runtime.statistics.dates import NO_DATES, Dates
+from firmware_runtime.statistics.number_formats import NO_DATES, Dates
 from firmware_runtime.system.resources import Closing
 
 

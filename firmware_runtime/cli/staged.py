@@ -28,7 +28,7 @@ from firmware_runtime.links.key_file import read_key
 from firmware_runtime.links.ports.ports import Ports
 from firmware_runtime.statistics.number_formats import NOT_KNOWN, microseconds, milliseconds
 from firmware_runtime.statistics.summary import outputs_text
-from firmware_runtime.system.process_identity import started_at
+from firmware_runtime.system.this_process import started_at
 
 ROLES: Final = ("controller", "robot")
 

@@ -25,8 +25,7 @@ from firmware_runtime.executive.loop import Loop
 from firmware_runtime.executive.outcome import Ending, Outcome, SwitchOffRetry
 from firmware_runtime.executive.profiler import Profiler
 from firmware_runtime.executive.untimed_ledger import open_ledger
-from firmware_runtime.statistics.conditions import Settings, settings_after
-from firmware_runtime.statistics.file_header import RunState
+from firmware_runtime.statistics.file_header import RunState, Settings, settings_after
 from firmware_runtime.statistics.histogram import Cells
 from firmware_runtime.statistics.history import Lately
 from firmware_runtime.statistics.layout import YIELDED, Layout

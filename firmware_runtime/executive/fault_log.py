@@ -15,7 +15,7 @@ from firmware_runtime.devs.engine import Engine
 from firmware_runtime.devs.finite import check_of
 from firmware_runtime.devs.ports import InPort, OutPort
 from firmware_runtime.devs.time import kept
-from firmware_runtime.hal.fault import Fault
+from firmware_runtime.hal.wire_errors import Fault
 from firmware_runtime.statistics import fault_table
 from firmware_runtime.statistics.fault_table import KINDS, OTHER_KINDS, FaultCount
 from firmware_runtime.statistics.histogram import Cells, empty_cells

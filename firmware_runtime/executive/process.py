@@ -18,7 +18,7 @@ from msgspec import Struct, to_builtins
 
 from firmware_runtime.devs.time import MICROSECOND
 from firmware_runtime.executive.clocks import Clock, MonotonicClock
-from firmware_runtime.statistics.conditions import (
+from firmware_runtime.statistics.file_header import (
     NOT_ASKED,
     NOTHING_TO_WAIT_FOR,
     SETTINGS,

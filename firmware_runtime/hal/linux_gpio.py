@@ -11,7 +11,7 @@ import errno
 from importlib import import_module
 from typing import TYPE_CHECKING
 
-from firmware_runtime.hal.enable_line import EnableLine
+from firmware_runtime.hal.interlock import EnableLine
 from firmware_runtime.hal.wire_errors import BusAbsent, BusFault, BusInUse, PortClosed
 from firmware_runtime.system.packages import install_command
 

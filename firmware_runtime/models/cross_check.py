@@ -17,8 +17,7 @@ from msgspec import Struct
 
 from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.time import SECOND
-from firmware_runtime.hal.fault import Fault
-from firmware_runtime.hal.wire_errors import Implausible
+from firmware_runtime.hal.wire_errors import Fault, Implausible
 
 R = TypeVar("R")
 V = TypeVar("V")

@@ -15,7 +15,7 @@ from typing import Final, TypeVar
 
 from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.errors import ConfigError
-from firmware_runtime.hal.fault import Fault
+from firmware_runtime.hal.wire_errors import Fault
 
 Taken = TypeVar("Taken", float, str)
 Turned = TypeVar("Turned", float, str)

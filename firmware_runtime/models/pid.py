@@ -3,7 +3,7 @@
 With a reference the derivative acts on the measured rate, not on the error: a step gives no kick.
 With a setpoint it acts on the difference of the rates, and what the acceleration of the setpoint
 takes is added before any error shows. The integral uses the time that really passed between
-measurements, and follows what actuators apply (port `applied`, `models.applied`): while that is
+measurements, and follows what actuators apply (port `applied`, `models.motion`): while that is
 nothing it stands still, so that time spent disarmed changes no later answer.
 """
 
@@ -11,8 +11,7 @@ from msgspec import Struct
 
 from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.time import SECOND
-from firmware_runtime.models.applied import Applied
-from firmware_runtime.models.motion import Motion, Setpoint
+from firmware_runtime.models.motion import Applied, Motion, Setpoint
 
 
 class PidGains(Struct, frozen=True):

@@ -17,8 +17,7 @@ from collections.abc import Iterator
 from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.model_errors import ModelError
 from firmware_runtime.devs.time import SECOND, whole
-from firmware_runtime.models.applied import Applied
-from firmware_runtime.models.motion import Motion
+from firmware_runtime.models.motion import Applied, Motion
 from firmware_runtime.models.plant import PlantModel, State, travelled
 
 

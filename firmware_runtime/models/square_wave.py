@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from firmware_runtime.devs.atomic import Atomic
-from firmware_runtime.models.applied import Applied
+from firmware_runtime.models.motion import Applied
 
 
 @dataclass(frozen=True, slots=True)

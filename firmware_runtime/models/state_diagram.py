@@ -21,7 +21,7 @@ from typing import Any, NamedTuple
 from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.ports import InPort
 from firmware_runtime.devs.time import NEVER
-from firmware_runtime.models.applied import Applied
+from firmware_runtime.models.motion import Applied
 from firmware_runtime.models.state_table import (
     Accepted,
     Arrow,

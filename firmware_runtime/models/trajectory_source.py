@@ -4,8 +4,7 @@ import math
 
 from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.time import SECOND
-from firmware_runtime.models.applied import Applied
-from firmware_runtime.models.motion import Motion, Path, PoseSetpoint, Setpoint, at_rest
+from firmware_runtime.models.motion import Applied, Motion, Path, PoseSetpoint, Setpoint, at_rest
 from firmware_runtime.models.position_fix import PositionState
 from firmware_runtime.models.trajectory_paths import Rejoin, RejoinLimits, rejoin
 

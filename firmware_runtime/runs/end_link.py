@@ -19,7 +19,7 @@ from firmware_runtime.executive.clocks import Clock, MonotonicClock
 from firmware_runtime.executive.executive import Executive
 from firmware_runtime.executive.outcome import Outcome
 from firmware_runtime.statistics.file_header import RunState
-from firmware_runtime.system.scheduling import kept_off
+from firmware_runtime.system.this_process import kept_off
 
 if TYPE_CHECKING:
     from firmware_runtime.links.cut.address import OpenChannel
@@ -133,7 +133,7 @@ def _came(refused: "Mapping[Reason, int]") -> str:
 
 def _applied_ports(part: Part) -> list[str]:
     """The ports that say what actuators apply: sent once, and an end that comes later needs it."""
-    from firmware_runtime.models.applied import Applied  # noqa: PLC0415 -- runs with a link only
+    from firmware_runtime.models.motion import Applied  # noqa: PLC0415 -- runs with a link only
 
     ports: dict[str, AnyPort] = {**part.leaving, **part.entering}
     return [name for name, port in ports.items() if port.type is Applied]

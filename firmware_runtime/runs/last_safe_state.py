@@ -12,7 +12,7 @@ from time import monotonic_ns
 from typing import Final
 
 from firmware_runtime.statistics.paths import Companion, places
-from firmware_runtime.system.process_identity import NoteOfBoot, boot_id, leave_note, read_note
+from firmware_runtime.system.this_process import NoteOfBoot, boot_id, leave_note, read_note
 
 _MODE: Final = 0o644
 """A run of any user may read it: that can only keep it disarmed."""

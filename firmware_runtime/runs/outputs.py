@@ -10,8 +10,7 @@ from firmware_runtime.board.registry import Board
 from firmware_runtime.board.rigs import served_doubles
 from firmware_runtime.board.robot import Robot
 from firmware_runtime.errors import ConfigError, text_of
-from firmware_runtime.hal.noting import NotingBus, NotingPort
-from firmware_runtime.hal.on_demand import check_node
+from firmware_runtime.hal.unopened_lines import NotingBus, NotingPort, check_node
 from firmware_runtime.hal.wire_errors import HalError
 from firmware_runtime.runs.open_lines import close_lines, reach_lines
 from firmware_runtime.runs.run_settings import kept_settings

@@ -27,8 +27,8 @@ from firmware_runtime.devs.time import MILLISECOND, NEVER, SECOND
 from firmware_runtime.errors import ConfigError, StatisticsFileError, Status
 from firmware_runtime.statistics.paths import Companion
 from firmware_runtime.system.messages import Notices
-from firmware_runtime.system.process_identity import NoteOfBoot, boot_id, leave_note, read_note
 from firmware_runtime.system.signals import until_signal
+from firmware_runtime.system.this_process import NoteOfBoot, boot_id, leave_note, read_note
 
 HEALTHY_AFTER: Final = 60 * SECOND
 FIRST_PAUSE: Final = SECOND // 2

@@ -20,7 +20,7 @@ from firmware_runtime.statistics.file_header import STATISTICS, RunState, driver
 from firmware_runtime.statistics.layout import ACKNOWLEDGED, EPOCH, GUARD, HEARTBEAT, STATE
 from firmware_runtime.statistics.mapped_file import CELL, SharedCells
 from firmware_runtime.statistics.paths import Companion
-from firmware_runtime.system.process_identity import is_running
+from firmware_runtime.system.this_process import is_running
 
 
 class WatchedRun:

@@ -12,7 +12,7 @@ from msgspec import Struct, convert, json, to_builtins
 
 from firmware_runtime.errors import StatisticsFileError, in_words
 from firmware_runtime.statistics.blame import Blame
-from firmware_runtime.statistics.conditions import SETTINGS, Conditions
+from firmware_runtime.statistics.file_header import SETTINGS, Conditions
 from firmware_runtime.statistics.histogram import Distribution
 from firmware_runtime.statistics.rows import DeadlineRow
 

@@ -25,7 +25,7 @@ from firmware_runtime.statistics.layout import (
 )
 from firmware_runtime.statistics.statistics import Statistics
 from firmware_runtime.system.atomic_file import keep_file
-from firmware_runtime.system.process_identity import this_process
+from firmware_runtime.system.this_process import this_process
 
 
 def save(statistics: Statistics, path: Path) -> None:

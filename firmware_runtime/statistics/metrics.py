@@ -23,8 +23,8 @@ from prometheus_client.metrics_core import Metric
 from prometheus_client.registry import Collector
 
 from firmware_runtime.errors import StatisticsFileError
-from firmware_runtime.statistics.conditions import Conditions
 from firmware_runtime.statistics.figures import LinkFigures, ModelFigures
+from firmware_runtime.statistics.file_header import Conditions
 from firmware_runtime.statistics.histogram import Histogram, bucket_of
 from firmware_runtime.statistics.reader import read_statistics
 from firmware_runtime.statistics.rows import BusRow, SerialRow, read_row

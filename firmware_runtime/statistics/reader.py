@@ -16,7 +16,7 @@ from firmware_runtime.statistics.file_header import STATISTICS, Header, RunState
 from firmware_runtime.statistics.layout import STATE, WORST
 from firmware_runtime.statistics.mapped_file import ReadableFile
 from firmware_runtime.statistics.statistics import Statistics
-from firmware_runtime.system.process_identity import is_running
+from firmware_runtime.system.this_process import is_running
 
 STORES_IN_ORDER = platform.machine() in {"x86_64", "i686"}
 SETTLE_S = 50e-6

@@ -3,8 +3,6 @@
 from collections.abc import Iterator, Sequence
 
 from firmware_runtime.statistics.blame import sentence
-from firmware_runtime.statistics.conditions import Conditions, RunFigures
-from firmware_runtime.statistics.dates import Dates, local
 from firmware_runtime.statistics.figures import (
     Causes,
     Figures,
@@ -12,8 +10,17 @@ from firmware_runtime.statistics.figures import (
     ModelFigures,
     WorstActivation,
 )
+from firmware_runtime.statistics.file_header import Conditions, RunFigures
 from firmware_runtime.statistics.histogram import Distribution
-from firmware_runtime.statistics.number_formats import instant, microseconds, percent, rate, seconds
+from firmware_runtime.statistics.number_formats import (
+    Dates,
+    instant,
+    local,
+    microseconds,
+    percent,
+    rate,
+    seconds,
+)
 from firmware_runtime.statistics.rows import DeadlineRow
 from firmware_runtime.statistics.summary import fault_lines, periods_not_kept, refusals, summary
 

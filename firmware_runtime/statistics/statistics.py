@@ -11,7 +11,6 @@ from msgspec import Struct
 
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.statistics import fault_table
-from firmware_runtime.statistics.conditions import RunFigures, conditions_of
 from firmware_runtime.statistics.figures import (
     Activations,
     BusFigures,
@@ -21,7 +20,13 @@ from firmware_runtime.statistics.figures import (
     ModelFigures,
     SerialFigures,
 )
-from firmware_runtime.statistics.file_header import Header, RunState, waiting
+from firmware_runtime.statistics.file_header import (
+    Header,
+    RunFigures,
+    RunState,
+    conditions_of,
+    waiting,
+)
 from firmware_runtime.statistics.histogram import Cells, Histogram, empty_cells
 from firmware_runtime.statistics.history import Span, read_timeline, read_worst
 from firmware_runtime.statistics.layout import (

@@ -2,8 +2,8 @@
 
 from collections.abc import Iterator, Mapping
 
-from firmware_runtime.statistics.conditions import Conditions, RunFigures, Settings
 from firmware_runtime.statistics.figures import FaultFigures, Figures
+from firmware_runtime.statistics.file_header import Conditions, RunFigures, Settings
 from firmware_runtime.statistics.number_formats import hertz, milliseconds, seconds
 
 _CLASSES = {"SCHED_FIFO": "FIFO", "SCHED_RR": "RR", "SCHED_OTHER": "OTHER"}

@@ -15,7 +15,7 @@ import msgspec
 
 from firmware_runtime.statistics.paths import Companion
 from firmware_runtime.system.atomic_file import OWN_AND_GROUP, read_file, replace_file
-from firmware_runtime.system.process_identity import ProcessIdentity
+from firmware_runtime.system.this_process import ProcessIdentity
 
 KEPT = 100
 

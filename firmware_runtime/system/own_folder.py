@@ -12,7 +12,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from firmware_runtime.system.process_identity import (
+from firmware_runtime.system.this_process import (
     ProcessIdentity,
     boot_id,
     is_running,

@@ -11,8 +11,8 @@ from enum import StrEnum
 
 from firmware_runtime.errors import ConfigError, did_you_mean
 from firmware_runtime.statistics.blame import Cause
-from firmware_runtime.statistics.conditions import Conditions
 from firmware_runtime.statistics.figures import Activations, Figures, ModelFigures
+from firmware_runtime.statistics.file_header import Conditions
 from firmware_runtime.statistics.number_formats import microseconds
 
 SAMPLES_OF_P99 = 100

@@ -9,7 +9,7 @@ from firmware_drivers.motors import CLOCKWISE, COUNTERCLOCKWISE, STILL
 
 from firmware_runtime.board import installed as kinds
 from firmware_runtime.devs.time import SECOND
-from firmware_runtime.models.applied import Applied
+from firmware_runtime.models.motion import Applied
 from sim_doubles.chips.md25 import Md25Double
 from sim_doubles.faults import AbsentTarget, FaultScript
 from sim_doubles.worlds.arena import Arena

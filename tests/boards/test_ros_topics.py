@@ -18,7 +18,7 @@ from firmware_runtime.board.settings import RosSettings, RosTopicSettings
 from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.errors import ConfigError
-from firmware_runtime.hal.fault import Fault
+from firmware_runtime.hal.wire_errors import Fault
 from firmware_runtime.models.motion import Motion
 from tests.support.installed_here import installed_here
 

@@ -9,10 +9,10 @@ import pytest
 from firmware_runtime.cli.main import main
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.recording.blackbox.locations import recording_of_virtual_run
-from firmware_runtime.statistics.dates import local
 from firmware_runtime.statistics.file import StatisticsFile
 from firmware_runtime.statistics.file_header import RunState
 from firmware_runtime.statistics.layout import STATE, Layout
+from firmware_runtime.statistics.number_formats import local
 from firmware_runtime.statistics.paths import default_path
 
 BEGAN = 1_800_000_000 * SECOND

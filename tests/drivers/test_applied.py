@@ -13,7 +13,7 @@ from firmware_drivers.treads import Treads, TreadSettings, TreadSpeeds
 from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.simulator import Simulator
 from firmware_runtime.devs.time import MILLISECOND, SECOND
-from firmware_runtime.models.applied import Applied, LeastApplied
+from firmware_runtime.models.motion import Applied, LeastApplied
 from sim_doubles.chips.pca9685 import Pca9685Double
 from sim_doubles.faults import FaultScript, NackAddress
 from sim_doubles.i2c_bus import I2cBusDouble

@@ -12,9 +12,9 @@ from firmware_drivers.circuitpython import Busio, CircuitPythonSensor, driver_ca
 
 from firmware_runtime.devs.time import MILLISECOND, SECOND
 from firmware_runtime.errors import SettingError
-from firmware_runtime.hal.fault import Fault
 from firmware_runtime.hal.wire_errors import (
     BusTimeout,
+    Fault,
     HalError,
     NoAcknowledge,
     NotReady,

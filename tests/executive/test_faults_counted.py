@@ -6,7 +6,7 @@ from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.time import MILLISECOND
 from firmware_runtime.executive.clocks import VirtualClock
-from firmware_runtime.hal.fault import Fault
+from firmware_runtime.hal.wire_errors import Fault
 from firmware_runtime.statistics.fault_table import KINDS, OTHER_KINDS
 from tests.support.executives import Run
 

@@ -13,7 +13,7 @@ from msgspec.structs import fields
 from firmware_runtime.executive import process
 from firmware_runtime.executive.clocks import MonotonicClock, VirtualClock
 from firmware_runtime.executive.process import ProcessSettings, in_force
-from firmware_runtime.statistics.conditions import NOT_ASKED, Request, Settings
+from firmware_runtime.statistics.file_header import NOT_ASKED, Request, Settings
 from firmware_runtime.system.conditions import system_conditions
 from tests.support.waiting import PATIENCE_S
 

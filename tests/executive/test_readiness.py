@@ -5,7 +5,7 @@ from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.time import NEVER, SECOND
 from firmware_runtime.executive.clocks import VirtualClock
 from firmware_runtime.executive.outcome import Outcome
-from firmware_runtime.hal.fault import Fault
+from firmware_runtime.hal.wire_errors import Fault
 from firmware_runtime.statistics.file_header import RunState
 from tests.support.executives import Run
 

@@ -22,8 +22,8 @@ from firmware_runtime.recording.blackbox.section import Kind, Section, sent_of
 from firmware_runtime.recording.exports.mcap_file import _FIELDS, definition_of
 from firmware_runtime.recording.exports.typed_values import entered_in, sections_between, typed
 from firmware_runtime.runs.session import Session
-from firmware_runtime.statistics.dates import utc
 from firmware_runtime.statistics.json_values import plain
+from firmware_runtime.statistics.number_formats import utc
 from tests.support.recorded import record
 
 PARQUET: Any = import_module("pyarrow.parquet")

@@ -3,9 +3,9 @@ from functools import partial
 
 import pytest
 
-from firmware_runtime.hal.absent import AbsentPort
 from firmware_runtime.hal.accounted_port import AccountedPort
 from firmware_runtime.hal.serial import SerialPort
+from firmware_runtime.hal.unopened_lines import AbsentPort
 from firmware_runtime.hal.wire_errors import HalError
 from sim_doubles.clock import FollowingClock, ManualClock
 

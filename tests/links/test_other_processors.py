@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from firmware_runtime.system.scheduling import keep_off, kept_off
+from firmware_runtime.system.this_process import keep_off, kept_off
 from tests.support.bridged_run import kill
 from tests.support.linked_runs import free_port
 from tests.support.waiting import wait_until

@@ -11,8 +11,7 @@ from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.simulator import Simulator
 from firmware_runtime.devs.time import MILLISECOND, NEVER, SECOND
-from firmware_runtime.models.applied import Applied
-from firmware_runtime.models.motion import Motion, Setpoint
+from firmware_runtime.models.motion import Applied, Motion, Setpoint
 from firmware_runtime.models.pid import Pid, PidGains, TrackingPid
 from firmware_runtime.models.plant import SecondOrderPlant
 from firmware_runtime.models.smith_predictor import SmithPredictor

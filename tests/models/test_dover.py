@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from firmware_runtime.devs.simulator import Simulator
 from firmware_runtime.errors import ConfigError
-from firmware_runtime.hal.fault import Fault
+from firmware_runtime.hal.wire_errors import Fault
 from firmware_runtime.models.dover import (
     RcvDover,
     Refused,

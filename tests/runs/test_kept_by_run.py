@@ -10,7 +10,7 @@ from firmware_runtime.errors import StatisticsFileError
 from firmware_runtime.runs.watched_run import keep_clear_of_other_runs
 from firmware_runtime.statistics.file_header import STATISTICS, RunState
 from firmware_runtime.statistics.layout import STATE, Layout
-from firmware_runtime.system.process_identity import ProcessIdentity, this_process
+from firmware_runtime.system.this_process import ProcessIdentity, this_process
 
 ON_CHIPS = {"switched_off": ["here: 00"]}
 

@@ -10,7 +10,7 @@ from firmware_runtime.runs.last_safe_state import (
     note_safe_state,
     safe_state_files,
 )
-from firmware_runtime.system.process_identity import boot_id
+from firmware_runtime.system.this_process import boot_id
 
 PRESENT = f'"boot_id": "{boot_id()}"'
 

@@ -13,7 +13,7 @@ from firmware_runtime.devs.time import NEVER, SECOND
 from firmware_runtime.executive.configuration import Configuration
 from firmware_runtime.executive.executive import Executive
 from firmware_runtime.executive.policy import ActivationPolicy
-from firmware_runtime.hal.fault import Fault
+from firmware_runtime.hal.wire_errors import Fault
 from firmware_runtime.runs.reporter import Reporter
 from firmware_runtime.system.messages import Journal, Notices, encoded, watchdog_of
 from tests.support.periodic_models import PERIOD, Robot, Sampler

@@ -11,8 +11,8 @@ from msgspec.structs import replace
 
 from firmware_runtime import MILLISECOND, Atomic, run
 from firmware_runtime.errors import ConfigError
-from firmware_runtime.statistics.conditions import Conditions, Request
 from firmware_runtime.statistics.figures import Figures
+from firmware_runtime.statistics.file_header import Conditions, Request
 from firmware_runtime.statistics.histogram import Distribution
 from firmware_runtime.system.conditions import busy
 from sim_doubles.testing.limits import Judgement, Limits, judge, reasons_of

@@ -10,8 +10,8 @@ from firmware_runtime.lab.stages import namespaces
 from firmware_runtime.lab.stages.namespaces import Namespaces, netem, remove_leftovers
 from firmware_runtime.lab.stages.way import bad_network
 from firmware_runtime.links.cut.impairment import Impairment
-from firmware_runtime.system.process_identity import ProcessIdentity, boot_id, this_process
 from firmware_runtime.system.programs import ProgramFailed
+from firmware_runtime.system.this_process import ProcessIdentity, boot_id, this_process
 
 HOW = Impairment(delay=5_000_000, jitter=1_000_000, loss=0.02, duplicate=0.01, seed=5)
 

@@ -19,7 +19,7 @@ from firmware_runtime.lab.stages import namespaces
 from firmware_runtime.lab.stages.stage import Stage
 from firmware_runtime.lab.stages.staged_run import Staged, run_staged
 from firmware_runtime.statistics.paths import Companion, default_path
-from firmware_runtime.system.process_identity import NoteOfBoot, boot_id, leave_note
+from firmware_runtime.system.this_process import NoteOfBoot, boot_id, leave_note
 from tests.support.virtual_detective import NEAR
 from tests.support.waiting import PATIENCE_S, wait_until
 

@@ -5,7 +5,7 @@ from typing import Any
 from msgspec.structs import asdict
 
 from firmware_runtime.devs.time import SECOND
-from firmware_runtime.statistics.conditions import Conditions, RunFigures, conditions_of
+from firmware_runtime.statistics.file_header import Conditions, RunFigures, conditions_of
 from firmware_runtime.statistics.summary import refusals
 
 RUN = RunFigures(

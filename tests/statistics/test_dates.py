@@ -12,7 +12,7 @@ from firmware_runtime.recording.blackbox import keyframe_schedule, recorder
 from firmware_runtime.recording.blackbox.listing import listed
 from firmware_runtime.recording.blackbox.reader import read_recording
 from firmware_runtime.runs.start import start_session
-from firmware_runtime.statistics.dates import NO_DATES, STEP, Dates, local, local_of, utc
+from firmware_runtime.statistics.number_formats import NO_DATES, STEP, Dates, local, local_of, utc
 from firmware_runtime.statistics.reader import read_statistics
 
 HOUR = 3600 * SECOND

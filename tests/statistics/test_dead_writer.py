@@ -12,7 +12,7 @@ import pytest
 from msgspec.structs import replace
 
 from firmware_runtime.statistics.reader import read_statistics
-from firmware_runtime.system.process_identity import is_running, this_process
+from firmware_runtime.system.this_process import is_running, this_process
 
 WRITER = """
 import sys, time

@@ -15,7 +15,7 @@ from firmware_runtime.statistics.layout import STATE
 from firmware_runtime.statistics.reader import read_statistics
 from firmware_runtime.statistics.recorder import MOST_LATE, QUIET, SAVE_EVERY, Recorder
 from firmware_runtime.statistics.takeovers import Takeover, note_takeover
-from firmware_runtime.system.process_identity import this_process
+from firmware_runtime.system.this_process import this_process
 from tests.support.written_run import WrittenRun
 
 POLL = 100 * MILLISECOND

@@ -13,7 +13,7 @@ from firmware_runtime.statistics.takeovers import (
     read_takeovers,
     takeovers_of,
 )
-from firmware_runtime.system.process_identity import ProcessIdentity
+from firmware_runtime.system.this_process import ProcessIdentity
 
 WRITER = ProcessIdentity(4711, 12, "a")
 

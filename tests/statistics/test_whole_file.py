@@ -19,7 +19,7 @@ from firmware_runtime.system.atomic_file import (
     read_file,
     replace_file,
 )
-from firmware_runtime.system.process_identity import this_process
+from firmware_runtime.system.this_process import this_process
 
 
 @pytest.fixture

@@ -36,7 +36,11 @@ STRANGE: list[Any] = [
     *({"os:system": ["true"]}, {"subprocess:Popen": ["true"]}, {"builtins:eval": ["1"]}),
     *({"dict": [[{"list": []}, 1]]}, {"dict": [[float("nan"), 1]]}, {"int": ["9" * 4000]}),
     *({"array": ["<f8", [1 << 60], b""]}, {"array": ["|O", [1], bytes(8)]}, {"deque": [[], -1]}),
-    *({"firmware_runtime.hal.fault:Fault": ["a", "b", 1]}, {"random": [3, b"", None]}, "\u20ac"),
+    *(
+        {"firmware_runtime.hal.wire_errors:Fault": ["a", "b", 1]},
+        {"random": [3, b"", None]},
+        "\u20ac",
+    ),
     *("a\nb", '"""', "\\", "../..", b"\xff" * 40, {"list": 3}, {"unknown": "x:y"}, {"a:b": [1]}),
 ]
 VERBS: dict[str, Callable[[Path, Path], list[object]]] = {

@@ -6,7 +6,7 @@ import sys
 
 import pytest
 
-from firmware_runtime.system.scheduling import come_first
+from firmware_runtime.system.this_process import come_first
 
 VERB = (
     "import os, sys; from firmware_runtime.cli.main import main; "

@@ -7,13 +7,13 @@ from time import monotonic_ns
 
 import pytest
 
-from firmware_runtime.system import process_identity
+from firmware_runtime.system import this_process
 from tests.support.waiting import PATIENCE_S
 
 CHILD = """
 from time import monotonic_ns
 now = monotonic_ns()
-from firmware_runtime.system.process_identity import started_at
+from firmware_runtime.system.this_process import started_at
 print(now, started_at())
 """
 LONGEST_TICK = 10_000_000
@@ -32,8 +32,8 @@ def test_a_pause_between_the_readings_of_two_clocks_moves_no_start(
 ) -> None:
     boot, awake, pause = 10**15, 4 * 10**14, 50_000_000
     readings = iter([awake + pause])
-    monkeypatch.setattr(process_identity, "clock_gettime_ns", lambda _clock: boot)
-    monkeypatch.setattr(process_identity, "monotonic_ns", lambda: next(readings, awake))
-    monkeypatch.setattr(process_identity, "_started_ticks", lambda _pid: 1000)
+    monkeypatch.setattr(this_process, "clock_gettime_ns", lambda _clock: boot)
+    monkeypatch.setattr(this_process, "monotonic_ns", lambda: next(readings, awake))
+    monkeypatch.setattr(this_process, "_started_ticks", lambda _pid: 1000)
     monkeypatch.setattr(os, "sysconf", lambda _name: 100)
-    assert process_identity.started_at() == 10 * 1_000_000_000 - (boot - awake)
+    assert this_process.started_at() == 10 * 1_000_000_000 - (boot - awake)

@@ -24,7 +24,7 @@ from firmware_boards.detective.radar_system import RadarController, RadarSystem
 from firmware_boards.detective.sensors import Compass1, Compass2, Sonar1, Sonar2
 from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.ecdpp.atomic_class import AtomicClass
-from firmware_runtime.models.applied import Applied
+from firmware_runtime.models.motion import Applied
 
 MODEL_FILE: Final = Path(__file__).with_name("detective.ma")
 """The same model as `Detective`, in E-CD++'s format."""

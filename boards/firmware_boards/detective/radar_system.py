@@ -12,7 +12,7 @@ from firmware_boards.detective.parameters import HALF_SWEEP, HOP, Parameters
 from firmware_boards.detective.sensors import Compass1, Sonar1
 from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.time import NEVER
-from firmware_runtime.models.applied import Applied
+from firmware_runtime.models.motion import Applied
 from firmware_runtime.models.state_diagram import StateDiagram
 from firmware_runtime.models.state_table import Arrow, State
 

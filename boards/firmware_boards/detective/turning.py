@@ -11,8 +11,8 @@ from firmware_drivers.motors import CLOCKWISE, COUNTERCLOCKWISE
 from firmware_boards.detective.settings import TurnCheckTable
 from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.time import seconds
-from firmware_runtime.models.applied import Applied
 from firmware_runtime.models.cross_check import CrossCheck, CrossCheckSettings, Source
+from firmware_runtime.models.motion import Applied
 
 CIRCLE_DEG: Final = 360.0
 SENSES: Final = {CLOCKWISE: 1, COUNTERCLOCKWISE: -1}

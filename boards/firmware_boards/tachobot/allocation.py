@@ -12,8 +12,7 @@ import math
 from firmware_drivers.thrust_pairs import Forces
 
 from firmware_runtime.devs.atomic import Atomic
-from firmware_runtime.models.applied import Applied
-from firmware_runtime.models.motion import Motion
+from firmware_runtime.models.motion import Applied, Motion
 from firmware_runtime.system.elementary import cos_sin
 
 T = ((1.0, 0.0, -1.0, 0.0), (0.0, -1.0, 0.0, 1.0), (0.5, -0.5, 0.5, -0.5))

@@ -7,8 +7,8 @@ from firmware_boards.tachobot.settings import PidSettings, TachobotSettings
 from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.ports import InPort, OutPort
 from firmware_runtime.devs.time import seconds
-from firmware_runtime.models.applied import Applied
 from firmware_runtime.models.delay import Delay
+from firmware_runtime.models.motion import Applied
 from firmware_runtime.models.pid import PidGains
 
 

@@ -2,7 +2,7 @@
 
 from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.time import SECOND
-from firmware_runtime.models.applied import Applied
+from firmware_runtime.models.motion import Applied
 
 SMOOTHING_S = 0.2
 """Time constant over which the drive is averaged: it is the speed that the motors hold."""

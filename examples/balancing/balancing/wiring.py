@@ -15,7 +15,7 @@ from balancing.sides import Sides
 from firmware_runtime.board.lines import Lines
 from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.time import seconds
-from firmware_runtime.models.applied import LeastApplied
+from firmware_runtime.models.motion import LeastApplied
 
 
 class Balancing(Coupled):

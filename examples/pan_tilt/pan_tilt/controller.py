@@ -7,7 +7,7 @@ from firmware_drivers.analog_inputs import Voltages
 
 from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.time import NEVER, seconds
-from firmware_runtime.models.applied import Applied
+from firmware_runtime.models.motion import Applied
 from firmware_runtime.models.pid import Pid, PidGains
 from firmware_runtime.models.state_diagram import StateDiagram
 from firmware_runtime.models.state_table import Arrow, State

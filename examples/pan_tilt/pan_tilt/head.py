@@ -2,7 +2,7 @@
 
 from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.time import MILLISECOND, SECOND
-from firmware_runtime.models.applied import Applied
+from firmware_runtime.models.motion import Applied
 
 SWEEP_PERIOD = 20 * MILLISECOND
 

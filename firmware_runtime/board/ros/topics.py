@@ -27,7 +27,7 @@ from firmware_runtime.devs.component import Component
 from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.ports import InPort, OutPort
 from firmware_runtime.errors import ConfigError, did_you_mean
-from firmware_runtime.hal.fault import Fault
+from firmware_runtime.hal.wire_errors import Fault
 
 _Base: TypeAlias = tuple[bool, str | None]
 """Whether it is an input port's, and the name that its convention has for the only one."""

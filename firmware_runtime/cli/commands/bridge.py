@@ -16,8 +16,8 @@ from firmware_runtime.links.key_file import read_key
 from firmware_runtime.links.ports.datagrams import LARGEST_EVERY
 from firmware_runtime.statistics.paths import default_path
 from firmware_runtime.system.messages import Notices
-from firmware_runtime.system.scheduling import keep_off
 from firmware_runtime.system.signals import UntilSignal, until_signal
+from firmware_runtime.system.this_process import keep_off
 
 LISTEN = "127.0.0.1:7300"
 STATUS_EVERY = 2 * SECOND

@@ -12,8 +12,8 @@ from firmware_runtime.errors import ConfigError, Status
 from firmware_runtime.links.dover.bridge import DoverBridge
 from firmware_runtime.models.dover import HIGHEST_PORT
 from firmware_runtime.statistics.paths import default_path
-from firmware_runtime.system.scheduling import keep_off
 from firmware_runtime.system.signals import until_signal
+from firmware_runtime.system.this_process import keep_off
 
 _ABOUT = """
 Each number has a UDP port of this computer, and is the text that C's %f prints, six decimals: what

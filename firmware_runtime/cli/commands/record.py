@@ -22,8 +22,8 @@ from firmware_runtime.recording.blackbox.excerpts import Pieces
 from firmware_runtime.statistics.paths import default_path
 from firmware_runtime.statistics.recorder import Recorder
 from firmware_runtime.system.messages import Notices
-from firmware_runtime.system.scheduling import keep_off
 from firmware_runtime.system.signals import UntilSignal, until_signal
+from firmware_runtime.system.this_process import keep_off
 
 LOOK_EVERY_S = 0.1
 

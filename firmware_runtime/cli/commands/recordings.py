@@ -19,7 +19,7 @@ from firmware_runtime.recording.blackbox.locations import (
 )
 from firmware_runtime.recording.blackbox.reader import another_format, read_recording
 from firmware_runtime.recording.blackbox.salvage import save
-from firmware_runtime.statistics.dates import local
+from firmware_runtime.statistics.number_formats import local
 from firmware_runtime.system.atomic_file import keep_output
 
 KEEP, RECOVER = "keep", "recover"

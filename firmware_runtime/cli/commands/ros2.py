@@ -16,7 +16,7 @@ from firmware_runtime.links.ros2.interpreter import check_surroundings, find_env
 from firmware_runtime.links.ros2.plan import LEASE_S, Plan
 from firmware_runtime.runs.requests import LONGEST_S, SHORTEST_S
 from firmware_runtime.statistics.paths import default_path
-from firmware_runtime.system.scheduling import keep_off
+from firmware_runtime.system.this_process import keep_off
 
 _ABOUT = """
 The node is a process of its own, with the interpreter of an environment that has rclpy: that of

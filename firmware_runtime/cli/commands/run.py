@@ -42,8 +42,8 @@ from firmware_runtime.statistics.paths import check_ending, default_path
 from firmware_runtime.statistics.summary import summary
 from firmware_runtime.system.messages import Journal, Notices
 from firmware_runtime.system.packages import refuse_ros
-from firmware_runtime.system.process_identity import started_at
 from firmware_runtime.system.signals import stop_on_signals
+from firmware_runtime.system.this_process import started_at
 
 if TYPE_CHECKING:
     from firmware_runtime.lab.stages.reports import EndReports

@@ -29,8 +29,8 @@ from firmware_runtime.runs.run_settings import (
 from firmware_runtime.runs.safe_state import BETWEEN, WATCH, SafeState
 from firmware_runtime.statistics.file_header import STATISTICS, driver_of
 from firmware_runtime.statistics.paths import Companion, default_path, directories
-from firmware_runtime.system.process_identity import is_running
 from firmware_runtime.system.signals import until_signal
+from firmware_runtime.system.this_process import is_running
 
 TIMEOUT = 2 * SECOND
 """Ns in which it is tried again: a stuck bus may come free, a run that is busy may acknowledge;

@@ -6,8 +6,8 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import suppress
 from typing import TypeAlias
 
-from firmware_runtime.hal.enable_line import EnableLine
 from firmware_runtime.hal.i2c import I2cBus, Message
+from firmware_runtime.hal.interlock import EnableLine
 from firmware_runtime.hal.serial import SerialPort
 from firmware_runtime.hal.served.packets import (
     Answered,

@@ -15,13 +15,13 @@ from typing import Final
 
 from firmware_runtime.devs.time import MICROSECOND
 from firmware_runtime.links.cut.impairment import Impairment
-from firmware_runtime.system.process_identity import (
+from firmware_runtime.system.programs import ProgramFailed, answer_of
+from firmware_runtime.system.this_process import (
     ProcessIdentity,
     boot_id,
     is_running,
     this_process,
 )
-from firmware_runtime.system.programs import ProgramFailed, answer_of
 
 CONTROLLER_AT: Final = "10.77.0.1"
 ROBOT_AT: Final = "10.77.0.2"

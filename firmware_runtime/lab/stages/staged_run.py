@@ -26,8 +26,8 @@ from firmware_runtime.lab.stages.two_ends import EndProcess, TwoEnds
 from firmware_runtime.lab.stages.way import WIFI, Way, bad_network, loopback, ros_graph, to_peer
 from firmware_runtime.links.cut.impairment import Impairment
 from firmware_runtime.system.own_folder import own_folder
-from firmware_runtime.system.scheduling import kept_off
 from firmware_runtime.system.signals import UntilSignal, status_by, until_signal
+from firmware_runtime.system.this_process import kept_off
 
 UNTIL_STOPPED_S: Final = 1e9
 _AT_LEAST_S: Final = 120.0

@@ -23,7 +23,7 @@ from firmware_runtime.links.cut.peer import Peer
 from firmware_runtime.links.cut.refusal import Reason, Refused
 from firmware_runtime.links.cut.sender import Departures, Sender
 from firmware_runtime.links.cut.wire import Farewell, Frame, Greeting, Kind, decoded
-from firmware_runtime.system.process_identity import boot_id
+from firmware_runtime.system.this_process import boot_id
 
 AT_ONCE: Final = 64
 """How many frames are read in one pass of the loop."""

@@ -15,8 +15,8 @@ from firmware_runtime.recording.blackbox.locations import FAILED_START, VIRTUAL,
 from firmware_runtime.recording.blackbox.persistent_recordings import state_folder
 from firmware_runtime.recording.blackbox.reader import Recording, instants_in, read_recording
 from firmware_runtime.recording.blackbox.section import Kind, decode
-from firmware_runtime.statistics.dates import utc
 from firmware_runtime.statistics.file_header import RunState
+from firmware_runtime.statistics.number_formats import utc
 from firmware_runtime.statistics.paths import SUFFIX, Companion, directories
 from firmware_runtime.statistics.reader import read_statistics
 

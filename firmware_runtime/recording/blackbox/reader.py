@@ -26,7 +26,7 @@ from firmware_runtime.recording.blackbox.layout import (
     SECTION,
 )
 from firmware_runtime.recording.blackbox.section import Kind, Section, decode
-from firmware_runtime.statistics.dates import Dates
+from firmware_runtime.statistics.number_formats import Dates
 
 BEGINNINGS: Final = frozenset({Kind.BUILD, Kind.KEYFRAME})
 """Sections at which a replay can begin."""

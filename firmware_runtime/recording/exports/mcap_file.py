@@ -25,7 +25,7 @@ from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.ports import InPort, OutPort
 from firmware_runtime.devs.time import MILLISECOND, SECOND
 from firmware_runtime.devs.wiring import sources_of
-from firmware_runtime.hal.fault import Fault
+from firmware_runtime.hal.wire_errors import Fault
 from firmware_runtime.recording.blackbox.header import Header
 from firmware_runtime.recording.blackbox.section import (
     DISCARD,
@@ -45,8 +45,8 @@ from firmware_runtime.recording.exports.typed_values import (
     values_in,
 )
 from firmware_runtime.recording.replay.difference import shown
-from firmware_runtime.statistics.dates import NO_DATES, Dates
 from firmware_runtime.statistics.json_values import plain
+from firmware_runtime.statistics.number_formats import NO_DATES, Dates
 from firmware_runtime.system.packages import module_of_extra
 
 _COVARIANCE: Final = "float64[9]"

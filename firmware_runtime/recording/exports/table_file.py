@@ -12,8 +12,8 @@ from typing import Any, Final, TypeAlias
 
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.recording.exports.typed_values import Sent, cells_of
-from firmware_runtime.statistics.dates import NO_DATES, Dates, utc
 from firmware_runtime.statistics.json_values import plain
+from firmware_runtime.statistics.number_formats import NO_DATES, Dates, utc
 from firmware_runtime.system.packages import module_of_extra
 
 UTC: Final = "utc"

@@ -7,7 +7,7 @@ from typing import Any, Final
 
 from firmware_runtime.devs.time import format_time
 from firmware_runtime.recording.values import numbers_in
-from firmware_runtime.statistics.dates import NO_DATES, Dates, local_of
+from firmware_runtime.statistics.number_formats import NO_DATES, Dates, local_of
 
 NOTHING: Final = "nothing"
 

@@ -14,7 +14,7 @@ from firmware_runtime.recording.random_state import places
 from firmware_runtime.recording.recorded_board import changed_versions
 from firmware_runtime.recording.replay.difference import Difference
 from firmware_runtime.recording.replay.player import Player
-from firmware_runtime.statistics.dates import NO_DATES, Dates
+from firmware_runtime.statistics.number_formats import NO_DATES, Dates
 
 NOT_ALL: Final = "not all of it was compared"
 NOTHING_AGAIN: Final = "nothing of it was run again: no step and no transfer is in it"

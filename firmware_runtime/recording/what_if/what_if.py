@@ -23,7 +23,7 @@ from firmware_runtime.recording.replay.verdict import (
     segments_of,
     stretch_of,
 )
-from firmware_runtime.statistics.dates import Dates
+from firmware_runtime.statistics.number_formats import Dates
 
 
 class WhatIf(Struct):

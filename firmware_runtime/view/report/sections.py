@@ -4,7 +4,6 @@ from collections.abc import Iterator, Mapping
 from importlib.metadata import version
 from xml.etree.ElementTree import Element
 
-from firmware_runtime.statistics.conditions import Conditions, Request, Settings
 from firmware_runtime.statistics.figures import (
     SCHEMA,
     BusFigures,
@@ -13,6 +12,7 @@ from firmware_runtime.statistics.figures import (
     ModelFigures,
     SerialFigures,
 )
+from firmware_runtime.statistics.file_header import Conditions, Request, Settings
 from firmware_runtime.statistics.histogram import Distribution
 from firmware_runtime.statistics.number_formats import (
     NOTHING,

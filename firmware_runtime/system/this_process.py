@@ -5,6 +5,8 @@ process started and the boot it started in, it is not. Source: proc(5), /proc/[p
 """
 
 import os
+from collections.abc import Collection, Iterator
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from time import CLOCK_BOOTTIME, clock_gettime_ns, monotonic_ns
 from typing import Annotated, Final, TypeVar
@@ -118,3 +120,37 @@ def read_note(path: Path, kind: type[Note]) -> Note | None:
     except (OSError, msgspec.MsgspecError, UnicodeDecodeError, RecursionError):
         return None
     return found if is_this_boot(found.boot_id) and found.at_ns <= monotonic_ns() else None
+
+
+PRIORITIES = (60, 61)
+"""A run's, which is what its unit allows, and the next one, which a loop that hangs cannot keep off
+the processor."""
+
+
+def come_first() -> None:
+    """Take the highest of these that this user may have; where it is none, all stays as it is."""
+    with suppress(OSError):
+        for priority in PRIORITIES:
+            os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(priority))
+
+
+def keep_off(given: Collection[int]) -> None:
+    """Use the other processors only from now on; where none is left, all stays as it is."""
+    if given and (others := os.sched_getaffinity(0).difference(given)):
+        with suppress(OSError):
+            os.sched_setaffinity(0, others)
+
+
+@contextmanager
+def kept_off(given: Collection[int]) -> Iterator[None]:
+    """Let the processes that are started within the block keep off; this one does only there."""
+    if not given:
+        yield
+        return
+    before = os.sched_getaffinity(0)
+    keep_off(given)
+    try:
+        yield
+    finally:
+        with suppress(OSError):
+            os.sched_setaffinity(0, before)
