@@ -49,7 +49,7 @@ test: lint
 		types all-cores real-time $(WITH_ROS)
 
 all-cores: $(VENV)/installed-test
-	@MAKEFLAGS= nice -n 15 $(ON_ALL_CORES) -m "not real_time and not hardware" $(PYTEST_OPTIONS)
+	@MAKEFLAGS= nice -n 5 $(ON_ALL_CORES) -m "not real_time and not hardware" $(PYTEST_OPTIONS)
 
 real-time: $(VENV)/installed-test
 	@MAKEFLAGS= $(IN_REAL_TIME) -m "real_time and not hardware" $(PYTEST_OPTIONS)
@@ -66,7 +66,7 @@ lint: $(VENV)/installed-test
 	@$(BIN)/ruff format --check .
 
 types: $(VENV)/installed-test
-	@nice -n 15 $(BIN)/mypy
+	@nice -n 5 $(BIN)/mypy
 
 ros: $(ROS_VENV)/installed-node
 
