@@ -55,8 +55,7 @@ def test_a_run_that_lives_is_disarmed_and_stays_so_until_it_is_armed_again(tmp_p
         wait_until(lambda: "safe-state took its right" in run.errors(), "the run says why")
         assert_stays_off(run)
         assert (tmp_path / "tachobot.settings").exists()
-        wait_until(lambda: run.ask("arm", "tachobot").returncode == 0, "it is armed again")
-        wait_until(lambda: not run.is_off, "the motors are driven again")
+        run.arm_again()
 
 
 def test_a_run_that_is_not_supervised_is_stopped_too(tmp_path: Path) -> None:
