@@ -80,10 +80,7 @@ def test_its_own_tests_are_green_its_types_hold_and_it_is_tidy(
     package = as_installed(tmp_path / "light", tmp_path / "site")
     tests = package.python("-m", "pytest", "-q", "-p", "no:cacheprovider")
     assert tests.returncode == 0, tests.stdout
-    types = package.python(
-        "-m", "mypy", "--strict", "--explicit-package-bases", "--cache-dir", types_seen,
-        "light", "tests",
-    )  # fmt: skip
+    types = package.types(types_seen, "light", "tests")
     assert types.returncode == 0, types.stdout
     ruff = ("-m", "ruff", "check", "--isolated", "--no-cache", "--select", "E,F,W,I,UP")
     tidy = package.python(*ruff, "--line-length", "100", ".")

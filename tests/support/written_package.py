@@ -47,6 +47,14 @@ class WrittenPackage:
         """Run `firmware-runtime` to its end."""
         return self.python("-m", "firmware_runtime.cli", *words, cwd=cwd)
 
+    def types(self, seen: Path, *folders: str) -> subprocess.CompletedProcess[str]:
+        """Let mypy check folders, strictly; as a user has it, what they import is silent.
+
+        `seen` is its cache.
+        """
+        options = ("--strict", "--follow-imports=silent", "--explicit-package-bases")
+        return self.python("-m", "mypy", *options, "--cache-dir", seen, *folders)
+
     @contextmanager
     def running(self, *words: str, until: str) -> Iterator["subprocess.Popen[str]"]:
         """Start `firmware-runtime` and wait for a line with this in it; end it by SIGTERM."""
