@@ -9,18 +9,17 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from firmware_boards.tachobot.allocation import Allocation
 from firmware_drivers.thrust_pairs import Forces
 
 from firmware_runtime.cli.main import main
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.errors import ConfigError, Status
-from firmware_runtime.recording.blackbox.reader import read_recording
-from firmware_runtime.recording.board_of_recording import board_of_table
 from firmware_runtime.recording.debugger.model_state import Models
 from firmware_runtime.recording.debugger.predicate import Predicate, Seen, may_have
 from firmware_runtime.recording.debugger.travel import Travel
+from tests.support.allocation import sends
 from tests.support.recorded import record
+from tests.support.replayed import opened
 
 Debug = Callable[..., list[Any]]
 YAW = "controller.yaw"
@@ -35,9 +34,7 @@ def flight(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.fixture
 def travel(flight: Path) -> Travel:
     """In that recording."""
-    recording = read_recording(flight)
-    header = recording.header
-    return Travel(recording, board_of_table(header.source, header.table), None)
+    return Travel(*opened(flight), None)
 
 
 @pytest.fixture
@@ -58,18 +55,13 @@ def debug(
 def test_a_state_that_cannot_be_kept_is_reached_and_left_all_the_same(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    output = Allocation.output
+    def kept(model: Any, force: float) -> float:  # noqa: ANN401
+        model.last = Decimal(force)  # made during the run, and no part of a keyframe
+        return force
 
-    def sent(self: Any) -> None:  # noqa: ANN401
-        output(self)
-        self.last = Decimal(self.forces.f1)  # made during the run, and no part of a keyframe
-
-    monkeypatch.setattr(Allocation, "output", sent)
+    sends(monkeypatch, kept)
     path = record(tmp_path / "decimal.recording", "tachobot", 4)
-    recording = read_recording(path)
-    travel = Travel(
-        recording, board_of_table(recording.header.source, recording.header.table), None
-    )
+    travel = Travel(*opened(path), None)
     for at in (3 * SECOND, 2 * SECOND, 4 * SECOND):
         travel.go_to(travel.index_after(at))
         assert (travel.at, travel.player.first) == (at, None)

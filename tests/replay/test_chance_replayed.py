@@ -4,14 +4,11 @@ import json
 import random
 import subprocess
 import sys
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
-from firmware_boards.tachobot.allocation import Allocation
-from firmware_drivers.thrust_pairs import Forces
 
 from firmware_runtime.cli.main import main
 from firmware_runtime.devs.time import MILLISECOND, SECOND
@@ -20,12 +17,12 @@ from firmware_runtime.recording import random_state as chance
 from firmware_runtime.recording.blackbox import keyframe_schedule
 from firmware_runtime.recording.blackbox.reader import read_recording
 from firmware_runtime.recording.blackbox.section import Kind, decode, sent_of
-from firmware_runtime.recording.board_of_recording import board_of_table
 from firmware_runtime.recording.debugger.travel import Travel
-from firmware_runtime.recording.replay.verdict import Stretch, replay
+from firmware_runtime.recording.replay.verdict import Stretch
 from firmware_runtime.recording.values import unpack
+from tests.support.allocation import has_attribute, sends
 from tests.support.recorded import every_section, record
-from tests.support.replayed import check_identical, replayed
+from tests.support.replayed import check_identical, opened, replayed
 from tests.support.written_package import as_installed
 
 SPAN_S = 1.6
@@ -43,44 +40,20 @@ def keyframes(monkeypatch: pytest.MonkeyPatch) -> None:
 @pytest.fixture
 def uncertain(monkeypatch: pytest.MonkeyPatch) -> None:
     """TachoBot's allocation is off by chance: as it was built, and each time it answers."""
-    building(monkeypatch, "offset", random.random)
-    drawing(
-        monkeypatch,
-        lambda model: random.gauss(0, 0.01) + float(np.random.normal(0, 0.01)) + model.offset,  # noqa: NPY002
-    )
+    has_attribute(monkeypatch, "offset", lambda _: random.random())  # noqa: S311
 
+    def off(model: Any, force: float) -> float:  # noqa: ANN401
+        drawn: float = random.gauss(0, 0.01) + np.random.normal(0, 0.01) + model.offset  # noqa: NPY002
+        return force + drawn
 
-def building(monkeypatch: pytest.MonkeyPatch, name: str, made: Callable[[], object]) -> None:
-    """Let TachoBot's allocation have another attribute."""
-    build = Allocation.__init__
-
-    def built(self: Any, name_: str, thrust: float, timeout: int) -> None:  # noqa: ANN401
-        build(self, name_, thrust, timeout)
-        setattr(self, name, made())
-
-    monkeypatch.setattr(Allocation, "__init__", built)
-
-
-def drawing(monkeypatch: pytest.MonkeyPatch, drawn: Callable[[Any], float]) -> None:
-    """Let TachoBot's forces be off by that, each time they are sent."""
-    output = Allocation.output
-
-    def sent(self: Any) -> None:  # noqa: ANN401
-        off = drawn(self)
-        self.forces = Forces(*(each + off for each in self.forces))
-        output(self)
-
-    monkeypatch.setattr(Allocation, "output", sent)
+    sends(monkeypatch, off)
 
 
 def check_from_keyframes(path: Path) -> None:
     """Assert that the run is its replay from each of its keyframes."""
-    recording = read_recording(path)
-    board = board_of_table(recording.header.source, recording.header.table)
     for begin_s in BEGINS:
         random.seed(begin_s)
-        verdict = replay(recording, board, Stretch(begin=round(begin_s * SECOND)))
-        assert (verdict.first, verdict.is_identical) == (None, True)
+        verdict = check_identical(path, 0, Stretch(begin=round(begin_s * SECOND)))
         assert 0 < verdict.duration < (SPAN_S - begin_s) * SECOND + 2 * EVERY
 
 
@@ -101,13 +74,13 @@ def test_what_a_model_drew_is_drawn_again(tmp_path: Path) -> None:
 def test_what_is_first_drawn_behind_a_keyframe_is_drawn_again(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    building(monkeypatch, "sent", lambda: 0)
+    has_attribute(monkeypatch, "sent", lambda _: 0)
 
-    def late(model: Any) -> float:  # noqa: ANN401
+    def late(model: Any, force: float) -> float:  # noqa: ANN401
         model.sent += 1
-        return random.random() if model.sent > 40 else 0.0  # noqa: S311 -- of some 80
+        return force + (random.random() if model.sent > 160 else 0.0)  # noqa: S311 -- of some 320
 
-    drawing(monkeypatch, late)
+    sends(monkeypatch, late)
     path = record(tmp_path / "run", "tachobot", SPAN_S)
     drawn_from = _drawn_from(path)
     assert (drawn_from[0], drawn_from[-1]) == (False, True)
@@ -127,8 +100,8 @@ def test_of_a_run_in_which_nothing_was_drawn_that_is_said(tmp_path: Path) -> Non
 def test_a_generator_of_a_model_without_a_seed_is_in_its_keyframes(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    building(monkeypatch, "generator", np.random.default_rng)
-    drawing(monkeypatch, lambda model: float(model.generator.normal(0, 0.01)))
+    has_attribute(monkeypatch, "generator", lambda _: np.random.default_rng())
+    sends(monkeypatch, lambda model, force: force + float(model.generator.normal(0, 0.01)))
     path = record(tmp_path / "run", "tachobot", SPAN_S)
     check_from_keyframes(path)
     assert not replayed(path).has_drawn
@@ -138,9 +111,7 @@ def test_a_generator_of_a_model_without_a_seed_is_in_its_keyframes(
 @pytest.mark.usefixtures("uncertain")
 def test_going_back_in_the_debugger_draws_the_same_again(tmp_path: Path) -> None:
     path = record(tmp_path / "run", "tachobot", SPAN_S)
-    recording = read_recording(path)
-    board = board_of_table(recording.header.source, recording.header.table)
-    travel = Travel(recording, board, None)
+    travel = Travel(*opened(path), None)
     for second in (0.95, 0.4, 0.7):
         travel.go_to(travel.index_after(round(second * SECOND)))
         assert travel.player.first is None
@@ -152,18 +123,14 @@ def test_a_replay_says_that_they_were_drawn_from(
 ) -> None:
     path = tmp_path / "run.recording"
     with monkeypatch.context() as patched:
-        drawing(patched, lambda _: 0.0)
+        sends(patched, lambda _, force: force)
         record(path, "tachobot", 1.0)
-        assert _replayed(path, capsys)["has_drawn"] is False
-    drawing(monkeypatch, lambda _: random.random())  # noqa: S311
-    assert _replayed(path, capsys)["has_drawn"] is True
+        assert not replayed(path).has_drawn
+    sends(monkeypatch, lambda _, force: force + random.random())  # noqa: S311
+    main(["replay", str(path), "--json"])
+    assert json.loads(capsys.readouterr().out)["has_drawn"] is True
     main(["replay", str(path)])
     assert chance.UNKEPT in capsys.readouterr().out
-
-
-def _replayed(path: Path, capsys: pytest.CaptureFixture[str]) -> dict[str, Any]:
-    main(["replay", str(path), "--json"])
-    return dict(json.loads(capsys.readouterr().out))
 
 
 def _drawn_from(path: Path) -> list[bool]:

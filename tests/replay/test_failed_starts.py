@@ -22,8 +22,6 @@ from firmware_runtime.recording.blackbox.locations import (
     recording_of_virtual_run,
 )
 from firmware_runtime.recording.blackbox.reader import read_recording
-from firmware_runtime.recording.board_of_recording import board_of_table
-from firmware_runtime.recording.replay.verdict import Verdict, replay
 from firmware_runtime.runs import kept_recordings
 from firmware_runtime.runs.hardware import Hardware
 from firmware_runtime.runs.recorded_edge import RecordedEdge
@@ -31,6 +29,7 @@ from firmware_runtime.runs.session import Session
 from firmware_runtime.runs.start import start_session
 from sim_doubles.chips.mpu9250_registers import power_up
 from tests.support.recorded import record
+from tests.support.replayed import replayed
 
 FOREIGN = "sim_doubles.chips.mpu9250.power_up"
 
@@ -56,8 +55,7 @@ def test_a_start_that_failed_is_replayed_as_the_last_run_of_its_board(
     said = fail_to_start(recording_of_virtual_run("tachobot"), monkeypatch)
     path = find_recording("tachobot")
     assert path == state / "tachobot.start.recording"
-    recording = read_recording(path)
-    verdict = replay(recording, board_of_table(recording.header.source, recording.header.table))
+    verdict = replayed(path)
     assert verdict.is_identical
     assert (verdict.steps, verdict.failure) == (0, said)
     assert verdict.writes > 0
@@ -86,11 +84,6 @@ def raise_in_bring_up(monkeypatch: pytest.MonkeyPatch, error: BaseException) -> 
     monkeypatch.setattr(Mpu9250, "identify", identified)
 
 
-def verdict_of(path: Path) -> Verdict:
-    recording = read_recording(path)
-    return replay(recording, board_of_table(recording.header.source, recording.header.table))
-
-
 @pytest.mark.parametrize(
     "error", [ValueError("range 7"), KeyError("gain"), ModelError("a bug"), BusFault("i2c1 stuck")]
 )
@@ -100,7 +93,7 @@ def test_whatever_a_driver_raises_in_its_bring_up_is_replayed(
     raise_in_bring_up(monkeypatch, error)
     with pytest.raises(FirmwareRuntimeError) as caught:
         record(recording_of_virtual_run("tachobot"), "tachobot", 0.1)
-    verdict = verdict_of(find_recording("tachobot"))
+    verdict = replayed(find_recording("tachobot"))
     said = text_of(caught.value)
     assert (verdict.is_identical, verdict.failure, verdict.end) == (True, said, said)
     assert verdict.writes > 0
@@ -129,7 +122,7 @@ def test_an_enable_line_that_cannot_be_set_leaves_a_recording(
         patched.setattr(Hardware, "enable", enable)
         with pytest.raises(BusFault):
             record(recording_of_virtual_run("tachobot"), "tachobot", 0.1)
-    verdict = verdict_of(state / "tachobot.start.recording")
+    verdict = replayed(state / "tachobot.start.recording")
     assert (verdict.first, verdict.faults) == (None, [])
     assert (verdict.is_identical, verdict.end) == (True, "gpio 17 cannot be set to True")
 

@@ -10,11 +10,11 @@ from firmware_runtime.board.registry import Board
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.models.pid import Pid
-from firmware_runtime.recording.blackbox.reader import Recording, read_recording
-from firmware_runtime.recording.board_of_recording import board_of_table
+from firmware_runtime.recording.blackbox.reader import Recording
 from firmware_runtime.recording.debugger.travel import Travel
 from firmware_runtime.recording.replay.verdict import Stretch, replay
 from tests.support.recorded import record
+from tests.support.replayed import opened
 
 pytestmark = pytest.mark.slow
 MODULE = "firmware_runtime.models.pid"
@@ -25,8 +25,7 @@ Flight = tuple[Recording, Board]
 def flight(tmp_path: Path) -> Flight:
     """Six seconds of a run, keyframes included."""
     path = record(tmp_path / "tachobot.recording", "tachobot", 6, ["recording.minutes=10"])
-    recording = read_recording(path)
-    return recording, board_of_table(recording.header.source, recording.header.table)
+    return opened(path)
 
 
 @pytest.fixture

@@ -18,10 +18,10 @@ from firmware_runtime.recording.blackbox.chunk_file import Numbered, file_of
 from firmware_runtime.recording.blackbox.layout import CHUNK, PREFIX_SIZE
 from firmware_runtime.recording.blackbox.reader import read_recording
 from firmware_runtime.recording.blackbox.section import decode
-from firmware_runtime.recording.board_of_recording import board_of_table
-from firmware_runtime.recording.replay.verdict import Stretch, Verdict, replay
+from firmware_runtime.recording.replay.verdict import Stretch, replay
 from firmware_runtime.runs.session import Session
 from tests.support.recorded import record as record_run
+from tests.support.replayed import check_identical, opened, replayed
 
 Record = Callable[..., Path]
 
@@ -42,42 +42,24 @@ def record(tmp_path: Path) -> Record:
     return recorded
 
 
-def _replayed(path: Path, **settings: object) -> Verdict:
-    recording = read_recording(path)
-    header = recording.header
-    board = board_of_table(header.source, header.table)
-    if settings:
-        board = board_in_force(header.kind, tuple(f"{k}={v}" for k, v in settings.items()))
-    return replay(recording, board)
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize("board", ["tachobot", "detective", "balancing", "pan_tilt"])
 def test_a_run_is_identical_to_its_replay(record: Record, board: str) -> None:
-    verdict = _replayed(record(board))
-    assert (verdict.differences, verdict.first, verdict.faults) == (0, None, [])
-    assert verdict.is_identical
-    assert verdict.events > 100
-    assert verdict.steps > 100
+    assert check_identical(record(board), 100).events > 100
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("mode", ["platform", "free", "track"])
 def test_each_mode_of_tachobot_is_identical(record: Record, mode: str) -> None:
-    verdict = _replayed(record("tachobot", settings={"controller.mode": mode}))
-    assert (verdict.first, verdict.is_identical) == (None, True)
+    check_identical(record("tachobot", settings={"controller.mode": mode}))
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("board", ["tachobot", "detective", "balancing"])
 def test_a_replay_begins_in_the_middle_at_a_keyframe(record: Record, board: str) -> None:
-    recording = read_recording(record(board, 8))
-    header = recording.header
-    whole = replay(recording, board_of_table(header.source, header.table))
-    begin = Stretch(begin=6 * SECOND)
-    late = replay(recording, board_of_table(header.source, header.table), begin)
-    assert (late.first, late.is_identical) == (None, True)
-    assert 0 < late.steps < whole.steps
+    path = record(board, 8)
+    late = check_identical(path, 0, Stretch(begin=6 * SECOND))
+    assert late.steps < replayed(path).steps
     assert late.duration < 4 * SECOND
 
 
@@ -95,8 +77,7 @@ def test_transactions_that_failed_fail_again(record: Record) -> None:
 
         bus.transaction = sometimes  # type: ignore[method-assign]
 
-    verdict = _replayed(record("tachobot", before=break_bus))
-    assert (verdict.first, verdict.is_identical) == (None, True)
+    check_identical(record("tachobot", before=break_bus))
 
 
 @pytest.mark.slow
@@ -123,14 +104,13 @@ def test_a_world_that_ended_a_run_ends_its_replay(
         bus.transaction = until_then  # type: ignore[method-assign]
 
     monkeypatch.setattr(Session, "run", run)
-    verdict = _replayed(record("tachobot", before=break_world))
-    assert (verdict.first, verdict.is_identical) == (None, True)
-    assert verdict.steps > 10
+    check_identical(record("tachobot", before=break_world))
 
 
 @pytest.mark.slow
 def test_other_gains_are_a_difference_with_model_and_both_values(record: Record) -> None:
-    first = _replayed(record("tachobot"), **{"controller.yaw.kp": 0.8}).first
+    recording, _ = opened(record("tachobot"))
+    first = replay(recording, board_in_force("tachobot", ("controller.yaw.kp=0.8",))).first
     assert first is not None
     assert (first.what, first.model, first.field) == ("value", "controller.yaw", "command_n")
     assert first.recorded != first.replayed
@@ -143,7 +123,7 @@ def test_a_damaged_section_is_said_and_what_is_before_it_is_replayed(record: Rec
     used = CHUNK.unpack_from(content, PREFIX_SIZE)[1]
     content[PREFIX_SIZE + used * 9 // 10] ^= 1
     path.write_bytes(content)
-    verdict = _replayed(path)
+    verdict = replayed(path)
     assert (verdict.differences, verdict.is_identical) == (0, False)
     assert verdict.steps > 10
     (fault,) = verdict.faults
@@ -202,8 +182,7 @@ def test_a_model_that_ends_the_program_ends_its_replay_as_its_run(
     monkeypatch.setattr(Allocation, "internal", quits)
     path = record("tachobot")
     count = iter(range(100))
-    verdict = _replayed(path)
-    assert (verdict.first, verdict.is_identical) == (None, True)
+    check_identical(path)
 
 
 @pytest.mark.slow
@@ -214,6 +193,4 @@ def test_a_value_that_its_port_refuses_ends_the_replay_as_the_run(record: Record
         executive.plan(SECOND // 2 + 5, port, "north")
 
     path = record("tachobot", before=send_a_word)
-    verdict = _replayed(path)
-    assert (verdict.first, verdict.is_identical) == (None, True)
-    assert verdict.duration < SECOND
+    assert check_identical(path).duration < SECOND

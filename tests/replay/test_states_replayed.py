@@ -1,12 +1,11 @@
 """A state that differs is named by model and field; one that cannot be kept costs no replay."""
 
 from pathlib import Path
-from typing import Any
 
 import pytest
-from firmware_boards.tachobot.allocation import Allocation
 
 from firmware_runtime.recording.replay.difference import Difference, model_and_field
+from tests.support.allocation import has_attribute
 from tests.support.recorded import record
 from tests.support.replayed import check_identical, replayed
 
@@ -39,22 +38,11 @@ def test_a_value_that_says_nothing_of_itself_is_named_by_its_class() -> None:
     assert (said["recorded"], said["replayed"]) == ("a Silent", None)
 
 
-def building(monkeypatch: pytest.MonkeyPatch, name: str, value: object) -> None:
-    """Let TachoBot's allocation have another attribute."""
-    build = Allocation.__init__
-
-    def built(self: Any, name_: str, thrust: float, timeout: int) -> None:  # noqa: ANN401
-        build(self, name_, thrust, timeout)
-        setattr(self, name, value)
-
-    monkeypatch.setattr(Allocation, "__init__", built)
-
-
 @pytest.mark.slow
 def test_a_state_that_cannot_be_looked_at_costs_no_replay(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    building(monkeypatch, "silent", {Silent(), Silent()})
+    has_attribute(monkeypatch, "silent", lambda _: {Silent(), Silent()})
     check_identical(record(tmp_path / "run", "tachobot", 1.0))
 
 
@@ -62,13 +50,10 @@ def test_a_state_that_cannot_be_looked_at_costs_no_replay(
 def test_an_attribute_of_a_model_is_compared_whatever_it_is_called(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    building(monkeypatch, "cause", {"a.b": 1})
+    has_attribute(monkeypatch, "cause", lambda _: {"a.b": 1})
     path = record(tmp_path / "run", "tachobot", 1.0)
     check_identical(path)
-    building(monkeypatch, "cause", {"a.b": 2})
+    has_attribute(monkeypatch, "cause", lambda _: {"a.b": 2})
     first = replayed(path).first
     assert first is not None
-    assert (first.what, first.model, first.field) == (
-        *("state", "controller.allocation"),
-        "cause",
-    )
+    assert (first.what, first.where) == ("state", "controller.allocation.cause")

@@ -6,8 +6,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from firmware_boards.tachobot.allocation import Allocation
-from firmware_drivers.thrust_pairs import Forces
 
 from firmware_runtime.cli.main import main
 from firmware_runtime.errors import Status
@@ -20,6 +18,7 @@ from firmware_runtime.recording.blackbox.section import (
 )
 from firmware_runtime.recording.exports.typed_values import values_in
 from firmware_runtime.recording.replay.difference import Difference
+from tests.support.allocation import sends
 from tests.support.recorded import record
 
 HUGE = 1 << 70
@@ -73,13 +72,7 @@ def test_a_replay_says_how_many_values_it_could_not_compare_as_a_whole(
     path = record(tmp_path / "plain.recording", "tachobot", 1.0)
     assert main(["replay", str(path), "--json"]) == 0
     assert json.loads(capsys.readouterr().out)["unknown"] == 0
-    output = Allocation.output
-
-    def sent(self: Allocation) -> None:
-        self.forces = Forces(*map(Level, self.forces))
-        output(self)
-
-    monkeypatch.setattr(Allocation, "output", sent)
+    sends(monkeypatch, lambda _, force: Level(force))
     path = record(tmp_path / "level.recording", "tachobot", 1.0)
     assert main(["replay", str(path), "--json"]) == Status.NOT_ALL_COMPARED
     said = json.loads(capsys.readouterr().out)

@@ -22,8 +22,6 @@ from firmware_runtime.devs.ports import OutPort, Owner
 from firmware_runtime.devs.tapped_ports import Sent, tap
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.errors import Status
-from firmware_runtime.recording.blackbox.reader import read_recording
-from firmware_runtime.recording.board_of_recording import board_of_table
 from firmware_runtime.recording.classes import (
     MOST_WORDS,
     NotedClasses,
@@ -31,7 +29,9 @@ from firmware_runtime.recording.classes import (
 )
 from firmware_runtime.recording.replay.difference import Difference
 from firmware_runtime.recording.replay.verdict import Verdict, replay
+from tests.support.allocation import has_attribute
 from tests.support.recorded import record
+from tests.support.replayed import opened
 
 Told = Callable[[], object]
 
@@ -151,19 +151,16 @@ def nothing_told() -> None:
 
 def telling(monkeypatch: pytest.MonkeyPatch, ports: Sequence[str]) -> None:
     """Let TachoBot's allocation send what is TOLD by ports of its own."""
-    build, output = Allocation.__init__, Allocation.output
+    output = Allocation.output
 
-    def built(model: Any, name: str, thrust: float, timeout: int) -> None:  # noqa: ANN401
-        build(model, name, thrust, timeout)
-        for port in ports:
-            model.out_port(port, object)
-
-    def sent(model: Any) -> None:  # noqa: ANN401
+    def sent(model: Allocation) -> None:
         output(model)
         for port, value in TOLD.items():
             model.out_ports[port].send(value())
 
-    monkeypatch.setattr(Allocation, "__init__", built)
+    has_attribute(
+        monkeypatch, "told", lambda model: [model.out_port(each, object).name for each in ports]
+    )
     monkeypatch.setattr(Allocation, "output", sent)
 
 
@@ -181,14 +178,12 @@ def raising(monkeypatch: pytest.MonkeyPatch) -> None:
 
 def replayed(path: Path) -> tuple[Verdict, dict[str, Difference]]:
     """The verdict, and the first difference of each field."""
-    recording = read_recording(path)
-    board = board_of_table(recording.header.source, recording.header.table)
     found: dict[str, Difference] = {}
 
     def found_first(difference: Difference) -> None:
         found.setdefault(difference.field, difference)
 
-    return replay(recording, board, listener=found_first), found
+    return replay(*opened(path), listener=found_first), found
 
 
 @pytest.mark.slow

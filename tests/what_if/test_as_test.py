@@ -13,6 +13,7 @@ from firmware_drivers.thrust_pairs import Forces
 
 from firmware_runtime.cli.main import main
 from firmware_runtime.recording.replay.replay_assertion import assert_replays, difference_of
+from tests.support.allocation import has_attribute
 from tests.support.recorded import record
 
 GAIN = "controller.yaw.kp=0.8"
@@ -129,13 +130,7 @@ def test_a_test_is_not_written_over(write: Write, flight: Path) -> None:
 def test_a_stretch_whose_state_cannot_be_kept_is_refused(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    build = Allocation.__init__
-
-    def built(self: Any, name: str, thrust: float, timeout: int) -> None:  # noqa: ANN401
-        build(self, name, thrust, timeout)
-        self.numbers = (number for number in range(3))
-
-    monkeypatch.setattr(Allocation, "__init__", built)
+    has_attribute(monkeypatch, "numbers", lambda _: (number for number in range(3)))
     path = record(tmp_path / "run.recording", "tachobot", 1.0)
     test = str(tmp_path / "test_that_day.py")
     assert main(["replay", str(path), "--from", "0.5", "--as-test", test]) == 2
@@ -149,13 +144,7 @@ def test_a_stretch_whose_state_cannot_be_kept_is_refused(
 def test_what_the_runs_recording_lacks_is_said_and_stands_in_the_test(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    build = Allocation.__init__
-
-    def built(self: Any, name: str, thrust: float, timeout: int) -> None:  # noqa: ANN401
-        build(self, name, thrust, timeout)
-        self.say = self.forces_out.send
-
-    monkeypatch.setattr(Allocation, "__init__", built)
+    has_attribute(monkeypatch, "say", lambda model: model.forces_out.send)
     path, test = record(tmp_path / "run.recording", "tachobot", 0.2), tmp_path / "test_that_day.py"
     assert main(["replay", str(path), "--as-test", str(test), "--json"]) == 0
     (fault,) = json.loads(capsys.readouterr().out)["faults"]

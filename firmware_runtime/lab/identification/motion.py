@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
+from scipy.optimize import brentq
 
 from firmware_runtime.lab.identification.plant import Numbers, PlantParameters
 from firmware_runtime.lab.identification.stretches import (
@@ -23,12 +24,8 @@ from firmware_runtime.lab.identification.stretches import (
     ramps,
 )
 
-_STEPS: Final = 60
-"""Most steps of the search for an instant; it needs about six."""
 _INSTANT_S: Final = 1e-9
 """The least that time goes on between two events."""
-_STILL: Final = 1e-14
-"""A rate that is none."""
 
 
 @dataclass(slots=True)
@@ -61,16 +58,16 @@ class Body:
         self._static = max(plant.static, plant.coulomb)
         self._held = plant.coulomb / plant.inertia
         self._inertia = plant.inertia
-        self._damping = plant.damping / plant.inertia
-        self._decays = self._damping * cut.spans
+        self._damping = damping = plant.damping / plant.inertia
         spans = cut.spans
-        self._coast = convolutions(self._damping, 0.0, spans)
-        self._ramp = ramps(self._damping, spans)
+        self._decays = damping * spans
+        self._coast = convolutions(damping, 0.0, spans)
+        self._ramp = ramps(damping, spans)
         pushed = cut.given / plant.inertia
         self._gained, self._moved = pushed * self._coast, pushed * self._ramp
         if cut.lag_s:
             gap = (cut.drive[:-1] - cut.given) / plant.inertia
-            fading = convolutions(self._damping, 1.0 / cut.lag_s, spans)
+            fading = convolutions(damping, 1.0 / cut.lag_s, spans)
             self._gained = self._gained + gap * fading
             self._moved = self._moved + gap * (self._coast - fading) * cut.lag_s
             self._exceeds = np.abs(cut.drive[1:]) > self._static
@@ -123,56 +120,35 @@ class Body:
     def _slide_within(self, state: State) -> None:
         """Slide to the end of this stretch, or to where the body comes to rest in it."""
         left = float(self._cut.spans[state.node]) - state.since
-        rate = self._rate_by(state, left)
+        position, rate = self._after(state, left)
         if state.direction * rate >= 0.0:
-            self._end(state, self._position_by(state, left), rate)
+            self._end(state, position, rate)
             return
-        low = self._stop(state, left, rate)
-        if low == 0.0 and state.rate == 0.0:  # it broke away by no more than rounding
+        stop = self._stop(state, left)
+        if stop == 0.0:
             state.direction = 0
             self._end(state, state.position, 0.0)
             return
-        state.position = self._position_by(state, low)
+        state.position, _ = self._after(state, stop)
         state.rate, state.direction = 0.0, 0
-        state.since += max(low, _INSTANT_S)
+        state.since += max(stop, _INSTANT_S)
         if state.since >= self._cut.spans[state.node]:
             self._end(state, state.position, 0.0)
 
-    def _stop(self, state: State, left: float, last: float) -> float:
-        """Find when the rate is zero between now and `left` s, where it is `last`: false position.
-
-        The older of the two ends has its rate halved when it stays, or it would stay for long.
-        """
-        low, high, first = 0.0, left, state.rate
-        at, side = 0.0, 0
-        if first == 0.0:  # it has just broken away: false position needs a rate to begin from
-            low = self._gone(state, left)
-            if low == 0.0:
-                return 0.0
-            first = self._rate_by(state, low)
-        for _ in range(_STEPS):
-            at = low + (high - low) * first / (first - last) if first != last else low
-            if high - low < _INSTANT_S or not low < at < high:
-                break
-            rate = self._rate_by(state, at)
-            if abs(rate) < _STILL:
-                break
-            if state.direction * rate > 0.0:
-                low, first = at, rate
-                last *= 0.5 if side == 1 else 1.0
-                side = 1
-            else:
-                high, last = at, rate
-                first *= 0.5 if side == -1 else 1.0
-                side = -1
-        return at
+    def _stop(self, state: State, left: float) -> float:
+        """Find when the rate is zero within `left` s; 0 for what broke away by rounding alone."""
+        low = 0.0 if state.rate else self._gone(state, left)
+        if low == 0.0 and state.rate == 0.0:
+            return 0.0
+        stop: float = brentq(lambda at: self._after(state, at)[1], low, left, xtol=_INSTANT_S)
+        return stop
 
     def _gone(self, state: State, left: float) -> float:
         """A time within `left` s at which what broke away moves its way; 0 if it never does."""
         at = left
         while at > _INSTANT_S:
             at *= 0.5
-            if state.direction * self._rate_by(state, at) > 0.0:
+            if state.direction * self._after(state, at)[1] > 0.0:
                 return at
         return 0.0
 
@@ -215,26 +191,17 @@ class Body:
         gap = float(self._cut.drive[state.node]) - given
         return given + gap * math.exp(-state.since / self._cut.lag_s)
 
-    def _rate_by(self, state: State, elapsed: float) -> float:
-        """The rate so much later in the same stretch."""
-        damping, lag_s = self._damping, self._cut.lag_s
-        given = float(self._cut.given[state.node])
-        push = given / self._inertia - state.direction * self._held
-        rate = state.rate * math.exp(-damping * elapsed)
-        rate += push * convolution(damping, 0.0, elapsed)
-        if lag_s:
-            gap = (self._drive(state) - given) / self._inertia
-            rate += gap * convolution(damping, 1.0 / lag_s, elapsed)
-        return rate
-
-    def _position_by(self, state: State, elapsed: float) -> float:
-        """The position so much later in the same stretch."""
+    def _after(self, state: State, elapsed: float) -> tuple[float, float]:
+        """Position and rate so much later in the same stretch."""
         damping, lag_s = self._damping, self._cut.lag_s
         given = float(self._cut.given[state.node])
         push = given / self._inertia - state.direction * self._held
         coast = convolution(damping, 0.0, elapsed)
         position = state.position + state.rate * coast + push * ramp(damping, elapsed)
+        rate = state.rate * math.exp(-damping * elapsed) + push * coast
         if lag_s:
             gap = (self._drive(state) - given) / self._inertia
-            position += gap * (coast - convolution(damping, 1.0 / lag_s, elapsed)) * lag_s
-        return position
+            fading = convolution(damping, 1.0 / lag_s, elapsed)
+            position += gap * (coast - fading) * lag_s
+            rate += gap * fading
+        return position, rate
