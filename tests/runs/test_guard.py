@@ -19,7 +19,13 @@ from firmware_runtime.runs.watched_run import WatchedRun, keep_clear_of_other_ru
 from firmware_runtime.statistics.file import StatisticsFile
 from firmware_runtime.statistics.file_header import STATISTICS, RunState
 from firmware_runtime.statistics.layout import ACKNOWLEDGED, EPOCH, GUARD, HEARTBEAT, STATE, Layout
-from firmware_runtime.statistics.takeovers import note_takeover, read_takeovers, takeovers_of
+from firmware_runtime.statistics.mapped_file import PREFIX
+from firmware_runtime.statistics.takeovers import (
+    Takeover,
+    note_takeover,
+    read_takeovers,
+    takeovers_of,
+)
 from firmware_runtime.system.this_process import this_process
 
 HEADER = {"models": {}, "conditions": {"board": "tachobot", "switched_off": ["here: 00"]}}
