@@ -5,12 +5,8 @@ from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
 from typing import Any
 
-from msgspec import Struct
-
 from firmware_runtime.board.ends import BoardEnd
-from firmware_runtime.board.lines import Lines
 from firmware_runtime.board.registry import Board
-from firmware_runtime.board.rig import Rig
 from firmware_runtime.board.robot import Robot
 from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.executive.clocks import Clock
@@ -19,6 +15,7 @@ from firmware_runtime.recording.blackbox.recorder import Recorder
 from firmware_runtime.recording.blackbox.section import Kind
 from firmware_runtime.recording.blackbox.tapped_models import own_atomics
 from firmware_runtime.runs.hardware import Hardware
+from firmware_runtime.runs.recorded_robot import RecordedRobot
 
 
 class RecordedEdge:
@@ -111,16 +108,3 @@ class RecordedEdge:
             from firmware_runtime.runs.kept_recordings import keep_failed_start  # noqa: PLC0415
 
             keep_failed_start(robot, path, error, self._log)
-
-
-class RecordedRobot(Struct, frozen=True):
-    """Robot that runs here, and what records it."""
-
-    recorder: Recorder
-    executive: Executive
-    robot: Robot
-    lines: Lines
-    board: Board
-    end: BoardEnd | None
-    rig: Rig | None
-    """Its doubles and their world, where they are in this process."""
