@@ -21,10 +21,11 @@ from functools import partial
 from types import MappingProxyType
 from typing import Final
 
+from firmware_drivers.chips.i2c_chip import I2cChip
 from firmware_drivers.chips.step import Step
 from firmware_runtime.errors import SettingError
 from firmware_runtime.hal.i2c import I2cBus, Message
-from firmware_runtime.hal.wire_errors import NoAcknowledge, NotReady, Stuck, WrongDevice
+from firmware_runtime.hal.wire_errors import NotReady, Stuck, WrongDevice
 
 ADDRESSES: Final = (0x48, 0x49, 0x4A, 0x4B)
 """ADDR at GND, VDD, SDA, SCL."""
@@ -118,8 +119,11 @@ class Ads1115Settings:
         )
 
 
-class Ads1115:
+class Ads1115(I2cChip):
     """One ADS1115: take the steps of a `measurement` of some inputs, then read it, once."""
+
+    chip = "ADS1115"
+    addresses = ADDRESSES
 
     def __init__(
         self,
@@ -127,15 +131,8 @@ class Ads1115:
         address: int = ADDRESSES[0],
         settings: Ads1115Settings | None = None,
     ) -> None:
-        self.address = address
-        self.place = f"ADS1115 at 0x{address:02x} on {bus.name}"
         self.settings = settings or Ads1115Settings()
-        faults = list(self.settings.faults())
-        if address not in ADDRESSES:
-            faults.append(f"address: 0x{address:02x}, expected 0x48 to 0x4b")
-        if faults:
-            raise SettingError("; ".join(faults), where=self.place)
-        self.line = self._bus = bus
+        super().__init__(bus, address, self.settings.faults())
         self.conversion_ns = conversion_ns(self.settings.rate_sps)
         self._full_scale_v = self.settings.full_scale_v
         self._inputs = "AIN0"
@@ -161,7 +158,7 @@ class Ads1115:
 
         Raises WrongDevice if not; so it is no ADS1115, or another program uses its comparator.
         """
-        found = [self._read(register) for register in (LO_THRESH, HI_THRESH)]
+        found = [self._read_word(register) for register in (LO_THRESH, HI_THRESH)]
         if found != [0x8000, 0x7FFF]:
             raise WrongDevice(
                 f"Lo_thresh, Hi_thresh read {found[0]:04x} {found[1]:04x}",
@@ -171,7 +168,7 @@ class Ads1115:
 
     def verify(self) -> None:
         """Check that the settings still are those written last. Raises NotReady if not."""
-        self._compare(self._read(CONFIG))
+        self._compare(self._read_word(CONFIG))
 
     # Measurements -------------------------------------------------------------------------------
 
@@ -199,13 +196,13 @@ class Ads1115:
             raise NotReady(
                 "no conversion to read", where=self.place, expected="one started, not read"
             )
-        config = self._read(CONFIG)
+        config = self._read_word(CONFIG)
         self._compare(config)
         if not config & OS:
             raise NotReady(
                 f"Config reads {config:04x}", where=self.place, expected="OS set, a code done"
             )
-        code = self._read(CONVERSION)
+        code = self._read_word(CONVERSION)
         self._is_measuring = False
         signed = code - 0x10000 if code & 0x8000 else code
         if signed in {LEAST, LARGEST}:
@@ -221,11 +218,9 @@ class Ads1115:
 
     def _configure(self) -> None:
         self._is_measuring = False
-        try:
+        with self._must_answer("Config"):
             self._write_config(self._config)
-            found = self._read(CONFIG)
-        except NoAcknowledge as error:
-            raise NoAcknowledge("no answer", where=self.place, expected="Config") from error
+            found = self._read_word(CONFIG)
         if (found ^ self._config) & ~OS:
             raise WrongDevice(
                 f"Config reads {found:04x}",
@@ -235,7 +230,7 @@ class Ads1115:
 
     def _find_it_idle(self) -> None:
         """Check that OS, written 0, reads 1 once nothing is converted: a memory keeps the 0."""
-        found = self._read(CONFIG)
+        found = self._read_word(CONFIG)
         if not found & OS:
             raise WrongDevice(
                 f"not an ADS1115: Config reads {found:04x} with no conversion begun",
@@ -280,8 +275,8 @@ class Ads1115:
                 where=self.place,
             )
 
-    def _read(self, register: int) -> int:
-        return int.from_bytes(self._bus.write_read(self.address, bytes((register,)), 2), "big")
+    def _read_word(self, register: int) -> int:
+        return int.from_bytes(self._read(register, 2), "big")
 
     def _write_config(self, word: int) -> None:
-        self._bus.write(self.address, bytes((CONFIG, word >> 8, word & 0xFF)))
+        self._write(CONFIG, word >> 8, word & 0xFF)

@@ -13,10 +13,11 @@ import struct
 from functools import partial
 from typing import Final
 
+from firmware_drivers.chips.i2c_chip import I2cChip
 from firmware_drivers.chips.mounting import Vector
 from firmware_drivers.chips.step import Step
 from firmware_runtime.hal.i2c import I2cBus
-from firmware_runtime.hal.wire_errors import NoAcknowledge, NotReady, WrongDevice
+from firmware_runtime.hal.wire_errors import NotReady, WrongDevice
 
 ADDRESS: Final = 0x0C
 IDENTITY: Final = 0x48
@@ -51,14 +52,15 @@ def sensitivity_of(asa: bytes) -> Vector:
     return (x, y, z)
 
 
-class Ak8963:
+class Ak8963(I2cChip):
     """One AK8963; `sensitivity`, in tesla per count, is an unadjusted part's before bring-up."""
 
+    chip = "AK8963"
+    addresses = (ADDRESS,)
+
     def __init__(self, bus: I2cBus, address: int = ADDRESS) -> None:
-        self.address = address
-        self.place = f"AK8963 at 0x{address:02x} on {bus.name}"
+        super().__init__(bus, address)
         self.sensitivity: Vector = sensitivity_of(b"\x80\x80\x80")
-        self._bus = bus
 
     def bring_up(self) -> tuple[Step, ...]:
         """Give the steps from any state to measuring; modes change by way of power-down.
@@ -81,14 +83,9 @@ class Ak8963:
 
     def identify(self) -> None:
         """Check WIA. Raises NoAcknowledge if nothing answers, WrongDevice if another chip does."""
-        try:
-            found = self._read(WIA, 1)[0]
-        except NoAcknowledge as error:
-            raise NoAcknowledge(
-                f"no answer, expected WIA {IDENTITY:02x}; behind an MPU-9250 it shows "
-                "in bypass only",
-                where=self.place,
-            ) from error
+        expected = f"WIA {IDENTITY:02x}; behind an MPU-9250 it shows in bypass only"
+        with self._must_answer(expected):
+            found = self._read(WIA)[0]
         if found != IDENTITY:
             raise WrongDevice(
                 f"WIA reads {found:02x}", where=self.place, expected=f"{IDENTITY:02x}"
@@ -130,9 +127,3 @@ class Ak8963:
                 f"fuse ROM reads {asa.hex(' ')}", where=self.place, expected="three factors"
             )
         self.sensitivity = sensitivity_of(asa)
-
-    def _read(self, register: int, length: int) -> bytes:
-        return self._bus.write_read(self.address, bytes((register,)), length)
-
-    def _write(self, register: int, value: int) -> None:
-        self._bus.write(self.address, bytes((register, value)))

@@ -20,11 +20,11 @@ import struct
 from typing import Final
 
 from firmware_drivers.chips.bearing import Bearing
+from firmware_drivers.chips.i2c_chip import I2cChip
 from firmware_drivers.chips.liveness import Liveness
 from firmware_drivers.chips.step import Step
-from firmware_runtime.errors import SettingError
 from firmware_runtime.hal.i2c import I2cBus, Message
-from firmware_runtime.hal.wire_errors import Implausible, NoAcknowledge, NotReady, WrongDevice
+from firmware_runtime.hal.wire_errors import Implausible, NotReady, WrongDevice
 
 ADDRESSES: Final = range(0x60, 0x68)
 SHIPPED_AT: Final = 0x60
@@ -54,23 +54,21 @@ FRESH_STEPS: Final = 0.9
 """Less than half of the field's noise, in the steps that it is measured in: no bit is one alone."""
 
 
-class Cmps12:
+class Cmps12(I2cChip):
     """One CMPS12 or CMPS14. `measurement` is empty: a bearing can be read at any time.
 
     `period_ns` is the least time between two readings: a field that is read more often than it is
     measured repeats itself.
     """
 
+    chip = "CMPS12"
+    addresses = ADDRESSES
     measurement: tuple[Step, ...] = ()
 
     def __init__(
         self, bus: I2cBus, address: int = SHIPPED_AT, *, period_ns: int = 10_000_000
     ) -> None:
-        self.address = address
-        self.place = f"CMPS12 at 0x{address:02x} on {bus.name}"
-        if address not in ADDRESSES:
-            raise SettingError("expected an address from 0x60 to 0x67", where=self.place)
-        self.line = self._bus = bus
+        super().__init__(bus, address)
         repeats = max(1, -(-FIELD_PERIOD_NS // period_ns))
         self._liveness = Liveness(self.place, FIELD_AXES, (FRESH_STEPS,) * 3, repeats=repeats)
 
@@ -85,12 +83,8 @@ class Cmps12:
         motor board has 0x60 too, and reads e2 e4 where the bearing should be.
         """
         self._liveness.restart()
-        try:
+        with self._must_answer("a software version"):
             found = self._read(VERSION, IDENTITY.size)
-        except NoAcknowledge as error:
-            raise NoAcknowledge(
-                "no answer", where=self.place, expected="a software version"
-            ) from error
         version, coarse, fine = IDENTITY.unpack(found)
         if version in NO_VERSION or fine >= CIRCLE or _are_apart(coarse, fine):
             raise WrongDevice(
@@ -124,9 +118,6 @@ class Cmps12:
             raise Implausible(self.place, "bearing", tenths / 10, expected)
         self._liveness.check(tuple(field))
         return Bearing(tenths / 10, state & MAGNETOMETER_STATE)
-
-    def _read(self, register: int, length: int) -> bytes:
-        return self._bus.write_read(self.address, bytes((register,)), length)
 
 
 def _are_apart(coarse: int, fine: int) -> bool:

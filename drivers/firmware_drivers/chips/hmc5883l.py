@@ -22,6 +22,7 @@ from functools import partial
 from typing import Final
 
 from firmware_drivers.chips.bearing import Bearing, in_circle
+from firmware_drivers.chips.i2c_chip import I2cChip
 from firmware_drivers.chips.liveness import Liveness
 from firmware_drivers.chips.mounting import Vector, parse_mounting
 from firmware_drivers.chips.step import Step
@@ -101,18 +102,16 @@ class Hmc5883lSettings:
         return (EIGHT_SAMPLES_NO_BIAS, list(COUNTS_PER_GAUSS).index(self.range_gauss) << 5)
 
 
-class Hmc5883l:
+class Hmc5883l(I2cChip):
     """One HMC5883L: take the steps of `measurement`, then read it, once."""
 
+    chip = "HMC5883L"
+    addresses = (ADDRESS,)
+
     def __init__(self, bus: I2cBus, settings: Hmc5883lSettings | None = None) -> None:
-        self.address = ADDRESS
-        self.place = f"HMC5883L at 0x{ADDRESS:02x} on {bus.name}"
         self.settings = settings or Hmc5883lSettings()
-        faults = self.settings.faults()
-        if faults:
-            raise SettingError("; ".join(faults), where=self.place)
+        super().__init__(bus, ADDRESS, self.settings.faults())
         self.measurement = (Step("measure", self._start_measurement, MEASUREMENT_NS),)
-        self.line = self._bus = bus
         self._is_measuring = False
         self._registers = self.settings.registers()
         fresh = FRESH_GAUSS * COUNTS_PER_GAUSS[self.settings.range_gauss]
@@ -251,9 +250,3 @@ class Hmc5883l:
         except HalError:
             return False
         return True
-
-    def _read(self, register: int, length: int) -> bytes:
-        return self._bus.write_read(self.address, bytes((register,)), length)
-
-    def _write(self, register: int, *values: int) -> None:
-        self._bus.write(self.address, bytes((register, *values)))

@@ -20,10 +20,10 @@ from dataclasses import dataclass
 from functools import partial
 from typing import Final, NamedTuple
 
+from firmware_drivers.chips.i2c_chip import I2cChip
 from firmware_drivers.chips.step import Step
-from firmware_runtime.errors import SettingError
 from firmware_runtime.hal.i2c import I2cBus, Message
-from firmware_runtime.hal.wire_errors import HalError, NoAcknowledge, NotReady, WrongDevice
+from firmware_runtime.hal.wire_errors import HalError, NotReady, WrongDevice
 
 ADDRESSES: Final = range(0x58, 0x60)
 SHIPPED_AT: Final = 0x58
@@ -83,23 +83,18 @@ class Md25Settings:
         return (f"acceleration: {self.acceleration}, expected 1 to 10",)
 
 
-class Md25:
+class Md25(I2cChip):
     """One MD25. `timeout_ns` is how long it goes on by itself: speeds are sent more often."""
 
+    chip = "MD25"
+    addresses = ADDRESSES
     timeout_ns = TIMEOUT_NS
 
     def __init__(
         self, bus: I2cBus, address: int = SHIPPED_AT, settings: Md25Settings | None = None
     ) -> None:
         settings = settings or Md25Settings()
-        self.address = address
-        self.place = f"MD25 at 0x{address:02x} on {bus.name}"
-        faults = settings.faults()
-        if address not in ADDRESSES:
-            faults = (f"address: 0x{address:02x}, expected 0x58 to 0x5f", *faults)
-        if faults:
-            raise SettingError("; ".join(faults), where=self.place)
-        self.line = self._bus = bus
+        super().__init__(bus, address, settings.faults())
         self._acceleration = settings.acceleration
         self._is_up = False
 
@@ -127,12 +122,8 @@ class Md25:
         cannot be an MD25's.
         """
         self._is_up = False
-        try:
+        with self._must_answer("a software revision"):
             found = self._read(REVISION, SETTINGS.size)
-        except NoAcknowledge as error:
-            raise NoAcknowledge(
-                "no answer", where=self.place, expected="a software revision"
-            ) from error
         revision, acceleration, mode = SETTINGS.unpack(found)
         if revision in (0x00, 0xFF) or acceleration == 0 or mode > 3:
             raise WrongDevice(
@@ -227,9 +218,3 @@ class Md25:
                 "another program",
                 where=self.place,
             )
-
-    def _read(self, register: int, length: int) -> bytes:
-        return self._bus.write_read(self.address, bytes((register,)), length)
-
-    def _write(self, register: int, *values: int) -> None:
-        self._bus.write(self.address, bytes((register, *values)))

@@ -25,6 +25,7 @@ from typing import Final
 
 from firmware_drivers.chips.ak8963 import ADDRESS as AK8963_ADDRESS
 from firmware_drivers.chips.ak8963 import MEASUREMENT, ST1, Ak8963
+from firmware_drivers.chips.i2c_chip import I2cChip
 from firmware_drivers.chips.mounting import Vector, parse_mounting
 from firmware_drivers.chips.mpu9250_burst import (
     NO_BIAS,
@@ -37,7 +38,6 @@ from firmware_drivers.chips.mpu9250_burst import (
 )
 from firmware_drivers.chips.mpu9250_settings import Mpu9250Settings
 from firmware_drivers.chips.step import Step
-from firmware_runtime.errors import SettingError
 from firmware_runtime.hal.i2c import I2cBus
 from firmware_runtime.hal.wire_errors import NoAcknowledge, NotReady, Stuck, WrongDevice
 
@@ -80,25 +80,23 @@ INCOMPATIBLE: Final = {0x68: "an MPU-6050", 0x98: "an ICM-20689"}
 """Other registers or scales: refused by name."""
 
 
-class Mpu9250:
+class Mpu9250(I2cChip):
     """One MPU-9250. `warnings` has a sentence for all that works less well than it should.
 
     `has_magnetometer` is True after a bring-up that found the AK8963; without one the driver goes
     on with six axes, says so in `warnings`, and the field of every sample is None.
     """
 
+    chip = "MPU-9250"
+    addresses = (0x68, 0x69)
+
     def __init__(
         self, bus: I2cBus, address: int = 0x68, settings: Mpu9250Settings | None = None
     ) -> None:
-        self.address = address
         self.settings = settings or Mpu9250Settings()
-        self.place = f"MPU-9250 at 0x{address:02x} on {bus.name}"
-        faults = self.settings.faults()
-        if faults:
-            raise SettingError("; ".join(faults), where=self.place)
+        super().__init__(bus, address, self.settings.faults())
         self.warnings: list[str] = []
         self.has_magnetometer = False
-        self.line = self._bus = bus
         self._mounting = parse_mounting(self.settings.mounting)
         self._magnetometer = Ak8963(bus)
         self._checks = InertialChecks(self.place, self.settings)
@@ -142,10 +140,8 @@ class Mpu9250:
         """
         self.warnings.clear()
         self._decoder = None
-        try:
-            found = self._read(WHO_AM_I, 1)[0]
-        except NoAcknowledge as error:
-            raise NoAcknowledge("no answer", where=self.place, expected="WHO_AM_I 71") from error
+        with self._must_answer("WHO_AM_I 71"):
+            found = self._read(WHO_AM_I)[0]
         if found in KNOWN:
             return
         if found in COMPATIBLE or found in self.settings.also_accept:
@@ -268,11 +264,3 @@ class Mpu9250:
             rate_range=math.radians(self.settings.gyro_range_dps),
             field=field,
         )
-
-    # Registers ----------------------------------------------------------------------------------
-
-    def _read(self, register: int, length: int) -> bytes:
-        return self._bus.write_read(self.address, bytes((register,)), length)
-
-    def _write(self, register: int, *values: int) -> None:
-        self._bus.write(self.address, bytes((register, *values)))

@@ -14,6 +14,7 @@ from collections.abc import Iterable, Sequence
 from functools import partial
 from typing import Final
 
+from firmware_drivers.chips.i2c_chip import I2cChip
 from firmware_drivers.chips.output_users import OutputUsers
 from firmware_drivers.chips.pca9685_burst import CHANNELS, FULL, LED0_ON_L, burst_of
 from firmware_drivers.chips.pca9685_rate import (
@@ -26,7 +27,7 @@ from firmware_drivers.chips.shared_bring_up import SharedBringUp, Turn, nothing
 from firmware_drivers.chips.step import Step
 from firmware_runtime.errors import SettingError
 from firmware_runtime.hal.i2c import GENERAL_CALL, I2cBus, Message
-from firmware_runtime.hal.wire_errors import NoAcknowledge, NotReady, WrongDevice
+from firmware_runtime.hal.wire_errors import NotReady, WrongDevice
 
 MODE1: Final = 0x00
 MODE2: Final = 0x01
@@ -63,7 +64,7 @@ def software_reset(bus: I2cBus) -> None:
     bus.write(GENERAL_CALL, bytes((SWRST,)))
 
 
-class Pca9685:
+class Pca9685(I2cChip):
     """One PCA9685. `frequency_hz` is the true PWM frequency by `osc_hz`, 0 before it runs.
 
     Duties are shares of a cycle, 0 to 1. `osc_hz` is the oscillator as measured on this board (the
@@ -71,6 +72,9 @@ class Pca9685:
     spreads inrush and changes neither bytes nor duties; but pulses then straddle the cycle's end,
     so one pulse may mix old and new duty when they change.
     """
+
+    chip = "PCA9685"
+    addresses = range(0x40, 0x80)
 
     def __init__(
         self,
@@ -80,10 +84,8 @@ class Pca9685:
         osc_hz: float = NOMINAL_OSC_HZ,
         staggered: bool = False,
     ) -> None:
-        self.address = address
-        self.place = f"PCA9685 at 0x{address:02x} on {bus.name}"
+        super().__init__(bus, address)
         self.frequency_hz = 0.0
-        self.line = self._bus = bus
         self._osc_hz = osc_hz
         self._on_step = COUNTS // CHANNELS if staggered else 0
         self._prescale = 0
@@ -144,11 +146,9 @@ class Pca9685:
         Raises NoAcknowledge if nothing answers.
         """
         self.is_running = False
-        try:
+        with self._must_answer("a PCA9685"):
             self.stop_all()
             self._write(MODE1, AI)
-        except NoAcknowledge as error:
-            raise NoAcknowledge("no answer", where=self.place, expected="a PCA9685") from error
 
     def identify(self) -> None:
         """Check that this can be a PCA9685 at all: it has no identity register.
@@ -274,12 +274,6 @@ class Pca9685:
         return f"{self.place}: outputs {', '.join(on)} are on" if on else None
 
     # Registers ----------------------------------------------------------------------------------
-
-    def _read(self, register: int, count: int = 1) -> bytes:
-        return self._bus.write_read(self.address, bytes((register,)), count)
-
-    def _write(self, register: int, value: int) -> None:
-        self._bus.write(self.address, bytes((register, value)))
 
     def _set_rate(self, prescale: int) -> None:
         self._write(PRE_SCALE, prescale)

@@ -8,10 +8,10 @@ from collections.abc import Mapping, Sequence
 from functools import partial
 from typing import ClassVar, Literal, NamedTuple
 
+from firmware_drivers.chips.i2c_chip import I2cChip
 from firmware_drivers.chips.step import Step
-from firmware_runtime.errors import SettingError
 from firmware_runtime.hal.i2c import I2cBus
-from firmware_runtime.hal.wire_errors import NoAcknowledge, NotReady, WrongDevice
+from firmware_runtime.hal.wire_errors import NotReady, WrongDevice
 
 
 class ChipRegister(NamedTuple):
@@ -40,23 +40,16 @@ class Setting(NamedTuple):
     wait_ns: int
 
 
-class RegisterChip:
+class RegisterChip(I2cChip):
     """One chip on a bus, brought up from any state by `bring_up`."""
 
-    chip: ClassVar[str]
-    addresses: ClassVar[Sequence[int]]
     registers: ClassVar[Mapping[str, ChipRegister]]
     """By their names."""
     identity: ClassVar[Sequence[Expected]]
     settings: ClassVar[Sequence[Setting]]
 
     def __init__(self, bus: I2cBus, address: int | None = None) -> None:
-        self.address = address = self.addresses[0] if address is None else address
-        self.place = f"{self.chip} at 0x{address:02x} on {bus.name}"
-        if address not in self.addresses:
-            expected = ", ".join(f"0x{each:02x}" for each in self.addresses)
-            raise SettingError(f"address 0x{address:02x}", where=self.place, expected=expected)
-        self.line = self._bus = bus
+        super().__init__(bus, self.addresses[0] if address is None else address)
 
     def bring_up(self) -> tuple[Step, ...]:
         """Give the steps from any state to ready; they raise NoAcknowledge or WrongDevice."""
@@ -98,19 +91,15 @@ class RegisterChip:
 
     def read(self, register: ChipRegister) -> int:
         """Read a register's word, one transaction. Raises NoAcknowledge if the chip is absent."""
-        try:
-            found = self._bus.write_read(self.address, bytes((register.address,)), register.bytes)
-        except NoAcknowledge as error:
-            raise NoAcknowledge("no answer", where=self.place, expected=register.name) from error
+        with self._must_answer(register.name):
+            found = self._read(register.address, register.bytes)
         return int.from_bytes(found, register.order, signed=register.signed)
 
     def write(self, register: ChipRegister, word: int) -> None:
         """Write a register's word, one transaction. Raises NoAcknowledge if the chip is absent."""
         data = word.to_bytes(register.bytes, register.order, signed=word < 0)
-        try:
-            self._bus.write(self.address, bytes((register.address,)) + data)
-        except NoAcknowledge as error:
-            raise NoAcknowledge("no answer", where=self.place, expected=register.name) from error
+        with self._must_answer(register.name):
+            self._write(register.address, *data)
 
     def read_by_name(self, name: str) -> int:
         """Read a register by its name, as the contract of chips and consoles have it."""

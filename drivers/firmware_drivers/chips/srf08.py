@@ -27,8 +27,8 @@ import struct
 from dataclasses import dataclass
 from typing import Final
 
+from firmware_drivers.chips.i2c_chip import I2cChip
 from firmware_drivers.chips.step import Step
-from firmware_runtime.errors import SettingError
 from firmware_runtime.hal.i2c import I2cBus, Message
 from firmware_runtime.hal.wire_errors import NoAcknowledge, NotReady, Stuck, WrongDevice
 
@@ -98,24 +98,21 @@ class Srf08Settings:
         return math.ceil(round(self.max_range_m / RANGE_STEP_M, 6)) - 1
 
 
-class Srf08:
+class Srf08(I2cChip):
     """One SRF08: `ranging_ns` after `start_ranging` its first echo can be read, once.
 
     `interval_ns` is the shortest time from one start to the next, `limits_m` the nearest and the
     farthest it measures.
     """
 
+    chip = "SRF08"
+    addresses = ADDRESSES
+
     def __init__(
         self, bus: I2cBus, address: int = SHIPPED_AT, settings: Srf08Settings | None = None
     ) -> None:
         settings = settings or Srf08Settings()
-        self.address = address
-        self.place = f"SRF08 at 0x{address:02x} on {bus.name}"
-        faults = settings.faults()
-        if address not in ADDRESSES:
-            faults = (f"address: 0x{address:02x}, expected 0x70 to 0x7f", *faults)
-        if faults:
-            raise SettingError("; ".join(faults), where=self.place)
+        super().__init__(bus, address, settings.faults())
         self.ranging_ns = (1 + settings.range_register()) * RANGE_STEP_NS + MARGIN_NS
         self.interval_ns = INTERVAL_NS
         self.limits_m = (NEAREST_M, (1 + settings.range_register()) * RANGE_STEP_M)
@@ -125,7 +122,6 @@ class Srf08:
         self._echo = 0
         self._same = 0
         """Echoes in a row that were equal to the last bit, in whatever unit."""
-        self.line = self._bus = bus
 
     def bring_up(self) -> tuple[Step, ...]:
         """Give the steps from any state to ready, 145 ms: a former program's ranging ends first.
@@ -169,7 +165,7 @@ class Srf08:
                 "no ranging to read", where=self.place, expected="one started and not read"
             )
         try:
-            found = self._bus.write_read(self.address, bytes((REVISION,)), FIRST_ECHO.size)
+            found = self._read(REVISION, FIRST_ECHO.size)
         except NoAcknowledge as error:
             raise NotReady(
                 f"no answer, expected the echo {self.ranging_ns / 1e6:g} ms after the "
@@ -197,25 +193,15 @@ class Srf08:
 
     def _send(self, range_register: int, unit: int) -> None:
         settings = ((GAIN, self._gain), (RANGE, range_register), (COMMAND, unit))
-        try:
+        with self._must_answer("the chip there and idle", "no answer to a ranging command"):
             for register, value in settings:
-                self._bus.write(self.address, bytes((register, value)))
-        except NoAcknowledge as error:
-            raise NoAcknowledge(
-                "no answer to a ranging command",
-                where=self.place,
-                expected="the chip there and idle",
-            ) from error
+                self._write(register, value)
 
     # What only a sonar does ---------------------------------------------------------------------
 
     def _read_revision(self) -> int:
-        try:
-            revision = self._bus.write_read(self.address, bytes((REVISION,)), 1)[0]
-        except NoAcknowledge as error:
-            raise NoAcknowledge(
-                "no answer", where=self.place, expected="a software revision"
-            ) from error
+        with self._must_answer("a software revision"):
+            revision = self._read(REVISION)[0]
         if revision in NO_REVISION:
             raise WrongDevice(
                 f"software revision reads {revision:02x}, expected 01 to fe; another "
@@ -238,14 +224,9 @@ class Srf08:
             )
 
     def _find_what_it_measured(self) -> None:
-        try:
-            found = self._bus.write_read(self.address, bytes((REVISION,)), FIRST_ECHO.size)
-        except NoAcknowledge as error:
-            raise NoAcknowledge(
-                f"no answer {MEASURED_AFTER_NS / 1e6:g} ms after a ranging command",
-                where=self.place,
-                expected="an echo",
-            ) from error
+        what = f"no answer {MEASURED_AFTER_NS / 1e6:g} ms after a ranging command"
+        with self._must_answer("an echo", what):
+            found = self._read(REVISION, FIRST_ECHO.size)
         revision, echo = FIRST_ECHO.unpack(found)
         if revision != self._revision or echo > MOST_CM:
             raise WrongDevice(
