@@ -5,25 +5,13 @@ from dataclasses import dataclass
 from typing import NamedTuple, Protocol
 
 from firmware_drivers.chips.step import Step, duration_ns
-from firmware_drivers.hardware import HardwareModel
+from firmware_drivers.hardware import Chip, HardwareModel
 from firmware_runtime.errors import SettingError
-from firmware_runtime.hal.line_time import Line
 from firmware_runtime.hal.wire_errors import HalError
 
 
-class Converter(Protocol):
+class Converter(Chip, Protocol):
     """A converter's driver: a measurement is begun by its steps, and read once."""
-
-    @property
-    def place(self) -> str:
-        """Which converter this is, for the sentence of an error."""
-
-    @property
-    def line(self) -> Line:
-        """What it is connected by."""
-
-    def bring_up(self) -> tuple[Step, ...]:
-        """Give the steps from any state to ready."""
 
     def measurement(self, inputs: str) -> tuple[Step, ...]:
         """Give the step of one conversion. Raises SettingError for inputs there are not."""

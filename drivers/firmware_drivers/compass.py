@@ -6,9 +6,8 @@ from typing import Protocol
 from firmware_drivers.bring_up import BringUp
 from firmware_drivers.chips.bearing import Bearing, in_circle
 from firmware_drivers.chips.step import Step
-from firmware_drivers.hardware import HardwareModel
+from firmware_drivers.hardware import Chip, HardwareModel
 from firmware_runtime.errors import SettingError
-from firmware_runtime.hal.line_time import Line
 from firmware_runtime.hal.wire_errors import HalError
 
 STOP, ONCE, PERIODIC = 0, 1, 2
@@ -17,23 +16,12 @@ FAULTS_BEFORE_BRING_UP = 3
 """Failed readings in a row after which the chip is brought up again: it may have lost supply."""
 
 
-class BearingSensor(Protocol):
+class BearingSensor(Chip, Protocol):
     """A compass driver: take the steps of `measurement`, then read the bearing."""
-
-    @property
-    def place(self) -> str:
-        """Which chip this is, for the sentence of a fault."""
-
-    @property
-    def line(self) -> Line:
-        """What it is connected by."""
 
     @property
     def measurement(self) -> tuple[Step, ...]:
         """The steps of one measurement; none if the chip measures all the time."""
-
-    def bring_up(self) -> tuple[Step, ...]:
-        """Give the steps from any state to ready."""
 
     def read_bearing(self) -> Bearing:
         """Give the bearing just measured."""

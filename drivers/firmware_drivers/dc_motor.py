@@ -1,12 +1,14 @@
 """One DC motor on an H-bridge as a hardware atomic model: driven by a share of full voltage."""
 
 import math
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from typing import Final
 
 from firmware_drivers.chips.h_bridge import HBridge
 from firmware_drivers.chips.pca9685 import POLL
-from firmware_drivers.chips.pca9685_burst import duty_burst
+from firmware_drivers.chips.pca9685_registers import duty_burst
+from firmware_drivers.chips.step import Step
 from firmware_drivers.motors import Motors
 from firmware_runtime.errors import SettingError
 from firmware_runtime.hal.i2c import Message
@@ -27,12 +29,43 @@ class DcMotorSettings:
     """Ns without a new command after which a turning motor is stopped."""
 
 
-class DcMotor(Motors):
-    """Obeys `drive`, -1 to 1 of full voltage; 0 brakes.
+class BridgeMotor(Motors):
+    """A motor on an H-bridge, driven by `commanded`, -1 to 1 of full voltage; 0 brakes.
 
     The phases are those of `Motors`, without refresh. After a fault and at the end its outputs are
-    full-off instead. Other models may drive other outputs of the chip.
+    full-off instead.
     """
+
+    def __init__(
+        self,
+        name: str,
+        bridge: HBridge,
+        bring_up: Callable[[], Iterable[Step]],
+        timeout: int,
+        interlock: Interlock,
+    ) -> None:
+        super().__init__(
+            name, bring_up, bridge.chip.line, command_timeout=timeout, interlock=interlock
+        )
+        self.bridge = bridge
+        self.commanded = 0.0
+
+    def forget_command(self) -> None:
+        """Command the motor to stand."""
+        self.commanded = 0.0
+
+    def is_moving(self) -> bool:
+        """Return whether the motor is commanded to turn."""
+        return self.commanded != 0.0
+
+    def write_command(self) -> None:
+        """Turn or brake, if the chip is as set: reset, it would acknowledge and do nothing."""
+        self.bridge.chip.poll()
+        self.bridge.drive(self.commanded)
+
+
+class DcMotor(BridgeMotor):
+    """Obeys `drive`, -1 to 1 of full voltage; other models may drive other outputs of the chip."""
 
     def __init__(
         self,
@@ -41,20 +74,15 @@ class DcMotor(Motors):
         settings: DcMotorSettings,
         interlock: Interlock = always_enabled,
     ) -> None:
-        super().__init__(
-            name,
-            lambda: bridge.share_bring_up(settings.frequency_hz),
-            bridge.chip.line,
-            command_timeout=settings.timeout,
-            interlock=interlock,
-        )
+        def bring_up() -> Iterable[Step]:
+            return bridge.share_bring_up(settings.frequency_hz)
+
+        super().__init__(name, bridge, bring_up, settings.timeout, interlock)
         if settings.timeout <= 0:
             raise SettingError(
                 f"{name} on {bridge.place}: timeout {settings.timeout} ns", expected="more than 0"
             )
         self.drive = self.in_port("drive", float)
-        self.bridge = bridge
-        self.commanded = 0.0
 
     def take_command(self) -> None:
         """Read the command."""
@@ -62,19 +90,6 @@ class DcMotor(Motors):
         if not (math.isfinite(drive) and -1.0 <= drive <= 1.0):
             raise NotReady(f"drive {drive}, expected -1 to 1; stopped", where=self.drive.path)
         self.commanded = drive
-
-    def forget_command(self) -> None:
-        """Command the motor to stand."""
-        self.commanded = 0.0
-
-    def is_moving(self) -> bool:
-        """Whether the motor is commanded to turn."""
-        return self.commanded != 0.0
-
-    def write_command(self) -> None:
-        """Turn or brake, if the chip is as set: reset, it would acknowledge and do nothing."""
-        self.bridge.chip.poll()
-        self.bridge.drive(self.commanded)
 
     def write_stop(self) -> None:
         """Turn the bridge's outputs full-off, right in any state of the chip."""

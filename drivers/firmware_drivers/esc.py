@@ -12,7 +12,7 @@ from msgspec import Struct
 
 from firmware_drivers.actuator import POLL_EVERY, Actuator
 from firmware_drivers.chips.pca9685 import Pca9685
-from firmware_drivers.chips.pca9685_burst import CHANNELS
+from firmware_drivers.chips.pca9685_registers import CHANNELS
 from firmware_runtime.devs.time import NEVER, SECOND
 from firmware_runtime.errors import SettingError
 from firmware_runtime.hal.interlock import Interlock, always_enabled, poll_period

@@ -6,14 +6,30 @@ wire. So a phase that waits for a chip is entered by `hold_after_transfer`, not 
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable
+from typing import Protocol
 
 from firmware_drivers.bring_up import RETRY_AFTER, BringUp, failed_in_a_row
 from firmware_drivers.chips.step import Step
-from firmware_drivers.fault import Fault
 from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.errors import FirmwareRuntimeError
+from firmware_runtime.hal.fault import Fault
 from firmware_runtime.hal.line_time import Line
 from firmware_runtime.hal.wire_errors import HalError
+
+
+class Chip(Protocol):
+    """A chip's driver, as the model over it has it."""
+
+    @property
+    def place(self) -> str:
+        """Which chip this is, for the sentence of an error."""
+
+    @property
+    def line(self) -> Line:
+        """What it is connected by."""
+
+    def bring_up(self) -> tuple[Step, ...]:
+        """Give the steps from any state to ready, whatever it drives stopped."""
 
 
 class HardwareModel(Atomic, ABC):

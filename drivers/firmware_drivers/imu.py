@@ -2,11 +2,11 @@
 
 from firmware_drivers.chips.mpu9250 import Mpu9250
 from firmware_drivers.chips.mpu9250_burst import NO_BIAS, InertialSample
-from firmware_drivers.fault import Fault
 from firmware_drivers.gyro_bias import GyroBias
 from firmware_drivers.hardware import HardwareModel
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.errors import SettingError
+from firmware_runtime.hal.fault import Fault
 from firmware_runtime.hal.wire_errors import HalError, NotReady
 
 FAULTS_BEFORE_BRING_UP = 10

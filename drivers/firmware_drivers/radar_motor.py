@@ -1,11 +1,14 @@
 """The motor that turns the radar's head as a hardware atomic model, on an H-bridge."""
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Final
 
 from firmware_drivers.chips.h_bridge import HBridge
-from firmware_drivers.motors import CLOCKWISE, COUNTERCLOCKWISE, STILL, Motors
+from firmware_drivers.chips.step import Step
+from firmware_drivers.dc_motor import BridgeMotor
+from firmware_drivers.motors import CLOCKWISE, COUNTERCLOCKWISE, STILL
 from firmware_runtime.devs.time import NEVER
 from firmware_runtime.errors import SettingError
 from firmware_runtime.hal.interlock import Interlock, always_enabled
@@ -26,11 +29,11 @@ class RadarMotorSettings:
     """Ns without a signal after which a turning head is stopped: no chip here would stop it."""
 
 
-class RadarMotor(Motors):
+class RadarMotor(BridgeMotor):
     """Obeys `turn`: 0 brakes, 1 turns clockwise, 2 counterclockwise.
 
-    The phases are those of `Motors`, without refresh. Standing still is braked, so that the head
-    stays where it saw something; after a fault and at the end all outputs are full-off instead.
+    Standing still is braked, so that the head stays where it saw something; at a stop all outputs
+    of the chip are full-off.
     """
 
     def __init__(
@@ -40,13 +43,10 @@ class RadarMotor(Motors):
         settings: RadarMotorSettings,
         interlock: Interlock = always_enabled,
     ) -> None:
-        super().__init__(
-            name,
-            lambda: bridge.bring_up(settings.frequency_hz),
-            bridge.chip.line,
-            command_timeout=settings.longest_turn,
-            interlock=interlock,
-        )
+        def bring_up() -> Iterable[Step]:
+            return bridge.bring_up(settings.frequency_hz)
+
+        super().__init__(name, bridge, bring_up, settings.longest_turn, interlock)
         if not 0.0 < settings.duty <= 1.0 or settings.longest_turn <= 0:
             raise SettingError(
                 f"{name} on {bridge.place}: duty {settings.duty}, longest_turn "
@@ -54,29 +54,14 @@ class RadarMotor(Motors):
                 expected="more than 0, a duty of 1 at most",
             )
         self.turn = self.in_port("turn", int)
-        self.bridge = bridge
         self.settings = settings
-        self.signal = STILL
 
     def take_command(self) -> None:
         """Read the signal."""
         signal = self.turn[-1]
         if signal not in _SENSE:
             raise NotReady(f"signal {signal}, expected 0, 1 or 2; stopped", where=self.turn.path)
-        self.signal = signal
-
-    def forget_command(self) -> None:
-        """Make the head stand."""
-        self.signal = STILL
-
-    def is_moving(self) -> bool:
-        """Whether the head is to turn."""
-        return self.signal != STILL
-
-    def write_command(self) -> None:
-        """Turn or brake, if the chip is as set: reset, it would acknowledge and do nothing."""
-        self.bridge.chip.poll()
-        self.bridge.drive(_SENSE[self.signal] * self.settings.duty)
+        self.commanded = _SENSE[signal] * self.settings.duty
 
     def write_stop(self) -> None:
         """Turn all sixteen outputs of the chip full-off, right in any state of it."""

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from typing import Final
 
 from firmware_drivers.chips.pca9685 import POLL, Pca9685
-from firmware_drivers.chips.pca9685_burst import CHANNELS, duty_burst
+from firmware_drivers.chips.pca9685_registers import CHANNELS, duty_burst
 from firmware_drivers.motors import Motors
 from firmware_runtime.devs.time import NEVER, SECOND
 from firmware_runtime.errors import SettingError

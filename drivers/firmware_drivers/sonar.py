@@ -3,11 +3,9 @@
 from dataclasses import dataclass
 from typing import Protocol
 
-from firmware_drivers.chips.step import Step
-from firmware_drivers.hardware import HardwareModel
+from firmware_drivers.hardware import Chip, HardwareModel
 from firmware_runtime.devs.time import MILLISECOND
 from firmware_runtime.errors import SettingError
-from firmware_runtime.hal.line_time import Line
 from firmware_runtime.hal.wire_errors import HalError, NotReady
 
 READ_AGAIN_AFTER = 5 * MILLISECOND
@@ -16,16 +14,8 @@ READINGS = 5
 """
 
 
-class RangeFinder(Protocol):
+class RangeFinder(Chip, Protocol):
     """A sonar's driver: a ranging is started, and `ranging_ns` later read, once."""
-
-    @property
-    def place(self) -> str:
-        """Which sonar this is, for the sentence of an error."""
-
-    @property
-    def line(self) -> Line:
-        """What it is connected by."""
 
     @property
     def ranging_ns(self) -> int:
@@ -34,9 +24,6 @@ class RangeFinder(Protocol):
     @property
     def interval_ns(self) -> int:
         """Shortest time from one start to the next."""
-
-    def bring_up(self) -> tuple[Step, ...]:
-        """Give the steps from any state to ready."""
 
     def start_ranging(self) -> None:
         """Send one ping."""

@@ -5,13 +5,12 @@ from dataclasses import dataclass
 from typing import NamedTuple, Protocol
 
 from firmware_drivers.chips.md25 import Md25Report
-from firmware_drivers.chips.step import Step
+from firmware_drivers.hardware import Chip
 from firmware_drivers.motors import CLOCKWISE, COUNTERCLOCKWISE, STILL, Motors
 from firmware_runtime.devs.ports import InPort
 from firmware_runtime.devs.time import NEVER
 from firmware_runtime.errors import SettingError
 from firmware_runtime.hal.interlock import Interlock, always_enabled
-from firmware_runtime.hal.line_time import Line
 from firmware_runtime.hal.wire_errors import NotReady
 from firmware_runtime.models.motion import Applied
 
@@ -26,23 +25,12 @@ class TreadSpeeds(NamedTuple):
 STANDING = TreadSpeeds(0.0, 0.0)
 
 
-class TreadDriver(Protocol):
+class TreadDriver(Chip, Protocol):
     """A dual motor driver that stops its motors by itself when nothing is sent to it."""
-
-    @property
-    def place(self) -> str:
-        """Which driver this is, for the sentence of an error."""
-
-    @property
-    def line(self) -> Line:
-        """What it is connected by."""
 
     @property
     def timeout_ns(self) -> int:
         """Silence after which the motors stop."""
-
-    def bring_up(self) -> tuple[Step, ...]:
-        """Give the steps from any state to stopped and ready."""
 
     def set_speeds(self, left: float, right: float) -> Md25Report | None:
         """Set both speeds, and give what the chip says of itself if it can speak."""

@@ -43,10 +43,9 @@ PARTS_OF_DRIVERS = {
     "setting",
     "mounting",
     "mpu9250_burst",
-    "pca9685_burst",
-    "pca9685_rate",
+    "pca9685_registers",
     "shared_bring_up",
-    "output_users",
+    "i2c_chip",
     "mpu9250_settings",
 }
 OF_AN_EXAMPLE = {"brook", "plumb"}  # examples/underwater, where it is installed

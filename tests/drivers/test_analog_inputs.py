@@ -3,13 +3,13 @@
 import pytest
 from firmware_drivers.analog_inputs import AnalogInputs, AnalogInputsSettings, Voltages
 from firmware_drivers.chips.ads1115 import Ads1115, Ads1115Settings
-from firmware_drivers.fault import Fault
 
 from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.simulator import Simulator
 from firmware_runtime.devs.time import MILLISECOND, SECOND
 from firmware_runtime.errors import SettingError
 from firmware_runtime.hal.accounted_bus import AccountedBus
+from firmware_runtime.hal.fault import Fault
 from firmware_runtime.hal.retry import RetryPolicy
 from sim_doubles.chips.ads1115 import Ads1115Double
 from sim_doubles.clock import FollowingClock

@@ -3,8 +3,7 @@ from typing import TypeAlias
 
 import pytest
 from firmware_drivers.chips.pca9685 import Pca9685, software_reset
-from firmware_drivers.chips.pca9685_burst import duty_burst
-from firmware_drivers.chips.pca9685_rate import actual_frequency_hz, prescale_for
+from firmware_drivers.chips.pca9685_registers import actual_frequency_hz, duty_burst, prescale_for
 from firmware_drivers.chips.step import duration_ns
 from hypothesis import given
 from hypothesis import strategies as st

@@ -4,13 +4,13 @@ from collections.abc import Callable
 from typing import TypeAlias
 
 import pytest
-from firmware_drivers.fault import Fault
 
 from firmware_runtime.devs.time import MILLISECOND, SECOND
 from firmware_runtime.executive.clocks import Clock, OutsideClock, VirtualClock, WorldClock
 from firmware_runtime.executive.executive import Executive
 from firmware_runtime.hal.accounted_bus import AccountedBus
 from firmware_runtime.hal.budget import transaction_ns
+from firmware_runtime.hal.fault import Fault
 from firmware_runtime.hal.served.client import ServedBus
 from firmware_runtime.hal.served.packets import Answered, Asked, Done, Transfer
 from sim_doubles.clock import ManualClock

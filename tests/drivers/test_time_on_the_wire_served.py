@@ -7,12 +7,12 @@ from pathlib import Path
 from typing import TypeAlias, cast
 
 import pytest
-from firmware_drivers.fault import Fault
 
 from firmware_runtime.devs.time import MILLISECOND, NEVER
 from firmware_runtime.executive.clocks import MonotonicClock, OutsideClock
 from firmware_runtime.executive.executive import Executive
 from firmware_runtime.hal.accounted_bus import AccountedBus
+from firmware_runtime.hal.fault import Fault
 from firmware_runtime.hal.served.client import ServedBus
 from firmware_runtime.hal.served.connection import Connection
 from sim_doubles.i2c_bus import I2cBusDouble

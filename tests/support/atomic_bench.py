@@ -2,11 +2,10 @@
 
 from typing import Any
 
-from firmware_drivers.fault import Fault
-
 from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.simulator import Simulator
 from firmware_runtime.devs.time import MILLISECOND
+from firmware_runtime.hal.fault import Fault
 
 
 class AtomicBench:

@@ -6,7 +6,6 @@ from pathlib import Path
 from typing import Any
 
 from firmware_boards.detective.wiring import DetectiveRobot
-from firmware_drivers.fault import Fault
 
 from firmware_runtime.board import registry
 from firmware_runtime.board.lines import Lines
@@ -15,6 +14,7 @@ from firmware_runtime.devs.simulator import Simulator
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.hal.accounted_bus import AccountedBus
 from firmware_runtime.hal.accounted_port import AccountedPort
+from firmware_runtime.hal.fault import Fault
 from firmware_runtime.hal.retry import ONE_ATTEMPT
 from sim_doubles.clock import FollowingClock
 from sim_doubles.rigs.detective import DetectiveRig

@@ -4,7 +4,6 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from firmware_boards.tachobot.wiring import Tachobot
-from firmware_drivers.fault import Fault
 
 from firmware_runtime.board import registry
 from firmware_runtime.board.lines import Lines
@@ -12,6 +11,7 @@ from firmware_runtime.board.robot import Robot
 from firmware_runtime.devs.simulator import Simulator
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.hal.accounted_bus import AccountedBus
+from firmware_runtime.hal.fault import Fault
 from sim_doubles.clock import FollowingClock
 from sim_doubles.rigs.tachobot import TachobotRig
 

@@ -4,7 +4,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 from firmware_drivers.abilities import Identifiable, ReadBack
-from firmware_drivers.chips.pca9685_rate import prescale_for
+from firmware_drivers.chips.pca9685_registers import prescale_for
 from firmware_drivers.tables.compass import CompassTable
 from firmware_drivers.tables.sonar import SonarTable
 from firmware_drivers.tables.treads import TreadTable

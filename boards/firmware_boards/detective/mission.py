@@ -1,13 +1,13 @@
 """Starts the sensors and the mission, and judges when it is over."""
 
 from firmware_drivers.compass import PERIODIC
-from firmware_drivers.fault import Fault
 from firmware_drivers.motors import STILL
 
 from firmware_runtime.board.robot import Ending
 from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.ports import InPort
 from firmware_runtime.devs.time import SECOND
+from firmware_runtime.hal.fault import Fault
 from firmware_runtime.hal.interlock import Interlock, always_enabled
 
 CHECK_EVERY = SECOND

@@ -1,8 +1,7 @@
 """What the runtime asks of a board: its schema, its faults, its bus load, and the robot itself."""
 
 from firmware_drivers.chips.mpu9250_burst import NINE_AXES
-from firmware_drivers.chips.pca9685_burst import duty_burst
-from firmware_drivers.chips.pca9685_rate import prescale_for
+from firmware_drivers.chips.pca9685_registers import duty_burst, prescale_for
 from firmware_drivers.thrust_pairs import MOTORS
 
 from firmware_boards.tachobot.controller import Controller

@@ -13,11 +13,11 @@ from firmware_drivers.catalogue.trial import (
     Quantity,
     Reading,
 )
-from firmware_drivers.chips import md25, pca9685_rate, sabertooth
+from firmware_drivers.chips import md25, pca9685_registers, sabertooth
 from firmware_drivers.chips.h_bridge import HBridge
 from firmware_drivers.chips.md25 import Md25
 from firmware_drivers.chips.pca9685 import Pca9685
-from firmware_drivers.chips.pca9685_burst import CHANNELS
+from firmware_drivers.chips.pca9685_registers import CHANNELS
 from firmware_drivers.chips.sabertooth import Sabertooth, SabertoothSettings
 from firmware_drivers.treads import TreadDriver
 from firmware_runtime.errors import SettingError
@@ -79,8 +79,8 @@ def _wave(options: Options) -> _Wave:
     if (duty is None) == (pulse_us is None):
         raise SettingError("expected either --duty or --pulse-us")
     frequency_hz = options["frequency_hz"] or (DUTY_HZ if pulse_us is None else PULSE_HZ)
-    prescale = pca9685_rate.prescale_for(frequency_hz, options["osc_hz"])
-    true_hz = pca9685_rate.actual_frequency_hz(prescale, options["osc_hz"])
+    prescale = pca9685_registers.prescale_for(frequency_hz, options["osc_hz"])
+    true_hz = pca9685_registers.actual_frequency_hz(prescale, options["osc_hz"])
     if pulse_us is None:
         return _Wave(duty, frequency_hz, f"duty {duty:g} at {true_hz:.0f} Hz")
     share = pulse_us * 1e-6 * true_hz
@@ -212,7 +212,7 @@ PCA9685: Final = OnBus(
             float,
             f"cycles a second; default {DUTY_HZ:g}, with --pulse-us {PULSE_HZ:g}",
         ),
-        Option("osc-hz", float, "frequency of its oscillator", pca9685_rate.NOMINAL_OSC_HZ),
+        Option("osc-hz", float, "frequency of its oscillator", pca9685_registers.NOMINAL_OSC_HZ),
     ),
     identity=PCA9685_IDENTITY,
 )

@@ -18,7 +18,7 @@ from collections.abc import Iterator
 from typing import Final, NamedTuple
 
 from firmware_drivers.chips.pca9685 import Pca9685
-from firmware_drivers.chips.pca9685_burst import CHANNELS
+from firmware_drivers.chips.pca9685_registers import CHANNELS
 from firmware_drivers.chips.step import Step
 from firmware_runtime.errors import SettingError
 

@@ -15,12 +15,14 @@ from functools import partial
 from typing import Final
 
 from firmware_drivers.chips.i2c_chip import I2cChip
-from firmware_drivers.chips.output_users import OutputUsers
-from firmware_drivers.chips.pca9685_burst import CHANNELS, FULL, LED0_ON_L, burst_of
-from firmware_drivers.chips.pca9685_rate import (
+from firmware_drivers.chips.pca9685_registers import (
+    CHANNELS,
     COUNTS,
+    FULL,
+    LED0_ON_L,
     NOMINAL_OSC_HZ,
     actual_frequency_hz,
+    burst_of,
     prescale_for,
 )
 from firmware_drivers.chips.shared_bring_up import SharedBringUp, Turn, nothing
@@ -62,6 +64,31 @@ def software_reset(bus: I2cBus) -> None:
     The only cure for a latched EXTCLK short of power. A general call: other chips may listen too.
     """
     bus.write(GENERAL_CALL, bytes((SWRST,)))
+
+
+class OutputUsers:
+    """The models and bridges that drive outputs of the chip at `place`, by name."""
+
+    def __init__(self, place: str) -> None:
+        self._place = place
+        self._names: list[str] = []
+        self._stops_all: str | None = None
+
+    def add(self, name: str, *, stops_all: bool = False) -> None:
+        """Let one more drive outputs; `stops_all`: it turns all of the chip's off when it stops.
+
+        Raises SettingError where one of two would be switched off by the other, unnoticed.
+        """
+        alone = name if stops_all else self._stops_all
+        if alone is not None and self._names:
+            other = self._names[0] if stops_all else name
+            raise SettingError(
+                f"{alone} turns all outputs off when it stops, and {other} drives some of them",
+                where=self._place,
+                expected=f"a chip of its own for {alone}",
+            )
+        self._names.append(name)
+        self._stops_all = alone
 
 
 class Pca9685(I2cChip):

@@ -2,7 +2,7 @@
 
 from firmware_drivers import dc_motor
 from firmware_drivers.chips.mpu9250_burst import NINE_AXES
-from firmware_drivers.chips.pca9685_rate import prescale_for
+from firmware_drivers.chips.pca9685_registers import prescale_for
 
 from balancing.result import result
 from balancing.settings import BalancingSettings

@@ -1,4 +1,4 @@
-"""Duties as the registers of a PCA9685's outputs: four bytes a channel, one burst for neighbours.
+"""Rate and duties as the registers of a PCA9685: four bytes a channel, one burst for neighbours.
 
 A channel has an on count and an off count of 12 bits within the cycle, and with each a bit that is
 always on, or always off; off wins (data sheet rev. 4, 7.3.3).
@@ -10,9 +10,12 @@ from collections.abc import Iterable, Sequence
 from itertools import count
 from typing import Final
 
-from firmware_drivers.chips.pca9685_rate import COUNTS
+from firmware_runtime.errors import SettingError
 from firmware_runtime.hal.i2c import Message
 
+COUNTS: Final = 4096
+"""Of a PWM cycle."""
+NOMINAL_OSC_HZ: Final = 25e6
 CHANNELS: Final = 16
 LED0_ON_L: Final = 0x06
 FULL: Final = 0x10
@@ -72,3 +75,32 @@ def _staggered(words: Iterable[int], first_on: int, step: int) -> list[int]:
         word if word in {_FULL_ON, _FULL_OFF} else ((word >> 16) + on) % COUNTS << 16 | on
         for on, word in zip(count(first_on, step), words)
     ]
+
+
+def prescale_for(frequency_hz: float, osc_hz: float = NOMINAL_OSC_HZ) -> int:
+    """Give the PRE_SCALE value whose PWM frequency is nearest; refuse what the chip cannot do.
+
+    Data sheet 7.3.5: round(osc / (4096 f)) - 1, from 3 to 255, so 24 Hz to 1526 Hz.
+    """
+    if not 20e6 <= osc_hz <= 30e6:
+        raise SettingError(
+            f"osc_hz is {osc_hz}", where="PCA9685 oscillator", expected="20e6 to 30e6"
+        )
+    if not 24 <= frequency_hz <= 1526:
+        raise SettingError(
+            f"{frequency_hz} Hz", where="PCA9685 frequency", expected="24 to 1526 Hz"
+        )
+    prescale = round(osc_hz / (COUNTS * frequency_hz)) - 1
+    if not 3 <= prescale <= 255:
+        slowest, fastest = actual_frequency_hz(255, osc_hz), actual_frequency_hz(3, osc_hz)
+        raise SettingError(
+            f"{frequency_hz} Hz",
+            where="PCA9685 frequency",
+            expected=f"{slowest:.1f} to {fastest:.1f} Hz from an oscillator of {osc_hz:.0f} Hz",
+        )
+    return prescale
+
+
+def actual_frequency_hz(prescale: int, osc_hz: float = NOMINAL_OSC_HZ) -> float:
+    """PWM frequency that a PRE_SCALE value gives."""
+    return osc_hz / (COUNTS * (prescale + 1))
