@@ -92,7 +92,7 @@ def test_thresholds_of_another_program_are_no_identity() -> None:
 def test_every_wrong_setting_is_named() -> None:
     bus = I2cBusDouble("i2c-1", ManualClock(), [])
     settings = Ads1115Settings(full_scale_v=5.0, rate_sps=100)
-    with pytest.raises(SettingError, match=r"full_scale_v: 5\.0.*rate_sps: 100.*address: 0x50"):
+    with pytest.raises(SettingError, match=r"address: 0x50.*full_scale_v: 5\.0.*rate_sps: 100"):
         Ads1115(bus, 0x50, settings)
 
 

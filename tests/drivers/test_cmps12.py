@@ -140,7 +140,7 @@ def test_an_absent_chip_says_what_was_expected(chip: Cmps12, registers: Register
 
 @pytest.mark.parametrize("address", [0x5F, 0x68])
 def test_an_address_it_cannot_have_is_refused(register_bus: I2cBus, address: int) -> None:
-    with pytest.raises(SettingError, match="expected an address from 0x60 to 0x67"):
+    with pytest.raises(SettingError, match="expected 0x60 to 0x67"):
         Cmps12(register_bus, address)
 
 
