@@ -23,12 +23,12 @@ GROUP = "firmware_runtime.chip_doubles"
 
 
 class ChipDouble(NamedTuple):
-    """How to make the double of a kind of chip."""
+    """Maker of the doubles of one kind of chip."""
 
     name: str
     make: Callable[..., object]
     address: int | None
-    """Where a new chip is; None for a chip on a serial line."""
+    """Address of a new chip; None for a chip on a serial line."""
 
     def on_bus(self, now: Now, address: int) -> Sequence[Target]:
         """The targets to put on a bus; the first is the chip's own. Raises ConfigError."""

@@ -1,4 +1,4 @@
-"""What time it is for a double: a function that returns nanoseconds."""
+"""Clocks of doubles: functions that return nanoseconds."""
 
 from collections.abc import Callable
 from typing import TypeAlias

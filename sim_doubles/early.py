@@ -20,11 +20,11 @@ class OpenBus(int):
 
     path: str
     is_real: bool
-    """Whether it is the descriptor of a device node; as one of nothing, using it fails."""
+    """True if it is the descriptor of a device node; as one of nothing, using it fails."""
     address = 0
     """The chip that SMBus calls go to."""
     has_codes = False
-    """Whether they have packet error codes."""
+    """True if they have packet error codes."""
 
     @classmethod
     def of_nothing(cls, path: str) -> Self:

@@ -1,4 +1,4 @@
-"""What goes wrong on a bus, scripted: faults, when each strikes, and how often.
+"""Scripted faults of a bus: when each strikes, and how often.
 
 A fault matches a transaction by address, by the transaction's number on its bus (0 is the first
 since construction) and by the instant. `times` bounds how often it strikes; None is every time it
@@ -29,7 +29,7 @@ _RANGES: Final = {
     "address": (0, 0x7F),
     "bit": (0, 7),
 }
-"""What each number of a fault may be, both ends included."""
+"""Range of each number of a fault, both ends included."""
 _MAY_BE_NONE: Final = frozenset({"address", "last", "times"})
 
 
@@ -116,7 +116,7 @@ class Fault(ABC):
             raise SettingError(f"{name} {value!r}; {expected}", where=type(self).__name__)
 
     def matches(self, number: int, at: int, address: int) -> bool:
-        """Whether this transaction is one to strike."""
+        """Return whether this transaction is one to strike."""
         return (
             number >= self.first
             and (self.last is None or number <= self.last)
@@ -125,7 +125,7 @@ class Fault(ABC):
         )
 
     def fits(self, messages: Sequence[Message]) -> bool:
-        """Whether these messages have what the fault is about; most faults fit any."""
+        """Return whether these messages have what the fault is about; most faults fit any."""
         return len(messages) > 0
 
     @abstractmethod
@@ -148,7 +148,7 @@ class NackByte(Fault):
     index: int
 
     def fits(self, messages: Sequence[Message]) -> bool:
-        """Whether that many bytes are written."""
+        """Return whether that many bytes are written."""
         return self.index < sum(len(m) for m in messages if isinstance(m, bytes))
 
     def strike(self, alteration: Alteration) -> None:
@@ -187,7 +187,7 @@ class FlippedBit(Fault):
     bit: int
 
     def fits(self, messages: Sequence[Message]) -> bool:
-        """Whether that many bytes are read."""
+        """Return whether that many bytes are read."""
         return self.index < sum(m for m in messages if isinstance(m, int))
 
     def strike(self, alteration: Alteration) -> None:
@@ -207,7 +207,7 @@ class ForcedRegister(Fault):
     times: int | None = None
 
     def fits(self, messages: Sequence[Message]) -> bool:
-        """Whether the register is among those read."""
+        """Return whether the register is among those read."""
         start, length = burst_start(messages), messages[-1]
         return isinstance(length, int) and 0 <= self.register - start < length
 

@@ -1,4 +1,4 @@
-"""How Linux I2C adapters report a failure: the same event has another errno on each of them.
+"""Errors of Linux I2C adapters: the same event has another errno on each of them.
 
 Source: Linux 6.1 drivers/i2c/busses (bcm2835, designware, tiny-usb), algos/i2c-algo-bit, i2c-dev.
 Where a firmware decides (refused byte on i2c-tiny-usb) the errno of a refused address is taken.

@@ -69,7 +69,7 @@ class I2cBusDouble(Wire, I2cBus):
 
     @property
     def targets(self) -> tuple[Target, ...]:
-        """What is connected, in the order in which a START reaches it."""
+        """Return the targets connected, in the order in which a START reaches them."""
         return self._targets
 
     @property
@@ -154,7 +154,7 @@ class I2cBusDouble(Wire, I2cBus):
 
     @property
     def stuck(self) -> bool:
-        """Whether a target holds SDA low."""
+        """Return whether a target holds SDA low."""
         return self._pulses_missing > 0
 
     def recover(self, pulses: int = 9) -> None:

@@ -1,4 +1,4 @@
-"""What was on the wire between one START and its STOP, as the bus double logs it."""
+"""Bytes on the wire between one START and its STOP, as the bus double logs them."""
 
 from msgspec import Struct
 

@@ -1,4 +1,4 @@
-"""What an inertial sensor's double measures: the world's side of an IMU."""
+"""Truth that an inertial sensor's double measures: the world's side of an IMU."""
 
 from typing import Protocol, TypeAlias
 
@@ -10,7 +10,7 @@ Vector: TypeAlias = tuple[float, float, float]
 
 
 class Inertia(Protocol):
-    """What accelerometer, gyroscope and thermometer measure: specific force in m/s2, rad/s, degC.
+    """Truth for accelerometer, gyroscope and thermometer: specific force in m/s2, rad/s, degC.
 
     A world whose field costs something gives it to the magnetometer alone.
     """
@@ -25,7 +25,7 @@ class Inertia(Protocol):
 
     @property
     def temperature_c(self) -> float:
-        """Of the die."""
+        """Return the die's temperature."""
 
 
 class BodyMotion(Struct, frozen=True):

@@ -1,4 +1,4 @@
-"""Which bus of doubles stands behind a device node: `/dev/i2c-1`, or any other path.
+"""Buses of doubles behind device nodes: `/dev/i2c-1`, or any other path.
 
     with plug(1, [Pca9685Double(monotonic_ns)]) as bus:
         SMBus(1).write_byte_data(0x40, 0x00, 0x20)

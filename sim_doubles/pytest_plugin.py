@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 KEEP_BLINKA = "keep_blinka"
 STRICT_TIMING = "strict_timing"
 STAND_INS = {**MODULES, "busio": "sim_doubles.busio", "smbus": "sim_doubles.smbus"}
-"""What a test imports that a PC does not have."""
+"""Modules that a test imports and a PC does not have."""
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
@@ -125,7 +125,7 @@ def i2c_double(i2c_bus: "I2cBusDouble", i2c_buses: "TestBuses") -> Callable[...,
 
 @pytest.fixture
 def i2c_faults(i2c_bus: "I2cBusDouble") -> "FaultScript":
-    """What goes wrong on the bus: `i2c_faults.add(NackAddress(first=3))`; counts what struck."""
+    """Return the bus' faults: `i2c_faults.add(NackAddress(first=3))`; counts what struck."""
     from sim_doubles.faults import FaultScript
 
     i2c_bus.faults = script = FaultScript()
@@ -134,7 +134,7 @@ def i2c_faults(i2c_bus: "I2cBusDouble") -> "FaultScript":
 
 @pytest.fixture
 def i2c_log(i2c_bus: "I2cBusDouble") -> "WireLog":
-    """What went over the bus, as lines to compare with a list of them."""
+    """Return the bus' traffic, as lines to compare with a list of them."""
     from sim_doubles.testing.wire_log import WireLog
 
     return WireLog(i2c_bus)

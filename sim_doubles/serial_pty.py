@@ -22,9 +22,9 @@ from sim_doubles.serial_target import SerialTarget
 
 CHUNK: Final = 4096
 LONGEST_WAIT_S: Final = 0.005
-"""How late what a double sends by itself may be."""
+"""Greatest delay of what a double sends by itself."""
 BOUND_S: Final = 10.0
-"""Of a wait for the thread, on a machine however busy."""
+"""Bound of a wait for the thread, on a machine however busy."""
 
 
 class PtySerialLine:
@@ -94,7 +94,7 @@ class SerialPty(Closing):
 
     @property
     def path(self) -> str:
-        """What a program opens: /dev/pts/N."""
+        """Return the path that a program opens: /dev/pts/N."""
         return self._line.path
 
     def until(self, condition: Callable[[], object], timeout_s: float = BOUND_S) -> bool:
@@ -146,7 +146,7 @@ class _MarkedTarget(SerialTarget):
 
     @property
     def waits(self) -> bool:
-        """Whether a mark is under way."""
+        """Return whether a mark is under way."""
         return bool(self._mark)
 
     def mark(self) -> bytes:

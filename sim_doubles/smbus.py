@@ -34,14 +34,14 @@ from sim_doubles.i2c_wire import os_error
 __all__ = ["I2cFunc", "SMBus", "i2c_msg"]
 
 _CALLS: Final = {system.I2C_SMBUS_PROC_CALL, system.I2C_SMBUS_BLOCK_PROC_CALL}
-"""What writes and reads in one transaction."""
+"""Kinds of call that write and read in one transaction."""
 _UNCHECKED: Final = {system.I2C_SMBUS_QUICK, system.I2C_SMBUS_I2C_BLOCK_DATA}
-"""What has no packet error code."""
+"""Kinds of call without a packet error code."""
 _BLOCKS: Final = {
     system.I2C_SMBUS_BLOCK_DATA: I2cFunc.SMBUS_READ_BLOCK_DATA,
     system.I2C_SMBUS_BLOCK_PROC_CALL: I2cFunc.SMBUS_BLOCK_PROC_CALL,
 }
-"""What reads a block as long as the chip says, and what an adapter needs for it."""
+"""Kinds of call that read as many bytes as the chip says, and the function each needs."""
 
 
 class SMBus(smbus2.SMBus):

@@ -1,4 +1,4 @@
-"""What some chips can do and others cannot, for boards on which either may be."""
+"""Abilities that only some chips have, for boards on which either may be."""
 
 from typing import Protocol, runtime_checkable
 
@@ -16,4 +16,4 @@ class ReadBack(Protocol):
     """A chip that drives something and can be read back."""
 
     def still_on(self) -> str | None:
-        """Which of its outputs are on, in a sentence; None if none is. Raises HalError."""
+        """Return a sentence with its outputs that are on; None if none is. Raises HalError."""

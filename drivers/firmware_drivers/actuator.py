@@ -58,7 +58,7 @@ class Actuator(HardwareModel):
         super().__init__(name, bring_up, line)
         self.applied_out = self.out_port("applied", Applied)
         self.applied = Applied.NOTHING
-        """What it applies of its commands now."""
+        """Part of its commands that it applies now."""
         self._applied_sent: Applied | None = None
         self._held: tuple[str, int] | None = None
         """The phase that `applying` leads to, and its duration."""
@@ -96,11 +96,11 @@ class Actuator(HardwareModel):
         """Check that the chip still is as brought up. Raises NotReady if it is not."""
 
     def lost_settings(self, error: HalError) -> bool:
-        """Whether the chip has to be brought up again after this error."""
+        """Return whether the chip has to be brought up again after this error."""
         return isinstance(error, NotReady)
 
     def unready(self) -> str | None:
-        """Why outputs must not be enabled, in a few words; None if they may be.
+        """Return the reason against enabling outputs, in a few words; None if there is none.
 
         A chip that failed and then acknowledged the stop answers again. More cannot be known of it
         while outputs are disabled.

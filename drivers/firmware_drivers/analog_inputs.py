@@ -28,7 +28,7 @@ class Voltages(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class AnalogInputsSettings:
-    """What is measured, and how often."""
+    """Inputs that are measured, and their period."""
 
     inputs: Sequence[str]
     """As the chip names them, such as `AIN0` or `AIN0-AIN1`."""

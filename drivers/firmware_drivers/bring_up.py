@@ -48,7 +48,7 @@ class BringUp:
         return step.wait_ns
 
     def state(self) -> dict[str, Any]:
-        """How many steps have been taken. Raises TypeError for a generator under way."""
+        """Return the number of steps taken. Raises TypeError for a generator under way."""
         steps, taken = self._steps, self._taken
         shared = steps.state() if isinstance(steps, SharedBringUp) else None
         if isinstance(steps, Generator) and taken is not None:

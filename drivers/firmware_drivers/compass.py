@@ -29,7 +29,7 @@ class BearingSensor(Chip, Protocol):
 
 @dataclass(frozen=True, slots=True)
 class CompassSettings:
-    """How often to read, and how the heading counts."""
+    """Period of readings, and the sense of headings."""
 
     period: int
     """Ns from reading to reading when periodic; also until a failed reading is tried again."""

@@ -8,7 +8,7 @@ from firmware_runtime.errors import SettingError
 
 
 class Velocity(NamedTuple):
-    """How a vehicle is to move, in its own frame: x forward, z up."""
+    """Commanded velocity of a vehicle, in its own frame: x forward, z up."""
 
     forward_m_s: float
     turn_rad_s: float

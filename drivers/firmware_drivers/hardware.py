@@ -1,4 +1,4 @@
-"""What hardware models over one chip share: it is brought up first, and faults have a port.
+"""Base of hardware models over one chip: it is brought up first, and faults have a port.
 
 A chip that needs time needs it from the end of a transaction, and a transaction takes time on the
 wire. So a phase that waits for a chip is entered by `hold_after_transfer`, not by `hold_in`.
@@ -22,11 +22,11 @@ class Chip(Protocol):
 
     @property
     def place(self) -> str:
-        """Which chip this is, for the sentence of an error."""
+        """Return the chip's name and address, for the sentence of an error."""
 
     @property
     def line(self) -> Line:
-        """What it is connected by."""
+        """Return its connection."""
 
     def bring_up(self) -> tuple[Step, ...]:
         """Give the steps from any state to ready, whatever it drives stopped."""
@@ -43,7 +43,7 @@ class HardwareModel(Atomic, ABC):
     """
 
     bring_up_proves = True
-    """Whether a bring-up that worked ends faults in a row; of a sensor its next reading does."""
+    """True if a bring-up that worked ends faults in a row; of a sensor its next reading does."""
 
     def __init__(
         self, name: str, bring_up: Callable[[], Iterable[Step]], line: Line, period: int = 0
@@ -82,7 +82,7 @@ class HardwareModel(Atomic, ABC):
         """Go on from a phase of one's own whose time advance ran out."""
 
     def unready(self) -> str | None:
-        """Why the device does not work, in a few words; None if it does."""
+        """Return why the device does not work, in a few words; None if it does."""
         if self.phase.startswith("bring_up"):
             return "is not up yet"
         if self._consecutive_faults > 0:
@@ -90,7 +90,7 @@ class HardwareModel(Atomic, ABC):
         return None
 
     def failed_uses(self) -> int:
-        """How often its chip, once it was up, was used and failed; 0 if a use was ever good."""
+        """Return failed uses of its chip once it was up; 0 if a use was ever good."""
         return 0 if self._has_worked else self._failed_uses
 
     def initialize(self) -> None:

@@ -43,7 +43,7 @@ class Imu(HardwareModel):
         self.chip = chip
         self.period = period
         self.bias = NO_BIAS
-        """Of the rate, in rad/s; none until it has been measured."""
+        """Bias of the rate, in rad/s; none until it has been measured."""
         self._sample: InertialSample | None = None
         self._bias_measurement = bias
         self._is_calibrated = False
@@ -52,7 +52,7 @@ class Imu(HardwareModel):
         self._periods_left = 0
 
     def unready(self) -> str | None:
-        """Why there are no samples, in a few words; None if there are."""
+        """Return why there are no samples, in a few words; None if there are."""
         if self._is_calibrated or self.phase.startswith("bring_up"):
             return super().unready()
         if self._moved:

@@ -1,4 +1,4 @@
-"""What all motor models share: the newest command is kept, and written again after a failure.
+"""Base of motor models: the newest command is kept, and written again after a failure.
 
 A chip that loses its supply, or a bus that fails for a moment, must not leave a vehicle standing
 where no further command would come: the command is written again once the chip is up. A chip that
@@ -76,14 +76,14 @@ class Motors(Actuator):
 
     @abstractmethod
     def is_moving(self) -> bool:
-        """Whether the command is something else than standing still."""
+        """Return whether the command is something else than standing still."""
 
     @abstractmethod
     def write_command(self) -> None:
         """Write the command to the chip. Raises HalError."""
 
     def written_of_command(self) -> Applied:
-        """How much of the command was written: all of it, where nothing limits it."""
+        """Return the part of the command that was written: all, where nothing limits it."""
         return Applied.ALL
 
     # The DEVS functions -------------------------------------------------------------------------

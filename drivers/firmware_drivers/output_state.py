@@ -1,4 +1,4 @@
-"""Whether outputs are enabled, as a value at a port: for a controller that must not act in vain.
+"""Enabled outputs as a value at a port: for a controller that must not act in vain.
 
 A controller that is at work while its outputs are disabled winds up: it drives harder and harder
 against what does not move. One that takes this value in begins when it is obeyed. The model belongs

@@ -19,7 +19,7 @@ _SENSE: Final = MappingProxyType({STILL: 0, CLOCKWISE: 1, COUNTERCLOCKWISE: -1})
 
 @dataclass(frozen=True, slots=True)
 class RadarMotorSettings:
-    """How fast the head turns, and for how long at most."""
+    """Speed of the head, and its longest time without a command."""
 
     duty: float
     """Share of full voltage while turning."""

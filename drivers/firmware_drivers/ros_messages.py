@@ -1,4 +1,4 @@
-"""What the values of these drivers are in ROS 2: axes and units of REP-103, ranges of REP-117.
+"""Messages of ROS 2 for these drivers' values: axes and units of REP-103, ranges of REP-117.
 
 Imu's sample (any port of InertialSample)   imu/data_raw, imu/mag, imu/temperature (REP-145)
 Sonar's distance                            NAME/range

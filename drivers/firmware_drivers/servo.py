@@ -42,7 +42,7 @@ class Servo:
     most_pulse_us: float
     """Pulse at `most_rad`."""
     slew_rad_s: float
-    """How fast the commanded angle may change."""
+    """Greatest rate of the commanded angle."""
 
     def pulse_us(self, angle_rad: float) -> float:
         """The pulse that stands for an angle."""
@@ -182,7 +182,7 @@ class Servos(Motors):
         self.targets.clear()
 
     def is_moving(self) -> bool:
-        """Whether any servo is driven; one that holds its angle is."""
+        """Return whether any servo is driven; one that holds its angle is."""
         return bool(self.targets)
 
     def write_command(self) -> None:

@@ -10,7 +10,7 @@ from firmware_runtime.hal.wire_errors import HalError, NotReady
 
 READ_AGAIN_AFTER = 5 * MILLISECOND
 READINGS = 5
-"""How often an echo is read before that counts as a fault: a chip may be slower than it says.
+"""Readings of an echo before that counts as a fault: a chip may be slower than it says.
 """
 
 
@@ -34,7 +34,7 @@ class RangeFinder(Chip, Protocol):
 
 @dataclass(frozen=True, slots=True)
 class SonarSettings:
-    """How often to range, and what counts as near."""
+    """Period of ranging, and the distance that counts as near."""
 
     period: int
     """Ns from ping to ping."""

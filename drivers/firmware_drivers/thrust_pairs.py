@@ -32,7 +32,7 @@ class Forces(NamedTuple):
 
 
 class ThrustSettings(Struct, frozen=True):
-    """What a pair can do and how fast it may change."""
+    """Forces of a pair and their greatest rate of change."""
 
     pair_thrust_n: float
     """Force of a pair with one propeller at full duty and the other at none, N."""

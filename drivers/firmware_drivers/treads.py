@@ -41,7 +41,7 @@ class TreadDriver(Chip, Protocol):
 
 @dataclass(frozen=True, slots=True)
 class TreadSettings:
-    """What a signal means, and how often the driver is written to."""
+    """Meaning of a signal, and the period of writes to the driver."""
 
     speed: float
     """Share of full speed that signals 1 and 2 stand for."""
@@ -130,7 +130,7 @@ class Treads(Motors):
         self.command = STANDING
 
     def is_moving(self) -> bool:
-        """Whether a tread is to turn."""
+        """Return whether a tread is to turn."""
         return self.command != STANDING
 
     def write_command(self) -> None:

@@ -98,7 +98,7 @@ class Ak8963Double(Target):
         self._in_transaction = self._expects_pointer = self._is_hosts = False
         self._at = self._answers_from = self._mode_allowed_at = now()
         self.lands_at = NEVER
-        """When the conversion under way ends: until then `advance` may be left out."""
+        """End of the conversion under way: until then `advance` may be left out."""
         self._reset()
 
     def power_cycle(self) -> None:

@@ -215,7 +215,7 @@ def raw_sensors(
 
 
 def _tilted(level: Vector, pitch_deg: float, roll_deg: float) -> Vector:
-    """What is `level` in level axes, in those of a compass that is pitched, then rolled."""
+    """Return `level`, of level axes, in the axes of a compass that is pitched, then rolled."""
     pitch, roll = math.radians(pitch_deg), math.radians(roll_deg)
     x, y, z = level
     x, z = x * math.cos(pitch) + z * math.sin(pitch), z * math.cos(pitch) - x * math.sin(pitch)

@@ -28,7 +28,7 @@ KEPT_FRAMES = 64
 
 @dataclass(frozen=True)
 class Family:
-    """What differs between families; readings are in `unit_m`."""
+    """Format of one family's frames; readings are in `unit_m`."""
 
     name: str
     unit_m: float

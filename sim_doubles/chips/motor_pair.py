@@ -189,11 +189,11 @@ class MotorDriverDouble:
 
     @property
     def speeds_rad_s(self) -> tuple[float, float]:
-        """How fast motors 1 and 2 turn now."""
+        """Return the speeds of motors 1 and 2 now."""
         return self.motors.speeds_rad_s(self._now())
 
     def levels(self, at: int) -> dict[str, float]:
-        """How fast motors 1 and 2 turn at an instant, in rad/s."""
+        """Return the speeds of motors 1 and 2 at an instant, rad/s."""
         return dict(zip("12", self.motors.speeds_rad_s(at), strict=True))
 
     def next_change_at(self, at: int) -> int:

@@ -109,7 +109,7 @@ class Mpu9250Double(Target):
 
     @property
     def targets(self) -> tuple[Target, ...]:
-        """What to put on the bus: this chip, and its magnetometer behind the bypass."""
+        """Return the targets for the bus: this chip, and its magnetometer behind the bypass."""
         return (self,) if self._magnetometer is None else (self, self._magnetometer)
 
     def catch_up(self) -> None:

@@ -36,7 +36,7 @@ AUXILIARY_TICKS = 32
 
 
 class Edges(Struct, frozen=True):
-    """How many ticks after the beginning and before the end of a silence leave a trace."""
+    """Ticks after the beginning and before the end of a silence that leave a trace."""
 
     first: int
     last: int
@@ -53,7 +53,7 @@ def edges(registers: bytearray, memory: int) -> Edges:
 
 
 def is_sampling(registers: bytearray) -> bool:
-    """Whether samples are taken: awake, clocked, and not in a reset."""
+    """Return whether samples are taken: awake, clocked, and not in a reset."""
     power = registers[PWR_MGMT_1]
     return not power & (SLEEP | H_RESET) and power & CLKSEL != CLOCK_STOPPED
 

@@ -16,7 +16,7 @@ Values: TypeAlias = tuple[float, ...]
 LARGEST = 32767
 LEAST_DELAY_MS = 0.02  # of the sensors themselves, without any filter
 FORGOTTEN = 53 * math.log(2)
-"""What is left of a value is below 2^-53 of it."""
+"""Time constants after which less than 2^-53 of a value is left."""
 
 
 class Sensor:
@@ -29,16 +29,16 @@ class Sensor:
         self.noise = 0.0
         """Standard deviation of white noise through the filter, of one of 1 in a root hertz."""
         self.memory = 0
-        """How many samples back the filter remembers."""
+        """Number of samples that the filter remembers."""
         self._scale = self._bias = (0.0,) * axes
         self.values: tuple[float, ...] | None = None
-        """What the filter has come to, in SI units; None before the first sample."""
+        """State of the filter, in SI units; None before the first sample."""
         self._counts: tuple[int, ...] | None = None
         """Those of the values, once worked out."""
 
     @property
     def on(self) -> bool:
-        """Whether the sensor is switched on, ready or not."""
+        """Return whether the sensor is switched on, ready or not."""
         return self.ready_at != NEVER
 
     def switch(self, at: int, *, on: bool) -> None:

@@ -106,7 +106,7 @@ class SignalPath:
 
     @property
     def memory(self) -> int:
-        """How many samples back the filters remember."""
+        """Return the number of samples that the filters remember."""
         return max(sensor.memory for sensor in self.sensors)
 
     def sample(self, at: int) -> bytes:

@@ -73,7 +73,7 @@ class Pca9685Double(Target):
         self._external_clock_hz = external_clock_hz
         self._output_enabled = True
         self.duties = ALL_LOW
-        """What the load sees of each output: the fraction of time it is high; to be read only."""
+        """Duty of each output: the fraction of time it is high; to be read only."""
         self._registers = bytearray(256)
         self._pointer = 0
         self._next_is = REFUSED
@@ -98,12 +98,12 @@ class Pca9685Double(Target):
 
     @property
     def all_off(self) -> bool:
-        """Whether no output is ever high, for whatever reason."""
+        """Return whether no output is ever high, for whatever reason."""
         return not any(self.duties)
 
     @property
     def running(self) -> bool:
-        """Whether the PWM runs: awake, clocked and not waiting for a RESTART."""
+        """Return whether the PWM runs: awake, clocked and not waiting for a RESTART."""
         return not self._registers[MODE1] & (SLEEP | RESTART) and self._clock_hz() > 0.0
 
     @property
@@ -113,7 +113,7 @@ class Pca9685Double(Target):
 
     @property
     def output_enabled(self) -> bool:
-        """Whether the OE pin is low; high takes all outputs to the state that OUTNE sets."""
+        """Return whether the OE pin is low; high takes all outputs to the state that OUTNE sets."""
         return self._output_enabled
 
     @output_enabled.setter

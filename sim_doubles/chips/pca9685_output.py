@@ -40,7 +40,7 @@ class OutputLatch:
 
     @property
     def all_full_off(self) -> bool:
-        """Whether every channel has its full-off flag: then sleep interrupts nothing."""
+        """Return whether every channel has its full-off flag: then sleep interrupts nothing."""
         return all(off & FULL for _, off in self._counts)
 
     def note_written(self, first: int, last: int) -> None:

@@ -65,7 +65,7 @@ class Mode1Rules:
         self._stable_at = 0
 
     def is_starting(self) -> bool:
-        """Whether the oscillator was started less than 500 us ago."""
+        """Return whether the oscillator was started less than 500 us ago."""
         return self._now() < self._stable_at
 
     def after(self, byte: int, old: int, *, interrupts: bool) -> int:

@@ -1,11 +1,11 @@
-"""What a host did that the real chip would ignore, refuse or leave undefined."""
+"""Warnings about what a host did that the real chip would ignore, refuse or leave undefined."""
 
 import re
 
 KEPT = 100
 
 _NUMBER = r"0x[0-9a-f]+|\d+(\.\d+)?|\b([0-9a-f]{2}( |\b))+"
-"""What may differ between two warnings of one kind: numbers, and bytes as hex digits."""
+"""Numbers, and bytes as hex digits: they may differ between two warnings of one kind."""
 
 
 class ProtocolWarnings(list[str]):

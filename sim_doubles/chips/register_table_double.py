@@ -23,7 +23,7 @@ RELEASED = 0xFF
 
 
 class _Place(NamedTuple):
-    """What is at an address: a register, or its second byte."""
+    """Register at an address, or its second byte."""
 
     register: Register
     is_second: bool
@@ -50,7 +50,7 @@ class RegisterTableDouble(RegisterTarget):
     # World face
 
     def word(self, name: str) -> int:
-        """What a register holds now."""
+        """Return a register's value now."""
         self._at = self._now()
         self._begin()
         return self._words[name]

@@ -85,7 +85,7 @@ class SabertoothDouble(MotorDriverDouble, SerialTarget):
 
     @property
     def speeds(self) -> tuple[float, float]:
-        """How fast motors 1 and 2 turn now, as a share of full speed."""
+        """Return the speeds of motors 1 and 2 now, as a share of full speed."""
         first, second = self.motors.units(self._now())
         return first / FULL, second / FULL
 

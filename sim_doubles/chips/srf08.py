@@ -81,7 +81,7 @@ class Srf08Double(RegisterTarget):
 
     @property
     def ranging(self) -> bool:
-        """Whether the chip waits for echoes and answers nothing."""
+        """Return whether the chip waits for echoes and answers nothing."""
         return self._now() < self._ready_at
 
     @property

@@ -12,7 +12,7 @@ from sim_doubles.rigs.board_rig import DoublesRig, rig_for
 from sim_doubles.rigs.chips import ChipsRig, placed
 
 CHIPS: Final = "chips"
-"""What chips without a board are called, where a board has its name."""
+"""Name of chips without a board, where a board has its own."""
 
 
 class Chosen(NamedTuple):

@@ -18,7 +18,7 @@ KINDS: Final = {
     "arbitration": errno.EAGAIN,
     "fault": errno.EIO,
 }
-"""What an adapter reports: no acknowledge, the bus is held, another controller won, its own."""
+"""Errors of an adapter: no acknowledge, the bus is held, another controller won, its own."""
 
 
 def add_fault_to(actions: SubParsers) -> None:

@@ -1,4 +1,4 @@
-"""What every chip's driver must hold to against its double, for chips of any package.
+"""Contract of every chip's driver with its double, for chips of any package.
 
 `row` is what a chip says about itself, `chip` the checks; `table_row` and `register_table` do the
 same for a chip whose registers are a table. A test calls every check with the chip's row:

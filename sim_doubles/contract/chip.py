@@ -1,4 +1,4 @@
-"""What holds of every chip on I2C: its driver against its double, each written from the data sheet.
+"""Contract of chips on I2C: a driver against its double, each written from the data sheet.
 
 A check is a function of a row's class, and its name is its sentence. Each builds rows of its own,
 so they can be called in any order.
@@ -141,7 +141,7 @@ def what_the_accounted_bus_counts_is_what_the_wire_saw(row_type: type[Row]) -> N
 
 
 def the_traffic_stated_for_the_budget_is_what_one_use_costs(row_type: type[Row]) -> None:
-    """Where the driver states it."""
+    """Skip chips whose driver states none."""
     row = row_type()
     if not row.traffic:
         return

@@ -1,4 +1,4 @@
-"""What holds of every chip made from a register table: driver and double do what the table says.
+"""Contract of chips with a register table: driver and double do what the table says.
 
 A check is a function of a row's class, and its name is its sentence, as in `contract.chip`.
 """
@@ -147,7 +147,7 @@ def _reserved(row: TableRow) -> int:
 
 
 def _following(row: TableRow, register: Register) -> bytes | None:
-    """What a burst reads after a register; None where that is nothing to rely on."""
+    """Return the register that a burst reads after another; None where none is to rely on."""
     if not row.table.auto_increment:
         return register.reset.to_bytes(register.bytes, register.order)
     return next(_registers_at(row, register.address + register.bytes), None)

@@ -36,9 +36,9 @@ class Row(ABC):
     wrong_identity: ClassVar[tuple[int, int] | None]
     """A register and what it reads on another chip; None if the chip has no identity."""
     traffic: ClassVar[Sequence[Sequence[Message]]] = ()
-    """What the driver says one use costs, if it says so."""
+    """Messages of one use by the driver's own account, if it gives one."""
     keeps_nothing: ClassVar[bool] = False
-    """Whether a loss of power costs the chip nothing that the driver had set."""
+    """True if a loss of power costs the chip nothing that the driver had set."""
 
     reported_as: ClassVar[str] = "expected"
     """A word of the sentence that reports a loss of power."""

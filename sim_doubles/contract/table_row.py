@@ -14,7 +14,7 @@ VALUES_SWEPT = 101
 
 
 class TableDriver(Protocol):
-    """What the driver of such a chip can do, beside a method `read_QUANTITY` for each quantity."""
+    """Driver of such a chip; it has a method `read_QUANTITY` for each quantity, too."""
 
     @property
     def registers(self) -> Mapping[str, object]:

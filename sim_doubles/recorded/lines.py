@@ -21,12 +21,12 @@ from sim_doubles.recorded.stops import Stops, key_of
 from sim_doubles.recorded.traffic import Deviation, Deviations, Recorded
 
 REFUSAL: Final = errno.EPROTO
-"""What a refused transaction fails with; no adapter of ours reports it."""
+"""Errno of a refused transaction; no adapter of ours reports it."""
 
 
 @dataclass(frozen=True, slots=True)
 class Rules:
-    """What is done with a transaction that is not the recorded one."""
+    """Rules for a transaction that is not the recorded one."""
 
     is_strict: bool
     stops: Stops
@@ -34,7 +34,7 @@ class Rules:
 
 
 class RecordedLine:
-    """What went over one line; `last_at` is the instant of the run that it has come to, ns."""
+    """Traffic of one line; `last_at` is the instant of the run that it has come to, ns."""
 
     def __init__(self, name: str, recorded: Sequence[Recorded], rules: Rules) -> None:
         self.last_at = 0
@@ -45,7 +45,7 @@ class RecordedLine:
 
     @property
     def due(self) -> Recorded | None:
-        """What is recorded next; None at the end."""
+        """Return the next recorded transaction; None at the end."""
         return self._recorded[self._place] if self._place < len(self._recorded) else None
 
     def _go_past(self, recorded: Recorded) -> None:
@@ -84,7 +84,7 @@ class RecordedBus(RecordedLine):
 
     @property
     def is_over(self) -> bool:
-        """Whether nothing is left to ask for."""
+        """Return whether nothing is left to ask for."""
         return self.due is None
 
     def transfer(self, address: int, messages: Sequence[bytes | int]) -> bytes:
@@ -130,7 +130,7 @@ class RecordedPort(RecordedLine):
 
     @property
     def is_over(self) -> bool:
-        """Whether nothing is left to be written or read."""
+        """Return whether nothing is left to be written or read."""
         return self._place > self._last_place
 
     def read(self) -> bytes:
@@ -172,17 +172,17 @@ class RecordedPort(RecordedLine):
 
 
 def _shape(address: int, messages: Sequence[bytes | int]) -> object:
-    """Which device, how much is written and read, and in which order."""
+    """Return the address, the lengths written and read, and their order."""
     return address, tuple(each if isinstance(each, int) else -len(each) for each in messages)
 
 
 def _counts(transfer: Transfer) -> bool:
-    """Whether a use of a port is more than a look at nothing."""
+    """Return whether a use of a port is more than a look at nothing."""
     return transfer.address == WRITE or bool(transfer.answer)
 
 
 def _answer(recorded: Transfer) -> bytes:
-    """What was read. Raises the OSError that was reported."""
+    """Return the bytes read. Raises the OSError that was reported."""
     if recorded.failed:
         number = errno_of(*recorded.answer)
         raise OSError(number, os.strerror(number))

@@ -60,7 +60,7 @@ class RecordedService:
 
     @property
     def is_over(self) -> bool:
-        """Whether every line is at its end."""
+        """Return whether every line is at its end."""
         return all(each.is_over for each in self._lines)
 
     @property

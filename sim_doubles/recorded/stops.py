@@ -1,4 +1,4 @@
-"""What switches a recorded robot off: transactions that are answered wherever they come.
+"""Transactions that switch a recorded robot off: they are answered wherever they come.
 
 No motor is behind a recording, and a run that ends earlier or later than the recorded one has to be
 able to say that it is off. What switching off asks for is known from the robot itself, built on
@@ -24,11 +24,11 @@ from firmware_runtime.recording.board_of_recording import board_of
 Key: TypeAlias = tuple[str, int, tuple[Message, ...] | bytes]
 """Line, address and messages; of a port what was done, and its bytes."""
 Stops: TypeAlias = Mapping[Key, bytes]
-"""What each transaction of switching off is answered."""
+"""Answer to each transaction of switching off."""
 
 
 def key_of(line: str, address: int, messages: Sequence[Message] | bytes) -> Key:
-    """What a transaction is known by."""
+    """Return the key of a transaction."""
     return line, address, messages if isinstance(messages, bytes) else tuple(messages)
 
 

@@ -24,7 +24,7 @@ class Recorded:
     transfer: Transfer
 
     def asks(self, address: int, messages: object) -> bool:
-        """Whether it is of this device and has these messages, bytes and lengths."""
+        """Return whether it is of this device and has these messages, bytes and lengths."""
         return (self.transfer.address, self.transfer.messages) == (address, messages)
 
 
@@ -38,7 +38,7 @@ class Traffic:
 
 
 def traffic_of(recording: Recording, chosen: Collection[str], begin: int) -> Traffic:
-    """What went over these lines, all if none is chosen, from instant `begin` of the run on, ns.
+    """Return the traffic of these lines, or of all, from instant `begin` of the run on, ns.
 
     Raises ConfigError for a line that the run did not have, and where nothing is left.
     """
@@ -70,7 +70,7 @@ def device_of(line: str, address: int) -> str:
 
 
 def in_words(address: int, messages: Any) -> str:  # noqa: ANN401 -- of a bus or of a port
-    """What a transaction writes, in hex, and how much it reads."""
+    """Return the bytes that a transaction writes, in hex, and the number that it reads."""
     if address < 0:
         return " ".join((_ON_A_PORT.get(address, "?"), bytes(messages).hex())).strip()
     return ", ".join(
@@ -87,7 +87,7 @@ class Deviation:
     address: int
     messages: object
     done: str
-    """What became of it: that it was refused, or what it was answered by."""
+    """Outcome: refused, or the answer that it got."""
 
     def __str__(self) -> str:
         asked = f"asked {device_of(self.line, self.address)} {self.asked}; {self.done}"
@@ -100,7 +100,7 @@ class Deviation:
 
     @property
     def asked(self) -> str:
-        """What was asked, in words."""
+        """Return the transaction asked for, in words."""
         return in_words(self.address, self.messages)
 
     def as_json(self) -> dict[str, object]:

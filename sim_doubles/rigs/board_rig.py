@@ -1,4 +1,4 @@
-"""What rigs have in common: buses and ports of doubles, the enable line, how outputs stand."""
+"""Base of rigs: buses and ports of doubles, the enable line, the state of outputs."""
 
 from collections.abc import Mapping
 from typing import Protocol, cast, runtime_checkable
@@ -22,7 +22,7 @@ from sim_doubles.serial_target import SerialTarget
 
 
 class DoublesRig(Rig, Protocol):
-    """What is served, plugged in or given faults: buses with transactions, warnings and faults."""
+    """Rig whose buses are served, plugged in or given faults, with transactions and warnings."""
 
     @property
     def buses(self) -> Mapping[str, I2cBusDouble]:
@@ -155,7 +155,7 @@ class BoardRig:
 
     @property
     def outputs(self) -> dict[str, int]:
-        """How many outputs of each driving chip are on."""
+        """Return the count of outputs of each driving chip that are on."""
         at = self.now()
         return {
             name: sum(level != 0 for level in part.levels(at).values())

@@ -24,7 +24,7 @@ class Placed(NamedTuple):
 
     @property
     def name(self) -> str:
-        """What it is called in logs: `pca9685@0x40`, or the name alone on a port."""
+        """Return its name in logs: `pca9685@0x40`, or the name alone on a port."""
         return self.chip.name if self.address is None else f"{self.chip.name}@0x{self.address:02x}"
 
 
@@ -95,7 +95,7 @@ def _on_bus(chips: Sequence[Placed], clock: WireClock) -> dict[str, Sequence[Tar
 
 
 def _clashes(stated: int, at: int, taken: Mapping[int, str]) -> list[str]:
-    """Why a chip cannot be where it was stated, or the one it comes with not at `at`."""
+    """Return the fault of a chip's stated place, or of the one that it comes with."""
     if stated in taken:
         return [f"0x{stated:02x} is that of {taken[stated]} already"]
     if at in taken:

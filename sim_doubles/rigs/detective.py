@@ -62,7 +62,7 @@ class DetectiveRig(BoardRig):
 
     @property
     def shown(self) -> OutPort[float]:
-        """How far it is to the target."""
+        """Return the distance to the target."""
         return self._probe.distance_m
 
     def attach(self, robot: Coupled) -> None:
@@ -74,7 +74,7 @@ class DetectiveRig(BoardRig):
         self._watch(robot.model.components["RadarSystem"], "radarController")
 
     def result(self, elapsed: int, own: Mapping[str, object]) -> dict[str, object]:
-        """How the mission ended: by the robot's word, and by the true state of the arena."""
+        """Return the mission's end: by the robot's word, and by the true state of the arena."""
         at = self.now()
         stopped_m = self.arena.distance_to_target(at)
         says_so = own.get("found") is True
@@ -88,7 +88,7 @@ class DetectiveRig(BoardRig):
 
     @property
     def outputs(self) -> dict[str, int]:
-        """How many outputs of the radar's chip are on, and how many treads are not stopping."""
+        """Return the count of the radar chip's outputs that are on, and of treads not stopping."""
         in_a_while = self.motors.speeds_rad_s(self.now() + SECOND)
         return {**super().outputs, "treads": sum(speed != 0 for speed in in_a_while)}
 
@@ -127,7 +127,7 @@ class DetectiveRig(BoardRig):
         return self.arena
 
     def _wheel_angles(self, at: int) -> tuple[float, float]:
-        """How far the right and the left wheel have turned; motor 1 drives the left."""
+        """Return the angles of the right and the left wheel; motor 1 drives the left."""
         left, right = self.motors.turned_rad(at)
         return right, left
 
@@ -142,5 +142,5 @@ class DetectiveRig(BoardRig):
 
 
 def _instant(stated_s: float | None) -> int:
-    """When a compass hangs, in ns; one without an instant never does."""
+    """Return the instant at which a compass hangs, ns; one without an instant never does."""
     return NEVER if stated_s is None or stated_s == math.inf else seconds(stated_s)

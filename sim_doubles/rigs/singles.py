@@ -35,7 +35,7 @@ FIELD_LEVEL_T, FIELD_UP_T = 20e-6, -40e-6
 
 
 def _angle(at: int) -> float:
-    """What turns to and fro by half a radian, in rad."""
+    """Return an angle that turns to and fro by half a radian, rad."""
     return 0.5 * math.sin(math.tau * at / SECOND / PERIOD_S)
 
 

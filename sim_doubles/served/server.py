@@ -152,7 +152,7 @@ class DoublesServer(Closing):
 
 
 def _send(client: _Client, answer: bytes) -> bool:
-    """Whether the client takes the answer, now."""
+    """Return whether the client takes the answer, now."""
     try:
         client.connection.send(answer)
     except OSError:

@@ -34,7 +34,7 @@ T = TypeVar("T")
 
 
 class Service(Protocol):
-    """What a server of doubles asks."""
+    """Service behind a server of doubles."""
 
     def catch_up(self) -> int:
         """Bring all up to now; return the instant until which nothing happens by itself, ns."""

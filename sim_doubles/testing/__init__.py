@@ -1,1 +1,1 @@
-"""What the fixtures of `sim_doubles.pytest_plugin` are made of."""
+"""Parts of the fixtures of `sim_doubles.pytest_plugin`."""

@@ -82,7 +82,7 @@ class TestBuses:
         return double
 
     def warnings(self) -> list[str]:
-        """What the doubles were asked that a real chip would not take as meant."""
+        """Return warnings about what a real chip would not take as meant."""
         return [
             warning
             for each in self._plugs.values()
@@ -111,7 +111,7 @@ class _PoweredBefore:
 
 
 def _address(target: Target) -> int | None:
-    """Where a target answers, if it says so."""
+    """Return a target's address, if it states one."""
     address = getattr(target, "address", None)
     return address if isinstance(address, int) else None
 

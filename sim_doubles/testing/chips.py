@@ -29,11 +29,11 @@ _AT_REST: Final[Mapping[str, Mapping[str, object]]] = {
     "mpu9250": {"inertia": LEVEL},
     "srf08": {"echoes": (1.0,)},
 }
-"""What a chip senses unless a test says otherwise; as entry points they are in a world."""
+"""Truth of a chip unless a test says otherwise; as entry points they are in a world."""
 _SENSES: Final = frozenset(
     {"bearing_deg", "distance", "echoes", "field", "inertia", "inputs", "pitch_roll_deg"}
 )
-"""What is a function of the instant."""
+"""Quantities that are functions of the instant."""
 
 
 def make(name: str, now: Now, /, **settings: object) -> object:
@@ -79,7 +79,7 @@ def _parameters(double: Callable[..., object]) -> Sequence[Parameter]:
 
 
 def _value_faults(key: str, value: object, type_: object) -> list[str]:
-    """What is wrong with a value of this type, or a constant in a sense's place."""
+    """Return the fault of a value of this type, or of a constant in a sense's place."""
     if get_origin(type_) is Callable:
         if callable(value):
             return []

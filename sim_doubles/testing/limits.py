@@ -21,12 +21,12 @@ _MACHINES = (
     *(Cause.STOPPED, Cause.MOVED, Cause.THROTTLED, Cause.INTERRUPTS),
     *(Cause.STOLEN, Cause.PREEMPTED, Cause.SUPPLY, Cause.CLOCK),
 )
-"""What makes a step late and is neither the model's doing nor the board's."""
+"""Causes of a late step that are neither the model's nor the board's."""
 _REAL_TIME = ("SCHED_FIFO", "SCHED_RR")
 
 
 class Judgement(StrEnum):
-    """What can be said of a run."""
+    """Judgement of a run."""
 
     KEPT = "kept"
     BROKEN = "broken"
@@ -93,7 +93,7 @@ def judge(
 
 
 def reasons_of(figures: Figures) -> list[str]:
-    """Why this run may have been late through no fault of its own."""
+    """Return reasons for which this run may be late through no fault of its own."""
     conditions = figures.conditions
     return [*_causes(figures), *_scheduling(conditions), *_machine(conditions)]
 

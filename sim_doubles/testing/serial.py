@@ -36,7 +36,7 @@ class SerialDoubles:
         return line
 
     def warnings(self) -> list[str]:
-        """What the devices were sent that a real one would not take as meant."""
+        """Return warnings about what a real device would not take as meant."""
         return [warning for line in self._lines for warning in getattr(line.double, "warnings", ())]
 
     def end(self) -> None:

@@ -25,7 +25,7 @@ class HasStatistics(Protocol):
 
     @property
     def statistics(self) -> Figures:
-        """What has been counted."""
+        """Return the counts."""
 
 
 Run: TypeAlias = "HasStatistics | Figures | str | PathLike[str]"

@@ -22,7 +22,7 @@ from sim_doubles.testing.substitution import substitute
 MICROSECOND: Final = 1_000
 SECOND: Final = 1_000_000_000
 POWERED_FOR: Final = 100_000_000
-"""Where the clock of a test begins, in ns: chips that the test connects have had power since 0."""
+"""Begin of a test's clock, ns: chips that the test connects have had power since 0."""
 STARTS_AT: Final = 1_767_225_600 * SECOND
 """`time.time` at the start of a test: the beginning of 2026, UTC."""
 
@@ -75,7 +75,7 @@ class VirtualTime:
         return self._at
 
     def functions(self) -> dict[Callable[..., object], Callable[..., object]]:
-        """What stands for each function of `time`."""
+        """Return the replacement of each function of `time`."""
         return {
             time.sleep: self.sleep,
             time.monotonic: lambda: self.look() / SECOND,

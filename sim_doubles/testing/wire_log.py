@@ -1,4 +1,4 @@
-"""What went over a bus, as lines to compare: `0x40 W 00, R 11`.
+"""Traffic of a bus, as lines to compare: `0x40 W 00, R 11`.
 
     assert i2c_log == ["0x68 W 75, R 71", "0x68 W 6b 80"]
 

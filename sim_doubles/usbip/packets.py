@@ -35,7 +35,7 @@ class Stalled(Exception):
 
 
 class NotUsbip(ServingError):
-    """What arrived is no request of USB/IP."""
+    """Arrival of bytes that are no request of USB/IP."""
 
 
 class NotAttached(ServingError):
@@ -54,7 +54,7 @@ class Setup:
 
 
 class Device(Protocol):
-    """What answers control requests; endpoint 0 is the only one."""
+    """Device that answers control requests; endpoint 0 is the only one."""
 
     def control(self, setup: Setup, written: bytes) -> bytes:
         """Answer with what an IN request reads, at most its length. Raises Stalled."""
@@ -82,7 +82,7 @@ class Conversation:
         return bytes(answers)
 
     def _end_of_request(self) -> int | None:
-        """Where the first request ends, None if the rest of it has not come."""
+        """Return the end of the first request, None if the rest of it has not come."""
         if len(self._received) < HEADER.size:
             return None
         command, _, _, direction, _, rest = HEADER.unpack_from(self._received)

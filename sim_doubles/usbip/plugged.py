@@ -16,7 +16,7 @@ from sim_doubles.usbip.i2c_tiny_usb import I2cTinyUsb, Piece, Transfer
 from sim_doubles.usbip.packets import Conversation, NotAttached
 
 TIMEOUT: Final = 30 * SECOND
-"""How long the kernel may take to find a device and bind its driver; it takes 0.2 s on a PC."""
+"""Bound of the kernel's time to find a device and bind its driver: 0.2 s on a PC."""
 _AT_ONCE: Final = 65_536
 
 
@@ -71,7 +71,7 @@ def plugged_in(
 
 
 def transfer_of(service: DoublesService, bus: str) -> Transfer:
-    """What carries out transactions on a bus of served doubles."""
+    """Return a function that carries out transactions on a bus of served doubles."""
 
     def transfer(piece: Piece) -> bytes:
         asked = Part(bus, piece.messages, piece.continues, piece.holds)

@@ -73,21 +73,21 @@ class Arena:
     # What is true
 
     def pose(self, at: int) -> Pose:
-        """Where the vehicle is at `at`."""
+        """Return the vehicle's pose at `at`."""
         return self._vehicle.pose(at)
 
     def head_angle_rad(self, at: int) -> float:
-        """Where the radar looks at `at`, anticlockwise from the vehicle's heading."""
+        """Return the radar's angle at `at`, anticlockwise from the vehicle's heading."""
         return self._head.angle_rad(at)
 
     def distance_to_target(self, at: int) -> float:
-        """How far the vehicle's front, where its sonar sits, is from the target's surface, in m."""
+        """Return the way from the vehicle's front, its sonar's place, to the target, m."""
         front = self.pose(at).ahead(self.parameters.body_radius_m)
         return max(0.0, self.parameters.circles[0].distance(*front))
 
     @property
     def collided(self) -> bool:
-        """Whether the vehicle has touched anything, up to the latest instant read."""
+        """Return whether the vehicle has touched anything, up to the latest instant read."""
         return self._vehicle.collided
 
     # What the sensors get
@@ -103,11 +103,11 @@ class Arena:
         return Beam(*pose.ahead(self.parameters.body_radius_m), pose.heading_rad, half_angle)
 
     def radar_echoes(self, at: int) -> list[float]:
-        """How far everything tall is that echoes to the radar's sonar, in m, nearest first."""
+        """Return distances of what is tall and echoes to the radar's sonar, m, nearest first."""
         return self._echoes(self.radar_beam(at), self.parameters.tall)
 
     def body_echoes(self, at: int) -> list[float]:
-        """How far everything is that echoes to the body's sonar, in m, nearest first."""
+        """Return distances of what echoes to the body's sonar, m, nearest first."""
         return self._echoes(self.body_beam(at), self.parameters.shapes)
 
     def radar_bearing_deg(self, at: int) -> float:
@@ -137,14 +137,14 @@ class Arena:
 
 
 class _Drives(Protocol):
-    """How the vehicle moves under its wheels."""
+    """Motion of the vehicle under its wheels."""
 
     @property
     def collided(self) -> bool:
-        """Whether it has touched anything."""
+        """Return whether it has touched anything."""
 
     def pose(self, at: int) -> Pose:
-        """Where it is, or was."""
+        """Return its pose at an instant, now or before."""
 
     def advance(self, at: int) -> None:
         """Let new commands count from an instant on."""

@@ -1,4 +1,4 @@
-"""What stands in the arena: circles and walls, and how a sonar's beam meets them.
+"""Obstacles of the arena: circles and walls, and how a sonar's beam meets them.
 
 A beam is a cone. What reflects is the nearest point of a surface inside it, whatever the surface's
 slope: real sound glances off a smooth wall that is met at an angle.
@@ -36,7 +36,7 @@ class Circle(NamedTuple):
     radius_m: float
 
     def distance(self, x_m: float, y_m: float) -> float:
-        """How far a point is from the surface; negative inside."""
+        """Return a point's distance from the surface; negative inside."""
         return math.hypot(x_m - self.x_m, y_m - self.y_m) - self.radius_m
 
     def echo(self, beam: Beam) -> float:
@@ -61,7 +61,7 @@ class Wall(NamedTuple):
     y2_m: float
 
     def distance(self, x_m: float, y_m: float) -> float:
-        """How far a point is from the wall."""
+        """Return a point's distance from the wall."""
         start = (self.x1_m - x_m, self.y1_m - y_m)
         return _nearest(start, (self.x2_m - x_m, self.y2_m - y_m), 0.0, 1.0)
 
@@ -86,13 +86,13 @@ Shape: TypeAlias = Circle | Wall
 
 
 def _inside(point: Point, half_angle_rad: float, side: float) -> float:
-    """How far a point in the beam's axes is within its left (1) or right (-1) edge."""
+    """Return the depth of a point in the beam's axes within its left (1) or right (-1) edge."""
     along, aside = point
     return math.sin(half_angle_rad) * along - side * math.cos(half_angle_rad) * aside
 
 
 def _nearest(start: Point, end: Point, first: float, last: float) -> float:
-    """How near a line comes to the origin between two shares of its way from start to end."""
+    """Return a line's least distance from the origin between two shares of its way."""
     dx, dy = end[0] - start[0], end[1] - start[1]
     foot = -(start[0] * dx + start[1] * dy) / (dx * dx + dy * dy)
     share = min(max(foot, first), last)

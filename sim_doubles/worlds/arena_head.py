@@ -15,7 +15,7 @@ HeadDrive: TypeAlias = Callable[[], float]
 
 
 def bridge_drive(pwm: float, in1: float, in2: float) -> float:
-    """What an H-bridge gives its motor on average, as a share of full voltage, from its duties."""
+    """Return an H-bridge's mean voltage, as a share of full voltage, from its duties."""
     return pwm * (in1 - in2)
 
 
@@ -44,7 +44,7 @@ class RadarHead:
         self._start_rad = math.radians(parameters.head_start_deg)
 
     def angle_rad(self, at: int) -> float:
-        """Where it looks, or looked, at an instant, anticlockwise from the vehicle's heading.
+        """Return its angle at an instant, anticlockwise from the vehicle's heading.
 
         Raises ValueError if the drive is not from -1 to 1.
         """

@@ -21,7 +21,7 @@ class Ping(NamedTuple):
 
 
 class Stay(NamedTuple):
-    """How long a model stayed in a state, in ns."""
+    """Stay of a model in a state, in ns."""
 
     state: str
     since: int

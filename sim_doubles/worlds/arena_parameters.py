@@ -28,7 +28,7 @@ class ArenaParameters(ArenaTable, frozen=True, dict=True):
 
     @cached_property
     def tall(self) -> tuple[Shape, ...]:
-        """What the radar sees: circles, then walls."""
+        """Return the obstacles that the radar sees: circles, then walls."""
         return (*self.circles, *(Wall(*wall) for wall in self.walls))
 
     @cached_property

@@ -1,4 +1,4 @@
-"""What is remembered of a motion, so that a sensor may report late what it measured before."""
+"""Memory of a motion, so that a sensor may report late what it measured before."""
 
 from collections import deque
 from typing import Final, Generic, Protocol, TypeVar
@@ -8,7 +8,7 @@ from firmware_runtime.devs.time import format_time
 __all__ = ["KEPT", "Past", "require_in_order"]
 
 KEPT: Final = 20_000
-"""How many stretches are remembered; each step of a ramp begins one."""
+"""Number of stretches remembered; each step of a ramp begins one."""
 
 
 class HasBegun(Protocol):
@@ -16,7 +16,7 @@ class HasBegun(Protocol):
 
     @property
     def since(self) -> int:
-        """When it began, in ns."""
+        """Return its begin, ns."""
 
 
 S = TypeVar("S", bound=HasBegun)

@@ -20,7 +20,7 @@ from sim_doubles.worlds.arena_vehicle import Pose, WheelAngles, WheelsChangeAt, 
 __all__ = ["QUANTUM", "QuantizedVehicle"]
 
 QUANTUM: Final = 1e-5
-"""Of x and y in m, of the heading in rad."""
+"""Quantum of x and y in m, of the heading in rad."""
 
 _SHORTEST: Final = 1000
 """From a shorter time, in ns, no speed can be computed."""
@@ -58,11 +58,11 @@ class QuantizedVehicle:
 
     @property
     def collided(self) -> bool:
-        """Whether it has touched anything, up to the latest instant read."""
+        """Return whether it has touched anything, up to the latest instant read."""
         return self._simulation.model.engine.signals["touched"].coefficients[0] > 0.0
 
     def pose(self, at: int) -> Pose:
-        """Where it is, or was, at an instant."""
+        """Return its pose at an instant, now or before."""
         self._go_on(at)
         return Pose(*(past.at(at).at(at) for past in self._pasts))
 

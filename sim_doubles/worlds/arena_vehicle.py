@@ -21,7 +21,7 @@ from sim_doubles.worlds.noise import InstantNoise
 __all__ = ["Pose", "Vehicle", "WheelAngles", "WheelsChangeAt", "gears"]
 
 WheelAngles: TypeAlias = Callable[[int], tuple[float, float]]
-"""How far the right and the left wheel have turned forward by an instant, in rad."""
+"""Angles by which the right and the left wheel have turned forward at an instant, in rad."""
 
 WheelsChangeAt: TypeAlias = Callable[[int], int]
 """The first instant after an instant at which a wheel's speed changes, if no command comes."""
@@ -31,7 +31,7 @@ _CONTACT_M: Final = 1e-4
 
 
 class Pose(NamedTuple):
-    """Where the centre is, and the heading: anticlockwise from east, whole turns included."""
+    """Position of the centre, and heading: anticlockwise from east, whole turns included."""
 
     x_m: float
     y_m: float
@@ -93,11 +93,11 @@ class Vehicle:
 
     @property
     def collided(self) -> bool:
-        """Whether it has touched anything, up to the latest instant read."""
+        """Return whether it has touched anything, up to the latest instant read."""
         return self._contact_m is not None
 
     def pose(self, at: int) -> Pose:
-        """Where it is, or was, at an instant."""
+        """Return its pose at an instant, now or before."""
         if at < self._since:
             return self._past.at(at).pose(at)
         self._go_on(at)

@@ -75,7 +75,7 @@ class Hovering:
 
 
 class _Path(NamedTuple):
-    """How the body moves while its duties hold: accelerations in its own axes, and its turning."""
+    """Motion of the body while its duties hold: accelerations in its own axes, and its turning."""
 
     forward: Transient
     left: Transient

@@ -23,7 +23,7 @@ Quantile: TypeAlias = Callable[[float, float, float], float]
 
 
 def _quantile_of_the_library() -> Quantile:
-    """What `statistics.NormalDist.inv_cdf` calls, without the import of all of `statistics`."""
+    """Return the function that `statistics.NormalDist.inv_cdf` calls, without its imports."""
     try:
         module = import_module("_statistics")
     except ImportError:  # a Python without it in C

@@ -21,7 +21,7 @@ from sim_doubles.worlds.noise import InstantNoise
 
 
 class TruePose(NamedTuple):
-    """Where a body really is."""
+    """True pose of a body."""
 
     x_m: float
     y_m: float

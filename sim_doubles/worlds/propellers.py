@@ -34,7 +34,7 @@ class PropellerPairs:
         self._thrust_n = pair_thrust_n
         self._lags = lag_s > 0.0
         self.decay = 1.0 / lag_s if self._lags else _ANY_DECAY
-        """How fast every force settles, in 1/s."""
+        """Rate at which every force settles, in 1/s."""
         self._speeds: Sequence[float] = (0.0,) * MOTORS
         self._duties: Sequence[float] = ()
         self._settled_turn = 0.0
@@ -44,7 +44,7 @@ class PropellerPairs:
 
     @property
     def duties(self) -> Sequence[float]:
-        """What drives the motors now."""
+        """Return the motors' duties now."""
         return self._duties
 
     def hold(self, duties: Sequence[float]) -> None:
@@ -149,6 +149,6 @@ class PropellerPairs:
 
 
 def _only_turns(motors: Sequence[float]) -> bool:
-    """Whether the pairs push alike, the second and the fourth the other way round."""
+    """Return whether the pairs push alike, the second and the fourth the other way round."""
     d, b = motors[0], motors[1]
     return motors == (d, b, b, d, d, b, b, d)

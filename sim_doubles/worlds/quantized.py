@@ -64,7 +64,7 @@ class QuantizedBody:
 
     @property
     def state(self) -> TachobotState:
-        """Where it is now."""
+        """Return its state now."""
         values = self._values
         if not self._is_free:
             return TachobotState(0.0, 0.0, 0.0, 0.0, *self.turn)

@@ -16,7 +16,7 @@ PulseUs: TypeAlias = Callable[[], float]
 
 
 def pulse_of(chip: Pca9685Double, channel: int) -> PulseUs:
-    """What a servo at an output of a PCA9685 receives."""
+    """Return the pulse that a servo at an output of a PCA9685 receives."""
 
     def pulse_us() -> float:
         return chip.duty(channel) / chip.frequency_hz * 1e6 if chip.running else 0.0
@@ -58,7 +58,7 @@ class ServoPlant:
         self._since = at
 
     def angle_rad(self, at: int) -> float:
-        """Where it stands at an instant."""
+        """Return its pose at an instant."""
         reach = self._parameters.speed_rad_s * (at - self._since) / SECOND
         target = self._target_rad()
         return max(self._angle_rad - reach, min(self._angle_rad + reach, target))

@@ -51,7 +51,7 @@ class Swing:
         return turned(self._yaw, self._rate, (drive.settled, drive.single, drive.double), course)
 
     def first_stop(self, direction: int, until: float) -> float | None:
-        """When a body turning in `direction` comes to rest, at most `until`, or None.
+        """Return when a body turning in `direction` comes to rest, at most `until`, or None.
 
         Between two sign changes of the drive rate*e^(damping*t) is monotone, so the rate passes
         zero at most once there and the signs at the ends show it.
@@ -76,7 +76,7 @@ class Swing:
 
 
 class Course(NamedTuple):
-    """What a turn takes from its time alone: the factors of its rate, then those of its yaw."""
+    """Factors of a turn that follow from its time alone: those of its rate, then of its yaw."""
 
     decayed: float
     coast: float

@@ -79,17 +79,17 @@ class TachobotWorld:
         self._at = at
 
     def state(self, at: int) -> TachobotState:
-        """Where the body is at `at`, which is advanced to."""
+        """Return the body's pose at `at`, which is advanced to."""
         self.advance(at)
         return self._body.state
 
     def inertial(self, at: int) -> InertialTruth:
-        """What an IMU with a magnetometer in the centre feels at `at`: `motion` and `field`."""
+        """Return the truth for an IMU with a magnetometer in the centre: `motion` and `field`."""
         felt = self.motion(at)
         return InertialTruth(felt.acceleration, felt.rate, self.field(at), felt.temperature_c)
 
     def motion(self, at: int) -> BodyMotion:
-        """What accelerometer and gyroscope in the centre feel at `at`, which is advanced to.
+        """Return the truth for accelerometer and gyroscope in the centre at `at`, advanced to.
 
         Body axes: x forward, y left, z up. Acceleration in m/s2 is the specific force, +9.80665 up
         at rest; both it and rate in rad/s have their sensor's bias and noise; 25 degC. Noise
@@ -138,7 +138,7 @@ class TachobotWorld:
 
 
 class Body(Protocol):
-    """How TachoBot moves under its propellers, at rest at first."""
+    """Motion of TachoBot under its propellers, at rest at first."""
 
     @property
     def turn(self) -> tuple[float, float]:
@@ -146,7 +146,7 @@ class Body(Protocol):
 
     @property
     def state(self) -> TachobotState:
-        """Where it is now."""
+        """Return its state now."""
 
     def acceleration(self, driven: Callable[[], PropellerPairs], /) -> tuple[float, float]:
         """Forward and left, in m/s2, now."""

@@ -73,7 +73,7 @@ class Transient:
         return sorted(-math.log(p) / self.decay for p in self._roots(level) if 0.0 < p < 1.0)
 
     def exceeds(self, level: float) -> float:
-        """When the value first goes above `level`: 0 if it is above now, infinity if never."""
+        """Return when the value first goes above `level`: 0 if above now, infinity if never."""
         if self.now() > level:
             return 0.0
         for p in self._roots(level):

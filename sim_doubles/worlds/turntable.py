@@ -30,7 +30,7 @@ class Turntable:
 
     @property
     def state(self) -> TachobotState:
-        """Where it is now."""
+        """Return its state now."""
         yaw, rate = self.turn
         return TachobotState(0.0, 0.0, 0.0, 0.0, yaw, rate)
 

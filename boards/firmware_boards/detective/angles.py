@@ -6,18 +6,18 @@ as 560.1 and 200.1, are found equal although their binary fractions differ.
 
 
 def growth(start: float, end: float) -> float:
-    """How far angles grow on the way from `start` to `end`: 0 up to, but not including, 360."""
+    """Return the angle from `start` up to `end`: 0 up to, but not including, 360."""
     return round((end - start) % 360, 9) % 360
 
 
 def are_close(angle: float, other: float, tolerance: float) -> bool:
-    """Whether the shorter way from one to the other is `tolerance` at most."""
+    """Return whether the shorter way from one to the other is `tolerance` at most."""
     grown = growth(angle, other)
     return min(grown, 360 - grown) <= tolerance
 
 
 def shorter_way_grows(heading: float, target: float) -> bool:
-    """Whether angles grow when the vehicle turns the shorter way from `heading` to `target`.
+    """Return whether angles grow when the vehicle turns the shorter way from `heading` to `target`.
 
     Half a turn grows if the heading is the greater number; no turn at all does not.
     """

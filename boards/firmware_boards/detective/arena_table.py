@@ -29,7 +29,7 @@ class ArenaTable(Settings, frozen=True):
     """Further circles."""
     walls: tuple[Wall, ...] = ()
     start: tuple[float, float] = (0.0, 0.0)
-    """Where the vehicle's centre stands at first."""
+    """The vehicle's centre at first."""
     start_bearing_deg: float = 0.0
     wheel_radius_m: Positive = 0.05
     track_width_m: Positive = 0.25
@@ -42,11 +42,11 @@ class ArenaTable(Settings, frozen=True):
     slip_std: Annotated[float, Meta(ge=0, le=0.1)] = 0.0
     """Standard deviation of what either tread loses more, or less: the seed draws it, once."""
     head_speed_deg_s: Positive = 60.0
-    """How fast the radar's head turns at full voltage."""
+    """Speed of the radar's head at full voltage."""
     head_limit_deg: NotNegative = 90.0
-    """Where its end stops are, to either side of straight ahead; only at 180 it looks behind."""
+    """Its end stops, to either side of straight ahead; only at 180 it looks behind."""
     head_start_deg: float = 0.0
-    """Where it looks at first, to the left of straight ahead."""
+    """Its angle at first, to the left of straight ahead."""
     radar_half_angle_deg: HalfAngle = 3.0
     """Half the width of the radar sonar's beam."""
     body_half_angle_deg: HalfAngle = 25.0
@@ -57,7 +57,7 @@ class ArenaTable(Settings, frozen=True):
     compass_noise_deg: NotNegative = 0.3
     """Standard deviation of the white noise on each bearing."""
     radar_compass_offset_deg: float = 0.0
-    """What the radar's compass shows too much."""
+    """Error of the radar's compass, clockwise."""
     body_compass_offset_deg: float = 0.0
     seed: Annotated[int, Meta(ge=0)] = 1
     """Chooses the noise and the slip."""

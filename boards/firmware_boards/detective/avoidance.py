@@ -41,7 +41,7 @@ def left_is_blocked(kept: Kept) -> bool:
 
 
 def is_ahead(value: Message, kept: Kept) -> bool:
-    """Whether an angle is where the vehicle heads: it faced the last target."""
+    """Return whether an angle is where the vehicle heads: it faced the last target."""
     heading: Degree = kept["degree1"]
     return isinstance(value, Degree) and are_close(value.value, heading.value, AHEAD_DEG)
 

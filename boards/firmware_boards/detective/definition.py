@@ -1,4 +1,4 @@
-"""What the runtime asks of a board: its schema, its faults, its bus load, and the robot itself."""
+"""Definition of the board: its schema, its faults, its bus load, and the robot itself."""
 
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -39,7 +39,7 @@ def faults(settings: DetectiveSettings) -> list[str]:
 
 
 def loads(settings: DetectiveSettings) -> dict[str, BusLoad]:
-    """What the sensors and the treads cost on each bus."""
+    """Return the load of each bus by sensors and treads."""
     recurring = (each for key, table in _tables(settings) for each in table.recurring(key))
     return bus_loads(settings.buses, recurring)
 
@@ -78,7 +78,7 @@ def build(settings: DetectiveSettings, lines: Lines) -> Robot:
 
 
 def _identities(model: DetectiveRobot) -> Iterator[Callable[[], None]]:
-    """What each chip can be asked; nothing on a serial port answers at once."""
+    """Yield the questions to each chip; nothing on a serial port answers at once."""
     chips = (
         model.treads.driver,
         model.radar_sonar.chip,

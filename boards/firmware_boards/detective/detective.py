@@ -49,7 +49,7 @@ ATOMIC_CLASSES: Final = {
         AvoidingMovementController, times={"movementTime": "hop", "asideTime": "aside"}
     ),
 }
-"""What a model file may build the robot from."""
+"""Models that a model file may name."""
 
 
 class Detective(Coupled):

@@ -1,4 +1,4 @@
-"""What travels between the controllers and their sensors where one port carries two kinds."""
+"""Values of ports that carry two kinds, between the controllers and their sensors."""
 
 from dataclasses import dataclass
 

@@ -61,7 +61,7 @@ class Mission(Atomic):
         self.longest = longest
         self.interlock = interlock
         self.counts_stops = True
-        """Whether the treads' second stop ends the mission; `reached` always does."""
+        """True if the treads' second stop ends the mission; `reached` always does."""
         self.ending: Ending | None = None
         self._commands = [STILL, STILL]
         self._stops = 0

@@ -19,7 +19,7 @@ from firmware_runtime.models.state_table import Arrow, Kept, State
 
 
 def angles_grow(kept: Kept) -> bool:
-    """Whether the shorter way from the heading (degree2) to the target (degree1) grows."""
+    """Return whether the shorter way from the heading (degree2) to the target (degree1) grows."""
     return shorter_way_grows(heading=kept["degree2"].value, target=kept["degree1"].value)
 
 

@@ -1,4 +1,4 @@
-"""What the paper leaves open, as numbers with defaults."""
+"""Numbers that the paper leaves open, with defaults."""
 
 from dataclasses import dataclass
 from typing import Final
@@ -22,8 +22,8 @@ class Parameters:
     tolerance_deg: float = TOLERANCE_DEG
     """The heading matches the target when it is no further away than this."""
     avoid_obstacles: bool = False
-    """Whether Sonar2 looks ahead on every drive: see avoidance.py. Not in the paper's tables."""
+    """True if Sonar2 looks ahead on every drive: see avoidance.py. Not in the paper's tables."""
     aside: int = ASIDE
     """Ns that the vehicle drives past an obstacle before the radar looks for the target again."""
     has_motors: bool = False
-    """Whether there are ports for what the motors apply; event files have no motors."""
+    """True if there are ports for what the motors apply; event files have no motors."""

@@ -38,7 +38,7 @@ class RadarMotorTable(Settings, frozen=True):
 
 
 class ModelTable(Settings, frozen=True):
-    """What the paper leaves open, as event files run it; see README.md."""
+    """Parameters that the paper leaves open, as event files run it; see README.md."""
 
     hop_s: SecondsOrNone
     half_sweep_s: Seconds
@@ -46,7 +46,7 @@ class ModelTable(Settings, frozen=True):
 
 
 class MissionTable(Settings, frozen=True):
-    """What the model's parameters are on a robot, when it starts, and when hardware has failed."""
+    """The model's parameters on a robot, its start, and the failures of hardware that end it."""
 
     half_sweep_s: Seconds
     tolerance_deg: NotNegative
@@ -58,7 +58,7 @@ class MissionTable(Settings, frozen=True):
     longest_s: Seconds = 220.0
     """A mission that has not reached its target after so long has failed."""
     avoid_obstacles: bool = False
-    """Whether the body's sonar looks ahead on every drive; the vehicle drives past what is low."""
+    """True if the body's sonar looks ahead on every drive; the vehicle drives past what is low."""
     near_m: Positive = 0.75
     """With `avoid_obstacles`: what the radar's sonar finds from here or nearer is within reach."""
     aside_s: Seconds = 8.0
@@ -69,9 +69,9 @@ class TurnCheckTable(Settings, frozen=True):
     """Turns commanded against those of the body's compass: how far apart both may be."""
 
     full_turn_deg_s: Positive
-    """How fast the vehicle turns with both treads at full speed against each other."""
+    """Rate of turn with both treads at full speed against each other."""
     window_s: Seconds
-    """How long turns are remembered."""
+    """Time for which turns are remembered."""
     tolerance_deg: Positive
     share: NotNegative
     """And so much of the commanded turn more: treads slip."""

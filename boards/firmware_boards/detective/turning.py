@@ -16,7 +16,7 @@ from firmware_runtime.models.motion import Applied
 
 CIRCLE_DEG: Final = 360.0
 SENSES: Final = {CLOCKWISE: 1, COUNTERCLOCKWISE: -1}
-"""Of a tread, forward positive, by signal; any other signal stops it."""
+"""Sense of a tread, forward positive, by signal; any other signal stops it."""
 
 
 class Turn(NamedTuple):
@@ -71,7 +71,7 @@ class CommandedTurn(Atomic):
             self.continue_(elapsed)
 
     def _joins(self, heading_deg: float) -> bool:
-        """Whether there is something to send."""
+        """Return whether there is something to send."""
         rate = self.rate_deg_s * (self._right - self._left) / 2 if self._is_applied else 0.0
         did_turn, self._did_turn = self._did_turn, rate != 0.0
         self.turn = Turn(rate if did_turn else 0.0, heading_deg)

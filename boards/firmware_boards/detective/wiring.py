@@ -46,7 +46,7 @@ class DetectiveRobot(Coupled):
 
     @property
     def has_found(self) -> bool:
-        """Whether the mission ended in front of the target."""
+        """Return whether the mission ended in front of the target."""
         ending = self.mission.ending
         return ending is not None and not ending.failed
 
@@ -134,7 +134,7 @@ def _bridge(table: RadarMotorTable, chip: Pca9685) -> HBridge:
 
 
 def _radar_motor_settings(table: RadarMotorTable) -> RadarMotorSettings:
-    """How fast the head turns, and for how long without a command."""
+    """Return the head's speed, and its longest time without a command."""
     return RadarMotorSettings(table.duty, table.frequency_hz, seconds(table.longest_turn_s))
 
 

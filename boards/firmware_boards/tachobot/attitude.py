@@ -1,4 +1,4 @@
-"""Where TachoBot points: the gyro's rate integrated, slowly pulled to the compass."""
+"""Yaw of TachoBot: the gyro's rate integrated, slowly pulled to the compass."""
 
 import math
 
@@ -88,7 +88,7 @@ class Attitude(Atomic):
         return Motion(yaw, rate)
 
     def _compass_error(self, field: tuple[float, float, float], yaw: float) -> float:
-        """How far the compass stands from the estimate, within plus and minus pi; 0 at first."""
+        """Return compass less estimate, within plus and minus pi; 0 at first."""
         heading = _heading_of(field)
         error = math.remainder(heading - self._heading_at_zero - yaw, math.tau)
         if self._headings == FIELDS_AVERAGED:
@@ -120,7 +120,7 @@ def _yaw_rate(sample: InertialSample) -> float:
 
 
 def _heading(sample: InertialSample) -> float | None:
-    """Of the compass, in rad; None where there is no new field."""
+    """Return the compass' heading, rad; None where there is no new field."""
     return None if sample.field is None else _heading_of(sample.field)
 
 

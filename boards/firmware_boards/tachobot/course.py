@@ -36,7 +36,7 @@ def path_of(settings: TachobotSettings) -> Path:
 
 
 def course_faults(settings: TachobotSettings) -> list[str]:
-    """Why the path cannot be followed, each with its key."""
+    """Return the faults of a path that cannot be followed, each with its key."""
     kind = settings.trajectory.kind
     try:
         path = path_of(settings)

@@ -1,4 +1,4 @@
-"""What the runtime asks of a board: its schema, its faults, its bus load, and the robot itself."""
+"""Definition of the board: its schema, its faults, its bus load, and the robot itself."""
 
 from firmware_drivers.chips.mpu9250_burst import NINE_AXES
 from firmware_drivers.chips.pca9685_registers import duty_burst, prescale_for
@@ -36,7 +36,7 @@ def faults(settings: TachobotSettings) -> list[str]:
 
 
 def loads(settings: TachobotSettings) -> dict[str, BusLoad]:
-    """What every control tick costs on each bus; a poll of a PCA9685 once a second is left out."""
+    """Return the load of each bus by control ticks, without polls of a PCA9685 once a second."""
     imu, thrust, period = settings.imu, settings.thrust_pairs, control_period(settings)
     recurring = (
         Recurring(imu.bus, "imu sample", (NINE_AXES,), period),
@@ -79,7 +79,7 @@ def devices(settings: TachobotSettings) -> tuple[Device, ...]:
 
 
 def _esc_faults(settings: TachobotSettings) -> list[str]:
-    """What is wrong with the speed controller, in the modes that lift with it."""
+    """Return the faults of the speed controller, in the modes that lift with it."""
     mode = settings.controller.mode
     if mode != "platform" and settings.esc is None:
         missing = f"esc: missing; controller.mode {mode!r} lifts with it, expected a table [esc]"
@@ -127,7 +127,7 @@ def _friction_faults(settings: TachobotSettings) -> list[str]:
 
 
 def _track_faults(settings: TachobotSettings) -> list[str]:
-    """What is wrong with the tables that mode `track` goes by, in that mode."""
+    """Return the faults of the tables of mode `track`, in that mode."""
     if settings.controller.mode != "track":
         return []
     from firmware_boards.tachobot.course import course_faults  # noqa: PLC0415 -- mode track
@@ -147,7 +147,7 @@ def _track_faults(settings: TachobotSettings) -> list[str]:
 
 
 def _result(model: Tachobot) -> dict[str, object]:
-    """How it ended by what the robot itself knows."""
+    """Return the end by what the robot itself knows."""
     controller = model.controller
     if isinstance(controller, Controller):
         return yaw_result(controller.yaw.reference, controller.attitude.motion)
@@ -157,7 +157,7 @@ def _result(model: Tachobot) -> dict[str, object]:
 
 
 def _ended(model: Tachobot) -> OutPort[Ending] | None:
-    """Where mode `track` says that it gave up; the other modes have no end of their own."""
+    """Return the port by which mode `track` gives up; the other modes have none."""
     controller = model.controller
     return None if isinstance(controller, Controller) else controller.given_up.ended
 

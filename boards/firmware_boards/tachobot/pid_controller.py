@@ -1,4 +1,4 @@
-"""What both of TachoBot's controllers have: a PID a coordinate, and a delay of the yaw command."""
+"""Base of TachoBot's controllers: a PID a coordinate, and a delay of the yaw command."""
 
 from typing import Generic, Protocol, TypeVar
 
@@ -28,7 +28,7 @@ class PidController(Coupled, Generic[P]):
     def __init__(self, name: str, pair_thrust_n: float) -> None:
         super().__init__(name)
         self.applied = self.in_port("applied", Applied)
-        """What the thrust pairs apply."""
+        """Forces that the thrust pairs apply."""
         self._pids: dict[str, P] = {}
         self._limit_n = 2 * pair_thrust_n
 
@@ -38,7 +38,7 @@ class PidController(Coupled, Generic[P]):
             pid.gains = self._gains(getattr(settings.controller, name))
 
     def _couple_applied(self, allocation: Allocation) -> None:
-        """What the pairs apply to each PID: to those of x and y by way of the allocation."""
+        """Give each PID what the pairs apply: those of x and y by way of the allocation."""
         self.couple(self.applied, allocation.pairs_applied)
         for name, pid in self._pids.items():
             if name == "yaw":

@@ -19,14 +19,14 @@ class PositionSensorSettings(Settings, frozen=True):
     noise_m: NotNegative = 0.005
     """Standard deviation of x and of y."""
     yaw: bool = False
-    """Whether it measures yaw too."""
+    """True if it measures yaw too."""
     yaw_noise_rad: NotNegative = 0.01
     outages_s: tuple[tuple[float, float], ...] = ()
     """From when to when it measures nothing, such as [[20.0, 22.0]]."""
     seed: Annotated[int, Meta(ge=0)] = 1
 
     def faults(self) -> list[str]:
-        """Return what is wrong between its values."""
+        """Return the faults between its values."""
         return [
             f"world.position.outages_s: {begin} s to {end} s, expected an end after the beginning"
             for begin, end in self.outages_s
@@ -56,7 +56,7 @@ class WorldSettings(Settings, frozen=True):
     coulomb_friction_nm: NotNegative = 0.0
     """The constant moment against the motion of the turning bearing."""
     gyro_bias_rad_s: float = 0.01
-    """What the gyro's z axis reads at rest; x and y have no bias."""
+    """Reading of the gyro's z axis at rest; x and y have no bias."""
     gyro_noise_rad_s: NotNegative = 0.002
     """Standard deviation per sample of the white noise on each gyro axis."""
     field_noise_t: NotNegative = 3e-7
@@ -68,5 +68,5 @@ class WorldSettings(Settings, frozen=True):
     accelerometer_noise_m_s2: NotNegative = 0.03
     """Standard deviation per sample on each axis."""
     accelerometer_bias_m_s2: float = 0.0
-    """What its level axes read at rest."""
+    """Reading of its level axes at rest."""
     position: PositionSensorSettings = PositionSensorSettings()

@@ -1,4 +1,4 @@
-"""Where the position of a tracking system outside comes in: on the robot's side of any link."""
+"""Input of positions of a tracking system outside: on the robot's side of any link."""
 
 from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.models.position_fix import PoseFix, PositionFix
@@ -24,7 +24,7 @@ class PositionInput(Atomic):
         self._poses: tuple[PoseFix, ...] = ()
 
     def unready(self) -> str | None:
-        """Why there is nothing to go by, in a few words; None while positions come."""
+        """Return the reason for no position, in a few words; None while positions come."""
         return "receives no position" if self.phase == "silent" else None
 
     def initialize(self) -> None:

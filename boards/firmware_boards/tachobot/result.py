@@ -1,4 +1,4 @@
-"""How a run of TachoBot ended: where it points, and whether it has come to rest there.
+"""End of a run of TachoBot: where it points, and whether it has come to rest there.
 
 Mode `track` has a result of its own (`track_result`).
 """

@@ -30,7 +30,7 @@ class ImuSettings(Settings, frozen=True):
     bus: str
     address: Address
     mounting: str
-    """Which chip axis points along body x, y and z, such as `+x +y +z`."""
+    """Chip axes that point along body x, y and z, such as `+x +y +z`."""
     sample_hz: int
     """Rate at which the chip samples, a divisor of 1000; more than the control rate."""
     bandwidth_hz: int
@@ -40,7 +40,7 @@ class ImuSettings(Settings, frozen=True):
     also_accept: tuple[int, ...]
     """WHO_AM_I values to take beside the known ones."""
     calibration_s: Seconds
-    """How long the robot stands still while the gyro's bias is measured."""
+    """Time for which the robot stands still while the gyro's bias is measured."""
     still_rad_s: Positive
     """Spread of the rate above which it did not stand still."""
     max_bias_rad_s: Positive
@@ -115,12 +115,12 @@ class WaveSettings(Settings, frozen=True):
     """A square wave to the propellers in place of the PID's command, to see what the robot does."""
 
     amplitude_n: Positive
-    """Of the yaw command, both ways."""
+    """Amplitude of the yaw command, both ways."""
     period_s: Seconds
     begin_s: SecondsOrNone
     """From when the controller runs; sensors want to be calibrated by then."""
     cycles: Annotated[int, Meta(ge=1)]
-    """How many periods; then the command is 0."""
+    """Number of periods; then the command is 0."""
 
 
 class YawSettings(PidSettings, frozen=True):
@@ -139,12 +139,12 @@ Mode: TypeAlias = Literal["platform", "free", "track"]
 
 
 class CompassCheckSettings(Settings, frozen=True):
-    """When gyro and compass contradict each other; then there is no yaw, and outputs go off."""
+    """Contradiction of gyro and compass; then there is no yaw, and outputs go off."""
 
     window_s: Seconds = 2.0
     """Time constant with which turns are forgotten."""
     tolerance_rad: Positive = 0.5
-    """How far both may have turned apart: the motors' iron and currents bend a compass."""
+    """Largest difference of their turns: the motors' iron and currents bend a compass."""
     share: NotNegative = 0.15
     """And so much of the turn more, for the scales of both."""
 
@@ -155,7 +155,7 @@ class ControlSettings(Settings, frozen=True, kw_only=True, tag_field="mode"):
     mode: ClassVar[Mode]
     period_s: Annotated[float, Meta(ge=0.0005, le=1)]
     compass_time_constant_s: SecondsOrNone
-    """How slowly the compass corrects the gyro's yaw; 0 leaves the compass out."""
+    """Time constant of the compass' correction of the gyro's yaw; 0 leaves the compass out."""
     yaw: YawSettings
     compass_check: CompassCheckSettings = CompassCheckSettings()
 
@@ -190,7 +190,7 @@ class TrackSettings(ControlSettings, frozen=True, kw_only=True, tag="track"):
     x: AxisSettings = AxisSettings()
     y: AxisSettings = AxisSettings()
     mass_kg: Positive | None = None
-    """What the robot takes its mass to be: how much force an acceleration takes."""
+    """Mass by the robot's model: the force that an acceleration takes."""
     yaw_inertia_kg_m2: Positive | None = None
     lever_arm_m: Positive | None = None
 
@@ -219,7 +219,7 @@ class TachobotSettings(BoardSettings, frozen=True, kw_only=True):
 
     @property
     def mass_kg(self) -> float:
-        """What the robot takes its mass to be."""
+        """Return the mass by the robot's model."""
         return getattr(self.controller, "mass_kg", None) or self.world.mass_kg
 
     @property
@@ -231,7 +231,7 @@ class TachobotSettings(BoardSettings, frozen=True, kw_only=True):
 
     @property
     def pair_thrust_n(self) -> float:
-        """What the thrust pairs take the full force of a pair to be, N."""
+        """Return the full force of a pair by the thrust pairs' model, N."""
         return self.thrust_pairs.pair_thrust_n or self.world.pair_thrust_n
 
     @property

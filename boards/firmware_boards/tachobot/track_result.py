@@ -1,4 +1,4 @@
-"""How a run in mode `track` ended: where it is, and whether that is where its trajectory has it."""
+"""End of a run in mode `track`: its position, and whether that is where its trajectory has it."""
 
 import math
 from typing import Final

@@ -26,7 +26,7 @@ from firmware_runtime.models.position_watch import PositionWatch
 from firmware_runtime.models.trajectory_source import TrajectorySource
 
 PERIODS: Final = 10
-"""Of control, after which a command of x or y, and of setpoints, after which one counts no more."""
+"""Periods of control that a command of x or y lasts, and of setpoints that one counts."""
 
 
 class TrackingController(PidController[TrackingPid]):

@@ -31,23 +31,23 @@ class ExternalPositionSettings(Settings, frozen=True, kw_only=True):
     noise_m: Positive = 0.005
     """Standard deviation of a measured x or y."""
     yaw_noise_rad: Positive = 0.01
-    """Of a measured yaw, where one comes."""
+    """Noise of a measured yaw, where one comes."""
     latency_s: SecondsOrNone = 0.0
-    """How much older a position is than its `age_s` says."""
+    """Age of a position beyond what its `age_s` says."""
     acceleration_noise: Positive = 0.01
-    """Of the accelerometer, a density, m/s2 over root Hz."""
+    """Noise of the accelerometer, a density, m/s2 over root Hz."""
     bias_walk: NotNegative = 0.001
-    """How its bias wanders, m/s2 in a root second."""
+    """Random walk of its bias, m/s2 in a root second."""
     yaw_walk: NotNegative = 0.001
-    """How the attitude's zero wanders, rad in a root second."""
+    """Random walk of the attitude's zero, rad in a root second."""
     first_velocity_m_s: Positive = 0.2
-    """How fast the robot may move at its first position."""
+    """Greatest speed at its first position."""
     first_bias_m_s2: Positive = 0.1
-    """How large the accelerometer's bias may be at first."""
+    """Greatest bias of the accelerometer at first."""
     gate: Positive = 25.0
     """Greatest square of a position's error over its variance that is believed, x and y."""
     history_s: Annotated[float, Meta(gt=0, le=2)] = 0.5
-    """How old a position may be that is still used."""
+    """Greatest age of a position that is still used."""
     coast_after_s: Seconds = 0.25
     """Without a position for this long it goes on by the inertial unit alone."""
     brake_after_s: Seconds = 1.0
@@ -56,7 +56,7 @@ class ExternalPositionSettings(Settings, frozen=True, kw_only=True):
     """For this long: outputs go off and the run ends as failed."""
 
     def faults(self) -> list[str]:
-        """What is wrong between its values."""
+        """Return the faults between its values."""
         times = (self.coast_after_s, self.brake_after_s, self.safe_after_s)
         if times[0] < times[1] < times[2]:
             return []
@@ -73,7 +73,7 @@ class ExternalPositionSettings(Settings, frozen=True, kw_only=True):
         return PositionPatience(*map(seconds, times))
 
     def estimator(self, period_s: float) -> "EstimatorSettings":
-        """What the estimator needs to know, with a sample every `period_s`."""
+        """Return the estimator's parameters, with a sample every `period_s`."""
         from firmware_runtime.models.position_estimator import (  # noqa: PLC0415 -- mode track
             EstimatorSettings,
         )
@@ -93,7 +93,7 @@ class ExternalPositionSettings(Settings, frozen=True, kw_only=True):
 
 
 class TrajectorySettings(Settings, frozen=True, kw_only=True, tag_field="kind"):
-    """Where the robot is to go, and how it gets to the beginning or back."""
+    """Trajectory of the robot, with the way to its beginning or back."""
 
     kind: ClassVar[Kind]
     period_s: Annotated[float, Meta(ge=0.001, le=1)] = 0.02
@@ -154,7 +154,7 @@ class CircleSettings(TrajectorySettings, frozen=True, kw_only=True, tag="circle"
 
     kind: ClassVar[Kind] = "circle"
     x_m: float = 0.0
-    """Of the centre."""
+    """X of the centre."""
     y_m: float = 0.0
     radius_m: Positive = 1.0
     lap_s: Seconds = 25.0
@@ -162,7 +162,7 @@ class CircleSettings(TrajectorySettings, frozen=True, kw_only=True, tag="circle"
     """Direction from the centre in which it begins; zero is x."""
     clockwise: bool = False
     turns: bool = False
-    """Whether yaw turns with the path, one turn a lap."""
+    """True if yaw turns with the path, one turn a lap."""
     yaw_rad: float | None = None
 
 

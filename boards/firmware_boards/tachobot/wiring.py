@@ -126,14 +126,14 @@ def chip_settings(settings: TachobotSettings) -> Mpu9250Settings:
 
 
 def gyro_bias(settings: TachobotSettings) -> GyroBias:
-    """How the gyro's bias is measured before control begins."""
+    """Return the settings by which the gyro's bias is measured before control begins."""
     imu = settings.imu
     samples = max(2, round(imu.calibration_s / settings.controller.period_s))
     return GyroBias(samples, max_spread=imu.still_rad_s, max_bias=imu.max_bias_rad_s)
 
 
 def thrust_settings(settings: TachobotSettings) -> ThrustSettings:
-    """What the thrust pairs need to know."""
+    """Return the thrust pairs' settings."""
     thrust = settings.thrust_pairs
     return ThrustSettings(
         pair_thrust_n=settings.pair_thrust_n,
@@ -145,7 +145,7 @@ def thrust_settings(settings: TachobotSettings) -> ThrustSettings:
 
 
 def esc_settings(esc: EscSettings) -> EscModelSettings:
-    """What the speed controller's model needs to know."""
+    """Return the speed controller's settings."""
     return EscModelSettings(
         channel=esc.channel,
         frequency_hz=esc.frequency_hz,

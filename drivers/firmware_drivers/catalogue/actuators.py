@@ -29,7 +29,7 @@ PWM_ADDRESSES: Final = tuple(each for each in range(0x40, 0x78) if each != 0x70)
 PULSE_HZ: Final = 50.0
 DUTY_HZ: Final = 1000.0
 POLL_NS: Final = 100_000_000
-"""How often a PCA9685 is asked whether it still is as brought up and set."""
+"""Period at which a PCA9685 is checked to be as brought up and set."""
 MD25_REPEAT_NS: Final = 500_000_000
 """A quarter of the silence after which an MD25 stops by itself."""
 SABERTOOTH_REPEAT_NS: Final = 100_000_000
@@ -37,7 +37,7 @@ SABERTOOTH_REPEAT_NS: Final = 100_000_000
 
 
 class _Kept:
-    """What a chip reads after its command: another program that changes that has a reason.
+    """Registers of a chip after its command: another program that changes them has a reason.
 
     So the command is not written again, which would overrule a `safe-state` from another terminal.
     """
@@ -48,7 +48,7 @@ class _Kept:
         self._kept: bytes | None = None
 
     def is_first(self) -> bool:
-        """Whether nothing was written yet. Raises NotReady if what was written has changed."""
+        """Return whether nothing was written yet. Raises NotReady if registers changed since."""
         if self._kept is None:
             return True
         found = self._read()
@@ -66,7 +66,7 @@ class _Kept:
 
 
 class _Wave(NamedTuple):
-    """What a PWM output is to carry: a share of each cycle, at the rate asked for."""
+    """Wave of a PWM output: its share of each cycle, and its rate."""
 
     share: float
     frequency_hz: float

@@ -1,4 +1,4 @@
-"""How each chip is recognised: by reading registers, and only at addresses where it lives.
+"""Identity of each chip: registers to read, and only at addresses where it lives.
 
 Reading a register takes its number to be written first. That sets a pointer, and changes the state
 of none of these chips. Nothing else is ever written, and nothing at all where another usual chip
@@ -135,4 +135,4 @@ WITHOUT_A_DRIVER: Final = (
     Identity("QMC5883P", (0x2C,), _by_address_alone, usable=False),
     Identity("the all-call address of every PCA9685", (ALL_CALL,), _all_call, usable=False),
 )
-"""What may answer beside the chips that can be tried out."""
+"""Chips that may answer beside those that can be tried out."""

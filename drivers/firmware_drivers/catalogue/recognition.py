@@ -1,4 +1,4 @@
-"""What answers at an address: asked by reading registers, of the chips that live there only."""
+"""Recognition of chips by their registers, of those only that live at an address."""
 
 from typing import NamedTuple
 
@@ -9,7 +9,7 @@ from firmware_runtime.hal.wire_errors import HalError
 
 
 class Recognition(NamedTuple):
-    """What answers at an address: the chips it is or could be, and a sentence."""
+    """Chips that an answer at an address is or could be, and a sentence."""
 
     chips: tuple[str, ...]
     certain: bool

@@ -32,7 +32,7 @@ def chips() -> Mapping[str, Triable]:
 
 @cache
 def identities() -> tuple[Identity, ...]:
-    """What can be recognised on a bus, in order of addresses."""
+    """Return what is recognisable on a bus, in order of addresses."""
     of_chips = [chip.identity for chip in chips().values() if isinstance(chip, OnBus)]
     known = (*WITHOUT_A_DRIVER, *(each for each in of_chips if each is not None))
     return tuple(sorted(known, key=lambda identity: min(identity.addresses)))

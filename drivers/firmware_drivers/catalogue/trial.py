@@ -1,4 +1,4 @@
-"""What trying a chip out needs of it: how to read it, or how to move it and switch it off.
+"""Trials of chips: functions that read one, or move it and switch it off.
 
 Nothing here waits: what takes time is a `Step`, as in every driver, and the caller lets
 it pass.
@@ -41,16 +41,16 @@ class Sensor:
     """A chip that is read: `bring_up` once, then `measure` and `read`, then `end`."""
 
     place: str
-    """Which chip this is, and where."""
+    """Name of the chip and its place."""
     bring_up: Steps
     read: Callable[[], Reading]
     """Raises HalError; NotReady where there is no value."""
     measure: Steps = tuple
-    """What one measurement takes before it can be read."""
+    """Steps of one measurement before it can be read."""
     end: Callable[[], None] = nothing
     """Leaves the chip as others expect it. Raises HalError."""
     warnings: Sequence[str] = ()
-    """What works less well than it should; there after the bring-up."""
+    """Warnings of what works less well than it should; there after the bring-up."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -59,14 +59,14 @@ class Actuator:
 
     place: str
     promise: str
-    """What will happen, for the person who has to agree."""
+    """Announcement of the movement, for the person who has to agree."""
     bring_up: Steps
     move: Callable[[], Reading]
     """Does it, and gives what the chip said. Raises HalError."""
     off: Callable[[], None]
     """Switches off, in any state of the chip. Raises HalError."""
     repeat_ns: int
-    """How often to `move` again: the chip would stop by itself, or must be looked after."""
+    """Period of `move`: the chip would stop by itself, or must be looked after."""
 
 
 class Option(NamedTuple):
@@ -99,7 +99,7 @@ class Identity(NamedTuple):
     evidence: Callable[[I2cBus, int], str]
     certain: bool = False
     usable: bool = True
-    """Whether a driver can do something with it there."""
+    """True if a driver can do something with it there."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -107,16 +107,16 @@ class OnBus:
     """A chip on an I2C bus; `build` raises SettingError for options that do not fit."""
 
     name: str
-    """What it is called on the command line."""
+    """Name on the command line."""
     title: str
     address: int
     addresses: Collection[int]
     build: Callable[[I2cBus, int, Options], Sensor | Actuator]
     options: Sequence[Option] = ()
     moves: bool = False
-    """Whether `build` makes an `Actuator`; else a `Sensor`."""
+    """True if `build` makes an `Actuator`; else a `Sensor`."""
     identity: Identity | None = None
-    """How it is recognised; None for what is a part of another chip, or cannot be recognised."""
+    """Its identity; None for a part of another chip, or if it cannot be recognised."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -129,7 +129,7 @@ class OnPort:
     build: Callable[[SerialPort, Options], Sensor | Actuator]
     options: Sequence[Option] = ()
     moves: bool = False
-    """Whether `build` makes an `Actuator`; else a `Sensor`."""
+    """True if `build` makes an `Actuator`; else a `Sensor`."""
 
 
 Triable: TypeAlias = OnBus | OnPort

@@ -83,7 +83,7 @@ TRAFFIC: Final[tuple[tuple[Message, ...], ...]] = (
 
 
 def conversion_ns(rate_sps: int) -> int:
-    """How long a conversion takes at most, waking up included."""
+    """Return how long a conversion takes at most, waking up included."""
     return WAKE_UP_NS + round(1e9 / rate_sps * SLOWEST)
 
 
@@ -137,7 +137,7 @@ class Ads1115(I2cChip):
         self._full_scale_v = self.settings.full_scale_v
         self._inputs = "AIN0"
         self._codes: dict[str, tuple[int, int]] = {}
-        """Of each input the last code, and how often in a row it came."""
+        """Last code of each input, and how often in a row it came."""
         self._config = self.settings.config(self._inputs)
         self._is_measuring = False
 

@@ -1,4 +1,4 @@
-"""What every compass driver gives: a direction, and how far to trust it."""
+"""Bearing that every compass driver reads: a direction, and how far to trust it."""
 
 from typing import NamedTuple
 

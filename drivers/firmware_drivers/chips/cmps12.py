@@ -28,7 +28,7 @@ from firmware_runtime.hal.wire_errors import Implausible, NotReady, WrongDevice
 
 ADDRESSES: Final = range(0x60, 0x68)
 SHIPPED_AT: Final = 0x60
-"""Where a motor board has its PCA9685: beside one, give it another address."""
+"""Address of the PCA9685 on motor boards: beside one, give the compass another."""
 
 VERSION: Final = 0x00
 CALIBRATION: Final = 0x1E
@@ -44,7 +44,7 @@ TRAFFIC: Final[tuple[tuple[Message, ...], ...]] = (
 """Transactions of one reading, for the bus-time budget."""
 CIRCLE: Final = 3600
 NO_VERSION: Final = (0x00, 0xFF)
-"""What a bus reads when SDA is held low, or when no chip drives it."""
+"""Values read when SDA is held low, or when no chip drives it."""
 MOST_APART: Final = 42
 """Tenths of a degree between the two bearings: rounding, and one refresh while turning fast."""
 MAGNETOMETER_STATE: Final = 0x03
@@ -121,6 +121,6 @@ class Cmps12(I2cChip):
 
 
 def _are_apart(coarse: int, fine: int) -> bool:
-    """Whether a bearing in 256ths and one in tenths of a degree are two directions."""
+    """Return whether a bearing in 256ths and one in tenths of a degree are two directions."""
     apart = (coarse * CIRCLE // 256 - fine + CIRCLE // 2) % CIRCLE - CIRCLE // 2
     return abs(apart) > MOST_APART

@@ -1,4 +1,4 @@
-"""What drivers of chips on I2C share: how errors name them, registers, an answer that is due."""
+"""Base of drivers of chips on I2C: their name in errors, registers, an answer that is due."""
 
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager

@@ -32,7 +32,7 @@ LEAST_ODDS: Final = 3e-20
 BITS_EVERY: Final = 256
 BITS_WITHIN: Final = 64
 _QUIET_PART: Final = 0.5
-"""Of the typical noise of a data sheet."""
+"""Part of the typical noise of a data sheet."""
 
 Counts = tuple[int, ...]
 

@@ -33,7 +33,7 @@ SHOWN: Final = 12
 
 
 class Family(NamedTuple):
-    """What the frames of one family mean, and how long the slowest member takes for one."""
+    """Meaning of the frames of one family, and the slowest member's time for one."""
 
     digits: tuple[int, ...]
     """Numbers of digits a frame may have."""

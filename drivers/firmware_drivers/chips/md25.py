@@ -60,7 +60,7 @@ AMPERES_PER_COUNT: Final = 0.1
 
 
 class Md25Report(NamedTuple):
-    """What was read right before the speeds were set; motor 1 drives the left side."""
+    """Registers read right before the speeds were set; motor 1 drives the left side."""
 
     left_encoder: int
     """Counts since power-up, growing forward; an EMG30 makes 360 a turn."""

@@ -1,4 +1,4 @@
-"""How a sensor sits in the body: a signed permutation of its axes, such as `+x +y +z`."""
+"""Mounting of a sensor in the body: a signed permutation of its axes, such as `+x +y +z`."""
 
 from typing import Final, NamedTuple, TypeAlias
 

@@ -203,7 +203,7 @@ class Mpu9250(I2cChip):
 
     @property
     def stuck_field(self) -> Stuck | None:
-        """Why there is no field, where the magnetometer's last measurement stands still."""
+        """Return the reason for no field where the magnetometer's last measurement stands still."""
         stuck = self._checks.stuck_field
         return None if stuck is None or not self.has_magnetometer else Stuck(self.place, *stuck)
 

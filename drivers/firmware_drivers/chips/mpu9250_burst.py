@@ -34,7 +34,7 @@ INERTIAL_AXES: Final = (
     *(f"acceleration {axis}" for axis in "xyz"),
     *(f"rate {axis}" for axis in "xyz"),
 )
-"""Of the chip's own axes, as faults name them."""
+"""Names of the chip's own axes in faults."""
 GRAVITY_READINGS: Final = 256
 FIELD_NOISE_COUNTS: Final = 1.0
 """Fresh noise of a field: the AK8963's data sheet states none, users find 0.3 uT, two counts."""
@@ -68,7 +68,7 @@ class InertialSample(NamedTuple):
 
 
 class InertialChecks:
-    """Whether the sensors of one chip live; it outlasts bring-ups, so that a dead one stays dead.
+    """Liveness of the sensors of one chip; it outlasts bring-ups, so that a dead one stays dead.
 
     The MPU-9250 keeps what it fetched last when the AK8963 stops answering, or is not asked any
     more because its auxiliary bus hangs: then there is no field until a bit changes, and

@@ -1,4 +1,4 @@
-"""What a user may set on an MPU-9250, and the five registers 0x19 to 0x1D that hold it."""
+"""Settings of an MPU-9250, and the five registers 0x19 to 0x1D that hold them."""
 
 import math
 from typing import Final

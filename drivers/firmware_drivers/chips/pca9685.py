@@ -117,7 +117,7 @@ class Pca9685(I2cChip):
         self._on_step = COUNTS // CHANNELS if staggered else 0
         self._prescale = 0
         self.is_running = False
-        """Whether it was brought up and has not been found reset since: only then it takes duties.
+        """True if it was brought up and has not been found reset since: only then it takes duties.
         """
         self._turn = Turn()
         self.users = OutputUsers(self.place)

@@ -14,7 +14,7 @@ from firmware_runtime.errors import SettingError
 from firmware_runtime.hal.i2c import Message
 
 COUNTS: Final = 4096
-"""Of a PWM cycle."""
+"""Counts of a PWM cycle."""
 NOMINAL_OSC_HZ: Final = 25e6
 CHANNELS: Final = 16
 LED0_ON_L: Final = 0x06

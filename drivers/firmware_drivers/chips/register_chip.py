@@ -1,4 +1,4 @@
-"""What drivers of register chips share that `firmware-runtime new chip` writes: read, write, check.
+"""Base of drivers that `firmware-runtime new chip` writes: read, write, check registers.
 
 A driver states its registers, which of them identify the chip, and what is written into
 which when it is brought up; it adds what they mean in units.
@@ -25,14 +25,14 @@ class ChipRegister(NamedTuple):
 
 
 class Expected(NamedTuple):
-    """What an identity register reads; None where any answer will do."""
+    """Value of an identity register; None where any answer will do."""
 
     register: ChipRegister
     word: int | None
 
 
 class Setting(NamedTuple):
-    """What is written at bring-up, which of its bits stay so, and the wait after it, in ns."""
+    """Value written at bring-up, the bits of it that stay so, and the wait after it, in ns."""
 
     register: ChipRegister
     word: int

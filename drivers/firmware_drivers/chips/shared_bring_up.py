@@ -18,7 +18,7 @@ def nothing() -> None:
 
 
 class Turn:
-    """Which of its bring-ups a chip goes through at present, by number; 0 if none."""
+    """Number of the bring-up that a chip goes through at present; 0 if none."""
 
     def __init__(self) -> None:
         self.holder = 0
@@ -73,7 +73,7 @@ class SharedBringUp(Iterator[Step]):
             self._turn.holder = 0
 
     def state(self) -> dict[str, Any]:
-        """Where it is among its steps."""
+        """Return its place among its steps."""
         begun = None if self._steps is None else self._is_whole
         is_closed = self._steps == ()
         return {

@@ -72,7 +72,7 @@ TRAFFIC: Final[tuple[tuple[Message, ...], ...]] = (
 )
 """Transactions of one ranging, start and reading, for the bus-time budget."""
 NO_REVISION: Final = (0x00, 0xFF)
-"""What a bus reads when SDA is held, or no chip drives it: the sign of a chip still ranging."""
+"""Values read when SDA is held, or no chip drives it: the sign of a chip still ranging."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

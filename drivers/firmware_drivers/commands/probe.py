@@ -145,7 +145,7 @@ def _sentence(fitted: Fit) -> str:
 
 
 def _unknown(missing: Sequence[Device]) -> str:
-    """What nothing here could recognise, wherever it is."""
+    """Return chips that nothing here could recognise, wherever they are."""
     known = {identity.chip for identity in identities()}
     unknown = sorted({each.chip for each in missing} - known)
     how = f"expected an entry point of the group {GROUP} that does"

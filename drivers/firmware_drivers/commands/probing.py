@@ -1,4 +1,4 @@
-"""What hangs on the I2C buses of this machine: asked politely, or left alone with the reason.
+"""Search for chips on the I2C buses of this machine: read, or left alone with the reason.
 
 Politely: the ways of `firmware_runtime.hal.scan` and `firmware_drivers.catalogue.identity`, on a
 bus that no run drives, kept from other runs while it is asked.
@@ -20,14 +20,14 @@ from firmware_runtime.system.kernel_files import SystemFiles
 
 
 class Found(NamedTuple):
-    """What is at one address."""
+    """Device at one address."""
 
     address: int
     state: State
     chips: tuple[str, ...]
-    """What it is, or could be, as boards name chips."""
+    """Chips that it is, or could be, as boards name them."""
     certain: bool
-    """Whether an identity register said so."""
+    """True if an identity register said so."""
     what: str
 
 
@@ -39,13 +39,13 @@ class ProbedBus(NamedTuple):
     """The adapter's."""
     found: Sequence[Found] = ()
     why_not: str | None = None
-    """Why it was not asked, or not to the end."""
+    """Reason for which it was not read, or not to the end."""
     skipped: bool = False
-    """Whether it was left alone because it is not a robot's."""
+    """True if it was left alone because it is not a robot's."""
 
     @property
     def was_asked(self) -> bool:
-        """Whether what was found is all there is."""
+        """Return whether what was found is all there is."""
         return self.why_not is None
 
 
@@ -101,7 +101,7 @@ def _found(bus: I2cBus, answer: Answer, drivers: dict[int, str]) -> Found:
 
 
 def _in_use(files: SystemFiles, device: str) -> str:
-    """Who drives it, as far as this user can see."""
+    """Return the state of one that a run drives, with the process as far as it can be seen."""
     seen, _ = holders(files, [device])
     who = ", ".join(f"{each.command} ({each.process})" for each in seen) or "another process"
     return f"left alone: a run drives it ({who}); stop that run to probe"
@@ -116,15 +116,15 @@ class Fit(NamedTuple):
     present: list[Device]
     missing: list[Device]
     assignments: list[str]
-    """What to `--set` where that is another node than the board's file says."""
+    """Assignments to `--set` where that is another node than the board's file says."""
     uncertain: list[str]
-    """Which of those present have no identity register: another part may answer like them."""
+    """Those present without an identity register: another part may answer like them."""
     unasked: list[str]
     """Serial ports: what hangs there cannot be asked."""
 
     @property
     def fits(self) -> bool:
-        """Whether every chip on a bus was found."""
+        """Return whether every chip on a bus was found."""
         return not self.missing
 
 
@@ -153,7 +153,7 @@ def _count(wanted: Sequence[Device], bus: ProbedBus) -> int:
 
 
 def _found_of(device: Device, bus: ProbedBus) -> Found | None:
-    """What could be the device, at its address; None if nothing there could."""
+    """Return the chip that the device could be, at its address; None if none could."""
     for found in bus.found:
         if found.address == device.address and device.chip in found.chips:
             return found

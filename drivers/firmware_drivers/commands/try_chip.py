@@ -130,7 +130,7 @@ def _not_safe(still_on: Sequence[str]) -> int:
 
 
 def _is_agreed(actuator: Actuator, arguments: argparse.Namespace) -> bool:
-    """Whether the user agrees that it moves; a double moves without a question."""
+    """Return whether the user agrees that it moves; a double moves without a question."""
     what = f"{actuator.place}: {actuator.promise}, for {arguments.duration_s:g} s"
     if arguments.yes or arguments.doubles:
         print_line(what, sys.stderr)

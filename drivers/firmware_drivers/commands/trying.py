@@ -12,7 +12,7 @@ from firmware_runtime.hal.wire_errors import HalError, NotReady
 
 KEEP_SWITCHING_OFF = 2 * SECOND
 ATTEMPTS = 5
-"""How often a chip that is not ready is brought up before that counts as a failure."""
+"""Bring-ups of a chip that is not ready before that counts as a failure."""
 AGAIN_AFTER = SECOND // 10
 """Ns until a chip that failed is brought up again."""
 
@@ -40,7 +40,7 @@ class Watch:
         self._show = show
         self._log = log
         self.values = 0
-        """How many readings had a value."""
+        """Count of readings that had a value."""
 
     def run(self, every: int, span: int | None) -> None:
         """Read every so many ns, for `span` ns or until stopped.

@@ -14,7 +14,7 @@ from firmware_runtime.devs.time import seconds
 
 
 class CompassKeys(Settings, frozen=True, kw_only=True, tag_field="chip"):
-    """What is the same for every compass."""
+    """Keys of every compass."""
 
     bus: str
     period_s: Seconds
@@ -23,7 +23,7 @@ class CompassKeys(Settings, frozen=True, kw_only=True, tag_field="chip"):
     offset_deg: float = 0.0
 
     def model(self, *, whole_degrees: bool) -> CompassSettings:
-        """How often to read, and how headings count."""
+        """Return the period of readings, and the sense of headings."""
         return CompassSettings(
             period=seconds(self.period_s),
             whole_degrees=whole_degrees,
@@ -42,11 +42,11 @@ class Cmps12Table(CompassKeys, frozen=True, kw_only=True, tag="cmps12"):
         return Cmps12(lines.buses[self.bus], self.address, period_ns=seconds(self.period_s))
 
     def device(self, key: str) -> Device:
-        """Where it is."""
+        """Return its place."""
         return Device(key, "CMPS12", self.bus, self.address, stretches_clock=True)
 
     def recurring(self, key: str) -> tuple[Recurring, ...]:
-        """What it costs on its bus."""
+        """Return its load of its bus."""
         return (Recurring(self.bus, f"{key} heading", cmps12.TRAFFIC, seconds(self.period_s)),)
 
 
@@ -58,11 +58,11 @@ class Hmc5883lTable(CompassKeys, frozen=True, kw_only=True, tag="hmc5883l"):
         return Hmc5883l(lines.buses[self.bus])
 
     def device(self, key: str) -> Device:
-        """Where it is."""
+        """Return its place."""
         return Device(key, "HMC5883L", self.bus, hmc5883l.ADDRESS)
 
     def recurring(self, key: str) -> tuple[Recurring, ...]:
-        """What it costs on its bus."""
+        """Return its load of its bus."""
         return (Recurring(self.bus, f"{key} heading", hmc5883l.TRAFFIC, seconds(self.period_s)),)
 
 

@@ -16,7 +16,7 @@ from firmware_runtime.devs.time import seconds
 
 
 class SonarKeys(Settings, frozen=True, kw_only=True, tag_field="chip"):
-    """What is the same for every sonar."""
+    """Keys of every sonar."""
 
     period_s: Seconds
     """From ping to ping."""
@@ -27,7 +27,7 @@ class SonarKeys(Settings, frozen=True, kw_only=True, tag_field="chip"):
 
     @property
     def model(self) -> SonarSettings:
-        """How often to range, and what counts as near."""
+        """Return the period of ranging, and the distance that counts as near."""
         return SonarSettings(seconds(self.period_s), self.threshold_m, self.only_entering)
 
 
@@ -45,11 +45,11 @@ class Srf08Table(SonarKeys, frozen=True, kw_only=True, tag="srf08"):
         return Srf08(lines.buses[self.bus], self.address, settings)
 
     def device(self, key: str) -> Device:
-        """Where it is."""
+        """Return its place."""
         return Device(key, "SRF08", self.bus, self.address, stretches_clock=True)
 
     def recurring(self, key: str) -> tuple[Recurring, ...]:
-        """What it costs on its bus."""
+        """Return its load of its bus."""
         return (Recurring(self.bus, f"{key} ranging", srf08.TRAFFIC, seconds(self.period_s)),)
 
 
@@ -64,7 +64,7 @@ class MaxbotixTable(SonarKeys, frozen=True, kw_only=True, tag="maxbotix"):
         return Maxbotix(lines.ports[self.port], self.family)
 
     def device(self, key: str) -> SerialDevice:
-        """Where it is."""
+        """Return its place."""
         return SerialDevice(key, "MaxBotix", self.port, maxbotix.BAUD)
 
     def recurring(self, key: str) -> tuple[Recurring, ...]:  # noqa: ARG002 -- as of every table

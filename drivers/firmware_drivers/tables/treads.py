@@ -18,7 +18,7 @@ Share = Annotated[float, Meta(gt=0, le=1)]
 
 
 class TreadKeys(Settings, frozen=True, kw_only=True, tag_field="driver"):
-    """What is the same for every driver."""
+    """Keys of every driver."""
 
     speed: Annotated[Share, Meta(description="Share of full speed that signals 1 and 2 stand for.")]
     refresh_s: Seconds
@@ -28,7 +28,7 @@ class TreadKeys(Settings, frozen=True, kw_only=True, tag_field="driver"):
 
     @property
     def model(self) -> TreadSettings:
-        """What a signal means, and how often it is sent; a command holds until the next."""
+        """Return a signal's meaning and period; a command holds until the next."""
         return TreadSettings(
             speed=self.speed,
             refresh=seconds(self.refresh_s),
@@ -51,11 +51,11 @@ class Md25Table(TreadKeys, frozen=True, kw_only=True, tag="md25"):
         return Md25(lines.buses[self.bus], self.address, settings)
 
     def device(self, key: str) -> Device:
-        """Where it is."""
+        """Return its place."""
         return Device(key, "MD25", self.bus, self.address, stretches_clock=True)
 
     def recurring(self, key: str) -> tuple[Recurring, ...]:
-        """What it costs on its bus."""
+        """Return its load of its bus."""
         return (Recurring(self.bus, f"{key} speeds", md25.TRAFFIC, seconds(self.refresh_s)),)
 
 
@@ -73,7 +73,7 @@ class SabertoothTable(TreadKeys, frozen=True, kw_only=True, tag="sabertooth"):
         return Sabertooth(lines.ports[self.port], self.address, settings)
 
     def device(self, key: str) -> SerialDevice:
-        """Where it is."""
+        """Return its place."""
         return SerialDevice(key, "Sabertooth", self.port, address=self.address)
 
     def recurring(self, key: str) -> tuple[Recurring, ...]:  # noqa: ARG002 -- as of every table

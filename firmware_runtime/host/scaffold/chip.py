@@ -40,7 +40,7 @@ def _example(name: str) -> str:
 
 
 def _words(name: str, table: RegisterTable, text: str) -> dict[str, str]:
-    """What stands for each word of the template; what the user wrote comes last, as it is."""
+    """Return the replacement of each word of the template; the user's own words come last."""
     return {
         "chipname": name,
         "ChipName": class_name(name),

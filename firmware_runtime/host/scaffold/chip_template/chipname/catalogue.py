@@ -1,4 +1,4 @@
-"""What `firmware-runtime try` and `probe` know about the CHIP_PRINTED."""
+"""Catalogue entry of the CHIP_PRINTED, for `firmware-runtime try` and `probe`."""
 
 from typing import Final
 

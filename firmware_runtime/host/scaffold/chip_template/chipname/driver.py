@@ -16,9 +16,9 @@ REGISTER_CONSTANTS
 
 REGISTERS: Final = MappingProxyType({each.name: each for each in REGISTER_NAMES})
 IDENTITY: Final[tuple[Expected, ...]] = IDENTITY_ROWS
-"""What identifies the chip; None where any answer will do."""
+"""Registers that identify the chip; None where any answer will do."""
 BRING_UP: Final[tuple[Setting, ...]] = SETTING_ROWS
-"""What is written at bring-up, the bits that stay so, and the wait after it in ns."""
+"""Values written at bring-up, the bits that stay so, and the wait after it in ns."""
 
 
 class ChipName(RegisterChip):
