@@ -12,9 +12,8 @@ from firmware_drivers.bring_up import RETRY_AFTER, BringUp, failed_in_a_row
 from firmware_drivers.chips.step import Step
 from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.errors import FirmwareRuntimeError
-from firmware_runtime.hal.fault import Fault
 from firmware_runtime.hal.line_time import Line
-from firmware_runtime.hal.wire_errors import HalError
+from firmware_runtime.hal.wire_errors import Fault, HalError
 
 
 class Chip(Protocol):

@@ -6,8 +6,7 @@ from firmware_drivers.gyro_bias import GyroBias
 from firmware_drivers.hardware import HardwareModel
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.errors import SettingError
-from firmware_runtime.hal.fault import Fault
-from firmware_runtime.hal.wire_errors import HalError, NotReady
+from firmware_runtime.hal.wire_errors import Fault, HalError, NotReady
 
 FAULTS_BEFORE_BRING_UP = 10
 """Failed reads in a row after which the chip is brought up again: it may have lost its supply."""

@@ -9,8 +9,8 @@ from firmware_runtime.devs.simulator import Simulator
 from firmware_runtime.devs.time import MILLISECOND, SECOND
 from firmware_runtime.errors import SettingError
 from firmware_runtime.hal.accounted_bus import AccountedBus
-from firmware_runtime.hal.fault import Fault
 from firmware_runtime.hal.retry import RetryPolicy
+from firmware_runtime.hal.wire_errors import Fault
 from sim_doubles.chips.ads1115 import Ads1115Double
 from sim_doubles.clock import FollowingClock
 from sim_doubles.faults import FaultScript, NackAddress

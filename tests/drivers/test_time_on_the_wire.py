@@ -10,9 +10,9 @@ from firmware_runtime.executive.clocks import Clock, OutsideClock, VirtualClock,
 from firmware_runtime.executive.executive import Executive
 from firmware_runtime.hal.accounted_bus import AccountedBus
 from firmware_runtime.hal.budget import transaction_ns
-from firmware_runtime.hal.fault import Fault
 from firmware_runtime.hal.served.client import ServedBus
 from firmware_runtime.hal.served.packets import Answered, Asked, Done, Transfer
+from firmware_runtime.hal.wire_errors import Fault
 from sim_doubles.clock import ManualClock
 from sim_doubles.i2c_bus import I2cBusDouble
 from tests.support.adc import (

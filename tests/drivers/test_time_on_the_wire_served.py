@@ -12,9 +12,9 @@ from firmware_runtime.devs.time import MILLISECOND, NEVER
 from firmware_runtime.executive.clocks import MonotonicClock, OutsideClock
 from firmware_runtime.executive.executive import Executive
 from firmware_runtime.hal.accounted_bus import AccountedBus
-from firmware_runtime.hal.fault import Fault
 from firmware_runtime.hal.served.client import ServedBus
 from firmware_runtime.hal.served.connection import Connection
+from firmware_runtime.hal.wire_errors import Fault
 from sim_doubles.i2c_bus import I2cBusDouble
 from sim_doubles.rigs.board_rig import DoublesRig
 from sim_doubles.served.logs import OutputLog

@@ -11,7 +11,7 @@ from firmware_drivers.thrust_pairs import Forces
 from hypothesis import given
 from hypothesis import strategies as st
 
-from firmware_runtime.hal.fault import Fault
+from firmware_runtime.hal.wire_errors import Fault
 from firmware_runtime.models.motion import Motion
 from firmware_runtime.recording.values import UnknownValue, encoded, made, unpack
 

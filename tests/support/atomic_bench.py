@@ -5,7 +5,7 @@ from typing import Any
 from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.simulator import Simulator
 from firmware_runtime.devs.time import MILLISECOND
-from firmware_runtime.hal.fault import Fault
+from firmware_runtime.hal.wire_errors import Fault
 
 
 class AtomicBench:

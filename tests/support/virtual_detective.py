@@ -14,8 +14,8 @@ from firmware_runtime.devs.simulator import Simulator
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.hal.accounted_bus import AccountedBus
 from firmware_runtime.hal.accounted_port import AccountedPort
-from firmware_runtime.hal.fault import Fault
 from firmware_runtime.hal.retry import ONE_ATTEMPT
+from firmware_runtime.hal.wire_errors import Fault
 from sim_doubles.clock import FollowingClock
 from sim_doubles.rigs.detective import DetectiveRig
 

@@ -11,7 +11,7 @@ from firmware_runtime.board.robot import Robot
 from firmware_runtime.devs.simulator import Simulator
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.hal.accounted_bus import AccountedBus
-from firmware_runtime.hal.fault import Fault
+from firmware_runtime.hal.wire_errors import Fault
 from sim_doubles.clock import FollowingClock
 from sim_doubles.rigs.tachobot import TachobotRig
 

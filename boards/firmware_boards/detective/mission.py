@@ -7,8 +7,8 @@ from firmware_runtime.board.robot import Ending
 from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.ports import InPort
 from firmware_runtime.devs.time import SECOND
-from firmware_runtime.hal.fault import Fault
 from firmware_runtime.hal.interlock import Interlock, always_enabled
+from firmware_runtime.hal.wire_errors import Fault
 
 CHECK_EVERY = SECOND
 """Ns between two checks of the time a mission has taken."""
