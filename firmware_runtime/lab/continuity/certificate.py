@@ -112,7 +112,7 @@ class Certificate:
         return [end.recording.header for run in self._run for end in run.ends.values()]
 
 
-def _stage(run: StageRun) -> dict[str, Any]:
+def _stage(run: StageRun) -> dict[str, object]:
     difference = run.first_difference
     return {
         "identical": run.is_identical,
@@ -127,5 +127,5 @@ def _stage(run: StageRun) -> dict[str, Any]:
     }
 
 
-def _sha256(table: Mapping[str, Any]) -> str:
+def _sha256(table: Mapping[str, object]) -> str:
     return hashlib.sha256(msgspec.json.encode(table, order="deterministic")).hexdigest()

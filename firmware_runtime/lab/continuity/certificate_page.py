@@ -4,7 +4,7 @@ import json
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import replace
 from itertools import islice
-from typing import Any, Final, NamedTuple
+from typing import Final, NamedTuple
 from xml.etree.ElementTree import Element
 
 from firmware_runtime.board.ends import role_without_hardware
@@ -241,7 +241,7 @@ def _shown(run: StageRun, signals: Signals) -> dict[str, Points]:
 
 def _conditions(certificate: Certificate) -> Iterator[Element]:
     said = certificate.as_json()
-    settings: Mapping[str, Any] = said["settings"]
+    settings: Mapping[str, object] = said["settings"]
     yield facts(
         "What ran",
         {

@@ -52,7 +52,7 @@ class Contestant:
                 self._opened = self._open()
         return {"span_s": span_s, "ns": max(spent, 1), "activations": activations}
 
-    def long_stretch(self) -> dict[str, Any]:
+    def long_stretch(self) -> dict[str, object]:
         """The shortest stretch, doubled from the least on, that costs and holds enough."""
         span_s = SHORTEST_S
         while span_s < LONGEST_S:
@@ -62,7 +62,7 @@ class Contestant:
             span_s *= 2
         sys.exit("nothing happens in it by itself; expected a board or a model that runs")
 
-    def _open(self) -> Any:  # noqa: ANN401 -- the public interface of whatever version
+    def _open(self) -> object:
         front_door = import_module("firmware_runtime")
         if ":" in self._word and not Path(self._word).exists():
             module_name, _, name = self._word.partition(":")
@@ -83,7 +83,7 @@ def modules_of(folder: Path) -> int:
     return own
 
 
-def run_of(command: list[str]) -> dict[str, Any]:
+def run_of(command: list[str]) -> dict[str, object]:
     """A run of a command: its processor time and that of what it has waited for."""
     status = subprocess.run(command, check=False, stdout=sys.stderr).returncode  # noqa: S603
     if status != 0:
@@ -101,7 +101,7 @@ def _assignment(text: str) -> tuple[str, object]:
         return key.strip(), value.strip()
 
 
-def main(folder: str, cpu: str, seconds: str, *words: str) -> dict[str, Any]:
+def main(folder: str, cpu: str, seconds: str, *words: str) -> dict[str, object]:
     """Measure."""
     os.sched_setaffinity(0, {int(cpu)})
     word, *rest = words

@@ -1,7 +1,7 @@
 """Identified numbers, each with its 95 % interval, and warnings beside them."""
 
 from collections.abc import Iterator
-from typing import Any, Final
+from typing import Final
 
 import numpy as np
 from msgspec import Struct, to_builtins
@@ -96,8 +96,8 @@ def _warnings(estimates: dict[str, Estimate], explained: float, found: Fit) -> I
         yield f"the plant explains {explained:.0%} of the output's variance; expected 90 % or more"
 
 
-def as_json(identified: Identified) -> dict[str, Any]:
+def as_json(identified: Identified) -> dict[str, object]:
     """The numbers for a program."""
-    found: dict[str, Any] = to_builtins(identified)
+    found: dict[str, object] = to_builtins(identified)
     noise = {"deviation": found.pop("noise"), "weights": found.pop("noise_weights")}
     return {**found, "confidence": CONFIDENCE, "noise": noise}

@@ -119,7 +119,7 @@ def _present(signal: Signal, sent: set[str], board: Board) -> set[str]:
     return next(filter(None, found), set())
 
 
-def _number(path: Path, signal: Signal, value: Any) -> float:  # noqa: ANN401 -- any port's
+def _number(path: Path, signal: Signal, value: object) -> float:
     total = 0.0
     for place, weight in signal.terms.items():
         try:

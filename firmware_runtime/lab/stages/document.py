@@ -20,7 +20,7 @@ from firmware_runtime.lab.stages.stage import Stage
 _OF_AN_END: Final = ("status", "ended", "result", "outputs_on", "statistics", "link")
 
 
-def of_one_process(stage: Stage, run: Mapping[str, Any]) -> dict[str, Any]:
+def of_one_process(stage: Stage, run: Mapping[str, object]) -> dict[str, Any]:
     """The document of a stage whose controller and robot are one run."""
     end = {key: run[key] for key in _OF_AN_END if key in run}
     robot = {key: each for key, each in end.items() if key != "statistics"}
@@ -38,13 +38,13 @@ def of_one_process(stage: Stage, run: Mapping[str, Any]) -> dict[str, Any]:
     }
 
 
-def of_an_end(run: Mapping[str, Any], status: int | None) -> dict[str, Any]:
+def of_an_end(run: Mapping[str, object], status: int | None) -> dict[str, object]:
     """Return the part of one end of two; only its status where it left no more."""
     return {"status": status, **{key: run[key] for key in _OF_AN_END if key in run}}
 
 
 def of_two_ends(
-    controller: Mapping[str, Any], robot: Mapping[str, Any] | None, began: Mapping[str, int]
+    controller: Mapping[str, object], robot: Mapping[str, object] | None, began: Mapping[str, int]
 ) -> dict[str, Any]:
     """Both ends, and their statistics merged by time of origin; `began` are their clocks' zeros.
 
@@ -98,8 +98,8 @@ def merged_statistics(
 
 
 def crossed(
-    controller: Mapping[str, Any] | None, robot: Mapping[str, Any] | None
-) -> dict[str, dict[str, Any]]:
+    controller: Mapping[str, object] | None, robot: Mapping[str, object] | None
+) -> dict[str, dict[str, object]]:
     """Count both ways: sent by one end, received by the other, its age there since its origin.
 
     What only an end knows that left no statistics is left out.
@@ -110,12 +110,12 @@ def crossed(
     }
 
 
-def _one_way(sender: Mapping[str, Any], taker: Mapping[str, Any]) -> dict[str, Any]:
+def _one_way(sender: Mapping[str, object], taker: Mapping[str, object]) -> dict[str, object]:
     sent = {name: sender[name] for name in _COUNTED_BY_SENDER if name in sender}
     return {**sent, **{name: taker[name] for name in _COUNTED_BY_TAKER if name in taker}}
 
 
-def _link_of(end: Mapping[str, Any] | None) -> Mapping[str, Any]:
+def _link_of(end: Mapping[str, Any] | None) -> Mapping[str, object]:
     statistics: Mapping[str, Any] = {} if end is None else end.get("statistics", {})
     return statistics.get("link") or {}
 

@@ -10,7 +10,7 @@ import signal
 import socket
 from collections.abc import Callable, Sequence
 from time import monotonic_ns
-from typing import Any, Final
+from typing import Final
 
 from firmware_runtime.devs.component import below_root
 from firmware_runtime.devs.ports import InPort, OutPort
@@ -32,7 +32,7 @@ class EndReports:
         executive: Executive,
         descriptor: int,
         shown: OutPort[float] | None,
-        more: Callable[[], dict[str, Any]],
+        more: Callable[[], dict[str, object]],
     ) -> None:
         self._executive = executive
         self._socket = socket.socket(fileno=descriptor)
@@ -64,7 +64,7 @@ class EndReports:
         """The descriptor that becomes readable when the other side is closed."""
         return self._socket.fileno()
 
-    def receive(self) -> Sequence[tuple[InPort[Any], object]]:
+    def receive(self) -> Sequence[tuple[InPort[object], object]]:
         """End the run if the other side was closed; there is nothing else to read."""
         try:
             has_gone = not self._socket.recv(1)
@@ -85,7 +85,7 @@ class EndReports:
         """Close this side."""
         self._socket.close()
 
-    def _report(self, now: int) -> dict[str, Any]:
+    def _report(self, now: int) -> dict[str, object]:
         executive = self._executive
         return {
             "now_ns": now,

@@ -48,7 +48,7 @@ class PathProcess:
             bufsize=0,
             process_group=0,
         )
-        self._counts: dict[str, Any] | None = None
+        self._counts: dict[str, object] | None = None
         addresses = self._line()
         if not addresses:
             self.end()
@@ -56,13 +56,13 @@ class PathProcess:
         self.front: str = addresses["front"]
         self.back: str = addresses["back"]
 
-    def end(self) -> dict[str, Any]:
+    def end(self) -> dict[str, object]:
         """End it; what became of the datagrams, by way, or nothing if it was killed."""
         if self._counts is None:
             self._counts = self._end()
         return self._counts
 
-    def _end(self) -> dict[str, Any]:
+    def _end(self) -> dict[str, object]:
         assert self._process.stdin is not None  # noqa: S101 -- it was asked for
         assert self._process.stdout is not None  # noqa: S101 -- likewise
         self._process.stdin.close()
@@ -87,7 +87,7 @@ _PORT: Final = 7302
 """In namespaces of our own, where every port is free."""
 
 
-def _nothing() -> dict[str, Any]:
+def _nothing() -> dict[str, object]:
     return {}
 
 
@@ -101,7 +101,7 @@ class Way:
     """Description of the link, for the result."""
     before_controller: list[str] = field(default_factory=list)
     before_robot: list[str] = field(default_factory=list)
-    finish: Callable[[], dict[str, Any]] = _nothing
+    finish: Callable[[], dict[str, object]] = _nothing
     """Ends what impairs; returns what it has counted."""
 
 
@@ -133,7 +133,7 @@ def bad_network(how: Impairment, say: Callable[[str], None]) -> Iterator[Way]:
     """A network with this impairment; reasons for a makeshift are said."""
     with ExitStack() as stack:
         key, pair = stack.enter_context(_key()), _namespaces(stack, say)
-        conditions: dict[str, Any] = {"over": "udp", "between": "loopback"}
+        conditions: dict[str, object] = {"over": "udp", "between": "loopback"}
         host, inside_controller, inside_robot = _LOOPBACK, list[str](), list[str]()
         if pair is None:
             controller, robot = _free_addresses()

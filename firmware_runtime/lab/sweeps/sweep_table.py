@@ -151,7 +151,7 @@ def _parquet(table: Table) -> bytes:
     return into.getvalue()
 
 
-def _typed(pyarrow: Any, cells: list[Cell]) -> Any:  # noqa: ANN401 -- has no types
+def _typed(pyarrow: Any, cells: list[Cell]) -> object:  # noqa: ANN401 -- has no types
     """A column of one type: whole numbers, numbers, truths, or texts, as CSV has them."""
     kinds = {type(cell) for cell in cells if cell is not None}
     if not kinds:

@@ -5,7 +5,7 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
@@ -137,7 +137,7 @@ def stated_plant(
     return plant, intervals, noise, _doubts(text, document, board)
 
 
-def _doubts(text: str, document: Mapping[str, Any], board: str) -> list[str]:
+def _doubts(text: str, document: Mapping[str, object], board: str) -> list[str]:
     """Return doubts about the plant of a file, a sentence each."""
     warnings, of = document.get("warnings"), document.get("board", board)
     doubts = [str(each) for each in warnings] if isinstance(warnings, list) else []

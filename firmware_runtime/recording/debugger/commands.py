@@ -1,9 +1,8 @@
 """The debugger's commands: one line each, with the short names of pdb and gdb."""
 
 from collections.abc import Callable, Iterator
-from typing import Any, Final, NamedTuple
+from typing import Final, NamedTuple
 
-from firmware_runtime.devs.component import Component
 from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.errors import ConfigError, did_you_mean
@@ -20,7 +19,7 @@ from firmware_runtime.recording.debugger.model_state import FUNCTIONS
 from firmware_runtime.recording.debugger.predicate import Predicate
 from firmware_runtime.recording.debugger.stops import Breakpoint, Event, Goal
 
-Say = Callable[[list[str], dict[str, Any]], None]
+Say = Callable[[list[str], dict[str, object]], None]
 """Gets an answer, as lines and as JSON."""
 _MOST: Final = 1_000_000
 
@@ -103,7 +102,7 @@ class Commands:
 
     def _models(self, part: str) -> None:
         named = self.debugger.models.by_path.items()
-        found = {path: _kind(each) for path, each in named if part in path}
+        found = {path: type(each).__name__ for path, each in named if part in path}
         self._say([f"{path} ({kind})" for path, kind in found.items()], {"models": found})
 
     def _print(self, path: str) -> None:
@@ -178,10 +177,6 @@ class Commands:
             found = Breakpoint(number, text, predicate=Predicate(text, models))
         self._number = number
         return found
-
-
-def _kind(component: Component) -> str:
-    return type(component).__name__
 
 
 def _required(text: str, what: str) -> None:

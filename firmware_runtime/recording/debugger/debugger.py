@@ -8,7 +8,7 @@ where it has been is set back, and the run is run again up to the event before.
 
 from collections.abc import Callable
 from functools import partial
-from typing import Any, Final
+from typing import Final
 
 from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.component import below_root
@@ -37,7 +37,7 @@ class Debugger:
         self,
         travel: Travel,
         stopped: Callable[[str], None],
-        attach: Callable[[Callable[..., None], Any, tuple[Any, ...]], None],
+        attach: Callable[[Callable[..., None], object, tuple[object, ...]], None],
     ) -> None:
         self.travel = travel
         self.models = Models(travel.player.simulator.root)
@@ -64,10 +64,6 @@ class Debugger:
     def at(self) -> int:
         """The instant of the run, ns."""
         return self.travel.at
-
-    def last(self, port: str) -> Any:  # noqa: ANN401 -- whatever it carries
-        """The last value of a port, by path. Raises KeyError if it is not known."""
-        return self.travel.last[port]
 
     # Where to go ----------------------------------------------------------------------------------
 

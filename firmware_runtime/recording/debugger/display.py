@@ -14,7 +14,7 @@ from firmware_runtime.recording.values import UnknownValue, plain
 _LONGEST: Final = 200
 
 
-def where_json(debugger: Debugger, reason: str) -> dict[str, Any]:
+def where_json(debugger: Debugger, reason: str) -> dict[str, object]:
     """Return the place of the debugger."""
     event, first = debugger.event, debugger.travel.player.first
     dates = debugger.travel.dates
@@ -43,13 +43,16 @@ def where_text(debugger: Debugger, reason: str) -> Iterator[str]:
         yield f"  not as recorded: {first.what} of {first.where}, since {since}"
 
 
-def printed_json(debugger: Debugger, path: str) -> dict[str, Any]:
+def printed_json(debugger: Debugger, path: str) -> dict[str, object]:
     """State and ports of a model, or of all below it; or one value. Raises ConfigError."""
     name, words = debugger.models.split(path)
     if words:
         return {"t_ns": debugger.at, "path": path, "value": as_json(_value(debugger, name, words))}
     found = {
-        each: {"state": _each_as_json(state_of(atomic)), "ports": ports_of(debugger, each)}
+        each: {
+            "state": {field: as_json(value) for field, value in state_of(atomic).items()},
+            "ports": ports_of(debugger, each),
+        }
         for each, atomic in debugger.models.atomics(name)
     }
     whole = isinstance(debugger.models.component(name), Coupled)
@@ -70,7 +73,7 @@ def printed_text(debugger: Debugger, path: str) -> Iterator[str]:
         yield from (f"  {line}" for line in ports_text(debugger, each))
 
 
-def ports_of(debugger: Debugger, path: str) -> dict[str, Any]:
+def ports_of(debugger: Debugger, path: str) -> dict[str, object]:
     """The last value of each output port; null where nothing is known to have left it."""
     component = debugger.models.component(path)
     last = debugger.travel.last
@@ -97,16 +100,12 @@ def as_text(value: object) -> str:
     return text if len(text) <= _LONGEST else f"{text[: _LONGEST - 3]}..."
 
 
-def as_json(value: object) -> Any:  # noqa: ANN401 -- what JSON has
+def as_json(value: object) -> object:
     """A value as JSON has it; as text what it has no words for."""
     try:
         return shown(plain(value))
     except UnknownValue:
         return as_text(value)
-
-
-def _each_as_json(state: dict[str, object]) -> dict[str, Any]:
-    return {name: as_json(value) for name, value in state.items()}
 
 
 def _value(debugger: Debugger, name: str, words: list[str]) -> Any:  # noqa: ANN401 -- any

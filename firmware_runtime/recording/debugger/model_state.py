@@ -1,7 +1,7 @@
 """The models of a robot by their paths below the root, and what they hold."""
 
 from collections.abc import Callable, Iterator, Mapping
-from typing import Any, Final
+from typing import Final
 
 from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.component import Component
@@ -26,10 +26,6 @@ class Models:
         """Be those of another robot, built in the same way."""
         self.by_path.clear()
         self.by_path.update(_below(root, ""))
-
-    def paths(self) -> list[str]:
-        """All of them, in order of declaration."""
-        return list(self.by_path)
 
     def component(self, path: str) -> Component:
         """The one of that path. Raises ConfigError."""
@@ -108,7 +104,7 @@ def _below(component: Component, path: str) -> Iterator[tuple[str, Component]]:
         yield from _below(each, inner)
 
 
-def value_of(start: Any, words: list[str], path: str) -> Any:  # noqa: ANN401 -- any attribute
+def value_of(start: object, words: list[str], path: str) -> object:
     """An attribute of an attribute. Raises ConfigError where there is none."""
     found = start
     for word in words:

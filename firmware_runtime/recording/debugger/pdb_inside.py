@@ -18,7 +18,9 @@ class PdbInside:
     def __init__(self, commands: TextIO | None, output: TextIO | None) -> None:
         self._streams = commands, output
 
-    def __call__(self, function: Callable[..., None], own: Any, arguments: tuple[Any, ...]) -> None:  # noqa: ANN401 -- a function, or what stands for one
+    def __call__(
+        self, function: Callable[..., None], own: object, arguments: tuple[object, ...]
+    ) -> None:
         """Call it; `own` is the model's function within it."""
         commands, output = self._streams
         debugger = _Pdb(getattr(own, "__code__", None), stdin=commands, stdout=output)

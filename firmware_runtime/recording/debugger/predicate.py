@@ -57,18 +57,18 @@ def _is_name(word: str) -> bool:
     return word.isidentifier() and not iskeyword(word)
 
 
-def fields_of(kind: type[Any]) -> tuple[str, ...]:
+def fields_of(kind: type[object]) -> tuple[str, ...]:
     """The names of a record's fields, in order; none of a class that is no record."""
     stated = ("__dataclass_fields__", "__struct_fields__", "_fields")
     return next((tuple(getattr(kind, each)) for each in stated if hasattr(kind, each)), ())
 
 
-def may_have(kind: type[Any], name: str) -> bool:
+def may_have(kind: type[object], name: str) -> bool:
     """Return whether a value of this class can have an attribute: a field, or what a class has."""
     return any(name in fields_of(each) or hasattr(each, name) for each in _with_derived(kind))
 
 
-def _with_derived(kind: type[Any]) -> Iterator[type[Any]]:
+def _with_derived(kind: type[object]) -> Iterator[type[object]]:
     yield kind
     for each in kind.__subclasses__():
         yield from _with_derived(each)
@@ -92,7 +92,7 @@ class Seen:
     """Values that a predicate looks at: the last of each port, and which have just sent."""
 
     def __init__(self) -> None:
-        self.last: Mapping[str, Any] = {}
+        self.last: Mapping[str, object] = {}
         self.sent: set[str] = set()
 
 
@@ -168,7 +168,7 @@ class Predicate:
         if isinstance(node, ast.Subscript):
             inner, place = self._value(node.value), self._value(node.slice)
             return lambda seen: inner(seen)[place(seen)]
-        if isinstance(node, ast.Attribute) and not _is_dotted(node):
+        if isinstance(node, ast.Attribute) and _dotted(node) is None:
             inner, name = self._value(node.value), node.attr
             return lambda seen: value_of(inner(seen), [name], self.text)
         return self._named(node)
@@ -223,7 +223,7 @@ class Predicate:
         return ConfigError.of_one(f"{self.text[:80]!r}", f"{why}; {_EXPECTED}")
 
 
-def _by_name(one: object, other: object) -> tuple[Any, Any]:
+def _by_name(one: object, other: object) -> tuple[object, object]:
     """A member of an enumeration beside a text is its name."""
     if type(other) is str and isinstance(one, Enum):
         return one.name, other
@@ -232,12 +232,8 @@ def _by_name(one: object, other: object) -> tuple[Any, Any]:
     return one, other
 
 
-def _field(value: Any, words: list[str], path: str) -> Any:  # noqa: ANN401 -- any value
+def _field(value: object, words: list[str], path: str) -> object:
     return value if value is NoValue or not words else value_of(value, words, path)
-
-
-def _is_dotted(node: ast.expr) -> bool:
-    return _dotted(node) is not None
 
 
 def _dotted(node: ast.expr) -> str | None:

@@ -4,7 +4,7 @@ import gc
 from bisect import bisect_right
 from collections.abc import Iterator
 from contextlib import contextmanager, nullcontext, suppress
-from typing import Any, Final
+from typing import Final
 
 from firmware_runtime.board.registry import Board
 from firmware_runtime.devs.functions import Instrument
@@ -31,12 +31,12 @@ class Travel:
         self.dates = recording.dates()
         self._contents = [each for each in segment.contents if kind_of(each) != Kind.HEADER]
         self._starts = self._starts_of()
-        self._states: dict[int, tuple[int, bytes, dict[str, Any]]] = {}
+        self._states: dict[int, tuple[int, bytes, dict[str, object]]] = {}
         """Instant, state and last values, by how many sections had been taken."""
         self._snapshot_at = 0
         self._takes_keyframes = True
         """True if the recorded states are of this code's models, as far as is known."""
-        self.last: dict[str, Any] = {}
+        self.last: dict[str, object] = {}
         self._begin()
 
     def _begin(self) -> None:

@@ -158,7 +158,7 @@ class _Export:
         self._entrances = {entrance(name): port for name, port in model.in_ports.items()}
         self._topics = _topics(model, topics_of(board).publications, self._ports)
         self._others: dict[str, Outgoing | None] = {}
-        self._schemas: dict[str, Any] = {}
+        self._schemas: dict[str, object] = {}
         self._count = 0
 
     def add(self, section: Section) -> None:
@@ -195,7 +195,7 @@ class _Export:
         if not any(published):
             self._say(sent, value, port)
 
-    def _publish(self, at: int, topic: Publication, value: Any) -> bool:  # noqa: ANN401 -- JSON's
+    def _publish(self, at: int, topic: Publication, value: object) -> bool:
         """Write it as this message; whether its value can be one."""
         message = topic.message
         try:
@@ -211,8 +211,8 @@ class _Export:
     def _say(
         self,
         sent: Sent,
-        value: Any,  # noqa: ANN401 -- JSON's
-        port: Port | InPort[Any] | None,
+        value: object,
+        port: Port | InPort[object] | None,
     ) -> None:
         """Write a value of a port that has no topic, as its type is in ROS 2, or as JSON."""
         where = "/".join(("ports", *map(ros_name, sent.port.split("."))))
@@ -232,7 +232,7 @@ class _Export:
     def _mark(self, at: int, what: str, detail: str = "", port: str = "") -> None:
         self._write(at, "markers", MARKER, {"what": what, "port": port, "detail": detail})
 
-    def _write(self, at: int, topic: str, message: str, fields: Mapping[str, Any]) -> bool:
+    def _write(self, at: int, topic: str, message: str, fields: Mapping[str, object]) -> bool:
         """Write a message; false for one of a type that is not known here."""
         if message not in self._schemas:
             text = definition_of(message)
@@ -267,13 +267,13 @@ def _topics(
     return found
 
 
-def _port_at(model: Coupled, path: str) -> OutPort[Any] | None:
+def _port_at(model: Coupled, path: str) -> OutPort[object] | None:
     """The output port at a path below the root; None where this end of two has it not."""
     *names, port = path.split(".")
-    component: Any = model
+    component: object = model
     for name in names:
         component = getattr(component, "components", {}).get(name)
-    found: OutPort[Any] | None = getattr(component, "out_ports", {}).get(port)
+    found: OutPort[object] | None = getattr(component, "out_ports", {}).get(port)
     return found
 
 
@@ -289,7 +289,7 @@ def _marker(section: Section) -> tuple[str, str] | None:
     return what, ""
 
 
-def _transfer(transfer: Transfer) -> dict[str, Any]:
+def _transfer(transfer: Transfer) -> dict[str, object]:
     """Written bytes as hexadecimal digits; of a bus also how many were to be read."""
     device = _PORT_USES.get(transfer.address, f"0x{transfer.address & 0xFF:02x}")
     asked = transfer.messages

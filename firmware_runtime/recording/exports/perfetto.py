@@ -23,7 +23,7 @@ from firmware_runtime.statistics.figures import WorstActivation
 from firmware_runtime.statistics.late_watch import Late
 from firmware_runtime.statistics.statistics import Statistics
 
-Event: TypeAlias = dict[str, Any]
+Event: TypeAlias = dict[str, object]
 
 _PROCESS = 1
 _LOOP, _WAKING = 1, 2
@@ -41,7 +41,7 @@ def chrome_trace(
     The run's statistics, where there are some, know why steps were late, and the conditions.
     `trigger`, the late activation it was taken for, is marked across all tracks.
     """
-    about: dict[str, Any] = {}
+    about: dict[str, object] = {}
     worst: Sequence[WorstActivation] = ()
     if statistics is not None:
         figures = statistics.figures()

@@ -77,14 +77,14 @@ def parquet_of(columns: dict[str, Column]) -> bytes:
     return into.getvalue()
 
 
-def _number_or_text(cell: Any) -> tuple[float | None, str | None]:  # noqa: ANN401
+def _number_or_text(cell: object) -> tuple[float | None, str | None]:
     if cell is None:
         return None, None
     number = _number(cell)
     return (None, str(cell)) if number is None else (number, None)
 
 
-def _number(cell: Any) -> float | None:  # noqa: ANN401
+def _number(cell: object) -> float | None:
     if cell in {"nan", "inf", "-inf"} or isinstance(cell, int | float):
         try:
             return float(cell)
@@ -104,5 +104,5 @@ def _of_one_kind(cells: Column) -> Column:
     return [None if each is None else str(each) for each in cells]
 
 
-def _csv_cell(cell: Any) -> Any:  # noqa: ANN401
+def _csv_cell(cell: object) -> object:
     return str(cell).lower() if isinstance(cell, bool) else cell

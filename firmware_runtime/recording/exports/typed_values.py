@@ -5,7 +5,7 @@ it was. Where it does not, such as for a port of any tuple, the value stays as i
 """
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from typing import Any, NamedTuple, TypeAlias
+from typing import NamedTuple, TypeAlias
 
 import msgspec
 
@@ -22,7 +22,7 @@ from firmware_runtime.recording.blackbox.tapped_models import output_ports, own_
 from firmware_runtime.recording.records import UnknownValue
 from firmware_runtime.recording.values import made, numbers_in
 
-Port: TypeAlias = OutPort[Any]
+Port: TypeAlias = OutPort[object]
 
 
 class Sent(NamedTuple):
@@ -30,7 +30,7 @@ class Sent(NamedTuple):
 
     at: int
     port: str
-    value: Any
+    value: object
 
 
 def model_of(header: Header, board: Board) -> Coupled:
@@ -62,7 +62,7 @@ def values_in(section: Section, paths: Sequence[str], ports: dict[str, Port]) ->
         yield Sent(section.at, path, _made(form) if port is None else typed(form, port.type))
 
 
-def entered_in(section: Section, entrances: Mapping[str, InPort[Any]]) -> Iterator[Sent]:
+def entered_in(section: Section, entrances: Mapping[str, InPort[object]]) -> Iterator[Sent]:
     """Yield what came in from outside in a section, by input ports of the top model."""
     for name, form in section.entered:
         port = entrances.get(name)
@@ -90,9 +90,9 @@ def passed(
         yield from values_in(section, header.ports, ports)
 
 
-def cells_of(value: Any, name: str = "") -> Iterator[tuple[str, Any]]:  # noqa: ANN401 -- JSON's
+def cells_of(value: object, name: str = "") -> Iterator[tuple[str, object]]:
     """Fields of a value at any depth, such as `acceleration.0`; empty for a value that has none."""
-    parts: Iterable[tuple[Any, Any]] = ()
+    parts: Iterable[tuple[object, object]] = ()
     if isinstance(value, dict):
         parts = value.items()
     elif isinstance(value, list):
@@ -103,7 +103,7 @@ def cells_of(value: Any, name: str = "") -> Iterator[tuple[str, Any]]:  # noqa: 
         yield from cells_of(each, f"{name}.{key}" if name else str(key))
 
 
-def typed(form: Any, kind: Any) -> Any:  # noqa: ANN401 -- whatever a port carries
+def typed(form: object, kind: object) -> object:
     """The value of this type that was recorded as `form`."""
     for each in (form, numbers_in(form)):
         try:
@@ -113,7 +113,7 @@ def typed(form: Any, kind: Any) -> Any:  # noqa: ANN401 -- whatever a port carri
     return _made(form)
 
 
-def _made(form: Any) -> Any:  # noqa: ANN401
+def _made(form: object) -> object:
     try:
         return made(form)
     except UnknownValue:

@@ -31,7 +31,7 @@ class Difference:
         """Model and field."""
         return where_of(self.model, self.field)
 
-    def as_json(self, dates: Dates = NO_DATES) -> dict[str, Any]:
+    def as_json(self, dates: Dates = NO_DATES) -> dict[str, object]:
         """For a program, with its date in UTC if that is known.
 
         Floats that JSON has no word for are texts.
@@ -72,7 +72,7 @@ def model_and_field(path: str, models: Collection[str]) -> tuple[str, str]:
     return model, f"{head[len(model) :].removeprefix('.')}{bracket}{within}"
 
 
-def shown(value: object) -> Any:  # noqa: ANN401 -- what JSON has
+def shown(value: object) -> object:
     """A value as JSON can have it, floats to the bit."""
     if isinstance(value, bytes | bytearray):
         return value.hex()

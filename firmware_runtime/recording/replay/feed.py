@@ -39,7 +39,7 @@ class Feed:
         self._enabled = iter(section.enabled)
         self._world = iter(section.world)
         self._transfers = list(reversed(section.transfers))
-        self._sent: list[tuple[int, Any]] | None = None
+        self._sent: list[tuple[int, object]] | None = None
         self._was_enabled = False
         self._asked_too_much = False
 
@@ -91,13 +91,13 @@ class Feed:
             return recorded[place]
         return None
 
-    def sent(self) -> list[tuple[int, Any]]:
+    def sent(self) -> list[tuple[int, object]]:
         """All that was sent in the section."""
         if self._sent is None:
             self._sent = sent_of(self._section)
         return self._sent
 
-    def transfer(self, line: int, address: int, messages: Any) -> Transfer | None:  # noqa: ANN401
+    def transfer(self, line: int, address: int, messages: object) -> Transfer | None:
         """Return the recorded transfer like this one; None if there was none."""
         place = self._place(line, address, messages)
         asked = Transfer(line, address, messages, b"", self._at)
@@ -121,7 +121,7 @@ class Feed:
                 return place
         return None
 
-    def _next(self, answers: Iterator[Any], name: str, otherwise: Any) -> Any:  # noqa: ANN401
+    def _next(self, answers: Iterator[object], name: str, otherwise: Any) -> Any:  # noqa: ANN401
         answer = next(answers, None)
         if answer is not None:
             return answer
@@ -167,7 +167,7 @@ class OpenFeed(Feed):
         self.asked: list[Transfer] = []
         self._held: dict[object, Transfer] = {}
         """The last answers, by request."""
-        self._world_left: list[tuple[int, Any]] | None = None
+        self._world_left: list[tuple[int, object]] | None = None
         super().__init__(header, report)
 
     def load(self, section: Section) -> None:
@@ -197,7 +197,7 @@ class OpenFeed(Feed):
         said = next(self._times, 0)
         return 0 if said > _LONGEST else said  # an instant, in place of a span
 
-    def world_sent(self, _place: int, numbers: Container[int]) -> Any:  # noqa: ANN401 -- a form
+    def world_sent(self, _place: int, numbers: Container[int]) -> object:
         """Return what the world sent next by a port of these."""
         if self._world_left is None:
             self._world_left = list(self.sent())
@@ -206,7 +206,7 @@ class OpenFeed(Feed):
                 return self._world_left.pop(place)
         return None
 
-    def transfer(self, line: int, address: int, messages: Any) -> Transfer | None:  # noqa: ANN401
+    def transfer(self, line: int, address: int, messages: object) -> Transfer | None:
         """Return such a transfer, of here or the last one; None if there was none."""
         self.asked.append(Transfer(line, address, messages, b"", self._at))
         request = _request(line, address, messages)
@@ -220,7 +220,7 @@ class OpenFeed(Feed):
             self._differs("write", *self._named(self.asked[-1]), recorded.messages, messages)
         return recorded
 
-    def _place_of(self, request: object, line: int, address: int, messages: Any) -> int | None:  # noqa: ANN401
+    def _place_of(self, request: object, line: int, address: int, messages: object) -> int | None:
         """The same request in this section; one of the same shape if no answer is held for it."""
         for place in range(len(self._transfers) - 1, -1, -1):
             each = self._transfers[place]

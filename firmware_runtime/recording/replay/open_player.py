@@ -99,7 +99,7 @@ class OpenPlayer(Player):
                 self.outputs.missing(self.ports[number], at, replayed=True)
         self._sent.clear()
 
-    def _in_force(self, settings: Any) -> Any:  # noqa: ANN401 -- the board's own class
+    def _in_force(self, settings: object) -> object:
         began, wished = self._change.recorded, self._change.board
         return _carried(settings, began.settings, wished.settings)
 
@@ -118,7 +118,7 @@ class OpenPlayer(Player):
     def _compare_ports(self, section: Section, replayed: list[Any]) -> None:
         recorded = sent_of(section)
         words = self.values.words(section, [number for number, _ in recorded])
-        by_port: dict[int, tuple[list[Any], list[Any]]] = {}
+        by_port: dict[int, tuple[list[object], list[object]]] = {}
         for side, sent in enumerate((recorded, replayed)):
             for number, form in sent:
                 by_port.setdefault(number, ([], []))[side].append(form)
@@ -131,7 +131,7 @@ class OpenPlayer(Player):
             self._compare_classes(section.at, number, zip(recorded, words, strict=True))
 
     def _compare_classes(
-        self, at: int, number: int, recorded: Iterable[tuple[tuple[int, Any], Word | None]]
+        self, at: int, number: int, recorded: Iterable[tuple[tuple[int, object], Word | None]]
     ) -> None:
         """Compare those of what left a port both times with the same form."""
         values = [value for other, value in self.sent if other == number]
@@ -148,7 +148,7 @@ class OpenPlayer(Player):
         assert isinstance(self.feed, OpenFeed)  # noqa: S101 -- as `_new_feed` has made it
         if section.transfers == [] and self.feed.asked == []:
             return
-        by_device: dict[tuple[int, int], tuple[list[Any], list[Any]]] = {}
+        by_device: dict[tuple[int, int], tuple[list[object], list[object]]] = {}
         for side, transfers in enumerate((section.transfers, self.feed.asked)):
             for each in transfers:
                 device = each.line, each.address
@@ -174,7 +174,7 @@ def _structural(difference: Difference) -> str | None:
     return f"{words[difference.what]} {'that were not recorded' if is_new else 'no longer made'}"
 
 
-def _carried(given: Any, recorded: Any, wished: Any) -> Any:  # noqa: ANN401 -- any settings
+def _carried(given: object, recorded: object, wished: object) -> object:
     """Settings that a run took up, but for those that are tried otherwise than it began."""
     if isinstance(given, msgspec.Struct) and type(given) is type(recorded) is type(wished):
         return msgspec.structs.replace(

@@ -70,7 +70,7 @@ class Outputs:
         """Values that left these ports are as they were."""
         self._compared.update(names)
 
-    def compare(self, name: str, at: int, recorded: Any, replayed: Any) -> bool:  # noqa: ANN401
+    def compare(self, name: str, at: int, recorded: object, replayed: object) -> bool:
         """Compare what left by an output; returns whether it is the same."""
         self._compared[name] += 1
         is_same = pack(recorded) == pack(replayed)
@@ -86,7 +86,7 @@ class Outputs:
         return is_same
 
     def compare_writes(
-        self, name: str, at: int, recorded: Sequence[Any], replayed: Sequence[Any]
+        self, name: str, at: int, recorded: Sequence[object], replayed: Sequence[object]
     ) -> None:
         """Compare transfers of one device, in order."""
         self._devices.add(name)
@@ -160,8 +160,8 @@ class Outputs:
 
 
 def compare_in_order(
-    outputs: Outputs, name: str, at: int, recorded: Sequence[Any], replayed: Sequence[Any]
-) -> Iterator[tuple[Any, Any]]:
+    outputs: Outputs, name: str, at: int, recorded: Sequence[object], replayed: Sequence[object]
+) -> Iterator[tuple[object, object]]:
     """Compare what left by one output at one instant; yields the pairs that differ."""
     for was, now in zip_longest(recorded, replayed, fillvalue=_MISSING):
         if was is _MISSING or now is _MISSING:
@@ -171,7 +171,7 @@ def compare_in_order(
             yield was, now
 
 
-def leaves(name: str, form: Any) -> Iterator[tuple[str, Any]]:  # noqa: ANN401 -- a recorded form
+def leaves(name: str, form: object) -> Iterator[tuple[str, object]]:
     """The fields of a value, with their names; a value without fields is one itself."""
     if isinstance(form, dict) and len(form) == 1:
         ((word, parts),) = form.items()

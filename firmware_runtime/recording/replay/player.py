@@ -103,7 +103,7 @@ class Player:
         return self._ledger.statistics()
 
     @property
-    def sent(self) -> Sequence[tuple[int, Any]]:
+    def sent(self) -> Sequence[tuple[int, object]]:
         """Number of the port and value, for all that has been sent in this section so far."""
         return pairs_of(self._sent)
 
@@ -198,7 +198,7 @@ class Player:
     def _entering(self, section: Section) -> list[tuple[Any, object]]:
         """Ports and values. Raises ConfigError for what is no value."""
         ports: dict[str, Any] = self.simulator.root.in_ports
-        found: list[tuple[Any, object]] = []
+        found: list[tuple[object, object]] = []
         for name, form in section.entered:
             if name not in ports:
                 self._note(Difference(section.at, "value", "", name, form, NOTHING))
@@ -213,7 +213,7 @@ class Player:
         settings = made_for("settings", section.extra)
         self.robot.retune(self._in_force(settings))
 
-    def _in_force(self, settings: Any) -> Any:  # noqa: ANN401 -- the board's own class
+    def _in_force(self, settings: object) -> object:
         """The settings that a run has taken up, as they are to be taken up here."""
         return settings
 

@@ -4,7 +4,7 @@ from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import partial
-from typing import Any, TypeAlias
+from typing import TypeAlias
 
 import msgspec
 from msgspec.structs import replace
@@ -91,7 +91,7 @@ class PlayedWorld:
         atomic.sigma = self._feed.world(left)
 
 
-def _value(form: Any, kind: type[Any]) -> Any:  # noqa: ANN401 -- whatever its port carries
+def _value(form: object, kind: type[object]) -> object:
     """The value that was written in this form; the form itself where no such value can be made."""
     with suppress(msgspec.ValidationError, TypeError):
         return msgspec.convert(form, kind)
@@ -107,7 +107,7 @@ def foreign_keyframe(error: ForeignState, code_changed: Sequence[str]) -> Config
     return ConfigError.of_one("replay", f"{fault}; {expected}")
 
 
-Port: TypeAlias = OutPort[Any]
+Port: TypeAlias = OutPort[object]
 
 
 class _ReplayTap:
@@ -160,7 +160,7 @@ def rebuilt(header: Header, board: Board, feed: Feed) -> Rebuilt:
     clock = VirtualClock() if feed.is_virtual else MonotonicClock()
     DoverBlocks(robot.model, clock)
     sent: Sent = []
-    tap: Any = _ReplayTap(PlayedWorld(own, feed, sent), feed)
+    tap: object = _ReplayTap(PlayedWorld(own, feed, sent), feed)
     configuration = replace(configuration_of(board, robot.model, lines, elsewhere), tap=tap)
     profiler = Profiler(
         robot.model, feed.reading, configuration, stands_still=not header.takes_time

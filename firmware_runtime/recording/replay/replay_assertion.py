@@ -35,7 +35,7 @@ def assert_replays(recording: "str | PathLike[str]", *, settings: Sequence[str] 
 
 def difference_of(
     path: Path, settings: Sequence[str] = ()
-) -> tuple[Mapping[str, Any] | None, Sequence[str]]:
+) -> tuple[Mapping[str, object] | None, Sequence[str]]:
     """The first difference, as `Difference.as_json` has it, and what the recording lacks."""
     recording = read_recording(path)
     header = recording.header

@@ -2,7 +2,7 @@
 
 import builtins
 from collections.abc import Sequence
-from typing import Any, Final, NoReturn
+from typing import Final
 
 from firmware_runtime.board.lines import Lines
 from firmware_runtime.board.registry import Board
@@ -63,7 +63,8 @@ class ReplayedBus(I2cBus):
             return _answer(recorded)
         wanted = sum(each for each in messages if isinstance(each, int))
         if wanted:
-            _refuse(f"{self.name} address 0x{address:02x}")
+            where = f"{self.name} address 0x{address:02x}"
+            raise NoAcknowledge("the recording has no such reading here", where=where)
         return b""
 
     def pause(self, span: int) -> None:
@@ -134,7 +135,7 @@ def _answer(recorded: Transfer) -> bytes:
 
 def _error(name: object, sentence: object) -> Exception:
     """Return the error that a line raised: a HalError, Python's, or else one of this name."""
-    kind: Any = _ERRORS.get(name) or vars(builtins).get(name) if isinstance(name, str) else None
+    kind: object = _ERRORS.get(name) or vars(builtins).get(name) if isinstance(name, str) else None
     if not (isinstance(kind, type) and issubclass(kind, Exception)):
         is_name = isinstance(name, str) and name.isidentifier()
         kind = type(str(name), (Exception,), {}) if is_name else ModelError
@@ -143,7 +144,3 @@ def _error(name: object, sentence: object) -> Exception:
     except TypeError:  # of some of Python's it takes more than a sentence
         return ModelError(sentence)
     return error
-
-
-def _refuse(where: str) -> NoReturn:
-    raise NoAcknowledge("the recording has no such reading here", where=where)

@@ -27,7 +27,7 @@ from firmware_runtime.recording.replay.difference import NOTHING, Difference
 from firmware_runtime.recording.values import unpack
 
 
-def is_same_but_for_order(value: Any, form: Any) -> bool:  # noqa: ANN401 -- whatever a port carries
+def is_same_but_for_order(value: object, form: object) -> bool:
     """Return whether a value has this form, had its sets stood in that order."""
     if isinstance(value, set | frozenset):
         return isinstance(form, list | tuple) and _are_the_same(list(value), list(form))
@@ -42,12 +42,12 @@ def is_same_but_for_order(value: Any, form: Any) -> bool:  # noqa: ANN401 -- wha
     return _written(value) == _written(form)
 
 
-def _are_in_order(values: Sequence[Any], forms: Sequence[Any]) -> bool:
+def _are_in_order(values: Sequence[object], forms: Sequence[object]) -> bool:
     pairs = zip(values, forms, strict=False)
     return len(values) == len(forms) and all(is_same_but_for_order(*pair) for pair in pairs)
 
 
-def _are_the_same(values: Iterable[Any], forms: list[Any]) -> bool:
+def _are_the_same(values: Iterable[object], forms: list[object]) -> bool:
     """Return whether each value has a form of its own among these, and no form is left."""
     unmatched = []
     written = [_written(each) for each in forms]
@@ -66,7 +66,7 @@ def _are_the_same(values: Iterable[Any], forms: list[Any]) -> bool:
     return not left
 
 
-def _has_fields(value: Any, form: Any, names: Mapping[str, str]) -> bool:  # noqa: ANN401
+def _has_fields(value: object, form: object, names: Mapping[str, str]) -> bool:
     """Return whether a record has this form, a map or a list; `names` are fields by name there."""
     present = unpack(_written(value))[1]
     if isinstance(present, dict) and isinstance(form, dict) and [*present] == [*form]:
@@ -83,7 +83,7 @@ def _has_fields(value: Any, form: Any, names: Mapping[str, str]) -> bool:  # noq
     return present[:tags] == form[:tags] and _are_in_order(values, form[tags:])
 
 
-def _fields_of(value: Any) -> dict[str, str]:  # noqa: ANN401 -- whatever a port carries
+def _fields_of(value: object) -> dict[str, str]:
     if isinstance(value, Struct):
         return {each.encode_name: each.name for each in msgspec.structs.fields(value)}
     return {each.name: each.name for each in fields(value)} if is_dataclass(value) else {}
@@ -117,7 +117,7 @@ class ComparedValues:
         self._noted: ReadClasses | None = ReadClasses()
         self._unsure: Counter[tuple[int, Word]] = Counter()
 
-    def restart(self, state: Any = None) -> None:  # noqa: ANN401 -- what is in a file
+    def restart(self, state: object = None) -> None:
         """Go on where these classes had been noted; without any, classes are unknown for now."""
         self._noted = None
         if state is not None:
@@ -127,7 +127,7 @@ class ComparedValues:
             except ValueError as error:
                 raise _foreign(error) from error
 
-    def state(self) -> dict[str, Any] | None:
+    def state(self) -> dict[str, object] | None:
         """The classes that have been noted so far."""
         return None if self._noted is None else self._noted.state()
 

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
-from typing import Any, Final
+from typing import Final
 
 from firmware_runtime.board.registry import Board
 from firmware_runtime.devs.time import NEVER, SECOND, format_time
@@ -16,7 +16,6 @@ from firmware_runtime.recording.replay.difference import Difference
 from firmware_runtime.recording.replay.player import Player
 from firmware_runtime.statistics.number_formats import NO_DATES, Dates
 
-NOT_ALL: Final = "not all of it was compared"
 NOTHING_AGAIN: Final = "nothing of it was run again: no step and no transfer is in it"
 
 
@@ -130,7 +129,7 @@ class Verdict:
         self.end = player.end
         self.faults += [] if player.missing is None else [player.missing]
 
-    def as_json(self, dates: Dates = NO_DATES) -> dict[str, Any]:
+    def as_json(self, dates: Dates = NO_DATES) -> dict[str, object]:
         """For a program."""
         return {
             "identical": self.is_identical,

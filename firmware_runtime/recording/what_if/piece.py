@@ -8,7 +8,7 @@ Each piece is tried before it is taken.
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
-from typing import Any, Final, TypeAlias
+from typing import Final, TypeAlias
 
 from firmware_runtime.board.registry import Board
 from firmware_runtime.errors import ConfigError
@@ -20,7 +20,7 @@ from firmware_runtime.recording.blackbox.state.keyframes import UnkeepableState
 from firmware_runtime.recording.replay.player import Player
 from firmware_runtime.recording.replay.verdict import Stretch, segments_of
 
-Shows: TypeAlias = Callable[[bytes], Mapping[str, Any] | None]
+Shows: TypeAlias = Callable[[bytes], Mapping[str, object] | None]
 _IN_TIME: Final = (Kind.STEP, Kind.KEYFRAME)
 
 
@@ -29,7 +29,7 @@ class Piece:
     """The file, what it shows, and which part of the run it is, ns."""
 
     content: bytes
-    difference: Mapping[str, Any] | None
+    difference: Mapping[str, object] | None
     begin: int
     until: int
     steps: int
@@ -110,7 +110,7 @@ class Cutter:
 
 
 def _piece(
-    content: bytes, found: Mapping[str, Any] | None, first: Section, rest: Sequence[bytes]
+    content: bytes, found: Mapping[str, object] | None, first: Section, rest: Sequence[bytes]
 ) -> Piece:
     steps = [decode(each).at for each in rest if kind_of(each) == Kind.STEP]
     begin = first.at if first.kind is Kind.KEYFRAME else 0

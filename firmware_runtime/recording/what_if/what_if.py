@@ -49,7 +49,7 @@ class WhatIf(Struct):
     settings: list[str]
     """Settings that were set otherwise than in the run."""
     curves: dict[str, Curves] = field(default_factory=dict)
-    settings_changed: dict[str, dict[str, Any]] = field(default_factory=dict)
+    settings_changed: dict[str, dict[str, object]] = field(default_factory=dict)
     """Settings that differ for it, as `changed_settings` has it."""
     versions_changed: dict[str, dict[str, str | None]] = field(default_factory=dict)
     """Python and packages that are others where this was found, as `changed_versions` has them."""

@@ -3,7 +3,7 @@
 The timeline is fine at its end and coarse before: a chart draws a span as wide as it was long.
 """
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from typing import NamedTuple, TypeAlias
 from xml.etree.ElementTree import Element
 
@@ -193,10 +193,11 @@ def load_over_time(run: Sequence[Stretch]) -> Element | None:
 
 def _load_table(run: Sequence[Stretch], loads: Sequence[_Load]) -> Element:
     head = ["from", "for", "steps", *(words for _, words, _ in loads)]
-    return table("Load by span", head, _load_rows(run, loads))
-
-
-def _load_rows(run: Sequence[Stretch], loads: Sequence[_Load]) -> Iterator[list[str]]:
-    for each in run:
-        shares = [share(spent(each.span) / each.covered) for _, _, spent in loads]
-        yield [each.begin, passed(each.covered), f"{each.span.steps:,}", *shares]
+    rows = (
+        [
+            *(each.begin, passed(each.covered), f"{each.span.steps:,}"),
+            *(share(spent(each.span) / each.covered) for _, _, spent in loads),
+        ]
+        for each in run
+    )
+    return table("Load by span", head, rows)

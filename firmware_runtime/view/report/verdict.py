@@ -102,9 +102,6 @@ def _beside(figures: Figures) -> Iterator[str]:
         yield f"After {overloaded_s:.1f} s the loop had no time left."
     settings = len(figures.conditions.refused)
     if settings > 0:
+        were = "was" if settings == 1 else "were"
         things = count(settings, "setting")
-        yield f"{things} that the board asks of the system {_was(settings)} not granted."
-
-
-def _was(number: int) -> str:
-    return "was" if number == 1 else "were"
+        yield f"{things} that the board asks of the system {were} not granted."
