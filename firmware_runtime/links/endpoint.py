@@ -45,11 +45,9 @@ def endpoint(option: str, text: str) -> Endpoint:
     try:
         (family, _, _, _, where), *_ = socket.getaddrinfo(bare, int(port), type=socket.SOCK_DGRAM)
     except OSError as error:
-        fault = f"{text}: {error.strerror}; expected an address"
-        raise ConfigError.of_one(option, fault) from error
+        raise ConfigError.of_one(option, f"{text}: {error.strerror}", "an address") from error
     except UnicodeError as error:  # a name with an empty part, or one of more than 63 letters
-        fault = f"{text}: no host name; expected an address"
-        raise ConfigError.of_one(option, fault) from error
+        raise ConfigError.of_one(option, f"{text}: no host name", "an address") from error
     return Endpoint(family, where)
 
 

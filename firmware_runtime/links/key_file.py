@@ -47,8 +47,9 @@ def write_key(path: Path) -> None:
     try:
         descriptor = os.open(path, flags, 0o600)
     except FileExistsError as error:
-        fault = f"{path}: there is a file already; expected a new name, no key is overwritten"
-        raise ConfigError.of_one("key file", fault) from error
+        raise ConfigError.of_one(
+            "key file", f"{path}: there is a file already", "a new name, no key is overwritten"
+        ) from error
     except (OSError, ValueError) as error:
         raise _cannot_be_made(path, error) from error
     try:
@@ -81,8 +82,7 @@ def _faults(mode: int, key: bytes | None) -> list[str]:
 
 
 def _cannot_be_made(path: Path, error: Exception) -> ConfigError:
-    fault = f"{path}: {_why(error)}; expected a place that can be written"
-    return ConfigError.of_one("key file", fault)
+    return ConfigError.of_one("key file", f"{path}: {_why(error)}", "a place that can be written")
 
 
 def _why(error: Exception) -> str:

@@ -89,8 +89,9 @@ def _endpoint(text: str) -> Endpoint:
     """An address that the other end can know beforehand."""
     found = endpoint(OPTION, text)
     if found.where[1] == 0:
-        fault = f"{text}: port 0 is another one at every start; expected one of 1 to 65535"
-        raise ConfigError.of_one(OPTION, fault)
+        raise ConfigError.of_one(
+            OPTION, f"{text}: port 0 is another one at every start", "one of 1 to 65535"
+        )
     return found
 
 

@@ -88,8 +88,9 @@ class PathChannel(Channel):
 
     def __init__(self, own: Path, other: Path) -> None:
         if not own.parent.is_dir():
-            fault = f"{own}: there is no folder {own.parent}; expected one that is there"
-            raise ConfigError.of_one("--link", fault)
+            raise ConfigError.of_one(
+                "--link", f"{own}: there is no folder {own.parent}", "one that is there"
+            )
         if _is_taken(own):
             fault = f"{own}: another process listens there; expected it to have ended"
             raise ConfigError.of_one("--link", f"{fault}, or another path")

@@ -58,14 +58,16 @@ class PortsClient(Closing):
         self._may_need_key = False
         if isinstance(where, Path):
             if key is not None:
-                fault = f"{key}: a run's own socket takes no key; expected a bridge's address"
-                raise ConfigError.of_one("key file", fault)
+                raise ConfigError.of_one(
+                    "key file", f"{key}: a run's own socket takes no key", "a bridge's address"
+                )
             self._end = RobotEnd(where)
             return
         at = endpoint("bridge", where)
         if key is None and not at.is_loopback:
-            fault = f"{at} is not on this machine; expected a key file, as its bridge has one"
-            raise ConfigError.of_one("bridge", fault)
+            raise ConfigError.of_one(
+                "bridge", f"{at} is not on this machine", "a key file, as its bridge has one"
+            )
         secret = None if key is None else read_key(key)
         self._may_need_key = key is None
         try:

@@ -29,8 +29,9 @@ def only_node_of(statistics: Path) -> Iterator[None]:
         except OSError as error:
             if error.errno != errno.EADDRINUSE:
                 raise
-            fault = f"another ROS 2 node of this run is up{_holder_of(name)}; expected one"
-            raise ConfigError.of_one(str(statistics), fault) from error
+            raise ConfigError.of_one(
+                str(statistics), f"another ROS 2 node of this run is up{_holder_of(name)}", "one"
+            ) from error
         claim.listen()
         yield
 
