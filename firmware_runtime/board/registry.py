@@ -16,7 +16,7 @@ from msgspec import Struct
 from firmware_runtime.board import strict
 from firmware_runtime.board.definition import BoardDefinition
 from firmware_runtime.board.experiments import Experiment
-from firmware_runtime.board.faults import Device, device_faults, executive_faults
+from firmware_runtime.board.faults import Device, device_faults, executive_faults, unused_lines
 from firmware_runtime.board.installed import (
     FILE,
     blamed_on,
@@ -31,7 +31,6 @@ from firmware_runtime.board.plants import Plant
 from firmware_runtime.board.robot import Robot, declaring
 from firmware_runtime.board.roles import role_faults
 from firmware_runtime.board.settings import BoardSettings, LinkSettings, PortSettings
-from firmware_runtime.board.unused_lines import unused_lines
 from firmware_runtime.board.variants import drop_replaced
 from firmware_runtime.devs.component import Component
 from firmware_runtime.errors import ConfigError, SettingError, did_you_mean

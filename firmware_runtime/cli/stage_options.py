@@ -133,4 +133,4 @@ def _peer_faults(arguments: argparse.Namespace) -> Iterator[str]:
 
 def _read_impairment(text: str) -> None:
     """Raise ConfigError for what is no impairment; what reads it is imported where there is one."""
-    import_module("firmware_runtime.links.cut.impairment").impairment(text)
+    import_module("firmware_runtime.links.cut.impaired_path").impairment(text)

@@ -23,7 +23,7 @@ from firmware_runtime.lab.stages.staged_run import (
     run_staged,
 )
 from firmware_runtime.lab.stages.way import WIFI
-from firmware_runtime.links.cut.impairment import impairment
+from firmware_runtime.links.cut.impaired_path import impairment
 from firmware_runtime.links.key_file import read_key
 from firmware_runtime.links.ports.ports import Ports
 from firmware_runtime.statistics.number_formats import NOT_KNOWN, microseconds, milliseconds

@@ -6,6 +6,10 @@ gains) and modules. None of it keeps the robot from running, so none is a fault 
 
 from collections.abc import Iterator, Sequence
 from importlib.util import find_spec
+from types import NoneType
+from typing import get_args, get_origin, get_type_hints
+
+from msgspec import Struct, structs
 
 from firmware_runtime.board import installed as kinds
 from firmware_runtime.board import registry
@@ -16,7 +20,7 @@ from firmware_runtime.board.plants import Plant, Signal
 from firmware_runtime.board.registry import Board
 from firmware_runtime.board.retuning import retunable_values
 from firmware_runtime.board.rigs import has_rig
-from firmware_runtime.board.schema_keys import may_have
+from firmware_runtime.board.variants import is_struct
 from firmware_runtime.devs.component import Component
 from firmware_runtime.devs.part import part_of
 from firmware_runtime.errors import ConfigError, FirmwareRuntimeError
@@ -138,3 +142,38 @@ def _is_there(module: str) -> bool:
         return find_spec(module) is not None
     except (ImportError, ValueError):
         return False
+
+
+ANY = "*"
+"""In the place of a table's name that the file chooses."""
+
+
+def may_have(schema: type[Struct], pattern: str) -> bool:
+    """Return whether a file of this schema may have a key like `controller.*.kp`."""
+    wanted = pattern.split(".")
+    return any(
+        len(key) == len(wanted)
+        and all(ANY in {word, want} or word == want for word, want in zip(key, wanted, strict=True))
+        for key in _keys(schema)
+    )
+
+
+def _keys(type_: object) -> Iterator[tuple[str, ...]]:
+    """The words of each key below a type; one empty key of a type that is no table."""
+    if is_struct(type_):
+        hints = get_type_hints(type_, include_extras=True)
+        for field in structs.fields(type_):
+            for below in _keys(hints[field.name]):
+                yield (field.encode_name, *below)
+    elif get_origin(type_) is dict:
+        for below in _keys(get_args(type_)[1]):
+            yield (ANY, *below)
+    elif tables := [each for each in get_args(type_) if is_struct(each)]:
+        for each in tables:
+            yield from _keys(each)
+        if any(
+            each not in {*tables, NoneType} for each in get_args(type_) if isinstance(each, type)
+        ):
+            yield ()
+    else:
+        yield ()

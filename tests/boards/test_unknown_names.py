@@ -11,10 +11,9 @@ from firmware_runtime.board.lines import Lines
 from firmware_runtime.board.plants import PidLoop, Plant, Signal
 from firmware_runtime.board.registry import Board
 from firmware_runtime.board.robot import Robot
-from firmware_runtime.board.schema_keys import may_have
 from firmware_runtime.board.settings import BoardSettings
 from firmware_runtime.cli import main
-from firmware_runtime.runs.unknown_names import unknown_names
+from firmware_runtime.runs.unknown_names import may_have, unknown_names
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 STEP = StepExperiment(

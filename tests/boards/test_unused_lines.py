@@ -3,9 +3,9 @@
 import pytest
 
 from firmware_runtime.board import registry
+from firmware_runtime.board.faults import unused_lines
 from firmware_runtime.board.lines import Lines
 from firmware_runtime.board.settings import BoardSettings, BusSettings, PortSettings
-from firmware_runtime.board.unused_lines import unused_lines
 from firmware_runtime.errors import ConfigError
 
 BUS = BusSettings("/dev/i2c-1", 100_000.0)

@@ -23,7 +23,7 @@ from firmware_runtime.executive.executive import Executive
 from firmware_runtime.executive.inbox import Bag
 from firmware_runtime.links.cut.channel import Channel
 from firmware_runtime.links.cut.cut import Terms, cut_of
-from firmware_runtime.links.cut.impairment import Decisions, Impairment
+from firmware_runtime.links.cut.impaired_path import Decisions, Impairment
 from firmware_runtime.links.cut.link import Link
 from firmware_runtime.links.cut.refusal import Reason
 from firmware_runtime.links.cut.wire import Kind

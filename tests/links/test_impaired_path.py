@@ -6,8 +6,7 @@ import pytest
 
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.lab.stages.way import PathProcess
-from firmware_runtime.links.cut.impaired_path import ImpairedPath
-from firmware_runtime.links.cut.impairment import Decisions, Impairment
+from firmware_runtime.links.cut.impaired_path import Decisions, ImpairedPath, Impairment
 from firmware_runtime.links.endpoint import Endpoint, bound, endpoint
 from tests.support.waiting import PATIENCE_S
 

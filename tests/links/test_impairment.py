@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 
 from firmware_runtime.devs.time import MILLISECOND
 from firmware_runtime.errors import ConfigError
-from firmware_runtime.links.cut.impairment import Decisions, Impairment, impairment
+from firmware_runtime.links.cut.impaired_path import Decisions, Impairment, impairment
 
 BAD = Impairment(
     delay=80 * MILLISECOND,

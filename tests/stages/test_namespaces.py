@@ -9,7 +9,7 @@ import pytest
 from firmware_runtime.lab.stages import namespaces
 from firmware_runtime.lab.stages.namespaces import Namespaces, netem, remove_leftovers
 from firmware_runtime.lab.stages.way import bad_network
-from firmware_runtime.links.cut.impairment import Impairment
+from firmware_runtime.links.cut.impaired_path import Impairment
 from firmware_runtime.system.programs import ProgramFailed
 from firmware_runtime.system.this_process import ProcessIdentity, boot_id, this_process
 

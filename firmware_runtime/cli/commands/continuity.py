@@ -25,7 +25,7 @@ from firmware_runtime.lab.continuity.stage_run import Plan, StageRun, run_stage
 from firmware_runtime.lab.stages.stage import Stage
 from firmware_runtime.lab.stages.staged_run import own_state
 from firmware_runtime.lab.stages.way import WIFI
-from firmware_runtime.links.cut.impairment import impairment
+from firmware_runtime.links.cut.impaired_path import impairment
 from firmware_runtime.recording.random_state import UNKEPT
 from firmware_runtime.system.atomic_file import keep_output
 from firmware_runtime.system.own_folder import own_folder

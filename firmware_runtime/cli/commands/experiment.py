@@ -29,7 +29,7 @@ from firmware_runtime.lab.experiments.trial import Choices, Trial
 from firmware_runtime.lab.stages.stage import Stage
 from firmware_runtime.lab.stages.staged_run import own_state
 from firmware_runtime.lab.stages.way import WIFI
-from firmware_runtime.links.cut.impairment import impairment
+from firmware_runtime.links.cut.impaired_path import impairment
 from firmware_runtime.system.own_folder import nearest, whole_folder
 from firmware_runtime.system.signals import exit_on_signals
 

@@ -12,7 +12,7 @@ from firmware_runtime.errors import ConfigError, Status
 from firmware_runtime.lab.stages.stage import Stage
 from firmware_runtime.lab.stages.staged_run import Staged, beside, run_one_process, run_staged
 from firmware_runtime.lab.stages.way import WIFI
-from firmware_runtime.links.cut.impairment import Impairment
+from firmware_runtime.links.cut.impaired_path import Impairment
 from firmware_runtime.recording.blackbox.reader import Recording, read_recording
 from firmware_runtime.recording.board_of_recording import board_of
 from firmware_runtime.recording.replay.difference import Difference

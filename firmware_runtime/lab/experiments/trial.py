@@ -26,7 +26,7 @@ from firmware_runtime.errors import ConfigError, Status
 from firmware_runtime.lab.stages.stage import Stage
 from firmware_runtime.lab.stages.staged_run import Staged, run_one_process, run_staged
 from firmware_runtime.lab.stages.way import WIFI
-from firmware_runtime.links.cut.impairment import Impairment
+from firmware_runtime.links.cut.impaired_path import Impairment
 from firmware_runtime.system.own_folder import own_folder
 
 Say = Callable[[str], None]

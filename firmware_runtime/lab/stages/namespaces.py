@@ -14,7 +14,7 @@ from shutil import which
 from typing import Final
 
 from firmware_runtime.devs.time import MICROSECOND
-from firmware_runtime.links.cut.impairment import Impairment
+from firmware_runtime.links.cut.impaired_path import Impairment
 from firmware_runtime.system.programs import ProgramFailed, answer_of
 from firmware_runtime.system.this_process import (
     ProcessIdentity,

@@ -24,7 +24,7 @@ from firmware_runtime.lab.stages.document import (
 from firmware_runtime.lab.stages.stage import Stage
 from firmware_runtime.lab.stages.two_ends import EndProcess, TwoEnds
 from firmware_runtime.lab.stages.way import WIFI, Way, bad_network, loopback, ros_graph, to_peer
-from firmware_runtime.links.cut.impairment import Impairment
+from firmware_runtime.links.cut.impaired_path import Impairment
 from firmware_runtime.system.own_folder import own_folder
 from firmware_runtime.system.signals import UntilSignal, status_by, until_signal
 from firmware_runtime.system.this_process import kept_off

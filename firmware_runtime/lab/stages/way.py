@@ -21,7 +21,7 @@ from typing import Any, Final
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.lab.stages import namespaces
 from firmware_runtime.lab.stages.namespaces import CONTROLLER_AT, ROBOT_AT, Namespaces
-from firmware_runtime.links.cut.impairment import Impairment
+from firmware_runtime.links.cut.impaired_path import Impairment
 from firmware_runtime.links.endpoint import endpoint, written
 from firmware_runtime.links.key_file import read_key, write_key
 from firmware_runtime.system.own_folder import own_folder
