@@ -1,10 +1,10 @@
 """Parts of the values that `typed_values` writes: numbers, fields of records, arrays, classes."""
 
 import json
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from enum import Enum
 from types import NoneType
-from typing import Any, Final
+from typing import Any, Final, NamedTuple, TypeAlias
 
 import msgspec
 from msgspec.msgpack import Decoder, Encoder, Ext
@@ -18,9 +18,20 @@ REQUIRED: Final = object()
 _INT64: Final = range(-(1 << 63), 1 << 63)
 _UINT64: Final = 1 << 64
 _ARRAY_KINDS: Final = "biuf"
+_Convert: TypeAlias = Callable[[Any], Any]
 
 encode: Final = Encoder().encode
 decode: Final = Decoder(ext_hook=lambda code, data: Ext(code, bytes(data))).decode
+
+
+class Form(NamedTuple):
+    """Form of the values of one type; `text` describes the type, down to its last field."""
+
+    text: str
+    pack: _Convert
+    """Makes what MessagePack has a word for. Raises TypeError for another type's value."""
+    unpack: _Convert
+    """The way back. Raises whatever the wrong value raises."""
 
 
 # What was decoded ---------------------------------------------------------------------------------
@@ -163,3 +174,30 @@ def array_of(found: Ext) -> Any:  # noqa: ANN401 -- as above
     if (kind := dtype(code)).kind not in _ARRAY_KINDS:
         raise TypeError(f"{code}: expected numbers")
     return frombuffer(content, kind).reshape(shape)
+
+
+# Forms --------------------------------------------------------------------------------------------
+
+
+def same(value: object) -> object:
+    """Return the value itself."""
+    return value
+
+
+def at_place(place: object, form: Form, found: object) -> Any:  # noqa: ANN401 -- of the form's type
+    """Read a part of a value; a fault in it is named with its place."""
+    try:
+        return form.unpack(found)
+    except Exception as error:
+        raise ValueError(f"{place}: {error}") from error
+
+
+def first_that_fits(forms: list[Form], found: object) -> object:
+    """Return the value of the first type that takes what was found. Raises ValueError."""
+    reasons = []
+    for form in forms:
+        try:
+            return form.unpack(found)
+        except Exception as error:  # noqa: BLE001 -- whatever a class does not take
+            reasons.append(str(error) or type(error).__name__)
+    raise ValueError("; ".join(reasons))

@@ -33,7 +33,6 @@ from typing import (
     Any,
     Final,
     Literal,
-    NamedTuple,
     TypeAlias,
     Union,
     get_args,
@@ -49,19 +48,23 @@ from firmware_runtime.links.leaf_values import (
     PLAIN,
     REQUIRED,
     SUBCLASS,
+    Form,
     any_of,
     array_in,
     array_of,
+    at_place,
     class_name,
     decode,
     default_text,
     encode,
     field_defaults,
+    first_that_fits,
     is_array,
     is_record,
     object_in,
     pack_array,
     pack_int,
+    same,
     subclass_named,
     unpack_int,
     unpack_number,
@@ -73,17 +76,6 @@ _WIDENED: Final = {(int, float), (bool, int), (bool, float)}
 
 Hint: TypeAlias = Any
 """A class, or what `typing` makes of some."""
-_Convert: TypeAlias = Callable[[Any], Any]
-
-
-class Form(NamedTuple):
-    """Form of the values of one type; `text` describes the type, down to its last field."""
-
-    text: str
-    pack: _Convert
-    """Makes what MessagePack has a word for. Raises TypeError for another type's value."""
-    unpack: _Convert
-    """The way back. Raises whatever the wrong value raises."""
 
 
 class _Codec:
@@ -139,10 +131,10 @@ class _Codec:
         if kind is int:
             return Form("int", pack_int, partial(unpack_int, in_json=self._in_json))
         if kind is float and self._in_json:
-            return Form("float", _same, unpack_number)
+            return Form("float", same, unpack_number)
         if kind in PLAIN and not (kind is bytes and self._in_json):
             name = "null" if kind is NoneType else kind.__name__
-            return Form(name, _same, partial(unpack_plain, kind))
+            return Form(name, same, partial(unpack_plain, kind))
         if issubclass(kind, Enum):
             return self._enumeration(kind)
         if is_record(kind):
@@ -185,7 +177,10 @@ class _Codec:
                 if default is REQUIRED and name not in object_in(found):
                     raise ValueError(f"{name}: missing")
             return kind(
-                **{name: _at(name, forms[name], each) for name, each in object_in(found).items()}
+                **{
+                    name: at_place(name, forms[name], each)
+                    for name, each in object_in(found).items()
+                }
             )
 
         texts = [
@@ -255,7 +250,7 @@ class _Codec:
             if is_alone:
                 return forms[0].unpack(found)
             if self._in_json:
-                return _first_that_fits(forms, found)
+                return first_that_fits(forms, found)
             number, inner = found
             return forms[number].unpack(inner)
 
@@ -272,7 +267,7 @@ class _Codec:
                 raise ValueError(f"{found!r:.40}: expected {text}")
             return found
 
-        return Form(text, _same, unpack)
+        return Form(text, same, unpack)
 
     def annotated(self, parts: tuple[Any, ...]) -> Form:
         """Return the form of `Annotated[...]`; its limits count in JSON."""
@@ -302,25 +297,3 @@ _GENERIC: Final[dict[Hint, Callable[[_Codec, tuple[Any, ...]], Form]]] = {
 
 json_form: Final = _Codec(in_json=True).form_of
 packed_form: Final = _Codec(in_json=False).form_of
-
-
-def _same(value: object) -> object:
-    return value
-
-
-def _at(place: object, form: Form, found: object) -> Any:  # noqa: ANN401 -- of the form's type
-    """Read a part of a value; a fault in it is named with its place."""
-    try:
-        return form.unpack(found)
-    except Exception as error:
-        raise ValueError(f"{place}: {error}") from error
-
-
-def _first_that_fits(forms: list[Form], found: object) -> object:
-    reasons = []
-    for form in forms:
-        try:
-            return form.unpack(found)
-        except Exception as error:  # noqa: BLE001 -- whatever a class does not take
-            reasons.append(str(error) or type(error).__name__)
-    raise ValueError("; ".join(reasons))

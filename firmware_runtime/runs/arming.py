@@ -281,31 +281,3 @@ class Arming:
         if self._demands_guard and self._guard_is_gone():
             return "the guard is absent; expected `firmware-runtime guard` to run for this board"
         return None
-
-
-class RightToDrive:
-    """Interlock of one run: its `arming` decides once it has one.
-
-    Without it, a run that is `unsupervised` may drive, and no other.
-    """
-
-    def __init__(self, *, unsupervised: bool) -> None:
-        self.arming: Arming | None = None
-        self._is_unsupervised = unsupervised
-
-    def __call__(self) -> bool:
-        """Return whether outputs may be driven now."""
-        arming = self.arming
-        return self._is_unsupervised if arming is None else arming.interlock()
-
-    @property
-    def supervision(self) -> Arming | None:
-        """Arming of a run that may not drive of itself; None for any other."""
-        return None if self.arming is None or self.arming.is_free else self.arming
-
-    def suspend(self, why: str) -> bool:
-        """Have the outputs off until all pre-arm checks pass; False for a run without arming."""
-        if self.arming is None:
-            return False
-        self.arming.suspend(why)
-        return True

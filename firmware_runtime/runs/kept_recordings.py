@@ -1,7 +1,6 @@
-"""The recording of a start that failed: what the chips were asked, and what they answered.
+"""Recordings that are written into a file of their own: of a start that failed, or on request.
 
-It has a file of its own, beside that of the last run, which so is still there. Imported only by
-runs that are recorded, when they are over before their first step.
+Imported only by runs that are recorded, when they are over.
 """
 
 from collections.abc import Callable
@@ -22,7 +21,9 @@ from firmware_runtime.system.atomic_file import OWN_AND_GROUP, keep_file, replac
 def keep_failed_start(
     robot: RecordedRobot, recording: Path, error: BaseException, log: Callable[[str], None]
 ) -> None:
-    """Keep it beside the recording that the run would have had, if a chip was asked anything.
+    """Keep what the chips were asked and answered, beside the recording of the last run.
+
+    Nothing is kept if no chip was asked.
 
     `log` gets why it cannot be kept.
     """

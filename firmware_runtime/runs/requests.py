@@ -143,7 +143,16 @@ AT_ONCE: Final = 16
 
 
 class Leases:
-    """A hook of the run. `read` handles one request that waits, and says whether there was one."""
+    """Leases on an armed robot: a hook that disarms it when one is not renewed in time.
+
+        arm with lease_s --> armed --renew, in time--> armed
+        armed --no renewal for lease_s--> disarmed
+
+    So a robot does not stay armed when the process that armed it is gone, or stuck. Several may
+    have a lease at a time. Whatever else disarms the robot ends them all, unless it is to be armed
+    again by itself, as after a silence of its link. `read` handles one request that waits, and says
+    whether there was one.
+    """
 
     def __init__(
         self,

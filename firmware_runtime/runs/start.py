@@ -25,7 +25,7 @@ from firmware_runtime.devs.coupled import with_all_below
 from firmware_runtime.executive.clocks import Clock, MonotonicClock
 from firmware_runtime.executive.executive import Executive
 from firmware_runtime.recording.blackbox.section import Kind
-from firmware_runtime.runs.arming import FREE, Arming, Permission, PrearmCheck, RightToDrive
+from firmware_runtime.runs.arming import FREE, Arming, Permission, PrearmCheck
 from firmware_runtime.runs.end_link import LinkedEnd, check_end, open_link
 from firmware_runtime.runs.hardware import Hardware
 from firmware_runtime.runs.last_safe_state import last_safe_state, safe_state_files
@@ -33,7 +33,7 @@ from firmware_runtime.runs.local_robot import LocalRobot, local_robot
 from firmware_runtime.runs.prearm_checks import prearm_checks
 from firmware_runtime.runs.recorded_edge import RecordedEdge
 from firmware_runtime.runs.session import Session, Task
-from firmware_runtime.runs.supervision import Commanders, watch_load, watch_sleep
+from firmware_runtime.runs.supervision import Commanders, RightToDrive, watch_load, watch_sleep
 from firmware_runtime.runs.tuning import Tuning, tuning_of
 from firmware_runtime.runs.watched_run import keep_clear_of_other_runs
 from firmware_runtime.statistics.paths import Companion

@@ -1,13 +1,8 @@
-"""A run that cannot keep up: it gives up real-time priority or ends, and logs it.
+"""Supervision of a run by itself: hooks that take its right to drive, and the interlock they act on.
 
-The load is the larger of two shares of the real time that passes, over `WINDOW`:
-
-- what steps take, from the beginning of each to its end, waiting for a bus included: a loop that is
-  always in a step keeps no rate, however idle the processor;
-- processor time of the process: at SCHED_FIFO it is time that no ordinary process gets, a login
-  no more than anything else. The kernel's own throttling leaves those 5 % at most.
-
-Nothing is measured for it: both are counted anyway, and read once in a window.
+Overload       the loop cannot keep up, or takes the machine for itself
+SleepWatch     the machine was suspended meanwhile
+Commanders     an input port that has a timeout has fallen silent
 """
 
 from collections.abc import Callable, Mapping
@@ -49,6 +44,11 @@ def watch_load(
 
 class Overload:
     """A hook: acts once, when the load of a whole window was above `max_load_percent`.
+
+    The load is the larger of two shares of the real time that passes, over `WINDOW`: what steps
+    take, waiting for a bus included, since a loop that is always in a step keeps no rate however
+    idle the processor; and processor time of the process, since at SCHED_FIFO no ordinary process
+    gets that, a login no more than anything else. Both are counted anyway.
 
     Policy `yield`: SCHED_FIFO is given up until the run ends, and a run that was armed with it is
     disarmed; without it the run goes on as it is. Policy `stop`: the run ends, by overrun. `log`
@@ -128,7 +128,12 @@ def watch_sleep(executive: Executive, arming: Arming) -> None:
 
 
 class SleepWatch:
-    """A hook: disarms a run that was armed when its machine went to sleep."""
+    """A hook: disarms a run that was armed when its machine went to sleep.
+
+    CLOCK_MONOTONIC stands still meanwhile, so nothing was late and no command is old, though the
+    robot drove on, or did not, for hours. CLOCK_BOOTTIME goes on: the distance between the two
+    grows by each sleep and by nothing else. Source: clock_gettime(2).
+    """
 
     def __init__(self, arming: Arming) -> None:
         self._arming = arming
@@ -154,7 +159,13 @@ def _slept() -> int:
 
 
 class Commanders:
-    """A hook of the run, for input ports that have a timeout, ns.
+    """A hook of the run, for input ports that have a timeout, ns: each is commanded by a process.
+
+        nothing came yet --value--> heard --no other for its timeout--> silent --value--> heard
+
+    A port at which nothing has come yet commands nothing. While one is silent the run is disarmed;
+    it is armed again once values come. An end without hardware falls silent to the other end, whose
+    own timeout then switches off.
 
     `on_silence` is called with a sentence when one falls silent.
     """
@@ -197,3 +208,31 @@ class Commanders:
             self._silent_at[name] = at + timeout
 
         return hear
+
+
+class RightToDrive:
+    """Interlock of one run: its `arming` decides once it has one.
+
+    Without it, a run that is `unsupervised` may drive, and no other.
+    """
+
+    def __init__(self, *, unsupervised: bool) -> None:
+        self.arming: Arming | None = None
+        self._is_unsupervised = unsupervised
+
+    def __call__(self) -> bool:
+        """Return whether outputs may be driven now."""
+        arming = self.arming
+        return self._is_unsupervised if arming is None else arming.interlock()
+
+    @property
+    def supervision(self) -> Arming | None:
+        """Arming of a run that may not drive of itself; None for any other."""
+        return None if self.arming is None or self.arming.is_free else self.arming
+
+    def suspend(self, why: str) -> bool:
+        """Have the outputs off until all pre-arm checks pass; False for a run without arming."""
+        if self.arming is None:
+            return False
+        self.arming.suspend(why)
+        return True

@@ -1,4 +1,4 @@
-"""The settings that a run is driven by, and those of them that change while it does."""
+"""Settings that a run is driven by, those of them that change while it does, and their reload."""
 
 from collections.abc import Callable, Mapping
 from typing import Any
@@ -122,7 +122,7 @@ TIMEOUT = SECOND
 
 
 class Reloading:
-    """Reads the board's file again on request, between two steps that are far enough apart.
+    """A hook: reads the board's file again on request (SIGHUP), between two steps far enough apart.
 
     A file with any fault changes nothing. What only a new run can take up is named and left as it
     is. `log` gets the result, a sentence.

@@ -15,8 +15,8 @@ from firmware_runtime.devs.ports import AnyPort
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.links.cut.refusal import Reason, Refused
-from firmware_runtime.links.leaf_values import ARRAY, LARGE, array_of, decode, encode
-from firmware_runtime.links.typed_values import Form, packed_form
+from firmware_runtime.links.leaf_values import ARRAY, LARGE, Form, array_of, decode, encode
+from firmware_runtime.links.typed_values import packed_form
 
 Limits: TypeAlias = tuple[float, float]
 """The least and the greatest number that a value may hold."""

@@ -15,10 +15,10 @@ from firmware_runtime.devs.part import Part
 from firmware_runtime.devs.ports import InPort, OutPort
 from firmware_runtime.devs.time import NEVER, SECOND
 from firmware_runtime.errors import did_you_mean, with_article
-from firmware_runtime.links.leaf_values import PLAIN
+from firmware_runtime.links.leaf_values import PLAIN, Form
 from firmware_runtime.links.local_socket import Connection
 from firmware_runtime.links.ports.datagrams import Refusal
-from firmware_runtime.links.typed_values import Form, json_form
+from firmware_runtime.links.typed_values import json_form
 
 LONGEST_FORM: Final = 400
 """Letters; the text of a form that is longer is cut."""
