@@ -1,4 +1,4 @@
-"""Supervision of a run by itself: hooks that take its right to drive, and the interlock they act on.
+"""Supervision of a run by itself: hooks that take its right to drive, and the interlock of it all.
 
 Overload       the loop cannot keep up, or takes the machine for itself
 SleepWatch     the machine was suspended meanwhile
