@@ -44,7 +44,7 @@ class Parameter(NamedTuple):
     kind: Kind
 
     def value(self, text: str) -> Value:
-        """What the text stands for. Raises ValueError with a sentence."""
+        """Return what the text stands for. Raises ValueError with a sentence."""
         found: Value | None
         if self.kind == "word":
             found = text or None
@@ -106,7 +106,7 @@ class AtomicClass:
 
     @classmethod
     def of(cls, atomic: type[Atomic]) -> "AtomicClass":
-        """What the constructor's annotations say: `float`, `int` and `str` arguments are keys.
+        """Return the class as its constructor is annotated: each float, int or str is a key.
 
         Raises SettingError for an argument without default that is none of these.
         """
@@ -169,11 +169,11 @@ class _Registered(NamedTuple):
 
     @property
     def whole_name(self) -> str:
-        """What every file may call it."""
+        """Return what every file may call it."""
         return f"{self.package}:{self.name}"
 
     def is_known_to(self, file: Path | None) -> bool:
-        """Whether this file may call it by its name alone."""
+        """Return whether this file may call it by its name alone."""
         if self.folder is None:
             return True
         return file is not None and file.resolve().is_relative_to(self.folder)

@@ -72,7 +72,7 @@ def parse_events(
     return sorted(events, key=lambda event: event.at)
 
 
-def _event(time: str, name: str, value: str, ports: Mapping[str, InPort[Any]]) -> Event | None:
+def _event(time: str, name: str, value: str, ports: Mapping[str, InPort[object]]) -> Event | None:
     """The event of three fields; raises ValueError with a sentence that says what is wrong.
 
     None for a value that is undefined.
@@ -87,7 +87,7 @@ def _event(time: str, name: str, value: str, ports: Mapping[str, InPort[Any]]) -
     return None if value == UNDEFINED else Event(at, port.name, _value(value, port))
 
 
-def _value(text: str, port: InPort[Any]) -> float | bool:
+def _value(text: str, port: InPort[object]) -> float | bool:
     number = parse_number(text)
     if number is None:
         raise ValueError(f"value {text!r}: expected a number, such as 1 or 200.5")

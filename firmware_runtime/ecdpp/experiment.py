@@ -26,7 +26,7 @@ from firmware_runtime.system.atomic_file import keep_output
 
 
 class OutputLine(NamedTuple):
-    """What left by an output port of the top model at an instant (ns)."""
+    """Value that left by an output port of the top model at an instant (ns)."""
 
     at: int
     port: str
@@ -49,7 +49,7 @@ class OutputRecord:
         """The outputs so far, in the order of the file."""
         return sorted(self._lines, key=lambda line: (line.at, line.port))
 
-    def _listen(self, engine: Engine, port: OutPort[Any]) -> None:
+    def _listen(self, engine: Engine, port: OutPort[object]) -> None:
         name = port.name.lower()
         engine.listen(port, lambda at, value: self._lines.append(OutputLine(at, name, value)))
 
@@ -76,7 +76,7 @@ class EventPlayer(Atomic):
     waiting (until the next event) --port!value--> waiting | passive
     """
 
-    def __init__(self, name: str, inputs: Iterable[InPort[Any]], events: Sequence[Event]) -> None:
+    def __init__(self, name: str, inputs: Iterable[InPort[object]], events: Sequence[Event]) -> None:
         super().__init__(name)
         for port in inputs:
             self.out_port(port.name, port.type)
@@ -121,7 +121,7 @@ class Experiment(Coupled):
 
 
 def end_of(events: Sequence[Event]) -> int:
-    """When a run without a stated end is over: `AFTERMATH` after the last event."""
+    """Return when a run without a stated end is over: `AFTERMATH` after the last event."""
     return (events[-1].at if events else 0) + AFTERMATH
 
 

@@ -1,4 +1,4 @@
-"""What E-CD++'s text files have in common: lines, comments, times, numbers, names without case."""
+"""Text of E-CD++'s files: lines, comments, times, numbers, names without case."""
 
 import math
 import re
@@ -20,7 +20,7 @@ _NUMBER = r"[+-]?(\d+(\.\d*)?|\.\d+)([eE][+-]?\d{1,3})?"
 
 
 class Warnings:
-    """What is odd in a file and read all the same: of each kind its first line, and how many."""
+    """Oddities of a file that is read all the same: of each kind its first line, and how many."""
 
     def __init__(self) -> None:
         self._kinds: dict[str, tuple[int, str, int]] = {}
@@ -76,7 +76,7 @@ def parse_time(text: str) -> int | None:
 
 
 def is_carried(text: str) -> bool:
-    """Whether a time has more minutes or seconds than 59, or finer parts above 999."""
+    """Return whether a time has more minutes or seconds than 59, or finer parts above 999."""
     _, minutes, seconds, *finer = _fields(text)
     return minutes > 59 or seconds > 59 or max(finer) > 999
 
@@ -109,7 +109,7 @@ def format_number(value: float) -> str:
 
 
 def look_up(names: Mapping[str, T], name: str) -> T | None:
-    """What stands under a name, written exactly so or else with other case."""
+    """Return what stands under a name, written exactly so or else with other case."""
     if name in names:
         return names[name]
     folded = name.casefold()

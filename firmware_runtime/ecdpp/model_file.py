@@ -39,7 +39,7 @@ DEEPEST = 64
 
 @dataclass(frozen=True, slots=True)
 class Made:
-    """How an atomic model was made: of which class, with which arguments of the file."""
+    """Origin of an atomic model: its class, and the arguments of the file."""
 
     of: AtomicClass
     arguments: Mapping[str, Value]
@@ -164,7 +164,7 @@ class _Builder:
         return atomic
 
     def _unknown(self, name: str) -> str:
-        """Why a class has no meaning here, in a sentence."""
+        """Return why a class has no meaning here, in a sentence."""
         if isinstance(self._classes, KnownClasses) and (
             several := look_up(self._classes.clashes, name)
         ):

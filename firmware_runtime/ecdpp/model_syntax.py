@@ -54,7 +54,7 @@ class Reference(NamedTuple):
         return (self.model or "").casefold()
 
     def is_own(self, port: str) -> bool:
-        """Whether this is the section's own port of that name."""
+        """Return whether this is the section's own port of that name."""
         return self.model is None and self.port.casefold() == port.casefold()
 
 
@@ -68,7 +68,7 @@ class Link(NamedTuple):
 
 @dataclass(slots=True)
 class Section:
-    """What the file says of one model: a coupled one's make-up, an atomic one's parameters."""
+    """Section of a file on one model: a coupled one's make-up, an atomic one's parameters."""
 
     line: int
     name: str
@@ -83,7 +83,7 @@ class Section:
 
     @property
     def is_coupled(self) -> bool:
-        """Whether it says anything that only a coupled model has."""
+        """True if it says anything that only a coupled model has."""
         return bool(self.components or self.inputs or self.outputs or self.links)
 
 
@@ -200,14 +200,14 @@ def _taken(ports: Mapping[str, AnyPort], entry: Entry) -> str:
 # From references to ports -----------------------------------------------------------------------
 
 
-def _source(model: Coupled, reference: Reference) -> InPort[Any] | OutPort[Any]:
+def _source(model: Coupled, reference: Reference) -> InPort[object] | OutPort[object]:
     if reference.model is None:
         return _named(model.in_ports, reference.port, f"an input of {model.name}")
     component = _component(model, reference.model)
     return _named(component.out_ports, reference.port, f"an output of {component.name}")
 
 
-def _end(model: Coupled, reference: Reference) -> InPort[Any] | OutPort[Any]:
+def _end(model: Coupled, reference: Reference) -> InPort[object] | OutPort[object]:
     if reference.model is None:
         return _named(model.out_ports, reference.port, f"an output of {model.name}")
     component = _component(model, reference.model)

@@ -109,7 +109,7 @@ def _component(component: Component, classes: Mapping[str, AtomicClass], faults:
 
 
 def _class_name(atomic: Component, classes: Mapping[str, AtomicClass]) -> str | None:
-    """What a file calls the class of an atomic model, None if it has no name for it."""
+    """Return what a file calls the class of an atomic model, None if it has no name for it."""
     return next((name for name, each in classes.items() if each.build is type(atomic)), None)
 
 

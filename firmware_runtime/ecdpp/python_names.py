@@ -71,7 +71,7 @@ class Names:
 
 
 class Imports:
-    """What the source imports, and the names of its own classes."""
+    """Imports of the source, and the names of its own classes."""
 
     def __init__(self) -> None:
         self._modules: defaultdict[str, dict[str, str]] = defaultdict(dict)
@@ -85,7 +85,7 @@ class Imports:
         return names[name]
 
     def name_of(self, thing: object) -> str:
-        """What a class or function is called here. Raises ValueError if none can import it."""
+        """Return the name of a class or function here. Raises ValueError if none can import it."""
         module = getattr(thing, "__module__", "")
         name = getattr(thing, "__qualname__", repr(thing))
         if module == "builtins":

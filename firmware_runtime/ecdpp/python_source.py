@@ -206,7 +206,7 @@ def _add(variable: str, construction: str) -> str:
 
 
 def _contents(model: Coupled) -> str:
-    """What a class's docstring says: its components, as many as fit."""
+    """Return what a class's docstring says: its components, as many as fit."""
     names = ", ".join(model.components) or "No component"
     room = WIDEST - len('    """."""')
     return f"{names}." if len(names) <= room else f"{len(model.components)} components."

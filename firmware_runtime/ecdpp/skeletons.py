@@ -60,7 +60,7 @@ class Skeleton:
         return "word"
 
     def atomic_class(self) -> AtomicClass:
-        """What the file is read with."""
+        """Return what the file is read with."""
         found: defaultdict[Kind, dict[str, str]] = defaultdict(dict)
         for key, keyword in self.keywords.items():
             found[self.kind(key)][key] = keyword

@@ -20,7 +20,7 @@ from firmware_runtime.hal.wire_errors import HalError
 
 
 class BusCounters:
-    """What went over a bus, or to one address of it, since it was opened; counts only grow.
+    """Counters of a bus, or of one address of it, since it was opened; counts only grow.
 
     `bytes` and `busy_ns` include address bytes and every attempt. A failed attempt ended early, but
     counts in full, so both are upper bounds once `errors` is not zero. `busy_ns` is computed

@@ -1,4 +1,4 @@
-"""What a transaction costs on the wire, and whether a bus can carry what a board asks of it.
+"""Bus budget: what a transaction costs on the wire, and whether a bus can carry a board.
 
 A byte takes nine bits (eight and the acknowledge), an address byte stands before every message, and
 START, each repeated START and STOP take one bit each. What an adapter and its driver take beside

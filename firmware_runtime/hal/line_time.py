@@ -1,4 +1,4 @@
-"""Where a robot's lines are in time: what transactions take, and from when on a device waits.
+"""Time of a robot's lines: what transactions take, and from when on a device waits.
 
 A model lives at the instants of its events; within one, each transaction takes its time on the
 wire, and the lines run ahead of the model by it. A device that needs time needs it from the end of

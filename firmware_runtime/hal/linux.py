@@ -135,7 +135,7 @@ def _keep_others_out(port: SMBus) -> None:
 
 
 def _what_to_do(error: OSError) -> str:
-    """What is wrong with a device node, and its fix, as one sentence."""
+    """Return what is wrong with a device node, and its fix, as one sentence."""
     if error.errno == errno.ENOENT:
         found = ", ".join(sorted(map(str, Path("/dev").glob("i2c-*")))) or "none"
         return (

@@ -81,7 +81,7 @@ class LinuxEnableLine(EnableLine):
 
 
 def _absent(where: str, error: OSError | ValueError) -> BusAbsent:
-    """What is wrong with a line, and its fix, as one sentence."""
+    """Return what is wrong with a line, and its fix, as one sentence."""
     number = error.errno if isinstance(error, OSError) else errno.EINVAL
     if number == errno.EBUSY:
         return BusInUse(f"{where} is held by another process, expected it free; end that one")

@@ -119,7 +119,7 @@ class LinuxSerialPort(SerialPort):
 
 
 def _what_to_do(error: Exception, baud: int) -> str:
-    """What is wrong with a port, and its fix, as one sentence."""
+    """Return what is wrong with a port, and its fix, as one sentence."""
     number = error.errno if isinstance(error, OSError) else None
     if number == errno.ENOENT:
         found = ", ".join(

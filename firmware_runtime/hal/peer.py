@@ -1,4 +1,4 @@
-"""Which process is at the other end of a Unix socket, as the kernel says. Source: unix(7)."""
+"""Peer of a Unix socket: the process at its other end, as the kernel says. Source: unix(7)."""
 
 import os
 import struct

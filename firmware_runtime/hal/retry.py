@@ -1,4 +1,4 @@
-"""How often a failed transaction is tried again: a bounded number of attempts, never a wait.
+"""Retries of a failed transaction: a bounded number of attempts, never a wait.
 
 Retrying cures what passes by itself: a byte not acknowledged, arbitration lost, an adapter's own
 fault. A timeout does not pass: a line is held, and each further attempt would hold the loop for a

@@ -1,4 +1,4 @@
-"""Which addresses of an I2C bus answer, probed as i2cdetect does, which changes nothing.
+"""Scan of an I2C bus: addresses that answer, probed as i2cdetect does, which changes nothing.
 
 An address is probed by a write of no bytes: START, address, STOP. Where EEPROMs live and this could
 set their write protection (0x30 to 0x37, 0x50 to 0x5F) one byte is read instead, as it is where an
@@ -19,7 +19,7 @@ READ_ONLY: Final = frozenset((*range(0x30, 0x38), *range(0x50, 0x60)))
 
 
 class State(Enum):
-    """What is at an address where something is."""
+    """Finding at an address that is not free."""
 
     ANSWERS = "answers"
     HELD = "held"

@@ -24,7 +24,7 @@ V = TypeVar("V")
 
 
 class CrossCheckSettings(Struct, frozen=True, kw_only=True):
-    """How long changes are remembered, and how far apart they may be."""
+    """Settings: how long changes are remembered, and how far apart they may be."""
 
     quantity: str
     """What is compared, for the fault: `heading, rad, by gyro against compass`."""
@@ -46,7 +46,7 @@ class Source(NamedTuple, Generic[R]):
 
 
 class Comparison:
-    """How far both changes are apart: `apart`, of which `most` is believed; `agrees` says so."""
+    """Comparison of both changes: `apart`, of which `most` is believed; `agrees` says so."""
 
     def __init__(self, settings: CrossCheckSettings) -> None:
         self.settings = settings

@@ -66,7 +66,7 @@ def number_of_text(text: str) -> float:
 
 
 class DoverBlock(Atomic):
-    """What both blocks share: a port number of UDP, and the count of what was refused in a row.
+    """Base of both blocks: a port number of UDP, and the count of what was refused in a row.
 
     waiting --in?--> passing (0) --out! | fault!--> waiting
     """

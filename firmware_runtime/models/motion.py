@@ -47,11 +47,11 @@ class PoseSetpoint(NamedTuple):
 
 
 class Path(Protocol):
-    """Where a pose goes, as a function of the path's own time."""
+    """Path of a pose, as a function of the path's own time."""
 
     @property
     def duration_s(self) -> float:
-        """How long it takes; infinite for one without end."""
+        """Return how long it takes; infinite for one without end."""
 
     def at(self, t_s: float) -> PoseSetpoint:
         """The setpoint at an instant, 0 or more; past the end, that of the end, at rest."""
@@ -63,7 +63,7 @@ def at_rest(position: float) -> Setpoint:
 
 
 class Applied(IntEnum):
-    """How much of its commands an actuator applies, until it says something else."""
+    """Part of its commands that an actuator applies, until it says something else."""
 
     NOTHING = 0
     """It is off: not up, disabled, stopped, failed, or not commanded yet."""

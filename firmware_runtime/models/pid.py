@@ -30,7 +30,7 @@ class PidGains(Struct, frozen=True):
     pushes it further."""
 
     def winds_up(self, applied: Applied, wanted: float, error: float) -> bool:
-        """Whether the integral has to stand still, with a command that was to be `wanted`."""
+        """Return whether the integral stands still, with a command that was to be `wanted`."""
         if applied is Applied.NOTHING:
             return True
         is_limited = applied is Applied.PART or not -self.limit < wanted < self.limit

@@ -16,7 +16,7 @@ State = tuple[float, ...]
 
 
 class PlantModel(Protocol):
-    """What a predictor asks of a model: where it begins, and where a constant command takes it."""
+    """Model of a plant: where it begins, and where a constant command takes it."""
 
     @property
     def rest(self) -> State:

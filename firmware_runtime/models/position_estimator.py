@@ -1,4 +1,4 @@
-"""Where a body is and how fast it moves: an inertial unit and a tracking system in the room, fused.
+"""Position and speed of a body: an inertial unit and a tracking system in the room, fused.
 
 The inertial unit is quick and drifts, the room's positions are true and come late, seldom, or not
 at all. A Kalman filter (`position_filter`) goes with the one and is corrected by the other, each
@@ -38,7 +38,7 @@ UNSOUND = "not finite, or from the future"
 
 @dataclass(frozen=True, slots=True)
 class EstimatorSettings:
-    """What the estimator knows about its sources."""
+    """Settings of the estimator: what it knows about its sources."""
 
     noise: FilterNoise
     gate: float
@@ -94,7 +94,7 @@ class PositionEstimator(Atomic):
         self._believed: list[FixReport] = []
 
     def unready(self) -> str | None:
-        """Why there is no position, in a few words; None if there is one."""
+        """Return why there is no position, in a few words; None if there is one."""
         if self.history.state is None:
             refused = f"; {self.refused} came and were refused, the last: {self._refusal}"
             return f"has no position{refused if self.refused else ''}"

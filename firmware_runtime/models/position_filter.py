@@ -29,7 +29,7 @@ from firmware_runtime.system.elementary import cos_sin
 
 
 class FilterNoise(NamedTuple):
-    """How uncertain everything is, as standard deviations in each axis."""
+    """Noise of every source, as standard deviations in each axis."""
 
     position_m: float
     """Of a measured position."""
@@ -101,7 +101,7 @@ def predicted(
 
 
 def innovation(planar: Planar, position: complex, noise: FilterNoise) -> tuple[complex, float]:
-    """How far a measured position is from the expected one, and the variance in each axis."""
+    """Return a measured position less the expected one, and the variance in each axis."""
     return position - planar.position, planar.pp + noise.position_m * noise.position_m
 
 

@@ -1,4 +1,4 @@
-"""Where a tracking system in the room says that a body is, and how far that is to be believed."""
+"""Positions by a tracking system in the room, and how far they are to be believed."""
 
 import math
 from enum import Enum, auto
@@ -34,7 +34,7 @@ class PoseFix(NamedTuple):
 
 
 class PlanarInertial(NamedTuple):
-    """What an inertial unit and an attitude estimate say of a level body, at one instant."""
+    """Inertial sample and attitude of a level body, at one instant."""
 
     forward_m_s2: float
     """Specific force along the body's x."""
@@ -45,7 +45,7 @@ class PlanarInertial(NamedTuple):
 
 
 class PositionState(Enum):
-    """How good the position is."""
+    """Quality of the position."""
 
     NO_POSITION = auto()
     TRACKING = auto()
@@ -58,7 +58,7 @@ class PositionState(Enum):
 
 
 class PoseCovariance(NamedTuple):
-    """How uncertain an estimate is: in x as in y, which do not depend on each other."""
+    """Covariance of an estimate: in x as in y, which do not depend on each other."""
 
     position_m2: float
     position_velocity_m2_s: float
@@ -69,7 +69,7 @@ class PoseCovariance(NamedTuple):
 
 
 class FixReport(NamedTuple):
-    """What became of a fix."""
+    """Outcome of a fix."""
 
     is_taken: bool
     reason: str
@@ -86,5 +86,5 @@ class FixReport(NamedTuple):
 
 
 def is_sound(fix: PositionFix | PoseFix) -> bool:
-    """Whether all of its numbers are finite and its age is none of the future."""
+    """Return whether all of its numbers are finite and its age is none of the future."""
     return all(map(math.isfinite, fix)) and fix.age_s >= 0.0

@@ -1,4 +1,4 @@
-"""How good a position is, by how long ago the last one came: a state diagram."""
+"""Quality of a position, by how long ago the last one came: a state diagram."""
 
 from dataclasses import dataclass
 

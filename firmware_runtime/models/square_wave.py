@@ -40,7 +40,7 @@ class SquareWave(Atomic):
     nothing: otherwise it would be over before the robot is armed.
     """
 
-    def __init__(self, name: str, ticks: type[Any], wave: Wave) -> None:
+    def __init__(self, name: str, ticks: type[object], wave: Wave) -> None:
         super().__init__(name)
         self.tick = self.in_port("tick", ticks)
         self.applied_in = self.in_port("applied", Applied)

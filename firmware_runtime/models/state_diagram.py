@@ -145,7 +145,7 @@ class StateDiagram(Atomic):
                 return internal
         raise LookupError("no arrow's condition holds")
 
-    def _offer(self, port: InPort[Any], value: object) -> None:
+    def _offer(self, port: InPort[object], value: object) -> None:
         for label, arrow in self._rows[self.phase].external:
             if label.port is port and label.accepts(value, self.kept) and self._is_open(arrow):
                 if label.word is not None:
@@ -189,7 +189,7 @@ def _duration(state: State, durations: Mapping[str, int]) -> int:
 
 
 def _check_kept(states: Sequence[State], labels: Labels) -> None:
-    """What is sent from what was kept must be kept by some arrow."""
+    """Check that what is sent from what was kept is kept by some arrow."""
     marks = [mark for state in states for arrow in state.arrows for mark in arrow.marks]
     kept = {mark.value for mark in marks if mark.sign == "?"}
     for mark in marks:

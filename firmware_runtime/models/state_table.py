@@ -174,7 +174,7 @@ class Labels:
         self._words = words
 
     def accepted(self, mark: Mark) -> Accepted:
-        """What a `port?value` takes; raises StateTableError for an unknown port or word."""
+        """Return what a `port?value` takes; raises StateTableError for an unknown port or word."""
         port = _port(self._model.in_ports, mark, "input")
         word = self._words.get(mark.value)
         if isinstance(word, type):
@@ -185,7 +185,7 @@ class Labels:
         return Accepted(port, lambda value, _kept: bool(value == number), None)
 
     def sent(self, mark: Mark) -> Sent:
-        """What a `port!value` sends; raises StateTableError for an unknown port or word."""
+        """Return what a `port!value` sends; raises StateTableError for an unknown port or word."""
         port = _port(self._model.out_ports, mark, "output")
         word = self._words.get(mark.value)
         if isinstance(word, type):
@@ -196,7 +196,7 @@ class Labels:
         return Sent(port, lambda _kept: number)
 
     def keeps(self, mark: Mark) -> bool:
-        """Whether this value is one that an input leaves behind."""
+        """Return whether this value is one that an input leaves behind."""
         return isinstance(self._words.get(mark.value), type)
 
     def _number(self, port: AnyPort, mark: Mark) -> object:

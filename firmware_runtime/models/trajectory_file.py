@@ -80,7 +80,7 @@ def _header_faults(lines: Sequence[Sequence[str]]) -> Iterator[str]:
 
 
 def _row_faults(lines: Sequence[Sequence[str]], rows: list[_Row]) -> Iterator[str]:
-    """What is wrong with the poses; the sound ones go into `rows`."""
+    """Return what is wrong with the poses; the sound ones go into `rows`."""
     before = -math.inf
     for number, line in enumerate(lines, 2):
         row = _numbers(line)

@@ -162,7 +162,7 @@ def smooth(t_s: float, duration_s: float) -> Setpoint:
 
 
 def smooth_duration_s(distance: float, speed: float, acceleration: float) -> float:
-    """How long a minimum-jerk motion takes that exceeds neither speed nor acceleration."""
+    """Return how long a minimum-jerk motion takes that exceeds neither speed nor acceleration."""
     by_acceleration = math.sqrt(PEAK_ACCELERATION * distance / acceleration)
     return max(PEAK_SPEED * distance / speed, by_acceleration)
 
@@ -172,7 +172,7 @@ PEAK_BRAKING = 4.0
 
 
 class RejoinLimits(NamedTuple):
-    """How fast a body may go back to its path."""
+    """Limits within which a body goes back to its path."""
 
     speed_m_s: float
     acceleration_m_s2: float

@@ -1,4 +1,4 @@
-"""Why an activation was late: the names of the causes, and what a file keeps of one verdict.
+"""Causes of lateness: their names, and what a file keeps of one verdict.
 
 Which evidence makes which cause is decided where it is collected (`executive.blame`). A file's
 header names its causes and the cells of a verdict, so that a reader of another version finds both;
@@ -62,7 +62,7 @@ CAUSES = tuple(each.value for each in Cause)
 
 
 class BlameRow(Struct, frozen=True):
-    """Of one verdict, cell by cell; evidence is what counters grew by beyond what is usual.
+    """Cells of one verdict; evidence is what counters grew by beyond what is usual.
 
     `cause` is the number of one of the file's causes, from 1 on; 0: there was nothing to explain.
     `culprit` is the number of a model, or of a bus and its device (`bus << 8 | address`).
@@ -120,7 +120,7 @@ class Blame(Struct, frozen=True):
 
     @property
     def share(self) -> float:
-        """What is explained, 0 to 1."""
+        """Share that is explained, 0 to 1."""
         return min(self.explained_us / self.of_us, 1.0) if self.of_us > 0 else 0.0
 
 

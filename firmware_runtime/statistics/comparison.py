@@ -53,7 +53,7 @@ _LATENESS, _STEP = WORST.index("lateness_ns"), WORST.index("step_ns")
 
 
 def difference(later: Statistics, earlier: Statistics) -> Statistics:
-    """What was counted between two readings of one run.
+    """Return what was counted between two readings of one run.
 
     Raises StatisticsFileError when they are not of one run, or not in this order.
     """
@@ -77,7 +77,7 @@ def difference(later: Statistics, earlier: Statistics) -> Statistics:
 
 
 def same_run(later: Statistics, earlier: Statistics) -> bool:
-    """Whether both are of one run, `earlier` first."""
+    """Return whether both are of one run, `earlier` first."""
     return (
         later.header.writer == earlier.header.writer
         and later.layout == earlier.layout
@@ -157,7 +157,7 @@ def _faults(statistics: Statistics) -> list[list[FaultCount]]:
 
 
 def _certain(layout: Layout) -> set[int]:
-    """Where the counters are that the run itself wrote.
+    """Return where the counters are that the run itself wrote.
 
     How long it has lasted and what it has skipped a reader knows before the run has written it; a
     process that is gone then has not written it at all (`overdue`).
@@ -168,7 +168,7 @@ def _certain(layout: Layout) -> set[int]:
 
 
 def _counters(layout: Layout) -> Iterator[int]:
-    """Where all cells are that count up, histograms aside."""
+    """Return where all cells are that count up, histograms aside."""
     yield from (ELAPSED, STEPS, INPUTS_DROPPED, CPU)
     for index in range(len(layout.models)):
         yield from (layout.model(index) + counter for counter in _COUNTERS)
@@ -225,7 +225,7 @@ def _badness(place: Cells) -> int:
 
 
 def _gravity(run: Statistics) -> int:
-    """How bad a run's state is; that its process died without a word is the worst."""
+    """Return how bad a run's state is; that its process died without a word is the worst."""
     died = run.state is RunState.RUNNING and not run.writer_alive
     return len(RunState) if died else run.state
 

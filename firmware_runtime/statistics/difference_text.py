@@ -28,7 +28,7 @@ class Compared(Struct, frozen=True):
 
 
 class Difference(Struct, frozen=True):
-    """What two runs differ in, by the figure's name; of the conditions only those that differ."""
+    """Difference of two runs, by the figure's name; of the conditions only those that differ."""
 
     conditions: dict[str, Pair]
     figures: dict[str, Compared]

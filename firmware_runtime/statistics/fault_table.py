@@ -33,7 +33,7 @@ _SENTENCE = slice(_KIND.stop, ROW_CELLS)
 
 
 class FaultCount(Struct):
-    """How often a model reported one kind of fault, when (ns), and in which words the last time."""
+    """Count of one kind of fault of a model, its first and last instants, ns, and last sentence."""
 
     kind: str
     count: int = 0
@@ -87,7 +87,7 @@ def fill(cells: Cells, model: int, counted: Sequence[FaultCount]) -> None:
 
 
 def since(earlier: Sequence[FaultCount], later: Sequence[FaultCount]) -> list[FaultCount]:
-    """What was counted of a model from an earlier reading to a later one of the same run.
+    """Return what was counted of a model from an earlier reading to a later one of the same run.
 
     When a kind was first reported since then is known only if it was not reported before.
     """
@@ -102,7 +102,10 @@ def since(earlier: Sequence[FaultCount], later: Sequence[FaultCount]) -> list[Fa
 
 
 def of_several_runs(runs: Iterable[Sequence[FaultCount]]) -> list[FaultCount]:
-    """What was counted of a model in several runs; instants of different runs mean nothing."""
+    """Return what was counted of a model in several runs.
+
+    Instants of different runs mean nothing.
+    """
     kinds: dict[str, FaultCount] = {}
     for each in chain.from_iterable(runs):
         counted = kinds.setdefault(each.kind, FaultCount(each.kind))

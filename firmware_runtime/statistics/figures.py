@@ -21,7 +21,7 @@ _LEAST_IRREGULAR, _SHARE_IRREGULAR = 3, 10
 
 
 class Activations(Struct, frozen=True):
-    """What became of activations; those that are waiting are scheduled and nothing else yet."""
+    """Outcomes of activations; those that are waiting are scheduled and nothing else yet."""
 
     scheduled: int
     run: int
@@ -52,7 +52,7 @@ class ModelFigures(Activations, frozen=True):
 
     @property
     def keeps_period(self) -> bool:
-        """Whether its behaviour agrees with the period it states.
+        """True if its behaviour agrees with the period it states.
 
         A shift of the phase now and then contradicts none: a bring-up that was repeated, a chip
         that was silent. One in a tenth of the activations does.
@@ -123,7 +123,7 @@ class FaultFigures(Struct, frozen=True):
 
 
 class Causes(Struct, frozen=True):
-    """Where an activation's time went; what is on the wire is within the models' own time."""
+    """Times that an activation is made of; what is on the wire is within the models' own time."""
 
     wake_us: float
     behind_us: float
@@ -169,7 +169,7 @@ class Figures(Activations, frozen=True, tag_field="schema", tag=SCHEMA):
 
     @property
     def is_virtual(self) -> bool:
-        """Whether the run was in virtual time, in which nothing can be late."""
+        """True if the run was in virtual time, in which nothing can be late."""
         return self.conditions.is_virtual
 
     @property
@@ -190,7 +190,7 @@ class Figures(Activations, frozen=True, tag_field="schema", tag=SCHEMA):
 
     @property
     def faults_total(self) -> int:
-        """How many faults all models have reported."""
+        """Number of faults all models have reported."""
         return sum(each.count for kinds in self.faults.values() for each in kinds.values())
 
     @property
@@ -213,7 +213,7 @@ class Figures(Activations, frozen=True, tag_field="schema", tag=SCHEMA):
 
 
 class _Printed(Struct, frozen=True):
-    """What comes apart before the rest is read."""
+    """Part that is read before the rest."""
 
     conditions: dict[str, Any]
 

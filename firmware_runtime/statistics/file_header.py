@@ -55,7 +55,7 @@ class Request(Struct, frozen=True):
 
     @property
     def is_refused(self) -> bool:
-        """Whether it was really requested and not granted."""
+        """True if it was really requested and not granted."""
         return not self.granted and self.reason not in {NOT_ASKED, NOTHING_TO_WAIT_FOR}
 
 
@@ -64,13 +64,13 @@ Settings: TypeAlias = dict[str, Request]
 
 
 class _Asked(Struct, frozen=True):
-    """What a header's conditions have of it; none in the statistics of old runs."""
+    """Requested settings in a header's conditions; none in the statistics of old runs."""
 
     settings: Settings = {}
 
 
 class RunFigures(Struct, frozen=True, omit_defaults=True):
-    """How far a run has come, or how it ended."""
+    """State of a run: how far it has come, or how it ended."""
 
     state: str
     """A `RunState` in small letters, or `died`: its process is gone without a last state."""
@@ -91,7 +91,7 @@ class RunFigures(Struct, frozen=True, omit_defaults=True):
 
 
 class Conditions(Struct, frozen=True):
-    """What must agree if numbers of two runs are to be compared."""
+    """Conditions that must agree if numbers of two runs are to be compared."""
 
     stated: dict[str, Any]
     """Every condition by name but `settings`: kernel, machine, board; values as JSON has them."""
@@ -105,7 +105,7 @@ class Conditions(Struct, frozen=True):
 
     @property
     def is_virtual(self) -> bool:
-        """Whether the run was in virtual time: nothing can be late then, nothing takes time."""
+        """True if the run was in virtual time: nothing can be late then, nothing takes time."""
         return self.stated.get("clock") == "VirtualClock"
 
     @property
@@ -147,7 +147,7 @@ STATISTICS = Kind("statistics file", b"FWRTSTAT", 2)
 
 
 class RunState(IntEnum):
-    """How far a run has come, and how it ended."""
+    """State of a run: how far it has come, and how it ended."""
 
     RUNNING = 0
     ENDED = 1
@@ -157,7 +157,7 @@ class RunState(IntEnum):
 
 
 class StatedModel(Struct, frozen=True):
-    """Of one model; one without a period has events."""
+    """Period, tolerance and policy of one model; one without a period has events."""
 
     period_ns: Annotated[int, Meta(gt=0)] | None
     tolerance_ns: int
@@ -166,7 +166,7 @@ class StatedModel(Struct, frozen=True):
 
 
 class Saved(Struct, frozen=True):
-    """Of a copy: what held of the writer when it was made."""
+    """State of the writer when a copy was made."""
 
     writer_alive: bool
     complete: bool
@@ -181,7 +181,7 @@ class Driver(Struct, frozen=True):
 
     @property
     def has_outputs(self) -> bool:
-        """Whether outputs outside its own process are switched off at its end."""
+        """True if outputs outside its own process are switched off at its end."""
         return "switched_off" in self.conditions
 
 
@@ -256,7 +256,7 @@ def count_overdue(cells: Cells, header: Header, *, is_alive: bool) -> None:
 
 
 def waiting(cells: Cells, header: Header, index: int) -> int:
-    """How many activations of a model are due and wait for their turn, of cells that were read."""
+    """Return how many activations of a model are due and wait, of cells that were read."""
     first, now = header.layout.model(index), _last_instant(cells, header)
     due, is_in_period = cells[first + _DUE], cells[first + _IS_IN_PERIOD] != 0
     if header.clock_speed is None or cells[STATE] != 0 or due > now:
@@ -272,13 +272,13 @@ def _last_instant(cells: Cells, header: Header) -> int:
 
 
 def due_since(ago: int, stated: StatedModel) -> int:
-    """How many deadlines there have been, if the first was so long ago, ns."""
+    """Return how many deadlines there have been, if the first was so long ago, ns."""
     period = stated.period_ns
     return 1 if period is None else ago // period + 1
 
 
 def _dropped(ago: int, stated: StatedModel, *, is_in_period: bool) -> int:
-    """How many of them will not run any more, while the process lives."""
+    """Return how many of them will not run any more, while the process lives."""
     if stated.policy != "skip" or stated.period_ns is None:
         return 0
     missed = -(-ago // stated.period_ns)

@@ -127,12 +127,12 @@ class Histogram:
 
     @property
     def buckets(self) -> Cells:
-        """How many samples fell into each bucket."""
+        """Number of samples fell into each bucket."""
         return self._cells[:BUCKETS]
 
     @property
     def samples(self) -> int:
-        """How many samples were counted."""
+        """Number of samples were counted."""
         return sum(self.buckets)
 
     def percentile(self, thousandths: int) -> int | None:

@@ -45,7 +45,7 @@ class Span(Struct, frozen=True):
 
 
 class Lately(Struct, frozen=True):
-    """What became of the activations of the last seconds, up to now; instants and times in ns."""
+    """Outcomes of the activations of the last seconds, up to now; instants and times in ns."""
 
     begin_ns: int
     activations: int
@@ -125,7 +125,7 @@ class _Level:
         return Span(begin, self._width, *values) if used and written_begin == begin else None
 
     def grown(self, counters: Sequence[int]) -> list[int]:
-        """What the counters have grown by in the span under way."""
+        """Return what the counters have grown by in the span under way."""
         return [after - before for after, before in zip(counters, self._before, strict=True)]
 
     def _slot(self, begin: int) -> int:
@@ -217,7 +217,7 @@ def _activation(cells: Cells, layout: Layout, index: int) -> WorstActivation:
 
 
 def _causes(row: WorstRow, layout: Layout, spent: Cells) -> Causes:
-    """Where the time went; `spent` has the own times, then the devices of each bus."""
+    """Return where the time went; `spent` has the own times, then the devices of each bus."""
     devices, timed = 2 * DEVICES, len(layout.timed)
     own_times = zip(layout.timed, spent, strict=False)  # what follows them are devices
     return Causes(
@@ -233,7 +233,7 @@ def _causes(row: WorstRow, layout: Layout, spent: Cells) -> Causes:
 
 
 def _by_address(cells: Cells) -> dict[str, float]:
-    """Of one bus, the time on the wire of each device, us."""
+    """Return the time on the wire of each device of a bus, in us."""
     return {
         f"0x{address:02x}": spent / 1000
         for address, spent in zip(cells[:DEVICES], cells[DEVICES:], strict=True)

@@ -1,4 +1,4 @@
-"""Whether a run has been late again, found by comparing copies of its statistics.
+"""Watch for new lateness of a run, by comparing copies of its statistics.
 
 What was counted when the watch began is not new. A late activation is noticed when it comes among
 the worst, when a model's largest lateness grows, or when it falls into a bucket of the histogram
@@ -34,7 +34,7 @@ class Late:
 
 @dataclass(frozen=True, slots=True)
 class _Seen:
-    """What one copy shows of lateness over the limit."""
+    """Lateness over the limit, as one copy shows it."""
 
     worst: frozenset[Late] = frozenset()
     samples: tuple[int, ...] = ()

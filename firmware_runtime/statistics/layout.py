@@ -1,4 +1,4 @@
-"""Where each number of a statistics file stands: one row of signed 64-bit cells.
+"""Layout of a statistics file: one row of signed 64-bit cells.
 
 In order: the run's own cells, the histogram of step times, one block for each model (its
 counters, then its histograms of lateness and of own time), one block for each bus, each deadline
@@ -161,7 +161,7 @@ class Layout(Struct, frozen=True):
 
     @property
     def cells(self) -> int:
-        """How many cells there are in all."""
+        """Number of cells there are in all."""
         cells: int = self.late_by_cause.stop
         return cells
 
@@ -201,7 +201,7 @@ class Layout(Struct, frozen=True):
 
     @property
     def late_by_cause(self) -> slice:
-        """How often each of `causes` made a step late, a cell each, behind all others."""
+        """Return how often each of `causes` made a step late, a cell each, behind all others."""
         first = self.link + (len(LINK) + 2 * CELLS if self.has_link else 0)
         return slice(first, first + len(self.causes))
 
@@ -217,7 +217,7 @@ class Layout(Struct, frozen=True):
         }
 
     def _counter_blocks(self) -> dict[str, Any]:
-        """What counts up: the run, its models, buses, deadlines and serial ports."""
+        """Return what counts up: the run, its models, buses, deadlines and serial ports."""
         return {
             "run_block": {"at": 0, "fields": RUN, "then": ["step histogram"]},
             "model_block": {
@@ -236,7 +236,7 @@ class Layout(Struct, frozen=True):
         }
 
     def _kept_blocks(self) -> dict[str, Any]:
-        """What is kept of single events: the worst, how the run ended, how it went over time."""
+        """Return the blocks of single events: the worst, the ending, the timeline."""
         return {
             "worst_block": {
                 "at": self.place(0),

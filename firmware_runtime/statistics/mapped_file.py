@@ -53,7 +53,7 @@ _LONGEST_HEADER = 1 << 24
 
 
 class Kind(Struct, frozen=True):
-    """What a file is called in sentences, and what it starts with."""
+    """Kind of file: its name in sentences, and the bytes that it starts with."""
 
     name: str
     magic: bytes
@@ -129,7 +129,7 @@ class ReadableFile:
         self.header: dict[str, Any] = self._read_header(header_size)
 
     def _read_prefix(self) -> tuple[int, int]:
-        """How many bytes the file has, and how many of them its header."""
+        """Return how many bytes the file has, and how many of them its header."""
         kind, prefix = self._kind, os.pread(self._descriptor, PREFIX.size, 0)
         if prefix[: len(kind.magic)] != kind.magic:
             raise self.damaged(f"it starts with {prefix[:8]!r}, expected {kind.magic!r}")
@@ -147,7 +147,7 @@ class ReadableFile:
 
     @property
     def cell_bytes(self) -> int:
-        """How many bytes of cells there are."""
+        """Number of bytes of cells there are."""
         return self._size - self._first
 
     def read(self, first: int = 0, size: int | None = None) -> bytes:
@@ -163,7 +163,7 @@ class ReadableFile:
         return os.dup(self._descriptor)
 
     def place(self, index: int) -> int:
-        """Where in the file a cell stands."""
+        """Return where in the file a cell stands."""
         return self._first + index * CELL.size
 
     def damaged(self, fault: str) -> StatisticsFileError:
@@ -199,7 +199,7 @@ class SharedCells:
         weakref.finalize(self, os.close, self._descriptor)
 
     def __getitem__(self, index: int) -> int:
-        """What stands in a cell."""
+        """Read a cell."""
         try:
             found = os.pread(self._descriptor, CELL.size, self._file.place(index))
         except OSError as error:

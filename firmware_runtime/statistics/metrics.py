@@ -250,7 +250,7 @@ def exposition(board: str, statistics: Statistics) -> str:
 
 
 def text_of(collector: Collector) -> str:
-    """What a collector finds now, in the text format."""
+    """Return what a collector finds now, in the text format."""
     registry = CollectorRegistry()
     registry.register(collector)
     return generate_latest(registry).decode()

@@ -90,6 +90,6 @@ def _is_loopback(host: str) -> bool:
 
 
 def _answers(path: Path) -> bool:
-    """Whether a socket's path has a listener."""
+    """Return whether a socket's path has a listener."""
     with socket(AF_UNIX, SOCK_STREAM) as asking:
         return asking.connect_ex(os.fspath(path)) == 0

@@ -79,7 +79,7 @@ def round_duration(ns: int) -> str:
 
 
 def passed(ns: int) -> str:
-    """How long something went on: `20.00 s`, `72 h 5 min`."""
+    """Return how long something went on: `20.00 s`, `72 h 5 min`."""
     minutes = ns // 60_000_000_000
     if minutes < 2:
         return duration(ns)
@@ -113,7 +113,7 @@ def share(part: float | None) -> str:
 
 
 def rate(period_us: float | None) -> str:
-    """How often a model is due; one without a period has events."""
+    """Return how often a model is due; one without a period has events."""
     return "events" if period_us is None else hertz(1e6 / period_us)
 
 
@@ -204,7 +204,7 @@ def local(date: int) -> str:
 
 
 def local_of(said: str) -> str:
-    """What `utc` said, for people."""
+    """Return what `utc` said, for people."""
     whole, nanoseconds = said.removesuffix("Z").split(".")
     date = datetime.fromisoformat(f"{whole}+00:00")
     return local(round(date.timestamp()) * SECOND + int(nanoseconds))

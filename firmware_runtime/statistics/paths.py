@@ -1,4 +1,4 @@
-"""Where statistics files are kept: one a board, in the first directory of these that there is.
+"""Paths of a run's files: one a board, in the first directory of these that there is.
 
 1. `$FIRMWARE_RUNTIME_STATE_DIRECTORY`; if it is set, no other is looked at
 2. `$RUNTIME_DIRECTORY`, which systemd sets for a unit with `RuntimeDirectory=`
@@ -22,7 +22,7 @@ _ALONE = "FIRMWARE_RUNTIME_STATE_DIRECTORY"
 
 
 def default_path(board: str) -> Path:
-    """Where a run of this board writes its statistics.
+    """Return where a run of this board writes its statistics.
 
     Raises StatisticsFileError when only the directory for temporary files is left and another user
     has taken our place in it.
@@ -72,7 +72,7 @@ def all_statistics(board: str | None = None) -> dict[str, Path]:
 
 
 def places(board: str) -> Iterator[Path]:
-    """Where a board's statistics may be, whether they are there or not; nothing is made."""
+    """Return where a board's statistics may be, whether they are there or not; nothing is made."""
     return (directory / f"{board}{SUFFIX}" for directory in directories())
 
 
@@ -82,19 +82,19 @@ def directories() -> Iterator[Path]:
 
 
 def not_looked_in() -> str:
-    """Which directories are not, as others own them, to follow what was not found."""
+    """Return which directories are not, as others own them, to follow what was not found."""
     owners = ((each, owner_of_folder(each)) for each in _every_directory())
     said = [f"{each} belongs to {owner}" for each, owner in owners if owner is not None]
     return f", and {', '.join(said)}, and is not looked in" if said else ""
 
 
 def looks_in_one_only() -> bool:
-    """Whether the environment states the one directory that runs leave anything in."""
+    """Return whether the environment states the one directory that runs leave anything in."""
     return bool(os.environ.get(_ALONE))
 
 
 def is_of_session(directory: Path) -> bool:
-    """Whether it is gone when the user is: of a login session, or among temporary files."""
+    """Return whether it is gone when the user is: of a login session, or among temporary files."""
     if directory == SYSTEM or os.environ.get(_ALONE) or os.environ.get("RUNTIME_DIRECTORY"):
         return False
     of_session = os.environ.get("XDG_RUNTIME_DIR")
@@ -126,7 +126,7 @@ def _stated() -> Iterator[Path]:
 
 
 def _is_closed(directory: Path) -> bool:
-    """Whether it is there and this user may not look into it."""
+    """Return whether it is there and this user may not look into it."""
     return directory.is_dir() and not os.access(directory, os.R_OK | os.X_OK)
 
 
@@ -156,7 +156,7 @@ def _claimed(directory: Path) -> Path:
 
 
 class Companion(StrEnum):
-    """What a run keeps beside its statistics, by its ending."""
+    """Files that a run keeps beside its statistics, by their endings."""
 
     TAKEOVERS = ".guard"
     SETTINGS = ".settings"
@@ -166,7 +166,7 @@ class Companion(StrEnum):
     SOCKET = ".socket"
 
     def beside(self, statistics: Path) -> Path:
-        """Where a run keeps it that keeps its statistics at this path."""
+        """Return where a run keeps it that keeps its statistics at this path."""
         return statistics.with_suffix(self)
 
 

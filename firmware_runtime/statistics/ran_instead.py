@@ -1,4 +1,4 @@
-"""Who had the processor while the loop could have run: named from a trace of switches.
+"""Threads that had the processor while the loop could have run, from a trace of switches.
 
 A thread can run from its waking on, or from when it lost its processor while it could have run on,
 until a processor takes it up. What that processor ran in the meantime, it ran instead.
@@ -43,7 +43,7 @@ class _Wait(NamedTuple):
 
 
 def ran_instead(switches: Sequence[Switch], pid: int, since: int, until: int) -> list[RanInstead]:
-    """What ran while thread `pid` waited, between two instants of CLOCK_MONOTONIC; longest first.
+    """Return what ran while thread `pid` waited, longest first; instants of CLOCK_MONOTONIC.
 
     Nothing where it did not wait, or where the trace does not reach back so far. Kernels lose
     switches, some those from an idle processor: a stretch whose two ends name different threads

@@ -49,7 +49,7 @@ def _read(file: ReadableFile) -> Statistics:
 
 
 def _names_what_there_is(statistics: Statistics) -> bool:
-    """Whether the cells that stand for a name stand for one."""
+    """Return whether the cells that stand for a name stand for one."""
     cells, layout = statistics.cells, statistics.layout
     models = [cells[layout.place(index) + _MODEL_OF_PLACE] for index in range(layout.worst)]
     return 0 <= cells[STATE] < len(RunState) and all(

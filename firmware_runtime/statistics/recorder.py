@@ -115,7 +115,7 @@ class Recorder:
         return _Run(self._kept, stem, statistics, self._late, self._log, self._pieces, now)
 
     def _is_kept(self, number: int, statistics: Statistics) -> bool:
-        """Whether that number is this run's, from before this recorder was started."""
+        """Return whether that number is this run's, from before this recorder was started."""
         with suppress(StatisticsFileError):
             kept = read_statistics(self._folder / f"{self._name(number)}{SUFFIX}")
             return kept.header.writer == statistics.header.writer
@@ -132,7 +132,7 @@ class Recorder:
 
 @dataclass(frozen=True, slots=True)
 class _Incident:
-    """What is to be kept at `due`: of the guard, or of the latest of its late activations."""
+    """Incident to be kept at `due`: of the guard, or of the latest of its late activations."""
 
     late: Late | None
     due: int
@@ -177,7 +177,7 @@ class _Run:
         self.is_over = False
 
     def is_another(self, statistics: Statistics) -> bool:
-        """Whether these are the statistics of a later run."""
+        """Return whether these are the statistics of a later run."""
         return statistics.header.writer != self._latest.header.writer
 
     def poll(self, statistics: Statistics, now: int) -> None:
@@ -241,7 +241,7 @@ class _Run:
 
 
 def _watch(statistics: Statistics, late: int | None) -> LateWatch | None:
-    """What notices late activations; None for a run without models."""
+    """Return what notices late activations; None for a run without models."""
     tolerances = [stated.tolerance_ns for stated in statistics.header.models.values()]
     if not tolerances:
         return None
@@ -249,7 +249,7 @@ def _watch(statistics: Statistics, late: int | None) -> LateWatch | None:
 
 
 def _number(path: Path) -> int:
-    """Of an incident, by the name of what was kept of it."""
+    """Return the number of an incident, by the name of what was kept of it."""
     said = path.name.partition(".")[0].rpartition("-")[2]
     return int(said) if said.isdigit() else 0
 

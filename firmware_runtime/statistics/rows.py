@@ -1,4 +1,4 @@
-"""What stands in the blocks of a statistics file, cell by cell: one class a block, by name.
+"""Rows in the blocks of a statistics file, cell by cell: one class a block, by name.
 
 Nothing but signed 64-bit integers. The order of the fields is their order in the file. A field that
 has the name of a figure (`figures`) is that figure.
@@ -17,7 +17,7 @@ Counter: TypeAlias = Annotated[int, "only grows"]
 
 
 class ModelRow(Struct, frozen=True):
-    """Of one model; its histograms follow in the file."""
+    """Counters of one model; its histograms follow in the file."""
 
     scheduled: Counter
     run: Counter
@@ -34,7 +34,7 @@ class ModelRow(Struct, frozen=True):
 
 
 class BusRow(Struct, frozen=True):
-    """Of one bus, since it was opened."""
+    """Counters of one bus, since it was opened."""
 
     transactions: Counter
     bytes: Counter
@@ -44,7 +44,7 @@ class BusRow(Struct, frozen=True):
 
 
 class SerialRow(Struct, frozen=True):
-    """Of one serial port, since it was opened."""
+    """Counters of one serial port, since it was opened."""
 
     writes: Counter
     bytes_written: Counter
@@ -55,7 +55,7 @@ class SerialRow(Struct, frozen=True):
 
 
 class LinkRow(Struct, frozen=True):
-    """Of a run's link to its other part; its histograms of age and round trip follow in the file.
+    """Counters of a link; its histograms of age and round trip follow in the file.
 
     The fields from `malformed` on are refusals by reason.
     """
@@ -89,7 +89,7 @@ REFUSALS = LinkRow.__struct_fields__[LinkRow.__struct_fields__.index("malformed"
 
 
 class DeadlineRow(Struct, frozen=True):
-    """Of one deadline on a path."""
+    """Counters of one deadline on a path."""
 
     misses: Counter
     samples: Counter
@@ -97,7 +97,7 @@ class DeadlineRow(Struct, frozen=True):
 
 
 class WorstRow(Struct, frozen=True):
-    """Of one of the worst activations; own times and devices follow in the file."""
+    """One of the worst activations; own times and devices follow in the file."""
 
     t_ns: int
     model: int

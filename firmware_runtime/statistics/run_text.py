@@ -51,7 +51,10 @@ def statistics_text(figures: Figures, worst: int = _WORST_SHOWN) -> list[str]:
 
 
 def causes_text(causes: Causes) -> str:
-    """What an activation spent most of its time on, four at most; the wire is within models."""
+    """Return what an activation spent most of its time on, four at most.
+
+    The wire is within models.
+    """
     spent = {
         "waking": causes.wake_us,
         "steps before": causes.behind_us,
@@ -69,7 +72,7 @@ def causes_text(causes: Causes) -> str:
 
 
 def _story(figures: Figures) -> str:
-    """How far it has come, or how it ended, in whole numbers."""
+    """Return how far it has come, or how it ended, in whole numbers."""
     run = figures.conditions.run
     state = "has run for" if run.state == "running" else f"{_ended(run)} after"
     return (
@@ -80,13 +83,13 @@ def _story(figures: Figures) -> str:
 
 
 def _reactions(figures: Figures) -> str:
-    """How often models answered an input at once, which is no activation of their own."""
+    """Return how often models answered an input at once, which is no activation of their own."""
     reactions = sum(model.reactions for model in figures.models.values())
     return f"; {_counted(reactions, 'reaction')} to inputs" if reactions else ""
 
 
 def _overruns(figures: Figures) -> str:
-    """How often it was late, where something can be."""
+    """Return how often it was late, where something can be."""
     if figures.is_virtual:
         return ""
     overruns = _counted(figures.overruns, "overrun")
@@ -98,7 +101,7 @@ def _counted(number: int, noun: str) -> str:
 
 
 def _waiting(figures: Figures) -> str:
-    """What is due and has not had its turn yet, where there is such a thing."""
+    """Return what is due and has not had its turn yet, where there is such a thing."""
     return f", {figures.waiting} waiting" if figures.waiting > 0 else ""
 
 
@@ -111,7 +114,7 @@ def _virtual(figures: Figures) -> list[str]:
 
 
 def _ended(run: RunFigures) -> str:
-    """How the run ended, with the reason unless that is only that its time was up."""
+    """Return how the run ended, with the reason unless that is only that its time was up."""
     if run.reason is None or run.state == "ended":
         return run.state
     return f"{run.state} ({run.reason})"
@@ -196,14 +199,17 @@ def _deadlines(figures: Figures) -> list[str]:
 
 
 def deadline_text(counted: DeadlineRow) -> str:
-    """What became of the samples on a path; of one that is not enabled nothing was measured."""
+    """Return what became of the samples on a path.
+
+    Of one that is not enabled nothing was measured.
+    """
     if counted.answers == 0:
         return f"not enabled, none of {counted.samples} samples has been answered"
     return f"{counted.misses} missed"
 
 
 def _link(link: LinkFigures | None) -> list[str]:
-    """How the link to the other part went, what went wrong first."""
+    """Return how the link to the other part went, what went wrong first."""
     return [] if link is None else [f"  link: {link_text(link)}"]
 
 
@@ -239,12 +245,12 @@ def _worst(figures: Figures, shown: int) -> list[str]:
 
 
 def because(worst: WorstActivation) -> str:
-    """Why it was late, where that was looked for."""
+    """Return why it was late, where that was looked for."""
     return "" if worst.blame is None else f"; because: {sentence(worst.blame)}"
 
 
 def _late_by_cause(figures: Figures) -> list[str]:
-    """How often each cause made a step late, the most frequent first."""
+    """Return how often each cause made a step late, the most frequent first."""
     counted = sorted((figures.late_by_cause or {}).items(), key=lambda each: -each[1])
     named = ", ".join(f"{cause} {steps}" for cause, steps in counted)
     return [f"  late steps by cause: {named}"] if named else []

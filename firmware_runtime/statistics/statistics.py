@@ -73,34 +73,40 @@ class Statistics(Struct, frozen=True):
 
     @property
     def layout(self) -> Layout:
-        """Where each number stands."""
+        """Return where each number stands."""
         return self.header.layout
 
     @property
     def state(self) -> RunState:
-        """How far the run has come, and how it ended."""
+        """Return how far the run has come, and how it ended."""
         return RunState(self.cells[STATE])
 
     @property
     def is_virtual(self) -> bool:
-        """Whether it ran in virtual time: nothing can be late then, nothing takes any time."""
+        """True if it ran in virtual time: nothing can be late then, nothing takes any time."""
         return bool(self.header.conditions.get("clock") == "VirtualClock")
 
     @property
     def reason(self) -> str | None:
-        """How the run ended, in a sentence; None before that."""
+        """Return how the run ended, in a sentence; None before that."""
         text = bytes(self.cells[self.layout.reason]).rstrip(b"\0")
         return text.decode("utf-8", errors="ignore") or None
 
     @property
     def heartbeat_age_ns(self) -> int | None:
-        """How far logical time is behind CLOCK_MONOTONIC; None before the first step has ended."""
+        """Return how far logical time is behind CLOCK_MONOTONIC.
+
+        None before the first step has ended.
+        """
         heartbeat = self.cells[HEARTBEAT]
         return monotonic_ns() - heartbeat if heartbeat > 0 else None
 
     @property
     def timeline(self) -> list[Span]:
-        """How the run went over time, oldest first; the last second only once the run has ended."""
+        """Return how the run went over time, oldest first.
+
+        The last second only once the run has ended.
+        """
         return read_timeline(self.cells[self.layout.timeline])
 
     def lateness(self) -> Histogram:
@@ -153,7 +159,7 @@ class Statistics(Struct, frozen=True):
         return found if self.layout.causes and not self.is_virtual else None
 
     def faults(self) -> dict[str, dict[str, FaultFigures]]:
-        """What models reported, by path and kind; a model without faults is left out."""
+        """Return what models reported, by path and kind; a model without faults is left out."""
         block = self.cells[self.layout.faults]
         counted = (
             (path, fault_table.read(block, index))
@@ -191,7 +197,7 @@ class Statistics(Struct, frozen=True):
         return waiting(self.cells, self.header, index)
 
     def _measured(self, histogram: slice) -> Histogram:
-        """What was measured; in virtual time, in which a step takes none, nothing was."""
+        """Return what was measured; in virtual time, in which a step takes none, nothing was."""
         return Histogram(empty_cells() if self.is_virtual else self.cells[histogram])
 
     def _bus(self, index: int) -> BusFigures:
@@ -245,7 +251,7 @@ class Statistics(Struct, frozen=True):
 
     @property
     def is_guarded(self) -> bool:
-        """Whether a guard's last sign is less than a second older than the loop's."""
+        """True if a guard's last sign is less than a second older than the loop's."""
         guard = self.cells[GUARD]
         return guard > 0 and self.cells[HEARTBEAT] - guard < SECOND
 

@@ -96,7 +96,7 @@ def _times(count: int) -> str:
 
 
 def _when(counted: FaultFigures) -> str:
-    """When the first and the last came, as far as that is known."""
+    """Return when the first and the last came, as far as that is known."""
     first, last = counted.first_s, counted.last_s
     if last is None:
         return ""
@@ -107,7 +107,10 @@ def _when(counted: FaultFigures) -> str:
 
 
 def outputs_text(outputs_on: Mapping[str, int]) -> str:
-    """How many outputs of each chip are on after a run; "none is known" where no chip can say."""
+    """Return how many outputs of each chip are on after a run.
+
+    "none is known" where no chip can say.
+    """
     if not outputs_on:
         return "outputs still on: none is known"
     on = ", ".join(f"{name} {count}" for name, count in outputs_on.items() if count)

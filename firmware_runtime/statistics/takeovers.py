@@ -1,4 +1,4 @@
-"""What a guard did, in a file beside the run's statistics: JSON lines, the last hundred.
+"""Takeovers by a guard, in a file beside the run's statistics: JSON lines, the last hundred.
 
     {"at_ns": 81234567890, "writer": {...}, "generation": 1,
      "why": "process 4711 has ended", "off_after_ns": 1200000, "failed": []}

@@ -89,7 +89,7 @@ def keep_output(output: Path, content: bytes, option: str = "-o", mode: int | No
 
 
 def read_file(path: Path) -> bytes:
-    """What a file holds; a FIFO in its place is not waited for.
+    """Return what a file holds; a FIFO in its place is not waited for.
 
     Raises OSError, also for what is no regular file, or larger than such a file can be.
     """
@@ -118,7 +118,10 @@ def read_text(path: Path) -> str:
 
 
 def why_not_writable(path: Path) -> str | None:
-    """Why no file can be opened there to be written, in words; None if it seems to be possible."""
+    """Return why no file can be opened there to be written, in words.
+
+    None if it seems to be possible.
+    """
     try:
         mode = path.stat().st_mode
     except FileNotFoundError:
@@ -133,7 +136,7 @@ def why_not_writable(path: Path) -> str | None:
 
 
 def _why_not_made(folder: Path) -> str | None:
-    """Why no file can be made in a folder."""
+    """Return why no file can be made in a folder."""
     if not folder.exists():
         return f"there is no folder {folder}"
     if not folder.is_dir():
@@ -168,6 +171,6 @@ def owner_of_folder(folder: Path) -> str | None:
 
 
 def refused(path: Path, owner: str) -> str:
-    """Why a file or folder is not read, and how one gets it all the same."""
+    """Return why a file or folder is not read, and how one gets it all the same."""
     expected = "expected one's own, root's or the service's; a copy of one's own can be read"
     return f"{path} belongs to {owner}; {expected}"

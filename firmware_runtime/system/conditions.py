@@ -47,7 +47,7 @@ def system_conditions(files: SystemFiles = THIS_MACHINE) -> dict[str, Any]:
 
 
 def versions_here() -> dict[str, str | None]:
-    """Of Python, kernel and packages, by name, as a recording keeps them."""
+    """Return the versions of Python, kernel and packages, by name, as a recording keeps them."""
     return {"python": _python(), "kernel": _kernel_name(), **_versions()}
 
 
@@ -88,7 +88,7 @@ def _processors(files: SystemFiles) -> dict[str, Any]:
 
 @cache
 def _versions() -> dict[str, str | None]:
-    """What is installed; looked up once, for a process that has many runs."""
+    """Return what is installed; looked up once, for a process that has many runs."""
     return {name: version_of(name) for name in PACKAGES}
 
 

@@ -18,7 +18,7 @@ class Holder(NamedTuple):
 
 
 class Holders(NamedTuple):
-    """What was found, and how many processes hide their files from this user."""
+    """Holders that were found, and the number of processes that hide their files from this user."""
 
     found: list[Holder]
     hidden: int
@@ -43,7 +43,7 @@ def _processes(files: SystemFiles) -> list[str]:
 
 
 def _opened(files: SystemFiles, process: str) -> set[str] | None:
-    """What a process has open; None if it may not be seen, nothing if it has just ended."""
+    """Return what a process has open; None if it may not be seen, nothing if it has just ended."""
     folder = files.path(f"/proc/{process}/fd")
     try:
         descriptors = list(folder.iterdir())
@@ -92,17 +92,17 @@ def adapter_number(files: SystemFiles, node: str) -> str | None:
 
 
 def adapter_attribute(files: SystemFiles, node: str, name: str) -> str:
-    """Where an attribute of a node's adapter stands."""
+    """Return where an attribute of a node's adapter stands."""
     return f"/sys/bus/i2c/devices/i2c-{adapter_number(files, node)}/{name}"
 
 
 def adapter_name(files: SystemFiles, node: str) -> str | None:
-    """What the adapter is called; None where it is not shown."""
+    """Return what the adapter is called; None where it is not shown."""
     return files.text(adapter_attribute(files, node, "name"))
 
 
 def not_for_robots(files: SystemFiles, node: str) -> str | None:
-    """Whose bus it is where it serves the computer itself: a display's, the mainboard's; or None.
+    """Return the part of the computer that a bus serves: a display, the mainboard; or None.
 
     Names show it, as does the kernel: it hangs a graphics card's own buses below the card (/drm/),
     and links the bus of a display to its connector.

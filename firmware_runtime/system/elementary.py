@@ -130,14 +130,14 @@ def _reduced(x: float) -> tuple[int, float]:
 
 
 def _sine(x: float) -> float:
-    """Of an angle within pi/4."""
+    """Return it for an angle within pi/4."""
     z = x * x
     series = 1 / 362880 - z * (1 / 39916800 - z * (1 / 6227020800 - z * (1 / 1307674368000)))
     return x - x * z * (1 / 6 - z * (1 / 120 - z * (1 / 5040 - z * series)))
 
 
 def _cosine(x: float) -> float:
-    """Of an angle within pi/4."""
+    """Return it for an angle within pi/4."""
     z = x * x
     series = 1 / 3628800 - z * (1 / 479001600 - z * (1 / 87178291200 - z * (1 / 20922789888000)))
     return 1.0 - (0.5 * z - z * z * (1 / 24 - z * (1 / 720 - z * (1 / 40320 - z * series))))

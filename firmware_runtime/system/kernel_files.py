@@ -22,7 +22,7 @@ class SystemFiles(Struct, frozen=True):
     root: Path = Path("/")
 
     def path(self, name: str) -> Path:
-        """Where a file really is."""
+        """Return where a file really is."""
         return self.root / name.lstrip("/")
 
     def content(self, name: str) -> bytes | None:
@@ -50,7 +50,7 @@ class SystemFiles(Struct, frozen=True):
             return None
 
     def exists(self, name: str) -> bool:
-        """Whether there is such a file, as far as this user can see."""
+        """Return whether there is such a file, as far as this user can see."""
         try:
             return self.path(name).exists()
         except OSError:
@@ -104,12 +104,12 @@ def realtime_priority_limit(files: SystemFiles) -> int | str | None:
 
 
 def memory_lock_limit(files: SystemFiles) -> int | str | None:
-    """How many bytes this process may keep in RAM without CAP_IPC_LOCK."""
+    """Return how many bytes this process may keep in RAM without CAP_IPC_LOCK."""
     return limit(files, "Max locked memory")
 
 
 def has_capability(files: SystemFiles, number: int) -> bool:
-    """Whether a capability is in effect."""
+    """Return whether a capability is in effect."""
     return bool(int(status(files, "CapEff") or "0", 16) >> number & 1)
 
 
@@ -156,7 +156,7 @@ def realtime_throttling(files: SystemFiles) -> RealtimeThrottling:
 
 
 def preemption(files: SystemFiles, kernel_build: str) -> str | None:
-    """How readily the kernel lets a waiting thread in; None for a version that does not say.
+    """Return how readily the kernel lets a waiting thread in; None for a version that does not say.
 
     `rt` (PREEMPT_RT) or `full`; `none or voluntary` where the version names no model. Where it is
     chosen at boot, what was chosen (`full`, `lazy`, `voluntary`, `none`), or `dynamic` if that is
@@ -173,7 +173,7 @@ def preemption(files: SystemFiles, kernel_build: str) -> str | None:
 
 
 def _chosen(files: SystemFiles) -> str | None:
-    """What debugfs shows in parentheses, or the kernel's command line."""
+    """Return what debugfs shows in parentheses, or the kernel's command line."""
     shown = re.search(_CHOSEN, files.text("/sys/kernel/debug/sched/preempt") or "")
     at_boot = re.search(_AT_BOOT, files.text("/proc/cmdline") or "")
     found = shown or at_boot
@@ -181,7 +181,7 @@ def _chosen(files: SystemFiles) -> str | None:
 
 
 def clock_source(files: SystemFiles) -> str | None:
-    """What the kernel reads the time from."""
+    """Return what the kernel reads the time from."""
     return files.text(f"{_CLOCK_SOURCES}/current_clocksource")
 
 
@@ -217,7 +217,7 @@ def tickless(files: SystemFiles) -> list[int] | None:
 
 
 def online(files: SystemFiles) -> int | None:
-    """How many processors are switched on; None if the kernel does not say."""
+    """Return how many processors are switched on; None if the kernel does not say."""
     cpus = cpu_list(files.text(f"{CPUS}/online"))
     return len(cpus) if cpus else None
 
@@ -232,7 +232,7 @@ def computer_model(files: SystemFiles) -> str | None:
 
 
 def virtualised(files: SystemFiles) -> bool | None:
-    """Whether a hypervisor is underneath; None where that is unknown.
+    """Return whether a hypervisor is underneath; None where that is unknown.
 
     A device tree without any mark of one counts as that of a real computer.
     """

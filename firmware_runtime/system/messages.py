@@ -74,7 +74,7 @@ class Sentences:
         return begun
 
     def _writer(self, stream: TextIO) -> _Write:
-        """What writes to this kind of stream without waiting."""
+        """Return what writes to this kind of stream without waiting."""
         try:
             descriptor = stream.fileno()
             mode = os.fstat(descriptor).st_mode
@@ -134,7 +134,7 @@ class Journal:
 
     @property
     def is_there(self) -> bool:
-        """Whether there is a journal to write to."""
+        """True if there is a journal to write to."""
         return self._socket is not None
 
     def write(self, message: str, priority: int = NOTICE, **fields: object) -> None:
@@ -191,7 +191,7 @@ class Notices:
 
     @property
     def is_there(self) -> bool:
-        """Whether the service manager gave us a socket."""
+        """True if the service manager gave us a socket."""
         return self._notifier is not None
 
     def close(self) -> None:
@@ -240,7 +240,7 @@ class Notices:
 
 
 def _notifier() -> "SystemdNotifier | None":
-    """Where NOTIFY_SOCKET leads, if anywhere."""
+    """Return where NOTIFY_SOCKET leads, if anywhere."""
     if not os.environ.get("NOTIFY_SOCKET"):
         return None
     from sdnotify import SystemdNotifier  # noqa: PLC0415 -- of a service only

@@ -13,7 +13,7 @@ class ProgramFailed(FirmwareRuntimeError):
 
 
 class Ended(NamedTuple):
-    """What a program left."""
+    """Result of a program."""
 
     status: int
     out: str

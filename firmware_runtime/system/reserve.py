@@ -15,7 +15,7 @@ class Reserve:
 
     @property
     def is_held(self) -> bool:
-        """Whether there is something to release."""
+        """True if there is something to release."""
         return bool(self._held)
 
     def hold(self) -> None:

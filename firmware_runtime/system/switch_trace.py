@@ -1,4 +1,4 @@
-"""Which thread each processor ran, and when a thread could have run: traced by the kernel.
+"""Trace of switches by the kernel: the thread each processor ran, and when one could have run.
 
 An instance of tracing of our own (`instances/firmware-runtime-PID`), so that no other tracing is
 touched: switches of all processors, wakings of one thread, stamped by CLOCK_MONOTONIC, in rings
@@ -82,7 +82,7 @@ class SwitchTrace:
         self._trace = instance / "trace"
 
     def read(self) -> list[Switch]:
-        """What they hold, oldest first; some MB of text on a busy machine."""
+        """Return what they hold, oldest first; some MB of text on a busy machine."""
         with self._trace.open(encoding="utf-8", errors="replace") as lines:
             return switches(lines)
 
@@ -141,7 +141,10 @@ def _remove_left_over(root: Path) -> None:
 
 
 def _tracefs() -> Path:
-    """Where tracefs is mounted, if it is; else mounted here, where no other process sees it."""
+    """Return where tracefs is mounted, if it is; else mounted here.
+
+    Where no other process sees it.
+    """
     for place in PLACES:
         with suppress(OSError):
             if (place / "instances").is_dir():

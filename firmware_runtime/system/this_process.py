@@ -1,4 +1,4 @@
-"""Which process wrote a file, so that another can check whether it is still there.
+"""Identity, priority and processors of this process; notes that hold for one boot.
 
 A process number alone is used again, after a restart of the machine very soon; with the moment the
 process started and the boot it started in, it is not. Source: proc(5), /proc/[pid]/stat field 22.
@@ -25,7 +25,7 @@ _MOST: Final = 2**22
 
 
 class ProcessIdentity(Struct, frozen=True):
-    """Which process, as a file's header carries it."""
+    """Identity of a process, as a file's header carries it."""
 
     pid: Annotated[int, Meta(gt=0, le=_MOST)]
     started_ticks: int | None
@@ -40,7 +40,7 @@ def this_process() -> ProcessIdentity:
 
 
 def started_at() -> int:
-    """When the calling process started, ns of CLOCK_MONOTONIC, a clock tick too early at most.
+    """Return when the calling process started, ns of CLOCK_MONOTONIC, at most a tick too early.
 
     Time that the machine slept since then makes it earlier still. Now, where it is not shown.
     """
@@ -56,7 +56,7 @@ def _slept() -> int:
 
 
 def is_running(identity: ProcessIdentity) -> bool:
-    """Whether the process of that identity still exists on this machine."""
+    """Return whether the process of that identity still exists on this machine."""
     if not is_this_boot(identity.boot_id):
         return False
     started = _started_ticks(identity.pid)
@@ -64,7 +64,7 @@ def is_running(identity: ProcessIdentity) -> bool:
 
 
 def is_this_boot(noted: str) -> bool:
-    """Whether a boot's identity is that of the present one, as far as both are known."""
+    """Return whether a boot's identity is that of the present one, as far as both are known."""
     return len({noted, boot_id()} - {""}) <= 1
 
 
@@ -114,7 +114,7 @@ def leave_note(path: Path, note: NoteOfBoot, mode: int) -> None:
 
 
 def read_note(path: Path, kind: type[Note]) -> Note | None:
-    """What was left there in this boot; None for nothing, or what is no such note."""
+    """Return what was left there in this boot; None for nothing, or what is no such note."""
     try:
         found = msgspec.json.decode(read_file(path), type=kind)
     except (OSError, msgspec.MsgspecError, UnicodeDecodeError, RecursionError):

@@ -1,4 +1,4 @@
-"""What the kernel counts of this thread and of its processor: read in one go, taken apart later.
+"""Counters of this thread and of its processor by the kernel: read in one go, taken apart later.
 
 Files are opened once and kept: a reading is a few `pread`, some 0.1 ms after a sleep. It is raw
 bytes until two of them are compared (`between`), which happens after something was late only. A
@@ -64,7 +64,7 @@ class Reading(NamedTuple):
 
 
 class Counted(Struct, frozen=True, kw_only=True):
-    """What the counters grew by from one reading to the next; None: not measured."""
+    """Growth of the counters from one reading to the next; None: not measured."""
 
     cpu_ns: int = 0
     """Processor time of the thread."""
@@ -153,7 +153,7 @@ class ThreadCounters:
         )
 
     def is_traced(self) -> bool:
-        """Whether a tracer, such as strace or a debugger, has this thread now."""
+        """Return whether a tracer, such as strace or a debugger, has this thread now."""
         found = _read(self._process)
         return found is not None and _TRACER in found and _UNTRACED not in found
 
@@ -177,7 +177,7 @@ class ThreadCounters:
 
 
 def between(before: Reading, after: Reading) -> Counted:
-    """What happened from one reading to the next."""
+    """Return what happened from one reading to the next."""
     minor, major, voluntary, involuntary = (
         now - then for now, then in zip(after.usage, before.usage, strict=True)
     )
@@ -236,7 +236,7 @@ def _word(content: bytes | None, index: int) -> int | None:
 
 
 def _blocked(status: bytes | None) -> int | None:
-    """Of /proc/thread-self/stat, whose second field is a name that may hold blanks."""
+    """Read /proc/thread-self/stat, whose second field is a name that may hold blanks."""
     return None if status is None else _word(status.rpartition(b")")[2], _BLOCKED_TICKS - 2)
 
 
@@ -247,7 +247,7 @@ def _io(content: bytes | None) -> tuple[int | None, int | None]:
 
 
 def _machine(content: bytes | None, cpu: int) -> tuple[int | None, int | None, int | None]:
-    """Of /proc/stat: ticks stolen from a processor and spent on interrupts, all interrupts."""
+    """Read /proc/stat: ticks stolen from a processor and spent on interrupts, all interrupts."""
     ticks, steal, interrupt = _words(content, b"\ncpu%d " % cpu), None, None
     if len(ticks) > _STEAL:
         steal, interrupt = ticks[_STEAL], ticks[_IRQ] + ticks[_SOFTIRQ]

@@ -12,7 +12,7 @@ _levels: dict[object, bool] = {}
 
 
 class Direction(Enum):
-    """Which way a line goes."""
+    """Direction of a line."""
 
     INPUT = "input"
     OUTPUT = "output"
@@ -26,7 +26,7 @@ class Pull(Enum):
 
 
 class DriveMode(Enum):
-    """How an output drives its line."""
+    """Drive mode of an output."""
 
     PUSH_PULL = "push-pull"
     OPEN_DRAIN = "open-drain"

@@ -1,4 +1,4 @@
-"""What a CircuitPython driver wants of `busio.I2C`, over anything that carries out transactions.
+"""Base of `busio.I2C` for CircuitPython drivers, over anything that carries out transactions.
 
 Source: CircuitPython 9, shared-bindings/busio/I2C.c.
 """

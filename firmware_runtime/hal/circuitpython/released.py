@@ -1,4 +1,4 @@
-"""What CircuitPython's objects of hardware have in common: `with` lets them go at its end."""
+"""Base of CircuitPython's objects of hardware: `with` releases them at its end."""
 
 from abc import abstractmethod
 

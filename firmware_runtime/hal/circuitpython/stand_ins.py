@@ -88,7 +88,7 @@ class _Renamed(Loader):
 
 
 def _is_blinka(spec: ModuleSpec) -> bool:
-    """Whether a module lies beside the package adafruit_blinka."""
+    """Return whether a module lies beside the package adafruit_blinka."""
     if spec.origin is None:
         return False
     folder = Path(spec.origin).parent

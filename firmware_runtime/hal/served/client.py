@@ -127,11 +127,11 @@ class ServedDoubles:
 
     @property
     def outputs(self) -> dict[str, int]:
-        """How many outputs of each actuating chip are on. Raises BusTimeout, BusAbsent."""
+        """Number of outputs of each actuating chip are on. Raises BusTimeout, BusAbsent."""
         return look(self._ask).outputs
 
     def result(self, elapsed: int, own: Mapping[str, object]) -> dict[str, object]:
-        """How a run of `elapsed` ns ended. Raises BusTimeout, BusAbsent."""
+        """Return how a run of `elapsed` ns ended. Raises BusTimeout, BusAbsent."""
         answered = self._ask(Conclude(elapsed, dict(own)), "doubles")
         if isinstance(answered, Concluded):
             return answered.result
@@ -143,7 +143,7 @@ class ServedDoubles:
 
 
 def look(ask: Ask) -> Standing:
-    """How things stand now with the doubles served. Raises BusTimeout, BusAbsent."""
+    """Return how things stand now with the doubles served. Raises BusTimeout, BusAbsent."""
     answered = ask(Look(), "doubles")
     if isinstance(answered, Standing):
         return answered
@@ -156,7 +156,7 @@ def strike(ask: Ask, asked: Strike) -> None:
 
 
 def _data(answered: Answered, where: str) -> bytes:
-    """What was read. Raises the error a bus of this process raises."""
+    """Return what was read. Raises the error a bus of this process raises."""
     match answered:
         case Done(data):
             return data

@@ -43,7 +43,7 @@ class Write(Struct, tag="write", array_like=True, frozen=True):
 
 
 class Read(Struct, tag="read", array_like=True, frozen=True):
-    """What has arrived at a serial port."""
+    """Bytes that have arrived at a serial port."""
 
     port: str
 
@@ -55,7 +55,7 @@ class Enable(Struct, tag="enable", array_like=True, frozen=True):
 
 
 class Look(Struct, tag="look", array_like=True, frozen=True):
-    """How things stand."""
+    """Question for the state of the doubles."""
 
 
 class Conclude(Struct, tag="conclude", array_like=True, frozen=True):
@@ -88,13 +88,13 @@ class Failed(Struct, tag="failed", array_like=True, frozen=True):
 
 
 class Refused(Struct, tag="refused", array_like=True, frozen=True):
-    """What arrived was no question, and why."""
+    """Refusal of what was no question, and why."""
 
     reason: str
 
 
 class Standing(Struct, tag="standing", array_like=True, frozen=True):
-    """How things stand `at` ns after the server's start.
+    """State of the doubles `at` ns after the server's start.
 
     `outputs` counts what is on, chip by chip; `levels` has every output, as the log does.
     """
@@ -106,7 +106,7 @@ class Standing(Struct, tag="standing", array_like=True, frozen=True):
 
 
 class Concluded(Struct, tag="concluded", array_like=True, frozen=True):
-    """How a run ended, by the true state of the world."""
+    """Result of a run, by the true state of the world."""
 
     result: dict[str, object]
 

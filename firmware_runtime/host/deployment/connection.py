@@ -61,7 +61,10 @@ _OF_SSH = 255
 
 
 def fault_of_host(host: str) -> str | None:
-    """Why this is no host, if it is none; ssh would take one that begins with - for an option."""
+    """Return why this is no host, if it is none.
+
+    ssh would take one that begins with - for an option.
+    """
     if _HOST.fullmatch(host):
         return None
     return f"{host!r}: no host; expected HOST or USER@HOST, and a port as --port"
@@ -111,7 +114,7 @@ class Connection:
 
 
 def _of_ssh_or_first(ended: Ended) -> str:
-    """What ssh said last, or rsync first: it adds where in its source it gave up."""
+    """Return what ssh said last, or rsync first: it adds where in its source it gave up."""
     lines = [line.strip() for line in ended.error.splitlines() if line.strip()]
     others = [line for line in lines if not line.startswith("rsync")]
     return (others[-1:] or lines[:1] or [ended.reason])[0]

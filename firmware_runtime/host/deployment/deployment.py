@@ -30,7 +30,7 @@ DOCTOR_FAILS = 8
 
 @dataclass(frozen=True, slots=True)
 class DeploymentOptions:
-    """What is to be deployed, where, and how."""
+    """Options of a deployment: what, where to, and how."""
 
     host: str
     board: str
@@ -50,7 +50,7 @@ class DeploymentOptions:
 
     @property
     def home(self) -> str:
-        """Where the program goes."""
+        """Return where the program goes."""
         return f"{self.root}/opt/firmware-runtime"
 
 

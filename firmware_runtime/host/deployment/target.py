@@ -1,4 +1,4 @@
-"""What a target has, as `probe.sh` saw it, and what it lacks."""
+"""Target of a deployment: what it has, as `probe.sh` saw it, and what it lacks."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -44,7 +44,7 @@ class Platform:
         return [*options, *(f"--platform={tag}" for tag in self.tags)]
 
     def takes(self, file_name: str) -> bool:
-        """Whether a wheel of this name can be installed there."""
+        """Return whether a wheel of this name can be installed there."""
         stem, _, suffix = file_name.rpartition(".")
         words = stem.split("-")
         if suffix != "whl" or len(words) < 5:
@@ -106,12 +106,12 @@ class Target:
 
     @property
     def platform(self) -> Platform:
-        """What wheels have to fit."""
+        """Return what wheels have to fit."""
         major, minor = _version(self.python)
         return Platform(self.machine, (major, minor))
 
     def text(self) -> str:
-        """What it is, in a line."""
+        """Return what it is, in a line."""
         parts = [self.machine, f"Python {self.python}", f"glibc {self.glibc}"]
         parts += [f"{int(self.free_kib) / 1024**2:.1f} GiB free"]
         if self.superuser:

@@ -32,7 +32,7 @@ LOCK = "lock.json"
 
 
 def cache_directory() -> Path:
-    """Where downloaded wheels are kept: `firmware-runtime/wheels` in the user's cache."""
+    """Return where downloaded wheels are kept: `firmware-runtime/wheels` in the user's cache."""
     base = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
     return Path(base, "firmware-runtime", "wheels")
 
@@ -96,7 +96,7 @@ def _demand_fitting(platform: Platform, folder: Path) -> None:
 
 
 def _is_kept(cache: Path, wanted: Sequence[str]) -> bool:
-    """Whether the cache has what is wanted, and every file of it as it was."""
+    """Return whether the cache has what is wanted, and every file of it as it was."""
     try:
         lock = json.loads((cache / LOCK).read_text())
         return bool(lock["wanted"] == wanted and lock["files"] == _sums(cache.glob("*.whl")))

@@ -23,7 +23,7 @@ class Severity(StrEnum):
 
     @property
     def needs_attention(self) -> bool:
-        """Whether there is something to fix or to know."""
+        """True if there is something to fix or to know."""
         return self in {Severity.NOTE, Severity.WARNING, Severity.FAILURE}
 
 
@@ -73,7 +73,7 @@ TYPICAL_PRIORITY = 60
 
 @dataclass(frozen=True, slots=True)
 class Demands:
-    """What a board needs of the machine. Buses, ports and addresses go by device node."""
+    """Demands of a board on the machine. Buses, ports and addresses go by device node."""
 
     board: str
     bus_hz: Mapping[str, int] = field(default_factory=dict)
@@ -118,7 +118,7 @@ class Machine:
 
     @property
     def is_raspberry_pi(self) -> bool:
-        """Whether the device tree says so."""
+        """True if the device tree says so."""
         return (computer_model(self.files) or "").startswith("Raspberry Pi")
 
 
@@ -141,12 +141,12 @@ class Result(NamedTuple):
 
     @property
     def fix(self) -> str:
-        """What fixes it, as exactly as is known."""
+        """Return what fixes it, as exactly as is known."""
         return self.finding.fix or self.check.fix
 
 
 def may_write(path: Path) -> bool:
-    """Whether a file may be opened for writing."""
+    """Return whether a file may be opened for writing."""
     return os.access(path, os.W_OK)
 
 
@@ -160,7 +160,7 @@ def owning_group(path: Path) -> str | None:
 
 
 def nodes_usable(machine: Machine, nodes: Sequence[str]) -> Finding:
-    """Whether all of these nodes that exist may be read and written."""
+    """Return whether all of these nodes that exist may be read and written."""
     there = [node for node in nodes if machine.files.exists(node)]
     if not there:
         return not_applicable(f"{', '.join(nodes) or 'no node'}: not there")

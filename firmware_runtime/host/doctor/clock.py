@@ -1,4 +1,4 @@
-"""What the time is read from, and whether the time of day is right."""
+"""Clock source and time of day."""
 
 import ctypes
 
@@ -46,7 +46,7 @@ def _wall_clock(_machine: Machine) -> Finding:
 
 
 def is_synchronised() -> bool:
-    """Whether the kernel takes the time of day for right. Raises OSError if it does not say."""
+    """Return whether the time of day is right, says the kernel. Raises OSError if it does not."""
     library = ctypes.CDLL(None, use_errno=True)
     state = library.adjtimex(ctypes.create_string_buffer(_ROOM_FOR_TIMEX))
     if state < 0:

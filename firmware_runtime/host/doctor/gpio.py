@@ -1,4 +1,4 @@
-"""Whether output lines fall back when a program dies, and whether this user may use them."""
+"""Output lines: do they fall back when a program dies, and may this user use them."""
 
 from firmware_runtime.host.doctor.check import (
     Check,

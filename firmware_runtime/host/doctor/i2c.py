@@ -1,4 +1,4 @@
-"""Whether the board's I2C buses are there, at the right speed, open to this user, and its own."""
+"""The board's I2C buses: there, at the right speed, open to this user, and its own."""
 
 import struct
 from collections.abc import Sequence

@@ -1,4 +1,4 @@
-"""Whether Python and the libraries of the bus are those this project needs."""
+"""Python and the libraries of the bus, against those this project needs."""
 
 import platform
 import sys

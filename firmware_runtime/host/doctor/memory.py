@@ -1,4 +1,4 @@
-"""Whether the loop's memory stays in RAM."""
+"""Memory of the loop: does it stay in RAM."""
 
 from firmware_runtime.host.doctor.check import (
     Check,

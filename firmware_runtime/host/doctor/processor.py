@@ -1,4 +1,4 @@
-"""Whether the processors are awake, at full speed, and the loop's own."""
+"""Processors: awake, at full speed, and the loop's own."""
 
 from collections.abc import Sequence
 

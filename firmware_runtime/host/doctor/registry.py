@@ -47,7 +47,7 @@ def examine(machine: Machine) -> list[Result]:
 
 
 def _examine(check: Check, machine: Machine) -> Finding:
-    """What a check finds; what the kernel shows in a form not foreseen cannot be judged."""
+    """Return what a check finds; what the kernel shows in a form not foreseen cannot be judged."""
     try:
         return check.examine(machine)
     except (OSError, ValueError, LookupError) as error:

@@ -1,4 +1,4 @@
-"""Whether the loop gets the processor when its deadline comes."""
+"""Scheduling: does the loop get the processor when its deadline comes."""
 
 import errno
 import gzip

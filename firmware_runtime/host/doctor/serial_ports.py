@@ -1,4 +1,4 @@
-"""Whether the board's serial ports are there, open to this user, and no console."""
+"""The board's serial ports: there, open to this user, and no console."""
 
 from pathlib import Path
 
@@ -54,7 +54,7 @@ def _console(machine: Machine) -> Finding:
 
 
 def _real_name(machine: Machine, node: str) -> str:
-    """What a link such as /dev/serial0 leads to."""
+    """Return what a link such as /dev/serial0 leads to."""
     return machine.files.path(node).resolve().name
 
 

@@ -1,4 +1,4 @@
-"""What surrounds a run: service manager, watchdog, room for its files, other runs, the guard."""
+"""Surroundings of a run: service manager, watchdog, room for its files, other runs, the guard."""
 
 import os
 import shutil

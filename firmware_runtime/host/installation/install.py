@@ -24,7 +24,7 @@ from firmware_runtime.host.installation.target import Target, Tree, Words, run
 
 
 class Fate(StrEnum):
-    """What becomes of a file."""
+    """Fate of a file."""
 
     UNCHANGED = "unchanged"
     WRITTEN = "written"
@@ -58,7 +58,7 @@ def settings_in_force(board: Board, tree: Tree) -> Board:
 
 
 def changes(plan: Sequence[File], tree: Tree) -> list[Change]:
-    """What becomes of every file of a plan; nothing is written yet."""
+    """Return what becomes of every file of a plan; nothing is written yet."""
     return [_change(file, tree) for file in plan]
 
 
@@ -131,7 +131,7 @@ class Installation:
 
     @property
     def changes_units(self) -> bool:
-        """Whether anything that was there already is overwritten."""
+        """True if anything that was there already is overwritten."""
         return any(each.fate is Fate.WRITTEN and each.there is not None for each in self._changes)
 
     def _show_difference(self, change: Change, log: Log) -> None:
@@ -139,7 +139,7 @@ class Installation:
             log("\n".join(f"    {line}" for line in change.difference()))
 
     def _links(self) -> Iterator[tuple[str, str]]:
-        """What `systemctl enable` would make, where there is none to ask."""
+        """Return what `systemctl enable` would make, where there is none to ask."""
         if not self._target.is_live:
             yield from links(self._board.name).items()
 

@@ -61,7 +61,7 @@ def settings_path(board: str) -> str:
 
 
 def links(board: str) -> dict[str, str]:
-    """What starts a board with the machine: links, and what they lead to."""
+    """Return what starts a board with the machine: links, and what they lead to."""
     return {
         f"{WANTED}/{instance(service, board)}": unit_path(service) for service in (GUARD, RUNTIME)
     }
@@ -130,7 +130,7 @@ def _of_the_run(executive: ExecutiveSettings) -> Iterator[str]:
         yield f"DeviceAllow={_CPU_LATENCY} w"
 
 
-def _texts_below(value: Any) -> Iterator[str]:  # noqa: ANN401 -- whatever settings hold
+def _texts_below(value: object) -> Iterator[str]:  # noqa: ANN401 -- whatever settings hold
     """Every text in a tree of tables and lists that names a device."""
     if isinstance(value, dict):
         value = list(value.values())

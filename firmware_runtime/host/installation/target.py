@@ -33,18 +33,18 @@ class Tree:
     root: Path = Path("/")
 
     def where(self, path: str) -> Path:
-        """Where a file really is."""
+        """Return where a file really is."""
         return self.root / path.lstrip("/")
 
     def content(self, path: str) -> bytes | None:
-        """What is in a file; None if there is none."""
+        """Return what is in a file; None if there is none."""
         place = self.where(path)
         with _explained(place, "read"), suppress(FileNotFoundError):
             return place.read_bytes()
         return None
 
     def exists(self, path: str) -> bool:
-        """Whether there is a file, a directory or a link of that name."""
+        """Return whether there is a file, a directory or a link of that name."""
         return os.path.lexists(self.where(path))
 
     def mode(self, path: str) -> int:
@@ -52,7 +52,7 @@ class Tree:
         return self.where(path).stat().st_mode & 0o7777
 
     def names(self, directory: str) -> list[str]:
-        """What lies in a directory, in order; nothing if it is not there."""
+        """Return what lies in a directory, in order; nothing if it is not there."""
         place = self.where(directory)
         with _explained(place, "read"), suppress(FileNotFoundError):
             return sorted(each.name for each in place.iterdir())
@@ -119,7 +119,7 @@ class Target:
 
     @property
     def has_device_manager(self) -> bool:
-        """Whether udev runs; it does not in a container."""
+        """True if udev runs; it does not in a container."""
         return self.tree.exists(_DEVICE_MANAGER_LISTENS)
 
 
@@ -161,7 +161,7 @@ def run(words: Words, log: Callable[[str], None]) -> None:
 
 
 def answer(words: Words) -> str:
-    """What a command prints. Raises StepFailed."""
+    """Return what a command prints. Raises StepFailed."""
     try:
         return answer_of(words)
     except ProgramFailed as error:
@@ -244,7 +244,7 @@ class UnitState:
 
     @property
     def is_active(self) -> bool:
-        """Whether it runs and is ready, or is reading its settings again."""
+        """True if it runs and is ready, or is reading its settings again."""
         return self.active in {"active", "reloading"}
 
 

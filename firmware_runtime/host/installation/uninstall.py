@@ -72,7 +72,7 @@ class Removal:
                 run(words, log)
 
     def what_stays(self) -> list[str]:
-        """What is left on purpose."""
+        """Return what is left on purpose."""
         if self._purge:
             return []
         kept = (settings_path(self._board), self._records, RUNTIME_DIRECTORY)
@@ -98,7 +98,7 @@ class Removal:
         return f"{RECORDS}/{self._board}"
 
     def _paths(self) -> list[str]:
-        """What there is to remove."""
+        """Return what there is to remove."""
         board, tree = self._board, self._target.tree
         paths = [f"{WANTED}/{instance(service, board)}" for service in SERVICES]
         paths += [drop_in_path(service, board) for service in WITH_DEVICES]
@@ -133,5 +133,5 @@ class Removal:
 
 
 def _is_of(name: str, board: str) -> bool:
-    """Whether a file of the runtime directory is a board's, such as `tachobot.stats`."""
+    """Return whether a file of the runtime directory is a board's, such as `tachobot.stats`."""
     return name.lstrip(".").startswith(f"{board}.")

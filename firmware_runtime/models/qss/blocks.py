@@ -58,12 +58,12 @@ def _fed_at_once(block: Atomic) -> Iterator[Atomic]:
     for port in block.out_ports.values():
         for reached in _ends(port):
             owner = reached.owner
-            direct: Sequence[InPort[Any]] = getattr(owner, "direct", ())
+            direct: Sequence[InPort[object]] = getattr(owner, "direct", ())
             if isinstance(owner, Atomic) and any(reached is each for each in direct):
                 yield owner
 
 
-def _ends(port: AnyPort) -> Iterator[InPort[Any]]:
+def _ends(port: AnyPort) -> Iterator[InPort[object]]:
     """The input ports of atomic models to which a port's values get, through coupled ones."""
     scope = port.owner if isinstance(port, InPort) else port.owner.parent
     if isinstance(scope, Coupled):
@@ -107,7 +107,7 @@ class Integrator(Block):
 
     @property
     def steps(self) -> int:
-        """How many segments of q there have been."""
+        """Number of segments of q there have been."""
         return self._state.steps
 
     def value_at(self, at: int) -> float:

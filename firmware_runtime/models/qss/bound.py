@@ -44,7 +44,7 @@ def error_bound(matrix: Sequence[Sequence[float]], quanta: Sequence[float]) -> l
 
 
 def _numbers(name: str, given: object) -> "Numbers":
-    """What was given as an array of finite numbers. Raises ModelError."""
+    """Return what was given as an array of finite numbers. Raises ModelError."""
     import numpy as np  # noqa: PLC0415 -- as above
 
     try:

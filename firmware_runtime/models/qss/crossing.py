@@ -63,7 +63,7 @@ class Crossing:
         self.hurried = [0, 0]
 
     def look(self, now: int) -> tuple[bool, int]:
-        """Whether its event happens now, and at which instant to look next."""
+        """Return whether its event happens now, and at which instant to look next."""
         t, flat = now * NANO, self.readings.at(now)
         try:
             leaves = self.watch.settle(t, flat)

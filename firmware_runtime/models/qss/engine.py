@@ -81,7 +81,7 @@ class Engine(Atomic):
     # Parts ---------------------------------------------------------------------------------------
 
     def path_of(self, part: str) -> str:
-        """Where a part is, for errors."""
+        """Return where a part is, for errors."""
         if self._is_inner and self.parent is not None:
             return f"{self.parent.path}.{part}"
         return self.path
@@ -137,7 +137,7 @@ class Engine(Atomic):
         side: OutPort[Segment] | None = None,
         **options: Any,  # noqa: ANN401 -- those of `Crossing`
     ) -> None:
-        """What happens where an expression of exact states crosses zero, and where that is sent."""
+        """Add what happens where an expression of exact states crosses zero."""
         readings = self._readings(name, tree, self.exact_signals)
         for signal in readings.signals:
             signal.events.append(len(self._events))
@@ -206,7 +206,7 @@ class Engine(Atomic):
         self.external(0)
 
     def state(self) -> dict[str, Any]:
-        """What changes, as plain values."""
+        """Return what changes, as plain values."""
         return {
             "parts": [
                 {key: deepcopy(getattr(part, key)) for key in part.kept} for part in self._parts
@@ -286,7 +286,7 @@ class Engine(Atomic):
         self._announce(state.exact)
 
     def _look(self, number: int) -> bool:
-        """Whether the event of this number happens."""
+        """Return whether the event of this number happens."""
         crossing, _, event, side = self._events[number]
         if self._has_missing and crossing.readings.are_missing:
             self._due_events[number] = NEVER

@@ -78,12 +78,12 @@ class Substitution(ast.NodeTransformer):
         return node
 
     def visit_Name(self, node: ast.Name) -> ast.expr:
-        """What stands for a name, or the name."""
+        """Return what stands for a name, or the name."""
         return self._of_name(node.id) or node
 
 
 def factors_of(node: ast.expr) -> Iterator[ast.expr]:
-    """What something is zero with: the factors of a product, the base of a power."""
+    """Return what something is zero with: the factors of a product, the base of a power."""
     match node:
         case (
             ast.UnaryOp(operand=base)

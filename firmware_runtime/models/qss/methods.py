@@ -31,7 +31,7 @@ _ROOTS: Final[Mapping[int, Callable[[float], float]]] = {1: abs, 2: sqrt, 3: cbr
 
 
 def quantum_faults(quantum: object, relative_quantum: object) -> Iterator[str]:
-    """What a state's quanta are and should be, with a place for the state's name."""
+    """Return what a state's quanta are and should be, with a place for the state's name."""
     if not is_finite(quantum) or not quantum > 0.0:  # type: ignore[operator]  # a number
         yield f"quantum{{}} is {quantum!r}; expected more than 0"
     if not is_finite(relative_quantum) or not 0.0 <= relative_quantum < 1.0:  # type: ignore[operator]
@@ -262,7 +262,7 @@ class LinearlyImplicit(State):
 
 
 def _nearest_or_edge(c0: float, c1: float, c2: float, width: float) -> float:
-    """When q has to be renewed: where it comes nearest to x, or at the edge of the quantum."""
+    """Return when q is to be renewed: nearest to x, or at the edge of the quantum."""
     edge = leaves_band(width, c0, c1, c2)
     if c0 * c2 > 0.0 > c1 * c2 and c1 * c1 > 0.4 * abs(c2) * width:
         return min(-c1 / (2.0 * c2), edge)

@@ -59,7 +59,7 @@ class SystemModel(Coupled):
 
     @property
     def steps(self) -> int:
-        """How many polynomials of q there have been after each state's first."""
+        """Number of polynomials of q there have been after each state's first."""
         return sum(max(each.steps - 1, 0) for each in self.states.values())
 
     def exact(self, name: str) -> OutPort[Segment]:

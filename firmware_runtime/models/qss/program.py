@@ -55,7 +55,7 @@ class Condition:
 
 @dataclass(frozen=True, slots=True)
 class Layout:
-    """What an expression may read: variables by name, and how many coefficients each brings."""
+    """Layout of what an expression reads: variables, with the number of their coefficients."""
 
     variables: Mapping[str, int]
     parameters: Mapping[str, float]
@@ -107,7 +107,7 @@ def compile_bound(
 
 @dataclass(frozen=True, slots=True)
 class Quanta:
-    """How far off each input may be, as absolute and relative quantum, and what that allows."""
+    """Quanta of each input, absolute and relative, and the error that they allow."""
 
     of_inputs: Mapping[str, tuple[float, float]]
     least: float
@@ -319,7 +319,7 @@ class Body:
                 self.poles[self._conditions.number(factor, at_zero=True)] = factor
 
     def _is_steady(self, node: ast.expr) -> bool:
-        """Whether it changes at events only."""
+        """Return whether it changes at events only."""
         counts = self._layout.variables
         return all(name != TIME and counts.get(name, 1) == 1 for name in names_of(node))
 
@@ -363,7 +363,7 @@ _MEANINGS: Final = {
 
 
 def _meant(name: str, arguments: Sequence[ast.expr]) -> ast.expr:
-    """What a function of some arguments means; of the third on as of a second one."""
+    """Return what a function of some arguments means; of the third on as of a second one."""
     first, *others = arguments
     if len(others) > 1:
         others = [ast.Call(ast.Name(name), others, [])]

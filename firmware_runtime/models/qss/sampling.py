@@ -156,7 +156,7 @@ class VariableDelay(Atomic):
         self._sends, self.sigma = True, 0
 
     def _boundary(self, index: int, d0: float, d1: float, d2: float) -> float:
-        """When t - delay leaves the segment: at its end, or back over its beginning."""
+        """Return when t - delay leaves the segment: at its end, or back over its beginning."""
         leaves = inf
         if index + 1 < len(self._begins):
             ahead = (self._begins[index + 1] - self._at) * NANO + d0

@@ -72,7 +72,7 @@ def next_instant(now: int, seconds: float) -> int:
 
 
 def is_finite(value: object) -> bool:
-    """Whether it is a real number that a float can hold."""
+    """Return whether it is a real number that a float can hold."""
     try:
         return isinstance(value, Real) and isfinite(value)
     except OverflowError:
@@ -142,12 +142,12 @@ class Readings:
 
     @property
     def are_missing(self) -> bool:
-        """Whether one of them has had no value yet."""
+        """True if one of them has had no value yet."""
         return any(each.is_missing for each in self.signals)
 
     @property
     def are_moving(self) -> bool:
-        """Whether one of them changes between events."""
+        """True if one of them changes between events."""
         return any(any(each.coefficients[1:]) for each in self.signals)
 
     def at(self, now: int) -> list[float]:
@@ -158,7 +158,7 @@ class Readings:
         return flat
 
     def no_value(self, now: int, error: Exception) -> ModelError:
-        """Where the expression has no value: at which instant, and of what."""
+        """Return where the expression has no value: at which instant, and of what."""
         return ModelError(
             f"{self.text} has no value at {self.shown(now)}: {error}",
             where=self.path(),

@@ -98,11 +98,11 @@ class Writer:
         return self._flat(known, self.order + 1 - len(known))
 
     def is_flat(self, a: Series) -> bool:
-        """Whether it does not change between events."""
+        """Return whether it does not change between events."""
         return all(each == 0.0 for each in a[self.head :])
 
     def is_known(self, a: Series) -> bool:
-        """Whether it is a number, known now."""
+        """Return whether it is a number, known now."""
         return isinstance(a[0], float) and self.is_flat(a)
 
     def at(self, a: Series, k: int) -> Coefficient:

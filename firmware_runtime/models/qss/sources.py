@@ -69,7 +69,7 @@ class Schedule(Atomic):
 
 
 def _from(at_s: float, before: float, *planned: Planned) -> list[Planned]:
-    """What is planned, from an instant on, and `before` until then."""
+    """Return what is planned, from an instant on, and `before` until then."""
     return [*([(0.0, Segment(before))] if at_s > 0.0 else []), *planned]
 
 

@@ -43,7 +43,7 @@ _CROSSES: Final = re.compile(r"(.+?)\bcrosses\b(.+?)\b(rising|falling)?\s*$", re
 
 
 class When:
-    """What happens when an expression crosses another: states and discrete variables change.
+    """Event of a system when an expression crosses another: states and discrete values change.
 
     `event` is `"x crosses 0"`, with `rising` or `falling` behind it for one direction only, or a
     comparison such as `"x <= 0"`, for the instant at which it becomes true. The values are
@@ -68,7 +68,7 @@ class When:
         return f"({ast.unparse(larger)}) - ({ast.unparse(smaller)})", "rising", at_zero
 
     def _comparison(self) -> tuple[ast.expr, ast.expr, bool]:
-        """What becomes the larger side, what the smaller one, and whether equal ones will do."""
+        """Return the larger side, the smaller one, and whether equal ones will do."""
         tree, is_denied = parse(self.event, {DELAY}), False
         while isinstance(tree, ast.UnaryOp) and isinstance(tree.op, ast.Not):
             tree, is_denied = tree.operand, not is_denied
@@ -185,7 +185,7 @@ class System:
     # Faults -------------------------------------------------------------------------------------
 
     def _shape_faults(self) -> Iterator[str]:
-        """What is no mapping by name, no expression as text, no list of events."""
+        """Return what is no mapping by name, no expression as text, no list of events."""
         for group in (*_NAMED, "equations"):
             given: object = getattr(self, group)
             if not isinstance(given, Mapping):
