@@ -17,7 +17,7 @@ from firmware_runtime.errors import ConfigError, did_you_mean
 from firmware_runtime.system.packages import EntryPoint, installed
 from sim_doubles.clock import Now
 from sim_doubles.i2c_target import Target
-from sim_doubles.serial_target import SerialTarget
+from sim_doubles.serial_line import SerialTarget
 
 GROUP = "firmware_runtime.chip_doubles"
 

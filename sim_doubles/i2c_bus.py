@@ -20,10 +20,8 @@ from typing import TYPE_CHECKING, NoReturn
 from firmware_runtime.hal.i2c import I2cBus, Message
 from firmware_runtime.hal.wire_errors import from_os_error
 from sim_doubles.clock import Now
-from sim_doubles.i2c_adapter import ADAPTERS, AdapterProfile
-from sim_doubles.i2c_target import Target
-from sim_doubles.i2c_transaction import BlockRead, Transaction
-from sim_doubles.i2c_wire import Wire, WireTiming, os_error
+from sim_doubles.i2c_target import ADAPTERS, AdapterProfile, Target
+from sim_doubles.i2c_wire import BlockRead, Transaction, Wire, WireTiming, os_error
 
 if TYPE_CHECKING:  # what only a script of faults needs is not made for a bus without one
     from sim_doubles.faults import Alteration, FaultScript

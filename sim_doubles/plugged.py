@@ -16,9 +16,8 @@ from time import monotonic_ns
 from types import TracebackType
 
 from sim_doubles.early import OpenBus, is_allowed
-from sim_doubles.i2c_adapter import ADAPTERS
 from sim_doubles.i2c_bus import I2cBusDouble
-from sim_doubles.i2c_target import Target
+from sim_doubles.i2c_target import ADAPTERS, Target
 
 _buses: dict[str, I2cBusDouble] = {}
 

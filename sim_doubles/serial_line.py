@@ -8,13 +8,30 @@ harm; an output buffer that fills, an input buffer that overflows.
 A line is opened by making it: what the target sent before is lost, as on a closed port.
 """
 
+from abc import ABC, abstractmethod
 from collections import deque
 from typing import NamedTuple
 
 from firmware_runtime.hal.serial import SerialPort
 from firmware_runtime.hal.wire_errors import BusFault, PortClosed
 from sim_doubles.clock import Now
-from sim_doubles.serial_target import SerialTarget
+
+
+class SerialTarget(ABC):
+    """Anything with a serial port of its own; what it sends by itself is worked out when read."""
+
+    @abstractmethod
+    def receive(self, data: bytes) -> None:
+        """Take bytes from the host, now."""
+
+    @abstractmethod
+    def transmitted(self, at: int) -> bytes:
+        """Return the bytes whose last bit is out by `at` and that were not returned before."""
+
+    @abstractmethod
+    def power_cycle(self) -> None:
+        """Lose supply and get it back: everything volatile is at its power-up value."""
+
 
 __all__ = ["SerialLineDouble", "SerialTarget", "Traffic"]
 

@@ -18,7 +18,7 @@ from typing import Any, Final
 
 from firmware_runtime.system.resources import Closing
 from sim_doubles.clock import Now
-from sim_doubles.serial_target import SerialTarget
+from sim_doubles.serial_line import SerialTarget
 
 CHUNK: Final = 4096
 LONGEST_WAIT_S: Final = 0.005

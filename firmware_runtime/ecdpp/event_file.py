@@ -8,7 +8,7 @@ a warning says so. See the package for comments and case.
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from firmware_runtime.devs.component import Component
 from firmware_runtime.devs.ports import InPort

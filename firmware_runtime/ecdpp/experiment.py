@@ -11,7 +11,7 @@ port in the order in which they were sent.
 from collections.abc import Iterable, Sequence
 from itertools import groupby
 from pathlib import Path
-from typing import Any, Final, NamedTuple
+from typing import Final, NamedTuple
 
 from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.component import Component
@@ -76,7 +76,9 @@ class EventPlayer(Atomic):
     waiting (until the next event) --port!value--> waiting | passive
     """
 
-    def __init__(self, name: str, inputs: Iterable[InPort[object]], events: Sequence[Event]) -> None:
+    def __init__(
+        self, name: str, inputs: Iterable[InPort[object]], events: Sequence[Event]
+    ) -> None:
         super().__init__(name)
         for port in inputs:
             self.out_port(port.name, port.type)

@@ -1,7 +1,6 @@
 """A square wave as an atomic model: what an actuator gets in open loop, to see what it does."""
 
 from dataclasses import dataclass
-from typing import Any
 
 from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.models.motion import Applied

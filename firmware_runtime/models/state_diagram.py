@@ -16,7 +16,7 @@ while nothing is applied.
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from types import MappingProxyType
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.ports import InPort

@@ -18,7 +18,7 @@ from dataclasses import dataclass
 from firmware_runtime.devs.time import MILLISECOND, SECOND
 from sim_doubles.chips.protocol_warnings import ProtocolWarnings
 from sim_doubles.clock import Now
-from sim_doubles.serial_target import SerialTarget
+from sim_doubles.serial_line import SerialTarget
 
 BAUD = 9600
 BITS_PER_BYTE = 10  # start, eight, stop

@@ -17,7 +17,6 @@ from collections.abc import Callable
 from firmware_runtime.devs.time import MILLISECOND, NEVER
 from sim_doubles.chips.ak8963 import Ak8963Double
 from sim_doubles.chips.mpu9250_auxiliary_master import AuxiliaryMaster
-from sim_doubles.chips.mpu9250_fifo import Fifo
 from sim_doubles.chips.mpu9250_registers import (
     ACCEL_XOUT_H,
     ANYRD_2CLEAR,
@@ -41,9 +40,13 @@ from sim_doubles.chips.mpu9250_registers import (
     SIG_COND_RST,
     SIGNAL_PATH_RESET,
     USER_CTRL,
+    Fifo,
+    SampleClock,
+    edges,
+    is_sampling,
     power_up,
+    sample_period,
 )
-from sim_doubles.chips.mpu9250_sample_clock import SampleClock, edges, is_sampling, sample_period
 from sim_doubles.chips.mpu9250_signal_path import SignalPath
 from sim_doubles.chips.protocol_warnings import ProtocolWarnings
 from sim_doubles.clock import Now

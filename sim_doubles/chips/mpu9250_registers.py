@@ -4,6 +4,15 @@ Source: InvenSense RM-MPU-9250A rev. 1.6. The factory values (self-test codes, a
 differ from chip to chip; these are plausible and not zero, as on any real one.
 """
 
+from collections import deque
+from collections.abc import Iterable
+from itertools import chain
+
+from msgspec import Struct
+
+from firmware_runtime.devs.time import MILLISECOND, NEVER, SECOND
+from sim_doubles.chips.protocol_warnings import ProtocolWarnings
+
 SELF_TEST_GYRO = 0x00
 SELF_TEST_ACCEL = 0x0D
 XG_OFFSET_H = 0x13
@@ -81,3 +90,135 @@ def power_up(who_am_i: int) -> bytes:
 def signed_word(registers: bytearray, high: int) -> int:
     """Return the signed 16-bit word whose high byte is at `high`."""
     return int.from_bytes(registers[high : high + 2], "big", signed=True)
+
+
+SIZE = 512
+
+# Bit of FIFO_EN, first register, bytes: in the order in which a sample enters the FIFO.
+BLOCKS = (
+    (0x08, ACCEL_XOUT_H, 6),
+    (0x80, TEMP_OUT_H, 2),
+    (0x40, GYRO_XOUT_H, 2),
+    (0x20, GYRO_XOUT_H + 2, 2),
+    (0x10, GYRO_XOUT_H + 4, 2),
+)
+
+
+class Fifo:
+    """Bytes in the order they were sampled; the registers say which, and what it does when full."""
+
+    def __init__(self, registers: bytearray, warnings: ProtocolWarnings) -> None:
+        self._registers = registers
+        self._warnings = warnings
+        self._bytes: deque[int] = deque(maxlen=SIZE)
+        self._last = 0
+
+    def push_sample(self, external: bytes) -> None:
+        """Append what FIFO_EN selects of the data registers, then the auxiliary bus's bytes."""
+        registers = self._registers
+        enabled = registers[FIFO_EN]
+        blocks = (
+            registers[place : place + length] for bit, place, length in BLOCKS if enabled & bit
+        )
+        self.push(b"".join(blocks) + external)
+
+    def push(self, packet: bytes) -> None:
+        """Append a packet byte by byte; one that did not fit sets the overflow flag."""
+        room = SIZE - len(self._bytes)
+        stops_when_full = self._registers[CONFIG] & FIFO_MODE
+        self._bytes.extend(packet[:room] if stops_when_full else packet)
+        if len(packet) > room:
+            self._registers[INT_STATUS] |= FIFO_OFLOW
+
+    def pop(self) -> int:
+        """Take the oldest byte; an empty FIFO repeats the last one."""
+        if self._bytes:
+            self._last = self._bytes.popleft()
+        return self._last
+
+    def latch_count(self) -> int:
+        """Put the number of bytes into its two registers; return the high one."""
+        self._registers[FIFO_COUNTH : FIFO_COUNTL + 1] = len(self._bytes).to_bytes(2, "big")
+        return self._registers[FIFO_COUNTH]
+
+    def reset(self, user_control: int) -> None:
+        """Do what FIFO_RST in a byte written to USER_CTRL does."""
+        if user_control & FIFO_ENABLE:
+            self._warnings.note("FIFO_RST written with FIFO_EN set; the real chip ignores it")
+        else:
+            self.clear()
+
+    def clear(self) -> None:
+        """Empty the FIFO."""
+        self._bytes.clear()
+
+
+FIFO_TICKS = 512
+"""One byte each fills the FIFO."""
+AUXILIARY_TICKS = 32
+"""A delayed auxiliary slave has its turn once in so many."""
+
+
+class Edges(Struct, frozen=True):
+    """Ticks after the beginning and before the end of a silence that leave a trace."""
+
+    first: int
+    last: int
+
+
+def edges(registers: bytearray, memory: int) -> Edges:
+    """Return the ticks that matter; `memory` is how many back the filters still remember."""
+    control = registers[USER_CTRL]
+    auxiliary = AUXILIARY_TICKS if control & I2C_MST_EN else 0
+    if not (control & FIFO_ENABLE and registers[FIFO_EN]):
+        return Edges(auxiliary, auxiliary + memory)
+    stops_when_full = registers[CONFIG] & FIFO_MODE
+    return Edges(FIFO_TICKS if stops_when_full else auxiliary, FIFO_TICKS + memory)
+
+
+def is_sampling(registers: bytearray) -> bool:
+    """Return whether samples are taken: awake, clocked, and not in a reset."""
+    power = registers[PWR_MGMT_1]
+    return not power & (SLEEP | H_RESET) and power & CLKSEL != CLOCK_STOPPED
+
+
+def sample_period(registers: bytearray) -> int:
+    """Return the sample period in ns: 32 kHz, 8 kHz, or 1 kHz divided by SMPLRT_DIV + 1."""
+    if registers[GYRO_CONFIG] & 0x03:
+        return SECOND // 32_000
+    if registers[CONFIG] & 0x07 in {0, 7}:
+        return SECOND // 8_000
+    return MILLISECOND * (registers[SMPLRT_DIV] + 1)
+
+
+class SampleClock:
+    """Ticks every `period` from the moment it was started or its period changed."""
+
+    def __init__(self) -> None:
+        self.next_at = NEVER
+        self._period = 0
+        self._started_at = 0
+
+    def run(self, period: int, at: int) -> None:
+        """Tick every `period` from `at` on; a clock that does so already is left alone."""
+        if self.next_at == NEVER or period != self._period:
+            self._period, self._started_at, self.next_at = period, at, at + period
+
+    def stop(self) -> None:
+        """Tick no more."""
+        self.next_at = NEVER
+
+    def number(self, at: int) -> int:
+        """Return the number of the tick at `at`; the first is 1."""
+        return (at - self._started_at) // self._period
+
+    def take(self, now: int, matter: Edges) -> Iterable[int]:
+        """Return the ticks up to `now`, which is one at least, that matter: in order, each once."""
+        period, first = self._period, self.next_at
+        if now < first + period and matter.last > 0:
+            self.next_at += period
+            return (first,)
+        self.next_at += ((now - first) // period + 1) * period
+        last_ones = max(first, self.next_at - matter.last * period)
+        first_ones_end = min(first + matter.first * period, last_ones)
+        return chain(range(first, first_ones_end, period), range(last_ones, self.next_at, period))

@@ -15,11 +15,11 @@ from collections.abc import Callable
 
 from firmware_runtime.devs.time import NEVER
 from firmware_runtime.hal.i2c import GENERAL_CALL
-from sim_doubles.chips.pca9685_output import ALL_LOW, STEPS, OutputLatch, disabled_duties
 from sim_doubles.chips.pca9685_registers import (
     AI,
     ALL_LED_OFF_H,
     ALL_LED_ON_L,
+    ALL_LOW,
     ALLCALLADR,
     EXTCLK,
     LEAST_PRE_SCALE,
@@ -34,8 +34,11 @@ from sim_doubles.chips.pca9685_registers import (
     RESTART,
     SLEEP,
     SOFTWARE_RESET,
+    STEPS,
     WRITABLE,
     Mode1Rules,
+    OutputLatch,
+    disabled_duties,
     enabled_addresses,
 )
 from sim_doubles.chips.protocol_warnings import ProtocolWarnings

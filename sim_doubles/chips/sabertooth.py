@@ -18,7 +18,7 @@ from sim_doubles.chips.command_sequence import checked_address
 from sim_doubles.chips.motor_pair import MotorDriverDouble, MotorPair
 from sim_doubles.chips.protocol_warnings import ProtocolWarnings
 from sim_doubles.clock import Now
-from sim_doubles.serial_target import SerialTarget
+from sim_doubles.serial_line import SerialTarget
 
 ADDRESSES = range(128, 136)
 

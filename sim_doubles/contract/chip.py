@@ -17,7 +17,7 @@ from sim_doubles.contract.expectation import (
 )
 from sim_doubles.contract.row import MILLISECOND, Row
 from sim_doubles.faults import ForcedRegister, NackAddress, StuckSda
-from sim_doubles.i2c_adapter import ADAPTERS
+from sim_doubles.i2c_target import ADAPTERS
 
 Check: TypeAlias = Callable[[type[Row]], None]
 

@@ -17,8 +17,7 @@ from firmware_runtime.hal.wire_errors import PortClosed
 from sim_doubles.chips.pca9685 import Pca9685Double
 from sim_doubles.i2c_bus import I2cBusDouble
 from sim_doubles.i2c_target import Target
-from sim_doubles.serial_line import SerialLineDouble
-from sim_doubles.serial_target import SerialTarget
+from sim_doubles.serial_line import SerialLineDouble, SerialTarget
 
 
 class DoublesRig(Rig, Protocol):

@@ -16,11 +16,9 @@ from firmware_runtime.models.motion import Motion
 from sim_doubles.chips.ak8963 import Ak8963Double
 from sim_doubles.chips.mpu9250 import Mpu9250Double
 from sim_doubles.chips.pca9685 import Pca9685Double
-from sim_doubles.inertial_truth import BodyMotion, Vector
+from sim_doubles.inertial_truth import BodyMotion, ChipAxes, Vector
 from sim_doubles.rigs.board_rig import BoardRig
-from sim_doubles.worlds.mounting import ChipAxes
-from sim_doubles.worlds.tachobot import TachobotParameters, TachobotWorld
-from sim_doubles.worlds.tachobot_probe import TachobotProbe
+from sim_doubles.worlds.tachobot import TachobotParameters, TachobotProbe, TachobotWorld
 
 if TYPE_CHECKING:
     from firmware_boards.tachobot.tracking import TrackingController

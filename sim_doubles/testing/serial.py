@@ -8,8 +8,8 @@ from collections import deque
 
 from firmware_runtime.errors import ConfigError
 from sim_doubles.clock import Now
+from sim_doubles.serial_line import SerialTarget
 from sim_doubles.serial_pty import SerialPty
-from sim_doubles.serial_target import SerialTarget
 from sim_doubles.testing.chips import make
 from sim_doubles.testing.virtual_time import VirtualTime
 

@@ -9,7 +9,7 @@ import math
 from collections.abc import Sequence
 from typing import TypeAlias
 
-from sim_doubles.worlds.transient import Transient
+from sim_doubles.worlds.swing import Transient
 
 __all__ = ["MOTORS", "PropellerPairs", "Terms"]
 

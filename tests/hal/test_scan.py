@@ -10,8 +10,8 @@ from firmware_runtime.hal.wire_errors import AddressInUse, BusTimeout, NoAcknowl
 from sim_doubles.chips.md25 import Md25Double
 from sim_doubles.chips.pca9685 import Pca9685Double
 from sim_doubles.faults import FaultScript, StuckSda
-from sim_doubles.i2c_adapter import ADAPTERS
 from sim_doubles.i2c_bus import I2cBusDouble
+from sim_doubles.i2c_target import ADAPTERS
 
 
 def now() -> int:

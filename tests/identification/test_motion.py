@@ -8,8 +8,7 @@ from firmware_runtime.lab.identification.plant import Numbers, PlantParameters
 from firmware_runtime.lab.identification.recorded_series import Series
 from firmware_runtime.lab.identification.search import OutputError
 from firmware_runtime.lab.identification.stretches import stretches_of
-from sim_doubles.worlds.swing import Swing
-from sim_doubles.worlds.transient import Transient
+from sim_doubles.worlds.swing import Swing, Transient
 from tests.support.pushed_body import pushed_body
 
 AT = np.arange(600) * 0.01

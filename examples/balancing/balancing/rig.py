@@ -14,9 +14,8 @@ from firmware_runtime.models.motion import Motion
 from sim_doubles.chips.ak8963 import Ak8963Double
 from sim_doubles.chips.mpu9250 import Mpu9250Double
 from sim_doubles.chips.pca9685 import Pca9685Double
-from sim_doubles.inertial_truth import InertialTruth
+from sim_doubles.inertial_truth import ChipAxes, InertialTruth
 from sim_doubles.rigs.board_rig import BoardRig
-from sim_doubles.worlds.mounting import ChipAxes
 
 
 class BalancingRig(BoardRig):

@@ -11,7 +11,6 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from fnmatch import filter as matching
 from importlib.resources import files
-from typing import Any
 
 import msgspec
 
@@ -130,7 +129,7 @@ def _of_the_run(executive: ExecutiveSettings) -> Iterator[str]:
         yield f"DeviceAllow={_CPU_LATENCY} w"
 
 
-def _texts_below(value: object) -> Iterator[str]:  # noqa: ANN401 -- whatever settings hold
+def _texts_below(value: object) -> Iterator[str]:
     """Every text in a tree of tables and lists that names a device."""
     if isinstance(value, dict):
         value = list(value.values())

@@ -40,11 +40,7 @@ def _example(name: str) -> str:
 
 
 def _words(name: str, table: RegisterTable, text: str) -> dict[str, str]:
-<<<<<<< HEAD
     """Return the replacement of each word of the template; the user's own words come last."""
-=======
-    """Return what stands for each word of the template; the user's own comes last, as it is."""
->>>>>>> 7780ed18 (Docstrings of statistics, system, models, ecdpp, host and hal begin with a verb or a noun)
     return {
         "chipname": name,
         "ChipName": class_name(name),

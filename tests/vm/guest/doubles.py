@@ -9,7 +9,7 @@ import sys
 from firmware_runtime.cli.main import main
 from firmware_runtime.devs.time import SECOND
 from sim_doubles.chips import mpu9250
-from sim_doubles.chips.mpu9250_sample_clock import sample_period
+from sim_doubles.chips.mpu9250_registers import sample_period
 
 WORLDS = {"tachobot": ("--set", "world.yaw_damping_nms=1.0"), "detective": ()}
 """TachoBot stands still soon after it was switched off, so that the next run can calibrate."""

@@ -7,7 +7,7 @@ the host has set, noise on the line.
 from collections.abc import Callable
 
 from sim_doubles.clock import Now
-from sim_doubles.serial_target import SerialTarget
+from sim_doubles.serial_line import SerialTarget
 
 BYTE_NS = 10 * 1_000_000_000 // 9600
 THINKS_NS = 20_000_000
