@@ -55,6 +55,7 @@ if TYPE_CHECKING:
         FirmwareRuntimeError,
         SettingError,
         StatisticsFileError,
+        UnknownName,
     )
     from firmware_runtime.executive.clocks import Clock, MonotonicClock, ScaledClock, VirtualClock
     from firmware_runtime.executive.configuration import Configuration
@@ -94,6 +95,7 @@ if TYPE_CHECKING:
     from firmware_runtime.runs.model_alone import open_model, run
     from firmware_runtime.runs.open_board import OpenBoard, open_board
     from firmware_runtime.runs.open_run import OpenRun, RunResult
+    from firmware_runtime.runs.port_values import PortValues
     from firmware_runtime.statistics.figures import Figures, ModelFigures
     from firmware_runtime.statistics.file_header import RunState
     from firmware_runtime.statistics.reader import read_statistics
@@ -147,6 +149,7 @@ _WHERE: Final = {
     "OpenBoard": "runs.open_board",
     "open_board": "runs.open_board",
     "OpenRun": "runs.open_run",
+    "PortValues": "runs.port_values",
     "RunResult": "runs.open_run",
     "Figures": "statistics.figures",
     "ModelFigures": "statistics.figures",
@@ -183,6 +186,7 @@ _WHERE: Final = {
     "ConfigError": "errors",
     "FirmwareRuntimeError": "errors",
     "SettingError": "errors",
+    "UnknownName": "errors",
     "AddressInUse": "hal.wire_errors",
     "ArbitrationLost": "hal.wire_errors",
     "BusAbsent": "hal.wire_errors",
@@ -264,6 +268,7 @@ __all__ = [
     "PidGains",
     "PortClosed",
     "PortTypeError",
+    "PortValues",
     "ProcessSettings",
     "Robot",
     "RunResult",
@@ -284,6 +289,7 @@ __all__ = [
     "StatisticsFileError",
     "Stuck",
     "TimeAdvanceError",
+    "UnknownName",
     "VirtualClock",
     "WrongDevice",
     "always_enabled",

@@ -44,6 +44,7 @@ def _one_line(text: str) -> str:
 
 
 _MOST_CAUSES = 10
+_MOST_LISTED = 12
 
 
 class FirmwareRuntimeError(Exception):
@@ -90,6 +91,23 @@ class ConfigError(FirmwareRuntimeError):
         error = cls(str(where), [fault], f"{where}: {fault}")
         error.what, error.expected = str(what), str(expected)
         return error
+
+
+class UnknownName(FirmwareRuntimeError, KeyError):
+    """There is nothing of that name; the sentence has the nearest one, and those there are."""
+
+    @classmethod
+    def of(cls, noun: str, name: object, known: Iterable[str]) -> Self:
+        """Return the error of a name that is none of those known."""
+        names = list(known)
+        alike = nearest(str(name), names)
+        meant = "" if alike is None else f" (did you mean {alike}?)"
+        more = f" and {len(names) - _MOST_LISTED} more" if len(names) > _MOST_LISTED else ""
+        listed = ", ".join(names[:_MOST_LISTED])
+        return cls(f"no {noun} {name!r}{meant}", expected=f"one of {listed}{more}" if names else "")
+
+    def __str__(self) -> str:
+        return sentence(self.where, self.what, self.expected)  # a KeyError would quote it
 
 
 class SettingError(FirmwareRuntimeError, ValueError):
@@ -199,7 +217,27 @@ def with_article(noun: str) -> str:
 
 def did_you_mean(word: str, known: Iterable[str]) -> str:
     """`; did you mean X?`, or nothing if no known word is like it."""
+    alike = nearest(word, known)
+    return "" if alike is None else f"; did you mean {alike}?"
+
+
+def expected_one_of(word: str, known: Iterable[str]) -> str:
+    """`did you mean X? Expected one of X, Y`; without X where no known word is like it."""
+    names = list(known)
+    return suggested(word, names, f"expected one of {', '.join(names) or 'none'}")
+
+
+def suggested(word: str, known: Iterable[str], expected: str) -> str:
+    """What was expected, with the known word that was probably meant before it, if any is."""
+    alike = nearest(word, known)
+    if alike is None:
+        return expected
+    return f"did you mean {alike}? {expected[:1].upper()}{expected[1:]}"
+
+
+def nearest(word: str, known: Iterable[str]) -> str | None:
+    """Return the known word that is most like one that is not known, if any is like it."""
     from difflib import get_close_matches  # noqa: PLC0415 -- for a word that is not known only
 
-    alike = get_close_matches(word, known, n=1)
-    return f"; did you mean {alike[0]}?" if alike else ""
+    alike = get_close_matches(word, list(known), n=1)
+    return alike[0] if alike else None

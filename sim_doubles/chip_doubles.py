@@ -13,7 +13,7 @@ import inspect
 from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
-from firmware_runtime.errors import ConfigError, did_you_mean
+from firmware_runtime.errors import ConfigError, expected_one_of
 from firmware_runtime.system.packages import EntryPoint, installed
 from sim_doubles.clock import Now
 from sim_doubles.i2c_target import Target
@@ -57,8 +57,7 @@ def chip_double(name: str) -> ChipDouble:
         if each.name == name:
             return _loaded(each)
     known = names()
-    fault = f"no double of that name; expected one of {', '.join(known)}{did_you_mean(name, known)}"
-    raise ConfigError(name, [fault])
+    raise ConfigError(name, [f"no double of that name; {expected_one_of(name, known)}"])
 
 
 def _loaded(entry_point: EntryPoint) -> ChipDouble:

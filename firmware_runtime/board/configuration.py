@@ -13,7 +13,7 @@ from firmware_runtime.board.settings import (
 )
 from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.component import Component, below_root
-from firmware_runtime.devs.coupled import Coupled, with_all_below
+from firmware_runtime.devs.coupled import Coupled, ports_below, with_all_below
 from firmware_runtime.devs.ports import OutPort
 from firmware_runtime.devs.time import MICROSECOND, seconds
 from firmware_runtime.errors import ConfigError, did_you_mean
@@ -67,13 +67,6 @@ def find_out_port(root: Component, path: str) -> OutPort[Any] | None:
     return None if component is None else component.out_ports.get(name)
 
 
-def _out_ports(root: Component) -> list[str]:
-    """Paths of all output ports, as `find_out_port` takes them."""
-    return [
-        below_root(port.path) for each in with_all_below(root) for port in each.out_ports.values()
-    ]
-
-
 def _atomics(root: Component) -> list[str]:
     """Paths of all atomic models, as `find_component` takes them."""
     return [below_root(each.path) for each in with_all_below(root) if isinstance(each, Atomic)]
@@ -87,12 +80,12 @@ def _deadlines(root: Component, stated: Iterable[PathDeadlineSettings]) -> tuple
         if port is None:
             faults.append(
                 f"deadlines.source: {each.source!r}: no such output port; expected one that "
-                f"`firmware-runtime tree` shows{did_you_mean(each.source, _out_ports(root))}"
+                f"`firmware-runtime show` shows{did_you_mean(each.source, ports_below(root))}"
             )
         if not isinstance(actuator, Atomic):
             faults.append(
                 f"deadlines.actuator: {each.actuator!r}: no such atomic model; expected one that "
-                f"`firmware-runtime tree` shows{did_you_mean(each.actuator, _atomics(root))}"
+                f"`firmware-runtime show` shows{did_you_mean(each.actuator, _atomics(root))}"
             )
         elif port is not None:
             name = f"{each.source} -> {each.actuator}"

@@ -33,7 +33,7 @@ from firmware_runtime.board.roles import role_faults
 from firmware_runtime.board.settings import BoardSettings, LinkSettings, PortSettings
 from firmware_runtime.board.variants import drop_replaced
 from firmware_runtime.devs.component import Component
-from firmware_runtime.errors import ConfigError, SettingError, did_you_mean
+from firmware_runtime.errors import ConfigError, SettingError, suggested
 from firmware_runtime.hal.budget import BusLoad
 from firmware_runtime.system.atomic_file import read_text
 
@@ -272,7 +272,7 @@ def _locate(board: str, known: Sequence[str]) -> Path:
 def _not_found(board: str, known: Sequence[str]) -> str:
     expected = f"expected one of {', '.join(known)}, or a {FILE} file"
     if not (os.sep in board or Path(board).suffix or os.path.exists(board)):  # noqa: PTH110
-        return f"unknown board; {expected}{did_you_mean(board, known)}"
+        return f"unknown board; {suggested(board, known, expected)}"
     if os.path.isdir(board):  # noqa: PTH112 -- as above
         return f"no {FILE} in this folder; {expected}"
     return f"{_why_no_file(board)}; {expected}"

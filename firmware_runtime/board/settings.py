@@ -190,9 +190,9 @@ class RecordingSettings(Settings, frozen=True):
     minutes: Annotated[float, Meta(ge=0, le=1440)] = 10.0
     """How much of it, the last that was; the memory it takes is bounded. 0: nothing is kept."""
     sync_s: Annotated[float, Meta(ge=0, le=3600)] = 10.0
-    """How often `record` brings what is new to its disk, s: what power loss costs. 0: never."""
+    """How often `recordings collect` writes to its disk, s: what power loss costs. 0: never."""
     keep_mib: Annotated[float, Meta(ge=1, le=1e6)] = 1024.0
-    """What the recordings that `record` keeps may take of its disk; the oldest make room."""
+    """What `recordings collect` may take of its disk for recordings; the oldest make room."""
 
 
 class LinkSettings(Settings, frozen=True):

@@ -13,7 +13,7 @@ from typing import Annotated, Any, Literal, TypeVar, cast, get_args, get_origin
 import msgspec
 
 from firmware_runtime.board.variants import Table, Variants, is_struct, keys, variants_of
-from firmware_runtime.errors import did_you_mean
+from firmware_runtime.errors import expected_one_of, suggested
 
 S = TypeVar("S", bound=msgspec.Struct)
 
@@ -172,8 +172,8 @@ def _no_choice(table: Mapping[str, object], variants: Variants, path: str) -> st
     if variants.choice not in table:
         return f"{key}: missing; {expected}"
     stated = shown(table[variants.choice])
-    like = did_you_mean(stated.strip("'"), variants.schemas)
-    return f"{key}: {stated}: {expected}{like}"
+    word = stated.strip("'")
+    return f"{key}: {stated}: {suggested(word, variants.schemas, expected)}"
 
 
 def _judge_common(
@@ -189,8 +189,7 @@ def _judge_common(
 
 def _unknown(table: Mapping[str, object], known: Sequence[str], path: str) -> list[str]:
     return [
-        f"{_join(path, key)}: unknown key; expected one of {', '.join(known)}"
-        f"{did_you_mean(key, known)}"
+        f"{_join(path, key)}: unknown key; {expected_one_of(key, known)}"
         for key in table
         if key not in known
     ]

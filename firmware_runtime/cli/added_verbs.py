@@ -2,12 +2,14 @@
 
 from collections.abc import Callable
 from contextlib import suppress
-from typing import Any
+from typing import Any, NamedTuple
 
 from firmware_runtime.board.installed import blamed_on, broken
-from firmware_runtime.cli.readers_gone import OutputError
+from firmware_runtime.cli.parser import Parser
+from firmware_runtime.cli.verbs import OTHERS
 from firmware_runtime.errors import ConfigError, FirmwareRuntimeError, Status
 from firmware_runtime.system.packages import EntryPoint
+from firmware_runtime.system.standard_output import OutputError
 
 
 def add_verb(entry_point: EntryPoint, verbs: Any) -> None:  # noqa: ANN401 -- argparse names it not
@@ -25,6 +27,26 @@ def add_sound_verb(entry_point: EntryPoint, verbs: Any) -> None:  # noqa: ANN401
     """Add a verb that is not called: a broken one keeps no other from being carried out."""
     with suppress(ConfigError):
         add_verb(entry_point, verbs)
+
+
+class Described(NamedTuple):
+    """How `--help` shows a verb."""
+
+    group: str
+    summary: str
+
+
+def described(entry_point: EntryPoint) -> Described | None:
+    """What the verb's module says of itself, or its parser; None for a verb that is broken."""
+    with suppress(ConfigError), blamed_on(entry_point, "import"):
+        module = entry_point.load()
+        group = getattr(module, "HELP_GROUP", OTHERS)
+        if (summary := getattr(module, "HELP_LINE", None)) is None:
+            verbs = Parser().add_subparsers()
+            add_verb(entry_point, verbs)
+            summary = "".join(each.description or "" for each in verbs.choices.values())
+        return Described(str(group), str(summary))
+    return None
 
 
 def carried_out(entry_point: EntryPoint, execute: Callable[[], object]) -> int:

@@ -3,6 +3,7 @@
 import argparse
 import math
 import os
+import re
 from collections.abc import Callable
 from pathlib import Path
 from typing import TypeAlias
@@ -15,6 +16,10 @@ SubParsers: TypeAlias = "argparse._SubParsersAction[argparse.ArgumentParser]"
 Options: TypeAlias = "argparse._ActionsContainer"
 """A verb, or a group of its options."""
 Execute: TypeAlias = Callable[[argparse.Namespace], int]
+
+
+ADDRESS = re.compile(r".+:\d+")
+"""Of a bridge, where a board may stand too."""
 
 
 def add_verb(
@@ -55,6 +60,11 @@ def add_doubles(verb: argparse.ArgumentParser) -> None:
     verb.add_argument(
         "--doubles", type=Path, metavar="PATH", help="on the doubles that are served at PATH"
     )
+
+
+def add_key(verb: argparse.ArgumentParser) -> None:
+    """Add --key, of a bridge."""
+    verb.add_argument("--key", type=Path, metavar="FILE", help="the bridge's key")
 
 
 def add_output(verb: Options, about: str, *, metavar: str = "FILE", required: bool = False) -> None:

@@ -1,13 +1,20 @@
-"""The model that the command line names: a board's, a model file's, or a class of any module."""
+"""The model that the command line names: a board's, a model file's, or an object of any module."""
 
 import sys
-from collections.abc import Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
+from firmware_runtime.board.assignments import assigned
 from firmware_runtime.cli.chosen_board import chosen_board
-from firmware_runtime.cli.found_object import found_object
 from firmware_runtime.devs.component import Component
-from firmware_runtime.errors import ConfigError
+from firmware_runtime.errors import (
+    ConfigError,
+)
+from firmware_runtime.runs.named_model import named_model
+
+if TYPE_CHECKING:
+    from firmware_runtime.models.qss import System
 
 SUFFIX = ".ma"
 ABOUT = "a board whose model takes event files, a FILE.ma, or MODULE:CLASS"
@@ -15,20 +22,39 @@ ANY = "any board, a FILE.ma, or MODULE:CLASS"
 
 
 def is_model(word: str) -> bool:
-    """Whether this is a model file, or a class of a module, rather than a board."""
+    """Whether this is a model file, or an object of a module, rather than a board."""
     return word.endswith(SUFFIX) or (":" in word and not Path(word).exists())
 
 
-def chosen_model(word: str, assignments: Sequence[str] = ()) -> Component:
-    """The model that is meant; `assignments` change a board. Raises ConfigError."""
+def chosen_model(word: str, assignments: Sequence[str] = ()) -> "Component | System":
+    """The model that is meant; `assignments` change a board, or are arguments of the class.
+
+    Raises ConfigError.
+    """
     if not is_model(word):
         board = chosen_board(word, assignments)
         if board.event_model is None:
             raise ConfigError.of_one(board.name, "its model takes no event files", expected=ABOUT)
         return board.event_model(None)
+    if not word.endswith(SUFFIX):
+        return named_model(word, dict(_arguments(assignments)), ABOUT)
     if assignments:
-        raise ConfigError.of_one(word, "--set changes a board", expected="a board")
-    return _of_file(Path(word)) if word.endswith(SUFFIX) else found_object(word, Component, ABOUT)
+        raise ConfigError.of_one(word, "--set changes a board or a class", expected="one of them")
+    return _of_file(Path(word))
+
+
+def devs_model(word: str, assignments: Sequence[str] = ()) -> Component:
+    """As `chosen_model`; raises ConfigError for a quantized system too, which is no DEVS model."""
+    model = chosen_model(word, assignments)
+    if not isinstance(model, Component):
+        raise ConfigError.of_one(word, f"it makes {type(model).__name__}", expected=ABOUT)
+    return model
+
+
+def print_warnings(path: Path, sentences: Sequence[str]) -> None:
+    """Print what is odd in a file that was read all the same, on standard error."""
+    for sentence in sentences:
+        print(f"firmware-runtime: warning: {path}: {sentence}", file=sys.stderr)
 
 
 def _of_file(path: Path) -> Component:
@@ -43,7 +69,10 @@ def _of_file(path: Path) -> Component:
     return model
 
 
-def print_warnings(path: Path, sentences: Sequence[str]) -> None:
-    """Print what is odd in a file that was read all the same, on standard error."""
-    for sentence in sentences:
-        print(f"firmware-runtime: warning: {path}: {sentence}", file=sys.stderr)
+def _arguments(assignments: Iterable[str]) -> Iterator[tuple[str, object]]:
+    """Names and values, which are TOML or else texts. Raises ConfigError."""
+    for text in assignments:
+        name, separator, _ = text.partition("=")
+        if not (name.strip() and separator):
+            raise ConfigError.of_one("--set", f"{text}: expected NAME=VALUE, such as period_s=0.5")
+        yield assigned(text)

@@ -1,8 +1,8 @@
 """Answers a shell that completes this command, by argcomplete.
 
-The script of `completion` starts the program that is installed at each Tab, with the line so far in
-its environment, so verbs, options and boards are that program's own. Where it knows nothing, files
-are offered.
+The script that `register-python-argcomplete firmware-runtime` prints starts the program that is
+installed at each Tab, with the line so far in its environment, so verbs, options and boards are
+that program's own. Where it knows nothing, files are offered.
 """
 
 import argparse
@@ -18,7 +18,8 @@ from argcomplete.lexers import split_line
 from firmware_runtime.board.experiments import ALL
 from firmware_runtime.board.local_settings import known_names
 from firmware_runtime.cli.chosen_board import chosen_board
-from firmware_runtime.cli.main import parser, verb_names
+from firmware_runtime.cli.main import parser
+from firmware_runtime.cli.verbs import verb_names
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.recording.blackbox.listing import name_of
 from firmware_runtime.recording.blackbox.locations import kept_recordings, last_recordings
@@ -47,7 +48,7 @@ def _command_line(before: Sequence[str], current: str) -> argparse.ArgumentParse
     if before and before[0] in verbs:
         return parser(before)
     if current.startswith("-"):
-        return parser(["completion"])
+        return parser(["--"])
     top = argparse.ArgumentParser(add_help=False)
     if not before:
         top.add_argument("verb", choices=verbs)
@@ -94,7 +95,7 @@ def _beside_boards(verb: str) -> Iterable[str]:
     """What may stand where a board may, for this verb."""
     if verb == "export":
         return _recordings(())
-    return {"sweep": ("show", "rerun"), "recordings": ("keep", "recover")}.get(verb, ())
+    return ("show", "rerun") if verb == "sweep" else ()
 
 
 def _keys(board: str | None) -> Iterable[str]:

@@ -10,20 +10,12 @@ import re
 import sys
 from collections.abc import Iterator, Sequence
 from contextlib import AbstractContextManager, nullcontext
-from functools import cache, partial
+from functools import partial
 from importlib import import_module
 from types import ModuleType
-from typing import Any, NoReturn
 
-from firmware_runtime.cli.collection import no_collection_at_the_end, no_collection_of_the_start
-from firmware_runtime.cli.readers_gone import (
-    OutputError,
-    not_printed,
-    output_checked,
-    print_line,
-    readers_may_go,
-)
-from firmware_runtime.cli.scarce import ran_out_of
+from firmware_runtime.cli.parser import Parser
+from firmware_runtime.cli.verbs import ADDED, VERBS, help_lines, verb_names
 from firmware_runtime.errors import (
     ConfigError,
     ControlError,
@@ -34,60 +26,23 @@ from firmware_runtime.errors import (
     Status,
     TraceFileError,
     TraceNotWholeError,
-    did_you_mean,
+    expected_one_of,
 )
 from firmware_runtime.hal.wire_errors import HalError, NoAcknowledge, WrongDevice
+from firmware_runtime.system.command_garbage import (
+    no_collection_at_the_end,
+    no_collection_of_the_start,
+)
 from firmware_runtime.system.packages import installed
+from firmware_runtime.system.resources import ran_out_of
+from firmware_runtime.system.standard_output import (
+    OutputError,
+    not_printed,
+    output_checked,
+    print_line,
+    readers_may_go,
+)
 from firmware_runtime.system.this_process import come_first
-
-VERBS = {
-    "run": "run",
-    "check": "check",
-    "boards": "boards",
-    "tree": "tree",
-    "diagram": "diagram",
-    "import": "import_model",
-    "export": "export_model",
-    "solve": "solve",
-    "stats": "stats",
-    "metrics": "metrics",
-    "top": "top",
-    "report": "report",
-    "perfetto": "perfetto",
-    "blame": "blame",
-    "record": "record",
-    "replay": "replay",
-    "debug": "debug",
-    "recordings": "recordings",
-    "continuity": "continuity",
-    "arm": "arm",
-    "disarm": "arm",
-    "get": "get_and_set",
-    "set": "get_and_set",
-    "guard": "guard",
-    "bridge": "bridge",
-    "ports": "ports",
-    "send": "ports",
-    "watch": "ports",
-    "ros2": "ros2",
-    "dover": "dover",
-    "key": "key",
-    "safe-state": "safe_state",
-    "bench": "bench",
-    "experiment": "experiment",
-    "identify": "identify",
-    "sweep": "sweep",
-    "gate": "gate",
-    "tune": "tune",
-    "doctor": "doctor",
-    "deploy": "deploy",
-    "new": "new",
-    "service": "service",
-    "completion": "completion",
-}
-"""Where each verb of this package is, in `commands`."""
-GROUP = "firmware_runtime.commands"
-"""Entry points of verbs that other packages add: a module with `add_to`."""
 
 _PROBE = "; `firmware-runtime probe` shows what answers on the buses"
 _NAME_SHOWN = 80
@@ -115,7 +70,7 @@ def _main(words: Sequence[str], starting: AbstractContextManager[None]) -> int:
     """Parse the words, within `starting`, and carry them out."""
     try:
         with starting:
-            parsed = parser(words).parse_args(words)
+            parsed = _parsed(words)
     except ConfigError as error:  # of a verb of another package
         return _refuse(error, Status.BAD_INPUT)
     except KeyboardInterrupt:  # while the verb is imported
@@ -131,6 +86,13 @@ def _main(words: Sequence[str], starting: AbstractContextManager[None]) -> int:
         except (MemoryError, OSError) as error:
             status = _refuse(ran_out_of(error), Status.MODEL_ERROR)
     return status
+
+
+def _parsed(words: Sequence[str]) -> argparse.Namespace:
+    """The words as the verb has them; exits where there is none, or where they do not fit."""
+    if not words:
+        parser(["--help"]).refuse("no command; expected one that `firmware-runtime --help` shows")
+    return parser(words).parse_args(words)
 
 
 def _carried_out(parsed: argparse.Namespace) -> int:
@@ -170,7 +132,7 @@ def _executed(parsed: argparse.Namespace) -> int:
 
 def _executed_by_another(parsed: argparse.Namespace) -> int:
     """Call a verb of another package. Raises ConfigError, also for a defect in it."""
-    providers = [each for each in installed(GROUP) if each.name == parsed.verb]
+    providers = [each for each in installed(ADDED) if each.name == parsed.verb]
     if not providers:  # added under another name than its entry point's
         return _executed(parsed)
     added = import_module("firmware_runtime.cli.added_verbs")
@@ -188,10 +150,23 @@ class _ShowVersion(argparse.Action):
         parser.exit()
 
 
-def parser(words: Sequence[str]) -> argparse.ArgumentParser:
-    """The command line with the verb that `words` begin with, or with all if that is none."""
-    top = Parser(
+class _Top(Parser):
+    """The command line before the verb: its help has the verbs in groups."""
+
+    def format_help(self) -> str:
+        """Return the usage, a line for each verb, and what is the same for all of them."""
+        usage, about, rest = super().format_help().split("\n\n", 2)
+        return "\n".join([usage, "", about, "", *help_lines(), rest])
+
+
+def parser(words: Sequence[str]) -> Parser:
+    """The command line with the verb that `words` begin with; without words, with every verb.
+
+    Exits with a sentence where they begin with what is no verb.
+    """
+    top = _Top(
         prog="firmware-runtime",
+        usage="firmware-runtime COMMAND ...",
         description="Run DEVS models as the firmware of a robot.",
         epilog="Exit status: 0 done, 1 a model failed or a device was never ready, 2 bad input, "
         "3 a bus or chip is missing, or there is no run, 4 some output could not be switched off, "
@@ -209,24 +184,23 @@ def parser(words: Sequence[str]) -> argparse.ArgumentParser:
         nargs=0,
         help="show program's version number and exit",
     )
-    verbs = top.add_subparsers(required=True, metavar="COMMAND", dest="verb", prog=top.prog)
-    if words[:1] not in (["-V"], ["--version"]):  # which asks for no verb
-        for verb in _modules(words):
-            verb.add_to(verbs)
-        _add_others(words, verbs)
+    if words and words[0].startswith("-"):  # which asks for no verb
+        return top
+    if words and words[0] not in VERBS and words[0] not in (names := verb_names()):
+        top.refuse(f"{words[0]}: no such command; {expected_one_of(words[0], names)}")
+    verbs = top.add_subparsers(
+        required=True, metavar="COMMAND", dest="verb", prog=top.prog, parser_class=Parser
+    )
+    for verb in _modules(words):
+        verb.add_to(verbs)
+    _add_others(words, verbs)
     return top
-
-
-def verb_names() -> list[str]:
-    """Every verb, those of other packages last."""
-    return [*VERBS, *(each.name for each in installed(GROUP) if each.name not in VERBS)]
 
 
 def _modules(words: Sequence[str]) -> Iterator[ModuleType]:
     """The modules of our verbs: of the one that `words` begin with, or of all; none for another."""
-    first = words[0] if words else ""
-    asked_for = [first] if first in VERBS else [] if first in verb_names() else VERBS
-    for module in dict.fromkeys(VERBS[verb] for verb in asked_for):
+    names = [each for each in words[:1] if each in VERBS] if words else VERBS
+    for module in dict.fromkeys(VERBS[name].module for name in names):
         yield import_module(f"firmware_runtime.cli.commands.{module}")
 
 
@@ -234,7 +208,7 @@ def _add_others(words: Sequence[str], verbs: object) -> None:
     """Add the verb of another package that `words` begin with, or all that are sound."""
     if words and words[0] in VERBS:
         return
-    others = [each for each in installed(GROUP) if each.name not in VERBS]
+    others = [each for each in installed(ADDED) if each.name not in VERBS]
     if others:
         # Reads boards, which takes long; a start of one of our own verbs does without.
         added = import_module("firmware_runtime.cli.added_verbs")
@@ -254,54 +228,3 @@ def _refuse(error: FirmwareRuntimeError, status: Status, hint: str = "") -> int:
     said = re.sub(_NO_NAME, lambda found: f"{found[0][:_NAME_SHOWN]}...", str(error))
     print_line(f"firmware-runtime: {said}{hint}", sys.stderr)
     return status
-
-
-_ARGUMENT = "argument "
-"""What argparse begins with where it names an option."""
-_NUMBERS = {"int": "a whole number", "float": "a number"}
-"""What argparse calls the types that a verb takes as they are, and what they are."""
-_CHOICE = r"invalid choice: '(.*)' \(choose from (.*)\)$"
-
-
-@cache
-def _columns() -> int:
-    """How wide the terminal is; 80 where there is none."""
-    stated = os.environ.get("COLUMNS", "")
-    if stated.isdecimal() and int(stated) > 0:
-        return int(stated)
-    try:
-        return os.get_terminal_size(sys.__stdout__.fileno()).columns or 80  # type: ignore[union-attr]
-    except (AttributeError, ValueError, OSError):
-        return 80
-
-
-class _Formatter(argparse.HelpFormatter):
-    """As argparse's, which loads `shutil` for the width each time an argument is added."""
-
-    def __init__(self, *arguments: Any, **options: Any) -> None:  # noqa: ANN401 -- as argparse has it
-        super().__init__(*arguments, **{"width": _columns() - 2, **options})
-
-
-class Parser(argparse.ArgumentParser):
-    """Like argparse's, and so are those of its verbs."""
-
-    def __init__(self, *arguments: Any, **options: Any) -> None:  # noqa: ANN401 -- as argparse has it
-        super().__init__(*arguments, **{"formatter_class": _Formatter, **options})
-
-    def error(self, message: str) -> NoReturn:
-        """Print what is wrong, with what was expected or probably meant; exit with 2.
-
-        A value that is none is a sentence; a word too many or too few is shown with the usage.
-        """
-        found = re.search(_CHOICE, message)
-        if found is not None:
-            word, choices = found[1], re.findall(r"[^\s',]+", found[2])
-            expected = f"expected one of {', '.join(choices)}{did_you_mean(word, choices)}"
-            message = f"{message[: found.start()]}'{word}': {expected}"
-        for kind, expected in _NUMBERS.items():
-            message = re.sub(
-                rf"invalid {kind} value: ('.*')$", rf"\1: expected {expected}", message
-            )
-        if message.startswith(_ARGUMENT):
-            self.exit(Status.BAD_INPUT, f"{self.prog}: {message.removeprefix(_ARGUMENT)}\n")
-        super().error(message)

@@ -3,21 +3,19 @@
 import argparse
 import json
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
 from time import monotonic_ns, sleep
 
-from firmware_runtime.cli.own_terminal import OwnTerminal
 from firmware_runtime.devs.time import SECOND
-from firmware_runtime.recording.blackbox.reader import Recording, read_recording
+from firmware_runtime.errors import ConfigError, Status
+from firmware_runtime.recording.blackbox.reader import read_recording
 from firmware_runtime.recording.blackbox.section import Section
 from firmware_runtime.recording.board_of_recording import board_of
-from firmware_runtime.recording.random_state import UNKEPT
-from firmware_runtime.recording.recorded_board import versions_said
-from firmware_runtime.recording.replay.difference import Difference, in_lines
-from firmware_runtime.recording.replay.verdict import NOTHING_AGAIN, Stretch, Verdict, replay
-from firmware_runtime.statistics.number_formats import NO_DATES, Dates
-from firmware_runtime.system.resources import Closing
+from firmware_runtime.recording.replay.verdict import Stretch, replay
+from firmware_runtime.recording.replay.verdict_text import verdict_document, verdict_lines
+from firmware_runtime.system.atomic_file import keep_output
+from firmware_runtime.system.terminal import Progress
 
 
 def replay_run(arguments: argparse.Namespace, path: Path) -> int:
@@ -27,23 +25,23 @@ def replay_run(arguments: argparse.Namespace, path: Path) -> int:
     board = board_of(header)
     stretch = Stretch(arguments.begin, arguments.until)
     begun = monotonic_ns()
-    with Shown(wanted=not arguments.json) as shown:
+    with Progress(sys.stderr, wanted=not arguments.json, every_s=0.25) as shown:
         verdict = replay(recording, board, stretch, before=paced(arguments.speed, shown))
     spent = monotonic_ns() - begun
     if arguments.json:
-        print(json.dumps(_as_json(recording, verdict, spent), allow_nan=False))
+        print(json.dumps(verdict_document(recording, verdict, spent), allow_nan=False))
     else:
-        print("\n".join(_as_text(recording, verdict, spent)))
+        print("\n".join(verdict_lines(recording, verdict, spent)))
     return verdict.status
 
 
-def paced(speed: float | None, shown: "Shown") -> Callable[[Section], None]:
+def paced(speed: float | None, shown: Progress) -> Callable[[Section], None]:
     """What is called before each section: waits for its instant, if a speed was asked for."""
     first: list[tuple[int, int]] = []
 
     def before(section: Section) -> None:
         if section.has_instant:
-            shown.at(section.at)
+            shown.show(f"{section.at / SECOND:.1f} s")
             if speed is not None:
                 if not first:
                     first.append((section.at, monotonic_ns()))
@@ -54,77 +52,59 @@ def paced(speed: float | None, shown: "Shown") -> Callable[[Section], None]:
     return before
 
 
-class Shown(Closing):
-    """How far it is, on one line of a terminal if there is one."""
+def as_test(arguments: argparse.Namespace, path: Path) -> int:
+    """Cut a piece of the run that shows what there is to show; write a test, and its recording."""
+    # Loaded for this answer only.
+    from firmware_runtime.recording.replay.replay_assertion import in_words  # noqa: PLC0415
+    from firmware_runtime.recording.what_if.checkout import checked_folder  # noqa: PLC0415
+    from firmware_runtime.recording.what_if.piece_as_test import (  # noqa: PLC0415
+        piece_of,
+        span_of_piece,
+        test_of_piece,
+    )
+    from firmware_runtime.recording.what_if.what_if import Question  # noqa: PLC0415
 
-    def __init__(self, *, wanted: bool) -> None:
-        self._terminal = OwnTerminal.of(sys.stderr) if wanted else None
-        self._due = monotonic_ns() + SECOND // 2
-
-    def at(self, at: int) -> None:
-        """It has come to an instant of the run."""
-        if self._terminal is not None and monotonic_ns() >= self._due:
-            self._due = monotonic_ns() + SECOND // 4
-            self._terminal.show(f"{at / SECOND:.1f} s")
-
-    def close(self) -> None:
-        """Leave no trace of it."""
-        if self._terminal is not None:
-            self._terminal.close()
-
-
-def _as_json(recording: Recording, verdict: Verdict, spent: int) -> dict[str, object]:
-    header = recording.header
-    return {
-        **verdict.as_json(recording.dates()),
-        "run": header.run,
-        "board": header.board,
-        "role": header.role,
-        "recording": str(recording.path),
-        "code_sha256": header.code_sha256,
-        "times_real_time": verdict.duration / max(spent, 1),
-    }
-
-
-def _as_text(recording: Recording, verdict: Verdict, spent: int) -> Iterator[str]:
-    header = recording.header
+    test: Path = arguments.as_test
+    _check(arguments, test)
+    question = Question(
+        recording=str(path.absolute()),
+        assignments=arguments.assignments,
+        begin=arguments.begin,
+        until=arguments.until,
+    )
+    checkout = None if arguments.checkout is None else checked_folder(arguments.checkout)
+    recording = read_recording(path)
+    piece, verdict = piece_of(recording, question, checkout)
+    text = test_of_piece(piece, recording, verdict.faults, test.stem, arguments.assignments)
+    kept = test.with_suffix(".recording")
+    keep_output(kept, piece.content, "--as-test")
+    keep_output(test, text.encode(), "--as-test")
+    if arguments.json:
+        found = {"test": str(test), "recording": str(kept), "bytes": len(piece.content)}
+        times = {"from_s": piece.begin / SECOND, "until_s": piece.until / SECOND}
+        shown = {"steps": piece.steps, "difference": piece.difference, "faults": verdict.faults}
+        print(json.dumps({**found, **times, **shown}, allow_nan=False))
+        return Status.OK
+    steps = "1 step" if piece.steps == 1 else f"{piece.steps} steps"
+    print(f"{test} and {kept} ({len(piece.content)} bytes): {steps}, {span_of_piece(piece)}")
+    if piece.difference is not None:
+        print(f"  it shows: {in_words(piece.difference)}")
     for fault in verdict.faults:
-        yield f"not whole: {fault}"
-    if verdict.first is not None:
-        yield f"{verdict.differences} differences; the first:"
-        yield from difference_in_words(verdict.first, recording.dates())
-        if verdict.has_drawn:
-            yield f"  {UNKEPT}"
-    elif verdict.is_something and (verdict.not_compared or not verdict.faults):
-        yield f"{verdict.in_words}, {verdict.writes} transfers of {header.run}"
-    elif not verdict.is_something:
-        yield NOTHING_AGAIN
-    yield from (f"  not compared: {each}" for each in verdict.not_compared)
-    duration, times = verdict.duration / SECOND, verdict.duration / max(spent, 1)
-    digits = 0 if times >= 10 else 1
-    speed = f"{times:.{digits}f} times real time"
-    span = f"{duration:.3f} s of the run"
-    yield f"  {verdict.steps} steps, {span}{recording.dates().said(0)}, {speed}"
-    yield from _notes(verdict)
+        print(f"  the run's recording is not whole: {fault}")
+    return Status.OK
 
 
-def _notes(verdict: Verdict) -> Iterator[str]:
-    """What belongs to the verdict, a line each."""
-    if verdict.began_earlier is not None:
-        yield f"  {verdict.began_earlier}"
-    if verdict.played_back:
-        yield f"  {verdict.played_back} values of its world were played back"
-    if verdict.failure is not None and verdict.differences == 0:
-        yield f"  it ended so again: {verdict.failure}"
-    elif verdict.end is not None:
-        yield f"  the run had failed: {verdict.end}"
-    if verdict.code_changed:
-        yield f"  code that has changed since: {', '.join(verdict.code_changed)}"
-    if verdict.versions_changed:
-        said = versions_said(verdict.versions_changed)
-        yield f"  versions that are others than in the run: {said}"
-
-
-def difference_in_words(difference: Difference, dates: Dates = NO_DATES) -> Iterator[str]:
-    """When, where, and both values."""
-    yield from (f"  {line}" for line in in_lines(difference.as_json(dates)))
+def _check(arguments: argparse.Namespace, test: Path) -> None:
+    """Refuse what cannot be a test, and what would be written over."""
+    where = f"--as-test {test}"
+    if test.suffix != ".py" or not test.stem.isidentifier():
+        raise ConfigError.of_one(where, "expected the name of a module, such as test_that_day.py")
+    for each in (test, test.with_suffix(".recording")):
+        if each.exists():
+            raise ConfigError.of_one(where, f"{each} is there already", expected="another name")
+    if not test.absolute().parent.is_dir():
+        raise ConfigError.of_one(where, f"expected a folder {test.parent}")
+    given = {"BOARD": arguments.board, "--speed": arguments.speed, "-o": arguments.output}
+    for name, value in given.items():
+        if value is not None:
+            raise ConfigError.of_one("replay", f"--as-test with {name}", expected="one of them")

@@ -5,6 +5,7 @@ from collections.abc import Iterator
 from importlib import import_module
 from pathlib import Path
 
+from firmware_runtime.cli.chosen_model import is_model
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.lab.stages.stage import Stage
 
@@ -13,8 +14,6 @@ _OF_ANY_STAGE = {
     "speed": "a stage has its clock",
     "events": "event files run the model alone",
     "outputs": "event files run the model alone",
-    "until": "event files run the model alone",
-    "model": "event files run the model alone",
     "role": "a stage has all roles",
 }
 """What fits no stage, and why."""
@@ -74,6 +73,8 @@ def _faults(arguments: argparse.Namespace, stage: Stage | None) -> Iterator[str]
             if getattr(arguments, option) is not None:
                 yield f"--{option} belongs to --stage remote"
         return
+    if is_model(arguments.board):
+        yield f"--stage {stage}: a model alone has no two ends; leave --stage out"
     yield from _do_not_fit(arguments, stage, _OF_ANY_STAGE)
     if stage.has_two_ends:
         yield from _do_not_fit(arguments, stage, _ONE_PROCESS)

@@ -9,8 +9,7 @@ from msgspec import to_builtins
 
 from firmware_runtime.board.registry import Board
 from firmware_runtime.cli.chosen_board import chosen_board
-from firmware_runtime.cli.readers_gone import print_line
-from firmware_runtime.cli.replayed_run import Shown, paced
+from firmware_runtime.cli.replayed_run import paced
 from firmware_runtime.cli.written import check_output
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.errors import ConfigError, Status
@@ -19,6 +18,8 @@ from firmware_runtime.recording.board_of_recording import settings_said
 from firmware_runtime.recording.what_if.checkout import ask, checked_folder
 from firmware_runtime.recording.what_if.what_if import Question, WhatIf, answer
 from firmware_runtime.recording.what_if.what_if_report import what_if_text
+from firmware_runtime.system.standard_output import print_line
+from firmware_runtime.system.terminal import Progress
 
 
 def what_if_run(arguments: argparse.Namespace, path: Path) -> int:
@@ -67,7 +68,7 @@ def _here(arguments: argparse.Namespace, question: Question) -> WhatIf:
     board: Board | None = None
     if arguments.board is not None:
         board = chosen_board(arguments.board, arguments.assignments)
-    with Shown(wanted=not arguments.json) as shown:
+    with Progress(sys.stderr, wanted=not arguments.json, every_s=0.25) as shown:
         return answer(question, paced(arguments.speed, shown), board)
 
 

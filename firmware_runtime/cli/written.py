@@ -8,14 +8,14 @@ from firmware_runtime.errors import ConfigError
 from firmware_runtime.system.atomic_file import keep_output, why_not_writable
 
 
-def check_output(output: Path, suffixes: Collection[str]) -> None:
+def check_output(output: Path, suffixes: Collection[str], option: str = "-o") -> None:
     """Raise ConfigError for a file of no known kind, or in no folder that takes it."""
     if output.suffix not in suffixes:
         fault = f"{output}: expected a name that ends in {' or '.join(suffixes)}"
-        raise ConfigError("-o", [fault])
+        raise ConfigError(option, [fault])
     if output.is_dir() or not os.access(output.parent, os.W_OK):
         fault = f"{output}: no file that can be written; expected a name in a folder that takes one"
-        raise ConfigError("-o", [fault])
+        raise ConfigError(option, [fault])
 
 
 def check_files(verb: str, files: Mapping[str, Path | None]) -> None:

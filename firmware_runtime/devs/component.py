@@ -38,6 +38,10 @@ class Component(Owner):
         port = self.out_ports[name] = OutPort(self, name, type_)
         return port
 
+    def __repr__(self) -> str:
+        kind = type(self).__name__
+        return f"<{kind} {below_root(self.path)}>" if hasattr(self, "name") else f"<{kind}>"
+
     def _misdeclared(self, name: str, type_: object) -> str:
         where = f"{self.path}: port {name!r}"
         if not _is_name(name):

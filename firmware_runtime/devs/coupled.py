@@ -1,14 +1,22 @@
 """The coupled model: components, and couplings drawn one wire a line."""
 
 from collections.abc import Iterator, Sequence
-from typing import TypeVar
+from typing import Any, TypeVar
 
-from firmware_runtime.devs.component import Component, check_constructed
+from firmware_runtime.devs.component import Component, below_root, check_constructed
 from firmware_runtime.devs.model_errors import CouplingError
+from firmware_runtime.devs.named import Named
 from firmware_runtime.devs.ports import AnyPort, InPort, OutPort, Owner, Source, carries
 
 C = TypeVar("C", bound=Component)
 T = TypeVar("T")
+
+
+class ComponentsByName(Named[Component]):
+    """Components of a model; another name raises UnknownName."""
+
+    __slots__ = ()
+    noun = "component"
 
 
 class Coupled(Component):
@@ -22,7 +30,7 @@ class Coupled(Component):
 
     def __init__(self, name: str) -> None:
         super().__init__(name)
-        self.components: dict[str, Component] = {}
+        self.components: dict[str, Component] = ComponentsByName()
         self.couplings: dict[tuple[AnyPort, AnyPort], None] = {}
 
     def add(self, component: C) -> C:
@@ -95,6 +103,15 @@ class Coupled(Component):
             return f"{wire}: coupled twice"
         kinds = f"{source.type.__name__} cannot feed a port of {destination.type.__name__}"
         return f"{wire}: a port of {kinds}"
+
+
+def ports_below(root: Component) -> dict[str, OutPort[Any]]:
+    """The output ports of a model and of all that it is made of, by their paths below it."""
+    return {
+        below_root(port.path): port
+        for component in with_all_below(root)
+        for port in component.out_ports.values()
+    }
 
 
 def with_all_below(component: Component) -> Iterator[Component]:

@@ -11,11 +11,21 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable
 from typing import Any, Final, Generic, Literal, Protocol, TypeAlias, TypeVar
 
+from firmware_runtime.devs.named import Named
+
 T = TypeVar("T")
 T_co = TypeVar("T_co", covariant=True)
+P = TypeVar("P")
 
 Takes: TypeAlias = Literal["finite", "infinities", "any"]
 """Which numbers an input port takes: finite ones, all but NaN, or all."""
+
+
+class PortsByName(Named[P]):
+    """Ports of a model; another name raises UnknownName."""
+
+    __slots__ = ()
+    noun = "port"
 
 
 class Owner:
@@ -24,8 +34,8 @@ class Owner:
     def __init__(self, name: str) -> None:
         self.name = name
         self.parent: Owner | None = None
-        self.in_ports: dict[str, InPort[Any]] = {}
-        self.out_ports: dict[str, OutPort[Any]] = {}
+        self.in_ports: dict[str, InPort[Any]] = PortsByName()
+        self.out_ports: dict[str, OutPort[Any]] = PortsByName()
 
     @property
     def path(self) -> str:

@@ -10,7 +10,7 @@ from msgspec import MsgspecError
 from msgspec.json import Decoder
 
 from firmware_runtime.devs.time import SECOND
-from firmware_runtime.errors import FirmwareRuntimeError
+from firmware_runtime.errors import ControlError
 from firmware_runtime.links.ports.datagrams import message_of
 from firmware_runtime.links.ports.desk import Answer
 from firmware_runtime.statistics.paths import Companion
@@ -93,7 +93,3 @@ def _wait(end: "RobotEnd", until: int) -> None:
     left = until - monotonic_ns()
     if left <= 0 or not select([end], (), (), left / SECOND)[0]:
         raise TimeoutError
-
-
-class ControlError(FirmwareRuntimeError):
-    """A run cannot be spoken to."""

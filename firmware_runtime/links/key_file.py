@@ -1,7 +1,7 @@
 """Key files: the 32 secret bytes that both ends of a link or of a bridge share.
 
 A key file holds the bytes themselves and nothing else, and only its owner may read it (mode 0600
-or less). `firmware-runtime key FILE` makes one.
+or less). `firmware-runtime new key FILE` makes one.
 """
 
 import os
@@ -63,7 +63,7 @@ def write_key(path: Path) -> None:
 
 
 _EXPECTED: Final = (
-    f"a file of {KEY_BYTES} bytes and mode 0600, such as `firmware-runtime key FILE` makes"
+    f"a file of {KEY_BYTES} bytes and mode 0600, such as `firmware-runtime new key FILE` makes"
 )
 
 

@@ -4,17 +4,19 @@ import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Final, NoReturn, TypeVar
+from typing import TYPE_CHECKING, Any, Final, NoReturn, TypeVar
 
+from firmware_runtime.devs.coupled import ports_below
 from firmware_runtime.devs.listening import Listener, Listening
 from firmware_runtime.devs.model_errors import ModelError
 from firmware_runtime.devs.ports import InPort, OutPort
 from firmware_runtime.devs.time import NEVER, SECOND, format_time, seconds
-from firmware_runtime.errors import ConfigError, FirmwareRuntimeError
+from firmware_runtime.errors import ConfigError, FirmwareRuntimeError, UnknownName
 from firmware_runtime.executive.executive import Executive
 from firmware_runtime.executive.outcome import Outcome
 from firmware_runtime.runs.exit_in_model import quitting_is_a_bug
 from firmware_runtime.runs.options import end_after, positive
+from firmware_runtime.runs.port_values import PortValues
 from firmware_runtime.statistics.figures import Figures
 from firmware_runtime.statistics.file_header import RunState
 from firmware_runtime.system.resources import Closing
@@ -65,8 +67,15 @@ class OpenRun(Closing):
         """What the model's blocks of `models.dover` have sent and received; None if it has none."""
         self._executive = executive
         self._until = 0
+        self._watched: dict[str, PortValues[Any]] = {}
         self._is_closed = False
         self._running = threading.Lock()
+
+    def __repr__(self) -> str:
+        executive = self._executive
+        how = "over" if self._is_closed or executive.is_over else "open"
+        name = executive.simulator.root.name
+        return f"<{type(self).__name__} {name}: {how}, at {executive.reached / SECOND:g} s>"
 
     @property
     def statistics(self) -> Figures:
@@ -127,6 +136,20 @@ class OpenRun(Closing):
         What is returned ends it.
         """
         return self._executive.simulator.listen(port, listener)
+
+    def port(self, path: str) -> PortValues[Any]:
+        """Return what passes a port from now on, by its path: `controller.yaw.command_n`.
+
+        Of an output port of any model, or an input port of the whole. Asked for again, it is the
+        same. Raises UnknownName for a port that there is not.
+        """
+        if path not in self._watched:
+            root = self._executive.simulator.root
+            known: dict[str, InPort[Any] | OutPort[Any]] = {**root.in_ports, **ports_below(root)}
+            if path not in known:
+                raise UnknownName.of("port", path, known)
+            self._watched[path] = PortValues(known[path], self._executive)
+        return self._watched[path]
 
     def close(self) -> RunResult | None:
         """End the run in order; None if it never began or is over. Closing twice is harmless.

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Literal, TypeAlias, get_args
 
 from firmware_runtime.devs.time import NEVER, seconds
-from firmware_runtime.errors import ConfigError, did_you_mean
+from firmware_runtime.errors import ConfigError, suggested
 from firmware_runtime.executive.clocks import Clock, MonotonicClock, ScaledClock, VirtualClock
 
 ClockName: TypeAlias = Literal["monotonic", "virtual", "scaled"]
@@ -41,9 +41,10 @@ def clock_name(clock: ClockName | Clock, speed: float | None) -> str:
     """
     is_named = isinstance(clock, str)
     if clock not in CLOCKS if is_named else not all(hasattr(clock, each) for each in _OF_A_CLOCK):
-        hint = did_you_mean(str(clock), list(CLOCKS)) if is_named else ""
         expected = f"expected one of {', '.join(CLOCKS)}, or a clock"
-        raise ConfigError("clock", [f"{clock!r}: {expected}{hint}"])
+        if is_named:
+            expected = suggested(str(clock), CLOCKS, expected)
+        raise ConfigError("clock", [f"{clock!r}: {expected}"])
     if isinstance(clock, str):
         if speed is not None:
             positive("speed", speed, MOST_SPEED)

@@ -18,7 +18,7 @@ from firmware_runtime.board.retuning import (
 )
 from firmware_runtime.devs.model_errors import ModelError
 from firmware_runtime.devs.time import MILLISECOND, SECOND
-from firmware_runtime.errors import ConfigError, did_you_mean, text_of
+from firmware_runtime.errors import ConfigError, suggested, text_of
 from firmware_runtime.executive.executive import Executive
 from firmware_runtime.system.messages import Notices
 
@@ -112,7 +112,7 @@ class Tuning:
         expected = f"expected one of {', '.join(known) or 'none: this board has no such keys'}"
         if has_key(self.board.settings, key):
             return f"{key}: not to be changed while the robot runs: a new run takes it; {expected}"
-        return f"{key}: unknown key; {expected}{did_you_mean(key, known)}"
+        return f"{key}: unknown key; {suggested(key, known, expected)}"
 
 
 NEEDED = 5 * MILLISECOND

@@ -9,7 +9,9 @@ of a model or a line is also a field of that name in `rows`; what is computed ha
 from typing import Any, Literal
 
 from msgspec import Struct, convert, json, to_builtins
+from msgspec.structs import force_setattr
 
+from firmware_runtime.devs.named import Named
 from firmware_runtime.errors import StatisticsFileError, in_words
 from firmware_runtime.statistics.blame import Blame
 from firmware_runtime.statistics.file_header import SETTINGS, Conditions
@@ -59,6 +61,13 @@ class ModelFigures(Activations, frozen=True):
         """
         seldom = self.irregular * _SHARE_IRREGULAR <= self.run
         return self.irregular < _LEAST_IRREGULAR or seldom
+
+
+class ModelsByPath(Named[ModelFigures]):
+    """Figures of models by their paths; another path raises UnknownName."""
+
+    __slots__ = ()
+    noun = "model"
 
 
 class BusFigures(Struct, frozen=True):
@@ -166,6 +175,16 @@ class Figures(Activations, frozen=True, tag_field="schema", tag=SCHEMA):
     """By port; None for a robot without one."""
     late_by_cause: dict[str, int] | None = None
     """How many late steps each cause made; None where causes are not looked for."""
+
+    def __post_init__(self) -> None:
+        force_setattr(self, "models", ModelsByPath(self.models))
+
+    def __repr__(self) -> str:
+        run = self.conditions.run
+        return (
+            f"<Figures of {len(self.models)} models, {run.elapsed_s:g} s: {self.run} of "
+            f"{self.scheduled} activations run, {self.overruns} late, {self.faults_total} faults>"
+        )
 
     @property
     def is_virtual(self) -> bool:

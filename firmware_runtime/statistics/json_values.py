@@ -34,6 +34,15 @@ def plain(value: object) -> Any:  # noqa: ANN401 -- whatever JSON can say
     return str(value)
 
 
+def is_json(word: str) -> bool:
+    """Whether a word is a value in JSON; one that is none stands for itself."""
+    try:
+        msgspec.json.decode(word)
+    except (msgspec.MsgspecError, UnicodeEncodeError, RecursionError):
+        return False
+    return True
+
+
 def _named(value: object) -> Iterable[tuple[str, object]] | None:
     """Names and values of what becomes an object, else None."""
     if isinstance(value, tuple) and hasattr(value, "_fields"):

@@ -6,12 +6,27 @@ that lies wholly over the limit: one that is over it by less than 3.1 % may pass
 """
 
 from dataclasses import dataclass
+from pathlib import Path
+from time import monotonic, sleep
+from typing import Final
 
+from firmware_runtime.devs.time import MICROSECOND
+from firmware_runtime.errors import BeingWrittenError
+from firmware_runtime.statistics.file_header import RunState
 from firmware_runtime.statistics.histogram import LARGEST, Histogram, bucket_of
 from firmware_runtime.statistics.history import late_activations
 from firmware_runtime.statistics.layout import ELAPSED
 from firmware_runtime.statistics.number_formats import instant
+from firmware_runtime.statistics.reader import read_statistics
 from firmware_runtime.statistics.statistics import Statistics
+
+LOOK_EVERY_S: Final = 0.1
+AFTERMATH_S: Final = 0.5
+"""How long it goes on after a late activation, so that what came of it is recorded too."""
+
+
+class NothingHappened(Exception):
+    """No activation was late; says why that is known."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -93,3 +108,36 @@ class LateWatch:
             for path, row in late
             if row.lateness_ns > self._limit
         )
+
+
+def late_activation(kept: Path, limit_ns: int, longest_s: float) -> Late:
+    """Wait until an activation of a run is later than the limit, and half a second more.
+
+    Raises NothingHappened when the run ends before, or so many seconds have passed.
+    """
+    until = monotonic() + longest_s
+    statistics = _read(kept, until)
+    watch = LateWatch(limit_ns, statistics)
+    limit = f"over {limit_ns / MICROSECOND:.10g} us late"
+    while statistics.state is RunState.RUNNING and statistics.writer_alive:
+        if monotonic() >= until:
+            raise NothingHappened(f"no activation was {limit} within {longest_s:g} s")
+        sleep(LOOK_EVERY_S)
+        statistics = _read(kept, until)
+        if late := watch.new_in(statistics):
+            sleep(AFTERMATH_S)
+            return late
+    raise NothingHappened(f"the run is not under way, and no activation was {limit} meanwhile")
+
+
+def _read(kept: Path, until: float) -> Statistics:
+    """The statistics; of a run that is stopped half way through its counting, when it goes on.
+
+    Raises BeingWrittenError if it has not up to an instant of `monotonic`.
+    """
+    while True:
+        try:
+            return read_statistics(kept)
+        except BeingWrittenError:
+            if monotonic() >= until:
+                raise

@@ -1,10 +1,12 @@
 """An HTTP server for Prometheus, on this machine only: a loopback address or a Unix socket."""
 
 import os
+from collections.abc import Callable
 from ipaddress import ip_address
 from pathlib import Path
 from socket import AF_INET6, AF_UNIX, SOCK_STREAM, socket
 from socketserver import BaseServer
+from threading import Thread
 from typing import Any
 from wsgiref.simple_server import WSGIRequestHandler, WSGIServer
 
@@ -49,6 +51,16 @@ class _Ip6Server(WSGIServer):
     address_family = AF_INET6
 
 
+def serve(listen: str, collector: Collector, wait: Callable[[str], object]) -> None:
+    """Answer with what the collector finds until `wait` returns, which gets where it listens."""
+    with exporter(listen, collector) as server:
+        thread = Thread(target=server.serve_forever)
+        thread.start()
+        wait(str(server.server_address))
+        server.shutdown()
+        thread.join()
+
+
 def exporter(listen: str, collector: Collector) -> BaseServer:
     """A server that answers with what the collector finds; `serve_forever` runs it.
 
@@ -60,7 +72,7 @@ def exporter(listen: str, collector: Collector) -> BaseServer:
     try:
         server = _server(listen)
     except OSError as error:
-        raise ConfigError("--listen", [f"{listen}: {error.strerror or error}"]) from error
+        raise ConfigError("--serve", [f"{listen}: {error.strerror or error}"]) from error
     server.set_app(make_wsgi_app(registry))
     return server
 
@@ -72,7 +84,7 @@ def _server(listen: str) -> WSGIServer:
     host = host.strip("[]")
     if not _is_port(port) or not _is_loopback(host):
         fault = f"{listen}: expected unix:PATH, or a loopback address such as 127.0.0.1:9798"
-        raise ConfigError("--listen", [fault])
+        raise ConfigError("--serve", [fault])
     kind = _Ip6Server if ":" in host else WSGIServer
     return kind((host, int(port)), _Quiet)
 

@@ -1,10 +1,14 @@
-"""Resources that are closed at the end of a block, or awaited while another process has them."""
+"""Resources: closed at the end of a block, awaited while others have them, or run out of."""
 
+import errno
+import os
 from abc import ABC, abstractmethod
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from time import monotonic, sleep
 from types import TracebackType
 from typing import Final, Self, TypeVar
+
+from firmware_runtime.errors import FirmwareRuntimeError
 
 
 class Closing(ABC):
@@ -45,3 +49,27 @@ def tried_again(take: Callable[[], T], errors: tuple[type[Exception], ...], with
             if monotonic() >= give_up_at:
                 raise
         sleep(PAUSE_S)
+
+
+_EXPECTED: Final[Mapping[int, str]] = {
+    errno.EMFILE: "a higher limit of open files (`ulimit -n`)",
+    errno.ENFILE: "fewer files open on this machine",
+    errno.ENOMEM: "more, or a higher limit (`ulimit -v`)",
+    errno.ENOSPC: "room there",
+}
+_NO_FOLDER: Final = "No usable temporary directory"
+"""What `tempfile` begins with, whatever kept it from writing a file to any."""
+
+
+def ran_out_of(error: MemoryError | OSError) -> FirmwareRuntimeError:
+    """Put it into a sentence. Raises the error again where it is about something else."""
+    number = errno.ENOMEM if isinstance(error, MemoryError) else error.errno
+    said = getattr(error, "strerror", None)
+    if number == errno.ENOENT and said is not None and said.startswith(_NO_FOLDER):
+        expected = "one with room, that may be written, and a descriptor left (`ulimit -n`)"
+        return FirmwareRuntimeError(said, expected=expected)
+    if number is None or number not in _EXPECTED:
+        raise error
+    place = getattr(error, "filename", None)
+    where = "" if place is None else f"{place}: "
+    return FirmwareRuntimeError(f"{where}{os.strerror(number)}", expected=_EXPECTED[number])

@@ -44,16 +44,11 @@ def add_replay_to(actions: SubParsers) -> None:
         metavar="NAME",
         help="these buses and ports only, the others are absent; default: all",
     )
-    rule = verb.add_mutually_exclusive_group()
-    rule.add_argument(
-        "--strict",
-        action="store_true",
-        help="refuse what is not the recorded transaction at that point (this is the default)",
-    )
-    rule.add_argument(
+    verb.add_argument(
         "--warn",
         action="store_true",
-        help="answer it by the next recorded one of that device and shape, and say so",
+        help="do not refuse what is not the recorded transaction at that point: answer it by the "
+        "next recorded one of that device and shape, and say so",
     )
     verb.add_argument(
         "--from",

@@ -289,7 +289,7 @@ def test_a_broken_board_does_not_keep_the_others_from_being_listed(
     heron: Heron, capsys: pytest.CaptureFixture[str]
 ) -> None:
     heron.install("1 / 0")
-    assert main(["boards"]) == 2
+    assert main(["show"]) == 2
     printed = capsys.readouterr()
     assert "tachobot" in printed.out
     assert "of the package heron" in printed.err

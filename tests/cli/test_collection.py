@@ -17,7 +17,7 @@ def shown(parsed):
     return executed(parsed)
 module._executed = shown
 atexit.register(lambda: print("ends", gc.isenabled()))
-sys.argv[1:] = ["boards"]
+sys.argv[1:] = ["show"]
 sys.exit(module.main())
 """
 
@@ -59,7 +59,7 @@ def test_a_command_within_a_program_leaves_its_collection_alone(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
     before = gc.get_freeze_count()
-    assert main(["boards"]) == 0
+    assert main(["show"]) == 0
     assert "tachobot" in capsys.readouterr().out
     assert gc.isenabled()
     assert gc.get_freeze_count() == before

@@ -4,22 +4,18 @@ import re
 import shutil
 import subprocess
 import sys
-from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 import pytest
 
-from firmware_runtime.cli.commands.completion import SHELLS
-from firmware_runtime.cli.main import VERBS, verb_names
-from firmware_runtime.errors import Status
-from firmware_runtime.system.packages import install_command
+from firmware_runtime.cli.verbs import VERBS, verb_names
 from tests.support.completion import ways_on
 from tests.support.waiting import PATIENCE_S
 
 PROGRAM = Path(sys.executable).with_name("firmware-runtime")
 
 
+SHELLS = ("bash", "zsh", "fish")
 INSTALLED = [shell for shell in SHELLS if shutil.which(shell)]
 """Bash at least; on a machine that has zsh and fish, these too."""
 
@@ -35,7 +31,7 @@ INSTALLED = [shell for shell in SHELLS if shutil.which(shell)]
         (("run", "tachobot", "--clock", "virtual", "--doub"), ["--doubles"]),
         (("run", "--doubles", "det"), ["detective"]),
         (("export", "det"), ["detective"]),
-        (("import", "x.ma", "--out"), ["--output"]),
+        (("export", "x.ma", "--out"), ["--output"]),
         (("check", "tachobot", "--set", "controller.yaw.kp"), ["controller.yaw.kp="]),
         (("check", "nobot", "--set", "controller"), []),
         (("service", "st"), ["status"]),
@@ -55,7 +51,7 @@ INSTALLED = [shell for shell in SHELLS if shutil.which(shell)]
         (("experiment", "all", "tacho"), ["tachobot"]),
         (("gate", "main", ".", "tacho"), ["tachobot"]),
         (("gate", "main", ".", "--tol"), ["--tolerance"]),
-        (("completion", "z"), ["zsh"]),
+        (("recordings", "re"), ["recover"]),
         (("--ver",), ["--version"]),
         (("nonsense", ""), []),
     ],
@@ -71,23 +67,8 @@ def test_every_verb_is_offered_and_has_its_options() -> None:
         assert "--help" in ways_on(verb, "--")
 
 
-@pytest.mark.parametrize("shell", SHELLS)
-def test_the_script_is_printed(command: Callable[..., Any], shell: str) -> None:
-    ended = command("completion", shell)
-    assert (ended.status, ended.out.count("_ARGCOMPLETE_SHELL")) == (0, 2 if shell != "fish" else 1)
-
-
-def test_without_the_extra_the_command_that_installs_it_is_said(
-    command: Callable[..., Any], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setitem(sys.modules, "argcomplete", None)
-    ended = command("completion", "bash")
-    assert ended.status == Status.BAD_INPUT
-    assert install_command("completion") in ended.error
-
-
 ASK_BASH = """
-source <("$1" completion bash)
+source <("$(dirname "$1")/register-python-argcomplete" firmware-runtime)
 complete -p firmware-runtime
 COMP_LINE=$2 COMP_POINT=${#2} COMP_TYPE=9
 _python_argcomplete "$1"
@@ -95,7 +76,7 @@ printf '%s\\n' "${COMPREPLY[@]}"
 """
 ASK_ZSH = """
 autoload -Uz compinit; compinit -u -D
-source <("$1" completion zsh)
+source <("$(dirname "$1")/register-python-argcomplete" --shell zsh firmware-runtime)
 print -r -- ${_comps[firmware-runtime]}
 BUFFER=$2; CURSOR=${#2}; words=("$1")
 _describe() { print -rl -- "${completions[@]}"; }
@@ -103,7 +84,7 @@ _python_argcomplete
 """
 ASK_FISH = """
 set -x PATH (dirname $argv[1]) $PATH
-$argv[1] completion fish | source
+(dirname $argv[1])/register-python-argcomplete --shell fish firmware-runtime | source
 complete -C "$argv[2]"
 """
 ASKED = {"bash": ASK_BASH, "zsh": ASK_ZSH, "fish": ASK_FISH}
@@ -162,5 +143,4 @@ def test_recordings_that_were_kept_are_known_by_their_names(
         assert ways_on(*verb, "yaw") == both
     assert ways_on("export", "yaw") == both
     assert ways_on("doubles", "replay", "yaw") == both
-    assert ways_on("recordings", "re") == ["recover"]
     assert ways_on("run", "yaw") == []

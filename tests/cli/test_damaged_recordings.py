@@ -15,11 +15,11 @@ from tests.support.recorded import in_chunks, record
 SEEDS = range(6)
 VERBS: dict[str, Callable[[Path, Path], list[object]]] = {
     "replay": lambda path, _: ["replay", path],
-    "recordings": lambda path, _: ["recordings", "--in", path.parent],
+    "recordings": lambda path, _: ["recordings", "list", "--in", path.parent],
     "keep": lambda path, folder: ["recordings", "keep", path, "-o", folder / "kept"],
     "mcap": lambda path, folder: ["export", path, "-o", folder / "x.mcap"],
     "csv": lambda path, folder: ["export", path, "-o", folder / "x.csv"],
-    "perfetto": lambda path, folder: ["perfetto", path, "-o", folder / "x.json"],
+    "perfetto": lambda path, folder: ["export", path, "-o", folder / "x.json"],
     "recover": lambda path, folder: ["recordings", "recover", path, "-o", folder / "saved"],
 }
 

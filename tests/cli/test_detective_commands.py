@@ -29,10 +29,8 @@ def test_figure_6_comes_out_line_by_line(
     command: Callable[..., Any], events: Path, tmp_path: Path, clock: tuple[str, ...], model: str
 ) -> None:
     outputs = tmp_path / "figure6.out"
-    arguments = ["run", "detective", "--events", events, "--outputs", outputs, *clock]
-    if model == "file":
-        arguments += ["--model", MODEL_FILE]
-    ended = command(*arguments)
+    run = MODEL_FILE if model == "file" else "detective"
+    ended = command("run", run, "--events", events, "--outputs", outputs, *clock)
     assert (ended.status, ended.error) == (0, "")
     assert outputs.read_text() == figure_6.OUTPUTS
 
@@ -43,12 +41,7 @@ def test_without_outputs_the_lines_go_to_the_screen(
     assert command("run", "detective", "--events", events).out == figure_6.OUTPUTS
 
 
-def test_until_ends_the_run_early(command: Callable[..., Any], events: Path) -> None:
-    ended = command("run", "detective", "--events", events, "--until", "00:00:05:030")
-    assert ended.out == "".join(figure_6.OUTPUTS.splitlines(keepends=True)[:4])
-
-
-def test_for_ends_the_run_early_too(command: Callable[..., Any], events: Path) -> None:
+def test_for_ends_the_run_early(command: Callable[..., Any], events: Path) -> None:
     ended = command("run", "detective", "--events", events, "--for", "5.03")
     assert ended.out == "".join(figure_6.OUTPUTS.splitlines(keepends=True)[:4])
 
@@ -89,15 +82,15 @@ def test_a_bad_event_file_is_refused_with_file_and_line(
     [
         ("run", "tachobot", "--events", "FILE"),
         ("run", "detective", "--events", "FILE", "--doubles"),
-        ("run", "detective", "--events", "FILE", "--until", "soon"),
         ("run", "detective", "--events", "/nowhere/file.ev"),
         ("run", "detective", "--events", "FILE", "--outputs", "/nowhere/file.out"),
-        ("run", "detective", "--events", "FILE", "--model", "/nowhere/file.ma"),
+        ("run", "/nowhere/file.ma", "--events", "FILE"),
         ("run", "detective", "--doubles", "--outputs", "FILE"),
         ("run", "detective", "--events", "FILE", "--plot", "FILE"),
         ("run", "detective", "--events", "FILE", "--arm"),
         ("run", "detective", "--events", "FILE", "--supervised"),
-        ("run", "detective", "--events", "FILE", "--until", "00:00:05:000", "--for", "5"),
+        ("run", "detective", "--events", "FILE", "--stage", "network"),
+        ("run", "detective", "--events", "FILE", "--samples", "5"),
     ],
 )
 def test_event_options_that_make_no_sense_are_refused(
@@ -198,7 +191,7 @@ def test_diagrams_are_drawn_from_the_model(
     command: Callable[..., Any], tmp_path: Path, arguments: tuple[str, ...], part: str
 ) -> None:
     paths = [each.replace("FILE", str(tmp_path / "picture")) for each in arguments]
-    ended = command("diagram", *paths)
+    ended = command("show", *paths)
     assert ended.status == 0
     assert part in Path(paths[-1]).read_text()
 
@@ -215,7 +208,7 @@ def test_diagrams_are_drawn_from_the_model(
 def test_a_diagram_that_cannot_be_drawn_is_refused(
     command: Callable[..., Any], arguments: tuple[str, ...]
 ) -> None:
-    ended = command("diagram", *arguments)
+    ended = command("show", *arguments)
     assert ended.status == 2
     assert ended.error != ""
 

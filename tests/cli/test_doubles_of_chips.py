@@ -1,4 +1,4 @@
-"""`doubles serve --chip` and `doubles usbip --chip`: words that are refused, and a server."""
+"""`doubles serve --chip`, also with `--usbip`: words that are refused, and a server."""
 
 import subprocess
 import sys
@@ -24,17 +24,17 @@ from tests.support.waiting import PATIENCE_S
         (["--chip", "pca9685", "--chip", "h_bridge"], "0x40"),
     ],
 )
-@pytest.mark.parametrize("action", ["serve", "usbip"])
+@pytest.mark.parametrize("action", ["serve", "serve --usbip"])
 def test_what_cannot_be_served_is_one_sentence(
     command: Callable[..., Any], tmp_path: Path, action: str, words: list[str], what: str
 ) -> None:
-    ended = command("doubles", action, *words, "--socket", tmp_path / "doubles")
+    ended = command("doubles", *action.split(), *words, "--socket", tmp_path / "doubles")
     assert (ended.status, ended.out) == (2, "")
     assert what in ended.error
 
 
 def test_a_serial_chip_is_no_adapter(command: Callable[..., Any]) -> None:
-    ended = command("doubles", "usbip", "--chip", "pca9685", "--chip", "maxbotix")
+    ended = command("doubles", "serve", "--usbip", "--chip", "pca9685", "--chip", "maxbotix")
     assert (ended.status, ended.out) == (2, "")
     assert "ports.maxbotix" in ended.error
 

@@ -26,7 +26,6 @@ Command = Callable[..., Any]
     [
         (["nowhere"], "no run of a board of this name has left a recording"),
         (["{letter}"], "not a recording of a run"),
-        (["{letter}", "--strict", "--warn"], "not allowed with argument --strict"),
         (["{letter}", "--from", "-1"], "expected a second of the run, 0 or more"),
     ],
 )

@@ -9,13 +9,13 @@ from typing import Any
 import pytest
 
 import firmware_runtime
-from firmware_runtime.cli import plot
 from firmware_runtime.cli.commands import run
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.lab.stages import staged_run
 from firmware_runtime.recording.blackbox import chunk_file
 from firmware_runtime.runs import black_box, open_board
 from firmware_runtime.runs import kept_recordings as keeping
+from firmware_runtime.runs import picture_of_run as plot
 from firmware_runtime.runs.hardware import Hardware
 from firmware_runtime.statistics.trace_file import TraceFile
 

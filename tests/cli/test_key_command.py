@@ -12,11 +12,11 @@ def test_a_key_is_made_once_and_never_printed(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     path = tmp_path / "robot.key"
-    assert main(["key", str(path)]) == 0
+    assert main(["new", "key", str(path)]) == 0
     printed = capsys.readouterr().out
     key = read_key(path)
     assert str(path) in printed
     assert key.hex() not in printed
-    assert main(["key", str(path)]) == 2
+    assert main(["new", "key", str(path)]) == 2
     assert read_key(path) == key
     assert "overwritten" in capsys.readouterr().err

@@ -7,11 +7,11 @@ from typing import Any
 import pytest
 
 from firmware_runtime.cli import main
-from firmware_runtime.cli.main import VERBS
+from firmware_runtime.cli.verbs import GROUPS, VERBS
 
 
-def test_boards_lists_each_board_with_its_description(command: Callable[..., Any]) -> None:
-    ended = command("boards")
+def test_show_lists_each_board_with_its_description(command: Callable[..., Any]) -> None:
+    ended = command("show")
     assert ended.status == 0
     assert "tachobot     hovering platform" in ended.out
 
@@ -28,8 +28,8 @@ def test_check_counts_what_the_adapter_takes(command: Callable[..., Any]) -> Non
     assert "i2c1: 15.6% of its time at 400000 Hz and 100 us a transaction" in ended.out
 
 
-def test_tree_shows_the_hierarchy_without_touching_a_bus(command: Callable[..., Any]) -> None:
-    ended = command("tree", "tachobot")
+def test_show_has_the_hierarchy_without_touching_a_bus(command: Callable[..., Any]) -> None:
+    ended = command("show", "tachobot")
     assert ended.status == 0
     for name in ("tachobot", "controller", "attitude", "yaw", "thrust_pairs", "imu"):
         assert name in ended.out
@@ -40,10 +40,31 @@ def test_every_command_has_help(command: Callable[..., Any], verb: str) -> None:
     ended = command(*verb.split(), "--help")
     assert ended.status == 0
     assert "usage: firmware-runtime" in ended.out
+    assert ("\nrun again:\n" in ended.out) == (verb == "")
 
 
-def test_without_a_command_the_usage_is_shown(command: Callable[..., Any]) -> None:
-    assert command().status == 2
+def test_help_has_each_verb_in_its_group_in_a_line(command: Callable[..., Any]) -> None:
+    groups = command("--help").out.split("\n\n")
+    for group, verbs in GROUPS.items():
+        (shown,) = [each.splitlines()[1:] for each in groups if each.startswith(f"{group}:\n")]
+        assert [line.split()[0] for line in shown][: len(verbs)] == [*verbs]
+        assert all(len(line) <= 60 for line in shown)
+    assert "  probe " in command("--help").out
+
+
+def test_without_a_command_it_is_said_where_they_are(command: Callable[..., Any]) -> None:
+    ended = command()
+    assert ended.status == 2
+    assert "--help" in ended.error
+
+
+def test_of_a_wrong_word_the_nearest_comes_first_and_the_list_last(
+    command: Callable[..., Any],
+) -> None:
+    ended = command("stat", "tachobot")
+    assert ended.status == 2
+    assert ended.error.startswith("firmware-runtime: stat: no such command; did you mean stats? ")
+    assert ended.error.endswith(", doubles, probe, try\n")
 
 
 @pytest.mark.parametrize("option", ["-V", "--version"])

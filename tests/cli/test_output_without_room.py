@@ -29,7 +29,7 @@ def full(*words: str, buffered: bool = True) -> "subprocess.CompletedProcess[str
 @pytest.mark.parametrize("buffered", [True, False])
 @pytest.mark.parametrize(
     "words",
-    [("boards",), ("tree", "tachobot"), ("check", "tachobot"), VIRTUAL, (*VIRTUAL, "--json")],
+    [("show",), ("show", "tachobot"), ("check", "tachobot"), VIRTUAL, (*VIRTUAL, "--json")],
 )
 def test_what_could_not_be_printed_is_one_sentence(words: tuple[str, ...], buffered: bool) -> None:  # noqa: FBT001 -- a parameter of the test
     ended = full(*words, buffered=buffered)

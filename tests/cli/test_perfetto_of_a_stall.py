@@ -23,7 +23,7 @@ def test_a_stall_takes_a_trace_that_shows_it(tmp_path: Path) -> None:
     run = started("run", "tachobot", "--doubles", "--for", "600")
     try:
         wait_for_steps(run)
-        watch = started("perfetto", "tachobot", "-o", str(output), "--when-late", str(LIMIT_US))
+        watch = started("export", "tachobot", "-o", str(output), "--when-late", str(LIMIT_US))
         stall_until_it_ends(run, watch)
         said, complaint = watch.communicate(timeout=PATIENCE_S)
     finally:

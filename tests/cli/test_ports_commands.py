@@ -1,4 +1,4 @@
-"""`firmware-runtime ports`, `send` and `watch`, on the robot itself and through a bridge."""
+"""`firmware-runtime send`, `watch` and `show --ports`, on the robot itself and through a bridge."""
 
 import json
 import os
@@ -36,7 +36,7 @@ def said(robot: BridgedRun, *words: str) -> tuple[int, str, str]:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("words", [["ports", "tachobot"], ["get", "tachobot"]])
+@pytest.mark.parametrize("words", [["send", "tachobot", "a=1"], ["set", "tachobot"]])
 def test_a_socket_whose_path_is_too_long_is_said(
     words: list[str],
     tmp_path: Path,
@@ -68,7 +68,7 @@ def test_values_go_in_and_messages_come_out(robot: BridgedRun, tmp_path: Path) -
         messages = [json.loads(line) for line in printed.splitlines()]
         assert (status, [message["port"] for message in messages]) == (0, ["imu.sample"] * 3)
         assert messages[0]["t_ns"] < messages[2]["t_ns"]
-        status, listed, _ = said(robot, "ports", *place)
+        status, listed, _ = said(robot, "show", *place, "--ports")
         assert (status, "in  yaw_reference: float" in listed.splitlines()) == (0, True)
         status, _, refused = said(robot, "send", *place, "nothing=1")
         assert (status, "nothing: no such input port" in refused) == (2, True)
@@ -96,7 +96,7 @@ def test_a_watch_goes_on_until_a_signal_or_the_end_of_the_run(robot: BridgedRun)
         (["send", "tachobot", "0.5"], "expected PORT=VALUE"),
         (["send", "tachobot", "a=1", "--key", "/nowhere"], "takes no key"),
         (["send", "127.0.0.1:9", "a=1", "--key", "/nowhere"], "/nowhere: No such file"),
-        (["send", "127.0.0.1:9", "a=1", "--statistics", "a.stats"], "belongs to a BOARD"),
+        (["show", "tachobot", "--key", "/nowhere"], "--key: has no effect here"),
         (["send", "192.0.2.1:9", "a=1"], "expected a key file"),
         (["send", "127.0.0.1:99999", "a=1"], "expected ADDRESS:PORT"),
         (["send", "tachobo", "a=1"], "tachobot"),

@@ -10,9 +10,9 @@ from typing import Any
 
 import pytest
 
-from firmware_runtime.cli.own_terminal import OwnTerminal
-from firmware_runtime.cli.progress_line import EVERY, RESERVE, ProgressLine
 from firmware_runtime.devs.time import NEVER, SECOND
+from firmware_runtime.runs.progress_line import EVERY, RESERVE, ProgressLine
+from firmware_runtime.system.terminal import OwnTerminal
 from tests.support.terminal import at_a_terminal, terminal_of
 from tests.support.waiting import PATIENCE_S
 
@@ -111,7 +111,7 @@ def test_a_pipe_is_no_terminal() -> None:
 
 FLOOD = """
 import os, sys
-from firmware_runtime.cli.own_terminal import OwnTerminal
+from firmware_runtime.system.terminal import OwnTerminal
 terminal = OwnTerminal.of(sys.stdout)
 for _ in range(2000):
     terminal.show("x" * 70)

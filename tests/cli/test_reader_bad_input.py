@@ -21,7 +21,7 @@ def path(tmp_path: Path) -> Path:
 
 
 @pytest.mark.parametrize("place", [".", "/"])
-@pytest.mark.parametrize("option", [("stats", "--save"), ("metrics", "--textfile")])
+@pytest.mark.parametrize("option", [("stats", "--save"), ("stats", "--prometheus")])
 def test_a_place_that_can_be_no_file_is_refused(
     command: Callable[..., Any], option: tuple[str, str], place: str
 ) -> None:
@@ -36,9 +36,9 @@ def test_a_place_that_can_be_no_file_is_refused(
     "words",
     [
         ("top", "--interval"),
-        ("metrics", "--textfile", "robot.prom", "--every"),
-        ("perfetto", "-o", "trace.json", "--last"),
-        ("perfetto", "-o", "trace.json", "--when-late"),
+        ("stats", "--prometheus", "robot.prom", "--every"),
+        ("export", "-o", "trace.json", "--last"),
+        ("export", "-o", "trace.json", "--when-late"),
     ],
 )
 def test_a_number_without_meaning_is_refused(
@@ -56,12 +56,12 @@ def test_a_number_without_meaning_is_refused(
         (("tachobot", "--statistics", "x.stats"), "BOARD"),
         (("tachobot", "--diff", "a", "b"), "BOARD"),
         (("--merge", "a", "b", "--since", "cursor"), "--since"),
-        (("--merge", "a", "b", "--perfetto", "trace.json"), "--perfetto"),
+        (("--merge", "a", "b", "--serve", "127.0.0.1:0"), "--serve"),
         (("--diff", "a", "b", "--since", "cursor"), "--since"),
         (("--diff", "a", "b", "--save", "kept"), "--save"),
         (("--diff", "a", "b", "--prometheus"), "--prometheus"),
         (("--diff", "a", "b", "--histogram"), "--histogram"),
-        (("--perfetto", "trace.json", "--save", "kept"), "--save"),
+        (("--serve", "127.0.0.1:0", "--save", "kept"), "--save"),
     ],
 )
 def test_an_option_that_would_have_no_effect_is_refused(

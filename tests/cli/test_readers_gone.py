@@ -25,7 +25,7 @@ def status_unread(*words: str, program: tuple[str, ...] = COMMAND) -> int:
 
 @pytest.mark.slow
 def test_a_verb_that_only_shows_something_is_done() -> None:
-    assert status_unread("boards") == 0
+    assert status_unread("show") == 0
 
 
 @pytest.mark.slow
@@ -63,7 +63,7 @@ def test_a_run_that_failed_has_failed(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("words", [("boards",), ("check", "no-such-board")])
+@pytest.mark.parametrize("words", [("show",), ("check", "no-such-board")])
 def test_without_any_output_to_write_to_the_status_is_the_same(words: tuple[str, ...]) -> None:
     closing = ["sh", "-c", 'exec "$@" >&- 2>&-', "sh", *COMMAND, *words]
     assert subprocess.run(closing, timeout=PATIENCE_S, check=False).returncode == status_unread(

@@ -39,7 +39,7 @@ def test_what_is_scarce_is_said(
         raise error
 
     monkeypatch.setattr(module, "_executed", fail)
-    assert module.main(["boards"]) == Status.MODEL_ERROR
+    assert module.main(["show"]) == Status.MODEL_ERROR
     printed = capsys.readouterr().err
     assert said in printed
     assert len(printed.splitlines()) == 1
@@ -52,7 +52,7 @@ def test_any_other_error_is_not_hidden(number: int, monkeypatch: pytest.MonkeyPa
 
     monkeypatch.setattr(module, "_executed", fail)
     with pytest.raises(OSError, match="a defect"):
-        module.main(["boards"])
+        module.main(["show"])
 
 
 @pytest.mark.real_time

@@ -45,7 +45,7 @@ def test_a_fault_in_the_settings_in_force_is_found_by_name(
     command: Callable[..., Any], installed: Path
 ) -> None:
     change(installed, "speed_hz = 400_000", "speed_hz = 100")
-    for verb in ("check", "tree", "safe-state"):
+    for verb in ("check", "show", "safe-state"):
         ended = command(verb, "tachobot")
         assert ended.status == 2
         assert f"{installed}: 1 fault" in ended.error
@@ -54,8 +54,8 @@ def test_a_fault_in_the_settings_in_force_is_found_by_name(
 @pytest.mark.parametrize(
     "words",
     [
-        ("tree", "tachobot"),
-        ("diagram", "tachobot", "-o", "couplings.svg"),
+        ("show", "tachobot"),
+        ("show", "tachobot", "-o", "couplings.svg"),
         ("doctor", "tachobot", "--json"),
         ("run", "tachobot", "--doubles", "--clock", "virtual", "--for", "0.1"),
         ("doubles", "serve", "tachobot", "--socket", "/no/folder/socket"),
@@ -116,4 +116,4 @@ def test_settings_of_another_board_under_this_name_are_refused(
 def test_boards_shows_which_settings_are_in_force(
     command: Callable[..., Any], installed: Path
 ) -> None:
-    assert f"in force on this machine: {installed}" in command("boards").out
+    assert f"in force on this machine: {installed}" in command("show").out

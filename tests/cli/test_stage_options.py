@@ -7,9 +7,9 @@ from typing import Any
 
 import pytest
 
-from firmware_runtime.cli.planned_inputs import planned_input
-from firmware_runtime.cli.staged import end_text, stage_line
+from firmware_runtime.cli.run_options import planned_input
 from firmware_runtime.devs.time import SECOND
+from firmware_runtime.lab.stages.stage_text import end_text, stage_line
 
 Command = Callable[..., Any]
 

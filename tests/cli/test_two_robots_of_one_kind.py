@@ -64,7 +64,7 @@ def test_boards_completion_and_a_wrong_name_know_it(
     installed_left: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert known_names() == [*kinds.names(), "left"]
-    assert main(["boards"]) == 0
+    assert main(["show"]) == 0
     assert f"a tachobot, by {installed_left / 'left.toml'}" in capsys.readouterr().out
     for verb in (["run"], ["guard"], ["service", "logs"], ["service", "uninstall"]):
         assert ways_on(*verb, "le") == ["left"]

@@ -89,3 +89,20 @@ def test_a_broken_verb_does_not_keep_the_others_from_being_shown(
         main(["--help"])
     assert ended.value.code == 0
     assert "safe-state" in capsys.readouterr().out
+
+
+def test_a_verb_may_name_its_group_and_its_line(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    shown = 'HELP_GROUP = "machine"\nHELP_LINE = "Wave a flag."\n'
+    for module, group, line in (
+        (shown + SOUND, "machine", "  wave        Wave a flag."),
+        (SOUND.replace('"wave"', '"wave", description="Wave."'), "others", "  wave        Wave."),
+    ):
+        with (
+            installed_here(tmp_path / group, "heron", {"wave.py": module}, ENTRIES),
+            pytest.raises(SystemExit),
+        ):
+            main(["--help"])
+        found = [part for part in capsys.readouterr().out.split("\n\n") if line in part]
+        assert [part.partition(":")[0] for part in found] == [group]

@@ -43,7 +43,7 @@ def deploy(
 
 def boards_by(program: Path) -> str:
     """What a program that was deployed says to an order."""
-    done = subprocess.run([program, "boards"], capture_output=True, text=True, check=True)
+    done = subprocess.run([program, "show"], capture_output=True, text=True, check=True)
     return done.stdout
 
 

@@ -36,7 +36,7 @@ def test_a_robot_runs_after_each_deployment_that_could_make_it_safe(
         assert "100 Hz" in summary
         assert "skip" in summary
         first = system.run("readlink", "/opt/firmware-runtime/venv").stdout
-        assert "tachobot" in system.run("/usr/local/bin/firmware-runtime", "boards").stdout
+        assert "tachobot" in system.run("/usr/local/bin/firmware-runtime", "show").stdout
         configured = system.read("/opt/firmware-runtime/venv/pyvenv.cfg")
         assert "include-system-site-packages = true" in configured
         unit = system.read("/etc/systemd/system/firmware-runtime@.service")

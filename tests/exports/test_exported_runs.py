@@ -204,10 +204,13 @@ def test_a_coupled_model_s_port_has_what_is_sent_through_it(run: Path, tmp_path:
     "case",
     [
         (["x", "-o", "x.csv"], "no file"),
-        (["tachobot", "-o", "x.pdf"], "expected a name that ends in .ma, .mcap, .csv, .parquet"),
+        (
+            ["tachobot", "-o", "x.pdf"],
+            "expected a name that ends in .ma, .py, .mcap, .csv",
+        ),
         (["detective", "--port", "x"], "--port: has no effect on a model"),
         (["RUN", "-o", "x.csv", "--port", "imu.sampel"], "did you mean"),
-        (["RUN", "-o", "x.mcap", "--port", "imu.sample"], "has no effect on MCAP"),
+        (["RUN", "-o", "x.mcap", "--port", "imu.sample"], "has no effect on .mcap"),
         (["RUN", "-o", "x.csv", "--set", "a=1"], "--set: has no effect on a run"),
         (["RUN", "-o", "nowhere/x.csv"], "expected a name in a folder that takes one"),
     ],

@@ -11,7 +11,7 @@ from firmware_runtime.devs.time import SECOND
 from firmware_runtime.errors import Status
 from firmware_runtime.links.control import ask
 from firmware_runtime.links.key_file import write_key
-from firmware_runtime.statistics.layout import STEPS
+from sim_doubles.chips.pca9685_output import STEPS
 from tests.support.linked_runs import free_port, linked
 from tests.support.virtual_detective import NEAR
 from tests.support.waiting import wait_until
@@ -145,21 +145,21 @@ def test_each_end_is_spoken_to_by_its_name(
         robot, controller = runs.robot("--for", "600"), runs.controller()
         robot.wait_until_armed()
         controller.wait_until_it_has_run(1)
-        assert main(["ports", "tachobot.controller"]) == Status.OK
+        assert main(["show", "tachobot.controller", "--ports"]) == Status.OK
         assert "in  yaw_reference: float" in capsys.readouterr().out
         assert main(["send", "tachobot.controller", "yaw_reference=0.5"]) == Status.OK
         watched = ["watch", "tachobot.controller", "controller.yaw.command_n", "--count", "1"]
         assert main(watched) == Status.OK
         assert main(["set", "tachobot.controller", "controller.yaw.kp=0.5"]) == Status.OK
-        assert main(["get", "tachobot.controller", "controller.yaw.kp"]) == Status.OK
+        assert main(["set", "tachobot.controller", "controller.yaw.kp"]) == Status.OK
         assert "controller.yaw.kp = 0.5 " in capsys.readouterr().out
         assert main(["set", "tachobot", "controller.yaw.kp=0.5"]) == Status.REFUSED
         assert "`set tachobot.controller controller.yaw.kp=VALUE`" in capsys.readouterr().err
-        assert main(["get", "tachobot", "controller.yaw.kp"]) == Status.BAD_INPUT
+        assert main(["set", "tachobot", "controller.yaw.kp"]) == Status.BAD_INPUT
         assert "this run does not take it up" in capsys.readouterr().err
-        assert main(["ports", "tachobot.pilot"]) == Status.BAD_INPUT
+        assert main(["show", "tachobot.pilot", "--ports"]) == Status.BAD_INPUT
         assert "pilot: this board has no such role" in capsys.readouterr().err
-        assert main(["ports", "tachobot.robot"]) == Status.OK
+        assert main(["show", "tachobot.robot", "--ports"]) == Status.OK
 
 
 def test_a_flooded_robot_stays_armed(tmp_path: Path) -> None:

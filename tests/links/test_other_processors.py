@@ -34,7 +34,7 @@ class Beside:
     def start(self, verb: str, *words: str) -> int:
         """The number of the command's process."""
         process = subprocess.Popen(
-            [sys.executable, "-m", "firmware_runtime.cli", verb, str(self.board), *words],
+            [sys.executable, "-m", "firmware_runtime.cli", *verb.split(), str(self.board), *words],
             env=self._environment,
             stdin=subprocess.DEVNULL,
             stdout=subprocess.PIPE,
@@ -72,7 +72,7 @@ def test_the_carrier_of_a_run_keeps_off_the_processor_that_is_its_own(
 @pytest.mark.parametrize(
     ("verb", "words"),
     [
-        ("record", ("--into", "kept")),
+        ("recordings collect", ("--into", "kept")),
         ("bridge", ("--listen", "127.0.0.1:0")),
         ("dover", ("--send", "controller.yaw.command_n=62002")),
     ],

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from firmware_runtime.devs.time import MILLISECOND, SECOND
-from firmware_runtime.links.control import ControlError
+from firmware_runtime.errors import ControlError
 from firmware_runtime.links.ros2 import run_end
 from firmware_runtime.links.ros2.run_end import RunEnd
 from tests.support.replies import Replies

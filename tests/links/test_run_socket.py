@@ -116,12 +116,12 @@ def test_a_pass_takes_so_many_datagrams_and_no_more(rig: PortsRig) -> None:
         ({"port": "command", "value": 1.5}, "command: not an int: 1.5: expected int"),
         (
             {"watch": ["imu.nothing"]},
-            "imu.nothing: no such output port; expected one that `firmware-runtime ports` shows",
+            "imu.nothing: no such output port; expected one that `show BOARD --ports` shows",
         ),
         (
             {"watch": ["imu.sampel"]},
             (
-                "imu.sampel: no such output port; expected one that `firmware-runtime ports` "
+                "imu.sampel: no such output port; expected one that `show BOARD --ports` "
                 "shows; did you mean imu.sample?"
             ),
         ),

@@ -132,11 +132,11 @@ def test_a_text_file_is_for_all_users_and_whole(
     file: StatisticsFile, directory: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     target = directory / "robot.prom"
-    assert main(["metrics", "--textfile", str(target)]) == 0
+    assert main(["stats", "--prometheus", str(target)]) == 0
     assert target.stat().st_mode & 0o777 == 0o644
     assert samples(target.read_text())["firmware_runtime_up", "tachobot"] == 1
     assert [path.name for path in directory.glob(".*")] == []
-    assert main(["metrics", "--textfile", str(directory / "missing" / "x.prom")]) == 2
+    assert main(["stats", "--prometheus", str(directory / "missing" / "x.prom")]) == 2
     assert "x.prom: No such file or directory" in capsys.readouterr().err
     assert file.layout.cells > 0
 
@@ -164,7 +164,7 @@ def test_stats_prints_the_same(
 def test_an_address_others_could_reach_is_refused(
     directory: Path, listen: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    assert main(["metrics", "--listen", listen]) == 2
+    assert main(["stats", "--serve", listen]) == 2
     assert "expected unix:PATH, or a loopback address" in capsys.readouterr().err
     assert list(directory.iterdir()) == []
 
@@ -176,7 +176,7 @@ def test_an_exporter_that_answers_keeps_its_socket(
     with socket.socket(socket.AF_UNIX) as other:
         other.bind(os.fspath(path))
         other.listen()
-        assert main(["metrics", "--listen", f"unix:{path}"]) == 2
+        assert main(["stats", "--serve", f"unix:{path}"]) == 2
         assert "Address already in use" in capsys.readouterr().err
     assert path.is_socket()
 
@@ -184,7 +184,7 @@ def test_an_exporter_that_answers_keeps_its_socket(
 def test_a_socket_that_cannot_be_is_refused_in_a_sentence(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
-    assert main(["metrics", "--listen", f"unix:/{'a' * 200}"]) == 2
+    assert main(["stats", "--serve", f"unix:/{'a' * 200}"]) == 2
     assert "path too long" in capsys.readouterr().err
 
 
@@ -195,8 +195,8 @@ def test_faults_are_counted_by_model_and_kind(file: StatisticsFile) -> None:
 
 
 def test_an_interval_belongs_to_the_text_file(capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["metrics", "--listen", "127.0.0.1:0", "--every", "1"]) == 2
-    assert "--every belongs to --textfile" in capsys.readouterr().err
+    assert main(["stats", "--serve", "127.0.0.1:0", "--every", "1"]) == 2
+    assert "--every belongs to --prometheus FILE" in capsys.readouterr().err
 
 
 def test_a_missing_extra_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -209,7 +209,7 @@ def test_a_missing_extra_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
 @contextmanager
 def exporting(listen: str) -> Iterator[str]:
     """The real exporter in a process of its own; gives what it says it listens on."""
-    command = [sys.executable, "-m", "firmware_runtime.cli", "metrics", "--listen", listen]
+    command = [sys.executable, "-m", "firmware_runtime.cli", "stats", "--serve", listen]
     with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
         assert process.stdout is not None
         yield process.stdout.readline()
@@ -238,7 +238,7 @@ def test_a_file_in_the_socket_s_place_is_kept(
 ) -> None:
     path = tmp_path / "notes"
     path.write_text("mine")
-    assert main(["metrics", "--listen", f"unix:{path}"]) == 2
+    assert main(["stats", "--serve", f"unix:{path}"]) == 2
     assert capsys.readouterr().err.rstrip().endswith("Address already in use")
     assert path.read_text() == "mine"
 

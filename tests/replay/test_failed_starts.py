@@ -146,7 +146,7 @@ def test_verbs_take_it(
     ended: Callable[..., Any] = lambda *words: (main(list(words)), capsys.readouterr().out)  # noqa: E731
     status, out = ended("replay", "tachobot")
     assert (status, said in out) == (0, True)
-    status, out = ended("recordings", "--json")
+    status, out = ended("recordings", "list", "--json")
     (row,) = json.loads(out)
     assert (row["name"], row["why"], row["end"], row["whole"]) == (
         *("tachobot", "start", "failed"),

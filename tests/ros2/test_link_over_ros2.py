@@ -44,7 +44,7 @@ def test_frames_that_are_not_signed_do_not_reach_a_run_with_a_key(
 ) -> None:
     keys = [tmp_path / name for name in ("one.key", "other.key")]
     for key in keys:
-        assert robot.start("key", str(key)).wait(PATIENCE_S) == 0
+        assert robot.start("new", "key", str(key)).wait(PATIENCE_S) == 0
     start_end(robot, "controller", f"--link=ros2:key={keys[0]}", "--for=600")
     drives = start_end(robot, "robot", f"--link=ros2:key={keys[1]}", "--doubles", "--for=600")
 

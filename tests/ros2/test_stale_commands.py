@@ -8,7 +8,7 @@ from rclpy.executors import SingleThreadedExecutor
 from std_msgs.msg import Float64
 
 from firmware_runtime.devs.time import SECOND
-from firmware_runtime.links.control import ControlError
+from firmware_runtime.errors import ControlError
 from firmware_runtime.links.ros2.__main__ import topics_of_plan
 from firmware_runtime.links.ros2.node import IN_DOUBT, STANDSTILL, Part, RobotNode
 from firmware_runtime.links.ros2.topics import OLDEST, check_age

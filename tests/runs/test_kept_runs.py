@@ -42,7 +42,7 @@ def test_a_run_is_kept_when_it_is_over(
     (kept,) = state.rglob("*.recording")
     assert kept == state / "tachobot" / f"{name}.recording"
     assert kept.stat().st_size < 500_000
-    assert main(["recordings", "--json"]) == 0
+    assert main(["recordings", "list", "--json"]) == 0
     listed = [each for each in json.loads(capsys.readouterr().out) if each["run"] == name]
     assert [each["why"] for each in listed] == ["last run"]  # the copy is not listed beside it
     for each in session.iterdir():

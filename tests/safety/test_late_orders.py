@@ -7,7 +7,8 @@ from pathlib import Path
 import pytest
 
 from firmware_runtime.board import registry
-from firmware_runtime.links.control import ControlError, ask
+from firmware_runtime.errors import ControlError
+from firmware_runtime.links.control import ask
 from firmware_runtime.runs.safe_state import SafeState
 from tests.support.guarded_run import UNHURRIED, GuardedRun, guarded_run, wait_until
 from tests.support.trials import TURNING

@@ -20,7 +20,7 @@ def test_a_process_in_the_place_of_a_run_that_hangs_disarms_nothing(tmp_path: Pa
         socket = tmp_path / "tachobot.socket"
         socket.unlink()
         with impostor(socket):
-            for words in ("disarm tachobot", "arm", "get tachobot", "ports tachobot", SEND):
+            for words in ("disarm tachobot", "arm", "set tachobot", SEND):
                 done = run.ask(*words.split())
                 assert done.returncode not in {Status.OK, Status.REFUSED}
                 assert f"the run is process {run.run.pid}" in done.stderr

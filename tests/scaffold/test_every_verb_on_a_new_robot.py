@@ -49,7 +49,7 @@ def test_it_runs_on_served_doubles_under_its_own_name(
         ["stats", name, "--json"],
         ["top", name],
         ["report", name, "-o", "page.html"],
-        ["perfetto", name, "-o", "trace.json"],
+        ["export", name, "-o", "trace.json"],
     ):
         ended = rover.command(*words)
         assert ended.returncode == Status.OK, (words, ended.stderr)
@@ -57,7 +57,7 @@ def test_it_runs_on_served_doubles_under_its_own_name(
 
 
 def test_what_looks_at_it_knows_both_names(rover: WrittenPackage) -> None:
-    listed = rover.command("boards").stdout
+    listed = rover.command("show").stdout
     assert "\nrover " in listed
     assert "\nleft " in listed
     for verb, begun, name in (("run", "ro", "rover"), ("stats", "le", "left")):

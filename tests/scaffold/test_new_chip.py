@@ -95,7 +95,7 @@ def test_the_command_line_knows_the_chip_once_it_is_installed(tmp_path: Path) ->
     assert tried.returncode == 0, tried.stderr
     assert "light" in tried.stdout
     assert "lx" in tried.stdout
-    refused = package.command("doubles", "usbip", "--chip", "light@0x10")
+    refused = package.command("doubles", "serve", "--usbip", "--chip", "light@0x10")
     assert refused.returncode == 2
     assert "expected 0x29, 0x39" in refused.stderr
 

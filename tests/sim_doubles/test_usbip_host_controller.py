@@ -63,5 +63,5 @@ def test_serial_ports_are_refused(capsys: pytest.CaptureFixture[str]) -> None:
     words = [f"treads.{each}" for each in treads]
     words += ["ports.treads.device=/dev/no/treads", "ports.treads.baud=9600"]
     options = [option for word in words for option in ("--set", word)]
-    assert main(["doubles", "usbip", "detective", *options]) == 2
+    assert main(["doubles", "serve", "--usbip", "detective", *options]) == 2
     assert "ports.treads: a serial port, expected I2C buses only" in capsys.readouterr().err

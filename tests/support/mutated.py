@@ -48,7 +48,7 @@ VERBS: dict[str, Callable[[Path, Path], list[object]]] = {
     "later": lambda path, _: ["replay", path, "--from", "0.2"],
     "what if": lambda path, _: ["replay", path, "--set", "recording.minutes=1"],
     "as-test": lambda path, folder: ["replay", path, "--as-test", folder / "test_it.py"],
-    "recordings": lambda path, _: ["recordings", "--in", path.parent],
+    "recordings": lambda path, _: ["recordings", "list", "--in", path.parent],
     "recover": lambda path, folder: ["recordings", "recover", path, "-o", folder / "saved"],
     "csv": lambda path, folder: ["export", path, "-o", folder / "x.csv"],
     "mcap": lambda path, folder: ["export", path, "-o", folder / "x.mcap"],

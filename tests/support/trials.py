@@ -15,7 +15,8 @@ from time import monotonic_ns
 from typing import NamedTuple
 
 from firmware_runtime.devs.time import SECOND
-from firmware_runtime.links.control import ControlError, ask
+from firmware_runtime.errors import ControlError
+from firmware_runtime.links.control import ask
 from tests.support.guarded_run import GuardedRun
 from tests.support.safety_table import DOCUMENT, machine, written_between
 from tests.support.waiting import wait_until

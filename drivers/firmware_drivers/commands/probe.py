@@ -23,6 +23,8 @@ from firmware_runtime.errors import ConfigError, Status, did_you_mean
 from firmware_runtime.executive.clocks import WorldClock
 from firmware_runtime.system.kernel_files import THIS_MACHINE
 
+HELP_GROUP = "machine"
+HELP_LINE = "Show what answers on the I2C buses."
 _ABOUT = """
 Addresses are asked as i2cdetect does, by a write of no bytes, or by reading one byte where EEPROMs
 live. Then registers are read, but only at addresses where chips with a driver here live; of them

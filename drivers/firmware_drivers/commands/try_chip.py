@@ -12,12 +12,14 @@ from firmware_drivers.commands.readings import Readings
 from firmware_drivers.commands.single import BUS, PORT, Now, single
 from firmware_drivers.commands.trying import Watch, drive, switch_off, take
 from firmware_runtime.cli.arguments import SubParsers, add_verb, positive
-from firmware_runtime.cli.readers_gone import print_line
 from firmware_runtime.devs.time import SECOND, seconds
 from firmware_runtime.errors import ConfigError, SettingError, Status
 from firmware_runtime.hal.wire_errors import HalError
 from firmware_runtime.system.signals import UntilSignal, until_signal
+from firmware_runtime.system.standard_output import print_line
 
+HELP_GROUP = "machine"
+HELP_LINE = "Read a sensor live, or move one output."
 DRIVEN_S: Final = 2.0
 MOST_DRIVEN_S: Final = 60.0
 EVERY_S: Final = 0.2

@@ -3,12 +3,9 @@
 import argparse
 import json
 import sys
-from collections.abc import Iterator
 from contextlib import ExitStack
 from pathlib import Path
 from time import monotonic
-
-from msgspec import to_builtins
 
 from firmware_runtime.cli.arguments import (
     SubParsers,
@@ -17,22 +14,17 @@ from firmware_runtime.cli.arguments import (
     add_verb,
     path_of,
 )
-from firmware_runtime.cli.readers_gone import print_line
 from firmware_runtime.errors import Status
-from firmware_runtime.statistics.blame import sentence
-from firmware_runtime.statistics.figures import WorstActivation
 from firmware_runtime.statistics.file_header import RunState
-from firmware_runtime.statistics.layout import ELAPSED, HEARTBEAT, WRITTEN
-from firmware_runtime.statistics.number_formats import instant, microseconds, seconds
-from firmware_runtime.statistics.ran_instead import RanInstead, ran_instead
+from firmware_runtime.statistics.late_followed import Follower, LateOne, instant_of
+from firmware_runtime.statistics.number_formats import seconds
 from firmware_runtime.statistics.reader import read_statistics
 from firmware_runtime.statistics.statistics import Statistics
 from firmware_runtime.system.signals import UntilSignal, until_signal
+from firmware_runtime.system.standard_output import print_line
 from firmware_runtime.system.switch_trace import NoTracingError, SwitchTrace, switch_trace
 
 LOOK_EVERY_S = 0.2
-MARGIN_NS = 500_000
-"""How inexactly the run's clock is known beside the trace's, ns."""
 _ABOUT = """
 It reads what the run writes anyway, in a process of its own, and prints a line for each activation
 that comes among the worst with a cause. With the right to the kernel's tracing (root's, as a rule)
@@ -77,7 +69,7 @@ def _of_one_that_is_over(kept: Path, statistics: Statistics, *, as_json: bool) -
     is_told = run.reason is not None and run.state != "ended"
     how = f"{run.state}: {run.reason}" if is_told else run.state
     said = f"this run is over ({how}), after {seconds(run.elapsed_s)}"
-    late = sorted((each for each in figures.worst if each.blame is not None), key=_instant)
+    late = sorted((each for each in figures.worst if each.blame is not None), key=instant_of)
     known = f"{len(late)} of its worst activations have a cause" if late else "no cause is known"
     expected = "expected one under way, to find what ran instead"
     print_line(f"firmware-runtime: {kept}: {said}; {expected}; {known}", sys.stderr)
@@ -86,7 +78,7 @@ def _of_one_that_is_over(kept: Path, statistics: Statistics, *, as_json: bool) -
     return Status.NO_DEVICE
 
 
-def _print(late: "LateOne", *, as_json: bool) -> None:
+def _print(late: LateOne, *, as_json: bool) -> None:
     print(json.dumps(late.as_json()) if as_json else late.text(), flush=True)
 
 
@@ -101,65 +93,6 @@ def _trace(open_: ExitStack, statistics: Statistics) -> SwitchTrace | None:
     except NoTracingError as error:
         print(f"firmware-runtime: {error}; what ran instead is unknown", file=sys.stderr)
         return None
-
-
-class LateOne:
-    """A late activation with its cause; `instead` is None where nothing was traced."""
-
-    def __init__(self, activation: WorstActivation, instead: list[RanInstead] | None) -> None:
-        self._activation = activation
-        self._instead = instead
-
-    def text(self) -> str:
-        """It in a line."""
-        late, blame = self._activation, self._activation.blame
-        why = "unknown" if blame is None else sentence(blame)
-        return (
-            f"{late.model} at {instant(late.t_ns)}, {microseconds(late.lateness_us)} late, step "
-            f"{microseconds(late.step_us)}: {why}; ran instead: {self._who()}"
-        )
-
-    def as_json(self) -> dict[str, object]:
-        """It as JSON: the entry of `worst` in the statistics, and `ran_instead`."""
-        return {**to_builtins(self._activation), "ran_instead": to_builtins(self._instead)}
-
-    def _who(self) -> str:
-        if self._instead is None:
-            return "unknown"
-        return ", ".join(each.text() for each in self._instead[:3]) or "nothing"
-
-
-class Follower:
-    """Finds what is new among a run's worst activations, and what ran instead."""
-
-    def __init__(self, kept: Path, statistics: Statistics, trace: SwitchTrace | None) -> None:
-        self._kept = kept
-        self._pid = statistics.header.writer.pid
-        self._trace = trace
-        self._seen = {each.t_ns for each in statistics.figures().worst}
-
-    def new_in(self, statistics: Statistics) -> Iterator[LateOne]:
-        """Those that have come since the last time and have a cause, in order of time."""
-        worst = [each for each in statistics.figures().worst if each.t_ns not in self._seen]
-        fresh = sorted((each for each in worst if each.blame is not None), key=_instant)
-        self._seen |= {each.t_ns for each in worst}
-        switches = self._trace.read() if self._trace is not None and fresh else None
-        began = run_began(statistics)
-        for each in fresh:
-            since = began + each.t_ns - MARGIN_NS
-            until = since + round((each.lateness_us + each.step_us) * 1000) + 2 * MARGIN_NS
-            found = None if switches is None else ran_instead(switches, self._pid, since, until)
-            yield LateOne(each, found)
-
-
-def run_began(statistics: Statistics) -> int:
-    """When the run's clock was at zero, CLOCK_MONOTONIC, ns; of real time."""
-    cells = statistics.cells
-    return max(cells[WRITTEN], cells[HEARTBEAT]) - cells[ELAPSED]
-
-
-def _instant(activation: WorstActivation) -> int:
-    return activation.t_ns
 
 
 def _is_under_way(statistics: Statistics) -> bool:

@@ -2,19 +2,14 @@
 
 import argparse
 
-from firmware_runtime.board.configuration import configuration_of
 from firmware_runtime.board.ends import check_ends
 from firmware_runtime.board.inputs import described, input_timeouts
-from firmware_runtime.board.registry import Board
-from firmware_runtime.board.rigs import has_rig
 from firmware_runtime.board.ros.topics import topics_of
 from firmware_runtime.cli.arguments import SubParsers, add_board, add_verb
 from firmware_runtime.cli.chosen_board import chosen_board
 from firmware_runtime.errors import Status
-from firmware_runtime.executive.clocks import VirtualClock
-from firmware_runtime.recording.blackbox.size import seconds_held, size_for
 from firmware_runtime.recording.blackbox.state_of_run import why_unkeepable
-from firmware_runtime.runs.start import start_session
+from firmware_runtime.runs.board_check import put_together, recording_said
 from firmware_runtime.runs.unknown_names import unknown_names
 
 
@@ -27,7 +22,7 @@ def add_to(verbs: SubParsers) -> None:
 def execute(arguments: argparse.Namespace) -> int:
     """Print what the board asks of its buses; ConfigError lists the faults if there are any."""
     board = chosen_board(arguments.board, arguments.assignments)
-    _put_together(board)
+    put_together(board)
     lines = board.absent_lines()
     robot = board.build(lines)
     unkept = why_unkeepable(robot, lines)
@@ -44,7 +39,7 @@ def execute(arguments: argparse.Namespace) -> int:
             print(f"    {what} every {period_ns / 1e6:g} ms")
     for name, timeout in input_timeouts(board, robot).items():
         print(f"  {described(name, timeout)}")
-    print(f"  recording: {_recording(board)}")
+    print(f"  recording: {recording_said(board)}")
     counts = f"{len(topics.publications)} published, {len(topics.subscriptions)} taken"
     print(f"  ros2 topics: {counts}")
     if unkept is not None:
@@ -52,34 +47,3 @@ def execute(arguments: argparse.Namespace) -> int:
     for warning in warnings:
         print(f"  warning: {warning}")
     return Status.OK
-
-
-def _recording(board: Board) -> str:
-    """How much of a run is kept, and the memory that it takes."""
-    minutes = board.settings.recording.minutes
-    if minutes <= 0:
-        return "none: recording.minutes is 0"
-    mebibytes = size_for(board.loads.values(), minutes).bytes / (1 << 20)
-    seconds = minutes * 60
-    asked = f"{minutes:g} min" if minutes >= 1 else f"{seconds:g} s"
-    held = seconds_held(board.loads.values(), minutes)
-    if unstated := [name for name, load in board.loads.items() if not load.transactions]:
-        return (
-            f"{mebibytes:.0f} MiB; whether {asked} fit is not known, for no load of "
-            f"{', '.join(unstated)} is stated"
-        )
-    if held < seconds:
-        return f"the last {held / 60:.0f} of {asked} in {mebibytes:.0f} MiB, which is the most"
-    return f"the last {asked} in {mebibytes:.0f} MiB"
-
-
-def _put_together(board: Board) -> None:
-    """Put the robot together as for a run: on its doubles if it has any, else on no lines.
-
-    Raises what a run would, before it began.
-    """
-    if has_rig(board):
-        start_session(board, VirtualClock(), doubles=True, statistics_path=None).close()
-        return
-    lines = board.absent_lines()
-    configuration_of(board, board.build(lines).model, lines)

@@ -8,7 +8,6 @@ from contextlib import suppress
 from typing import Any
 
 from firmware_runtime.cli.arguments import SubParsers, add_recorded, add_verb, second
-from firmware_runtime.cli.readers_gone import print_line
 from firmware_runtime.errors import ConfigError, Status
 from firmware_runtime.recording.blackbox.locations import find_recording
 from firmware_runtime.recording.blackbox.reader import read_recording
@@ -17,6 +16,7 @@ from firmware_runtime.recording.debugger.commands import Commands
 from firmware_runtime.recording.debugger.debugger import Debugger, Ended
 from firmware_runtime.recording.debugger.pdb_inside import PdbInside
 from firmware_runtime.recording.debugger.travel import Travel
+from firmware_runtime.system.standard_output import print_line
 
 _PROMPT = "(debug) "
 _ABOUT = """

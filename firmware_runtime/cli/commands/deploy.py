@@ -3,7 +3,6 @@
 import argparse
 import sys
 from pathlib import Path
-from time import monotonic, sleep
 
 from firmware_runtime.board import installed as kinds
 from firmware_runtime.board import registry
@@ -11,12 +10,8 @@ from firmware_runtime.cli.arguments import SubParsers, add_verb
 from firmware_runtime.errors import ConfigError, Status
 from firmware_runtime.host.deployment.connection import Commands, fault_of_host
 from firmware_runtime.host.deployment.deployment import Deployment, DeploymentOptions
-from firmware_runtime.statistics.figures import Figures, figures_of
+from firmware_runtime.host.deployment.first_activations import TIMEOUT_S, first_figures
 from firmware_runtime.statistics.summary import summary
-
-TIMEOUT_S = 30.0
-"""How long the first activations may take after systemd has started the robot."""
-LOOK_S = 1.0
 
 _ABOUT = """
 The target needs Python 3.11 or later with venv, rsync, systemd, and a login by key as root or as a
@@ -159,27 +154,16 @@ def _ssh_options(arguments: argparse.Namespace) -> tuple[str, ...]:
 
 def _await_activations(options: DeploymentOptions, deployment: Deployment) -> int:
     print("wait for the first activations")
-    program = f"{options.home}/venv/bin/firmware-runtime"
-    give_up_at = monotonic() + TIMEOUT_S
-    while True:
-        ended = deployment.connection.command(program, "stats", options.board, "--json")
-        if ended.status == 0 and _has_begun(figures := figures_of(ended.out, options.host)):
-            print(f"  {summary(figures)}")
-            return Status.OK
-        if monotonic() > give_up_at:
-            break
-        sleep(LOOK_S)
+    figures = first_figures(options, deployment)
+    if figures is not None:
+        print(f"  {summary(figures)}")
+        return Status.OK
     print(
         f"firmware-runtime: {options.host}: no activation within {TIMEOUT_S:g} s; "
         f"see ssh {options.host} firmware-runtime service logs {options.board}",
         file=sys.stderr,
     )
     return Status.NOTHING_HAPPENED
-
-
-def _has_begun(figures: Figures) -> bool:
-    run = figures.conditions.run
-    return run.state == "running" and (figures.run > 0 or run.steps > 0)
 
 
 def _log(line: str) -> None:

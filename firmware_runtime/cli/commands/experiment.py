@@ -20,11 +20,15 @@ from firmware_runtime.cli.arguments import (
     positive,
 )
 from firmware_runtime.cli.chosen_board import chosen_board
-from firmware_runtime.cli.readers_gone import print_line
-from firmware_runtime.errors import ConfigError, Status, did_you_mean
-from firmware_runtime.lab.experiments.experiment_pages import Outcome
+from firmware_runtime.errors import ConfigError, Status, expected_one_of
 from firmware_runtime.lab.experiments.known import LOOP, experiments_of, missing_packages, stages_of
-from firmware_runtime.lab.experiments.results import run_series, write_experiment, write_series
+from firmware_runtime.lab.experiments.results import (
+    run_series,
+    sentences_of,
+    series_lines,
+    write_experiment,
+    write_series,
+)
 from firmware_runtime.lab.experiments.trial import Choices, Trial
 from firmware_runtime.lab.stages.stage import Stage
 from firmware_runtime.lab.stages.staged_run import own_state
@@ -32,6 +36,7 @@ from firmware_runtime.lab.stages.way import WIFI
 from firmware_runtime.links.cut.impaired_path import impairment
 from firmware_runtime.system.own_folder import nearest, whole_folder
 from firmware_runtime.system.signals import exit_on_signals
+from firmware_runtime.system.standard_output import print_line
 
 _SUMMARY = "Repeat an experiment with a board: data, a plot and a page, beside what was published."
 _ABOUT = f"""
@@ -49,10 +54,12 @@ def add_to(verbs: SubParsers) -> None:
     verb = add_verb(verbs, "experiment", _SUMMARY, execute)
     verb.epilog = _ABOUT
     verb.add_argument(
-        "experiment", metavar="NAME", nargs="?", help=f"such as {LOOP}, or {ALL}; see --list"
+        "experiment",
+        metavar="NAME",
+        nargs="?",
+        help=f"such as {LOOP}, or {ALL}; without it those that there are are listed",
     )
     add_board(verb, required=False)
-    verb.add_argument("--list", action="store_true", help="name the experiments there are")
     add_output(verb, "where its files are written", metavar="FOLDER")
     _add_stage(verb)
     _add_loop(verb)
@@ -98,8 +105,8 @@ def _add_loop(verb: argparse.ArgumentParser) -> None:
 
 def execute(arguments: argparse.Namespace) -> int:
     """Run what was chosen; write its files, print its figures."""
-    if arguments.list:
-        return _list(arguments.board or arguments.experiment)
+    if arguments.experiment is None:
+        return _list()
     board = _chosen(arguments)
     chosen = list(experiments_of(board)) if arguments.experiment == ALL else [arguments.experiment]
     with exit_on_signals(), own_state(), _whole(arguments.output) as folder:
@@ -113,7 +120,7 @@ def execute(arguments: argparse.Namespace) -> int:
 def _one(trials: Sequence[Trial], _folder: Path) -> tuple[int, list[str]]:
     [trial] = trials
     outcome, written = write_experiment(trial)
-    for line in _sentences(outcome):
+    for line in sentences_of(outcome):
         print(line)
     return Status.OK, written
 
@@ -123,28 +130,10 @@ def _all(trials: Sequence[Trial], folder: Path) -> tuple[int, list[str]]:
         raise ConfigError.of_one("experiment", "none has this stage", expected="one that has")
     series = run_series(trials, _say)
     written = write_series(series, trials[0].board.name, folder)
-    for line in _said(series):
+    for line in series_lines(series):
         print(line)
     is_done = all(each.findings is not None for each in series)
     return Status.OK if is_done else Status.MODEL_ERROR, written
-
-
-def _said(series: Sequence[Outcome]) -> Iterator[str]:
-    """Experiments that failed and those that were not run, then the findings of each."""
-    for each in series:
-        if each.fault is not None:
-            yield f"FAILED {each.name}: {each.fault}"
-    for each in series:
-        if each.not_run is not None:
-            yield f"NOT RUN {each.name}: {each.not_run}"
-    for each in series:
-        if each.findings is not None:
-            yield f"{each.name} ({each.experiment.figure or 'not published'})"
-            yield from (f"  {line}" for line in _sentences(each))
-
-
-def _sentences(outcome: Outcome) -> Sequence[str]:
-    return () if outcome.findings is None else outcome.findings.sentences
 
 
 def _trials(
@@ -190,11 +179,9 @@ def _choices(arguments: argparse.Namespace) -> Choices:
 
 def _chosen(arguments: argparse.Namespace) -> Board:
     """The board, if all that is needed was given and fits. Raises ConfigError."""
-    missing = [
-        word for word in ("experiment", "board", "output") if getattr(arguments, word) is None
-    ]
+    missing = [word for word in ("board", "output") if getattr(arguments, word) is None]
     if missing:
-        expected = "expected NAME, BOARD and -o FOLDER, or --list"
+        expected = "expected NAME, BOARD and -o FOLDER, or none of them for a list"
         raise ConfigError("experiment", [f"no {' and no '.join(missing)}; {expected}"])
     board = chosen_board(arguments.board, arguments.assignments)
     _choices(arguments)  # what cannot be read is refused before anything runs
@@ -212,8 +199,7 @@ def _name_faults(arguments: argparse.Namespace, board: Board) -> Iterator[str]:
     if name == LOOP and not board.settings.roles:
         yield f"{board.name} has no table [roles] in its board.toml; expected one, for two ends"
     elif name not in choices:
-        expected = f"expected one of {', '.join(choices) or 'none'}{did_you_mean(name, choices)}"
-        yield f"{name}: {board.name} has no such experiment; {expected}"
+        yield f"{name}: {board.name} has no such experiment; {expected_one_of(name, choices)}"
     elif name != ALL and arguments.stage is not None:
         stages = stages_of(board, known[name])
         if Stage(arguments.stage) not in stages:
@@ -256,9 +242,9 @@ def _output_faults(output: Path) -> Iterator[str]:
         yield f"-o: {output} cannot be written; expected a folder that can"
 
 
-def _list(board: str | None) -> int:
-    """Name the experiments, of one board or of all."""
-    for name in names() if board is None else [board]:
+def _list() -> int:
+    """Name the experiments of every board."""
+    for name in names():
         found = chosen_board(name)
         for experiment, each in experiments_of(found).items():
             figure = f" ({each.figure})" if each.figure else ""

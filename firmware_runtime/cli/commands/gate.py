@@ -3,26 +3,24 @@
 import argparse
 import os
 import sys
-from collections.abc import Iterator
 
 from msgspec import json, to_builtins
 
 from firmware_runtime.cli.arguments import SubParsers, add_verb, positive
-from firmware_runtime.cli.own_terminal import OwnTerminal
 from firmware_runtime.errors import ConfigError, Status
 from firmware_runtime.lab.gate.checkouts import Checkout, checkouts
 from firmware_runtime.lab.gate.decision import (
     ERROR,
     FEWEST_PAIRS,
-    LOOKS,
     MOST_PAIRS,
-    Decision,
     Verdict,
 )
 from firmware_runtime.lab.gate.gate import Outcome, pass_gate
+from firmware_runtime.lab.gate.gate_text import gate_lines
 from firmware_runtime.lab.gate.pairs import measured_pairs
 from firmware_runtime.system.own_folder import own_folder
 from firmware_runtime.system.signals import exit_on_signals
+from firmware_runtime.system.terminal import Progress
 
 PAIRS = 48
 TOLERANCE_PERCENT = 10.0
@@ -105,13 +103,9 @@ def execute(arguments: argparse.Namespace) -> int:
         return Status.OK
     chosen = _chosen(words, arguments, verb)
     _check(chosen, command)
-    progress = _Progress()
-    with exit_on_signals(), own_folder() as folder:
-        try:
-            versions = checkouts(chosen.base, chosen.head, folder)
-            outcome = _passed(versions, command, chosen, progress)
-        finally:
-            progress.close()
+    with exit_on_signals(), own_folder() as folder, Progress(sys.stderr) as progress:
+        versions = checkouts(chosen.base, chosen.head, folder)
+        outcome = _passed(versions, command, chosen, progress)
     _print(outcome, versions, as_json=getattr(chosen, "json", False))
     return _STATUSES[outcome.decision.verdict]
 
@@ -149,7 +143,7 @@ def _passed(
     versions: tuple[Checkout, Checkout],
     command: list[str] | None,
     chosen: argparse.Namespace,
-    progress: "_Progress",
+    progress: Progress,
 ) -> Outcome:
     words = [chosen.board, *getattr(chosen, "assignments", [])]
     cost_of = "1 s of robot time"
@@ -157,7 +151,11 @@ def _passed(
         words, cost_of = ["--", *command], "a run of the command"
     pairs = measured_pairs(versions, words, getattr(chosen, "seed", 0))
     tolerance = getattr(chosen, "tolerance", TOLERANCE_PERCENT) / 100
-    return pass_gate(pairs, cost_of, tolerance, getattr(chosen, "pairs", PAIRS), progress)
+
+    def shown(count: int, most: int) -> None:
+        progress.show(f"gate: {count} pairs of {most} at most")
+
+    return pass_gate(pairs, cost_of, tolerance, getattr(chosen, "pairs", PAIRS), shown)
 
 
 def _print(outcome: Outcome, versions: tuple[Checkout, Checkout], *, as_json: bool) -> None:
@@ -168,60 +166,9 @@ def _print(outcome: Outcome, versions: tuple[Checkout, Checkout], *, as_json: bo
         }
         print(json.encode({**figures.pop("decision"), **figures, **named}).decode())
         return
-    first, *rest = _lines(outcome, versions)
+    first, *rest = gate_lines(outcome, versions)
     forced = bool(os.environ.get("FORCE_COLOR"))
     in_colour = forced or (sys.stdout.isatty() and not os.environ.get("NO_COLOR"))
     if in_colour and outcome.decision.verdict is not Verdict.NO_SLOWER:
         first = f"\x1b[1;31m{first}\x1b[0m"
     print("\n".join([first, *rest]))
-
-
-def _lines(outcome: Outcome, versions: tuple[Checkout, Checkout]) -> Iterator[str]:
-    """The verdict first; then figures and conditions."""
-    decision = outcome.decision
-    yield f"{decision.verdict}: {_sentence(decision, f'{outcome.tolerance:.1%}')}"
-    for checkout, cost_us in zip(versions, (outcome.base_us, outcome.head_us), strict=True):
-        version = f" ({checkout.commit[:12]})" if checkout.commit else ""
-        cost = f"{cost_us / 1000:.4g} ms of processor time for {outcome.cost_of}"
-        yield f"  {checkout.name} {checkout.stated}{version}: {cost}"
-    bounds = f"{decision.ratio_low:.3f} to {decision.ratio_high:.3f}, {1 - 2 * ERROR:.0%}"
-    yield f"  HEAD by BASE {decision.ratio:.3f} ({bounds}); tolerance {outcome.tolerance:.1%}"
-    yield (
-        f"  {decision.pairs} pairs of {outcome.most_pairs} at most, look {decision.looks} of "
-        f"{LOOKS}, signed ranks: slower p = {decision.p_slower:.2g}, no slower "
-        f"p = {decision.p_no_slower:.2g}; {outcome.elapsed_s:.1f} s"
-    )
-    yield from (f"  note: {each}" for each in outcome.notes)
-    stated, shares = outcome.conditions, outcome.neighbours
-    where = [stated[name] for name in ("kernel", "machine", "python", "scheduler")]
-    others = f"other processes {shares['processes']:.0%}, the host {shares['host']:.0%}"
-    yield f"  conditions: {', '.join(where)}, {stated['cpu_count']} processors, {others}"
-    yield from (f"  disturbs: {each}" for each in outcome.reasons)
-
-
-def _sentence(decision: Decision, tolerance: str) -> str:
-    if decision.verdict is Verdict.CANNOT_TELL:
-        return (
-            f"the ratio may be anything from {decision.ratio_low:.3f} to "
-            f"{decision.ratio_high:.3f}, which is on both sides of the tolerance of {tolerance}; "
-            "expected more --pairs, a quieter machine, or another --tolerance"
-        )
-    more = "no more than" if decision.verdict is Verdict.NO_SLOWER else "more than"
-    return f"HEAD takes {more} {tolerance} more processor time than BASE"
-
-
-class _Progress:
-    """How many pairs there are, over and over on a terminal; nothing elsewhere."""
-
-    def __init__(self) -> None:
-        self._terminal = OwnTerminal.of(sys.stderr)
-
-    def __call__(self, pairs: int, most: int) -> None:
-        """So many pairs are there."""
-        if self._terminal is not None:
-            self._terminal.show(f"gate: {pairs} pairs of {most} at most")
-
-    def close(self) -> None:
-        """Take the line away."""
-        if self._terminal is not None:
-            self._terminal.close()

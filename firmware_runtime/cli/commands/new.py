@@ -1,4 +1,4 @@
-"""`firmware-runtime new robot NAME` and `new chip NAME`: a package of one's own to begin with."""
+"""`firmware-runtime new robot|chip NAME` and `new key FILE`: what one begins with."""
 
 import argparse
 import shlex
@@ -10,10 +10,16 @@ from firmware_runtime.cli.arguments import SubParsers, add_verb
 from firmware_runtime.errors import Status
 from firmware_runtime.host.scaffold.chip import write_chip
 from firmware_runtime.host.scaffold.package import write_robot
+from firmware_runtime.links.key_file import KEY_BYTES, write_key
 
 _ROBOT = """
 The robot is a head on two servos that follows a light, a copy of the example `pan_tilt`: a package
 that is complete and small, to be changed. Its tests run on doubles.
+"""
+_KEY = """
+Two ends on a network know each other's datagrams by it, of a link or of a bridge. Both need the
+same key: copy the file over a channel that is secret, such as `scp -p FILE robot:`. Its mode stays
+0600, or it is refused.
 """
 _CHIP = """
 The package has a driver and a double made from the table, and the contract of chips as its test.
@@ -23,11 +29,14 @@ Without a table it begins with an example, to be edited.
 
 def add_to(verbs: SubParsers) -> None:
     """Add this verb to the command line."""
-    summary = "Write a package of your own: a robot, or a chip, to begin with."
+    summary = "Write what one begins with: a robot's package, a chip's, or a key for a link."
     verb = verbs.add_parser("new", help=summary, description=summary)
     kinds = verb.add_subparsers(required=True, metavar="WHAT")
     _add_robot_to(kinds)
     _add_chip_to(kinds)
+    key = add_verb(kinds, "key", "Write a new key for both ends of a link, or a bridge.", _key)
+    key.epilog = _KEY
+    key.add_argument("file", type=Path, metavar="FILE", help="where; it must not exist yet")
 
 
 def _add_robot_to(kinds: SubParsers) -> None:
@@ -65,6 +74,12 @@ def _robot(arguments: argparse.Namespace) -> int:
 def _chip(arguments: argparse.Namespace) -> int:
     folder: Path = arguments.into or Path(arguments.name)
     show_written(folder, write_chip(arguments.name, folder, arguments.registers))
+    return Status.OK
+
+
+def _key(arguments: argparse.Namespace) -> int:
+    write_key(arguments.file)
+    print(f"{arguments.file}: a new key of {KEY_BYTES} random bytes, mode 0600")
     return Status.OK
 
 

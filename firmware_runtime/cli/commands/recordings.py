@@ -1,17 +1,30 @@
-"""`firmware-runtime recordings [BOARD]`: list them, keep one as a file, save what is whole."""
+"""`firmware-runtime recordings list|keep|recover|collect`: what runs leave behind."""
 
 import argparse
 import json
-from collections.abc import Iterator, Sequence
+import os
+import sys
+from functools import partial
 from pathlib import Path
+from time import monotonic_ns
 
-from firmware_runtime.cli.arguments import SubParsers, add_output, add_verb
-from firmware_runtime.devs.time import SECOND
-from firmware_runtime.errors import ConfigError, Status
+from firmware_runtime.cli.arguments import (
+    SubParsers,
+    add_output,
+    add_recorded,
+    add_statistics,
+    add_verb,
+    positive,
+    whole,
+)
+from firmware_runtime.cli.chosen_board import chosen_board
+from firmware_runtime.devs.time import MICROSECOND, SECOND
+from firmware_runtime.errors import ConfigError, StatisticsFileError, Status
 from firmware_runtime.recording.blackbox.chunk_file import used_of
+from firmware_runtime.recording.blackbox.excerpts import Pieces
 from firmware_runtime.recording.blackbox.file_content import whole_content_of
 from firmware_runtime.recording.blackbox.layout import PREFIX_SIZE, is_of_another_format
-from firmware_runtime.recording.blackbox.listing import KEPT_RUN, LAST, Listed, listed, span_of
+from firmware_runtime.recording.blackbox.listing import listed, span_of, table_of, without_copies
 from firmware_runtime.recording.blackbox.locations import (
     find_recording,
     kept_recordings,
@@ -19,69 +32,98 @@ from firmware_runtime.recording.blackbox.locations import (
 )
 from firmware_runtime.recording.blackbox.reader import another_format, read_recording
 from firmware_runtime.recording.blackbox.salvage import save
-from firmware_runtime.statistics.number_formats import local
+from firmware_runtime.statistics.paths import default_path
+from firmware_runtime.statistics.recorder import Recorder
 from firmware_runtime.system.atomic_file import keep_output
+from firmware_runtime.system.messages import Notices
+from firmware_runtime.system.signals import UntilSignal, until_signal
+from firmware_runtime.system.this_process import keep_off
 
-KEEP, RECOVER = "keep", "recover"
-
-_ABOUT = """
-`recordings` lists those of the last runs, and what `record` has kept of earlier ones; the name in
-front is what replay and export take. `recordings keep RUN` writes one into a file that can be sent,
-without the part of its memory that is not in use. `recordings recover FILE -o FILE` saves what is
-whole of one that was cut or damaged, and says what is lost.
+LOOK_EVERY_S = 0.1
+_KEEP = """
+The file can be sent, and is without the part of the recording's memory that is not in use.
+"""
+_COLLECT = """
+It reads what the run and the guard write anyway, in a process of its own, and goes on from run to
+run until a signal comes. Each run leaves its statistics (for stats, report, --diff, --merge), and
+for each late activation and each takeover by the guard a piece of the run's recording; a run that
+failed or was killed leaves all that was recorded of it.
 """
 
 
 def add_to(verbs: SubParsers) -> None:
     """Add this verb to the command line."""
-    summary = "List the recordings of runs; keep one as a file, or save what is whole of one."
-    verb = add_verb(verbs, "recordings", summary, execute)
-    verb.epilog = _ABOUT
-    verb.usage = (
-        "firmware-runtime recordings [BOARD] [--in FOLDER] [--json] | keep RUN [-o FILE] "
-        "| recover FILE -o FILE"
-    )
-    verb.add_argument(
-        "board", metavar="BOARD", nargs="?", help="of this board only; or keep, recover"
-    )
-    verb.add_argument(
-        "run", metavar="RUN", nargs="?", help="of keep and recover: a recording's file or name"
-    )
+    summary = "List the recordings of runs; keep one as a file; recover one; collect them."
+    verb = verbs.add_parser("recordings", help=summary, description=summary)
+    verb.set_defaults(execute=_list, board=None, folder=None, json=False)
+    actions = verb.add_subparsers(metavar="ACTION", help="default: list")
+    _add_list_to(actions)
+    about = "Write a recording into a file that can be sent."
+    keep = add_verb(actions, "keep", about, _keep)
+    keep.epilog = _KEEP
+    add_recorded(keep)
+    add_output(keep, "the file to write; default: the run's name, here")
+    about = "Save what is whole of a recording that was cut or damaged, and say what is lost."
+    recover = add_verb(actions, "recover", about, _recover)
+    add_recorded(recover)
+    add_output(recover, "the file to write", required=True)
+    _add_collect_to(actions)
+
+
+def _add_list_to(actions: SubParsers) -> None:
+    about = "List the recordings of the last runs, and those that were collected of earlier ones."
+    verb = add_verb(actions, "list", about, _list)
+    verb.epilog = "The name in front is what replay, debug and export take."
+    verb.add_argument("board", metavar="BOARD", nargs="?", help="of this board only")
     verb.add_argument(
         "--in", type=Path, metavar="FOLDER", dest="folder", help="those in this folder only"
     )
     verb.add_argument("--json", action="store_true", help="print the list as JSON")
-    add_output(verb, "of keep and recover: the file to write")
 
 
-def execute(arguments: argparse.Namespace) -> int:
-    """List, keep or recover."""
-    if arguments.board in {KEEP, RECOVER}:
-        _refuse(arguments, {"--in": arguments.folder, "--json": arguments.json or None})
-        if arguments.run is None:
-            expected = "expected a recording's file, or a board or a name that has one"
-            raise ConfigError.of_one(f"recordings {arguments.board}", expected)
-        act = _keep if arguments.board == KEEP else _recover
-        return act(arguments.run, arguments.output)
-    _refuse(arguments, {"-o": arguments.output, str(arguments.run): arguments.run})
-    rows = _once([listed(path) for path in _paths(arguments.board, arguments.folder)])
+def _add_collect_to(actions: SubParsers) -> None:
+    about = "Keep the statistics of a board's runs, and recordings of what went wrong in them."
+    verb = add_verb(actions, "collect", about, _collect)
+    verb.epilog = _COLLECT
+    verb.add_argument("board", metavar="BOARD", help="a board's name, or the path of a board.toml")
+    verb.add_argument(
+        "--into",
+        type=Path,
+        metavar="FOLDER",
+        help="where to keep it; default in a systemd unit: its state directory",
+    )
+    verb.add_argument(
+        "--late-us",
+        type=positive,
+        metavar="US",
+        help="lateness that is worth a piece; default: the least tolerance of the board's models",
+    )
+    verb.add_argument(
+        "--runs",
+        type=partial(whole, least=1),
+        default=50,
+        metavar="N",
+        help="how many runs to keep (50)",
+    )
+    verb.add_argument(
+        "--budget",
+        type=positive,
+        metavar="MIB",
+        help="what recordings may take of the disk, the oldest make room for new ones; default: "
+        "the board's recording.keep_mib (1024)",
+    )
+    add_statistics(verb)
+
+
+def _list(arguments: argparse.Namespace) -> int:
+    """Print a line for each."""
+    rows = without_copies([listed(path) for path in _paths(arguments.board, arguments.folder)])
     if arguments.json:
         print(json.dumps([each.as_json() for each in rows], allow_nan=False))
     else:
         of = "" if arguments.board is None else f" of {arguments.board}"
-        print("\n".join(_table(rows)) if rows else f"no recordings{of}")
+        print("\n".join(table_of(rows)) if rows else f"no recordings{of}")
     return Status.OK
-
-
-def _refuse(arguments: argparse.Namespace, given: dict[str, object]) -> None:
-    """Raise ConfigError for what has no effect here."""
-    for name, value in given.items():
-        if value is not None:
-            does = arguments.board if arguments.board in {KEEP, RECOVER} else "the list"
-            fault = f"{name}: has no effect on {does}; expected `keep RUN` or `recover FILE`"
-            if does != "the list":
-                fault = f"{name}: has no effect on {does}; expected RUN, and -o FILE"
-            raise ConfigError.of_one("recordings", fault)
 
 
 def _paths(board: str | None, folder: Path | None) -> list[Path]:
@@ -92,32 +134,10 @@ def _paths(board: str | None, folder: Path | None) -> list[Path]:
     return sorted(folder.glob(f"{board or ''}*.recording"))
 
 
-def _once(rows: Sequence[Listed]) -> list[Listed]:
-    """Without the copies of runs that are still in memory."""
-    last = {each.run for each in rows if each.why == LAST}
-    return [each for each in rows if each.why != KEPT_RUN or each.run not in last]
-
-
-def _table(rows: Sequence[Listed]) -> Iterator[str]:
-    width = max(len(each.name) for each in rows)
-    spans = f"{'FROM S':>9}  {'TO S':>9}  {'MIB':>6}"
-    yield f"{'NAME':{width}}  {spans}  {'END':8}  {'WHY':8}  {'BEGAN':28}  WHOLE"
-    for each in rows:
-        if each.fault is not None:
-            yield f"{each.name:{width}}  {each.fault}"
-            continue
-        whole = "yes" if not each.faults else f"no: {'; '.join(each.faults)}"
-        span = f"{each.begin / SECOND:9.3f}  {each.until / SECOND:9.3f}"
-        began = "-" if each.began is None else local(each.began)
-        size = f"{each.size / (1 << 20):6.1f}"
-        end = f"{each.end:8}  {each.why:8}  {began:28}"
-        yield f"{each.name:{width}}  {span}  {size}  {end}  {whole}"
-
-
-def _keep(run: str, output: Path | None) -> int:
+def _keep(arguments: argparse.Namespace) -> int:
     """Write what of a recording is used, in order."""
-    recording = read_recording(find_recording(run))
-    path = Path(f"{recording.header.run}.recording") if output is None else output
+    recording = read_recording(find_recording(arguments.run))
+    path: Path = arguments.output or Path(f"{recording.header.run}.recording")
     content = used_of(recording)
     keep_output(path, content)
     begin, until = span_of(recording)
@@ -127,11 +147,9 @@ def _keep(run: str, output: Path | None) -> int:
     return Status.OK
 
 
-def _recover(run: str, output: Path | None) -> int:
+def _recover(arguments: argparse.Namespace) -> int:
     """Write what is whole, and say what is not."""
-    if output is None:
-        raise ConfigError.of_one("recordings recover", "expected -o FILE, to write what is saved")
-    path = find_recording(run)
+    output, path = arguments.output, find_recording(arguments.run)
     content = whole_content_of(path)
     if is_of_another_format(content[:PREFIX_SIZE]):
         raise another_format(path, content)
@@ -145,3 +163,55 @@ def _recover(run: str, output: Path | None) -> int:
 
 def _size(content: bytes) -> str:
     return f"{len(content) / (1 << 20):.1f} MiB"
+
+
+def _collect(arguments: argparse.Namespace) -> int:
+    """Collect until a signal comes."""
+    board = chosen_board(arguments.board)
+    keep_off(board.settings.executive.cpus)
+    notices = Notices.from_environment()
+
+    def log(what: str) -> None:
+        print(f"recorder: {what}", flush=True)
+        notices.status(what)
+
+    late = None if arguments.late_us is None else round(arguments.late_us * MICROSECOND)
+    kept = arguments.statistics or default_path(board.name)
+    stated = board.settings.recording
+    budget = round((arguments.budget or stated.keep_mib) * (1 << 20))
+    pieces = Pieces(kept, budget, round(stated.sync_s * SECOND), log)
+    recorder = Recorder(kept, _folder(arguments.into), arguments.runs, late, log, pieces)
+    with until_signal() as signal:
+        log(f"waiting for a run at {kept}")
+        notices.ready()
+        try:
+            _record(recorder, signal, notices)
+        except StatisticsFileError as error:  # a full disk is no bad input: systemd tries again
+            print(f"firmware-runtime: {error}", file=sys.stderr)
+            return Status.NOTHING_HAPPENED
+    return Status.OK
+
+
+def _record(recorder: Recorder, signal: UntilSignal, notices: Notices) -> None:
+    while not signal.wait(LOOK_EVERY_S):
+        recorder.poll(monotonic_ns())
+        notices.alive()
+    notices.stopping()
+    recorder.close(monotonic_ns())
+
+
+def _folder(stated: Path | None) -> Path:
+    """Where to keep it, made if it is not there. Raises ConfigError."""
+    from_systemd = os.environ.get("STATE_DIRECTORY", "").split(":")[0]
+    if stated is None and not from_systemd:
+        raise ConfigError(
+            "recordings collect", ["--into: expected a folder, as no systemd unit gives one"]
+        )
+    folder = stated or Path(from_systemd)
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise ConfigError(str(folder), [f"cannot be made ({error.strerror})"]) from error
+    if not os.access(folder, os.W_OK):
+        raise ConfigError(str(folder), ["cannot be written, expected a folder that can"])
+    return folder

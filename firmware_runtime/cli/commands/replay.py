@@ -94,7 +94,7 @@ def execute(arguments: argparse.Namespace) -> int:
     """Replay a run: what it was, or what it would have been."""
     path = find_recording(arguments.run)
     if arguments.as_test is not None:
-        from firmware_runtime.cli.as_test import as_test  # noqa: PLC0415 -- of this answer only
+        from firmware_runtime.cli.replayed_run import as_test  # noqa: PLC0415 -- of this answer only
 
         return as_test(arguments, path)
     is_changed = bool(arguments.checkout or arguments.assignments or arguments.board)

@@ -14,14 +14,12 @@ from firmware_runtime.board.ends import BoardEnd, end_of
 from firmware_runtime.cli.arguments import SubParsers, add_board, add_verb
 from firmware_runtime.cli.chosen_board import chosen_board
 from firmware_runtime.cli.chosen_model import is_model
-from firmware_runtime.cli.clock import choose_clock, clock_of
-from firmware_runtime.cli.collection import no_collection_of_what_a_verb_loads
-from firmware_runtime.cli.event_options import add_event_options
-from firmware_runtime.cli.planned_inputs import add_input_option, plan_inputs
-from firmware_runtime.cli.progress_line import Messages, progress_shown
-from firmware_runtime.cli.readers_gone import OutputError, not_printed, readers_may_go
-from firmware_runtime.cli.run_files import RunFiles
-from firmware_runtime.cli.run_options import add_run_options
+from firmware_runtime.cli.run_options import (
+    add_input_option,
+    add_run_options,
+    choose_clock,
+    clock_of,
+)
 from firmware_runtime.cli.run_report import Report
 from firmware_runtime.cli.stage_options import add_stage_options, choose_stage
 from firmware_runtime.cli.written import check_files
@@ -32,31 +30,47 @@ from firmware_runtime.lab.experiments.loop_model import loop_board, loop_end
 from firmware_runtime.recording.blackbox.locations import recording_beside, recording_of_virtual_run
 from firmware_runtime.runs.arming import permission_for
 from firmware_runtime.runs.end_link import idle_options, way_of
+from firmware_runtime.runs.planned_inputs import plan_inputs
+from firmware_runtime.runs.progress_line import Messages, progress_shown
 from firmware_runtime.runs.reporter import Reporter
 from firmware_runtime.runs.restarts import Restarts, counted
+from firmware_runtime.runs.run_files import RunFiles
 from firmware_runtime.runs.session import Session
 from firmware_runtime.runs.start import start_session
 from firmware_runtime.runs.tuning import Reloading
 from firmware_runtime.statistics.file_header import RunState
 from firmware_runtime.statistics.paths import check_ending, default_path
 from firmware_runtime.statistics.summary import summary
+from firmware_runtime.system.command_garbage import no_collection_of_what_a_verb_loads
 from firmware_runtime.system.messages import Journal, Notices
 from firmware_runtime.system.packages import refuse_ros
 from firmware_runtime.system.signals import stop_on_signals
+from firmware_runtime.system.standard_output import OutputError, not_printed, readers_may_go
 from firmware_runtime.system.this_process import started_at
 
 if TYPE_CHECKING:
     from firmware_runtime.lab.stages.reports import EndReports
 
 
+_SUMMARY = "Run a robot until its time is up or a signal stops it; or a model alone."
+_ABOUT = """
+MODEL is FILE.ma, or MODULE:NAME: a DEVS model of a Python module, or a class or function that makes
+one, whose arguments --set NAME=VALUE states. It runs at once, in virtual time. What leaves its
+output ports is printed, or written to --outputs; a quantized system (`models.qss`) as a table of
+its states, or drawn by --plot.
+"""
+
+
 def add_to(verbs: SubParsers) -> None:
     """Add this verb to the command line."""
-    verb = add_verb(verbs, "run", "Run a robot until its time is up or a signal stops it.", execute)
-    add_board(verb)
+    verb = add_verb(verbs, "run", _SUMMARY, execute)
+    add_board(
+        verb, metavar="BOARD|MODEL", about="a board's name or file, or a model that no board has"
+    )
+    verb.epilog = _ABOUT
     add_run_options(verb)
     add_input_option(verb)
     add_stage_options(verb)
-    add_event_options(verb)
 
 
 def execute(arguments: argparse.Namespace) -> int:
@@ -66,15 +80,10 @@ def execute(arguments: argparse.Namespace) -> int:
     check_files("run", {f"--{each}": getattr(arguments, each) for each in options})
     choose_stage(arguments)
     choose_clock(arguments)
-    if arguments.events is not None and (
-        arguments.stage is None or not arguments.stage.has_two_ends
-    ):
-        events = import_module("firmware_runtime.cli.events")  # not for a robot's own start
-        ended: int = events.run_event_file(arguments)
+    if arguments.events is not None or is_model(arguments.board):
+        alone = import_module("firmware_runtime.cli.model_run")  # not for a robot's own start
+        ended: int = alone.run_model(arguments)
         return ended
-    if is_model(arguments.board):
-        fault = "a model without a board; expected --events FILE.ev with it"
-        raise ConfigError.of_one(arguments.board, fault)
     with no_collection_of_what_a_verb_loads():
         board = chosen_board(arguments.board, arguments.assignments)
     if arguments.stage is not None and arguments.stage.has_two_ends:
@@ -137,9 +146,15 @@ def _run(
         with closing(session):
             draw = _plotting(session, arguments.plot)
             report = Report(session, arguments, messages)
-            plan_inputs(session, arguments.inputs, report.until)
+            plan_inputs(
+                executive,
+                session.robot.model,
+                session.board.name,
+                arguments.inputs,
+                report.until,
+            )
             reports = _reports(session, arguments.report_to)
-            files.begin(session, arguments)
+            files.begin(session, arguments.trace, arguments.record)
             with (
                 _serving(session, notices, messages) as reload,
                 progress_shown(session, report.until, messages, wanted=not arguments.json),
@@ -250,7 +265,7 @@ def _plotting(session: Session, path: Path | None) -> Callable[[str], None]:
     """
     if path is None:
         return lambda _reason: None
-    plot = import_module("firmware_runtime.cli.plot")
+    plot = import_module("firmware_runtime.runs.picture_of_run")
     plot.check_plot(session, path)
     return lambda reason: plot.write_plot(session, path, reason)
 

@@ -16,7 +16,6 @@ from firmware_runtime.cli.arguments import (
     add_verb,
 )
 from firmware_runtime.cli.chosen_board import chosen_board
-from firmware_runtime.cli.readers_gone import print_line
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.errors import ConfigError, StatisticsFileError, Status, text_of
 from firmware_runtime.runs.active_runs import folders_of_runs
@@ -30,6 +29,7 @@ from firmware_runtime.runs.safe_state import BETWEEN, WATCH, SafeState
 from firmware_runtime.statistics.file_header import STATISTICS, driver_of
 from firmware_runtime.statistics.paths import Companion, default_path, directories
 from firmware_runtime.system.signals import until_signal
+from firmware_runtime.system.standard_output import print_line
 from firmware_runtime.system.this_process import is_running
 
 TIMEOUT = 2 * SECOND

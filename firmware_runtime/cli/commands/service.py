@@ -1,15 +1,12 @@
 """`firmware-runtime service install|uninstall|status|logs`: a board as a service of systemd."""
 
 import argparse
-import json
 import os
 import subprocess
 import sys
-from collections.abc import Iterable, Iterator, Sequence
-from datetime import datetime
+from collections.abc import Sequence
 from importlib.metadata import version
 from pathlib import Path
-from typing import Any
 
 from firmware_runtime.board import installed as kinds
 from firmware_runtime.board import registry
@@ -32,6 +29,7 @@ from firmware_runtime.host.installation.plan import (
     instance,
     settings_path,
 )
+from firmware_runtime.host.installation.service_text import EPISODE_FIELDS, episodes
 from firmware_runtime.host.installation.target import Target, checked, own_program, runnable, target
 from firmware_runtime.host.installation.uninstall import Removal
 
@@ -45,10 +43,6 @@ expected at /opt/firmware-runtime/venv/bin there.
 _UNINSTALL = """
 The run is stopped first, which switches its outputs off. What boards share goes with the last one.
 """
-
-_EPISODE_FIELDS = ("PERIOD_US", "LATE_US", "MISSED", "CAUSE")
-"""What the journal's entry on an episode of overruns has, and no other entry."""
-_MICROSECONDS = 1_000_000
 
 
 def add_to(verbs: SubParsers) -> None:
@@ -104,7 +98,7 @@ def _add_logs_to(actions: SubParsers) -> None:
     verb.add_argument(
         "--episodes",
         action="store_true",
-        help="only episodes of overruns, as a table: when, model, " + ", ".join(_EPISODE_FIELDS),
+        help="only episodes of overruns, as a table: when, model, " + ", ".join(EPISODE_FIELDS),
     )
 
 
@@ -200,7 +194,7 @@ def _journalctl(arguments: argparse.Namespace) -> list[str]:
         words += [
             "--output=json",
             "--quiet",
-            f"--output-fields={','.join(('MODEL', *_EPISODE_FIELDS))}",
+            f"--output-fields={','.join(('MODEL', *EPISODE_FIELDS))}",
         ]
     return words
 
@@ -215,24 +209,6 @@ def _print_episodes(words: Sequence[str]) -> None:
             journal.terminate()
     if journal.returncode > 0:
         raise StepFailed(f"ended with status {journal.returncode}", where=words[0])
-
-
-def episodes(entries: Iterable[str]) -> Iterator[str]:
-    """A line for every episode among journal entries in JSON; a heading first."""
-    yield f"{'when':26}  {'model':24} {'PERIOD_US':>9} {'LATE_US':>9} {'MISSED':>6}  CAUSE"
-    for entry in map(json.loads, entries):
-        if all(field in entry for field in _EPISODE_FIELDS):
-            yield _episode(entry)
-
-
-def _episode(entry: dict[str, Any]) -> str:
-    seconds, rest = divmod(int(entry["__REALTIME_TIMESTAMP"]), _MICROSECONDS)
-    when = datetime.fromtimestamp(seconds).astimezone().replace(microsecond=rest)
-    period, late, missed, cause = (entry[field] for field in _EPISODE_FIELDS)
-    return (
-        f"{when:%Y-%m-%d %H:%M:%S.%f}  {entry.get('MODEL', '-'):24} "
-        f"{period:>9} {late:>9} {missed:>6}  {cause}"
-    )
 
 
 def _warn(what: str) -> None:

@@ -4,29 +4,34 @@ import argparse
 import json
 from collections.abc import Iterable, Sequence
 from pathlib import Path
+from types import ModuleType
+from typing import Any, Final
 
 import msgspec
 
 from firmware_runtime.cli.after_virtual_run import say_if_last_run_was_virtual
-from firmware_runtime.cli.arguments import SubParsers, add_statistics, add_verb, whole
-from firmware_runtime.cli.commands.perfetto import recording_beside_statistics, write_trace
+from firmware_runtime.cli.arguments import SubParsers, add_statistics, add_verb, positive, whole
 from firmware_runtime.errors import ConfigError, Status
 from firmware_runtime.statistics.comparison import difference, merged, same_run
 from firmware_runtime.statistics.difference_text import difference_of, difference_text
 from firmware_runtime.statistics.file import save
 from firmware_runtime.statistics.histogram_text import histogram_text
-from firmware_runtime.statistics.paths import find_statistics
+from firmware_runtime.statistics.paths import all_statistics, find_statistics
 from firmware_runtime.statistics.reader import read_statistics
 from firmware_runtime.statistics.run_text import statistics_text
 from firmware_runtime.statistics.statistics import Statistics
 from firmware_runtime.statistics.takeovers import Takeover, takeovers_of
+from firmware_runtime.system.atomic_file import keep_output
 from firmware_runtime.system.packages import module_of_extra
+from firmware_runtime.system.signals import until_signal
 
+SCREEN: Final = Path("-")
+"""Where `--prometheus` writes without a file."""
 _IDLE = {
-    "statistics": ("board",),
-    "merge": ("board", "since", "perfetto"),
-    "diff": ("board", "since", "save", "prometheus", "histogram", "perfetto"),
-    "perfetto": ("since", "save"),
+    "statistics": ("board", "serve"),
+    "merge": ("board", "since", "serve"),
+    "diff": ("board", "since", "save", "prometheus", "histogram", "serve"),
+    "serve": ("since", "save"),
 }
 """By option, those that would have no effect beside it, as far as argparse does not know it."""
 
@@ -52,6 +57,13 @@ def add_to(verbs: SubParsers) -> None:
     verb.add_argument(
         "--worst", type=whole, default=3, metavar="N", help="how many of the worst; default 3"
     )
+    verb.add_argument(
+        "--every",
+        type=positive,
+        metavar="SECONDS",
+        dest="every_s",
+        help="write the file of --prometheus again and again, until a signal comes",
+    )
 
 
 def _add_sources(verb: argparse.ArgumentParser) -> None:
@@ -73,13 +85,18 @@ def _add_forms(verb: argparse.ArgumentParser) -> None:
     forms = verb.add_mutually_exclusive_group()
     forms.add_argument("--json", action="store_true", help="print them as JSON")
     forms.add_argument(
-        "--prometheus", action="store_true", help="print them as Prometheus reads them"
+        "--prometheus",
+        type=Path,
+        nargs="?",
+        const=SCREEN,
+        metavar="FILE",
+        help="print those of BOARD, or of every board that ran, as Prometheus reads them; or write "
+        "FILE for node_exporter's collector",
     )
     forms.add_argument(
-        "--perfetto",
-        type=Path,
-        metavar="FILE",
-        help="write what ran when, for Perfetto; the verb `perfetto` can do more",
+        "--serve",
+        metavar="ADDRESS",
+        help="serve the same on 127.0.0.1:PORT or unix:PATH until a signal comes",
     )
     forms.add_argument(
         "--histogram",
@@ -94,9 +111,11 @@ def execute(arguments: argparse.Namespace) -> int:
     if arguments.diff is not None:
         _print_difference(arguments)
         return Status.OK
-    if arguments.perfetto is not None:
-        kept = arguments.statistics or find_statistics(arguments.board)
-        write_trace(recording_beside_statistics(kept), arguments.perfetto)
+    if arguments.serve is not None:
+        _serve(arguments)
+        return Status.OK
+    if arguments.prometheus is not None and _is_of_boards(arguments):
+        _expose(arguments)
         return Status.OK
     statistics = _read(arguments)
     if arguments.save is not None:
@@ -119,6 +138,8 @@ def _refuse_what_has_no_effect(arguments: argparse.Namespace) -> None:
         for other in idle
         if is_given(other)
     ]
+    if arguments.every_s is not None and arguments.prometheus in {None, SCREEN}:
+        faults.append("--every belongs to --prometheus FILE")
     if faults:
         raise ConfigError("stats", faults)
 
@@ -156,10 +177,13 @@ def _takeovers(arguments: argparse.Namespace, statistics: Statistics) -> list[Ta
 def _lines(
     arguments: argparse.Namespace, statistics: Statistics, takeovers: Sequence[Takeover]
 ) -> Iterable[str]:
-    if arguments.prometheus:
-        collecting = module_of_extra("firmware_runtime.statistics.metrics", "metrics")
+    if arguments.prometheus is not None:
         board = statistics.header.board or "unnamed"
-        return [collecting.exposition(board, statistics).rstrip()]
+        text = _collecting().exposition(board, statistics)
+        if arguments.prometheus != SCREEN:
+            _write(arguments.prometheus, text)
+            return []
+        return [text.rstrip()]
     if arguments.histogram:
         return histogram_text(statistics)
     if arguments.json:
@@ -176,3 +200,52 @@ def _print_difference(arguments: argparse.Namespace) -> None:
         print(json.dumps(found.as_json(), allow_nan=False))
     else:
         print("\n".join(difference_text(found)))
+
+
+# For Prometheus ----------------------------------------------------------------------------------
+
+
+def _is_of_boards(arguments: argparse.Namespace) -> bool:
+    """Whether boards are meant, as they are at each reading, and not one file's figures."""
+    is_one_file = arguments.statistics or arguments.merge or arguments.since or arguments.save
+    return not is_one_file
+
+
+def _expose(arguments: argparse.Namespace) -> None:
+    """Print the boards' figures, or write them, once or every so often."""
+    target: Path = arguments.prometheus
+    if target == SCREEN:
+        find_statistics(arguments.board)  # raises where there is none
+        print(_collecting().text_of(_collector(arguments)).rstrip())
+        return
+    collector = _collector(arguments)
+    with until_signal() as signal:
+        _write(target, _collecting().text_of(collector))
+        while arguments.every_s is not None and not signal.wait(arguments.every_s):
+            _write(target, _collecting().text_of(collector))
+
+
+def _serve(arguments: argparse.Namespace) -> None:
+    serving = module_of_extra("firmware_runtime.statistics.metrics_server", "metrics")
+    with until_signal() as signal:
+
+        def wait(address: str) -> None:
+            print(f"serving metrics on {address}", flush=True)
+            signal.wait()
+
+        serving.serve(arguments.serve, _collector(arguments), wait)
+
+
+def _collector(arguments: argparse.Namespace) -> Any:  # noqa: ANN401 -- of a module of an extra
+    """What reads the statistics of the board, or of every board that ran, when it is asked."""
+    return _collecting().StatisticsCollector(lambda: all_statistics(arguments.board))
+
+
+def _collecting() -> ModuleType:
+    """Return what speaks Prometheus. Raises ConfigError without the extra."""
+    return module_of_extra("firmware_runtime.statistics.metrics", "metrics")
+
+
+def _write(path: Path, text: str) -> None:
+    """Replace the file at once, for an exporter that runs as a user of its own."""
+    keep_output(path, text.encode(), "--prometheus", 0o644)

@@ -15,8 +15,6 @@ from firmware_runtime.cli.arguments import (
     add_output,
     add_verb,
 )
-from firmware_runtime.cli.own_terminal import OwnTerminal
-from firmware_runtime.cli.readers_gone import print_line
 from firmware_runtime.cli.written import write_text
 from firmware_runtime.errors import ConfigError, Status
 from firmware_runtime.lab.sweeps.distributions import FORMS
@@ -28,6 +26,8 @@ from firmware_runtime.lab.sweeps.sweep_page import sweep_page
 from firmware_runtime.lab.sweeps.sweep_table import Table, read_table, sweep_of
 from firmware_runtime.lab.sweeps.sweeping import carry_out, faults_of
 from firmware_runtime.system.signals import exit_on_signals
+from firmware_runtime.system.standard_output import print_line
+from firmware_runtime.system.terminal import Progress
 
 _SUMMARY = "Run a board many times in virtual time, each with other values; or show the table."
 _ABOUT = f"""
@@ -234,10 +234,9 @@ class _Progress:
     """How far it is, on standard error: over and over on a terminal, once a tenth elsewhere."""
 
     def __init__(self) -> None:
-        self._terminal = OwnTerminal.of(sys.stderr)
+        self._shown = Progress(sys.stderr, every_s=_EVERY_S / 4)
         self._began: float | None = None
         self._first = self._said = 0
-        self._due = 0.0
 
     def __call__(self, done: int, size: int, failed: int) -> None:
         """So many rows are there."""
@@ -245,17 +244,14 @@ class _Progress:
         if self._began is None:
             self._began, self._first = now, done
         line = self._line(done, size, failed, now - self._began)
-        if self._terminal is not None and now >= self._due:
-            self._due = now + _EVERY_S / 4
-            self._terminal.show(line)
-        elif self._terminal is None and (done == size or 10 * (done - self._said) >= size):
+        self._shown.show(line)
+        if not self._shown.is_shown and (done == size or 10 * (done - self._said) >= size):
             self._said = done
             print_line(line, sys.stderr)
 
     def close(self) -> None:
         """Take the line away."""
-        if self._terminal is not None:
-            self._terminal.close()
+        self._shown.close()
 
     def _line(self, done: int, size: int, failed: int, spent_s: float) -> str:
         words = [f"{done} of {size} runs"]

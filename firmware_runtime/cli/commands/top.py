@@ -7,20 +7,15 @@ import termios
 import tty
 from collections.abc import Iterator
 from contextlib import contextmanager
-from pathlib import Path
 from select import select
 
 from firmware_runtime.cli.after_virtual_run import say_if_last_run_was_virtual
 from firmware_runtime.cli.arguments import SubParsers, add_statistics, add_verb, positive
-from firmware_runtime.errors import StatisticsFileError, Status
-from firmware_runtime.statistics.comparison import difference, same_run
+from firmware_runtime.errors import Status
 from firmware_runtime.statistics.paths import find_statistics
-from firmware_runtime.statistics.reader import read_statistics
-from firmware_runtime.statistics.statistics import Statistics
+from firmware_runtime.statistics.watched_file import Watched
 from firmware_runtime.system.packages import module_of_extra
 from firmware_runtime.system.signals import UntilSignal, until_signal
-
-QUIT, PAUSE = b"qQ\x03", b" "
 
 
 def add_to(verbs: SubParsers) -> None:
@@ -63,36 +58,6 @@ def execute(arguments: argparse.Namespace) -> int:
             live.update(picture, refresh=True)
             watched.obey(_key(keys, signal, arguments.interval_s))
     return Status.OK
-
-
-class Watched:
-    """A statistics file read again and again: as it is `now`, and what came `lately`.
-
-    A run that ended goes on being shown; a new one is taken up when its file is there.
-    """
-
-    def __init__(self, path: Path) -> None:
-        self._path = path
-        self.now: Statistics = read_statistics(path)
-        self.lately: Statistics = self.now
-        self.is_paused = False
-        self.is_wanted = True
-
-    def obey(self, key: bytes) -> None:
-        """Do what a key is for; then, or without one, read unless paused."""
-        self.is_wanted = key == b"" or key not in QUIT
-        self.is_paused ^= key == PAUSE
-        if not self.is_paused:
-            self.read()
-
-    def read(self) -> None:
-        """Read once more; a file that cannot be read just now leaves everything as it was."""
-        try:
-            later = read_statistics(self._path)
-        except StatisticsFileError:
-            return
-        self.lately = difference(later, self.now) if same_run(later, self.now) else later
-        self.now = later
 
 
 def _key(keys: int, signal: UntilSignal, timeout_s: float) -> bytes:

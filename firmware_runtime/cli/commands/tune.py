@@ -2,22 +2,19 @@
 
 import argparse
 import json
-from collections.abc import Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from firmware_runtime.board.registry import Board
 from firmware_runtime.cli.arguments import SubParsers, add_board, add_output, add_verb
 from firmware_runtime.cli.chosen_board import chosen_board
 from firmware_runtime.cli.commands.identify import add_since, identified_from
 from firmware_runtime.errors import ConfigError, Status
-from firmware_runtime.statistics.run_text import aligned
+from firmware_runtime.lab.tuning.tuning_text import tuned_document, tuned_lines
 from firmware_runtime.system.packages import module_of_extra
 from firmware_runtime.system.signals import exit_on_signals
 
 if TYPE_CHECKING:
-    from firmware_runtime.lab.tuning.loop import Gains, Margins
-    from firmware_runtime.lab.tuning.search import Tuned
     from firmware_runtime.lab.tuning.task import Task
 
 _ABOUT = """
@@ -68,11 +65,11 @@ def execute(arguments: argparse.Namespace) -> int:
         values = {key: getattr(tuned.gains, name) for name, key in keys.items()}
         file.write_copy(board, values, output)
     if arguments.json:
-        found = {**_as_json(board, keys, task, tuned), "warnings": doubts}
+        found = {**tuned_document(board, keys, task, tuned), "warnings": doubts}
         print(json.dumps(found, allow_nan=False))
     else:
         warnings = (f"warning: {each}" for each in doubts)
-        print("\n".join((*_lines(keys, task, tuned), *warnings)))
+        print("\n".join((*tuned_lines(keys, task, tuned), *warnings)))
     return Status.OK
 
 
@@ -92,49 +89,3 @@ def _task(arguments: argparse.Namespace, board: Board) -> "tuple[Task, list[str]
         plant, intervals, noise, doubts = stated
     task: Task = module.task_of(board, plant, intervals, noise)
     return task, doubts
-
-
-def _as_json(board: Board, keys: dict[str, str], task: "Task", tuned: "Tuned") -> dict[str, Any]:
-    plant = module_of_extra("firmware_runtime.lab.identification.plant", "tuning")
-    structure = "rotation" if board.plant is None else board.plant.structure
-    shipped, found = tuned.seen
-    return {
-        "board": board.name,
-        "plant": dict(zip(plant.KEYS[structure], task.body.plant.values, strict=True)),
-        "gains": {key: getattr(tuned.gains, name) for name, key in keys.items()},
-        "shipped": {key: getattr(task.shipped, name) for name, key in keys.items()},
-        "margins": _margins_json(tuned.margins),
-        "shipped_margins": _margins_json(tuned.shipped_margins),
-        "cost": {"shipped": shipped, "tuned": found},
-        "unseen": {
-            "runs": len(tuned.unseen),
-            "better": tuned.better,
-            "cost": {"shipped": _mean(tuned, 0), "tuned": _mean(tuned, 1)},
-        },
-    }
-
-
-def _margins_json(found: "Margins") -> dict[str, float | None]:
-    values = {"gain_db": found.gain_db, "phase_deg": found.phase_deg, "delay_s": found.delay_s}
-    return {key: value if abs(value) < float("inf") else None for key, value in values.items()}
-
-
-def _mean(tuned: "Tuned", place: int) -> float:
-    return sum(each[place] for each in tuned.unseen) / len(tuned.unseen)
-
-
-def _lines(keys: dict[str, str], task: "Task", tuned: "Tuned") -> Iterator[str]:
-    """Both sets of gains beside each other, and how they fare."""
-    rows: list[tuple[str, ...]] = [("", "shipped", "tuned")]
-    rows += [(key, *_both(task.shipped, tuned.gains, name)) for name, key in keys.items()]
-    before, after = tuned.shipped_margins, tuned.margins
-    rows.append(("gain margin, dB", f"{before.gain_db:.1f}", f"{after.gain_db:.1f}"))
-    rows.append(("phase margin, deg", f"{before.phase_deg:.0f}", f"{after.phase_deg:.0f}"))
-    rows.append(("cost, s2", *(f"{each:.3g}" for each in tuned.seen)))
-    rows.append(("cost of unseen runs, s2", f"{_mean(tuned, 0):.3g}", f"{_mean(tuned, 1):.3g}"))
-    yield from aligned(rows)
-    yield f"better in {tuned.better} of {len(tuned.unseen)} runs that were not searched on"
-
-
-def _both(shipped: "Gains", tuned: "Gains", name: str) -> tuple[str, str]:
-    return f"{getattr(shipped, name):.4g}", f"{getattr(tuned, name):.4g}"

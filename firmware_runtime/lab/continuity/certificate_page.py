@@ -21,7 +21,6 @@ from firmware_runtime.recording.blackbox.reader import Recording
 from firmware_runtime.recording.board_of_recording import board_of
 from firmware_runtime.recording.exports.typed_values import (
     Sent,
-    cells_of,
     model_of,
     ports_of,
     sections_between,
@@ -30,6 +29,7 @@ from firmware_runtime.recording.exports.typed_values import (
 from firmware_runtime.recording.replay.difference import Difference
 from firmware_runtime.statistics.json_values import plain
 from firmware_runtime.statistics.number_formats import milliseconds
+from firmware_runtime.statistics.value_table import cells_of
 from firmware_runtime.view.line_plot import (
     HALF_HEIGHT,
     HALF_WIDTH,

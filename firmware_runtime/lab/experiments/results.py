@@ -132,3 +132,22 @@ def write_series(series: Sequence[Outcome], board: str, folder: Path) -> list[st
     (folder / RESULTS).write_text(json.dumps(document, indent=1, allow_nan=False) + "\n")
     (folder / INDEX).write_text(index_page(board, series), "utf-8")
     return [RESULTS, INDEX]
+
+
+def series_lines(series: Sequence[Outcome]) -> Iterator[str]:
+    """Experiments that failed and those that were not run, then the findings of each."""
+    for each in series:
+        if each.fault is not None:
+            yield f"FAILED {each.name}: {each.fault}"
+    for each in series:
+        if each.not_run is not None:
+            yield f"NOT RUN {each.name}: {each.not_run}"
+    for each in series:
+        if each.findings is not None:
+            yield f"{each.name} ({each.experiment.figure or 'not published'})"
+            yield from (f"  {line}" for line in sentences_of(each))
+
+
+def sentences_of(outcome: Outcome) -> Sequence[str]:
+    """Return the sentences of its findings; none of one that failed or was not run."""
+    return () if outcome.findings is None else outcome.findings.sentences

@@ -21,7 +21,7 @@ from firmware_runtime.board.rigs import shown_by
 from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.coupled import Coupled, with_all_below
 from firmware_runtime.devs.time import SECOND
-from firmware_runtime.errors import ConfigError, FirmwareRuntimeError, did_you_mean, text_of
+from firmware_runtime.errors import ConfigError, FirmwareRuntimeError, expected_one_of, text_of
 from firmware_runtime.lab.experiments.curve_figures import step_response
 from firmware_runtime.lab.sweeps.plan import Sweep
 from firmware_runtime.recording.code import code_of, digest_of
@@ -92,8 +92,8 @@ def step_of(board: str, name: str) -> StepExperiment:
     if isinstance(found, StepExperiment):
         return found
     steps = [key for key, each in experiments.items() if isinstance(each, StepExperiment)]
-    expected = f"expected one of {', '.join(steps) or 'none'}{did_you_mean(name, steps)}"
-    raise ConfigError.of_one("--experiment", f"{name}: {board} has no such step; {expected}")
+    fault = f"{name}: {board} has no such step; {expected_one_of(name, steps)}"
+    raise ConfigError.of_one("--experiment", fault)
 
 
 def settings_of_row(sweep: Sweep, row: int) -> dict[str, object]:

@@ -12,7 +12,7 @@ import numpy as np
 from firmware_runtime.board.plants import PidLoop, Plant
 from firmware_runtime.board.registry import Board
 from firmware_runtime.board.retuning import retunable_values
-from firmware_runtime.errors import ConfigError, did_you_mean
+from firmware_runtime.errors import ConfigError, expected_one_of
 from firmware_runtime.lab.identification.plant import KEYS, PlantParameters, Structure
 from firmware_runtime.lab.identification.source import plant_of
 from firmware_runtime.lab.tuning.loop import Gains
@@ -176,8 +176,7 @@ def _by_hand(text: str, structure: Structure) -> PlantParameters:
     for each in text.split(","):
         key, _, value = each.partition("=")
         if key.strip() not in keys:
-            expected = f"expected one of {', '.join(keys)}{did_you_mean(key.strip(), keys)}"
-            faults.append(f"{key.strip()}: unknown key; {expected}")
+            faults.append(f"{key.strip()}: unknown key; {expected_one_of(key.strip(), keys)}")
             continue
         if key.strip() in stated:
             faults.append(f"{key.strip()}: stated twice; expected once")

@@ -169,9 +169,7 @@ def _signals(
         parts = tuple(name.removeprefix(port).split(".")[1:])
         signals.append(Signal(name, port, parts, udp_port))
         if not port:
-            faults.append(
-                f"--send {name}: no such output port; `firmware-runtime ports` lists them"
-            )
+            faults.append(f"--send {name}: no such output port; `show BOARD --ports` lists them")
     if len({signal.port for signal in signals}) > MOST_PORTS:
         faults.append(f"--send: more than {MOST_PORTS} output ports; expected fewer")
     if faults:

@@ -7,8 +7,8 @@ from typing import Any, Final, TypeAlias
 from msgspec import Raw, Struct
 from msgspec.json import decode
 
-from firmware_runtime.devs.component import Component, below_root
-from firmware_runtime.devs.coupled import with_all_below
+from firmware_runtime.devs.component import Component
+from firmware_runtime.devs.coupled import ports_below
 from firmware_runtime.devs.engine import Engine
 from firmware_runtime.devs.listening import Listening
 from firmware_runtime.devs.part import Part
@@ -57,11 +57,7 @@ class Ports:
     def __init__(self, root: Component) -> None:
         self.elsewhere: dict[str, str] = {}
         self.entries = {port.name: entry_of(port) for port in root.in_ports.values()}
-        self.outputs: dict[str, OutPort[Any]] = {
-            below_root(port.path): port
-            for component in with_all_below(root)
-            for port in component.out_ports.values()
-        }
+        self.outputs = ports_below(root)
 
     def of_part(self, part: Part, other: str) -> "Ports":
         """Return those of a part of this model; where it was cut is no port of it.
@@ -105,7 +101,7 @@ class Ports:
                 raise Refusal(
                     "no such output port",
                     where=path,
-                    expected="one that `firmware-runtime ports` shows"
+                    expected="one that `show BOARD --ports` shows"
                     f"{did_you_mean(path, self.outputs)}",
                 )
             found[path] = self.outputs[path]

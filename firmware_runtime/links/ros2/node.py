@@ -20,8 +20,7 @@ from rclpy.clock import Clock, ClockType
 from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
 
 from firmware_runtime.devs.time import SECOND
-from firmware_runtime.errors import FirmwareRuntimeError
-from firmware_runtime.links.control import ControlError
+from firmware_runtime.errors import ControlError, FirmwareRuntimeError
 from firmware_runtime.links.ros2.plan import Plan
 from firmware_runtime.links.ros2.run_end import RunEnd
 

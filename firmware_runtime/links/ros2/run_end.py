@@ -12,7 +12,8 @@ from time import monotonic_ns
 from typing import Final
 
 from firmware_runtime.devs.time import SECOND
-from firmware_runtime.links.control import ControlError, ask, post
+from firmware_runtime.errors import ControlError
+from firmware_runtime.links.control import ask, post
 from firmware_runtime.links.ports.datagrams import message_of
 from firmware_runtime.links.ports.desk import Answer
 from firmware_runtime.links.ports.robot_end import RobotEnd

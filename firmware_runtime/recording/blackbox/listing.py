@@ -5,6 +5,7 @@ of that run; without a reason it is the copy that grew with the run.
 """
 
 import re
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
@@ -16,7 +17,7 @@ from firmware_runtime.recording.blackbox.persistent_recordings import state_fold
 from firmware_runtime.recording.blackbox.reader import Recording, instants_in, read_recording
 from firmware_runtime.recording.blackbox.section import Kind, decode
 from firmware_runtime.statistics.file_header import RunState
-from firmware_runtime.statistics.number_formats import utc
+from firmware_runtime.statistics.number_formats import local, utc
 from firmware_runtime.statistics.paths import SUFFIX, Companion, directories
 from firmware_runtime.statistics.reader import read_statistics
 
@@ -171,3 +172,26 @@ def _is_under_way(recording: Recording) -> bool:
             return is_running and str(statistics.header.writer.pid) == pid
     is_last = path.suffix == Companion.RECORDING and pid.isdigit()
     return is_last and Path("/proc", pid).exists()
+
+
+def without_copies(rows: Sequence[Listed]) -> list[Listed]:
+    """Without the copies of runs that are still in memory."""
+    last = {each.run for each in rows if each.why == LAST}
+    return [each for each in rows if each.why != KEPT_RUN or each.run not in last]
+
+
+def table_of(rows: Sequence[Listed]) -> Iterator[str]:
+    """Yield a heading, and a line for each."""
+    width = max(len(each.name) for each in rows)
+    spans = f"{'FROM S':>9}  {'TO S':>9}  {'MIB':>6}"
+    yield f"{'NAME':{width}}  {spans}  {'END':8}  {'WHY':8}  {'BEGAN':28}  WHOLE"
+    for each in rows:
+        if each.fault is not None:
+            yield f"{each.name:{width}}  {each.fault}"
+            continue
+        whole = "yes" if not each.faults else f"no: {'; '.join(each.faults)}"
+        span = f"{each.begin / SECOND:9.3f}  {each.until / SECOND:9.3f}"
+        began = "-" if each.began is None else local(each.began)
+        size = f"{each.size / (1 << 20):6.1f}"
+        end = f"{each.end:8}  {each.why:8}  {began:28}"
+        yield f"{each.name:{width}}  {span}  {size}  {end}  {whole}"

@@ -74,9 +74,19 @@ def find_recording(run: str) -> Path:
         looked_in = dict.fromkeys(str(each.parent) for each in places(run))
         where = ", ".join((*looked_in, *map(str, kept_directories())))
         fault = f"no file, and no run of a board of this name has left a recording in {where}"
-        expected = "expected a recording's file, a board, or a name that `recordings` shows"
+        expected = "expected a recording's file, a board, or a name that `recordings list` shows"
         raise ConfigError.of_one(run, f"{fault}{not_looked_in()}; {expected}")
     return max(found, key=lambda path: path.stat().st_mtime_ns)
+
+
+def recording_beside_statistics(kept: Path) -> Path:
+    """The recording of the run with its statistics there. Raises ConfigError if it left none."""
+    path = recording_beside(kept)
+    if not path.is_file():
+        fault = f"no recording of the run beside {kept}"
+        expected = "expected one with recording.minutes over 0 in its board.toml"
+        raise ConfigError.of_one(str(path), f"{fault}; {expected}")
+    return path
 
 
 def kept_directory() -> Path:

@@ -8,19 +8,17 @@ field. `utc` is the date, where that is known.
 import csv
 import io
 from collections.abc import Iterable
-from typing import Any, Final, TypeAlias
+from typing import Any, Final
 
 from firmware_runtime.devs.time import SECOND
-from firmware_runtime.recording.exports.typed_values import Sent, cells_of
+from firmware_runtime.recording.exports.typed_values import Sent
 from firmware_runtime.statistics.json_values import plain
 from firmware_runtime.statistics.number_formats import NO_DATES, Dates, utc
+from firmware_runtime.statistics.value_table import Column, cells_of, number_of, wide_columns
 from firmware_runtime.system.packages import module_of_extra
 
 UTC: Final = "utc"
 LONG: Final = ("t_ns", "t_s", UTC, "port", "field", "value", "text")
-ALONE: Final = "value"
-"""The column of a value that has no fields."""
-Column: TypeAlias = list[Any]
 
 
 def long_table(sent: Iterable[Sent], dates: Dates = NO_DATES) -> dict[str, Column]:
@@ -36,16 +34,13 @@ def long_table(sent: Iterable[Sent], dates: Dates = NO_DATES) -> dict[str, Colum
 
 def wide_table(sent: Iterable[Sent], dates: Dates = NO_DATES) -> dict[str, Column]:
     """A row for each value of a port; a field that one has not is empty in its row."""
-    rows = [(each.at, dict(cells_of(plain(each.value)))) for each in sent]
-    names = dict.fromkeys(name for _, row in rows for name in row)
-    columns: dict[str, Column] = {
-        "t_ns": [at for at, _ in rows],
-        "t_s": [at / SECOND for at, _ in rows],
-        UTC: [dates.of(at) for at, _ in rows],
+    rows = list(sent)
+    return {
+        "t_ns": [each.at for each in rows],
+        "t_s": [each.at / SECOND for each in rows],
+        UTC: [dates.of(each.at) for each in rows],
+        **wide_columns(each.value for each in rows),
     }
-    for name in names:
-        columns[name or ALONE] = _of_one_kind([row.get(name) for _, row in rows])
-    return columns
 
 
 def csv_of(columns: dict[str, Column]) -> bytes:
@@ -80,29 +75,9 @@ def parquet_of(columns: dict[str, Column]) -> bytes:
 def _number_or_text(cell: object) -> tuple[float | None, str | None]:
     if cell is None:
         return None, None
-    number = _number(cell)
+    number = number_of(cell)
     return (None, str(cell)) if number is None else (number, None)
 
 
-def _number(cell: object) -> float | None:
-    if cell in {"nan", "inf", "-inf"} or isinstance(cell, int | float):
-        try:
-            return float(cell)
-        except OverflowError:  # a whole number beyond any float: as text
-            return None
-    return None
-
-
-def _of_one_kind(cells: Column) -> Column:
-    """As they are where all are of one kind; as numbers, or else as texts, where they are not."""
-    kinds = {type(each) for each in cells if each is not None}
-    if len(kinds) < 2 and float not in kinds:
-        return cells
-    numbers = [None if each is None else _number(each) for each in cells]
-    if all((number is None) == (cell is None) for number, cell in zip(numbers, cells, strict=True)):
-        return numbers
-    return [None if each is None else str(each) for each in cells]
-
-
-def _csv_cell(cell: object) -> object:
+def _csv_cell(cell: Any) -> Any:  # noqa: ANN401
     return str(cell).lower() if isinstance(cell, bool) else cell

@@ -4,8 +4,8 @@ A recording holds a named tuple as its items and a record as its fields; the por
 it was. Where it does not, such as for a port of any tuple, the value stays as it is recorded.
 """
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
-from typing import NamedTuple, TypeAlias
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any, NamedTuple, TypeAlias
 
 import msgspec
 
@@ -90,20 +90,7 @@ def passed(
         yield from values_in(section, header.ports, ports)
 
 
-def cells_of(value: object, name: str = "") -> Iterator[tuple[str, object]]:
-    """Fields of a value at any depth, such as `acceleration.0`; empty for a value that has none."""
-    parts: Iterable[tuple[object, object]] = ()
-    if isinstance(value, dict):
-        parts = value.items()
-    elif isinstance(value, list):
-        parts = enumerate(value)
-    else:
-        yield name, value
-    for key, each in parts:
-        yield from cells_of(each, f"{name}.{key}" if name else str(key))
-
-
-def typed(form: object, kind: object) -> object:
+def typed(form: Any, kind: Any) -> Any:  # noqa: ANN401 -- whatever a port carries
     """The value of this type that was recorded as `form`."""
     for each in (form, numbers_in(form)):
         try:

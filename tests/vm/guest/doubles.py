@@ -1,4 +1,4 @@
-"""`doubles usbip`, with an inertial sensor that samples at most 50 times a second.
+"""`doubles serve --usbip`, with an inertial sensor that samples at most 50 times a second.
 
 From power-up until a driver sets it otherwise an MPU-9250 takes 8000 samples a second. A PC's
 double keeps up with that. Under emulation it would not: each answer would come later than the last.
@@ -22,4 +22,4 @@ def unhurried(registers: bytearray) -> int:
 
 if __name__ == "__main__":
     mpu9250.sample_period = unhurried  # type: ignore[attr-defined]
-    sys.exit(main(["doubles", "usbip", *sys.argv[1:], *WORLDS[sys.argv[1]]]))
+    sys.exit(main(["doubles", "serve", "--usbip", *sys.argv[1:], *WORLDS[sys.argv[1]]]))

@@ -38,6 +38,7 @@ import msgspec
 from firmware_runtime.devs.component import below_root
 from firmware_runtime.devs.delivery import Delivery, FilledBags
 from firmware_runtime.devs.functions import Wrapped
+from firmware_runtime.devs.named import Named
 from firmware_runtime.devs.ports import InPort, OutPort, Owner, StandIn
 from firmware_runtime.recording.blackbox.state.attributes import attributes_of, written_classes
 from firmware_runtime.recording.blackbox.state.unkeepable import UnkeepableState
@@ -192,7 +193,7 @@ def _of_constant(thing: Thing, kind: type[Thing]) -> Iterator[tuple[str, Thing]]
         return chain([("", thing.func)], _of_constant(thing.args, tuple) or (), named)
     if isinstance(thing, weakref.ref):
         return iter((("", thing()),))
-    if isinstance(thing, types.MappingProxyType):
+    if isinstance(thing, types.MappingProxyType | Named):  # components, which no run changes
         return ((f"[{key!r:.40}]", each) for key, each in thing.items())
     if kind is memoryview:
         return iter((("", thing.obj),))

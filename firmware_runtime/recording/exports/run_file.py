@@ -1,0 +1,109 @@
+"""A recorded run as the content of a file for other programs, by the ending of its name."""
+
+import json
+import re
+from collections.abc import Collection, Iterator
+from typing import Final, NamedTuple
+
+from firmware_runtime.board.registry import Board
+from firmware_runtime.devs.senders import Senders
+from firmware_runtime.devs.time import SECOND
+from firmware_runtime.errors import ConfigError, StatisticsFileError, did_you_mean
+from firmware_runtime.recording.blackbox.listing import span_of
+from firmware_runtime.recording.blackbox.reader import Recording
+from firmware_runtime.recording.board_of_recording import board_of
+from firmware_runtime.recording.exports.mcap_file import mcap_of
+from firmware_runtime.recording.exports.observed_run import moments_of
+from firmware_runtime.recording.exports.perfetto import chrome_trace
+from firmware_runtime.recording.exports.table_file import csv_of, long_table, parquet_of, wide_table
+from firmware_runtime.recording.exports.typed_values import (
+    Sent,
+    entrance,
+    model_of,
+    passed,
+    sections_between,
+)
+from firmware_runtime.recording.replay.verdict import Stretch
+from firmware_runtime.statistics.late_watch import Late
+from firmware_runtime.statistics.number_formats import instant
+from firmware_runtime.statistics.paths import SUFFIX
+from firmware_runtime.statistics.reader import read_statistics
+from firmware_runtime.statistics.statistics import Statistics
+
+TABLES: Final = (".csv", ".parquet")
+_INCIDENT: Final = re.compile(r"-[a-z]+-\d+$")
+"""What follows the number of the run in the name of a piece that was collected."""
+
+
+def check_stretch(recording: Recording, stretch: Stretch) -> None:
+    """Raise ConfigError for a stretch that begins when the run is over."""
+    if (last := span_of(recording)[1]) < stretch.begin:
+        where, ends = f"--from {stretch.begin / SECOND:g}", f"the run ends at {last / SECOND:g} s"
+        raise ConfigError.of_one(where, ends, expected="an instant before")
+
+
+def mcap_content(recording: Recording, stretch: Stretch) -> bytes:
+    """Topics of ROS 2, other ports, transfers and markers as MCAP. Raises ConfigError."""
+    board = board_of(recording.header)
+    sections = sections_between(recording, stretch.begin, stretch.until)
+    return mcap_of(recording.header, board, sections, recording.dates())
+
+
+def table_content(recording: Recording, stretch: Stretch, port: str | None, ending: str) -> bytes:
+    """What left each port, or this one alone, as a table by that ending. Raises ConfigError."""
+    header = recording.header
+    board = board_of(header)
+    model = model_of(header, board)
+    sent = passed(recording, board, stretch.begin, stretch.until)
+    if port is None:
+        columns = long_table(sent, recording.dates())
+    else:
+        ports = [*header.ports, *map(entrance, model.in_ports)]
+        one = _of_port(sent, port, Senders(model).of(port), ports)
+        columns = wide_table(one, recording.dates())
+    return csv_of(columns) if ending == ".csv" else parquet_of(columns)
+
+
+class PerfettoTrace(NamedTuple):
+    """What ran when, for Perfetto, and what that is in a few words."""
+
+    content: bytes
+    said: str
+
+
+def perfetto_trace(
+    recording: Recording, stretch: Stretch, trigger: Late | None = None
+) -> PerfettoTrace:
+    """Run a stretch of a recording again, and note what ran when. Raises ConfigError."""
+    board: Board = board_of(recording.header)
+    steps = [each for each in moments_of(recording, board, stretch) if each.is_step]
+    trace = chrome_trace(board.name, steps, _statistics_of(recording), trigger)
+    functions = sum(len(each.ran) for each in steps)
+    first, end = (steps[0].begin, steps[-1].end) if steps else (0, 0)
+    passed = f"from {instant(first)} to {instant(end)}"
+    said = f"{len(steps)} steps, {functions} functions, {passed}"
+    return PerfettoTrace(json.dumps(trace, allow_nan=False).encode(), said)
+
+
+def _statistics_of(recording: Recording) -> Statistics | None:
+    """Of its run, beside it, or where they were collected; None if those are another run's."""
+    path = recording.path
+    stems = path.stem, _INCIDENT.sub("", path.stem)
+    for each in dict.fromkeys(path.with_name(f"{stem}{SUFFIX}") for stem in stems):
+        try:
+            statistics = read_statistics(each)
+        except StatisticsFileError:
+            continue
+        if recording.header.run.endswith(f"-{statistics.header.writer.pid}"):
+            return statistics
+    return None
+
+
+def _of_port(
+    sent: Iterator[Sent], port: str, senders: Collection[str], ports: list[str]
+) -> Iterator[Sent]:
+    """What passed one port. Raises ConfigError for one that the recording has not."""
+    if not set(senders) <= set(ports):
+        fault = f"{port!r}: no such port in the recording{did_you_mean(port, ports)}"
+        raise ConfigError.of_one("--port", fault, expected=f"one such as {ports[0]}")
+    return (each for each in sent if each.port in senders)
