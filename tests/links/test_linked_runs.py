@@ -11,7 +11,7 @@ from firmware_runtime.devs.time import SECOND
 from firmware_runtime.errors import Status
 from firmware_runtime.links.control import ask
 from firmware_runtime.links.key_file import write_key
-from sim_doubles.chips.pca9685_output import STEPS
+from sim_doubles.chips.pca9685_registers import STEPS
 from tests.support.linked_runs import free_port, linked
 from tests.support.virtual_detective import NEAR
 from tests.support.waiting import wait_until
