@@ -23,7 +23,6 @@ if TYPE_CHECKING:
     from firmware_runtime.devs.classic import ClassicSimulator
     from firmware_runtime.devs.component import Component
     from firmware_runtime.devs.coupled import Coupled
-    from firmware_runtime.devs.listening import Listening
     from firmware_runtime.devs.model_errors import (
         CouplingError,
         IllegitimateModel,
@@ -36,7 +35,7 @@ if TYPE_CHECKING:
         SentOutsideOutput,
         TimeAdvanceError,
     )
-    from firmware_runtime.devs.ports import InPort, OutPort
+    from firmware_runtime.devs.ports import InPort, Listening, OutPort
     from firmware_runtime.devs.simulator import Simulator
     from firmware_runtime.devs.time import (
         MICROSECOND,

@@ -32,6 +32,7 @@ from firmware_runtime.board.robot import Robot, declaring
 from firmware_runtime.board.roles import role_faults
 from firmware_runtime.board.settings import BoardSettings, LinkSettings, PortSettings
 from firmware_runtime.board.variants import drop_replaced
+from firmware_runtime.devs.collection import no_collection
 from firmware_runtime.devs.component import Component
 from firmware_runtime.errors import ConfigError, SettingError, suggested
 from firmware_runtime.hal.budget import BusLoad
@@ -238,7 +239,7 @@ def _assigned(assignments: Sequence[str]) -> set[str]:
 def _built(defined: BoardDefinition[Any], settings: BoardSettings, lines: Lines) -> Robot:
     """The robot that a package builds. Raises ConfigError for whatever goes wrong in it."""
     entry_point = entry_point_of(settings.board)
-    with blamed_on(entry_point, "build"):
+    with blamed_on(entry_point, "build"), no_collection():
         robot = defined.build(settings, lines)
     if not isinstance(robot, Robot):
         found = f"build returned {type(robot).__name__}"

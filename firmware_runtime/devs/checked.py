@@ -1,35 +1,33 @@
-"""The laws that the fast loops trust a model to keep, watched at every step.
+"""That an output function leaves its model's state alone: watched where that is asked for.
 
-That values are sent in output functions only, and of the port's type, is watched in virtual time
-unless it is switched off. That an output function leaves the state alone takes a copy of the state
-around every output, and is watched when asked for.
+It takes a copy of the state around every output. That values are sent in output functions only, and
+of the port's type, is seen to by the port itself, in virtual time unless it is switched off.
 """
 
 from collections.abc import Iterable, Iterator
 from itertools import chain
-from typing import Any, Protocol
+from typing import Protocol
 
 from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.component import Component
 from firmware_runtime.devs.functions import Functions, Wrapped
-from firmware_runtime.devs.model_errors import OutputChangedState, PortTypeError, SentOutsideOutput
-from firmware_runtime.devs.ports import AnyPort, InPort, OutPort, StandIn, carries
+from firmware_runtime.devs.model_errors import OutputChangedState
+from firmware_runtime.devs.ports import InPort, OutPort
 
 _DEPTH = 4
 """How deep the state is looked into; what lies below is taken as unchanged."""
 
 
-class Sending(Protocol):
-    """What the checks need of a simulator: the instant, and which model's output is under way."""
+class Stepping(Protocol):
+    """What the check needs of a simulator."""
 
     now: int
-    sending: int
 
 
 class StateCheck:
     """An instrument: an output function that changes its model's state is an error."""
 
-    def __init__(self, simulator: Sending) -> None:
+    def __init__(self, simulator: Stepping) -> None:
         self._simulator = simulator
 
     def __call__(self, atomic: Atomic, functions: Functions) -> Functions:
@@ -47,36 +45,6 @@ class StateCheck:
 
         rest = functions.internal, functions.external, functions.confluent
         return Wrapped(atomic, checked_output, *rest)
-
-
-class CheckedBag(StandIn[Any]):
-    """In the place of a port's bag: takes what its model's output sends, of the port's type."""
-
-    __slots__ = ("_entry", "_inner", "_kind", "_number", "_port", "_register", "_simulator")
-
-    def __init__(self, port: OutPort[Any], number: int, simulator: Sending) -> None:
-        inner = port.taken_over_by(self)
-        self._number = number
-        self._port, self._kind, self._simulator = port, port.type, simulator
-        self._inner, self._register, self._entry = inner.bag, inner.register, inner.entry
-
-    def append(self, value: object, /) -> None:
-        """Put one value into the bag. Raises SentOutsideOutput, PortTypeError."""
-        if self._simulator.sending != self._number:
-            fault = f"sent on port {self._port.name!r} outside its output function"
-            raise SentOutsideOutput(self._port.owner.path, self._simulator.now, fault)
-        if type(value) is not self._kind and not carries(self._kind, type(value)):
-            fault = wrong_type(self._port, value)
-            raise PortTypeError(self._port.owner.path, self._simulator.now, fault)
-        inner = self._inner
-        if not inner:
-            self._register.append(self._entry)
-        inner.append(value)
-
-
-def wrong_type(port: AnyPort, value: object) -> str:
-    """What is wrong with a value that a port does not carry."""
-    return f"port {port.name!r} carries {port.type.__name__}, not {value!r}"
 
 
 def snapshot(atomic: Atomic) -> dict[str, object]:

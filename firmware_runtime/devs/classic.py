@@ -19,18 +19,30 @@ Values injected from outside arrive first, before any imminent model is activate
 from bisect import bisect_left
 from collections import deque
 from collections.abc import Callable, Iterable, Sequence
-from functools import partial
 from typing import Any
 
 from firmware_runtime.devs.agenda import NO_MODEL
 from firmware_runtime.devs.component import Component
 from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.engine import Engine
+from firmware_runtime.devs.finite import check_of_all
 from firmware_runtime.devs.model_errors import ModelError, ModelFailure, SelectError
-from firmware_runtime.devs.ports import InPort, Owner, Relay
+from firmware_runtime.devs.ports import InPort, Owner
 from firmware_runtime.devs.time import NEVER
 from firmware_runtime.devs.wiring import Feed
 from firmware_runtime.errors import text_of
+
+
+class _Queue:
+    """In the place of a bag: puts each value behind those that were sent before."""
+
+    def __init__(self, end: InPort[Any], sent: deque[tuple[InPort[Any], object]]) -> None:
+        self._end = end
+        self._sent = sent
+
+    def append(self, value: object, /) -> None:
+        """Take one value."""
+        self._sent.append((self._end, value))
 
 
 class ClassicSimulator(Engine):
@@ -41,14 +53,11 @@ class ClassicSimulator(Engine):
         self._lineages = [self._lineage(atomic) for atomic in self.atomics]
         self._round = 0
         self._rounds = [0] * len(self.atomics)
-        for atomic in self.atomics:
-            for bag in atomic.in_ports.values():
-                bag.clear()
         for port, ends in feeds:
-            port.bag = Relay(partial(self._queue, ends))
-
-    def _queue(self, ends: Sequence[InPort[Any]], value: object) -> None:
-        self._sent.extend((end, value) for end in ends)
+            self._ends[port] = ends
+            queues = [_Queue(end, self._sent) for end in ends]
+            number = self._numbers.get(port.owner, NO_MODEL)
+            port.connect(self, number, queues, check_of_all(port, ends))
 
     def _work_off(self, at: int, imminent: list[int]) -> None:
         for number in imminent:
@@ -96,7 +105,7 @@ class ClassicSimulator(Engine):
     def _reschedule(self, number: int, at: int, imminent: list[int]) -> None:
         """Read the new time advance; `imminent` stays in order of declaration."""
         self.last_at[number] = at
-        sigma = self._models[number].sigma
+        sigma = self.atomics[number].sigma
         if type(sigma) is not int or sigma < 0:
             sigma = self._whole_time_advance(number)
         place = bisect_left(imminent, number)
@@ -106,7 +115,7 @@ class ClassicSimulator(Engine):
         elif sigma == 0 and not was_imminent:
             imminent.insert(place, number)
             self._rounds[number] = self._round
-        self._agenda.book(number, at + sigma if sigma > 0 else NEVER)
+        self.agenda.book(number, at + sigma if sigma > 0 else NEVER)
 
     # Select -------------------------------------------------------------------------------------
 

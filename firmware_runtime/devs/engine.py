@@ -7,19 +7,29 @@ from typing import Any, NoReturn, TypeVar
 
 from firmware_runtime.devs.agenda import NO_MODEL, Agenda
 from firmware_runtime.devs.atomic import Atomic
-from firmware_runtime.devs.checked import CheckedBag, StateCheck, wrong_type
+from firmware_runtime.devs.checked import StateCheck
+from firmware_runtime.devs.collection import no_collection
 from firmware_runtime.devs.component import Component
-from firmware_runtime.devs.finite import Refuse, sieved
+from firmware_runtime.devs.finite import Refuse, takes
 from firmware_runtime.devs.functions import Instrument, Wrapped, bind
-from firmware_runtime.devs.listening import Listener, Listening
 from firmware_runtime.devs.model_errors import (
     IllegitimateModel,
     ModelError,
     ModelFailure,
     PortTypeError,
+    SentOutsideOutput,
     TimeAdvanceError,
 )
-from firmware_runtime.devs.ports import AnyPort, InPort, OutPort, Owner, carries
+from firmware_runtime.devs.ports import (
+    AnyPort,
+    Bag,
+    InPort,
+    Listener,
+    Listening,
+    OutPort,
+    Owner,
+    carries,
+)
 from firmware_runtime.devs.time import NEVER, format_time, kept, whole
 from firmware_runtime.devs.wiring import Feed, Wiring, sources_of
 from firmware_runtime.errors import text_of
@@ -59,6 +69,17 @@ class Engine(ABC):
         self.internal_transitions = 0
         self.external_transitions = 0
         self._zero_time_limit = zero_time_limit
+        with no_collection():
+            self._flatten(root, checked, instruments)
+            self._initialize()
+
+    def _flatten(
+        self,
+        root: Component,
+        checked: bool | None,  # noqa: FBT001 -- handed on
+        instruments: Sequence[Instrument],
+    ) -> None:
+        """Number the atomics, connect their ports, and bind their functions."""
         wiring = Wiring(root)
         self.atomics = tuple(wiring.atomics)
         self._numbers: dict[Owner, int] = {
@@ -68,21 +89,25 @@ class Engine(ABC):
             entry: OutPort(root, entry.name, entry.type) for entry in root.in_ports.values()
         }
         self._injected: list[tuple[OutPort[Any], object]] = []
-        self._connect(sieved(self._feeds(wiring), self._refuse))
+        self._ends: dict[OutPort[Any], list[InPort[Any]]] = {}
+        """Of each port whose values are checked, the ports of atomics that these reach."""
         self.sending = NO_MODEL
         """The number of the model whose output function is under way: only it may send."""
+        for number, atomic in enumerate(self.atomics):
+            for bag in atomic.in_ports.values():
+                bag.clear()
+                bag.model = number
+        self._connect(self._feeds(wiring))
         if checked is not False:
-            for number, atomic in enumerate(self.atomics):
-                for port in atomic.out_ports.values():
-                    if port.leads_somewhere or checked:
-                        CheckedBag(port, number, self)
+            for port in self._out_ports():
+                if port.leads_somewhere or checked:
+                    port.check_sends()
         if checked:
             instruments = (*instruments, StateCheck(self))
         self._models, self.own_confluents = bind(self.atomics, instruments)
         self.last_at = [0] * len(self.atomics)
         """When each model had its last transition, by number."""
-        self._agenda = Agenda(len(self.atomics))
-        self._initialize()
+        self.agenda = Agenda(len(self.atomics))
 
     def _feeds(self, wiring: Wiring) -> Iterator[Feed]:
         """Where the atomics' output ports lead, and the entrances of the root's input ports."""
@@ -92,8 +117,11 @@ class Engine(ABC):
         for entry, entrance in self._entrances.items():
             yield entrance, [entry] if isinstance(self.root, Atomic) else wiring.ends(entry)
 
+    def _out_ports(self) -> Iterator[OutPort[Any]]:
+        return (port for atomic in self.atomics for port in atomic.out_ports.values())
+
     def _initialize(self) -> None:
-        number, book = 0, self._agenda.book
+        number, book = 0, self.agenda.book
         try:
             for number, atomic in enumerate(self.atomics):
                 atomic.initialize()
@@ -111,7 +139,7 @@ class Engine(ABC):
     @property
     def next_at(self) -> int:
         """The instant of the next internal event, or NEVER."""
-        return self._agenda.next_at()
+        return self.agenda.next_at()
 
     def inject(self, port: InPort[T], value: T) -> None:
         """Put one value into an input port of the root; it arrives with the next `advance`."""
@@ -124,14 +152,24 @@ class Engine(ABC):
             shown = getattr(port, "path", repr(port))
             raise ModelError(f"not an input port of {self.root.path}", where=shown)
         if not carries(port.type, type(value)):
-            raise PortTypeError(self.root.path, self.now, wrong_type(port, value))
+            raise PortTypeError(self.root.path, self.now, _wrong_type(port, value))
 
     def advance(self, at: int) -> None:
         """Work off instant `at`: inputs, and what is due. Not before `now`, not past `next_at`.
 
         An instant may be advanced to again, for inputs that arrive in the same nanosecond.
         """
-        next_at = self._agenda.next_at()
+        agenda = self.agenda
+        if agenda.heap[0][0] < at or not self.now <= at < NEVER:
+            self._check_instant(at)
+        self.visit = self.visit + 1 if at == self.now else 0
+        self.now = at
+        if self._injected:
+            self._send_injected()
+        self._work_off(at, agenda.take(at) if agenda.heap[0][0] == at else [])
+
+    def _check_instant(self, at: int) -> None:
+        next_at = self.agenda.next_at()  # which drops what is left behind
         if not (self.now <= at <= next_at and at < NEVER):
             raise ModelError(
                 f"cannot advance to {format_time(at)}",
@@ -139,12 +177,6 @@ class Engine(ABC):
                 expected=f"an instant from {format_time(self.now)} (now) to "
                 f"{format_time(next_at)} (next event)",
             )
-        self.visit = self.visit + 1 if at == self.now else 0
-        self.now = at
-        if self._injected:
-            self._send_injected()
-        if at < next_at or not self._run_alone(at):
-            self._work_off(at, self._agenda.take(at))
 
     def run(self, until: int) -> None:
         """Take every instant from `now` up to and including `until`, without waiting in between.
@@ -158,7 +190,7 @@ class Engine(ABC):
                 "not a duration",
                 where=self.root.path,
             )
-        next_at, take, work_off = self._agenda.next_at, self._agenda.take, self._work_off
+        next_at, take, work_off = self.agenda.next_at, self.agenda.take, self._work_off
         at, until = self.now, min(until, NEVER - 1)
         self.visit += 1
         self._send_injected()
@@ -166,13 +198,12 @@ class Engine(ABC):
             self.now = at
             work_off(at, take(at))
             self.visit = 0
-            self._run_alone(until)
             at = next_at()
 
     @property
     def booked_at(self) -> list[int]:
         """When each model's next internal event is due, by number; NEVER where none is."""
-        return self._agenda.due_at
+        return self.agenda.due_at
 
     def state(self) -> dict[str, Any]:
         """What it keeps between two advances, of plain values; the models have their own."""
@@ -187,11 +218,11 @@ class Engine(ABC):
         for name in _COUNTED:
             setattr(self, name, kept(state[name]))
         self.last_at[:] = map(kept, last_at)
-        self._agenda.restore([*map(kept, due_at)])
+        self.agenda.restore([*map(kept, due_at)])
 
     def due_at(self, atomic: Atomic) -> int:
         """The instant of the model's next internal event, or NEVER."""
-        return self._agenda.due_at[self._number(atomic)]
+        return self.agenda.due_at[self._number(atomic)]
 
     def postpone(self, atomic: Atomic, at: int) -> None:
         """Let the model hold its phase until the later instant `at`; `sigma` becomes as long."""
@@ -204,7 +235,7 @@ class Engine(ABC):
             )
         number = self._number(atomic)
         atomic.sigma = at - self.last_at[number]
-        self._agenda.book(number, at)
+        self.agenda.book(number, at)
 
     def listen(self, port: InPort[T] | OutPort[T], listener: Listener[T]) -> Listening:
         """Call `listener(now, value)` for all that leaves by an output port of any model.
@@ -218,10 +249,8 @@ class Engine(ABC):
             raise ModelError("expected a port to listen to", where=f"{port!r}")
         if not callable(listener):
             raise ModelError(f"listener {listener!r}: expected a function", where=port.path)
-        listening = Listening()
         senders = [self._sender(source) for source in sources_of(port, self._entrances)]
-        listening.begin(senders, listener, self._present)
-        return listening
+        return Listening(listener, senders)
 
     def exit(self) -> list[Exception]:
         """Call every model's `exit`, last declared first; return what they raised."""
@@ -256,15 +285,11 @@ class Engine(ABC):
 
     @abstractmethod
     def _connect(self, feeds: Iterable[Feed]) -> None:
-        """Empty all bags; let each output port feed its input ports."""
+        """Let each output port feed its input ports, whose bags are empty."""
 
     @abstractmethod
     def _work_off(self, at: int, imminent: list[int]) -> None:
         """Do everything that happens at instant `at`; `imminent` in order of declaration."""
-
-    def _run_alone(self, until: int) -> bool:  # noqa: ARG002 -- there need not be a shorter way
-        """Take instants by a shorter way, as long as there is one; return whether there was one."""
-        return False
 
     def _send_injected(self) -> None:
         """Send what was injected, now that it is the instant at which it arrives."""
@@ -284,12 +309,22 @@ class Engine(ABC):
             raise ModelError(f"not an atomic model in {self.root.path}", where=model.path)
         return self._numbers[model]
 
-    def _refuse(self, end: InPort[Any], value: object) -> None:
-        if self.on_refused is not None:
-            self.on_refused(end, value)
+    def refuse_sent(self, port: OutPort[Any], value: object) -> NoReturn:
+        """Raise SentOutsideOutput, or PortTypeError for what is sent in the output function."""
+        if self.sending != port.model:
+            fault = f"sent on port {port.name!r} outside its output function"
+            raise SentOutsideOutput(port.owner.path, self.now, fault)
+        raise PortTypeError(port.owner.path, self.now, _wrong_type(port, value))
 
-    def _present(self) -> int:
-        return self.now
+    def refuse(self, port: OutPort[Any], value: object) -> Sequence[Bag]:
+        """Report the ends of a port that do not take a value; return those that do."""
+        taking: list[Bag] = []
+        for end, bag in zip(self._ends[port], port.ends, strict=True):
+            if takes(end, value):
+                taking.append(bag)
+            elif self.on_refused is not None:
+                self.on_refused(end, value)
+        return taking
 
     def _whole_time_advance(self, number: int) -> int:
         """The model's time advance if it is a whole number of any type, from then on an `int`."""
@@ -320,3 +355,7 @@ class Engine(ABC):
         atomic = self.atomics[number]
         fault = f"raised {type(error).__name__} in phase {atomic.phase!r}: {text_of(error)}"
         return ModelFailure(atomic.path, self.now, fault)
+
+
+def _wrong_type(port: AnyPort, value: object) -> str:
+    return f"port {port.name!r} carries {port.type.__name__}, not {value!r}"

@@ -10,22 +10,16 @@ engine reports it, and the executive counts it as a fault of the model that miss
 Which wires carry floats is known when the couplings are resolved. On all others nothing is checked.
 """
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable
 from functools import cache, partial
-from itertools import groupby
 from math import isfinite
 from types import NoneType
 from typing import Any, Final, TypeAlias
 
-from firmware_runtime.devs.ports import InPort, OutPort, StandIn, Takes
-from firmware_runtime.devs.wiring import Ends, Feed
+from firmware_runtime.devs.ports import Check, InPort, OutPort, Takes
 
-Check: TypeAlias = Callable[[Any], bool]
-"""Returns whether a port takes a value. May raise TypeError for one of another type."""
 Refuse: TypeAlias = Callable[[InPort[Any], object], None]
 """Called with a port, and a value that is not delivered to it."""
-Way: TypeAlias = tuple[OutPort[Any], Check | None, Ends]
-"""A port that sends on into these, and the check that they share."""
 
 _WITHOUT_FLOATS: Final = frozenset({int, bool, str, bytes, NoneType})
 _NAMES_WITHOUT_FLOATS: Final = frozenset({"int", "bool", "str", "bytes", "None"})
@@ -51,8 +45,12 @@ def all_items(values: Iterable[object], are_sound: Check = isfinite) -> bool:
             if not are_sound(each):
                 return False
         elif kind is tuple:
-            if not _all_of(each, are_sound):  # type: ignore[arg-type]  # a tuple
-                return False
+            try:
+                if not all(map(are_sound, each)):  # type: ignore[call-overload]  # a tuple
+                    return False
+            except TypeError:  # not all of them are numbers
+                if not all_items(each, are_sound):  # type: ignore[arg-type]
+                    return False
         elif kind not in _WITHOUT_FLOATS and not all_numbers(each, are_sound):
             return False
     return True
@@ -75,55 +73,29 @@ def _check_for(kind: type[Any], takes: Takes) -> Check | None:
     return partial(all_numbers, are_sound=are_sound)
 
 
-class Sieve(StandIn[Any]):
-    """Stands in for the bags of an output port, of which some do not take every value."""
-
-    __slots__ = ("_refuse", "_ways")
-
-    def __init__(self, ways: list[Way], refuse: Refuse) -> None:
-        self._ways = ways
-        self._refuse = refuse
-
-    def append(self, value: object, /) -> None:
-        """Deliver a value on every way that takes it; report the ports of the others."""
-        for port, check, ends in self._ways:
-            try:
-                is_taken = check is None or check(value)
-            except TypeError:  # of another type than the port's: for the checked mode to find
-                is_taken = True
-            except OverflowError:  # a whole number beyond every float
-                is_taken = False
-            if is_taken:
-                port.send(value)
-            else:
-                for end in ends:
-                    self._refuse(end, value)
+def check_of_all(port: OutPort[Any], ends: Iterable[InPort[Any]]) -> Check | None:
+    """Return a check that is true of what all these ends of a port take; None if they take all."""
+    if issubclass(port.type, int):
+        return None
+    checks = {check for end in ends if (check := check_of(end)) is not None}
+    if len(checks) < 2:
+        return checks.pop() if checks else None
+    return lambda value: all(check(value) for check in checks)
 
 
-def sieved(feeds: Iterable[Feed], refuse: Refuse) -> Iterator[Feed]:
-    """Give the same feeds, with a sieve in each port that sends into one that checks."""
-    for port, ends in feeds:
-        if issubclass(port.type, int) or all(check_of(end) is None for end in ends):
-            yield port, ends
-            continue
-        ways: list[Way] = []
-        for _, group in groupby(ends, key=lambda end: (end.takes, end.type)):
-            some = [*group]
-            way = OutPort(port.owner, port.name, port.type)
-            ways.append((way, check_of(some[0]), some))
-            yield way, some
-        port.bag = Sieve(ways, refuse)
+def takes(end: InPort[Any], value: object) -> bool:
+    """Return whether a value gets into a bag."""
+    check = check_of(end)
+    try:
+        return check is None or check(value)
+    except TypeError:  # of another type than the port's: for the checked mode to find
+        return True
+    except OverflowError:  # a whole number beyond every float
+        return False
 
 
 def _is_number(value: float) -> bool:
     return value == value  # noqa: PLR0124 -- NaN alone is not
-
-
-def _all_of(values: tuple[Any, ...], are_sound: Check) -> bool:
-    try:
-        return all(map(are_sound, values))
-    except TypeError:  # not all of them are numbers
-        return all_items(values, are_sound)
 
 
 def _may_hold_floats(kind: type[Any]) -> bool:

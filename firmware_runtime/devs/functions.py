@@ -1,21 +1,45 @@
 """A model's functions as the simulator calls them, bound once, before the run.
 
-An `Instrument` may put something else in a model's place: the executive to measure time, the
-checked mode to watch the laws. A model without one, or whose instruments leave its functions as
-they are, is called as it is.
+An `Instrument` may put something else in a model's place: the checked mode to watch the laws, a
+debugger to stop. A model without one, or whose instruments leave its functions as they are, is
+called as it is.
+
+What is only to be noted needs no instrument: a `Laps` gets an entry for each function called.
 """
 
 from collections.abc import Callable, Sequence
-from typing import Protocol, TypeAlias
+from typing import Final, Protocol, TypeAlias
 
 from firmware_runtime.devs.atomic import Atomic
 
+OUTPUT: Final = 0
+INTERNAL: Final = 1
+EXTERNAL: Final = 2
+CONFLUENT: Final = 3
+INTERNAL_OF_BOTH: Final = 4
+"""Of a model whose confluent function is the default one: internal, then external."""
+EXTERNAL_OF_BOTH: Final = 5
+FUNCTIONS: Final = ("output", "internal", "external", "confluent", "internal", "external")
+"""Names of a model's functions, by these numbers."""
+
+
+class Laps:
+    """What a simulator notes of each function of a model as soon as it has returned.
+
+    `noted` has four entries for each: the model's number, the function's, what `read` returned, and
+    the time advance that a transition has left. Whoever reads them empties it before the next
+    advance. `read` is the source of a clock itself, so that no frame stands around it.
+    """
+
+    __slots__ = ("noted", "read")
+
+    def __init__(self, read: Callable[[], int]) -> None:
+        self.noted: list[int] = []
+        self.read = read
+
 
 class Functions(Protocol):
-    """What the simulator calls for a model, and reads after each transition.
-
-    `confluent` is None where it means internal, then external.
-    """
+    """What the simulator calls for a model; `confluent` is None for internal, then external."""
 
     @property
     def output(self) -> Callable[[], None]:
@@ -32,10 +56,6 @@ class Functions(Protocol):
     @property
     def confluent(self) -> Callable[[], None] | None:
         """Both at once."""
-
-    @property
-    def sigma(self) -> int:
-        """The model's time advance."""
 
 
 Instrument: TypeAlias = Callable[[Atomic, Functions], Functions]
@@ -63,11 +83,6 @@ class Wrapped:
         self.internal = internal
         self.external = external
         self.confluent = confluent
-
-    @property
-    def sigma(self) -> int:
-        """The model's time advance."""
-        return self.atomic.sigma
 
 
 def bind(

@@ -1,198 +1,247 @@
 """The simulator: Parallel DEVS on a flat model.
 
-How it works. `wiring` has turned the tree into a numbered list of atomics, and `delivery` has tied
-each output port to the bags its values end in. An instant is worked off in rounds:
+How it works. `wiring` has turned the tree into a numbered list of atomics, and each output port is
+connected to the bags its values end in. An instant is worked off in rounds:
 
-1. every imminent model's output function runs, in order of declaration; bags fill up;
-2. every imminent model has its internal transition, or its confluent one if its bags hold
-   something; then every other model that was reached has its external transition, each in order
-   of declaration;
+1. every imminent model's output function runs, in order of declaration; bags fill up, and the
+   number of each model that gets its first value joins those that are reached;
+2. every imminent model has its internal transition, or its confluent one if it was reached; then
+   every other model that was reached has its external transition, each in order of declaration;
 3. models whose new time advance is zero are the imminent ones of the next round at the same
    instant, without passing through the agenda; the others are booked there.
 
-`advance` takes one instant, `run` one after the other; both are quicker about those at which one
-model alone is imminent, the more so if it reaches no other. Waiting in between (none in virtual
-time, the executive's in real time) is not this module's business. Instants are integers, so
-simultaneity is equality.
+`advance` takes one instant, `run` one after the other. Waiting in between (none in virtual time,
+the executive's in real time) is not this module's business. Instants are integers, so simultaneity
+is equality.
 
-A round is written out in one function, with a loop for each of these: most rounds have one model
-or two, and calls between its parts would take as long as what they do. The loops recognise a zero
-time advance, the commonest, by identity: every zero is one object in CPython, and one that is not
-would still be right, only slower, through the agenda.
+A round's calls are written out in one function: each function of a model is called, noted if that
+is asked for (`functions.Laps`), and its bags are emptied. A zero time advance, the commonest, is
+recognised by identity: every zero is one object in CPython, and one that is not would still be
+right, only slower.
 """
 
-from collections.abc import Iterable
+from collections import defaultdict
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any
 
 from firmware_runtime.devs.agenda import NO_MODEL
-from firmware_runtime.devs.delivery import Delivery
-from firmware_runtime.devs.engine import Engine
+from firmware_runtime.devs.component import Component
+from firmware_runtime.devs.engine import ZERO_TIME_LIMIT, Engine
+from firmware_runtime.devs.finite import check_of_all
+from firmware_runtime.devs.functions import (
+    CONFLUENT,
+    EXTERNAL,
+    EXTERNAL_OF_BOTH,
+    INTERNAL,
+    INTERNAL_OF_BOTH,
+    OUTPUT,
+    Instrument,
+    Laps,
+)
 from firmware_runtime.devs.model_errors import ModelError
+from firmware_runtime.devs.ports import InPort
 from firmware_runtime.devs.time import NEVER, ZERO
-from firmware_runtime.devs.wiring import Feed
+from firmware_runtime.devs.wiring import Ends, Feed
+
+
+class Pool(list[Any]):
+    """The values that a round has brought for several bags, which the very same ports feed."""
+
+    def __init__(self, bags: Sequence[InPort[Any]], register: list[Any]) -> None:
+        super().__init__()
+        self.bags = bags
+        self.register = register
+        self.entry = self
+
+
+def pools(feeds: Sequence[Feed], register: list[Any]) -> list[Pool]:
+    """The pools worth having: where several ports feed the same several bags, each once.
+
+    As in layers of models coupled all to all. Each value then goes into one list, and not into all.
+    """
+    fed: defaultdict[InPort[Any], list[int]] = defaultdict(list)
+    if sum(len(ends) > 1 for _, ends in feeds) < 2:
+        return []
+    for number, (_, ends) in enumerate(feeds):
+        for end in ends:
+            fed[end].append(number)
+    alike: defaultdict[tuple[int, ...], list[InPort[Any]]] = defaultdict(list)
+    for bag, numbers in fed.items():
+        if 1 < len(numbers) == len(set(numbers)):
+            alike[tuple(numbers)].append(bag)
+    return [Pool(bags, register) for bags in alike.values() if len(bags) > 1]
+
+
+def _with(pool_of: Mapping[InPort[Any], Pool], ends: Ends) -> list[Any]:
+    """These ends, with each pool once in the place of its bags."""
+    return [
+        pool_of.get(end, end) for end in ends if end not in pool_of or end is pool_of[end].bags[0]
+    ]
 
 
 class Simulator(Engine):
-    """Runs a model as Parallel DEVS: bags, confluent transitions, all imminent models at once."""
+    """Runs a model as Parallel DEVS: bags, confluent transitions, all imminent models at once.
 
-    def _connect(self, feeds: Iterable[Feed]) -> None:
-        self._delivery = Delivery(self._numbers, feeds)
+    `laps` gets an entry for each function that was called.
+    """
 
-    def _initialize(self) -> None:
+    def __init__(
+        self,
+        root: Component,
+        *,
+        checked: bool | None = None,
+        instruments: Sequence[Instrument] = (),
+        zero_time_limit: int = ZERO_TIME_LIMIT,
+        laps: Laps | None = None,
+    ) -> None:
         self.round = 0
         """Which round of the present instant is under way, from 0; a listener may read it."""
-        self.involved: set[int] | None = None
-        """If set, gets the number of each model that is to have a transition, until cleared."""
-        super()._initialize()
-        agenda, delivery = self._agenda, self._delivery
-        bookings = self.last_at, agenda, agenda.due_at
-        functions = self._models, delivery.marks
-        used = delivery.used_fan_outs
-        self._transits = *functions, *bookings, self.own_confluents, delivery.pools, used
-        """What the transitions of a round begin with."""
+        self._laps = Laps(int) if laps is None else laps
+        self._noted = None if laps is None else laps.noted
+        self._reached: list[int] = []
+        self._filled: list[InPort[Any]] = []
+        self._pools: list[Pool] = []
+        super().__init__(
+            root, checked=checked, instruments=instruments, zero_time_limit=zero_time_limit
+        )
 
-    def _run_alone(self, until: int) -> bool:  # noqa: C901, PLR0912 -- written out, see above
-        """Take instants as long as one model alone is imminent; return whether there was one.
+    def _connect(self, feeds: Iterable[Feed]) -> None:
+        self._marks: list[list[Any]] = []
+        for number, atomic in enumerate(self.atomics):
+            bags = list(atomic.in_ports.values())
+            is_one = len(bags) == 1
+            for bag in bags:
+                bag.register, bag.entry = (self._reached, number) if is_one else (self._filled, bag)
+            self._marks.append(bags[0] if is_one else [])
+        feeds = list(feeds)
+        pool_of = {bag: pool for pool in pools(feeds, self._pools) for bag in pool.bags}
+        for port, ends in feeds:
+            check = check_of_all(port, ends)
+            if check is not None:
+                self._ends[port] = ends
+            number = self._numbers.get(port.owner, NO_MODEL)
+            port.connect(self, number, ends if not pool_of else _with(pool_of, ends), check)
 
-        Such an instant needs no sorting, and, if the model reaches no other, no rounds: its pair in
-        the agenda is replaced. With values injected and not yet delivered there is none.
-        """
-        agenda, models, last, involved = self._agenda, self._models, self.last_at, self.involved
-        reached, alone_at, rebook = self._delivery.reached, agenda.alone_at, agenda.rebook_first
-        if reached:
-            return False
-        taken, number, transitions = False, NO_MODEL, 0
+    def _work_off(  # noqa: C901, PLR0912, PLR0915 -- in one frame, see above
+        self, at: int, imminent: list[int]
+    ) -> None:
+        atomics, models, marks = self.atomics, self._models, self._marks
+        noted, read = self._noted, self._laps.read
+        reached, confluents, last_at = self._reached, self.own_confluents, self.last_at
+        book = self.agenda.book
+        number = self.round = NO_MODEL
         try:
-            while True:  # CPython 3.11 would not specialize a loop with a condition here
-                number = alone_at(until)
-                if number == NO_MODEL:
-                    return taken
-                taken = True
-                at = self.now = agenda.due_at[number]
-                model = models[number]
-                self.sending = number
-                model.output()
-                self.sending = NO_MODEL
-                if reached:
-                    imminent = agenda.take_first(number)
-                    self._work_off(at, self._transit(at, imminent, reached), rounds=1)
-                    if at == until:  # as it is for `advance`
-                        return True
-                else:
-                    if involved is not None:
-                        involved.add(number)
-                    model.internal()
-                    last[number] = at
-                    transitions += 1
-                    sigma = model.sigma
-                    if type(sigma) is not int or sigma < 0:
-                        sigma = self._whole_time_advance(number)
-                    if sigma > 0:
-                        rebook(number, at + sigma)
-                    else:
-                        self._work_off(at, agenda.take_first(number), rounds=1)
-        except ModelError:
-            raise
-        except Exception as error:
-            raise self._failure(number, error) from error
-        finally:
-            self.internal_transitions += transitions
-
-    def _work_off(self, at: int, imminent: list[int], rounds: int = 0) -> None:
-        reached, models, number = self._delivery.reached, self._models, NO_MODEL
-        try:
-            while imminent or reached:
-                if rounds == self._zero_time_limit:
+            while imminent or reached or self._filled or self._pools:
+                self.round += 1
+                if self.round == self._zero_time_limit:
                     self._refuse_endless_loop(imminent)
-                self.round = rounds
-                rounds += 1
+                following: list[int] = []
                 for number in imminent:
                     self.sending = number
                     models[number].output()
+                    if noted is not None:
+                        noted += number, OUTPUT, read(), 0
                 self.sending = NO_MODEL
-                imminent = self._transit(at, imminent, reached)
+                if self._pools or self._filled:
+                    self._fill()
+                self.internal_transitions += len(imminent)
+                for number in imminent:
+                    model, mark = models[number], marks[number]
+                    if not mark:
+                        model.internal()
+                        function = INTERNAL
+                    elif confluents and number in confluents:
+                        confluents[number]()
+                        function = CONFLUENT
+                    else:
+                        model.internal()
+                        if noted is not None:
+                            noted += number, INTERNAL_OF_BOTH, read(), atomics[number].sigma
+                        model.external(0)
+                        function = EXTERNAL_OF_BOTH
+                    if mark:
+                        mark.clear()
+                    last_at[number] = at
+                    sigma = atomics[number].sigma
+                    if noted is not None:
+                        noted += number, function, read(), sigma
+                    if sigma is ZERO:
+                        following.append(number)
+                    elif sigma is NEVER:
+                        pass
+                    elif type(sigma) is int and sigma > 0:
+                        book(number, at + sigma)
+                    else:
+                        self._book_oddly_typed(number, at, following)
+                if reached:
+                    self._read_input(at, following)
+                imminent = following
         except ModelError:
             raise
         except Exception as error:
             raise self._failure(number, error) from error
         self.round = 0
 
-    def _transit(  # noqa: C901, PLR0912, PLR0915 -- written out, see above
-        self, at: int, imminent: list[int], reached: list[int]
-    ) -> list[int]:
-        """The transitions of a round; returns the imminent models of the next, in order."""
-        models, marks, last, agenda, due_at, own_confluents, pools, used = self._transits
-        if pools:
-            self._delivery.pour()
-        if self.involved is not None:
-            self.involved.update(imminent, reached)
-        self.internal_transitions += len(imminent)
+    def _read_input(self, at: int, following: list[int]) -> None:
+        """Call the external transitions of a round; those imminent at once join `following`."""
+        atomics, models, marks = self.atomics, self._models, self._marks
+        noted, read, book = self._noted, self._laps.read, self.agenda.book
+        reached, last_at, due_at, number = self._reached, self.last_at, self.agenda.due_at, NO_MODEL
         self.external_transitions += len(reached)
-        following: list[int] = []
-        number = unreached = 0
+        reached.sort()
         try:
-            for number in imminent:  # internal and confluent transitions
-                model, mark = models[number], marks[number]
-                if not mark:
-                    unreached += 1
-                    model.internal()
-                else:
-                    if own_confluents and number in own_confluents:
-                        own_confluents[number]()
-                    else:
-                        model.internal()
-                        model.external(0)
-                    mark.clear()
-                last[number] = at
-                sigma = model.sigma
+            for number in reached:
+                mark = marks[number]
+                if not mark:  # it was confluent
+                    continue
+                models[number].external(at - last_at[number])
+                mark.clear()
+                last_at[number] = at
+                sigma = atomics[number].sigma
+                if noted is not None:
+                    noted += number, EXTERNAL, read(), sigma
                 if sigma is ZERO:
+                    due_at[number] = NEVER
                     following.append(number)
                 elif sigma is NEVER:
-                    pass
-                elif type(sigma) is not int or sigma < 0:
-                    self._book_oddly_typed(number, at, following)
+                    due_at[number] = NEVER
+                elif type(sigma) is int and sigma > 0:
+                    book(number, at + sigma)
                 else:
-                    due = at + sigma
-                    if due == agenda.open_at:  # as `book` would, without the call
-                        due_at[number] = due
-                        agenda.open.append(number)
-                    else:
-                        agenda.book(number, due)
-            if len(imminent) - unreached < len(reached):  # else all of them were confluent
-                if len(reached) > 1:
-                    reached.sort()
-                for number in reached:  # external transitions
-                    model, mark = models[number], marks[number]
-                    if not mark:  # it was confluent
-                        continue
-                    model.external(at - last[number])
-                    mark.clear()
-                    last[number] = at
-                    sigma = model.sigma
-                    if sigma is ZERO:
-                        due_at[number] = NEVER
-                        following.append(number)
-                    elif sigma is NEVER:
-                        due_at[number] = NEVER
-                    elif type(sigma) is not int or sigma < 0:
-                        self._book_oddly_typed(number, at, following)
-                    else:
-                        agenda.book(number, at + sigma)
-                if len(following) > 1:
-                    following.sort()
-            reached.clear()
-            if used:
-                self._delivery.release()
+                    self._book_oddly_typed(number, at, following)
         except ModelError:
             raise
         except Exception as error:
             raise self._failure(number, error) from error
-        return following
+        reached.clear()
+        following.sort()
+        for bag in self._filled:
+            bag.clear()
+        self._filled.clear()
+
+    def _fill(self) -> None:
+        """Pour pools into their bags; mark models that have several bags, and some of them filled.
+
+        So a model's mark is true while it has input, and it is in `_reached` once.
+        """
+        for pool in self._pools:
+            for bag in pool.bags:
+                if not bag:
+                    bag.register.append(bag.entry)
+                bag.extend(pool)
+            pool.clear()
+        self._pools.clear()
+        for bag in self._filled:
+            mark = self._marks[bag.model]
+            if not mark:
+                self._reached.append(bag.model)
+            mark.append(bag)
 
     def _book_oddly_typed(self, number: int, at: int, following: list[int]) -> None:
-        """What both loops do with a time advance that is no `int`, such as one of numpy's."""
+        """Book a model whose time advance is no `int`, such as one of numpy's."""
         sigma = self._whole_time_advance(number)
         if sigma > 0:
-            self._agenda.book(number, at + sigma)
+            self.agenda.book(number, at + sigma)
         else:
-            self._agenda.due_at[number] = NEVER
+            self.agenda.due_at[number] = NEVER
             following.append(number)

@@ -1,11 +1,12 @@
 """The account of one model: what became of each of its activations, in counters and histograms.
 
-During the run the account stands in the model's place: the simulator calls it, it calls the model,
-times the call, and notes what the model has booked. That is one frame around a
-model's function, written out for each, and the only one.
+When a step is over, each model that took part in it gets its transitions, in order, with what the
+clock said and what the model had booked by then (`accounting`), and settles its account. During the
+step nothing stands between the simulator and the model.
 
-What an activation is, and when it is due, is the business of the two kinds of account
-(`periodic_account`, `event_account`). Exactly one thing becomes of an activation that is due
+What an activation is, and when it is due, is the business of the two kinds of account:
+`EventAccount` is of a model without a period, `periodic_account` of one with a period. Exactly one
+thing becomes of an activation that is due
 
 - run: the internal or confluent transition of that instant was completed, on time or late;
 - skipped: it was due, and dropped, by the policy, by the end of the run or by the model itself;
@@ -26,118 +27,81 @@ skips that no activation on time interrupts: one stall is one episode, whatever 
 """
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable
+from collections.abc import Iterable
 from functools import partial
 from struct import Struct
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from firmware_runtime.devs.atomic import Atomic
-from firmware_runtime.devs.functions import Functions
-from firmware_runtime.devs.time import NEVER, kept, whole
+from firmware_runtime.devs.functions import EXTERNAL, INTERNAL_OF_BOTH
+from firmware_runtime.devs.time import NEVER, kept
 from firmware_runtime.executive.policy import ActivationPolicy
 from firmware_runtime.executive.step import Step
 from firmware_runtime.statistics.histogram import Cells, Histogram, empty_cells
 from firmware_runtime.statistics.layout import MODEL, Layout
 
+if TYPE_CHECKING:
+    from firmware_runtime.executive.deadlines import DeadlineWatch
+
 _BY_ACTIVATION = MODEL.index("is_in_period") + 1
 _COUNTERS = Struct(f"{_BY_ACTIVATION}q")
 """What changes with each activation: packed at once, which costs little more than one counter."""
-NOTHING, TOOK_PART, RAN = range(3)
-"""What a step has left to count, of one model: that it took part, or that an activation ran."""
-_IRREGULAR, RETURNED, REACTIONS = map(MODEL.index, ("irregular", "returned_ns", "reactions"))
+_IRREGULAR, _RETURNED, _REACTIONS = map(MODEL.index, ("irregular", "returned_ns", "reactions"))
 
 
 class ModelAccount(ABC):
-    """Stands in one model's place during a step, and counts after it.
+    """Counts one model's activations after each step.
 
     `number` is the model's place among the step's own times and among the file's models; `due`
     is the deadline of the next activation, NEVER if none is planned, and `booked` the instant of
     the model's next event. It `is_in_period` while phases of the activation before are
-    still to come. During a step `noted` and the like say what happened; `settle` moves it
-    into the cells. Of the episode under way, or the last one, there is the latest activation, ns,
+    still to come. Of the episode under way, or the last one, there is the latest activation, ns,
     how many were missed, and the `cause` of the first overrun, as the ledger found it.
-    `answers` are called when the model has read input: deadlines that end with it. `sigma` is the
-    model's time advance after its last transition.
+
+    In a step `follow` is called for each transition, then `count` once. `answers` are the deadlines
+    that end with it.
     """
 
     __slots__ = (  # more attributes than an instance without slots finds quickly
-        "_call_external",
-        "_call_internal",
-        "_call_output",
-        "_last_late",
-        "_now",
-        "_pack",
-        "_step",
-        "answers",
-        "atomic",
-        "booked",
-        "cause",
-        "cells",
-        "coalesced",
-        "confluent",
-        "due",
-        "episodes",
-        "in_episode",
-        "irregular",
-        "is_in_period",
-        "late_by",
-        "lateness",
-        "latest_in_episode",
-        "missed_in_episode",
-        "noted",
-        "number",
-        "overruns",
-        "own_time",
-        "path",
-        "policy",
-        "reactions",
-        "run",
-        "sigma",
-        "skipped",
-        "stop_after",
-        "tolerance",
+        *("_last_late", "_pack", "_step", "answers", "atomic", "booked", "cause", "cells"),
+        *("coalesced", "due", "episodes", "has_run", "in_episode", "irregular", "is_plain"),
+        *("is_in_period", "late_by", "lateness", "latest_in_episode", "missed_in_episode"),
+        *("number", "overruns", "own_time", "path", "policy", "put_off", "reactions", "run"),
+        *("skipped", "stop_after", "tolerance", "written_due"),
     )
     kind: str
     period: int = NEVER
     kept: tuple[str, ...] = (
-        *("due", "booked", "lateness", "noted", "run", "skipped", "coalesced", "overruns"),
-        *("episodes", "irregular", "reactions", "sigma", "_last_late", "in_episode"),
+        *("due", "booked", "lateness", "run", "skipped", "coalesced", "overruns"),
+        *("episodes", "irregular", "reactions", "_last_late", "in_episode"),
         *("is_in_period", "latest_in_episode", "missed_in_episode"),
     )
     """What `state` has of it; a cause is the system's, and a replay has none."""
 
     def __init__(
-        self,
-        atomic: Atomic,
-        functions: Functions,
-        step: Step,
-        policy: ActivationPolicy,
-        tolerance: int,
+        self, atomic: Atomic, step: Step, policy: ActivationPolicy, tolerance: int
     ) -> None:
         self.atomic = atomic
         self.number = number = step.join(atomic)
         self.path = step.paths[number]
-        self.sigma = NEVER
-        self.answers: tuple[Callable[[], None], ...] = ()
-        self.confluent: Callable[[], None] | None = functions.confluent
-        self._call_output = functions.output
-        self._call_internal = functions.internal
-        self._call_external = functions.external
+        self.answers: tuple[DeadlineWatch, ...] = ()
+        self.is_plain = self.period == NEVER
+        """Whether no transition counts by itself, unless it was due: without period and answers."""
         self._step = step
-        self._now = step.now
         self.policy = policy
         self.tolerance = tolerance
         self.stop_after = policy.stop_after()
-        self._clear()
-
-    def _clear(self) -> None:
-        """Nothing is booked and nothing has happened."""
         self.due = self.booked = NEVER
         self.lateness = 0
-        self.noted = NOTHING
+        self.has_run = False
+        """Whether an activation has run in the step that is settled."""
         self.run = 0
         self.skipped = 0
         self.coalesced = 0
+        self.written_due = 0
+        """The deadline in the file; 0 where it may hold something else that has changed."""
+        self.put_off = NEVER
+        """A deadline that has passed, while an input from before it is answered in zero time."""
         self.overruns = 0
         self.episodes = 0
         self.irregular = 0
@@ -176,41 +140,22 @@ class ModelAccount(ABC):
             setattr(self, name, kept(state[name]))
         self.cells.cast("B")[:] = state["cells"]
 
-    # In the model's place, during a step ---------------------------------------------------------
-
-    def output(self) -> None:
-        """Have the model send."""
-        step, number = self._step, self.number
-        begun = step.began_at[number] = step.lap
-        send, now = self._call_output, self._now  # as locals, which CPython calls sooner
-        send()
-        ended = step.lap = now()
-        step.own_times[number] += ended - begun
-
     @abstractmethod
-    def internal(self) -> None:
-        """Have the model make its internal transition."""
+    def follow(  # noqa: PLR0913, PLR0917 -- what is known of it
+        self, function: int, at: int, begun: int, ended: int, began_at: int, sigma: int
+    ) -> None:
+        """See what a transition was, and what it has booked.
 
-    @abstractmethod
-    def external(self, elapsed: int) -> None:
-        """Have the model read its input, `elapsed` ns after its last transition."""
-
-    def _plain_time_advance(self) -> int:
-        """The model's time advance as an `int`, from now on, if it is whole and of another type.
-
-        One that is no whole number is refused by the simulator, next; until then it counts as zero.
+        `function` (`devs.functions`) was called at `begun` and had returned at `ended`; the output
+        function before it began at `began_at`; the model's time advance is `sigma` from then on.
         """
-        sigma = whole(self.atomic.sigma)
-        if sigma is None:
-            return 0
-        self.atomic.sigma = self.sigma = sigma
-        return sigma
-
-    # After it -----------------------------------------------------------------------------------
 
     @abstractmethod
-    def settle(self, at: int, own_time: int) -> bool:
-        """Count what the step at instant `at` has left; return whether an activation ran."""
+    def count(self, step: Step, samples: list[Any]) -> None:
+        """Count what the step has left.
+
+        `samples` gets histograms and values to be recorded in them, in turns.
+        """
 
     @abstractmethod
     def end(self, now: int) -> None:
@@ -235,11 +180,11 @@ class ModelAccount(ABC):
         self._open_episode()
         self.missed_in_episode += activations
 
-    def count_run(self, at: int) -> None:
+    def count_run(self, at: int, samples: list[Any]) -> None:
         """Count an activation that ran in the step at instant `at`."""
         self.run += 1
         lateness = self.lateness
-        self.late_by.record(lateness)
+        samples += self.late_by, lateness
         if lateness <= self.tolerance:
             self.in_episode = False
         else:
@@ -263,10 +208,10 @@ class ModelAccount(ABC):
             self.is_in_period,
         )
 
-    def count_irregular(self, returned: int) -> None:
+    def _count_irregular(self, returned: int) -> None:
         """Count a return at another time than the period says, ns after the activation before."""
         self.irregular = self.cells[_IRREGULAR] = self.irregular + 1
-        self.cells[RETURNED] = returned
+        self.cells[_RETURNED] = returned
 
     def _open_episode(self) -> None:
         """Start an episode, unless one is under way."""
@@ -275,3 +220,82 @@ class ModelAccount(ABC):
             self.episodes += 1
             self.latest_in_episode = self.missed_in_episode = 0
             self.cause = ""
+
+
+class EventAccount(ModelAccount):
+    """Counts the booked events of a model without a period, and its reactions.
+
+    Its activations are its events: instants booked ahead of time, by a positive time advance. That
+    instant is the deadline. A booking that an input moves before it is due never was one, and one
+    that still stands after an input was answered in zero time has not been moved. What a model does
+    without having booked it, answering an input at the input's own instant, is a reaction: it has
+    no deadline of its own, so no lateness either, but its own time counts.
+    """
+
+    __slots__ = ()
+    kind = "event"
+    kept = (*ModelAccount.kept, "written_due", "put_off")
+
+    def follow(  # noqa: PLR0913, PLR0917 -- as it says
+        self,
+        function: int,
+        at: int,
+        begun: int,
+        ended: int,  # noqa: ARG002 -- as of the other kind
+        began_at: int,
+        sigma: int,
+    ) -> None:
+        """See what a transition was, and what it has booked."""
+        if function == INTERNAL_OF_BOTH:  # what it books then, its external one replaces
+            return
+        booked = self.due
+        self.due = at + sigma if 0 < sigma < NEVER else NEVER
+        if function == EXTERNAL:
+            if booked <= begun and booked != self.due:
+                self.replan(booked, sigma)
+            return
+        if booked == at:
+            self.has_run = True
+            self.lateness = began_at - at
+        if self.put_off != NEVER:
+            self.replan(self.put_off, sigma)
+
+    def count(self, step: Step, samples: list[Any]) -> None:
+        """Count what the step has left."""
+        count_events([self], step, samples)
+
+    def end(self, now: int) -> None:
+        """Count what is due at `now` as skipped: the run is over."""
+        if min(self.due, self.put_off) <= now:
+            self.skip(1)
+        self.due = NEVER
+        self.write()
+
+    def replan(self, passed: int, sigma: int) -> None:
+        """An input from before a deadline that has passed has the model book, or go on at once."""
+        if sigma == 0:
+            self.put_off = passed
+        else:
+            if passed != self.due:
+                self.coalesced += 1
+            self.put_off, self.written_due = NEVER, 0
+
+
+def count_events(accounts: Iterable[ModelAccount], step: Step, samples: list[Any]) -> None:
+    """Count what a step has left of models without a period, all in one frame.
+
+    `samples` gets histograms and values to be recorded in them, in turns.
+    """
+    own_times = step.own_times
+    for account in accounts:
+        if account.period != NEVER:
+            continue
+        samples += account.own_time, own_times[account.number]
+        if account.has_run:
+            account.count_run(step.at, samples)
+        else:
+            account.reactions = account.cells[_REACTIONS] = account.reactions + 1
+            if account.due == account.written_due:
+                continue
+        account.write()
+        account.written_due = account.due

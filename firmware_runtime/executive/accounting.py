@@ -8,21 +8,20 @@ are further ones dropped.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
+from typing import Any
 
 from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.component import below_root
-from firmware_runtime.devs.functions import Functions
+from firmware_runtime.devs.functions import OUTPUT
 from firmware_runtime.devs.simulator import Simulator
-from firmware_runtime.devs.time import MICROSECOND, MILLISECOND, NEVER
+from firmware_runtime.devs.time import MICROSECOND, MILLISECOND, NEVER, whole
 from firmware_runtime.errors import ConfigError
-from firmware_runtime.executive.account import ModelAccount
-from firmware_runtime.executive.event_account import EventAccount
+from firmware_runtime.executive.account import EventAccount, ModelAccount, count_events
+from firmware_runtime.executive.deadlines import READS_INPUT, DeadlineWatch
 from firmware_runtime.executive.fault_log import FaultLog
 from firmware_runtime.executive.periodic_account import PeriodicAccount
 from firmware_runtime.executive.policy import SKIP, ActivationPolicy
 from firmware_runtime.executive.step import Step
-from firmware_runtime.executive.untimed_account import UntimedEventAccount
-from firmware_runtime.executive.untimed_periodic_account import UntimedPeriodicAccount
 from firmware_runtime.statistics.histogram import Cells
 from firmware_runtime.statistics.layout import Layout
 
@@ -31,18 +30,16 @@ EVENT_TOLERANCE = MILLISECOND
 
 
 def open_account(
-    atomic: Atomic, functions: Functions, step: Step, policies: Mapping[str, ActivationPolicy]
+    atomic: Atomic, step: Step, policies: Mapping[str, ActivationPolicy]
 ) -> ModelAccount:
-    """The account that stands in a model's place. Raises ConfigError for a period that is none."""
+    """The account of a model. Raises ConfigError for a period that is none."""
     path = below_root(atomic.path)
     if type(atomic.period) is not int or atomic.period <= 0:
         fault = f"period of {path} is {atomic.period!r}; expected whole ns, more than 0, or NEVER"
         raise ConfigError(path, [fault])
     if atomic.period == NEVER:
-        kind = EventAccount if step.takes_time else UntimedEventAccount
-        return kind(atomic, functions, step, SKIP, EVENT_TOLERANCE)
-    periodic = PeriodicAccount if step.takes_time else UntimedPeriodicAccount
-    return periodic(atomic, functions, step, policies.get(path, SKIP))
+        return EventAccount(atomic, step, SKIP, EVENT_TOLERANCE)
+    return PeriodicAccount(atomic, step, policies.get(path, SKIP))
 
 
 class Accounting:
@@ -51,24 +48,22 @@ class Accounting:
     `overrun` says why the run must stop; it is empty until a policy demands it.
     """
 
-    def __init__(self, step: Step, accounts: Sequence[ModelAccount], simulator: Simulator) -> None:
-        self.accounts = accounts
-        self.periodic = [each for each in accounts if isinstance(each, PeriodicAccount)]
+    def __init__(
+        self, step: Step, simulator: Simulator, policies: Mapping[str, ActivationPolicy]
+    ) -> None:
+        self.accounts: list[ModelAccount] = [
+            open_account(atomic, step, policies) for atomic in simulator.atomics
+        ]
+        self.periodic = [each for each in self.accounts if isinstance(each, PeriodicAccount)]
+        self.watches: Sequence[DeadlineWatch] = ()
         self.overrun = ""
         self._step = step
-        self._stopping = [each for each in accounts if each.stop_after != NEVER]
+        self._stopping = [each for each in self.accounts if each.stop_after != NEVER]
         self.has_limits = bool(self._stopping)
         """Whether some model has the policy `stop`."""
         self._postpone = simulator.postpone
-        for account in accounts:
+        for account in self.accounts:
             account.begin(simulator.due_at(account.atomic))
-        self._untimed = [
-            account if isinstance(account, UntimedEventAccount) else None for account in accounts
-        ]
-        self._last_at, self._booked_at = simulator.last_at, simulator.booked_at
-        self._involved: set[int] = set()
-        if not step.takes_time:
-            simulator.involved = self._involved
 
     def state(self) -> dict[str, str]:
         """Why the run must stop, if it must; each account has its own state."""
@@ -101,52 +96,88 @@ class Accounting:
                 return True
         return False
 
-    def settle(self, now: int) -> ModelAccount | None:
+    def settle(self, now: int, samples: list[Any]) -> ModelAccount | None:
         """Count a step's activations, skip what is due before `now` where that is the policy.
 
-        Returns the account of the activation that ran latest, if any ran.
+        Returns the account of the activation that ran latest, if any ran. `samples` gets histograms
+        and what is to be recorded in them, in turns.
         """
-        step, accounts = self._step, self.accounts
-        at, own_times = step.at, step.own_times
-        latest, has_limits = None, self.has_limits
-        for number in step.touched:
-            account = accounts[number]
-            if account.settle(at, own_times[number]):
-                if has_limits and account.lateness > account.stop_after:
+        step, latest = self._step, None
+        touched = self._follow()
+        count_events(touched, step, samples)
+        for account in touched:
+            if account.period != NEVER:
+                account.count(step, samples)
+            if account.has_run:
+                account.has_run = False
+                if self.has_limits and account.lateness > account.stop_after:
                     self._stop(account, account.lateness)
                 if latest is None or account.lateness > latest.lateness:
                     latest = account
             if account.booked < now and account.is_to_skip():
                 self._postpone(account.atomic, account.skip_to(now))
-        step.touched.clear()
         return latest
 
-    def settle_untimed(self) -> None:
-        """Count a step's activations where it took no time: none is late, and none to be skipped.
+    def _follow(self) -> list[ModelAccount]:
+        """See what the step's transitions were; return the accounts of models that had any.
 
-        What only counts in itself is in the file after `copy_into`.
+        Of a model without a period that was not due, nothing counts but what it has booked last.
         """
-        step, untimed = self._step, self._untimed
-        at, last_at, booked_at = step.at, self._last_at, self._booked_at
-        for number in self._involved:
-            account = untimed[number]
-            # of models whose transition has not been completed the step has failed
-            if account is not None and last_at[number] == at:
-                if account.due == at:
-                    account.run += 1
-                else:
-                    account.reactions += 1
-                account.due = booked_at[number]
-        self._involved.clear()
-        for number in step.touched:
-            self.accounts[number].settle(at, 0)
-        step.touched.clear()
+        step, accounts, touched = self._step, self.accounts, list[ModelAccount]()
+        noted = step.laps.noted
+        numbers = noted[0::4]
+        if not step.stands_still:
+            self._divide(numbers)
+        for number, last in dict(zip(numbers, range(0, len(noted), 4), strict=True)).items():
+            account, sigma = accounts[number], noted[last + 3]
+            if (
+                account.is_plain
+                and account.due > step.ended
+                and account.put_off == NEVER
+                and noted[last + 1] != OUTPUT
+                and type(sigma) is int
+            ):
+                account.due = step.at + sigma if 0 < sigma < NEVER else NEVER
+                touched.append(account)
+            elif self._follow_one(account, numbers):
+                touched.append(account)
+        for watch in self.watches:
+            if watch.left:
+                watch.count_samples(step, len(noted))
+        return touched
 
-    def copy_into(self, cells: Cells, layout: Layout) -> None:
-        """Write the blocks of the models whose accounts count in themselves."""
-        for account in self.accounts:
-            if isinstance(account, UntimedEventAccount | UntimedPeriodicAccount):
-                account.copy_into(cells, layout)
+    def _follow_one(self, account: ModelAccount, numbers: list[int]) -> bool:
+        """Go through the transitions of one model; return whether there were any."""
+        step, number, has_any = self._step, account.number, False
+        noted, epoch, began_at = step.laps.noted, step.epoch, step.started
+        for index, each in enumerate(numbers):
+            if each != number:
+                continue
+            place = 4 * index
+            function, reading, sigma = noted[place + 1 : place + 4]
+            begun = noted[place - 2] - epoch if index else step.started
+            if function == OUTPUT:
+                began_at = begun
+                continue
+            has_any = True
+            if type(sigma) is not int:  # one of numpy's, or one that ends the run
+                sigma = whole(sigma) or 0  # what the simulator makes of it
+            account.follow(function, step.at, begun, reading - epoch, began_at, sigma)
+            if function in READS_INPUT:
+                for watch in account.answers:
+                    watch.answer(step, place, reading - epoch)
+        return has_any
+
+    def _divide(self, numbers: list[int]) -> None:
+        """Divide the step's time among the models."""
+        step = self._step
+        noted, epoch, ended = step.laps.noted, step.epoch, step.started
+        own_times, began_at = step.own_times, step.began_at
+        for number, function, reading in zip(numbers, noted[1::4], noted[2::4], strict=True):
+            begun, ended = ended, reading - epoch
+            own_times[number] += ended - begun
+            if function == OUTPUT:
+                began_at[number] = begun
 
     def totals(self) -> tuple[int, int, int, int]:
         """What all models have run, overrun and skipped, and the sum of their lateness, ns."""

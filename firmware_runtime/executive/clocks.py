@@ -76,14 +76,9 @@ class MonotonicClock:
         """Return the present instant of the run, in ns."""
         return monotonic_ns() - self._epoch
 
-    def tapped(self, readings: list[int]) -> Callable[[], int]:
-        """What reads as `now`, and appends each reading to a list."""
-
-        def tapped() -> int:  # without the call of `now`: every function of a model reads it
-            readings.append(now := monotonic_ns() - self._epoch)
-            return now
-
-        return tapped
+    def source(self) -> tuple[Callable[[], int], int]:
+        """What to read the time from, and what it reads at instant 0 of the run."""
+        return monotonic_ns, self._epoch
 
     def wait(self, until: int, sources: Sequence[S]) -> list[S]:
         """Sleep until the deadline, an input, or the longest wait; then spin if asked to."""
@@ -140,9 +135,9 @@ class ScaledClock(MonotonicClock):
         """Return the present instant of the run, in ns."""
         return self._at + super().now() * self._gained // self._spent
 
-    def tapped(self, readings: list[int]) -> Callable[[], int]:
-        """What reads as `now`, and appends each reading to a list."""
-        return _tapped(self, readings)
+    def source(self) -> tuple[Callable[[], int], int]:
+        """What to read the time from, and what it reads at instant 0 of the run."""
+        return self.now, 0
 
     def _monotonic(self, at: int) -> int:
         # rounded up: a deadline is never early
@@ -175,22 +170,6 @@ class VirtualClock:
         if not ready and until > self._now:
             self._now = until
         return ready
-
-
-def tapped_clock(clock: Clock, readings: list[int]) -> Callable[[], int]:
-    """What reads as the clock does, and appends each reading to a list."""
-    own = getattr(clock, "tapped", None)
-    return _tapped(clock, readings) if own is None else own(readings)
-
-
-def _tapped(clock: Clock, readings: list[int]) -> Callable[[], int]:
-    read = clock.now
-
-    def tapped() -> int:
-        readings.append(now := read())
-        return now
-
-    return tapped
 
 
 FURTHEST_AHEAD: Final = SECOND // 2

@@ -1,20 +1,23 @@
 """What a run is given besides its model and its clock: settings, and hooks."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Protocol
 
 from msgspec import Struct, field
 
+from firmware_runtime.devs.atomic import Atomic
+from firmware_runtime.devs.functions import Functions
+from firmware_runtime.devs.ports import InPort
 from firmware_runtime.devs.time import MILLISECOND, SECOND
 from firmware_runtime.errors import SettingError
-from firmware_runtime.executive.bus_meter import Bus
 from firmware_runtime.executive.deadlines import PathDeadline
 from firmware_runtime.executive.inbox import Source
+from firmware_runtime.executive.meters import Bus, Port
+from firmware_runtime.executive.outcome import Outcome
 from firmware_runtime.executive.policy import ActivationPolicy
-from firmware_runtime.executive.port_meter import Port
 from firmware_runtime.executive.process import ProcessSettings
-from firmware_runtime.executive.tap import Tap
+from firmware_runtime.executive.step import Step
 
 
 class Hook(Protocol):
@@ -26,6 +29,40 @@ class Hook(Protocol):
 
     def between_steps(self, now: int, left: int) -> None:
         """Do what cannot wait; and what can, if it fits into the `left` ns to the next event."""
+
+
+class Tap(Protocol):
+    """What notes all that enters a run from the world, in order, and where it begins and ends.
+
+    The loop calls it; what it does is its own (`blackbox`). A run without one costs nothing.
+    """
+
+    def watch(self, step: Step) -> None:
+        """Note what the clock says in the steps of a run, of which this is the one under way."""
+
+    def instrument(self, atomic: Atomic, functions: Functions) -> Functions:
+        """What to call for a model; for one of the robot's own that is what it was."""
+
+    def begin(self, at: int) -> None:
+        """A step for instant `at` begins."""
+
+    def end(self, at: int, next_at: int) -> None:
+        """The step has ended without an error and is counted; the next one is for `next_at`."""
+
+    def entered(self, port: InPort[Any], value: object) -> None:
+        """A value for an input port of the root is about to enter the step that has begun."""
+
+    def go_on(self, until: int) -> None:
+        """The run begins or goes on, to instant `until`."""
+
+    def arm(self, *, armed: bool) -> None:
+        """Outputs may be driven from now on, or may not."""
+
+    def exit(self, exit_models: Callable[[], list[Exception]]) -> list[Exception]:
+        """Call the models' exit; return what that returns."""
+
+    def finish(self, outcome: Outcome, at: int) -> None:
+        """The run is over, with its outputs made safe, at instant `at`."""
 
 
 class Configuration(Struct, frozen=True):

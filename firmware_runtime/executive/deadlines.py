@@ -3,7 +3,8 @@
 The time of a path starts when a message leaves the sensor's port, at the logical instant of that
 step, which is the deadline of the sensor's activation: the sample was due then, and being late
 counts. It ends, on the run's clock, when a transition of the actuator's model that read input has
-returned, and with it the write to the chip.
+returned, and with it the write to the chip. A sample that leaves while another is on its way looks
+at the clock as it was when the output function began.
 
 Whether an answer was caused by a certain sample cannot be seen from outside. So a transition of the
 actuator answers all samples that left before it, and the oldest of them is measured. A sample that
@@ -15,16 +16,18 @@ them: a controller waits for a propeller to be armed, a gate is shut. They are c
 a miss; a path that never was enabled has samples and no answer.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 from msgspec import Struct
 
 from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.engine import Engine
+from firmware_runtime.devs.functions import CONFLUENT, EXTERNAL, EXTERNAL_OF_BOTH
 from firmware_runtime.devs.ports import OutPort
 from firmware_runtime.devs.time import NEVER, kept
 from firmware_runtime.errors import SettingError
+from firmware_runtime.executive.step import Step
 
 
 class PathDeadline(Struct, frozen=True):
@@ -57,22 +60,25 @@ class PathDeadline(Struct, frozen=True):
 
 
 class DeadlineWatch:
-    """Counts the misses of one deadline; the actuator's account calls `answer`."""
+    """Counts the misses of one deadline.
 
-    def __init__(self, deadline: PathDeadline, now: Callable[[], int], simulator: Engine) -> None:
+    During a step it is noted only where in the step a sample left; `settle` does the rest after it.
+    """
+
+    def __init__(self, deadline: PathDeadline, simulator: Engine, noted: list[int]) -> None:
         self.deadline = deadline
         self.misses = 0
         self.samples = 0
         self.answers = 0
-        self._now = now
+        self._noted = noted
+        self.left: list[int] = []
+        """For each sample of the step under way, how much had been noted by then."""
         self._left_at = NEVER
         simulator.listen(deadline.from_port, self._leave)
 
-    def _leave(self, at: int, _value: object) -> None:
-        """A sample leaves the sensor's port at instant `at`."""
-        self.samples += 1
-        if self.answers == 0 or self._left_at == NEVER or self._is_missed():
-            self._left_at = at
+    def _leave(self, _at: int, _value: object) -> None:
+        """A sample leaves the sensor's port."""
+        self.left.append(len(self._noted))
 
     def state(self) -> tuple[int, ...]:
         """Misses, samples, answers, and when the oldest sample on its way left."""
@@ -82,20 +88,36 @@ class DeadlineWatch:
         """Have counted that. Raises ValueError for what is no such state."""
         self.misses, self.samples, self.answers, self._left_at = map(kept, state)
 
-    def answer(self) -> None:
-        """The actuator's model has read input and written its outputs."""
+    def answer(self, step: Step, place: int, now: int) -> None:
+        """The actuator's model has read input and written its outputs, as the clock said `now`.
+
+        So much had been noted in the step by then.
+        """
+        if self.left:
+            self.count_samples(step, place)
         self.answers += 1
-        self._is_missed()
+        if now - self._left_at > self.deadline.within_ns:
+            self.misses += 1
         self._left_at = NEVER
 
-    def end(self) -> None:
+    def count_samples(self, step: Step, place: int) -> None:
+        """Count the samples that left before so much had been noted in the step."""
+        while self.left and self.left[0] <= place:
+            before = self.left.pop(0)
+            now = step.laps.noted[before - 2] - step.epoch if before else step.started
+            self.samples += 1
+            is_missed = now - self._left_at > self.deadline.within_ns
+            if self.answers > 0 and is_missed:
+                self.misses += 1
+            if self.answers == 0 or self._left_at == NEVER or is_missed:
+                self._left_at = step.at
+
+    def end(self, now: int) -> None:
         """The run is over: what is not answered will not be."""
         if self.answers > 0:
-            self._is_missed()
+            if now - self._left_at > self.deadline.within_ns:
+                self.misses += 1
             self._left_at = NEVER
 
-    def _is_missed(self) -> bool:
-        """Whether the oldest sample on its way is over the limit; if so, count it."""
-        missed = self._now() - self._left_at > self.deadline.within_ns
-        self.misses += missed
-        return missed
+
+READS_INPUT = frozenset({EXTERNAL, CONFLUENT, EXTERNAL_OF_BOTH})

@@ -24,7 +24,6 @@ from firmware_runtime.executive.ledger import Ledger
 from firmware_runtime.executive.loop import Loop
 from firmware_runtime.executive.outcome import Ending, Outcome, SwitchOffRetry
 from firmware_runtime.executive.profiler import Profiler
-from firmware_runtime.executive.untimed_ledger import open_ledger
 from firmware_runtime.statistics.file_header import RunState, Settings, settings_after
 from firmware_runtime.statistics.histogram import Cells
 from firmware_runtime.statistics.history import Lately
@@ -116,11 +115,6 @@ class Executive:
     def layout(self) -> Layout:
         """Where each number stands in the cells."""
         return self._ledger.file.layout
-
-    @property
-    def takes_time(self) -> bool:
-        """Whether functions of models are timed."""
-        return self._profiler.step.takes_time
 
     @property
     def state(self) -> dict[str, object]:
@@ -223,6 +217,8 @@ class Executive:
     def _start_clock(self) -> None:
         """Go on at the instant that has been reached; a run that begins may be armed."""
         self.clock.start(self.reached)
+        if isinstance(self.clock, MonotonicClock):
+            self._profiler.step.read_from(*self.clock.source())
         if self.reached == 0 and self._configuration.armed_at_start:
             self.arm(armed=True, epoch=0)
 
@@ -242,7 +238,7 @@ class Executive:
         if self.clock.speed != 0:  # two runs in virtual time are the same
             header["began"] = monotonic_ns(), time_ns()
         file = self._profiler.open_file(header, path)
-        return open_ledger(file, self._profiler, self.inbox, self.clock, self.progress)
+        return Ledger(file, self._profiler, self.inbox, self.clock, self.progress)
 
     def _pause(self, outcome: Outcome) -> Outcome:
         """Keep everything as it is until the run goes on or is ended."""

@@ -113,19 +113,20 @@ class Arrivals:
     def __init__(self, inbox: Inbox, sources: Sequence[Source]) -> None:
         self._inbox = inbox
         self._all: list[Inbox | AnySource] = [inbox, *sources]
-        self._waiting: deque[Arrival] = deque()
-        self._planned: list[tuple[int, int, InPort[Any], object]] = []
+        self.waiting: deque[Arrival] = deque()
+        """What has arrived, in order."""
+        self.planned: list[tuple[int, int, InPort[Any], object]] = []
+        """What is planned, a heap."""
         self._plans = 0
 
-    @property
-    def sources(self) -> list[Inbox | AnySource]:
-        """The sources to wait for now."""
-        return self._all if len(self._waiting) < CAPACITY else []
+    def sources(self, *, waits: bool) -> list[Inbox | AnySource]:
+        """The sources to wait for now; of a clock that does not wait, those to ask.
 
-    @property
-    def sources_to_ask(self) -> list[Inbox | AnySource]:
-        """The same for a clock that does not wait: none where only an empty inbox is asked."""
-        return self.sources if self._inbox.is_woken or len(self._all) > 1 else []
+        That is none where there is but an empty inbox.
+        """
+        if len(self.waiting) >= CAPACITY:
+            return []
+        return self._all if waits or self._inbox.is_woken or len(self._all) > 1 else []
 
     def add_source(self, source: AnySource) -> None:
         """Read one more source."""
@@ -137,37 +138,37 @@ class Arrivals:
             if isinstance(source, Inbox):
                 # one posted before the run began has an instant of no meaning here
                 arrived = [(min(at, now), port, value) for at, port, value in source.take()]
-                self._waiting.extend(arrived)
+                self.waiting.extend(arrived)
             elif isinstance(source, EventSource):
                 for bag in source.events():
                     at = max(now, self._latest + 1)
-                    self._waiting.extend((at, port, value) for port, value in bag)
+                    self.waiting.extend((at, port, value) for port, value in bag)
             else:
                 at = max(now, self._latest)
-                self._waiting.extend((at, port, value) for port, value in source.receive())
+                self.waiting.extend((at, port, value) for port, value in source.receive())
 
     @property
     def _latest(self) -> int:
         """The instant of the last that waits; before all others if nothing does."""
-        return self._waiting[-1][0] if self._waiting else -1
+        return self.waiting[-1][0] if self.waiting else -1
 
     def plan(self, at: int, port: InPort[Any], value: object) -> None:
         """Let a value arrive at instant `at`; those of one instant in the order of planning."""
         self._plans += 1
-        heappush(self._planned, (at, self._plans, port, value))
+        heappush(self.planned, (at, self._plans, port, value))
 
     def next_at(self, earliest: int) -> int:
         """The instant to handle the next value at, `earliest` at least; NEVER if none is there."""
-        if self._planned:
-            first = self._planned[0][0]
-            return max(min(first, self._waiting[0][0]) if self._waiting else first, earliest)
-        return max(self._waiting[0][0], earliest) if self._waiting else NEVER
+        if self.planned:
+            first = self.planned[0][0]
+            return max(min(first, self.waiting[0][0]) if self.waiting else first, earliest)
+        return max(self.waiting[0][0], earliest) if self.waiting else NEVER
 
     def take(self, at: int) -> Iterator[tuple[InPort[Any], object]]:
         """Remove what arrived up to instant `at`."""
-        while self._planned and self._planned[0][0] <= at:
-            _, _, port, value = heappop(self._planned)
+        while self.planned and self.planned[0][0] <= at:
+            _, _, port, value = heappop(self.planned)
             yield port, value
-        while self._waiting and self._waiting[0][0] <= at:
-            _, port, value = self._waiting.popleft()
+        while self.waiting and self.waiting[0][0] <= at:
+            _, port, value = self.waiting.popleft()
             yield port, value

@@ -1,27 +1,27 @@
 """The ledger: after a step, all that is to be counted goes into the statistics file in one section.
 
-During a step nothing is written, so a process killed in the middle of one leaves whole numbers.
+During a step nothing is written, so a process killed in the middle of one leaves whole numbers. A
+late step is counted with the others, at once; why it was late is found in the slack after it.
 """
 
-from collections.abc import Callable
-from time import monotonic_ns
+from collections.abc import Sequence
+from time import monotonic_ns, process_time_ns
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from msgspec import structs
 
 from firmware_runtime.devs.time import MICROSECOND, MILLISECOND, NEVER
 from firmware_runtime.executive.account import ModelAccount
-from firmware_runtime.executive.blame.in_real_time import blamer_for
-from firmware_runtime.executive.blame.late import NOTHING, Late
-from firmware_runtime.executive.clocks import Clock
-from firmware_runtime.executive.counters import Counters
-from firmware_runtime.executive.cpu_time import CpuTime
+from firmware_runtime.executive.clocks import Clock, MonotonicClock
 from firmware_runtime.executive.inbox import Inbox
+from firmware_runtime.executive.meters import BusMeter, PortMeter
 from firmware_runtime.executive.profiler import Profiler
 from firmware_runtime.executive.progress import Progress
-from firmware_runtime.statistics.blame import BlameRow, Cause, blame_of, sentence
+from firmware_runtime.executive.step import Late
+from firmware_runtime.statistics.blame import BlameRow, Cause, sentence, verdict_of
 from firmware_runtime.statistics.file import StatisticsFile
 from firmware_runtime.statistics.file_header import RunState
-from firmware_runtime.statistics.histogram import Histogram
+from firmware_runtime.statistics.histogram import Histogram, record_all
 from firmware_runtime.statistics.history import Lately, Timeline, WorstList
 from firmware_runtime.statistics.layout import (
     ACKNOWLEDGED,
@@ -29,6 +29,8 @@ from firmware_runtime.statistics.layout import (
     CPU,
     ELAPSED,
     HEARTBEAT,
+    INPUTS_DROPPED,
+    SEQUENCE,
     STATE,
     STEP_HISTOGRAM,
     STEPS,
@@ -37,17 +39,34 @@ from firmware_runtime.statistics.layout import (
 )
 from firmware_runtime.statistics.statistics import Statistics
 
+if TYPE_CHECKING:
+    from firmware_runtime.executive.blame.blamer import Blamer
+
 FEW = 5
 """Steps after which it is known how long one takes."""
 SETTLING = 100 * MILLISECOND
 """When a run reads its counters for the first time after its start; then each second."""
 
 RESERVE = 300 * MICROSECOND
-"""Ns that must be left to the next event for counters to be read after a step on time."""
+"""Ns that must be left to the next event for counters to be read after a step."""
 SLOW = 4
 """A step that is late, or long, by so great a part of what is tolerated is slow."""
 AGAIN = 50 * MILLISECOND
-"""Ns after which that is tried again."""
+"""Ns after which that is tried again; a late step is explained by then, whatever is left."""
+MOST_WAITING = 8
+"""Late steps that wait for it at most."""
+
+
+class _Noted(NamedTuple):
+    """A step that is to be explained, or to be kept among the worst."""
+
+    account: ModelAccount
+    """Of the activation that ran latest."""
+    at: int
+    lateness: int
+    late: Late
+    is_late: bool
+    opens_episode: bool
 
 
 class Ledger:
@@ -68,10 +87,22 @@ class Ledger:
         self.file = file
         self._until = NEVER
         self._step = profiler.step
+        self._agenda = profiler.simulator.agenda
         self._accounting = profiler.accounting
         self._progress = progress
         self._garbage = profiler.garbage
-        self._counters = Counters(file, profiler, inbox)
+        self._inbox = inbox
+        self._faults = profiler.faults
+        self._watches = [
+            (layout.deadline(index), watch) for index, watch in enumerate(profiler.watches)
+        ]
+        self._buses = [
+            BusMeter(bus, cells, layout, index) for index, bus in enumerate(profiler.buses)
+        ]
+        self._ports = [
+            PortMeter(port, cells, layout, index) for index, port in enumerate(profiler.ports)
+        ]
+        self._faults.count_in(cells, layout)
         self._step_times = Histogram(cells[STEP_HISTOGRAM])
         self._worst = WorstList(cells, layout)
         self._steps = 0
@@ -83,39 +114,66 @@ class Ledger:
         """When the next second is over, or the counters are to be read for the first time."""
         self._usual, self._long, self._slow = 0, NEVER, NEVER
         """What a step takes, what is much longer and what a little; NEVER while it is not known."""
-        accounts, meters = self._accounting.accounts, self._counters.meters
-        self._blamer = blamer_for(clock, profiler.step, accounts, meters)
+        self._blamer = _blamer_for(clock, self._accounting.accounts, self._buses)
         self._late_by_cause = cells[layout.late_by_cause]
+        self._waiting: list[_Noted] = []
+        """Steps that have not been explained yet."""
+        self._is_reading_due = False
+        self.has_work = False
+        """Whether there is something to do in slack."""
 
-    def commit(self, ended: int, next_at: Callable[[], int]) -> int:
-        """Write the step that has just ended; return when the next event is due."""
-        file, timeline, garbage = self.file, self._timeline, self._garbage
-        step_time = ended - self._step.started
+    def commit(self, arrival_at: int) -> int:
+        """Write the step that has just ended; return when the next event is due.
+
+        The next value that has arrived is due at `arrival_at`.
+        """
+        file, timeline, step, garbage = self.file, self._timeline, self._step, self._garbage
+        cells, until = file.cells, self._until
+        ended = step.ended = step.laps.read() - step.epoch
+        step_time = ended - step.started
         if ended >= self._look_at:
-            self._look(ended, next_at() - ended)
-        file.open_section()
-        until = self._until
-        latest = self._accounting.settle(ended if ended <= until else until + 1)
-        self._step_times.record(step_time)
-        self._steps = file.cells[STEPS] = self._steps + 1
-        self._counters.read()
+            self._look(ended)
+        cells[SEQUENCE] = file.sequence + 1  # as `open_section`, without the call
+        samples: list[Any] = [self._step_times, step_time]
+        latest = self._accounting.settle(ended if ended <= until else until + 1, samples)
+        record_all(samples)
+        self._steps = cells[STEPS] = self._steps + 1
+        self._read_counters()
         if step_time > timeline.step_max:
             timeline.step_max = step_time
+        spent = ended - max(step.at, self._previous_end)
         if latest is not None and (
-            latest.lateness > timeline.lateness_max
-            or latest.in_episode
+            latest.in_episode
+            or latest.lateness > timeline.lateness_max
             or latest.lateness + step_time > self._worst.smallest
         ):
-            self._note(latest, step_time, garbage.spent)
+            self._note(latest, step_time, spent)
+        elif spent > self._slow:
+            self._pass_over(spent)
         garbage.spent = 0
-        due, progress = next_at(), self._progress
-        caught_up = due >= ended and progress.is_level
-        file.close_section(ended, 0 if caught_up else progress.note(ended, due))
-        spent = ended - max(self._step.at, self._previous_end)
-        if spent > self._slow and self._blamer is not None:
-            self._blamer.pass_over(ended, spent - self._usual)
+        due, progress = min(self._agenda.next_at(), arrival_at), self._progress
+        lag = 0 if due >= ended and progress.is_level else progress.note(ended, due)
+        file.close_section(ended, lag)
         self._previous_end = ended
         return due
+
+    def use_slack(self, left: int) -> None:
+        """Do what waits for it, if that fits into the `left` ns to the next event.
+
+        Find out why steps were late; else, after a step on time, read the counters once a second.
+        A reading takes some 0.1 ms.
+        """
+        waiting, ended, blamer = self._waiting, self._step.ended, self._blamer
+        if waiting:
+            is_old = len(waiting) >= MOST_WAITING or ended - waiting[0].late.ended >= AGAIN
+            if left >= RESERVE or blamer is None or is_old:
+                self._explain()
+            return
+        self.has_work = self._is_reading_due = False
+        if left < RESERVE:
+            self._look_at = min(self._look_at, ended + AGAIN)
+        elif blamer is not None and ended - self._step.at <= self._long:
+            blamer.keep(self._steps)
 
     def arm(self, *, armed: bool, epoch: int) -> None:
         """Note whether the run may drive its outputs, and which epoch it has seen."""
@@ -154,10 +212,9 @@ class Ledger:
         """Note that the run stands still at `now`: nothing becomes overdue until it goes on."""
         file = self.file
         self._cpu_time.pause()
-        if self._blamer is not None:
-            self._blamer.close()
+        self._close_blamer()
         file.open_section()
-        self._counters.read()
+        self._read_counters()
         file.cells[ELAPSED] = now
         file.cells[HEARTBEAT] = file.cells[WRITTEN] = 0
         file.close_section_as_it_was()
@@ -172,11 +229,12 @@ class Ledger:
     def finish(self, state: RunState, now: int, reason: str) -> None:
         """Write how the run ended; what was due by then, and has not run, is skipped."""
         file = self.file
-        if self._blamer is not None:
-            self._blamer.close()
+        self._close_blamer()
         file.open_section()
         self._accounting.end(min(now, self._until))
-        self._counters.end()
+        for _, watch in self._watches:
+            watch.end(now)
+        self._read_counters()
         self._timeline.close(now)
         file.cells[ARMED] = False
         file.cells[STATE] = state
@@ -184,40 +242,87 @@ class Ledger:
         text[:] = reason.encode()[: len(text)].ljust(len(text), b"\0")
         file.close_section(now)
 
-    def _note(self, latest: ModelAccount, step_time: int, garbage: int) -> None:
-        """Note the activation that ran latest: maximum, cause of an episode, one of the worst."""
-        if latest.lateness > self._timeline.lateness_max:
-            self._timeline.lateness_max = latest.lateness
+    def _read_counters(self) -> None:
+        """Copy what lines, deadlines, faults and the inbox count themselves."""
+        cells = self.file.cells
+        if self._faults.pending:
+            self._faults.write()
+        cells[INPUTS_DROPPED] = self._inbox.dropped
+        for bus in self._buses:
+            bus.read()
+        for port in self._ports:
+            port.read()
+        for first, watch in self._watches:
+            cells[first] = watch.misses
+            cells[first + 1] = watch.samples
+            cells[first + 2] = watch.answers
+
+    def _note(self, latest: ModelAccount, step_time: int, spent: int) -> None:
+        """Note the step of the activation that ran latest, to be explained in slack."""
+        step, timeline = self._step, self._timeline
+        if latest.lateness > timeline.lateness_max:
+            timeline.lateness_max = latest.lateness
         is_late = latest.in_episode or step_time > self._long
-        blame = self._blame(step_time, garbage) if is_late else NOTHING
-        if latest.in_episode and latest.cause == "":
-            latest.cause = self._cause_of(latest, garbage, blame)
-        if latest.lateness + step_time > self._worst.smallest:
-            self._keep(latest, step_time, garbage, blame)
-
-    def _waited(self) -> tuple[int, int]:
-        """How long the step waited to begin: for the loop to wake up, behind the one before."""
-        step = self._step
+        if not is_late:
+            self._pass_over(spent)
+            if latest.lateness + step_time <= self._worst.smallest:
+                return
         behind = max(self._previous_end - step.at, 0)
-        return max(step.started - step.at - behind, 0), behind
+        wake = max(step.started - step.at - behind, 0)
+        late = Late(
+            ended=step.ended,
+            behind=behind,
+            wake=wake,
+            step=step_time,
+            usual_step=step_time if self._long == NEVER else self._usual,
+            garbage=self._garbage.spent,
+            previous_end=self._previous_end,
+            own_times=tuple(step.own_times),
+            spent=[tuple(bus.spent) for bus in self._buses],
+            beyond=max(spent - self._usual, 0) if spent > self._slow else 0,
+            steps=self._steps,
+        )
+        opens = latest.in_episode and latest.cause == ""
+        if opens:
+            latest.cause = _UNEXPLAINED
+        noted = _Noted(latest, step.at, latest.lateness, late, is_late, opens)
+        self._waiting.append(noted)
+        self.has_work = True
 
-    def _blame(self, step_time: int, garbage: int) -> BlameRow:
-        """Why the step was late, or took so long."""
-        step, previous_end = self._step, self._previous_end
-        wake, behind = self._waited()
-        usual = step_time if self._long == NEVER else self._usual
-        ended = step.started + step_time
-        late = Late(ended, behind, wake, step_time, usual, garbage, previous_end)
-        row = NOTHING if self._blamer is None else self._blamer.explain(late, self._steps)
-        if row.cause > 0:
-            self._late_by_cause[row.cause - 1] += 1
-        return row
+    def _pass_over(self, spent: int) -> None:
+        """Note that the step was slow, if it was, and is not judged."""
+        if spent > self._slow and self._blamer is not None:
+            self._blamer.pass_over(spent - self._usual)
 
-    def _look(self, ended: int, left: int) -> None:
-        """Close the timeline's second if it is over; after a step on time, read the counters.
+    def _explain(self) -> None:
+        """Name the causes of late steps, also as those of episodes; keep the worst."""
+        waiting, rows = self._waiting, dict[int, BlameRow]()
+        if self._blamer is not None:
+            late = [noted.late for noted in waiting if noted.is_late]
+            found = zip(late, self._blamer.explain(late), strict=True)
+            rows = {each.ended: row for each, row in found}
+        self.file.open_section()
+        for noted in waiting:
+            row, account = rows.get(noted.late.ended, NOTHING), noted.account
+            if row.cause > 0:
+                self._late_by_cause[row.cause - 1] += 1
+            if noted.opens_episode and account.cause == _UNEXPLAINED:
+                account.cause = self._cause_of(noted, row)
+            if noted.lateness + noted.late.step > self._worst.smallest:
+                self._keep(noted, row)
+        self.file.close_section_as_it_was()
+        waiting.clear()
+        self.has_work = self._is_reading_due
 
-        With less than a reserve left to the next event that waits: a reading takes some 0.1 ms.
-        """
+    def _close_blamer(self) -> None:
+        """Explain what waits for it, and read no counters any more."""
+        if self._waiting:
+            self._explain()
+        if self._blamer is not None:
+            self._blamer.close()
+
+    def _look(self, ended: int) -> None:
+        """Close the timeline's second if it is over; let the counters be read in slack."""
         if ended >= self._timeline.closes_at:
             self.file.open_section()
             self._timeline.close(ended)
@@ -227,40 +332,77 @@ class Ledger:
             self._long = self._usual + self._accounting.tolerance
             self._slow = self._usual + self._accounting.tolerance // SLOW
         self._look_at = self._timeline.closes_at
-        if left < RESERVE:
-            self._look_at = min(self._look_at, ended + AGAIN)
-        elif self._blamer is not None and ended - self._step.at <= self._long:
-            self._blamer.keep(self._steps + 1)  # this one is not counted yet
+        self.has_work = self._is_reading_due = self._blamer is not None
 
     def _growing(self) -> list[int]:
         """The counters whose growth over time is kept; once a second."""
         cells = self.file.cells
         cells[CPU] = self._cpu_time.spent()
-        busy = sum(meter.busy_ns for meter in self._counters.meters)
+        busy = sum(meter.busy_ns for meter in self._buses)
         return [*self._accounting.totals(), self._steps, busy, cells[CPU]]
 
-    def _cause_of(self, latest: ModelAccount, garbage: int, blame: BlameRow) -> str:
+    def _cause_of(self, noted: _Noted, row: BlameRow) -> str:
         """Why it was late, in a few words; where that is unknown, where the time went.
 
         The latter is one of the keys in `causes`.
         """
-        found = blame_of(blame, self.file.layout)
+        found = verdict_of(row, self.file.layout)
         if found is not None and found.cause != Cause.UNKNOWN:
             return sentence(found)
-        step = self._step
-        wake, behind = self._waited()
-        spent = {"wake": wake, "behind": behind, "garbage": garbage}
-        earlier = zip(step.paths[: latest.number], step.own_times, strict=False)
-        spent.update(dict(earlier))
+        late = noted.late
+        spent = {"wake": late.wake, "behind": late.behind, "garbage": late.garbage}
+        paths = self._step.paths[: noted.account.number]
+        spent.update(dict(zip(paths, late.own_times, strict=False)))
         return max(spent, key=spent.__getitem__)
 
-    def _keep(self, latest: ModelAccount, step_time: int, garbage: int, blame: BlameRow) -> None:
+    def _keep(self, noted: _Noted, blame: BlameRow) -> None:
         """Put an activation on the list of the worst, with what the step spent its time on."""
-        step = self._step
-        wake, behind = self._waited()
-        row = [step.at, latest.number, latest.lateness, step_time, wake, behind, garbage]
-        row += step.own_times
-        for meter in self._counters.meters:
-            row += meter.devices()
+        late = noted.late
+        row = [noted.at, noted.account.number, noted.lateness, late.step, late.wake, late.behind]
+        row += late.garbage, *late.own_times
+        for bus, spent in zip(self._buses, late.spent, strict=True):
+            row += *bus.addresses(), *spent
         row += structs.astuple(blame)
         self._worst.keep(row)
+
+
+NOTHING = BlameRow()
+_UNEXPLAINED = "not explained yet"
+
+
+def _blamer_for(
+    clock: Clock, accounts: Sequence[ModelAccount], buses: Sequence[BusMeter]
+) -> "Blamer | None":
+    """What judges late steps; loaded in real time only, where steps can be late."""
+    if not (isinstance(clock, MonotonicClock) and clock.speed == 1):
+        return None
+    from firmware_runtime.executive.blame.blamer import Blamer  # noqa: PLC0415 -- see above
+
+    return Blamer(clock, accounts, buses)
+
+
+class CpuTime:
+    """Processor time of the run, without that of its pauses, ns.
+
+    None passes on a clock that is not the machine's: in virtual time equal runs have equal
+    statistics, whatever they cost.
+    """
+
+    def __init__(self, clock: Clock) -> None:
+        self._now = process_time_ns if isinstance(clock, MonotonicClock) else int
+        self._began_with = self._now()
+        self._paused_with: int | None = None
+
+    def spent(self) -> int:
+        """So far."""
+        return self._now() - self._began_with
+
+    def pause(self) -> None:
+        """Count no more for a while."""
+        self._paused_with = self._now()
+
+    def go_on(self) -> None:
+        """Count again after a pause, if there was one."""
+        if self._paused_with is not None:
+            self._began_with += self._now() - self._paused_with
+            self._paused_with = None

@@ -74,8 +74,8 @@ class Loop:
             if accounting.overrun != "" or progress.livelock != "":
                 break
             due = at if at < until else until  # noqa: FURB136 -- sooner
-            self._use_slack(due)
-            sources = arrivals.sources if waits else arrivals.sources_to_ask
+            self._use_slack(due, ledger)
+            sources = arrivals.sources(waits=waits)
             ready = clock.wait(min(due, self._poll_by), sources)
             now = clock.now()
             # from here to the first function of a model every microsecond is lateness
@@ -96,13 +96,17 @@ class Loop:
 
     def _next_at(self) -> int:
         """The instant of the next internal event or input, whichever comes first."""
-        simulator = self._simulator
-        event_at, arrival_at = simulator.next_at, self.arrivals.next_at(simulator.now)
-        return event_at if event_at < arrival_at else arrival_at  # noqa: FURB136 -- sooner
+        return min(self._simulator.next_at, self._arrival_at())
 
-    def _use_slack(self, until: int) -> None:
+    def _arrival_at(self) -> int:
+        """The instant of the next input; NEVER if none is there."""
+        return self.arrivals.next_at(self._simulator.now)
+
+    def _use_slack(self, until: int, ledger: Ledger) -> None:
         """Do what is better done now than in a step."""
         self._poll_by = NEVER
+        if ledger.has_work:
+            ledger.use_slack(until - self._clock.now())
         for hook in self.hooks:
             now = self._clock.now()
             hook.between_steps(now, until - now)
@@ -116,20 +120,22 @@ class Loop:
 
         Returns when the next event is due.
         """
-        step, tap, simulator = self._step, self._tap, self._simulator
+        step, tap, simulator, arrivals = self._step, self._tap, self._simulator, self.arrivals
         if tap is not None:
             begin = tap.begin  # as a local: CPython finds a function that an object has sooner so
             begin(at)
         step.begin(at)
         self._world_now.begin(at, step.started)
         try:
-            for port, value in self.arrivals.take(at):
-                if tap is not None:  # first: a value that the port refuses ends the run
-                    tap.entered(port, value)
-                simulator.inject(port, value)
+            if arrivals.waiting or arrivals.planned:
+                for port, value in arrivals.take(at):
+                    if tap is not None:  # first: a value that the port refuses ends the run
+                        tap.entered(port, value)
+                    simulator.inject(port, value)
             simulator.advance(at)
         finally:
-            next_at = ledger.commit(step.now(), self._next_at)
+            has_input = arrivals.waiting or arrivals.planned
+            next_at = ledger.commit(self._arrival_at() if has_input else NEVER)
         if tap is not None:
             end = tap.end
             end(at, next_at)

@@ -16,15 +16,16 @@ because of it, at once or by way of phases before the deadline. If one of those 
 it was the activation. A model that is passive has no deadline until an input makes it book one.
 """
 
-from collections.abc import Callable
-from functools import partial
+from typing import Any
 
 from firmware_runtime.devs.atomic import Atomic
-from firmware_runtime.devs.functions import Functions
+from firmware_runtime.devs.functions import CONFLUENT, EXTERNAL, EXTERNAL_OF_BOTH
 from firmware_runtime.devs.time import NEVER
-from firmware_runtime.executive.account import NOTHING, RAN, TOOK_PART, ModelAccount
+from firmware_runtime.executive.account import ModelAccount
 from firmware_runtime.executive.policy import ActivationPolicy
 from firmware_runtime.executive.step import Step
+
+_TAKES_INPUT = frozenset({EXTERNAL, EXTERNAL_OF_BOTH})
 
 
 class PeriodicAccount(ModelAccount):
@@ -46,14 +47,9 @@ class PeriodicAccount(ModelAccount):
         *("_is_answering", "_is_by_input", "_moved_at"),
     )
 
-    def __init__(
-        self, atomic: Atomic, functions: Functions, step: Step, policy: ActivationPolicy
-    ) -> None:
-        tolerance = policy.tolerance(atomic.period)
-        super().__init__(atomic, functions, step, policy, tolerance)
-        if functions.confluent is not None:  # else the simulator calls internal, then external
-            self.confluent = partial(self._confluent, functions.confluent)
+    def __init__(self, atomic: Atomic, step: Step, policy: ActivationPolicy) -> None:
         self.period = atomic.period
+        super().__init__(atomic, step, policy, policy.tolerance(atomic.period))
         self.skips = policy.policy == "skip"
         self.spent = 0
         self._slip = 0
@@ -70,98 +66,71 @@ class PeriodicAccount(ModelAccount):
         """Take over the model's first booking, NEVER if it has none."""
         self.due = self.booked = due
 
-    # In the model's place, during a step ---------------------------------------------------------
+    def count(self, step: Step, samples: list[Any]) -> None:
+        """Count what the step has left."""
+        at, own_time = step.at, step.own_times[self.number]
+        if not self.has_run:
+            self.spent += own_time
+        else:
+            if self.run > 0:
+                samples += self.own_time, self.spent
+            self.spent = own_time
+            if self.lateness <= self.tolerance:  # as `count_run` would: this is a good run's
+                self.run += 1
+                samples += self.late_by, self.lateness
+                self.in_episode = False
+            else:
+                self.count_run(at, samples)
+            if self._came_back_after > 0:
+                self._count_irregular(self._came_back_after)
+                self._came_back_after = 0
+        self.is_in_period = self.booked < self.due and self._moved_at == NEVER
+        self.write()
 
-    def internal(self) -> None:
-        """Have the model make its internal transition: an activation, or a phase of one."""
-        step = self._step
-        begun = step.lap
-        transit, now = self._call_internal, self._now  # as locals, which CPython calls sooner
-        transit()
-        ended = step.lap = now()
-        step.own_times[self.number] += ended - begun
-        at = step.at
-        if at == self.due and self.noted == NOTHING:  # as `_activate` would, without the call
-            step.touched.append(self.number)
-            self.noted = RAN
-            self.lateness = step.began_at[self.number] - at
-            self.due = at + self.period
-        elif at >= self.due:
-            self._activate(at)
-        elif self.noted == NOTHING:
-            self._take_part()
-        sigma = self.sigma = self.atomic.sigma
-        if sigma.__class__ is not int:
-            sigma = self._plain_time_advance()
-        if self._is_by_input:
-            self._book_after_input(at, sigma)
+    def follow(  # noqa: PLR0913, PLR0917 -- as it says
+        self, function: int, at: int, begun: int, ended: int, began_at: int, sigma: int
+    ) -> None:
+        """See what a transition was, and what it has booked."""
+        if function in _TAKES_INPUT:
+            self._take_input(at, begun, sigma)
+            return
+        is_due = at >= self.due
+        if is_due:
+            self._activate(at, began_at)
+        if function == CONFLUENT:
+            if is_due:
+                self.booked = self.due
+            self._take_input(at, at, sigma)
+        elif self._is_by_input:
+            self._book_after_input(at, ended, began_at, sigma)
         elif 0 < sigma < NEVER:
             self.booked = at + sigma
         elif sigma == NEVER:
             self.due = self.booked = NEVER
 
-    def external(self, elapsed: int) -> None:
-        """Have the model read its input, `elapsed` ns after its last transition."""
-        step = self._step
-        begun = step.lap
-        transit, now = self._call_external, self._now
-        transit(elapsed)
-        ended = step.lap = now()
-        step.own_times[self.number] += ended - begun
-        for answer in self.answers:
-            answer()
-        self._take_part()
-        self._answer(step.at, begun)
-
-    def _confluent(self, confluent: Callable[[], None]) -> None:
-        """Have the model do both, in its own way."""
-        step = self._step
-        begun = step.lap
-        confluent()
-        ended = step.lap = self._now()
-        step.own_times[self.number] += ended - begun
-        for answer in self.answers:
-            answer()
-        at = step.at
-        self._take_part()
-        if at >= self.due:
-            self._activate(at)
-            self.booked = self.due
-        self._answer(at, at)
-
-    def _take_part(self) -> None:
-        if self.noted == NOTHING:
-            self.noted = TOOK_PART
-            self._step.touched.append(self.number)
-
-    def _activate(self, at: int) -> None:
+    def _activate(self, at: int, began_at: int) -> None:
         """The activation that was due by `at`, or an input has moved to there, has run."""
         if at > self.due:
             self._come_back(at)
-        if self.noted == NOTHING:
-            self._step.touched.append(self.number)
-        self.noted = RAN
-        self.lateness = self._step.began_at[self.number] - at
+        self.has_run = True
+        self.lateness = began_at - at
         self.due = at + self.period
 
-    def _answer(self, at: int, begun: int) -> None:
+    def _take_input(self, at: int, begun: int, sigma: int) -> None:
         """Book after an input that was handled from `begun` on."""
-        sigma = self.sigma = self.atomic.sigma
-        if sigma.__class__ is not int:
-            sigma = self._plain_time_advance()
         if sigma == 0:
             self._is_answering = self._is_by_input = True
         else:
             self._replan(at + sigma if sigma < NEVER else NEVER, begun)
 
-    def _book_after_input(self, at: int, sigma: int) -> None:
+    def _book_after_input(self, at: int, ended: int, began_at: int, sigma: int) -> None:
         """Book after an event that an input has brought about."""
         if sigma == 0:
             return
         booked = at + sigma if sigma < NEVER else NEVER
         if self._is_answering:
             self._is_answering = False
-            self._replan(booked, self._step.lap)
+            self._replan(booked, ended)
             return
         self.booked = booked
         is_activation = at < self.due and booked == at + self.period
@@ -169,8 +138,9 @@ class PeriodicAccount(ModelAccount):
             return
         self._is_by_input = False
         if is_activation:  # it is what the input had moved to before the deadline
-            self.coalesced += self.due <= self._moved_at
-            self._activate(at)
+            if self.due <= self._moved_at:
+                self.coalesced += 1
+            self._activate(at, began_at)
             self._slip, self._moved_at = 0, NEVER
         else:
             self._move(booked, self._moved_at)
@@ -207,31 +177,6 @@ class PeriodicAccount(ModelAccount):
         if booked != due:
             self.due, self._slip = booked, 0
         self._moved_at = NEVER
-
-    # After it -----------------------------------------------------------------------------------
-
-    def settle(self, at: int, own_time: int) -> bool:
-        """Count what the step at instant `at` has left; return whether an activation ran."""
-        ran = self.noted == RAN
-        self.noted = NOTHING
-        if not ran:
-            self.spent += own_time
-        else:
-            if self.run > 0:
-                self.own_time.record(self.spent)
-            self.spent = own_time
-            if self.lateness > self.tolerance:
-                self.count_run(at)
-            else:  # the same, without a call: this is every activation of a good run
-                self.run += 1
-                self.late_by.record(self.lateness)
-                self.in_episode = False
-            if self._came_back_after > 0:
-                self.count_irregular(self._came_back_after)
-                self._came_back_after = 0
-        self.is_in_period = self.booked < self.due and self._moved_at == NEVER
-        self.write()
-        return ran
 
     def is_to_skip(self) -> bool:
         """Whether it is through with a period, and whole ones are to be dropped."""

@@ -1,7 +1,9 @@
 """A bus that counts what it carries and tries again what may pass: the one drivers are given.
 
 It stands between a driver and any other bus, Linux or double, and changes no byte. The executive
-reads its counters before and after a step to say which device the time went to.
+reads its counters before and after a step to say which device the time went to. In a run that is
+recorded it notes each attempt, and how it ended, also one that ended in an error which is none of a
+line's: of the world behind a double.
 
 Identities that hold whenever no transaction is under way, for the bus and for each address:
 
@@ -10,13 +12,14 @@ Identities that hold whenever no transaction is under way, for the bus and for e
 """
 
 import threading
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from typing import Any
 
-from firmware_runtime.hal.budget import framed_ns, wire_bytes
+from firmware_runtime.hal.budget import framed_ns
 from firmware_runtime.hal.i2c import I2cBus, Message
 from firmware_runtime.hal.line_time import NO_TIME, LineTime
 from firmware_runtime.hal.retry import THREE_ATTEMPTS, RetryPolicy
-from firmware_runtime.hal.wire_errors import HalError
+from firmware_runtime.hal.wire_errors import HalError, NoAcknowledge
 
 
 class BusCounters:
@@ -61,10 +64,22 @@ class AccountedBus(I2cBus, BusCounters):
         self._bus = bus
         self._time = time
         self._lock = threading.Lock()
+        self._number = 0
+        self._noted: list[tuple[Any, ...]] | None = None
+        self._now: Callable[[], int] = int
+
+    def record(self, number: int, noted: list[tuple[Any, ...]], now: Callable[[], int]) -> None:
+        """From now on, append each attempt: this number, address, messages, how it ended, when.
+
+        It ends with what was read, or with an error's class and sentence.
+        """
+        self._number, self._noted, self._now = number, noted, now
 
     def transaction(self, address: int, messages: Sequence[Message]) -> bytes:
         """Carry out one transaction, again where the policy says so; the last error is raised."""
-        size = wire_bytes(messages)
+        size, noted = len(messages), self._noted  # as `wire_bytes`, in a frame less
+        for message in messages:
+            size += message if isinstance(message, int) else len(message)
         busy_ns = self.overhead_ns + framed_ns(size, len(messages), self.bus_hz)
         with self._lock:
             device = self.by_address.get(address) or self._first_use(address)
@@ -78,10 +93,15 @@ class AccountedBus(I2cBus, BusCounters):
                 device.busy_ns += busy_ns
                 try:
                     answer = self._bus.transaction(address, messages)
-                except HalError as error:
-                    if self._gives_up(error, attempt, device):
+                except Exception as error:
+                    if noted is not None:
+                        self._note_failed(address, messages, error)
+                    if not isinstance(error, HalError) or self._gives_up(error, attempt, device):
                         raise
                 else:
+                    if noted is not None:
+                        now = self._now  # as a local, which CPython calls sooner
+                        noted.append((self._number, address, messages, answer, now()))
                     if self._bus.returns_early:
                         self._time.reach(self._time() + busy_ns)
                     return answer
@@ -90,7 +110,7 @@ class AccountedBus(I2cBus, BusCounters):
     def acknowledges(self, address: int) -> bool:
         """Ask once; a refusal is an answer, and no error."""
         with self._lock:
-            answered = self._bus.acknowledges(address)
+            answered = self._asks(address)
             size = 1 + answered
             busy_ns = self.overhead_ns + framed_ns(size, 1, self.bus_hz)
             for counters in (self, self.by_address.get(address) or self._first_use(address)):
@@ -112,6 +132,25 @@ class AccountedBus(I2cBus, BusCounters):
     def close(self) -> None:
         """Close the bus underneath; the counters stay readable."""
         self._bus.close()
+
+    def _asks(self, address: int) -> bool:
+        """Whether something acknowledges; noted as the transaction that it is."""
+        if self._noted is None:
+            return self._bus.acknowledges(address)
+        try:
+            answer = self._bus.transaction(address, (1,))
+        except Exception as error:
+            self._note_failed(address, (1,), error)
+            if isinstance(error, NoAcknowledge):
+                return False
+            raise
+        self._noted.append((self._number, address, (1,), answer, self._now()))
+        return True
+
+    def _note_failed(self, address: int, messages: Sequence[Message], error: Exception) -> None:
+        if self._noted is not None:
+            failed = type(error).__name__, str(error)
+            self._noted.append((self._number, address, tuple(messages), failed, self._now()))
 
     def _first_use(self, address: int) -> BusCounters:
         return self.by_address.setdefault(address, BusCounters())

@@ -23,7 +23,7 @@ from uuid import UUID
 
 import msgspec
 
-from firmware_runtime.devs.tapped_ports import Sent, TappedPort
+from firmware_runtime.devs.ports import OutPort, Sent
 from firmware_runtime.recording.records import (
     UnknownValue,
     is_record,
@@ -74,7 +74,7 @@ def compare_classes(noted: Word | None, value: object) -> tuple[bool | None, Wor
 class NotedClasses:
     """Notes the words of what a run sends, section by section.
 
-    A port appends to `unlike` what may have another word than its last value (`tapped_ports`).
+    A port appends to `unlike` what may have another word than its last value (`devs.ports`).
     """
 
     def __init__(self, sent: Sent) -> None:
@@ -125,7 +125,7 @@ class NotedClasses:
             return word
         return number
 
-    def _look_at(self, port: TappedPort, value: object) -> Word:
+    def _look_at(self, port: OutPort[Any], value: object) -> Word:
         """Look at a value as a whole; how the next one of its port is looked at follows."""
         kind = type(value)
         port.kind = port.look = None

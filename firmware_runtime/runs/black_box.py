@@ -46,9 +46,9 @@ def open_black_box(robot: RecordedRobot, path: Path, log: Callable[[str], None])
             minutes = board.settings.recording.minutes
             if place_for(path, board.name) is None:
                 size = size_for(board.loads.values(), minutes)
-                return Ring(path, size, header, reserves=is_real_time)
+                return Ring(path, size, header)
             span = _LONGER * recorder.until / (60 * SECOND)
-            return _smaller_ring(board, path, min(minutes, span), header, reserves=is_real_time)
+            return _smaller_ring(board, path, min(minutes, span), header)
         except Exception as error:  # noqa: BLE001 -- a recording never harms a run
             log(f"warning: this run is not recorded: {text_of(error)}")
             return None
@@ -70,14 +70,12 @@ def open_black_box(robot: RecordedRobot, path: Path, log: Callable[[str], None])
     recorder.warn(log)
 
 
-def _smaller_ring(
-    board: Board, path: Path, minutes: float, header: bytes, *, reserves: bool
-) -> Ring:
+def _smaller_ring(board: Board, path: Path, minutes: float, header: bytes) -> Ring:
     """A ring for so many minutes, or for fewer where there is no room for it."""
     while True:
         size = size_for(board.loads.values(), minutes)
         try:
-            return Ring(path, size, header, reserves=reserves)
+            return Ring(path, size, header)
         except ConfigError:
             if size == size_for((), 0):
                 raise
@@ -109,7 +107,6 @@ def header_of(robot: RecordedRobot) -> Header:
         role=None if end is None else end.role,
         has_world=robot.rig is not None,
         speed=executive.clock.speed,
-        takes_time=executive.takes_time,
         lines=recorder.lines,
         early=recorder.early,
         ports=[below_root(port.path) for port in output_ports(atomics)],

@@ -8,8 +8,7 @@ from typing import Any, TypeAlias, cast
 from msgspec.structs import replace
 
 from firmware_runtime.devs.component import Component
-from firmware_runtime.devs.listening import Listener
-from firmware_runtime.devs.ports import InPort, OutPort
+from firmware_runtime.devs.ports import InPort, Listener, OutPort
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.executive.clocks import Clock
 from firmware_runtime.executive.configuration import Configuration

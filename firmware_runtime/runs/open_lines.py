@@ -110,13 +110,16 @@ class _Opening(Struct, frozen=True):
             inner = soon_free(lambda: open_i2c(name, stated.device, alone=True))
         else:
             inner = open_i2c(name, stated.device, alone=False)
-        return AccountedBus(
-            inner if self.recorder is None else self.recorder.bus(inner),
+        bus = AccountedBus(
+            inner,
             round(stated.speed_hz),
             RetryPolicy(stated.attempts),
             overhead_ns=stated.overhead_ns,
             time=self.time,
         )
+        if self.recorder is not None:
+            self.recorder.bus(bus, returns_early=inner.returns_early)
+        return bus
 
     def port(self, name: str) -> SerialPort:
         stated = self.board.ports[name]

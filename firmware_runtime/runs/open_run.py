@@ -6,10 +6,8 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Final, NoReturn, TypeVar
 
-from firmware_runtime.devs.coupled import ports_below
-from firmware_runtime.devs.listening import Listener, Listening
 from firmware_runtime.devs.model_errors import ModelError
-from firmware_runtime.devs.ports import InPort, OutPort
+from firmware_runtime.devs.ports import InPort, Listener, Listening, OutPort
 from firmware_runtime.devs.time import NEVER, SECOND, format_time, seconds
 from firmware_runtime.errors import ConfigError, FirmwareRuntimeError, UnknownName
 from firmware_runtime.executive.executive import Executive

@@ -8,7 +8,7 @@ a file from before there were verdicts has neither.
 from collections.abc import Iterable, Mapping
 from enum import StrEnum
 
-from msgspec import Struct, structs
+from msgspec import Struct
 
 from firmware_runtime.statistics.layout import Layout
 from firmware_runtime.statistics.number_formats import microseconds
@@ -124,6 +124,16 @@ class Blame(Struct, frozen=True):
         return min(self.explained_us / self.of_us, 1.0) if self.of_us > 0 else 0.0
 
 
+class VerdictInWords(Struct, frozen=True):
+    """What of a verdict is said in a sentence."""
+
+    cause: str
+    culprit: str | None
+    """The model, or bus and address of the device; None where the cause is no part of the robot."""
+    explained_us: float
+    of_us: float
+
+
 def read_blame(cells: Iterable[int], names: Layout) -> Blame | None:
     """The verdict in a place of the file; None where there was nothing to explain."""
     found = dict(zip(names.blame, cells, strict=True))
@@ -140,12 +150,16 @@ def read_blame(cells: Iterable[int], names: Layout) -> Blame | None:
     )
 
 
-def blame_of(row: BlameRow, names: Layout) -> Blame | None:
-    """The same, of a verdict that has just been made."""
-    return read_blame(structs.astuple(row), names)
+def verdict_of(row: BlameRow, names: Layout) -> VerdictInWords | None:
+    """A verdict that has just been made; None where there was nothing to explain."""
+    if not 0 < row.cause <= len(names.causes):
+        return None
+    cause = names.causes[row.cause - 1]
+    culprit = _culprit(cause, row.culprit, names)
+    return VerdictInWords(cause, culprit, row.explained_ns / 1000, row.of_ns / 1000)
 
 
-def sentence(blame: Blame) -> str:
+def sentence(blame: Blame | VerdictInWords) -> str:
     """A verdict in a few words: `processor taken, 3.10 ms of 3.20 ms`."""
     if blame.cause == Cause.UNKNOWN:
         return f"{blame.cause}, {microseconds(blame.of_us)}"

@@ -67,14 +67,14 @@ class StatisticsFile:
         stated = {**header, "writer": this_process(), "layout": layout}
         self.header = convert(stated, Header, from_attributes=True)
         self.cells: Cells = STATISTICS.create(path, self.header.as_json(), layout.cells)
-        self._sequence = 0
+        self.sequence = 0
 
     def open_section(self) -> None:
         """Make the sequence odd: what follows belongs together.
 
         It stays odd where an exception has left a section open.
         """
-        self.cells[SEQUENCE] = self._sequence + 1
+        self.cells[SEQUENCE] = self.sequence + 1
 
     def close_section(self, now: int, lag: int = 0) -> None:
         """Note the instant and the heartbeat, then make the sequence even.
@@ -89,11 +89,11 @@ class StatisticsFile:
         cells[HEARTBEAT] = now_ns - lag
         if lag > 0:
             cells[WRITTEN] = now_ns
-        self._sequence = cells[SEQUENCE] = self._sequence + 2
+        self.sequence = cells[SEQUENCE] = self.sequence + 2
 
     def close_section_as_it_was(self) -> None:
         """Make the sequence even; instant and heartbeat stay, for nothing of the run has passed."""
-        self._sequence = self.cells[SEQUENCE] = self._sequence + 2
+        self.sequence = self.cells[SEQUENCE] = self.sequence + 2
 
     def statistics(self) -> Statistics:
         """A copy of what has been counted so far."""

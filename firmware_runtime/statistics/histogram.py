@@ -17,7 +17,7 @@ from array import array
 from bisect import bisect_left
 from collections.abc import Iterator, Sequence
 from itertools import accumulate
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 from msgspec import Struct
 
@@ -76,32 +76,22 @@ class Histogram:
     of all; both are exact.
     """
 
-    __slots__ = ("_cells", "largest", "sum")
+    __slots__ = ("cells", "largest", "sum")
 
     def __init__(self, cells: Cells) -> None:
-        self._cells = cells
+        self.cells = cells
         self.largest = cells[LARGEST_CELL]
         self.sum = cells[SUM_CELL]
 
     def record(self, value: int) -> None:
         """Count one sample."""
-        cells = self._cells
-        if value <= 0:  # never less: nothing starts early on a clock that never goes back
-            cells[0] += 1
-            return
-        self.sum = cells[SUM_CELL] = self.sum + value
-        if value > self.largest:
-            self.largest = cells[LARGEST_CELL] = value
-        if value > LARGEST:
-            value = LARGEST
-        shift = (value >> 6).bit_length()
-        cells[(shift << 5) + (value >> shift)] += 1
+        record_all([self, value])
 
     def merge(self, other: "Histogram") -> None:
         """Add the samples of another histogram to this one."""
         if other.samples == 0:  # as all are in virtual time
             return
-        cells = self._cells
+        cells = self.cells
         for bucket, samples in enumerate(other.buckets):
             cells[bucket] += samples
         self.largest = cells[LARGEST_CELL] = max(self.largest, other.largest)
@@ -109,7 +99,7 @@ class Histogram:
 
     def state(self) -> dict[int, bytes]:
         """Its cells that are not zero, in stretches of bytes, by where these begin."""
-        content = self._cells.tobytes()
+        content = self.cells.tobytes()
         if content == _ZEROS:
             return {}
         stretches = {at: content[at : at + _STRETCH] for at in range(0, 8 * CELLS, _STRETCH)}
@@ -120,15 +110,15 @@ class Histogram:
         content = bytearray(8 * CELLS)
         for at, each in state.items():
             content[at : at + len(each)] = each
-        self._cells.cast("B")[:] = content
-        if not 0 <= min(self._cells) <= max(self._cells) <= 1 << 62:
+        self.cells.cast("B")[:] = content
+        if not 0 <= min(self.cells) <= max(self.cells) <= 1 << 62:
             raise ValueError("counts of no histogram")
-        self.largest, self.sum = self._cells[LARGEST_CELL], self._cells[SUM_CELL]
+        self.largest, self.sum = self.cells[LARGEST_CELL], self.cells[SUM_CELL]
 
     @property
     def buckets(self) -> Cells:
-        """Number of samples fell into each bucket."""
-        return self._cells[:BUCKETS]
+        """How many samples fell into each bucket."""
+        return self.cells[:BUCKETS]
 
     @property
     def samples(self) -> int:
@@ -155,3 +145,19 @@ class Histogram:
         for rank in ranks:
             least = max(-(-samples * rank // 1000), 1)
             yield min(upper_edge(bisect_left(counted, least)), self.largest)
+
+
+def record_all(samples: Sequence[Any]) -> None:
+    """Count samples: a histogram and a value, in turns."""
+    each = iter(samples)
+    for histogram, value in zip(each, each, strict=True):
+        cells = histogram.cells
+        if value <= 0:  # never less: nothing starts early on a clock that never goes back
+            cells[0] += 1
+            continue
+        histogram.sum = cells[SUM_CELL] = histogram.sum + value
+        if value > histogram.largest:
+            histogram.largest = cells[LARGEST_CELL] = value
+        bounded = min(LARGEST, value)
+        shift = (bounded >> 6).bit_length()
+        cells[(shift << 5) + (bounded >> shift)] += 1

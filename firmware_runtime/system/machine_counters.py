@@ -36,17 +36,21 @@ def disks_ns(before: bytes | None, after: bytes | None) -> int | None:
     earlier, later = _disk_times(before), _disk_times(after)
     if not any(later.values()):
         return None
-    return max(ms - earlier.get(name, ms) for name, ms in later.items()) * _MILLISECOND
+    return max([ms - earlier.get(name, ms) for name, ms in later.items()]) * _MILLISECOND
 
 
 def _disk_times(content: bytes | None) -> dict[bytes, int]:
     """Return the ms of each disk and partition, by name."""
-    rows = [line.split() for line in (content or b"").splitlines()]
-    return {
-        row[_NAME]: sum(int(row[at]) for at in _TIMES if at < len(row) and row[at].isdigit())
-        for row in rows
-        if len(row) > _TIMES[1]
-    }
+    found: dict[bytes, int] = {}
+    for line in (content or b"").splitlines():
+        row = line.split()
+        if len(row) > _TIMES[1]:
+            ms = 0
+            for at in _TIMES:  # in one frame: a machine has many disks
+                if at < len(row) and row[at].isdigit():
+                    ms += int(row[at])
+            found[row[_NAME]] = ms
+    return found
 
 
 def own_groups(files: SystemFiles) -> Iterator[tuple[str, PurePosixPath]]:

@@ -28,7 +28,7 @@ class WrittenRing:
     def __init__(self, path: Path, header: bytes, chunks: int) -> None:
         self.at = 0
         self._room = CHUNK_SIZE - CHUNK.size - 8 - len(header)
-        self.ring = Ring(path, Size(CHUNK_SIZE, chunks), header, reserves=False)
+        self.ring = Ring(path, Size(CHUNK_SIZE, chunks), header)
 
     def steps(self, count: int) -> None:
         for _ in range(count):

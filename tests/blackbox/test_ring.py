@@ -4,6 +4,7 @@ import errno
 import itertools
 import os
 from collections.abc import Callable, Container
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -17,7 +18,7 @@ from firmware_runtime.executive.outcome import Outcome
 from firmware_runtime.recording.blackbox import steps
 from firmware_runtime.recording.blackbox.layout import CHUNK, PREFIX_SIZE, SECTION
 from firmware_runtime.recording.blackbox.reader import kind_of, read_recording
-from firmware_runtime.recording.blackbox.ring import Ring, SectionTooLarge
+from firmware_runtime.recording.blackbox.ring import AHEAD, ALL, STEP, Ring, SectionTooLarge
 from firmware_runtime.recording.blackbox.section import Kind, encode, encode_into
 from firmware_runtime.recording.blackbox.size import Size, size_for
 from firmware_runtime.recording.board_of_recording import board_of_table
@@ -55,7 +56,7 @@ def _run(path: Path, span_s: float = 1) -> tuple[Outcome, list[str]]:
 def test_a_section_that_no_chunk_can_hold_is_refused_and_the_next_is_written(
     tmp_path: Path,
 ) -> None:
-    ring = Ring(tmp_path / "x.recording", SIZE, HEADER, reserves=False)
+    ring = Ring(tmp_path / "x.recording", SIZE, HEADER)
     with pytest.raises(SectionTooLarge, match="16384 bytes"):
         ring.write(bytes(SIZE.chunk_bytes))
     assert ring.write(b"next") is False
@@ -67,31 +68,46 @@ def test_a_section_that_no_chunk_can_hold_is_refused_and_the_next_is_written(
 
 def test_a_header_that_leaves_no_room_is_refused(tmp_path: Path) -> None:
     with pytest.raises(ConfigError, match="header of 13000 bytes"):
-        Ring(tmp_path / "x.recording", SIZE, bytes(13_000), reserves=False)
+        Ring(tmp_path / "x.recording", SIZE, bytes(13_000))
     assert list(tmp_path.iterdir()) == []
 
 
-@pytest.mark.parametrize("reserves", [True, False])
-def test_every_page_that_is_written_to_has_been_taken(tmp_path: Path, *, reserves: bool) -> None:
+def test_every_page_that_is_written_to_has_been_taken_and_no_more_than_a_way_ahead(
+    tmp_path: Path,
+) -> None:
+    path, size = tmp_path / "x.recording", Size(2 * AHEAD, 3)
+    ring = Ring(path, size, HEADER)
+    for _ in range(3 * size.bytes // 15_000):
+        ring.write(bytes(15_000))
+        taken = path.stat().st_blocks * 512
+        if ring.has_wrapped:
+            assert taken >= size.bytes
+        else:
+            assert ring.place <= taken <= ring.place + 2 * AHEAD
+    assert ring.has_wrapped
+    ring.close()
+
+
+def test_it_is_filled_ahead_in_small_steps_until_all_of_it_is(tmp_path: Path) -> None:
     path = tmp_path / "x.recording"
-    ring = Ring(path, SIZE, HEADER, reserves=reserves)
-    ring.write(bytes(15_000))
-    for count in range(1, SIZE.chunks + 2):
-        chunks = SIZE.chunks if reserves else min(count, SIZE.chunks)
-        assert path.stat().st_blocks * 512 >= chunks * SIZE.chunk_bytes
-        assert ring.has_wrapped is (count > SIZE.chunks)
-        ring.write(bytes(15_000))  # the next one needs a chunk of its own
+    ring = Ring(path, Size(AHEAD, 2), HEADER)
+    filled = [ring.filled]
+    while ring.filled < ALL:
+        ring.fill_ahead()
+        filled.append(ring.filled)
+    assert {after - before for before, after in pairwise(filled[:-1])} == {STEP}
+    assert path.stat().st_blocks * 512 >= 2 * AHEAD
     ring.close()
 
 
 def test_no_room_for_the_next_chunk_is_said(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    ring = Ring(tmp_path / "x.recording", SIZE, HEADER, reserves=False)
+    ring = Ring(tmp_path / "x.recording", Size(AHEAD, 2), HEADER)
     monkeypatch.setattr(os, "posix_fallocate", _full)
-    ring.write(bytes(15_000))
+    ring.write(bytes(AHEAD - 1000))
     with pytest.raises(OSError, match="No space"):
-        ring.write(bytes(2_000))
+        ring.write(bytes(AHEAD - 1000))
     ring.close()
 
 

@@ -13,8 +13,8 @@ from firmware_runtime.runs.start import start_session
 from tests.support.counted_calls import CountingClock
 
 FROM, TICK = 400 * MILLISECOND, 10 * MILLISECOND
-TAPPED = {"begin": 1, "transaction": 2, "is_enabled": 1}
-"""Within a step: that it begins, transfers, the interlock; a tapped port takes no further call."""
+TAPPED = {"begin": 1, "is_enabled": 1}
+"""Within a step: that it begins, the interlock; ports and buses note without a further call."""
 OF_A_WORLD = {"output": 1, "internal": 1, "external": 1}
 """A probe of the doubles' world, which a robot with chips has not."""
 WRITING = {"end": 1}

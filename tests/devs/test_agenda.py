@@ -14,7 +14,7 @@ class AgendaAgainstAPlainDictionary(RuleBasedStateMachine):
     def __init__(self) -> None:
         super().__init__()
         self.agenda = Agenda(MODELS)
-        self.agenda._most_pairs = MODELS + 1  # so that stale pairs are dropped often
+        self.agenda._most = MODELS + 2  # so that stale entries are dropped often
         self.due: dict[int, int] = {}
         self.now = 0
 
@@ -73,6 +73,6 @@ def test_a_timeout_that_is_always_rebooked_does_not_fill_the_memory() -> None:
     agenda.book(1, 3)
     for at in range(10, 10_010):
         agenda.book(0, at)
-    assert len(agenda._heap) < 100
+    assert len(agenda.heap) < 100
     assert [agenda.take(3), agenda.take(10_009)] == [[1], [0]]
     assert agenda.next_at() == NEVER

@@ -5,40 +5,40 @@ from typing import Any, TypeAlias
 from hypothesis import given
 from hypothesis import strategies as st
 
-from firmware_runtime.devs.ports import InPort
-from firmware_runtime.devs.sharing import Bags, pools
-from firmware_runtime.devs.simulator import Simulator
+from firmware_runtime.devs.ports import InPort, OutPort
+from firmware_runtime.devs.simulator import Simulator, pools
 from tests.support.devs_models import Clock, Log, top
 
 A, B, C, D = (Log(name).values for name in "abcd")
 Wires: TypeAlias = list[list[int]]
+Bags: TypeAlias = tuple[InPort[Any], ...]
 
 
-def shared(several: dict[Bags, int], alone: tuple[InPort[Any], ...] = ()) -> list[Bags]:
-    """The bags of each pool, given how many ports feed which bags."""
-    ports = {bags: [object()] * count for bags, count in several.items()}
-    return [pool.bags for pool in pools(ports, alone)]
+def shared(*feeds: Bags) -> list[Bags]:
+    """The bags of each pool, given the bags that each port feeds."""
+    ports = [(OutPort(A.owner, f"out_{number}", int), [*each]) for number, each in enumerate(feeds)]
+    return [tuple(pool.bags) for pool in pools(ports, [])]
 
 
 def test_two_ports_that_feed_the_same_bags_give_these_a_pool() -> None:
-    assert shared({(A, B, C): 2}) == [(A, B, C)]
+    assert shared((A, B, C), (A, B, C)) == [(A, B, C)]
 
 
 def test_one_port_alone_feeds_its_bags_without_a_pool() -> None:
-    assert shared({(A, B): 1, (C, D): 1}) == []
+    assert shared((A, B), (C, D)) == []
 
 
 def test_bags_that_other_ports_feed_too_share_with_those_that_the_same_ones_feed() -> None:
-    assert shared({(A, B, C): 2, (B, C): 1}) == [(B, C)]
-    assert shared({(A, B): 2, (B, C): 2}) == []
+    assert shared((A, B, C), (A, B, C), (B, C)) == [(B, C)]
+    assert shared((A, B), (A, B), (B, C), (B, C)) == []
 
 
 def test_a_bag_that_a_port_feeds_by_itself_shares_with_no_other() -> None:
-    assert shared({(A, B, C): 2}, alone=(B,)) == [(A, C)]
+    assert shared((A, B, C), (A, B, C), (B,)) == [(A, C)]
 
 
-def test_a_bag_fed_twice_by_a_port_shares_with_those_fed_twice() -> None:
-    assert shared({(A, B, A, C, B): 2}) == [(A, B)]
+def test_a_bag_fed_twice_by_a_port_shares_with_none() -> None:
+    assert shared((A, B, A, C, B), (A, B, A, C, B)) == []
 
 
 WIRES = st.lists(

@@ -1,7 +1,7 @@
-"""A tapped port notes each value after its number, and sends as it did."""
+"""A port that is recorded notes each value after its number, and sends as it did."""
 
+from firmware_runtime.devs.ports import Sent
 from firmware_runtime.devs.simulator import Simulator
-from firmware_runtime.devs.tapped_ports import Sent, tap
 from tests.support.periodic_models import PERIOD, Robot
 
 
@@ -9,8 +9,8 @@ def tapped() -> tuple[Robot, Simulator, Sent]:
     """A robot of whose models the one sends to another, and the other to none."""
     robot, sent = Robot(compass=PERIOD), Sent()
     simulator = Simulator(robot)
-    tap(robot.imu.sample, 7, sent)
-    tap(robot.compass.sample, 9, sent)
+    robot.imu.sample.record(7, sent)
+    robot.compass.sample.record(9, sent)
     return robot, simulator, sent
 
 
@@ -32,11 +32,10 @@ def test_a_listener_gets_what_leaves_a_tapped_port_also_where_it_is_coupled_to_n
     assert sent[2::4] == [9, 9]
 
 
-def test_a_tapped_port_leads_somewhere_and_is_the_object_it_was() -> None:
+def test_a_port_that_is_recorded_leads_somewhere() -> None:
     robot = Robot(compass=PERIOD)
     Simulator(robot)
     port = robot.compass.sample
     assert not port.leads_somewhere
-    tap(port, 0, [])
+    port.record(0, [])
     assert port.leads_somewhere
-    assert port is robot.compass.out_ports["sample"]

@@ -26,27 +26,27 @@ def test_nothing_has_arrived_at_first() -> None:
     arrivals = Arrivals(inbox, [])
     assert arrivals.next_at(5) == NEVER
     assert list(arrivals.take(NEVER)) == []
-    assert arrivals.sources == [inbox]
+    assert arrivals.sources(waits=True) == [inbox]
 
 
 def test_an_inbox_is_asked_only_when_it_was_woken_where_nothing_waits() -> None:
     inbox, robot = Inbox(ManualClock()), Robot()
     arrivals = Arrivals(inbox, [])
-    assert arrivals.sources_to_ask == []
+    assert arrivals.sources(waits=False) == []
     inbox.post(robot.command, 1)
-    assert arrivals.sources_to_ask == [inbox]
+    assert arrivals.sources(waits=False) == [inbox]
     arrivals.receive([inbox], now=0)
-    assert arrivals.sources_to_ask == []
+    assert arrivals.sources(waits=False) == []
     inbox.wake()
-    assert arrivals.sources_to_ask == [inbox]
+    assert arrivals.sources(waits=False) == [inbox]
 
 
 def test_a_source_beside_the_inbox_is_always_asked() -> None:
     burst = Burst(Robot().command, CAPACITY)
     arrivals = Arrivals(Inbox(ManualClock()), [burst])
-    assert burst in arrivals.sources_to_ask
+    assert burst in arrivals.sources(waits=False)
     arrivals.receive([burst], now=1)
-    assert arrivals.sources_to_ask == []
+    assert arrivals.sources(waits=False) == []
 
 
 def test_what_a_source_gives_at_once_shares_the_instant_of_reading() -> None:
@@ -69,6 +69,6 @@ def test_sources_are_not_read_while_too_much_waits() -> None:
     burst = Burst(Robot().command, CAPACITY)
     arrivals = Arrivals(Inbox(ManualClock()), [burst])
     arrivals.receive([burst], now=1)
-    assert arrivals.sources == []
+    assert arrivals.sources(waits=True) == []
     assert len(list(arrivals.take(1))) == CAPACITY
-    assert burst in arrivals.sources
+    assert burst in arrivals.sources(waits=True)

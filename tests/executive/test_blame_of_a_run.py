@@ -1,6 +1,6 @@
 """What a run in real time leaves of the causes; on another clock it leaves none."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from unittest.mock import Mock
 
 import pytest
@@ -20,6 +20,9 @@ class QuickClock(MonotonicClock):
     def __init__(self) -> None:
         super().__init__()
         self.waits = 0
+
+    def source(self) -> tuple[Callable[[], int], int]:
+        return self.now, 0  # it starts anew with each wait
 
     def wait(self, until: int, sources: Sequence[S]) -> list[S]:  # noqa: ARG002
         self.waits += 1
@@ -64,7 +67,7 @@ def counters_of(run: Run) -> object:
 
 
 def test_what_a_run_takes_to_begin_is_no_usual_steps_time() -> None:
-    tap = Mock(reading=lambda now: now, instrument=lambda _, functions: functions)
+    tap = Mock(instrument=lambda _, functions: functions)
     tap.exit = lambda exit_models: exit_models()
     run = Run(Robot(), QuickClock(), Configuration(tap=tap))
     opened = []

@@ -17,11 +17,11 @@ from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.time import MICROSECOND, MILLISECOND, SECOND
 from firmware_runtime.executive.blame import blamer as blamer_module
 from firmware_runtime.executive.blame.blamer import Blamer
-from firmware_runtime.executive.blame.late import Late
-from firmware_runtime.executive.bus_meter import BusMeter
 from firmware_runtime.executive.clocks import MonotonicClock
 from firmware_runtime.executive.configuration import Configuration
+from firmware_runtime.executive.meters import BusMeter
 from firmware_runtime.executive.profiler import Profiler
+from firmware_runtime.executive.step import Late
 from firmware_runtime.statistics.blame import ABOUT, CAUSES, NOT_MEASURED, BlameRow, Cause
 from firmware_runtime.system.thread_counters import Reading, ThreadCounters
 from tests.support import kernel_text as text
@@ -38,8 +38,8 @@ class Meter:
     def __init__(self) -> None:
         self.retries = self.busy_ns = 0
 
-    def spent(self) -> Iterator[tuple[int, int]]:
-        yield 0x68, self.busy_ns
+    def addresses(self) -> list[int]:
+        return [0x68]
 
 
 class FakeMachine:
@@ -83,11 +83,10 @@ class Loop:
         self.machine, self.meter, self.clock = machine, Meter(), MonotonicClock()
         profiler = Profiler(root, self.clock.now, Configuration())
         meters = [cast("BusMeter", self.meter)]
-        self._blamer = Blamer(self.clock, profiler.step, profiler.accounting.accounts, meters)
+        self._blamer = Blamer(self.clock, profiler.accounting.accounts, meters)
         self._blamer.open(0)
         machine.cpu_ns += STEPS * USUAL
         self._blamer.keep(STEPS)
-        profiler.step.own_times[1] = 5 * MILLISECOND
 
     def sleep(self) -> None:
         """The thread goes to sleep once more than the loop does."""
@@ -100,9 +99,11 @@ class Loop:
         return self._explained(2 * SECOND, step=by_ms * MILLISECOND + USUAL, garbage=garbage)
 
     def _explained(self, at: int, **parts: int) -> BlameRow:
-        on_time = Late(at, 0, 0, USUAL, USUAL, 0, at - 10 * MILLISECOND)
+        own_times, spent = (0, 5 * MILLISECOND), [(self.meter.busy_ns,)]
+        on_time = Late(at, 0, 0, USUAL, USUAL, 0, at - 10 * MILLISECOND, own_times, spent)
         self.machine.cpu_ns += USUAL
-        return self._blamer.explain(replace(on_time, **parts), STEPS + 1)
+        (row,) = self._blamer.explain([replace(on_time, steps=STEPS + 1, **parts)])
+        return row
 
     def close(self) -> None:
         self._blamer.close()

@@ -10,8 +10,7 @@ from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.time import MICROSECOND, MILLISECOND, SECOND
 from firmware_runtime.executive.blame import blamer as blamer_module
-from firmware_runtime.executive.blame.blamer import GAP, Blamer
-from firmware_runtime.executive.blame.late import NOTHING, Late
+from firmware_runtime.executive.blame.blamer import GAP, NOTHING, Blamer
 from firmware_runtime.executive.blame.usual import (
     LEAST_STEPS,
     OLD_STEPS,
@@ -20,11 +19,12 @@ from firmware_runtime.executive.blame.usual import (
     Quiet,
     beyond_usual,
 )
-from firmware_runtime.executive.bus_meter import BusMeter
 from firmware_runtime.executive.clocks import MonotonicClock, ScaledClock, VirtualClock
 from firmware_runtime.executive.configuration import Configuration
+from firmware_runtime.executive.meters import BusMeter
 from firmware_runtime.executive.profiler import Profiler
-from firmware_runtime.statistics.blame import CAUSES, NOT_MEASURED, Cause
+from firmware_runtime.executive.step import Late
+from firmware_runtime.statistics.blame import CAUSES, NOT_MEASURED, BlameRow, Cause
 from firmware_runtime.system.thread_counters import Counted, Reading
 
 
@@ -73,18 +73,24 @@ def blamer(counters: Counters) -> Iterator[Blamer]:
     root.add(Atomic("yaw"))
     clock = MonotonicClock()
     profiler = Profiler(root, clock.now, Configuration())
-    found = Blamer(clock, profiler.step, profiler.accounting.accounts, ())
+    found = Blamer(clock, profiler.accounting.accounts, ())
     found.open(0)
     counters.pass_steps(100)
     found.keep(100)
-    profiler.step.own_times[1] = 4 * MILLISECOND
     yield found
     found.close()
 
 
 def late(at: int = 2 * SECOND, **parts: int) -> Late:
-    nothing = Late(at, 0, 0, 300 * MICROSECOND, 300 * MICROSECOND, 0, at - 10 * MILLISECOND)
+    usual, own_times = 300 * MICROSECOND, (0, 4 * MILLISECOND)
+    nothing = Late(at, 0, 0, usual, usual, 0, at - 10 * MILLISECOND, own_times)
     return structs.replace(nothing, **parts)
+
+
+def explained(blamer: Blamer, one: Late, steps: int) -> BlameRow:
+    """The verdict on one step, after so many."""
+    (row,) = blamer.explain([structs.replace(one, steps=steps)])
+    return row
 
 
 def cause(number: int) -> str:
@@ -94,7 +100,7 @@ def cause(number: int) -> str:
 def test_what_came_beyond_the_usual_is_blamed(blamer: Blamer, counters: Counters) -> None:
     counters.pass_steps(50)
     counters.run_delay_ns += 3 * MILLISECOND
-    row = blamer.explain(late(wake=3200 * MICROSECOND), 150)
+    row = explained(blamer, late(wake=3200 * MICROSECOND), 150)
     assert cause(row.cause) == Cause.PREEMPTED
     assert (row.explained_ns, row.of_ns) == (3 * MILLISECOND, 3200 * MICROSECOND)
     assert row.throttled_ns == NOT_MEASURED
@@ -102,7 +108,7 @@ def test_what_came_beyond_the_usual_is_blamed(blamer: Blamer, counters: Counters
 
 def test_what_is_usual_explains_nothing(blamer: Blamer, counters: Counters) -> None:
     counters.pass_steps(100)  # with 4 ms of run delay in all
-    row = blamer.explain(late(wake=3 * MILLISECOND), 200)
+    row = explained(blamer, late(wake=3 * MILLISECOND), 200)
     assert cause(row.cause) == Cause.UNKNOWN
     assert (row.run_delay_ns, row.cpu_ns, row.asleep_ns) == (0, 0, 3 * MILLISECOND)
 
@@ -111,14 +117,14 @@ def test_a_reading_after_a_late_one_is_what_the_next_is_compared_with(
     blamer: Blamer, counters: Counters
 ) -> None:
     counters.run_delay_ns += 3 * MILLISECOND
-    blamer.explain(late(wake=3 * MILLISECOND), 101)
-    row = blamer.explain(late(3 * SECOND, wake=3 * MILLISECOND), 102)
+    explained(blamer, late(wake=3 * MILLISECOND), 101)
+    row = explained(blamer, late(3 * SECOND, wake=3 * MILLISECOND), 102)
     assert cause(row.cause) == Cause.UNKNOWN
 
 
 def test_a_long_step_is_its_slowest_models(blamer: Blamer, counters: Counters) -> None:
     counters.cpu_ns += 4 * MILLISECOND
-    row = blamer.explain(late(step=4300 * MICROSECOND), 101)
+    row = explained(blamer, late(step=4300 * MICROSECOND), 101)
     assert (cause(row.cause), row.culprit) == (Cause.MODEL, 1)
 
 
@@ -129,17 +135,17 @@ def test_a_step_that_slept_while_a_tracer_had_it_is_not_called_asleep(
     counters.pass_steps(1)
     counters.voluntary += 1
     counters.traced = traced
-    assert cause(blamer.explain(late(step=50 * MILLISECOND), 101).cause) == found
+    assert cause(explained(blamer, late(step=50 * MILLISECOND), 101).cause) == found
 
 
 def test_an_activation_behind_a_late_step_has_its_cause_and_costs_no_reading(
     blamer: Blamer, counters: Counters
 ) -> None:
     counters.cpu_ns += 12 * MILLISECOND
-    first = blamer.explain(late(step=12 * MILLISECOND), 101)
+    first = explained(blamer, late(step=12 * MILLISECOND), 101)
     reads = counters.reads
-    second = blamer.explain(
-        late(2 * SECOND + MILLISECOND, behind=2 * MILLISECOND, previous_end=2 * SECOND), 102
+    second = explained(
+        blamer, late(2 * SECOND + MILLISECOND, behind=2 * MILLISECOND, previous_end=2 * SECOND), 102
     )
     assert counters.reads == reads
     assert (second.cause, second.culprit) == (first.cause, first.culprit)
@@ -150,7 +156,7 @@ def test_behind_a_step_that_was_not_judged_the_counters_are_read(
     blamer: Blamer, counters: Counters
 ) -> None:
     counters.cpu_ns += 5 * MILLISECOND
-    row = blamer.explain(late(behind=5 * MILLISECOND, previous_end=SECOND), 101)
+    row = explained(blamer, late(behind=5 * MILLISECOND, previous_end=SECOND), 101)
     assert (cause(row.cause), row.culprit) == (Cause.MODEL, NOT_MEASURED)
 
 
@@ -160,35 +166,33 @@ def test_a_loop_that_came_late_to_its_wait_was_busy_between_the_steps(
     assert blamer._clock is not None
     blamer._clock.overdue_at = 1_998_700_000
     counters.cpu_ns += 4 * MILLISECOND
-    row = blamer.explain(late(wake=3200 * MICROSECOND), 101)  # from 1_996_500_000 on
+    row = explained(blamer, late(wake=3200 * MICROSECOND), 101)  # from 1_996_500_000 on
     assert (cause(row.cause), row.explained_ns) == (Cause.BETWEEN, 2_200_000)
 
 
 def test_readings_keep_apart_however_often_the_loop_is_late(
     blamer: Blamer, counters: Counters
 ) -> None:
-    blamer.explain(late(wake=3 * MILLISECOND), 101)
+    explained(blamer, late(wake=3 * MILLISECOND), 101)
     reads = counters.reads
-    row = blamer.explain(late(2 * SECOND + GAP - 1, wake=3 * MILLISECOND), 102)
+    row = explained(blamer, late(2 * SECOND + GAP - 1, wake=3 * MILLISECOND), 102)
     assert counters.reads == reads
     assert (cause(row.cause), row.run_delay_ns) == (Cause.UNKNOWN, NOT_MEASURED)
 
 
 @pytest.mark.parametrize("clock", [VirtualClock(), ScaledClock(2)])
 def test_only_real_time_is_judged(counters: Counters, clock: VirtualClock | ScaledClock) -> None:
-    root = Coupled("root")
-    profiler = Profiler(root, clock.now, Configuration())
-    blamer = Blamer(clock, profiler.step, [], ())
+    blamer = Blamer(clock, [], ())
     blamer.open(0)
     blamer.keep(1)
-    assert blamer.explain(late(wake=SECOND), 1) == NOTHING
+    assert explained(blamer, late(wake=SECOND), 1) == NOTHING
     assert counters.reads == 0
 
 
 def test_a_run_that_is_over_has_its_counters_closed(blamer: Blamer, counters: Counters) -> None:
     blamer.close()
     assert counters.reads == -1
-    assert blamer.explain(late(wake=SECOND), 1) == NOTHING
+    assert explained(blamer, late(wake=SECOND), 1) == NOTHING
 
 
 def test_states_and_throttling_have_no_usual_amount() -> None:
@@ -224,14 +228,17 @@ def test_a_bus_is_blamed_for_what_it_took_of_this_step_beyond_the_mean(counters:
     clock = MonotonicClock()
     profiler = Profiler(root, clock.now, Configuration())
     meter = Mock(spec=BusMeter, retries=0, busy_ns=102 * MILLISECOND)
-    meter.spent = lambda: [(0x40, MILLISECOND), (0x68, 2 * MILLISECOND)]
-    found = Blamer(clock, profiler.step, profiler.accounting.accounts, [meter])
+    meter.addresses.return_value = [0x40, 0x68]
+    one = structs.replace(
+        late(step=3300 * MICROSECOND), own_times=(0,), spent=[(MILLISECOND, 2 * MILLISECOND)]
+    )
+    found = Blamer(clock, profiler.accounting.accounts, [meter])
     found.open(0)
     counters.pass_steps(100)
     found.keep(100)
     counters.pass_steps(2)
     counters.voluntary = 1
-    row = found.explain(late(step=3300 * MICROSECOND), 102)
+    row = explained(found, one, 102)
     found.close()
     assert (cause(row.cause), row.culprit) == (Cause.BUS, 0x68)
     assert (row.explained_ns, row.of_ns) == (2 * MILLISECOND, 3 * MILLISECOND)
@@ -241,12 +248,12 @@ def test_what_slow_steps_took_may_be_theirs_until_counters_are_read(
     blamer: Blamer, counters: Counters
 ) -> None:
     counters.run_delay_ns += 3 * MILLISECOND
-    blamer.pass_over(SECOND, 2 * MILLISECOND)
-    row = blamer.explain(late(wake=3200 * MICROSECOND), 101)
+    blamer.pass_over(2 * MILLISECOND)
+    slow = late(wake=3200 * MICROSECOND, beyond=2 * MILLISECOND)
+    row = explained(blamer, slow, 101)  # what it took beyond the usual is none of others
     assert (cause(row.cause), row.others_ns) == (Cause.UNKNOWN, 2 * MILLISECOND)
-    blamer.pass_over(2 * SECOND, 2 * MILLISECOND)  # it is the one that was judged
     counters.run_delay_ns += 3 * MILLISECOND
-    row = blamer.explain(late(3 * SECOND, wake=3200 * MICROSECOND), 102)
+    row = explained(blamer, late(3 * SECOND, wake=3200 * MICROSECOND), 102)
     assert (cause(row.cause), row.others_ns) == (Cause.PREEMPTED, 0)
 
 
@@ -259,3 +266,16 @@ def test_waking_up_belongs_to_what_was_slept_for() -> None:
     dear = structs.replace(pages, run_delay_ns=10 * MILLISECOND)
     found = beyond_usual(Grown(dear, 1, 0), slow).counted.run_delay_ns
     assert found == 10 * MILLISECOND - 800 * MICROSECOND - 38 * WAKE_NS
+
+
+def test_of_steps_that_one_reading_covers_the_first_is_judged_and_less_what_the_others_took(
+    blamer: Blamer, counters: Counters
+) -> None:
+    counters.run_delay_ns += 5 * MILLISECOND
+    first = late(wake=3 * MILLISECOND)
+    later = late(2 * SECOND + 3 * MILLISECOND, wake=2 * MILLISECOND, beyond=MILLISECOND)
+    reads = counters.reads
+    rows = blamer.explain([structs.replace(each, steps=102) for each in (first, later)])
+    assert counters.reads == reads + 1
+    assert [cause(row.cause) for row in rows] == [Cause.PREEMPTED, Cause.UNKNOWN]
+    assert [row.others_ns for row in rows] == [MILLISECOND, NOT_MEASURED]

@@ -1,7 +1,7 @@
 from types import SimpleNamespace
 from typing import Any
 
-from firmware_runtime.executive.bus_meter import BusMeter
+from firmware_runtime.executive.meters import BusMeter
 from firmware_runtime.statistics.histogram import empty_cells
 from firmware_runtime.statistics.layout import DEVICES, Layout
 
@@ -32,10 +32,10 @@ def test_a_device_is_charged_what_it_took_since_the_last_reading() -> None:
     meter = BusMeter(i2c, empty_cells(LAYOUT.cells), LAYOUT, 0)
     i2c.by_address[0x41].busy_ns += 70
     meter.read()
-    assert meter.devices() == [0x40, 0x41] + [0] * 6 + [0, 70] + [0] * 6
+    assert (meter.addresses(), meter.spent) == ([0x40, 0x41] + [0] * 6, [0, 70] + [0] * 6)
 
 
 def test_a_ninth_device_has_no_place_of_its_own() -> None:
     meter = BusMeter(bus(*range(1, 12)), empty_cells(LAYOUT.cells), LAYOUT, 0)
     meter.read()
-    assert len(meter.devices()) == 2 * DEVICES
+    assert len(meter.addresses()) == len(meter.spent) == DEVICES

@@ -18,8 +18,7 @@ from firmware_boards.tachobot.allocation import Allocation
 from msgspec import Struct
 
 from firmware_runtime.cli.main import main
-from firmware_runtime.devs.ports import OutPort, Owner
-from firmware_runtime.devs.tapped_ports import Sent, tap
+from firmware_runtime.devs.ports import OutPort, Owner, Sent
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.errors import Status
 from firmware_runtime.recording.classes import (
@@ -304,7 +303,7 @@ class Noting:
         for number, value in zip(sent[::2], sent[1::2], strict=True):
             if number not in self._ports:
                 port = self._ports[number] = OutPort(Owner("model"), str(number), object)
-                tap(port, number, self.sent, self.classes.unlike)
+                port.record(number, self.sent, self.classes.unlike)
             self._ports[number].send(value)
         found = self.classes.note()
         self.sent.clear()

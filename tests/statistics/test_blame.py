@@ -5,7 +5,7 @@ import json
 import pytest
 from msgspec import convert, structs
 
-from firmware_runtime.statistics.blame import BLAME, CAUSES, BlameRow, Cause, blame_of, sentence
+from firmware_runtime.statistics.blame import BLAME, CAUSES, BlameRow, Cause, sentence, verdict_of
 from firmware_runtime.statistics.comparison import difference, merged
 from firmware_runtime.statistics.figures import figures_of
 from firmware_runtime.statistics.file import StatisticsFile
@@ -86,7 +86,7 @@ def test_a_file_of_before_has_room_for_none_and_is_read_as_ever() -> None:
 def test_a_file_with_other_causes_and_cells_is_read_by_its_own_names() -> None:
     other = structs_of(blame=("cause", "of_ns", "cosmic_rays"), causes=("sun", "moon"))
     row = BlameRow(cause=2)
-    assert blame_of(row, LAYOUT) is not None
+    assert verdict_of(row, LAYOUT) is not None
     file = StatisticsFile(other, {"models": {"imu": STATED}, "conditions": {}})
     WorstList(file.cells, other).keep([10, 0, 5, 5, 5, 0, 0, *[0] * 17, 2, 4000, 7])
     blame = file.statistics().figures().worst[0].blame
@@ -114,18 +114,18 @@ def structs_of(**parts: tuple[str, ...]) -> Layout:
     ],
 )
 def test_a_verdict_in_a_few_words(row: BlameRow, said: str) -> None:
-    blame = blame_of(row, LAYOUT)
+    blame = verdict_of(row, LAYOUT)
     assert blame is not None
     assert sentence(blame) == said
 
 
 @pytest.mark.parametrize(("cause", "culprit"), [(len(CAUSES) + 1, 0), (-5, 0)])
 def test_a_cause_that_the_file_does_not_name_is_none(cause: int, culprit: int) -> None:
-    assert blame_of(BlameRow(cause, culprit), LAYOUT) is None
+    assert verdict_of(BlameRow(cause, culprit), LAYOUT) is None
 
 
 def test_a_culprit_that_the_file_does_not_name_is_none() -> None:
     for cause, culprit in ((Cause.MODEL, 7), (Cause.BUS, 0x168)):
-        blame = blame_of(BlameRow(1 + CAUSES.index(cause), culprit, 1, 1), LAYOUT)
+        blame = verdict_of(BlameRow(1 + CAUSES.index(cause), culprit, 1, 1), LAYOUT)
         assert blame is not None
         assert blame.culprit is None

@@ -2,31 +2,36 @@
 
 A step on time costs nothing: it is not looked at. Once a second, after a step that was on time, a
 reading is kept: what comes later is compared with it. After a late one, or a step that took much
-longer than usual, counters are read, what is usual is taken off (`usual`), and the rules name a
-cause. Readings lie `GAP` apart, so that a loop that is late all the time is not made later by them.
+longer than usual, counters are read as soon as there is slack, what is usual is taken off
+(`usual`), and the rules name a cause. Readings lie `GAP` apart, so that a loop that is late all the
+time is not made later by them; of several steps that one reading covers, the first is judged by it.
 
 An activation that is late because of the step before has that step's cause: it was judged already.
 """
 
+import mmap
 from collections.abc import Sequence
+from contextlib import ExitStack
+from functools import cache
+from operator import attrgetter
+from time import thread_time_ns
 
 from msgspec import structs
 
 from firmware_runtime.devs.time import MILLISECOND
 from firmware_runtime.executive.account import ModelAccount
-from firmware_runtime.executive.blame.fault_cost import fault_ns
-from firmware_runtime.executive.blame.late import NOTHING, Late
 from firmware_runtime.executive.blame.rules import ENOUGH, Evidence, Verdict, verdict
 from firmware_runtime.executive.blame.usual import Grown, Mark, Quiet, beyond_usual, grown
-from firmware_runtime.executive.bus_meter import BusMeter
 from firmware_runtime.executive.clocks import Clock, MonotonicClock
-from firmware_runtime.executive.step import Step
+from firmware_runtime.executive.meters import BusMeter
+from firmware_runtime.executive.step import Late
 from firmware_runtime.statistics.blame import CAUSES, NOT_MEASURED, BlameRow
 from firmware_runtime.system.machine_counters import CONTINUED
-from firmware_runtime.system.thread_counters import ThreadCounters
+from firmware_runtime.system.thread_counters import Counted, ThreadCounters
 
 GAP = MILLISECOND
 """Ns from one reading to the next; a late activation in between has no evidence."""
+NOTHING = BlameRow()
 UNREAD = BlameRow(cause=1)
 """Late, and the counters were not read."""
 
@@ -37,12 +42,10 @@ class Blamer:
     def __init__(
         self,
         clock: Clock,
-        step: Step,
         accounts: Sequence[ModelAccount],
         meters: Sequence[BusMeter],
     ) -> None:
         self._clock = clock if isinstance(clock, MonotonicClock) and clock.speed == 1 else None
-        self._step = step
         self._accounts = accounts
         self._meters = meters
         self._counters: ThreadCounters | None = None
@@ -80,34 +83,36 @@ class Blamer:
             self._quiet, self._usual = found, None
         self._before, self._others = mark, 0
 
-    def pass_over(self, ended: int, beyond: int) -> None:
-        """Note what the step that has just ended took beyond the usual, unless it was judged."""
-        if ended != self._read_at:
-            self._others += beyond
+    def pass_over(self, beyond: int) -> None:
+        """Note what a step that is not judged took beyond the usual."""
+        self._others += beyond
 
-    def explain(self, late: Late, steps: int) -> BlameRow:
-        """Why the step that has just ended was late, or took so long."""
+    def explain(self, late: Sequence[Late]) -> list[BlameRow]:
+        """Why these steps, the last of which has just ended, were late, or took so long."""
         if self._counters is None or self._before is None:
-            return NOTHING
-        of_ns = late.of
-        is_behind = late.behind > late.wake + late.in_step
-        if is_behind and late.previous_end == self._last_ended:
-            row = structs.replace(
-                self._last, of_ns=of_ns, explained_ns=min(self._last.explained_ns, of_ns)
-            )
-        elif late.ended < self._read_at + GAP:
-            row = structs.replace(UNREAD, of_ns=of_ns)
-        else:
-            row = self._judge(self._counters, self._before, late, steps)
-        self._last, self._last_ended = row, late.ended
-        return row
+            return [NOTHING] * len(late)
+        self._others += sum([each.beyond for each in late])
+        rows, read_at = list[BlameRow](), self._read_at
+        for each in late:
+            is_behind = each.behind > each.wake + each.in_step
+            if is_behind and each.previous_end == self._last_ended:
+                explained = min(self._last.explained_ns, each.of)
+                row = structs.replace(self._last, of_ns=each.of, explained_ns=explained)
+            elif read_at != self._read_at or each.ended < read_at + GAP:
+                row = structs.replace(UNREAD, of_ns=each.of)
+            else:
+                self._read_at = late[-1].ended
+                row = self._judge(self._counters, self._before, each)
+            self._last, self._last_ended = row, each.ended
+            rows.append(row)
+        return rows
 
-    def _judge(self, counters: ThreadCounters, before: Mark, late: Late, steps: int) -> BlameRow:
-        self._read_at = late.ended
-        mark = self._mark(counters, steps)
+    def _judge(self, counters: ThreadCounters, before: Mark, late: Late) -> BlameRow:
+        mark = self._mark(counters, late.steps)
         if self._usual is None and self._quiet is not None:
             self._usual = grown(self._quiet.before, self._quiet.after)
-        evidence = self._evidence(late, beyond_usual(grown(before, mark), self._usual), steps)
+        self._others -= late.beyond
+        evidence = self._evidence(late, beyond_usual(grown(before, mark), self._usual))
         if min(evidence.cpu_ns, evidence.in_step_ns) >= ENOUGH * evidence.of_ns:
             evidence = structs.replace(evidence, supply=counters.supply())
         if (evidence.slept_ns or 0) >= ENOUGH * evidence.of_ns:
@@ -119,14 +124,11 @@ class Blamer:
         retries = sum(meter.retries for meter in self._meters)
         return Mark(counters.read(), steps, retries)
 
-    def _evidence(self, late: Late, found: Grown, steps: int) -> Evidence:
+    def _evidence(self, late: Late, found: Grown) -> Evidence:
         counted = found.counted
         faults = (counted.minor_faults + counted.major_faults) * fault_ns()
-        same_names = (
-            name for name in counted.__struct_fields__ if name in Evidence.__struct_fields__
-        )
         return Evidence(
-            **{name: getattr(counted, name) for name in same_names},
+            **dict(zip(_SAME, _same_of(counted), strict=True)),
             of_ns=late.of,
             others_ns=self._others,
             usual_cpu_ns=self._usual_cpu(),
@@ -134,12 +136,12 @@ class Blamer:
             before_wait_ns=self._before_wait(late),
             in_step_ns=late.in_step + late.behind,
             garbage_ns=late.garbage,
-            bus_ns=self._busy_beyond_mean(steps),
+            bus_ns=self._busy_beyond_mean(late),
             faults_ns=min(faults, counted.cpu_ns),
             stops=counted.continued,
             retries=found.retries,
             model=self._slowest(late),
-            device=self._busiest(),
+            device=self._busiest(late),
         )
 
     def _usual_cpu(self) -> int:
@@ -162,42 +164,76 @@ class Blamer:
             return NOT_MEASURED
         beyond = [
             own - account.own_time.sum // max(account.run + account.reactions, 1)
-            for account, own in zip(self._accounts, self._step.own_times, strict=True)
+            for account, own in zip(self._accounts, late.own_times, strict=True)
         ]
         return beyond.index(max(beyond)) if beyond else NOT_MEASURED
 
-    def _busy_beyond_mean(self, steps: int) -> int:
-        """Ns that devices had their buses for in this step, beyond the mean of all `steps`."""
-        here = sum(spent for meter in self._meters for _, spent in meter.spent())
-        in_all = sum(meter.busy_ns for meter in self._meters)
-        return max(here - in_all // max(steps, 1), 0)
+    def _busy_beyond_mean(self, late: Late) -> int:
+        """Ns that devices had their buses for in this step, beyond the mean of all steps."""
+        here = sum(map(sum, late.spent))
+        in_all = sum([meter.busy_ns for meter in self._meters])
+        return max(here - in_all // max(late.steps, 1), 0)
 
-    def _busiest(self) -> int:
+    def _busiest(self, late: Late) -> int:
         """The device that had its bus the longest in this step, as a `BlameRow` numbers it."""
-        found = max(
-            (
-                (spent, number << 8 | address)
-                for number, meter in enumerate(self._meters)
-                for address, spent in meter.spent()
-            ),
-            default=(0, NOT_MEASURED),
-        )
-        return found[1] if found[0] > 0 else NOT_MEASURED
+        longest, device = 0, NOT_MEASURED
+        for number, (meter, spent) in enumerate(zip(self._meters, late.spent, strict=True)):
+            if max(spent) > longest:
+                longest = max(spent)
+                device = number << 8 | meter.addresses()[spent.index(longest)]
+        return device
+
+
+_SAME = tuple(set(Counted.__struct_fields__) & set(Evidence.__struct_fields__))
+_same_of = attrgetter(*_SAME)
 
 
 def _row(evidence: Evidence, found: Verdict) -> BlameRow:
     """A verdict and its evidence, as the file keeps them."""
-    kept = {
-        name: value
-        for name in BlameRow.__struct_fields__
-        if (value := getattr(evidence, name, None)) is not None
-    }
+    values = dict(zip(_KEPT, _kept_of(evidence), strict=True))
     return BlameRow(
         **{
-            **kept,
+            **{name: NOT_MEASURED if each is None else each for name, each in values.items()},
             "cause": 1 + CAUSES.index(found.cause),
             "culprit": found.culprit,
             "explained_ns": found.explained_ns,
             "moved": int(evidence.was_moved),
         }
     )
+
+
+_KEPT = tuple(name for name in BlameRow.__struct_fields__ if hasattr(Evidence, name))
+_kept_of = attrgetter(*_KEPT)
+
+PAGES = 16
+BATCHES = 5
+
+
+@cache
+def fault_ns() -> int:
+    """Ns of processor time for a page without I/O; what touching it takes is taken off.
+
+    The median of a few batches of memory that is fresh for the process: a page is found, cleared
+    and mapped. 0 where memory is refused.
+    """
+    try:
+        with ExitStack() as kept:
+            size = PAGES * mmap.PAGESIZE
+            batches = [kept.enter_context(mmap.mmap(-1, size)) for _ in range(BATCHES)]
+            found = sorted(map(_first_touch, batches))
+            return max(found[(BATCHES - 1) // 2] // PAGES, 0)
+    except (OSError, ValueError):
+        return 0
+
+
+def _first_touch(memory: mmap.mmap) -> int:
+    """Of all pages together: the first touch, less the second."""
+    first = _touch(memory)
+    return first - _touch(memory)
+
+
+def _touch(memory: mmap.mmap) -> int:
+    began = thread_time_ns()
+    for at in range(0, len(memory), mmap.PAGESIZE):
+        memory[at] = 1
+    return thread_time_ns() - began

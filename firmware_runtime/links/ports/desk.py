@@ -43,30 +43,32 @@ class Desk:
     def __init__(self, answers: Mapping[str, Respond], slow: Mapping[str, int]) -> None:
         self._answers = answers
         self._slow = slow
-        self._waiting: deque[_Asked] = deque()
-        self._answer_at = 0
+        self.waiting: deque[_Asked] = deque()
+        self._answer_at: int | None = None
+        """When the first of them is answered all the same, an instant of the run."""
         self.asked_at = 0
         """When the request that is answered was sent, ns of CLOCK_MONOTONIC, by the kernel."""
 
     def take(self, request: Ask, age: int, reply: Reply) -> None:
         """Answer a request of this age, ns, now or when there is time for it."""
         asked = _Asked(request, reply, monotonic_ns() - age)
-        if request.name in self._slow and len(self._waiting) < _MOST_SLOW:
-            self._waiting.append(asked)
+        if request.name in self._slow and len(self.waiting) < _MOST_SLOW:
+            self.waiting.append(asked)
         else:
             self._answer(asked)
 
     def between_steps(self, now: int, left: int) -> None:
-        """Answer a slow request, as soon as it makes no activation late."""
-        if not self._waiting:
+        """Answer the first slow request, as soon as it makes no activation late."""
+        if self._answer_at is None:
             self._answer_at = now + SLOW_PATIENCE
-        elif left >= self._slow[self._waiting[0].request.name] or now >= self._answer_at:
-            self._answer(self._waiting.popleft())
+        if left >= self._slow[self.waiting[0].request.name] or now >= self._answer_at:
+            self._answer_at = None
+            self._answer(self.waiting.popleft())
 
     def refuse_waiting(self, name: str, why: str) -> None:
         """Refuse the slow requests of this name that wait."""
-        for each in [each for each in self._waiting if each.request.name == name]:
-            self._waiting.remove(each)
+        for each in [each for each in self.waiting if each.request.name == name]:
+            self.waiting.remove(each)
             each.reply({"refused": [why]})
 
     def _answer(self, asked: _Asked) -> None:

@@ -10,9 +10,8 @@ from msgspec.json import decode
 from firmware_runtime.devs.component import Component
 from firmware_runtime.devs.coupled import ports_below
 from firmware_runtime.devs.engine import Engine
-from firmware_runtime.devs.listening import Listening
 from firmware_runtime.devs.part import Part
-from firmware_runtime.devs.ports import InPort, OutPort
+from firmware_runtime.devs.ports import InPort, Listening, OutPort
 from firmware_runtime.devs.time import NEVER, SECOND
 from firmware_runtime.errors import did_you_mean, with_article
 from firmware_runtime.links.leaf_values import PLAIN, Form

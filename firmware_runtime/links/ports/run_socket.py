@@ -155,8 +155,9 @@ class RunSocket:
 
     def between_steps(self, now: int, left: int) -> None:
         """Answer what has waited for time, and send what is to be sent, as far as there is some."""
-        self.desk.between_steps(now, left)
-        if self._watchers and self._watchers.forget_silent():
+        if self.desk.waiting:
+            self.desk.between_steps(now, left)
+        if self._connections and self._watchers.forget_silent():
             self._open_taps()
         if self._answers or self._taps.sent:
             self._send_waiting(now + left - RESERVE)

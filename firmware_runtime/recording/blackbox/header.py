@@ -21,8 +21,6 @@ class Header(RecordedBoard, frozen=True, kw_only=True):
     has_world: bool
     """Whether its doubles were in the same process, and their world's models in the model."""
     speed: float
-    takes_time: bool = True
-    """Whether functions of models are timed: not in virtual time without statistics."""
     lines: list[str]
     """Names of buses and ports, in order of their numbers."""
     early: list[str]

@@ -14,7 +14,7 @@ from struct import Struct
 from typing import Final
 from zlib import crc32
 
-MAGIC: Final = b"FWRTBOX6"
+MAGIC: Final = b"FWRTBOX7"
 """The last letter is the format's: another for each in which a recording is another's to read."""
 PREFIX: Final = Struct("<8sII")
 PREFIX_SIZE: Final = 64

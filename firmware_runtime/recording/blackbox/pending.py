@@ -6,7 +6,7 @@ since CPython does `list.append(value)` without a call. Within a step nothing el
 
 from typing import Any, Final
 
-from firmware_runtime.devs.tapped_ports import Sent
+from firmware_runtime.devs.ports import Sent
 from firmware_runtime.recording.blackbox.section import Kind
 from firmware_runtime.recording.classes import NotedClasses
 

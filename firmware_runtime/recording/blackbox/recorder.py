@@ -5,7 +5,7 @@ one section (`section`), which is copied into shared memory (`writer`).
 """
 
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from time import monotonic_ns, time_ns
 from typing import Any
 from zlib import crc32
@@ -15,29 +15,29 @@ from firmware_runtime.devs.functions import Functions
 from firmware_runtime.devs.ports import InPort
 from firmware_runtime.devs.time import NEVER
 from firmware_runtime.errors import raised_words
-from firmware_runtime.executive.clocks import Clock, VirtualClock, tapped_clock
+from firmware_runtime.executive.clocks import Clock, VirtualClock
 from firmware_runtime.executive.outcome import Outcome
-from firmware_runtime.hal.i2c import I2cBus
+from firmware_runtime.executive.step import Step
+from firmware_runtime.hal.accounted_bus import AccountedBus
 from firmware_runtime.hal.interlock import Interlock
 from firmware_runtime.hal.line_time import LineTime
 from firmware_runtime.hal.serial import SerialPort
-from firmware_runtime.recording.blackbox.keyframe_schedule import Keyframes, KeyframeSchedule
+from firmware_runtime.recording.blackbox.keyframe_schedule import (
+    RESERVE,
+    Keyframes,
+    KeyframeSchedule,
+)
 from firmware_runtime.recording.blackbox.keyframe_warnings import LARGE, KeyframeWarnings
 from firmware_runtime.recording.blackbox.pending import NO_STEP, Pending
 from firmware_runtime.recording.blackbox.ring import Ring
 from firmware_runtime.recording.blackbox.section import Kind, encode, sentences
 from firmware_runtime.recording.blackbox.steps import EndOfStep, begin_of_step, end_of_step
 from firmware_runtime.recording.blackbox.tapped_lines import (
-    TappedBus,
     TappedPort,
     TappedTime,
     tapped_interlock,
 )
-from firmware_runtime.recording.blackbox.tapped_models import (
-    tap_outputs,
-    tapped_world,
-    untapped_sends,
-)
+from firmware_runtime.recording.blackbox.tapped_models import tap_outputs, tapped_world
 from firmware_runtime.recording.blackbox.writer import Writer
 from firmware_runtime.recording.random_state import begin_late, places
 from firmware_runtime.recording.values import UnknownValue, legible, plain
@@ -57,6 +57,7 @@ class Recorder:
         """The robot's own models; others belong to a world."""
         self.pending = Pending()
         self._fault: str | None = None
+        self._step = Step(clock.now)
         self._clock = clock
         self._now = clock.now
         self.chance = places()
@@ -79,12 +80,12 @@ class Recorder:
 
     # What is tapped -----------------------------------------------------------------------------
 
-    def bus(self, bus: I2cBus) -> I2cBus:
-        """A bus, tapped."""
+    def bus(self, bus: AccountedBus, *, returns_early: bool) -> None:
+        """A bus whose transactions are noted, in the order in which buses and ports are opened."""
+        bus.record(len(self.lines), self.pending.transfers, self._now)
         self.lines.append(bus.name)
-        if bus.returns_early:
+        if returns_early:
             self.early.append(bus.name)
-        return TappedBus(bus, len(self.lines) - 1, self.pending.transfers, self._now)
 
     def port(self, port: SerialPort) -> SerialPort:
         """A serial port, tapped."""
@@ -99,11 +100,9 @@ class Recorder:
         """An output interlock, tapped."""
         return tapped_interlock(interlock, self.pending.enabled)
 
-    def reading(self, now: Callable[[], int]) -> Callable[[], int]:
-        """The clock as the steps read it, tapped."""
-        if isinstance(self._clock, VirtualClock):  # it stands still within a step
-            return now
-        return tapped_clock(self._clock, self.pending.readings)
+    def watch(self, step: Step) -> None:
+        """The steps of the run, of which the readings of the clock are noted."""
+        self._step = step
 
     def instrument(self, atomic: Atomic, functions: Functions) -> Functions:
         """A model of the robot's as it is, one of a world tapped."""
@@ -137,7 +136,6 @@ class Recorder:
             if atomic not in self.own
             for port in atomic.out_ports.values()
         )
-        self._fault = untapped_sends(atomics)
 
     def warn(self, log: Callable[[str], None]) -> None:
         """Let `log` get what will keep the run from being replayed, while it goes on."""
@@ -192,8 +190,8 @@ class Recorder:
             self._writer.open(self._make_ring)
             self._make_ring = None
             if (ring := self._writer.ring) is not None:
-                written = self.pending, ring, self._writer, self._schedule
-                self.end = end_of_step(*written, self._take_keyframe)
+                written = self._step, self.pending, ring, self._writer, self._schedule
+                self.end = end_of_step(*written, self._take_keyframe, self._fill_ahead)
         self._writer.write(Kind.GO_ON, until)
         self._schedule.open(self._written_nowhere)
         if self._schedule.cannot is not None:
@@ -257,6 +255,7 @@ class Recorder:
 
     def _end(self, at: int, next_at: int) -> None:
         """A step is over that goes into no ring."""
+        self._note_readings()
         self._writer.write(Kind.STEP, at)
         if at >= self._schedule.due_at:
             self._take_keyframe(next_at)
@@ -290,10 +289,23 @@ class Recorder:
             schedule.failed(now, spent)  # no chunk has room for it
         self._warnings.missed(now, schedule.fault, is_last_chunk=ring.is_in_last_chunk)
 
+    def _fill_ahead(self, next_at: int) -> None:
+        """Take a little more of the ring's space, if there is time enough until the next step."""
+        ring = self._writer.ring
+        if ring is not None and min(next_at, self.until) - self._now() >= RESERVE:
+            with suppress(OSError):  # it is said when the space is needed
+                ring.fill_ahead()
+
     def _flush(self) -> None:
         """Write what is pending: the step that is over, or something outside of any."""
         if (at := self.pending.step_at) != NO_STEP:
             self._has_raised = True
+            self._note_readings()
             self._writer.write(Kind.STEP, at)
         elif self.pending:
             self._writer.write(Kind.OUTSIDE, self._now())
+
+    def _note_readings(self) -> None:
+        """Note what the clock said in the step; in virtual time it stands still."""
+        if not self._step.stands_still:
+            self.pending.readings += self._step.readings()

@@ -1,7 +1,9 @@
 """The ring: chunks in shared memory that a run writes sections into, without a system call.
 
 The pages belong to the kernel, so they outlive the process, `kill -9` included; a disk has no part
-in it. In real time its space is allocated, and its pages are mapped, at once, before the run.
+in it. Its space is taken, and its pages are mapped, as it fills, some way ahead of what is written:
+in small steps, in the slack of the run (`fill_ahead`). Where there was no slack, a step is taken
+when it is needed.
 """
 
 import errno
@@ -17,6 +19,12 @@ from firmware_runtime.recording.blackbox.size import Size
 from firmware_runtime.recording.blackbox.spare_header import spare_of
 
 _MADV_POPULATE_WRITE = 23
+STEP = 64 * 1024
+"""Bytes that are taken and mapped at once: some 30 us."""
+AHEAD = 4 * STEP
+"""How far ahead of what is written the ring is filled."""
+ALL = 1 << 62
+"""In the place of a number of bytes: all of it is mapped."""
 _MODE = 0o640
 """The owner writes, the group may read: as with statistics."""
 
@@ -28,19 +36,19 @@ class SectionTooLarge(ValueError):
 class Ring:
     """A new recording at `path`; `header` begins each of its chunks.
 
-    `chunk` is the number of the one that is written, from 1. With `reserves` its memory is taken at
-    once, otherwise that of each chunk when it is begun: a page that cannot be had when it is
-    written to would end the run (SIGBUS). Raises ConfigError if it cannot be made.
+    `chunk` is the number of the one that is written, from 1. No page is written to whose space has
+    not been taken: one that cannot be had then would end the run (SIGBUS). Bytes up to `end` may be
+    written at once, those up to `filled` are mapped. Raises ConfigError if it cannot be made.
 
     A step's section is copied into it as `write` does, without that call (`steps`).
     """
 
     __slots__ = (
-        *("begin", "chunk", "chunk_size", "end", "memory", "path", "place"),
-        *("_chunks", "_descriptor", "_header"),
+        *("begin", "chunk", "chunk_size", "end", "filled", "memory", "path", "place"),
+        *("_chunk_end", "_chunks", "_descriptor", "_header", "_size"),
     )
 
-    def __init__(self, path: Path, size: Size, header: bytes, *, reserves: bool) -> None:
+    def __init__(self, path: Path, size: Size, header: bytes) -> None:
         self.path = path
         self.chunk = 0
         self.chunk_size = size.chunk_bytes
@@ -50,11 +58,14 @@ class Ring:
             fault = f"its header of {len(header)} bytes leaves too little room in a chunk"
             expected = "expected more recording.minutes, or fewer ports and models"
             raise ConfigError.of_one(str(path), f"{fault}; {expected}")
-        self.memory, self._descriptor = _mapped(path, size, header, reserves=reserves)
-        self.begin = self.end = self.place = 0
-        """Of the chunk, the first byte and the one after it; where the next section goes."""
+        self.memory, self._descriptor = _mapped(path, size, header)
+        self.begin = self.end = self.place = self.filled = self._chunk_end = 0
+        """Of the chunk, the first byte and the one after what may be written; where the next
+        section goes."""
+        self._size = size.bytes
         try:
             self._open_chunk()
+            self.fill_ahead(AHEAD)
         except OSError as error:
             self.close()
             raise _unmade(path, size, error) from error
@@ -66,9 +77,11 @@ class Ring:
         """
         begin = self.place + SECTION.size
         end = begin + len(content)
-        if end > self.end:
+        if end > self._chunk_end:
             self._go_on_in_next_chunk(content)
             return True
+        if end > self.end:
+            self.fill_ahead(end - self.filled)
         SECTION.pack_into(self.memory, self.place, len(content), crc32(content))
         self.memory[begin:end] = content
         CHUNK.pack_into(self.memory, self.begin, self.chunk, end - self.begin)
@@ -94,31 +107,48 @@ class Ring:
 
     def close(self) -> None:
         """Let go of the memory; the file stays, and has no room for more."""
-        self.end = 0
+        self.end = self._chunk_end = 0
         self.memory.close()
-        if self._descriptor is not None:
+        if self._descriptor >= 0:
             os.close(self._descriptor)
-            self._descriptor = None
+            self._descriptor = -1
+
+    def fill_ahead(self, least: int = 1) -> None:
+        """Take the space of the next `STEP` bytes, or of `least`, and map their pages.
+
+        Raises OSError where there is no room for them.
+        """
+        first = self.filled
+        self.filled = last = min(first + max(least, STEP), self._size)
+        if last > first:
+            try:
+                os.posix_fallocate(self._descriptor, first, last - first)
+            except OSError:
+                self.filled = first
+                raise
+            _populate(self.memory, first, last - first)
+        if last == self._size:
+            self.filled = ALL
+        self.end = min(self._chunk_end, self.filled)
 
     def _open_chunk(self) -> None:
         """Begin the next chunk, in the place of the oldest."""
         begin = PREFIX_SIZE + self.chunk % self._chunks * self.chunk_size
-        if self._descriptor is not None and self.chunk < self._chunks:
-            os.posix_fallocate(self._descriptor, begin, self.chunk_size)
-            _populate(self.memory, begin, self.chunk_size)
+        needed = begin + CHUNK.size + SECTION.size + len(self._header)
+        if needed > self.filled:
+            self.fill_ahead(needed - self.filled)
         CHUNK.pack_into(self.memory, begin, 0, 0)
         self.chunk += 1
-        self.begin, self.end = begin, begin + self.chunk_size
+        self.begin, self._chunk_end = begin, begin + self.chunk_size
+        self.end = min(self._chunk_end, self.filled)
         self.place = begin + CHUNK.size
         self.write(self._header)
 
 
-def _mapped(
-    path: Path, size: Size, header: bytes, *, reserves: bool
-) -> tuple[mmap.mmap, int | None]:
+def _mapped(path: Path, size: Size, header: bytes) -> tuple[mmap.mmap, int]:
     """Make the file under a name of its own and map it, then give it the name people know.
 
-    Returns its descriptor too, if its space has not been taken.
+    Returns its descriptor too: its space has not been taken.
     """
     unfinished = path.parent / f".{path.name}.{os.getpid()}"
     try:
@@ -126,18 +156,13 @@ def _mapped(
         unfinished.unlink(missing_ok=True)
         descriptor = os.open(unfinished, os.O_RDWR | os.O_CREAT | os.O_EXCL | os.O_CLOEXEC, _MODE)
         try:
-            if reserves:
-                os.posix_fallocate(descriptor, 0, size.bytes)
-            else:
-                _make_room(descriptor, size.bytes)
+            _make_room(descriptor, size.bytes)
             os.pwrite(descriptor, prefix(size.chunk_bytes, size.chunks), 0)
             spare = spare_of(size.chunk_bytes, size.chunks, size.bytes, header)
             os.pwrite(descriptor, spare, size.bytes)
             memory = mmap.mmap(descriptor, size.bytes)
-            if reserves:
-                _populate(memory, 0, size.bytes)
             unfinished.replace(path)
-            kept = None if reserves else os.dup(descriptor)
+            kept = os.dup(descriptor)
         finally:
             os.close(descriptor)
             unfinished.unlink(missing_ok=True)

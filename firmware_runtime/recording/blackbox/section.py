@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
 import msgspec
 
-from firmware_runtime.devs.tapped_ports import Sent
+from firmware_runtime.devs.ports import Sent
 from firmware_runtime.errors import ConfigError, text_of
 from firmware_runtime.recording.values import UnknownValue, encoded, legible, plain, shallow
 

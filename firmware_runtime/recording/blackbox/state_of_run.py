@@ -11,14 +11,14 @@ from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.errors import text_of
 from firmware_runtime.hal.accounted_bus import AccountedBus
 from firmware_runtime.recording.blackbox.state.keyframes import StateTable, UnkeepableState
-from firmware_runtime.recording.blackbox.tapped_lines import TappedBus, TappedPort, TappedTime
+from firmware_runtime.recording.blackbox.tapped_lines import TappedPort, TappedTime
 from firmware_runtime.recording.random_state import Places
 from firmware_runtime.statistics.file import StatisticsFile
 
 _PARTS: Final = ("simulator", "accounting", "faults", "watches")
 """Of an executive, by which models are scheduled and counted."""
 _EDGES: Final = (
-    *(TappedBus, TappedPort, TappedTime),
+    *(TappedPort, TappedTime),
     *(StatisticsFile, AccountedBus),
 )
 
@@ -42,7 +42,7 @@ def state_of_run(  # noqa: PLR0913 -- parts of a run
     strange = [each for each in accounts if each.atomic not in own]
     world = [each for each in robot.model.components.values() if not _is_own(each, own)]
     atomics = (each.atomic for each in strange)
-    own_edges = (step, step.now, lines.interlock, *strange, *atomics, *world, *edges)
+    own_edges = (step, lines.interlock, *strange, *atomics, *world, *edges)
     parts["began_at"] = step.began_at  # all else of it is set again by each step
     return StateTable({"robot": robot, **parts}, (*_EDGES, *own_edges), Places(chance))
 

@@ -9,10 +9,11 @@ from collections.abc import Callable
 from typing import Protocol
 from zlib import crc32
 
+from firmware_runtime.executive.step import Step
 from firmware_runtime.recording.blackbox.keyframe_schedule import KeyframeSchedule
 from firmware_runtime.recording.blackbox.layout import CHUNK, SECTION
 from firmware_runtime.recording.blackbox.pending import AT, EXTRA, NO_STEP, Pending
-from firmware_runtime.recording.blackbox.ring import Ring
+from firmware_runtime.recording.blackbox.ring import AHEAD, Ring
 from firmware_runtime.recording.blackbox.section import Kind, encode_into
 from firmware_runtime.recording.blackbox.writer import Writer
 
@@ -48,16 +49,19 @@ def begin_of_step(pending: Pending, flush: Callable[[], None]) -> BeginOfStep:
     return begin
 
 
-def end_of_step(
+def end_of_step(  # noqa: C901, PLR0913, PLR0917 -- parts of a recorder, straight on
+    step: Step,
     pending: Pending,
     ring: Ring,
     writer: Writer,
     schedule: KeyframeSchedule,
     take_keyframe: Callable[[int], None],
+    fill_ahead: Callable[[int], None],
 ) -> EndOfStep:
     """What encodes what is pending, clears it, and copies the section into the ring.
 
-    `writer` gets what is not as usual. A keyframe is taken when one is due.
+    `writer` gets what is not as usual. A keyframe is taken when one is due, and the ring is filled
+    some way ahead.
     """
     encode, check = encode_into, crc32
     pack_section, pack_chunk, section_size = SECTION.pack_into, CHUNK.pack_into, SECTION.size
@@ -65,9 +69,16 @@ def end_of_step(
     readings, sent, transfers = pending.readings, pending.sent, pending.transfers
     times, enabled, world, entered = pending.times, pending.enabled, pending.world, pending.entered
     unlike, note = pending.classes.unlike, pending.classes.note
+    noted, has_readings = step.laps.noted, not step.stands_still
 
-    def end(at: int, next_at: int) -> None:
+    def end(at: int, next_at: int) -> None:  # noqa: C901 -- straight on
         content: bytes | bytearray = buffer
+        if has_readings:
+            epoch = step.epoch
+            readings.append(step.started)
+            for reading in noted[2::4]:
+                readings.append(reading - epoch)
+            readings.append(step.ended)
         if unlike:
             fields[EXTRA] = note()
         try:
@@ -99,5 +110,7 @@ def end_of_step(
             writer.put(bytes(content), Kind.STEP, at)
         if at >= schedule.due_at:
             take_keyframe(next_at)
+        if ring.filled < ring.place + AHEAD:
+            fill_ahead(next_at)
 
     return end

@@ -1,13 +1,12 @@
-"""Tapped lines: buses and ports that change nothing and note every transfer and how it ended.
+"""Tapped ports, the time of the lines and the interlock: they change nothing, and note every use.
 
-They stand next to the adapter or double, below retries and counters, so each attempt is noted, also
-one that ended in an error which is none of a line's: of the world behind a double.
+Buses note their transactions themselves (`hal.accounted_bus`). A port stands next to the adapter or
+double, below the counters, so that a use is noted that ended in an error.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from typing import Any, TypeAlias
 
-from firmware_runtime.hal.i2c import I2cBus, Message
 from firmware_runtime.hal.interlock import Interlock
 from firmware_runtime.hal.line_time import LineTime
 from firmware_runtime.hal.serial import SerialPort
@@ -21,38 +20,6 @@ Now: TypeAlias = Callable[[], int]
 def how_it_failed(error: Exception) -> tuple[str, str]:
     """An error as a recording has it: its class and its sentence."""
     return type(error).__name__, str(error)
-
-
-class TappedBus(I2cBus):
-    """Any bus; `number` is its place among the lines."""
-
-    def __init__(self, bus: I2cBus, number: int, transfers: Transfers, now: Now) -> None:
-        self.name = bus.name
-        self.returns_early = bus.returns_early
-        self._bus = bus
-        self._number = number
-        self._transfers = transfers
-        self._now = now
-
-    def transaction(self, address: int, messages: Sequence[Message]) -> bytes:
-        """Carry it out, and note how it ended."""
-        now = self._now  # as a local, which CPython calls sooner
-        try:
-            answer = self._bus.transaction(address, messages)
-        except Exception as error:
-            failed = how_it_failed(error)
-            self._transfers.append((self._number, address, tuple(messages), failed, now()))
-            raise
-        self._transfers.append((self._number, address, messages, answer, now()))
-        return answer
-
-    def pause(self, span: int) -> None:
-        """Let time pass on the bus underneath."""
-        self._bus.pause(span)
-
-    def close(self) -> None:
-        """Close the bus underneath."""
-        self._bus.close()
 
 
 class TappedPort(SerialPort):

@@ -4,17 +4,14 @@ A model of a world, such as a rig's probe, is none of the robot's own. It sees a
 there in a replay, so what it sent and when it wants to be called next is recorded.
 """
 
-import gc
 from collections.abc import Iterable, Iterator
-from types import MethodType
 from typing import Any
 
 from firmware_runtime.devs.atomic import Atomic
-from firmware_runtime.devs.component import Component, below_root
+from firmware_runtime.devs.component import Component
 from firmware_runtime.devs.coupled import with_all_below
 from firmware_runtime.devs.functions import Functions, Wrapped
-from firmware_runtime.devs.ports import OutPort, Register
-from firmware_runtime.devs.tapped_ports import NOT_NOTED, Sent, tap
+from firmware_runtime.devs.ports import OutPort, Sent
 from firmware_runtime.recording.blackbox.pending import Pending
 
 
@@ -32,26 +29,12 @@ def tap_outputs(
     atomics: Iterable[Atomic],
     sent: Sent,
     numbers: Iterable[int] | None = None,
-    unlike: Register = NOT_NOTED,
+    unlike: list[Any] | None = None,
 ) -> None:
     """Append what leaves every output port from now on, by these numbers or in order."""
     ports = output_ports(atomics)
     for number, port in zip(numbers or range(len(ports)), ports, strict=True):
-        tap(port, number, sent, unlike)
-
-
-def untapped_sends(atomics: Iterable[Atomic]) -> str | None:
-    """Say which port is sent through by a method that was taken of it before it was tapped.
-
-    What such a method sends goes past the recording: `self.say = self.out.send`.
-    """
-    ports = output_ports(atomics)
-    for each in gc.get_referrers(*ports):
-        if type(each) is MethodType and each.__func__ is OutPort.send:
-            port = below_root(each.__self__.path)  # type: ignore[attr-defined]  # an OutPort
-            fault = "its `send` was kept before the run, and what is sent by that is not recorded"
-            return f"{port}: {fault}; expected a call of the port's own"
-    return None
+        port.record(number, sent, unlike)
 
 
 def tapped_world(atomic: Atomic, functions: Functions, pending: Pending) -> Functions:

@@ -1,12 +1,12 @@
 """Travel in a recording: the robot is run to any section of it, from the keyframe before."""
 
-import gc
 from bisect import bisect_right
 from collections.abc import Iterator
-from contextlib import contextmanager, nullcontext, suppress
-from typing import Final
+from contextlib import nullcontext, suppress
+from typing import Any, Final
 
 from firmware_runtime.board.registry import Board
+from firmware_runtime.devs.collection import no_collection
 from firmware_runtime.devs.functions import Instrument
 from firmware_runtime.devs.time import NEVER, SECOND
 from firmware_runtime.errors import ConfigError
@@ -110,7 +110,7 @@ class Travel:
         index = min(index, self.length)
         if not self._is_ahead(index):
             self._restore(index)
-        with _no_garbage():
+        with no_collection():
             while self.index < index:
                 self.take()
 
@@ -179,15 +179,3 @@ def _segment(recording: Recording, at: int | None) -> Segment:
     if found[-1].last_at < at < NEVER:
         raise no_instant(recording, at)
     return found[-1]
-
-
-@contextmanager
-def _no_garbage() -> Iterator[None]:
-    """Within the block nothing is searched for garbage, which takes longer than a step."""
-    was = gc.isenabled()
-    gc.disable()
-    try:
-        yield
-    finally:
-        if was:
-            gc.enable()

@@ -9,14 +9,12 @@ Values are those that the models sent again. Where these are not the recorded on
 reads a clock of its own, they are the recorded ones, by the types of their ports.
 """
 
-from collections.abc import Callable, Iterator
-from functools import partial
+from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
 from firmware_runtime.board.registry import Board
-from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.component import below_root
-from firmware_runtime.devs.functions import Functions
+from firmware_runtime.devs.functions import FUNCTIONS
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.executive.step import Step
 from firmware_runtime.recording.blackbox.reader import Recording, Segment
@@ -24,7 +22,6 @@ from firmware_runtime.recording.blackbox.section import Kind, Section
 from firmware_runtime.recording.blackbox.tapped_models import output_ports
 from firmware_runtime.recording.exports.typed_values import Port, Sent, values_in
 from firmware_runtime.recording.replay.player import Player
-from firmware_runtime.recording.replay.rebuilt_robot import each_function
 from firmware_runtime.recording.replay.verdict import WHOLE, Stretch, segments_of, stretch_of
 
 
@@ -73,31 +70,26 @@ def _moments(
     player = Player(recording.header, board, next(sections))
     simulator = player.simulator
     ports = {below_root(port.path): port for port in output_ports(simulator.atomics)}
-    ran: list[Ran] = []
-    with simulator.watched(partial(_observed, player.profiler.step, ran)):
-        for section in stretch_of(sections, stretch.until):
-            found = player.differences
-            player.take(section)
-            if section.has_instant and section.at >= stretch.begin:
-                is_recorded = player.differences == found
-                sent = _sent(player, section) if is_recorded else _recorded(player, section, ports)
-                yield _moment(section, ran.copy(), sent)
-            ran.clear()
+    step = player.profiler.step
+    paths = [below_root(atomic.path) for atomic in simulator.atomics]
+    for section in stretch_of(sections, stretch.until):
+        found = player.differences
+        player.take(section)
+        if section.has_instant and section.at >= stretch.begin:
+            is_recorded = player.differences == found
+            sent = _sent(player, section) if is_recorded else _recorded(player, section, ports)
+            ran = _ran(step, paths) if section.kind is Kind.STEP else []
+            yield _moment(section, ran, sent)
 
 
-def _observed(step: Step, ran: list[Ran], atomic: Atomic, functions: Functions) -> Functions:
-    """Return the functions to call for a model, so that they are noted in `ran`."""
-    path = below_root(atomic.path)
-
-    def noted(name: str, call: Callable[..., None]) -> Callable[..., None]:
-        def run(*arguments: int) -> None:
-            begin = step.lap
-            call(*arguments)
-            ran.append(Ran(path, name, begin, step.lap))
-
-        return run
-
-    return each_function(atomic, functions, noted)
+def _ran(step: Step, paths: Sequence[str]) -> list[Ran]:
+    """The functions of models that were called in the step that is over, in order."""
+    ran, begin, each = list[Ran](), step.started, iter(step.laps.noted)
+    for number, function, reading, _ in zip(each, each, each, each, strict=True):
+        end = reading - step.epoch
+        ran.append(Ran(paths[number], FUNCTIONS[function], begin, end))
+        begin = end
+    return ran
 
 
 def _sent(player: Player, section: Section) -> list[Sent]:

@@ -93,7 +93,7 @@ class OpenPlayer(Player):
         except Exception as error:  # noqa: BLE001 -- the changed code's; what came before stands
             self.failure = error
         finally:
-            self._ledger.commit(step.now(), lambda: self.simulator.next_at)
+            self._commit()
         for number in self._sent[::2]:
             if number not in self.values.played:
                 self.outputs.missing(self.ports[number], at, replayed=True)

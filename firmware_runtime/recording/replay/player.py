@@ -8,6 +8,7 @@ import msgspec
 from firmware_runtime.board.registry import Board
 from firmware_runtime.devs.component import below_root
 from firmware_runtime.devs.coupled import with_all_below
+from firmware_runtime.devs.time import NEVER
 from firmware_runtime.errors import ConfigError, FirmwareRuntimeError, raised_words, text_of
 from firmware_runtime.executive.account import ModelAccount
 from firmware_runtime.executive.accounting import counts_of
@@ -186,7 +187,13 @@ class Player:
         except Exception as error:  # noqa: BLE001 -- as the run did: it is over then
             self.failure = error
         finally:
-            self._ledger.commit(step.now(), lambda: simulator.next_at)
+            self._commit()
+
+    def _commit(self) -> None:
+        """Enter a step into the ledger, and name why it was late."""
+        self._ledger.commit(NEVER)
+        if self._ledger.has_work:
+            self._ledger.use_slack(NEVER)
 
     def _reach(self, section: Section) -> bool:
         """Return whether the robot is where it can make this step."""

@@ -19,8 +19,7 @@ from firmware_runtime.board.robot import Robot
 from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.component import below_root
 from firmware_runtime.devs.functions import Functions, Wrapped
-from firmware_runtime.devs.ports import OutPort
-from firmware_runtime.devs.tapped_ports import Sent
+from firmware_runtime.devs.ports import OutPort, Sent
 from firmware_runtime.devs.time import NEVER
 from firmware_runtime.errors import ConfigError, text_of
 from firmware_runtime.executive.clocks import MonotonicClock, VirtualClock, WorldClock
@@ -28,7 +27,7 @@ from firmware_runtime.executive.inbox import Inbox
 from firmware_runtime.executive.ledger import Ledger
 from firmware_runtime.executive.profiler import Profiler
 from firmware_runtime.executive.progress import Progress
-from firmware_runtime.executive.untimed_ledger import open_ledger
+from firmware_runtime.executive.step import Step
 from firmware_runtime.links.dover.dover import DoverBlocks
 from firmware_runtime.recording.blackbox.header import Header
 from firmware_runtime.recording.blackbox.state.unkeepable import ForeignState
@@ -111,14 +110,13 @@ Port: TypeAlias = OutPort[object]
 
 
 class _ReplayTap:
-    """The tap of a replay: where a run's notes what enters, this one supplies it."""
+    """The tap of a replay: where a run's notes what a world does, this one plays it."""
 
-    def __init__(self, world: PlayedWorld, feed: Feed) -> None:
+    def __init__(self, world: PlayedWorld) -> None:
         self.instrument = world.instrument
-        self._feed = feed
 
-    def reading(self, now: Callable[[], int]) -> Callable[[], int]:  # noqa: ARG002 -- not asked
-        return self._feed.reading
+    def watch(self, step: Step) -> None:
+        """Note nothing: the readings are the recorded ones."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -160,17 +158,15 @@ def rebuilt(header: Header, board: Board, feed: Feed) -> Rebuilt:
     clock = VirtualClock() if feed.is_virtual else MonotonicClock()
     DoverBlocks(robot.model, clock)
     sent: Sent = []
-    tap: object = _ReplayTap(PlayedWorld(own, feed, sent), feed)
+    tap: Any = _ReplayTap(PlayedWorld(own, feed, sent))
     configuration = replace(configuration_of(board, robot.model, lines, elsewhere), tap=tap)
-    profiler = Profiler(
-        robot.model, feed.reading, configuration, stands_still=not header.takes_time
-    )
+    profiler = Profiler(robot.model, feed.reading, configuration, stands_still=feed.is_virtual)
     atomics = profiler.simulator.atomics
     numbers, ports = _numbered(header.ports, output_ports(atomics))
     tap_outputs(atomics, sent, numbers)
     file = profiler.open_file({"clock_speed": header.speed, "until_ns": 0, "conditions": {}}, None)
     progress = Progress(profiler.step, configuration.max_lag, header.speed)
-    ledger = open_ledger(file, profiler, Inbox(feed.reading), VirtualClock(), progress)
+    ledger = Ledger(file, profiler, Inbox(feed.reading), VirtualClock(), progress)
     return Rebuilt(robot, lines, rig, own, profiler, ledger, sent, ports)
 
 

@@ -8,7 +8,7 @@ from typing import Any, Final, TypeAlias
 import msgspec
 from msgspec import Struct
 
-from firmware_runtime.devs.tapped_ports import Sent
+from firmware_runtime.devs.ports import Sent
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.recording.blackbox.section import (
     Kind,

@@ -10,7 +10,6 @@ object gets its attributes or content in place. What the state does not name is 
 built; so a robot of other settings takes up what the run had changed, and keeps its own settings.
 """
 
-import gc
 import zlib
 from collections.abc import Iterable, Iterator, Mapping
 from struct import Struct
@@ -18,16 +17,19 @@ from typing import Any, Final, Protocol
 
 import msgspec
 
+from firmware_runtime.devs.atomic import Atomic
+from firmware_runtime.devs.collection import no_collection
 from firmware_runtime.errors import text_of
+from firmware_runtime.recording.blackbox.state.content import Content
 from firmware_runtime.recording.blackbox.state.differences import ABSENT, FieldDifference, between
 from firmware_runtime.recording.blackbox.state.rows import ABSENT as ABSENT_FORM
-from firmware_runtime.recording.blackbox.state.rows import Declared, Forms, Row, rows_of
+from firmware_runtime.recording.blackbox.state.rows import Attributes, Declared, Forms, Row
 from firmware_runtime.recording.blackbox.state.unkeepable import (
     OTHER_ROBOT,
     ForeignState,
     UnkeepableState,
 )
-from firmware_runtime.recording.blackbox.state.walk import found_in
+from firmware_runtime.recording.blackbox.state.walk import Found, declares_state, found_in
 from firmware_runtime.recording.code import packages_used
 from firmware_runtime.recording.records import UnknownValue
 from firmware_runtime.recording.values import Reader, Writer, pack, unpack
@@ -66,7 +68,7 @@ class StateTable:
     ) -> None:
         self._aside = aside
         try:
-            self._rows = [row for each in found_in(roots, edges) for row in rows_of(each)]
+            self._rows = [row for each in found_in(roots, edges) for row in _rows_of(each)]
         except (UnkeepableState, MemoryError):
             raise
         except Exception as error:  # of a function of the model's, such as a property
@@ -90,13 +92,8 @@ class StateTable:
 
         Raises MemoryError where there is no room for it, as every other function here does.
         """
-        is_collecting = gc.isenabled()
-        gc.disable()  # of all that is made here nothing is left
-        try:
+        with no_collection():  # of all that is made here nothing is left
             return self._captured()
-        finally:
-            if is_collecting:
-                gc.enable()
 
     def largest(self) -> str:
         """The path of the field that takes most of a capture."""
@@ -229,3 +226,16 @@ class StateTable:
                 except UnicodeEncodeError:
                     return UnkeepableState(path, "a text that UTF-8 has not")
         return UnkeepableState("state", text_of(error))
+
+
+def _rows_of(found: Found) -> list[Row]:
+    """The rows of an object: of a model that declares its state, phase and sigma too."""
+    path, thing, is_container = found
+    if is_container:
+        return [Content(path, thing)]
+    if not declares_state(thing):
+        return [Attributes(path, thing)]
+    declared: list[Row] = [Declared(path, thing)]
+    if isinstance(thing, Atomic):
+        declared.insert(0, Attributes(path, thing, ("phase", "sigma")))
+    return declared

@@ -4,25 +4,17 @@ A row reads what its object holds and is not as built, in plain forms; makes val
 checking all of them; and sets them. What the forms do not name is as built.
 """
 
-import random
 from abc import ABC, abstractmethod
-from array import array
-from collections import deque
 from collections.abc import Callable, Iterator
-from contextlib import suppress
 from operator import attrgetter, is_
 from types import BuiltinFunctionType, CellType, MethodType
 from typing import Any, Final, NamedTuple, TypeAlias
 from zlib import crc32
 
-from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.errors import text_of
-from firmware_runtime.recording.blackbox.state.attributes import reader_of
 from firmware_runtime.recording.blackbox.state.unkeepable import UnkeepableState
 from firmware_runtime.recording.blackbox.state.walk import (
-    Found,
     Thing,
-    declares_state,
     has_attributes,
 )
 from firmware_runtime.recording.records import UnknownValue, in_class, name_of, slots_of
@@ -48,7 +40,7 @@ AS_BUILT: Final[Plain] = {"as built": []}
 """What is said of a part that has no form, such as a function."""
 _TO_THE_BIT: Final = frozenset({bool, int, str, bytes})
 _NOTHING: Final = object()
-_SCALAR: Final = frozenset({type(None), bool, int, float, str, bytes})
+SCALARS: Final = frozenset({type(None), bool, int, float, str, bytes})
 
 
 class Row(ABC):
@@ -119,7 +111,7 @@ class Attributes(Row):
         return [
             Check(f"{self.path}.{name}", crc32(self._packed[name] or b""))
             for name in sorted(self._built)
-            if type(self._built[name]) in _SCALAR
+            if type(self._built[name]) in SCALARS
         ]
 
     def is_told(self, path: str, forms: Forms) -> bool:
@@ -204,61 +196,6 @@ class Attributes(Row):
         return not hasattr(type(in_class(self.kind, name)), "__set__")
 
 
-class Content(Row):
-    """Of a container: what it holds."""
-
-    def __init__(self, path: str, thing: Thing) -> None:
-        super().__init__(path, thing)
-        self._built = _items(thing)
-        self._form: Plain = AS_BUILT
-        self._packed: bytes | None = None
-
-    def keep_built(self, number_of: NumberOf) -> list[Check]:
-        """Keep what it was built with, as a form, where it has one."""
-        with suppress(UnknownValue, UnicodeEncodeError):
-            form = Writer(number_of).content(self.thing)
-            # of a generator without a seed only the file knows how it was built
-            self._form, self._packed = form, None if _is_generator(form) else pack(form)
-        is_flat = all(type(each) in _SCALAR for each in self._built or ())
-        return [Check(self.path, crc32(self._packed))] if self._packed and is_flat else []
-
-    def read(self, writer: Writer) -> Forms:
-        """What it holds."""
-        built = self._built
-        if built is not None:
-            now = _items(self.thing)
-            if now is not None and len(now) == len(built) and all(map(is_, now, built)):
-                return None
-        try:
-            form = writer.content(self.thing)
-            return None if pack(form) == self._packed else form
-        except (UnknownValue, UnicodeEncodeError) as error:
-            raise UnkeepableState(self.path, text_of(error)) from error
-
-    def made(self, forms: Forms, reader: Reader) -> Any:  # noqa: ANN401 -- a container
-        """A container that holds what this one is to hold."""
-        if forms is None and self._built is not None:
-            return _of_items(self.thing, self._built)
-        made = reader.content(self._form if forms is None else forms)
-        _check_fits(self.thing, made)
-        return made
-
-    def put(self, made: Any) -> None:  # noqa: ANN401 -- a container
-        """Fill it in place."""
-        _fill(self.thing, made)
-
-    def present(self) -> Any:  # noqa: ANN401 -- a container
-        """A copy."""
-        items = _items(self.thing)
-        if items is not None:
-            return _of_items(self.thing, items)
-        return Reader().content(Writer().content(self.thing))
-
-    def fields(self, forms: Forms, number_of: NumberOf) -> Fields:  # noqa: ARG002 -- as of others
-        """The whole content; a comparison goes into it."""
-        yield self.path, self._form if forms is None else forms
-
-
 class Declared(Row):
     """Of an object that says itself what its state is."""
 
@@ -291,19 +228,6 @@ class Declared(Row):
         yield self.path, forms
 
 
-def rows_of(found: Found) -> list[Row]:
-    """The rows of an object: of a model that declares its state, phase and sigma too."""
-    path, thing, is_container = found
-    if is_container:
-        return [Content(path, thing)]
-    if not declares_state(thing):
-        return [Attributes(path, thing)]
-    declared: list[Row] = [Declared(path, thing)]
-    if isinstance(thing, Atomic):
-        declared.insert(0, Attributes(path, thing, ("phase", "sigma")))
-    return declared
-
-
 # What a holder's attributes are -------------------------------------------------------------------
 
 
@@ -317,8 +241,8 @@ def _reader(
     if type(thing) is CellType:
         return lambda: _in_cell(thing)
     if not slots:
-        return reader_of(thing)
-    rest = reader_of(thing) if has_attributes(thing) else dict
+        return lambda: thing.__dict__
+    has_more = has_attributes(thing)
     names, get = tuple(slots), attrgetter("__class__", "__class__", *slots)
 
     def read() -> dict[str, Any]:
@@ -326,7 +250,7 @@ def _reader(
             found = dict(zip(names, get(thing)[2:], strict=True))
         except AttributeError:  # one is not set
             found = {name: getattr(thing, name) for name in names if hasattr(thing, name)}
-        return found | rest()
+        return found | thing.__dict__ if has_more else found
 
     return read
 
@@ -356,57 +280,3 @@ def _mapping(forms: Forms) -> dict[str, Plain]:
     if not isinstance(forms, dict):
         raise UnknownValue(f"{forms!r:.40}; expected attributes by name")
     return forms
-
-
-def _is_generator(form: Plain) -> bool:
-    return not _GENERATORS.isdisjoint(form)
-
-
-_GENERATORS: Final = frozenset({"random", "generator"})
-
-# What a container holds ---------------------------------------------------------------------------
-
-
-def _items(thing: Thing) -> list[Any] | None:
-    """What it holds, by reference: the keys of a dictionary, then its values; None of others."""
-    if isinstance(thing, dict):
-        return [*thing, *thing.values()]
-    return [*thing] if isinstance(thing, list | deque) else None
-
-
-def _of_items(thing: Thing, items: list[Any]) -> Any:  # noqa: ANN401 -- a container
-    if isinstance(thing, dict):
-        half = len(items) // 2
-        return dict(zip(items[:half], items[half:], strict=True))
-    return items
-
-
-def _check_fits(thing: Thing, made: Any) -> None:  # noqa: ANN401 -- whatever stands in a file
-    """Raise UnknownValue for what cannot be the content of a container."""
-    base = dict if isinstance(thing, dict) else type(thing)
-    is_fit = type(made) is base
-    if is_fit and isinstance(thing, deque):
-        is_fit = thing.maxlen == made.maxlen
-    if is_fit and isinstance(thing, array):
-        is_fit = thing.typecode == made.typecode
-    if is_fit and base.__name__ == "ndarray":
-        is_fit = (thing.shape, thing.dtype) == (made.shape, made.dtype)
-    if not is_fit:
-        raise UnknownValue(f"{made!r:.80} cannot be what a {base.__name__} holds in its place")
-
-
-def _fill(thing: Thing, made: Any) -> None:  # noqa: ANN401 -- a container
-    if isinstance(thing, dict | set):
-        thing.clear()
-        thing.update(made)
-    elif isinstance(thing, deque):
-        thing.clear()
-        thing.extend(made)
-    elif isinstance(thing, list | bytearray | array):
-        thing[:] = made
-    elif isinstance(thing, random.Random):
-        thing.setstate(made.getstate())
-    elif type(thing).__name__ == "ndarray":
-        thing[...] = made
-    else:  # a generator of numpy
-        thing.state = made.state

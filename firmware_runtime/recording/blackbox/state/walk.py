@@ -36,11 +36,9 @@ from typing import Any, Final, NamedTuple, TypeAlias
 import msgspec
 
 from firmware_runtime.devs.component import below_root
-from firmware_runtime.devs.delivery import Delivery, FilledBags
-from firmware_runtime.devs.functions import Wrapped
-from firmware_runtime.devs.named import Named
-from firmware_runtime.devs.ports import InPort, OutPort, Owner, StandIn
-from firmware_runtime.recording.blackbox.state.attributes import attributes_of, written_classes
+from firmware_runtime.devs.functions import Laps, Wrapped
+from firmware_runtime.devs.ports import InPort, Listening, OutPort, Owner
+from firmware_runtime.devs.simulator import Pool
 from firmware_runtime.recording.blackbox.state.unkeepable import UnkeepableState
 from firmware_runtime.recording.records import name_of, slots_of
 from firmware_runtime.recording.values import GENERATORS
@@ -78,7 +76,7 @@ def has_attributes(thing: object) -> bool:
 CONTAINERS: Final = (list, dict, set, deque, bytearray, array, OrderedDict, defaultdict, Counter)
 LOCKS: Final = (type(Lock()), type(RLock()))
 """Between two steps they are free."""
-_PLUMBING: Final = (InPort, OutPort, StandIn, Delivery, FilledBags, Wrapped)
+_PLUMBING: Final = (InPort, OutPort, Listening, Pool, Laps, Wrapped)
 """What the simulator is made of: it is empty between two steps."""
 _STRUCTURE: Final = frozenset({"in_ports", "out_ports", "couplings"})
 """Of a component: no run changes it."""
@@ -265,3 +263,18 @@ def _is_generator_of_numpy(thing: Thing) -> bool:
 def _is_constant_of_numpy(thing: Thing) -> bool:
     numpy: Any = sys.modules["numpy"]
     return isinstance(thing, numpy.generic | numpy.dtype | numpy.ufunc)
+
+
+def attributes_of(thing: Thing) -> dict[str, Any]:
+    """The attributes of an object that has a dictionary, in the order of their names."""
+    return dict(sorted(vars(thing).items()))
+
+
+def written_classes(kind: type[Thing]) -> list[type] | None:
+    """The classes that it is made of beside `object`; None if not all are written in Python."""
+    written = [each for each in kind.__mro__ if each.__flags__ & _HEAP_TYPE]
+    return written if len(written) + 1 == len(kind.__mro__) else None
+
+
+_HEAP_TYPE: Final = 1 << 9
+"""The bit of `type.__flags__` that classes written in Python have."""

@@ -1,14 +1,15 @@
-"""A bus's counters, copied into the statistics file, and what each device took of a step."""
+"""What lines count themselves, copied into the statistics file, and what each device took."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from itertools import islice
 from struct import Struct
 from typing import Protocol
 
 from firmware_runtime.statistics.histogram import Cells
-from firmware_runtime.statistics.layout import BUS, DEVICES, Layout
+from firmware_runtime.statistics.layout import BUS, DEVICES, SERIAL, Layout
 
-_COUNTERS = Struct(f"{len(BUS)}q")
+_OF_BUS = Struct(f"{len(BUS)}q")
+_OF_PORT = Struct(f"{len(SERIAL)}q")
 
 
 class Device(Protocol):
@@ -33,6 +34,18 @@ class Bus(Device, Protocol):
         """The same by device; a device joins when it is first spoken to."""
 
 
+class Port(Protocol):
+    """What is read of a serial port; `hal.accounted_port.AccountedPort` has it."""
+
+    name: str
+    writes: int
+    bytes_written: int
+    bytes_read: int
+    errors: int
+    writing_ns: int
+    reading_ns: int
+
+
 class BusMeter:
     """Reads one bus after every step."""
 
@@ -40,14 +53,15 @@ class BusMeter:
         first = layout.bus(index)
         self._bus = bus
         self._block = cells[first : first + len(BUS)].cast("B")
-        self._spent = [0] * DEVICES
+        self.spent = [0] * DEVICES
+        """The time each device with a place took in the last step, ns."""
         self._before = [0] * DEVICES
         self.read()  # what went over the bus before the run is in no step
 
     def read(self) -> None:
         """Copy the counters, and note what each device took since the last reading."""
-        bus, spent, before = self._bus, self._spent, self._before
-        _COUNTERS.pack_into(
+        bus, spent, before = self._bus, self.spent, self._before
+        _OF_BUS.pack_into(
             self._block, 0, bus.transactions, bus.bytes, bus.errors, bus.retries, bus.busy_ns
         )
         for index, device in enumerate(islice(bus.by_address.values(), DEVICES)):
@@ -65,11 +79,31 @@ class BusMeter:
         """Attempts made again so far."""
         return self._bus.retries
 
-    def spent(self) -> Iterator[tuple[int, int]]:
-        """Each device with a place, by address, and the time it took in the last step, ns."""
-        return zip(self._bus.by_address, self._spent, strict=False)
+    def addresses(self) -> list[int]:
+        """Those of the devices with a place, filled up with zeros."""
+        found = list(islice(self._bus.by_address, DEVICES))
+        return found + [0] * (DEVICES - len(found))
 
-    def devices(self) -> list[int]:
-        """Addresses of the devices with a place, then the time each took, as laid out."""
-        addresses = list(islice(self._bus.by_address, DEVICES))
-        return addresses + [0] * (DEVICES - len(addresses)) + self._spent
+
+class PortMeter:
+    """Reads one serial port after every step."""
+
+    def __init__(self, port: Port, cells: Cells, layout: Layout, index: int) -> None:
+        first = layout.port(index)
+        self._port = port
+        self._block = cells[first : first + len(SERIAL)].cast("B")
+        self.read()  # what went over the port before the run is in it, too
+
+    def read(self) -> None:
+        """Copy the counters."""
+        port = self._port
+        _OF_PORT.pack_into(
+            self._block,
+            0,
+            port.writes,
+            port.bytes_written,
+            port.bytes_read,
+            port.errors,
+            port.writing_ns,
+            port.reading_ns,
+        )
