@@ -4,25 +4,20 @@ During a step nothing is written, so a process killed in the middle of one leave
 late step is counted with the others, at once; why it was late is found in the slack after it.
 """
 
-from collections.abc import Sequence
 from time import monotonic_ns, process_time_ns
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any
 
-from msgspec import structs
-
-from firmware_runtime.devs.time import MICROSECOND, MILLISECOND, NEVER
-from firmware_runtime.executive.account import ModelAccount
+from firmware_runtime.devs.time import MILLISECOND, NEVER
 from firmware_runtime.executive.clocks import Clock, MonotonicClock
 from firmware_runtime.executive.inbox import Inbox
+from firmware_runtime.executive.late_steps import AGAIN, LateSteps
 from firmware_runtime.executive.meters import BusMeter, PortMeter
 from firmware_runtime.executive.profiler import Profiler
 from firmware_runtime.executive.progress import Progress
-from firmware_runtime.executive.step import Late
-from firmware_runtime.statistics.blame import BlameRow, Cause, sentence, verdict_of
 from firmware_runtime.statistics.file import StatisticsFile
 from firmware_runtime.statistics.file_header import RunState
 from firmware_runtime.statistics.histogram import Histogram, record_all
-from firmware_runtime.statistics.history import Lately, Timeline, WorstList
+from firmware_runtime.statistics.history import Lately, Timeline
 from firmware_runtime.statistics.layout import (
     ACKNOWLEDGED,
     ARMED,
@@ -39,34 +34,10 @@ from firmware_runtime.statistics.layout import (
 )
 from firmware_runtime.statistics.statistics import Statistics
 
-if TYPE_CHECKING:
-    from firmware_runtime.executive.blame.blamer import Blamer
-
 FEW = 5
 """Steps after which it is known how long one takes."""
 SETTLING = 100 * MILLISECOND
 """When a run reads its counters for the first time after its start; then each second."""
-
-RESERVE = 300 * MICROSECOND
-"""Ns that must be left to the next event for counters to be read after a step."""
-SLOW = 4
-"""A step that is late, or long, by so great a part of what is tolerated is slow."""
-AGAIN = 50 * MILLISECOND
-"""Ns after which that is tried again; a late step is explained by then, whatever is left."""
-MOST_WAITING = 8
-"""Late steps that wait for it at most."""
-
-
-class _Noted(NamedTuple):
-    """A step that is to be explained, or to be kept among the worst."""
-
-    account: ModelAccount
-    """Of the activation that ran latest."""
-    at: int
-    lateness: int
-    late: Late
-    is_late: bool
-    opens_episode: bool
 
 
 class Ledger:
@@ -104,7 +75,6 @@ class Ledger:
         ]
         self._faults.count_in(cells, layout)
         self._step_times = Histogram(cells[STEP_HISTOGRAM])
-        self._worst = WorstList(cells, layout)
         self._steps = 0
         self._previous_end = 0
         self._cpu_time = CpuTime(clock)
@@ -112,15 +82,7 @@ class Ledger:
         self._timeline = Timeline(cells[layout.timeline], self._growing)
         self._look_at = SETTLING
         """When the next second is over, or the counters are to be read for the first time."""
-        self._usual, self._long, self._slow = 0, NEVER, NEVER
-        """What a step takes, what is much longer and what a little; NEVER while it is not known."""
-        self._blamer = _blamer_for(clock, self._accounting.accounts, self._buses)
-        self._late_by_cause = cells[layout.late_by_cause]
-        self._waiting: list[_Noted] = []
-        """Steps that have not been explained yet."""
-        self._is_reading_due = False
-        self.has_work = False
-        """Whether there is something to do in slack."""
+        self.late = LateSteps(file, profiler, clock, self._buses)
 
     def commit(self, arrival_at: int) -> int:
         """Write the step that has just ended; return when the next event is due.
@@ -145,11 +107,13 @@ class Ledger:
         if latest is not None and (
             latest.in_episode
             or latest.lateness > timeline.lateness_max
-            or latest.lateness + step_time > self._worst.smallest
+            or latest.lateness + step_time > self.late.worst.smallest
         ):
-            self._note(latest, step_time, spent)
-        elif spent > self._slow:
-            self._pass_over(spent)
+            if latest.lateness > timeline.lateness_max:
+                timeline.lateness_max = latest.lateness
+            self.late.note(latest, self._previous_end, spent, self._steps)
+        elif spent > self.late.slow:
+            self.late.pass_over(spent)
         garbage.spent = 0
         due, progress = min(self._agenda.next_at(), arrival_at), self._progress
         lag = 0 if due >= ended and progress.is_level else progress.note(ended, due)
@@ -158,22 +122,9 @@ class Ledger:
         return due
 
     def use_slack(self, left: int) -> None:
-        """Do what waits for it, if that fits into the `left` ns to the next event.
-
-        Find out why steps were late; else, after a step on time, read the counters once a second.
-        A reading takes some 0.1 ms.
-        """
-        waiting, ended, blamer = self._waiting, self._step.ended, self._blamer
-        if waiting:
-            is_old = len(waiting) >= MOST_WAITING or ended - waiting[0].late.ended >= AGAIN
-            if left >= RESERVE or blamer is None or is_old:
-                self._explain()
-            return
-        self.has_work = self._is_reading_due = False
-        if left < RESERVE:
-            self._look_at = min(self._look_at, ended + AGAIN)
-        elif blamer is not None and ended - self._step.at <= self._long:
-            blamer.keep(self._steps)
+        """Find out why steps were late, if that fits into the `left` ns to the next event."""
+        if not self.late.use_slack(left, self._steps):
+            self._look_at = min(self._look_at, self._step.ended + AGAIN)
 
     def arm(self, *, armed: bool, epoch: int) -> None:
         """Note whether the run may drive its outputs, and which epoch it has seen."""
@@ -212,7 +163,7 @@ class Ledger:
         """Note that the run stands still at `now`: nothing becomes overdue until it goes on."""
         file = self.file
         self._cpu_time.pause()
-        self._close_blamer()
+        self.late.close()
         file.open_section()
         self._read_counters()
         file.cells[ELAPSED] = now
@@ -223,13 +174,12 @@ class Ledger:
         """The run goes on, or begins, to instant `until`; processor time of a pause is not its."""
         self._until = until
         self._cpu_time.go_on()
-        if self._blamer is not None:
-            self._blamer.open(self._steps)
+        self.late.open(self._steps)
 
     def finish(self, state: RunState, now: int, reason: str) -> None:
         """Write how the run ended; what was due by then, and has not run, is skipped."""
         file = self.file
-        self._close_blamer()
+        self.late.close()
         file.open_section()
         self._accounting.end(min(now, self._until))
         for _, watch in self._watches:
@@ -257,70 +207,6 @@ class Ledger:
             cells[first + 1] = watch.samples
             cells[first + 2] = watch.answers
 
-    def _note(self, latest: ModelAccount, step_time: int, spent: int) -> None:
-        """Note the step of the activation that ran latest, to be explained in slack."""
-        step, timeline = self._step, self._timeline
-        if latest.lateness > timeline.lateness_max:
-            timeline.lateness_max = latest.lateness
-        is_late = latest.in_episode or step_time > self._long
-        if not is_late:
-            self._pass_over(spent)
-            if latest.lateness + step_time <= self._worst.smallest:
-                return
-        behind = max(self._previous_end - step.at, 0)
-        wake = max(step.started - step.at - behind, 0)
-        late = Late(
-            ended=step.ended,
-            behind=behind,
-            wake=wake,
-            step=step_time,
-            usual_step=step_time if self._long == NEVER else self._usual,
-            garbage=self._garbage.spent,
-            previous_end=self._previous_end,
-            own_times=tuple(step.own_times),
-            spent=[tuple(bus.spent) for bus in self._buses],
-            beyond=max(spent - self._usual, 0) if spent > self._slow else 0,
-            steps=self._steps,
-        )
-        opens = latest.in_episode and latest.cause == ""
-        if opens:
-            latest.cause = _UNEXPLAINED
-        noted = _Noted(latest, step.at, latest.lateness, late, is_late, opens)
-        self._waiting.append(noted)
-        self.has_work = True
-
-    def _pass_over(self, spent: int) -> None:
-        """Note that the step was slow, if it was, and is not judged."""
-        if spent > self._slow and self._blamer is not None:
-            self._blamer.pass_over(spent - self._usual)
-
-    def _explain(self) -> None:
-        """Name the causes of late steps, also as those of episodes; keep the worst."""
-        waiting, rows = self._waiting, dict[int, BlameRow]()
-        if self._blamer is not None:
-            late = [noted.late for noted in waiting if noted.is_late]
-            found = zip(late, self._blamer.explain(late), strict=True)
-            rows = {each.ended: row for each, row in found}
-        self.file.open_section()
-        for noted in waiting:
-            row, account = rows.get(noted.late.ended, NOTHING), noted.account
-            if row.cause > 0:
-                self._late_by_cause[row.cause - 1] += 1
-            if noted.opens_episode and account.cause == _UNEXPLAINED:
-                account.cause = self._cause_of(noted, row)
-            if noted.lateness + noted.late.step > self._worst.smallest:
-                self._keep(noted, row)
-        self.file.close_section_as_it_was()
-        waiting.clear()
-        self.has_work = self._is_reading_due
-
-    def _close_blamer(self) -> None:
-        """Explain what waits for it, and read no counters any more."""
-        if self._waiting:
-            self._explain()
-        if self._blamer is not None:
-            self._blamer.close()
-
     def _look(self, ended: int) -> None:
         """Close the timeline's second if it is over; let the counters be read in slack."""
         if ended >= self._timeline.closes_at:
@@ -328,11 +214,9 @@ class Ledger:
             self._timeline.close(ended)
             self.file.close_section_as_it_was()
         if self._steps >= FEW:
-            self._usual = self._step_times.sum // self._steps
-            self._long = self._usual + self._accounting.tolerance
-            self._slow = self._usual + self._accounting.tolerance // SLOW
+            self.late.learn(self._step_times.sum // self._steps)
         self._look_at = self._timeline.closes_at
-        self.has_work = self._is_reading_due = self._blamer is not None
+        self.late.ask_for_reading()
 
     def _growing(self) -> list[int]:
         """The counters whose growth over time is kept; once a second."""
@@ -340,45 +224,6 @@ class Ledger:
         cells[CPU] = self._cpu_time.spent()
         busy = sum(meter.busy_ns for meter in self._buses)
         return [*self._accounting.totals(), self._steps, busy, cells[CPU]]
-
-    def _cause_of(self, noted: _Noted, row: BlameRow) -> str:
-        """Why it was late, in a few words; where that is unknown, where the time went.
-
-        The latter is one of the keys in `causes`.
-        """
-        found = verdict_of(row, self.file.layout)
-        if found is not None and found.cause != Cause.UNKNOWN:
-            return sentence(found)
-        late = noted.late
-        spent = {"wake": late.wake, "behind": late.behind, "garbage": late.garbage}
-        paths = self._step.paths[: noted.account.number]
-        spent.update(dict(zip(paths, late.own_times, strict=False)))
-        return max(spent, key=spent.__getitem__)
-
-    def _keep(self, noted: _Noted, blame: BlameRow) -> None:
-        """Put an activation on the list of the worst, with what the step spent its time on."""
-        late = noted.late
-        row = [noted.at, noted.account.number, noted.lateness, late.step, late.wake, late.behind]
-        row += late.garbage, *late.own_times
-        for bus, spent in zip(self._buses, late.spent, strict=True):
-            row += *bus.addresses(), *spent
-        row += structs.astuple(blame)
-        self._worst.keep(row)
-
-
-NOTHING = BlameRow()
-_UNEXPLAINED = "not explained yet"
-
-
-def _blamer_for(
-    clock: Clock, accounts: Sequence[ModelAccount], buses: Sequence[BusMeter]
-) -> "Blamer | None":
-    """What judges late steps; loaded in real time only, where steps can be late."""
-    if not (isinstance(clock, MonotonicClock) and clock.speed == 1):
-        return None
-    from firmware_runtime.executive.blame.blamer import Blamer  # noqa: PLC0415 -- see above
-
-    return Blamer(clock, accounts, buses)
 
 
 class CpuTime:

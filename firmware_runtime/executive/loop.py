@@ -105,7 +105,7 @@ class Loop:
     def _use_slack(self, until: int, ledger: Ledger) -> None:
         """Do what is better done now than in a step."""
         self._poll_by = NEVER
-        if ledger.has_work:
+        if ledger.late.has_work:
             ledger.use_slack(until - self._clock.now())
         for hook in self.hooks:
             now = self._clock.now()

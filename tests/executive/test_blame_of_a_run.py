@@ -61,7 +61,7 @@ def test_a_clock_that_is_not_the_machines_has_no_causes() -> None:
 
 def counters_of(run: Run) -> object:
     """What its blamer has open."""
-    blamer = run.executive._ledger._blamer
+    blamer = run.executive._ledger.late._blamer
     assert blamer is not None
     return blamer._counters
 

@@ -192,7 +192,7 @@ class Player:
     def _commit(self) -> None:
         """Enter a step into the ledger, and name why it was late."""
         self._ledger.commit(NEVER)
-        if self._ledger.has_work:
+        if self._ledger.late.has_work:
             self._ledger.use_slack(NEVER)
 
     def _reach(self, section: Section) -> bool:
