@@ -6,6 +6,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Final, NoReturn, TypeVar
 
+from firmware_runtime.devs.coupled import ports_below
 from firmware_runtime.devs.model_errors import ModelError
 from firmware_runtime.devs.ports import InPort, Listener, Listening, OutPort
 from firmware_runtime.devs.time import NEVER, SECOND, format_time, seconds

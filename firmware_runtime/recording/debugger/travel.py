@@ -3,7 +3,7 @@
 from bisect import bisect_right
 from collections.abc import Iterator
 from contextlib import nullcontext, suppress
-from typing import Any, Final
+from typing import Final
 
 from firmware_runtime.board.registry import Board
 from firmware_runtime.devs.collection import no_collection

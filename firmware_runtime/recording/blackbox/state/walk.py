@@ -37,6 +37,7 @@ import msgspec
 
 from firmware_runtime.devs.component import below_root
 from firmware_runtime.devs.functions import Laps, Wrapped
+from firmware_runtime.devs.named import Named
 from firmware_runtime.devs.ports import InPort, Listening, OutPort, Owner
 from firmware_runtime.devs.simulator import Pool
 from firmware_runtime.recording.blackbox.state.unkeepable import UnkeepableState
