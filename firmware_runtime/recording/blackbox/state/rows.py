@@ -12,6 +12,7 @@ from typing import Any, Final, NamedTuple, TypeAlias
 from zlib import crc32
 
 from firmware_runtime.errors import text_of
+from firmware_runtime.recording.blackbox.state.attributes import reader_of
 from firmware_runtime.recording.blackbox.state.unkeepable import UnkeepableState
 from firmware_runtime.recording.blackbox.state.walk import (
     Thing,
@@ -241,8 +242,8 @@ def _reader(
     if type(thing) is CellType:
         return lambda: _in_cell(thing)
     if not slots:
-        return lambda: thing.__dict__
-    has_more = has_attributes(thing)
+        return reader_of(thing)
+    rest = reader_of(thing) if has_attributes(thing) else dict
     names, get = tuple(slots), attrgetter("__class__", "__class__", *slots)
 
     def read() -> dict[str, Any]:
@@ -250,7 +251,7 @@ def _reader(
             found = dict(zip(names, get(thing)[2:], strict=True))
         except AttributeError:  # one is not set
             found = {name: getattr(thing, name) for name in names if hasattr(thing, name)}
-        return found | thing.__dict__ if has_more else found
+        return found | rest()
 
     return read
 

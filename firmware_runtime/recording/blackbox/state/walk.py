@@ -40,6 +40,7 @@ from firmware_runtime.devs.functions import Laps, Wrapped
 from firmware_runtime.devs.named import Named
 from firmware_runtime.devs.ports import InPort, Listening, OutPort, Owner
 from firmware_runtime.devs.simulator import Pool
+from firmware_runtime.recording.blackbox.state.attributes import attributes_of, written_classes
 from firmware_runtime.recording.blackbox.state.unkeepable import UnkeepableState
 from firmware_runtime.recording.records import name_of, slots_of
 from firmware_runtime.recording.values import GENERATORS
@@ -264,18 +265,3 @@ def _is_generator_of_numpy(thing: Thing) -> bool:
 def _is_constant_of_numpy(thing: Thing) -> bool:
     numpy: Any = sys.modules["numpy"]
     return isinstance(thing, numpy.generic | numpy.dtype | numpy.ufunc)
-
-
-def attributes_of(thing: Thing) -> dict[str, Any]:
-    """The attributes of an object that has a dictionary, in the order of their names."""
-    return dict(sorted(vars(thing).items()))
-
-
-def written_classes(kind: type[Thing]) -> list[type] | None:
-    """The classes that it is made of beside `object`; None if not all are written in Python."""
-    written = [each for each in kind.__mro__ if each.__flags__ & _HEAP_TYPE]
-    return written if len(written) + 1 == len(kind.__mro__) else None
-
-
-_HEAP_TYPE: Final = 1 << 9
-"""The bit of `type.__flags__` that classes written in Python have."""
