@@ -25,7 +25,7 @@ def board_of(header: RecordedBoard) -> Board:
     return board_of_table(header.source, header.table)
 
 
-def board_of_table(source: str, table: dict[str, Any]) -> Board:
+def board_of_table(source: str, table: dict[str, object]) -> Board:
     """The board by a recorded table of settings. Raises ConfigError."""
     try:
         text = json.dumps({"source": source, "table": table})
@@ -43,7 +43,7 @@ def board_of_table(source: str, table: dict[str, Any]) -> Board:
             raise ConfigError("settings of the recorded run, by this code", error.faults) from None
 
 
-Settings: TypeAlias = Mapping[str, Mapping[str, Any]]
+Settings: TypeAlias = Mapping[str, Mapping[str, object]]
 """By key, its value in the run (`recorded`) and the one that is tried (`tried`)."""
 
 _SHOWN: Final = 12
@@ -73,7 +73,7 @@ def changed_board(header: RecordedBoard, assignments: Sequence[str]) -> Board:
         return _assigned(board, assignments)
 
 
-def changed_settings(recorded: Board, tried: Board) -> dict[str, dict[str, Any]]:
+def changed_settings(recorded: Board, tried: Board) -> dict[str, dict[str, object]]:
     """The keys whose values are not those of the run, as JSON has them; None is no such key."""
     return {
         key: {"recorded": to_builtins(was), "tried": to_builtins(now)}
@@ -103,13 +103,13 @@ def _assigned(board: Board, assignments: Sequence[str]) -> Board:
     return replace(board, assignments=tuple(assignments))
 
 
-def _copied(table: Mapping[str, Any]) -> dict[str, Any]:
+def _copied(table: Mapping[str, object]) -> dict[str, object]:
     return {
         key: _copied(value) if isinstance(value, dict) else value for key, value in table.items()
     }
 
 
-def _filled(table: Mapping[str, Any], shipped: Mapping[str, Any]) -> dict[str, Any]:
+def _filled(table: Mapping[str, Any], shipped: Mapping[str, Any]) -> dict[str, object]:
     """A table, with what it lacks of another."""
     both = [key for key in table if isinstance(table[key], dict) and key in shipped]
     inner = {

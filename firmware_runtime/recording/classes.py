@@ -84,16 +84,16 @@ class NotedClasses:
         self._sent = sent
         self._numbers: dict[Word, int] = {}
         self._words: dict[int, Word] = {}
-        self._last: dict[int, tuple[type, _Look, Any]] = {}
+        self._last: dict[int, tuple[type, _Look, object]] = {}
         """Values to look at when a step is over, by port: class, look, and what was seen."""
 
-    def note(self) -> list[Any] | None:
+    def note(self) -> list[object] | None:
         """Return what is to be noted of the section, in turns; None where there is nothing.
 
         A place among its values, and the word that its port has from there on; the number of one
         that has been noted before.
         """
-        found: list[Any] = []
+        found: list[object] = []
         parts = iter(self.unlike)
         for port in parts:
             place = next(parts)
@@ -154,7 +154,7 @@ class ReadClasses:
         self._words: list[Word] = []
         self._ports: dict[int, Word] = {}
 
-    def restart(self, state: Any) -> None:  # noqa: ANN401 -- what is in a file
+    def restart(self, state: object) -> None:
         """Begin with what was noted up to here, as `NotedClasses.state` has it."""
         try:
             found = msgspec.convert(state, _State)
@@ -163,11 +163,11 @@ class ReadClasses:
         except (msgspec.ValidationError, IndexError) as error:
             raise ValueError(f"classes of values: {error}") from error
 
-    def state(self) -> dict[str, Any]:
+    def state(self) -> dict[str, object]:
         """As `NotedClasses.state`."""
         return _state({word: number for number, word in enumerate(self._words)}, self._ports)
 
-    def read(self, ports: Sequence[int], noted: Any) -> list[Word | None]:  # noqa: ANN401 -- as above
+    def read(self, ports: Sequence[int], noted: object) -> list[Word | None]:
         """The words of a section's values, which left these ports; None where none was noted."""
         changes = self._changes(noted, len(ports))
         found = []
@@ -177,7 +177,7 @@ class ReadClasses:
             found.append(self._ports.get(port))
         return found
 
-    def _changes(self, noted: Any, count: int) -> dict[int, Word]:  # noqa: ANN401 -- as above
+    def _changes(self, noted: object, count: int) -> dict[int, Word]:
         if noted is None:
             return {}
         if not isinstance(noted, list) or len(noted) % 2 != 0:
@@ -189,7 +189,7 @@ class ReadClasses:
             changes[place] = self._word(word)
         return changes
 
-    def _word(self, word: Any) -> Word:  # noqa: ANN401 -- as above
+    def _word(self, word: object) -> Word:
         if isinstance(word, str):
             self._words.append(word)
             return word
@@ -198,7 +198,7 @@ class ReadClasses:
         return self._words[word]
 
 
-def _state(numbers: Mapping[Word, int], ports: Mapping[int, Word]) -> dict[str, Any]:
+def _state(numbers: Mapping[Word, int], ports: Mapping[int, Word]) -> dict[str, object]:
     at_ports = [[port, numbers[word]] for port, word in ports.items()]
     return {"words": [*numbers], "ports": at_ports}
 
@@ -208,10 +208,10 @@ class _State(msgspec.Struct):
     ports: list[tuple[int, int]]
 
 
-_Look: TypeAlias = Callable[[Any], Any]
+_Look: TypeAlias = Callable[[Any], object]
 
 
-def _look_for(kind: type[Any], tree: Tree) -> _Look | None:
+def _look_for(kind: type[object], tree: Tree) -> _Look | None:
     """Return what tells that a value of this class is as the last was; None for the class alone."""
     if _is_all_said(kind):
         return None
@@ -225,7 +225,7 @@ def _look_for(kind: type[Any], tree: Tree) -> _Look | None:
     return attrgetter(*(f"{name}.__class__" for name in record.names))
 
 
-def _can_change(kind: type[Any]) -> bool:
+def _can_change(kind: type[object]) -> bool:
     """Return whether what a value holds can be another when the step is over, or be missing."""
     is_frozen = issubclass(kind, msgspec.Struct) and kind.__struct_config__.frozen
     return not is_frozen and not issubclass(kind, tuple)
@@ -244,7 +244,7 @@ def _is_shallow(tree: Tree) -> bool:
     return not isinstance(tree, tuple) or (len(tree) == 1 and tree[0] is not UNSURE)
 
 
-def _is_all_said(kind: type[Any]) -> bool:
+def _is_all_said(kind: type[object]) -> bool:
     return kind in _LEAVES or issubclass(kind, Enum)
 
 
@@ -264,14 +264,14 @@ def _tree(value: object, depth: int = 0) -> Tree:
     return _of_collection(kind, value, depth) if _is_whole(kind, value) else (kind, UNSURE)
 
 
-def _is_of_numbers(kind: type[Any], value: Any) -> bool:  # noqa: ANN401 -- of numpy
+def _is_of_numbers(kind: type[object], value: Any) -> bool:  # noqa: ANN401 -- of numpy
     """Return whether the form of an array, or a number, says what it is."""
     is_plain = kind.__name__ == "ndarray" or not hasattr(kind, "__array_finalize__")
     is_known = is_plain and hasattr(kind, "tobytes")
     return is_known and value.dtype.names is None and not value.dtype.hasobject
 
 
-def _is_whole(kind: type[Any], value: Any) -> bool:  # noqa: ANN401 -- any value
+def _is_whole(kind: type[object], value: object) -> bool:
     """Return whether it is a collection whose items are all that it has."""
     if kind in _PLAIN_COLLECTIONS:
         return True
@@ -281,7 +281,7 @@ def _is_whole(kind: type[Any], value: Any) -> bool:  # noqa: ANN401 -- any value
     return kind.__dictoffset__ == 0 or not vars(value)
 
 
-def _of_collection(kind: type[Any], value: Any, depth: int) -> Tree:  # noqa: ANN401 -- any
+def _of_collection(kind: type[object], value: Any, depth: int) -> Tree:  # noqa: ANN401 -- any
     if issubclass(kind, dict):
         pairs = (dict.keys(value), dict.values(value))
         return (kind, *(_of_items(tuple, [*each], depth) for each in pairs))
@@ -290,7 +290,7 @@ def _of_collection(kind: type[Any], value: Any, depth: int) -> Tree:  # noqa: AN
     return tree if has_order or len(tree) <= 2 else (kind, UNSURE)
 
 
-def _of_items(kind: type, items: Collection[Any], depth: int) -> Tree:
+def _of_items(kind: type, items: Collection[object], depth: int) -> Tree:
     """The class of a collection, with that of its items if it is one, else with each one's."""
     kinds = {*map(type, items)}
     if kinds <= _FREE:

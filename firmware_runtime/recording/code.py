@@ -5,7 +5,6 @@ from collections.abc import Iterable, Iterator, Mapping
 from hashlib import sha256
 from pathlib import Path
 from types import ModuleType
-from typing import Any
 
 from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.ports import Owner
@@ -66,7 +65,7 @@ def _modules_of(atomic: Atomic) -> Iterator[str]:
 
 def _used_by(module: ModuleType) -> set[str]:
     """The modules that a module's names come from."""
-    values: Iterable[Any] = vars(module).values()
+    values: Iterable[object] = vars(module).values()
     names = {
         each.__name__ if isinstance(each, ModuleType) else getattr(each, "__module__", None)
         for each in values

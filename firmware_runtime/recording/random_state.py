@@ -21,7 +21,7 @@ _LOADS_IT: Final = "numpy.random"
 _WORDS: Final = "I"
 
 
-def places() -> list[Any]:
+def places() -> list[object]:
     """Return the place of each, as MessagePack has words for it; None for one not imported."""
     version, words, gauss = random.getstate()
     numpy = sys.modules.get(_NUMPY)
@@ -95,12 +95,12 @@ class Places:
     def __init__(self, stood: Any) -> None:  # noqa: ANN401 -- as `places`, or what is in a file
         self._stood = stood
 
-    def read(self) -> list[Any] | None:
+    def read(self) -> list[object] | None:
         """Return the places; None if they stand where they stood."""
         found = places()
         return None if found == self._stood else found
 
-    def put(self, found: list[Any] | None) -> None:
+    def put(self, found: list[object] | None) -> None:
         """Let them stand where `read` has found them."""
         begin_late(self._stood)
         put(self._stood if found is None else found)

@@ -17,7 +17,7 @@ from typing import Any, Final, TypeAlias
 import msgspec
 
 Kind: TypeAlias = type[Any]
-Values: TypeAlias = Sequence[Any]
+Values: TypeAlias = Sequence[object]
 
 EXPECTED: Final = (
     "expected a number, text, tuple, list, dict, enumeration, named tuple or dataclass"
@@ -47,8 +47,8 @@ class Record:
         self,
         kind: Kind,
         names: tuple[str, ...],
-        values_of: Callable[[Any], Values],
-        make: Callable[[Values], Any],
+        values_of: Callable[[object], Values],
+        make: Callable[[Values], object],
         *,
         is_shared: bool,
     ) -> None:
@@ -92,7 +92,7 @@ def class_named(name: str, packages: Collection[str] | None = None) -> Kind:
     module, _, path = name.partition(":")
     package = module.partition(".")[0]
     is_own = package not in _DEPENDENCIES and (packages is None or package in packages)
-    found: Any = (
+    found: object = (
         sys.modules.get(module) if is_own and package not in sys.stdlib_module_names else None
     )
     inner = dict(vars(found)) if type(found) is types.ModuleType else {}
@@ -119,12 +119,12 @@ def in_class(kind: Kind, name: str, otherwise: object = None) -> object:
     return next((vars(each)[name] for each in kind.__mro__ if name in vars(each)), otherwise)
 
 
-def written_member(member: Enum) -> Any:  # noqa: ANN401 -- a Flag's number is an int
+def written_member(member: Enum) -> object:
     """Return the name of a member; several members of a Flag together have no name."""
     return member.name if member.name in type(member).__members__ else member.value
 
 
-def member_of(kind: type[Enum], written: Any) -> Enum:  # noqa: ANN401 -- whatever is in a file
+def member_of(kind: type[Enum], written: object) -> Enum:
     """The member that was written so. Raises UnknownValue."""
     if isinstance(written, str) and written in kind.__members__:
         return kind.__members__[written]
@@ -194,7 +194,7 @@ def _struct(kind: Kind) -> Record | None:
         like_it: Any = _STRUCT_META
         plain = like_it(kind.__name__, (kind,), {"__post_init__": _nothing})
 
-    def make(values: Values) -> Any:  # noqa: ANN401 -- of that class
+    def make(values: Values) -> object:
         made = plain(**dict.fromkeys(names))
         if plain is not kind:
             _CLASS.__set__(made, kind)  # a frozen one lets nothing be set by its own functions
@@ -219,7 +219,7 @@ def _dataclass(kind: Kind) -> Record | None:
         if _slot(kind, name) is None and _is_computed(kind, name):
             return None
 
-    def make(values: Values) -> Any:  # noqa: ANN401 -- of that class
+    def make(values: Values) -> object:
         made = object.__new__(kind)
         for name, value in zip(names, values, strict=True):
             object.__setattr__(made, name, value)
@@ -235,15 +235,15 @@ def _has_own_dictionary(kind: Kind) -> bool:
     return all(each is None or isinstance(each, types.GetSetDescriptorType) for each in said)
 
 
-def _getter(kind: Kind, names: tuple[str, ...]) -> Callable[[Any], Values]:
+def _getter(kind: Kind, names: tuple[str, ...]) -> Callable[[object], Values]:
     """Read the fields. Raises UnknownValue for an object with more attributes than these."""
     get = attrgetter(*names) if len(names) > 1 else None
     fields = frozenset(names) | _derived(kind)
 
-    def values_of(value: Any) -> Values:  # noqa: ANN401 -- of that class
+    def values_of(value: object) -> Values:
         return get(value) if get else [getattr(value, each) for each in names]
 
-    def values_of_checked(value: Any) -> Values:  # noqa: ANN401 -- of that class
+    def values_of_checked(value: object) -> Values:
         if others := vars(value).keys() - fields:
             raise UnknownValue(f"{name_of(kind)} holds {min(others)}, which is no field of it")
         return values_of(value)

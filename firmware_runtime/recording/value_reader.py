@@ -43,7 +43,7 @@ class Reader:
         self._values = self._again = 0
         self._depth = 0
 
-    def made(self, of: Plain) -> Any:  # noqa: ANN401 -- whatever a model holds
+    def made(self, of: Plain) -> object:
         """The value that was written so. Raises UnknownValue."""
         self._values += 1
         if not isinstance(of, list | dict):
@@ -63,7 +63,7 @@ class Reader:
         finally:
             self._depth -= 1
 
-    def content(self, of: Plain) -> Any:  # noqa: ANN401 -- a container
+    def content(self, of: Plain) -> object:
         """A container that holds what a known one did; it is not met again. Raises UnknownValue."""
         try:
             ((name, parts),) = of.items()
@@ -73,7 +73,7 @@ class Reader:
         except Exception as error:  # whatever stands in a file
             raise UnknownValue(f"{of!r:.80}: {type(error).__name__}: {error}") from error
 
-    def keys(self, of: Iterable[Plain]) -> list[Any]:
+    def keys(self, of: Iterable[Plain]) -> list[object]:
         """Values that can be keys. Raises UnknownValue."""
         found = [self.made(each) for each in of]
         for form, value in zip(of, found, strict=True):
@@ -81,7 +81,7 @@ class Reader:
                 raise UnknownValue(f"{form!r:.80}: cannot be a key, or in a set")
         return found
 
-    def _noted(self, name: str, parts: list[Any]) -> object:
+    def _noted(self, name: str, parts: list[object]) -> object:
         before = self._values
         value, is_shared = self._of(name, parts)
         if is_shared:
@@ -110,7 +110,7 @@ class Reader:
             raise UnknownValue(f"over {MOST_AGAIN} values in what is met again")
         return value
 
-    def _of_class(self, name: str, parts: list[Any]) -> tuple[object, bool]:
+    def _of_class(self, name: str, parts: list[object]) -> tuple[object, bool]:
         kind = class_named(name, self._packages)
         if issubclass(kind, Enum):
             (said,) = parts
@@ -133,9 +133,9 @@ def _array(parts: list[Any], _: Reader) -> Any:  # noqa: ANN401 -- numpy takes l
     return numpy.frombuffer(content, numpy.dtype(kind)).reshape(shape).copy()
 
 
-def _generator(parts: list[Any], reader: Reader) -> Any:  # noqa: ANN401 -- as above
+def _generator(parts: list[object], reader: Reader) -> object:
     name, state = parts
-    generators: Any = sys.modules.get("numpy.random")
+    generators: object = sys.modules.get("numpy.random")
     if generators is None or name not in GENERATORS:
         raise UnknownValue(f"{name!r:.40}; expected a generator of a numpy that is imported")
     found = getattr(generators, name)(0)
@@ -150,7 +150,7 @@ def _random(parts: list[Any], _: Reader) -> random.Random:
     return found
 
 
-def _integer(parts: list[Any], _: Reader) -> int:
+def _integer(parts: list[object], _: Reader) -> int:
     (digits,) = parts
     if not isinstance(digits, str):
         raise UnknownValue(f"{digits!r:.40}; expected digits")
@@ -166,7 +166,7 @@ def _numbers(parts: list[Any], _: Reader) -> "array[Any]":
     return found
 
 
-def _dictionary(parts: list[Any], reader: Reader) -> list[tuple[Any, Any]]:
+def _dictionary(parts: list[Any], reader: Reader) -> list[tuple[object, Any]]:
     found = []
     for key, each in parts:
         (first,) = reader.keys([key])
@@ -174,7 +174,7 @@ def _dictionary(parts: list[Any], reader: Reader) -> list[tuple[Any, Any]]:
     return found
 
 
-def _bytearray(parts: list[Any], _: Reader) -> bytearray:
+def _bytearray(parts: list[object], _: Reader) -> bytearray:
     (content,) = parts
     if not isinstance(content, bytes):
         raise UnknownValue("a bytearray without bytes")

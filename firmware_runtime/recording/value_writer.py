@@ -50,16 +50,16 @@ class Writer:
         self._memory: dict[int, int] = {}
         """By the owner of an array's memory, the array."""
 
-    def plain(self, value: Any) -> Plain:  # noqa: ANN401 -- whatever a model holds
+    def plain(self, value: object) -> Plain:
         """A value in MessagePack's types. Raises UnknownValue."""
         return self._guarded(self.part, value)
 
-    def content(self, value: Any) -> Plain:  # noqa: ANN401 -- a container
+    def content(self, value: object) -> Plain:
         """Return the content of a known container. Raises UnknownValue."""
         way = _way_of(dict if isinstance(value, dict) else type(value))
         return self._guarded(lambda of: way.write(of, self), value)
 
-    def part(self, value: Any) -> Plain:  # noqa: ANN401 -- as above
+    def part(self, value: object) -> Plain:
         """A value within another; whatever it raises."""
         kind = type(value)
         if kind in _SAME:
@@ -81,7 +81,7 @@ class Writer:
             self._places[id(value)] = len(self._places), value
         return form
 
-    def parts(self, values: Iterable[Any]) -> list[Plain]:
+    def parts(self, values: Iterable[object]) -> list[Plain]:
         """Values in a row, as `part`."""
         same, part = _SAME, self.part
         return [value if type(value) in same else part(value) for value in values]
@@ -95,7 +95,7 @@ class Writer:
         found = self._places.get(id(value))
         return None if found is None else {"same": [found[0]]}
 
-    def _guarded(self, write: Callable[[Any], Plain], value: object) -> Plain:
+    def _guarded(self, write: Callable[[object], Plain], value: object) -> Plain:
         try:
             return write(value)
         except UnknownValue:
@@ -127,7 +127,7 @@ class _Way:
         self.write, self.is_shared = write, is_shared
 
 
-def _way_of(kind: type[Any]) -> _Way:
+def _way_of(kind: type[object]) -> _Way:
     """Return the writer of a class. Raises UnknownValue."""
     found = _FOUND.get(kind)
     if found is None:
@@ -135,10 +135,10 @@ def _way_of(kind: type[Any]) -> _Way:
     return found
 
 
-_FOUND: Final[dict[type[Any], _Way]] = {}
+_FOUND: Final[dict[type[object], _Way]] = {}
 
 
-def _new_way_of(kind: type[Any]) -> _Way:
+def _new_way_of(kind: type[object]) -> _Way:
     if kind in _WAYS:
         return _Way(_WAYS[kind], is_shared=kind not in _UNSHARED)
     if issubclass(kind, Enum) and type(kind) is EnumMeta:
@@ -153,7 +153,7 @@ def _new_way_of(kind: type[Any]) -> _Way:
     )
 
 
-def _way_of_numpy(kind: type[Any]) -> _Way:
+def _way_of_numpy(kind: type[object]) -> _Way:
     if kind.__name__ in GENERATORS:
         return _Way(
             lambda value, writer: {"generator": [kind.__name__, _stands(value, writer)]},
@@ -208,7 +208,7 @@ def _of_random(value: random.Random, _: Writer) -> Plain:
     return {"random": [version, array("I", words).tobytes(), gauss]}
 
 
-_WAYS: Final[dict[type[Any], Callable[[Any, Writer], Plain]]] = {
+_WAYS: Final[dict[type[object], Callable[[Any, Writer], Plain]]] = {
     tuple: lambda value, writer: writer.parts(value),
     list: lambda value, writer: {"list": writer.parts(value)},
     set: _members("set"),

@@ -72,7 +72,7 @@ def made(of: Plain) -> Any:  # noqa: ANN401 -- whatever a port carries
     return Reader().made(of)
 
 
-def made_for(name: str, form: Plain) -> Any:  # noqa: ANN401 -- whatever a port carries
+def made_for(name: str, form: Plain) -> object:
     """As `made`, of what a recording has by this name. Raises ConfigError."""
     try:
         return made(form)
