@@ -14,6 +14,7 @@ from firmware_runtime.lab.continuity.certificate_page import (
     signals_of,
 )
 from firmware_runtime.lab.continuity.stage_run import End, Plan, StageRun, all_of, run_stage
+from firmware_runtime.lab.stages import staged_run
 from firmware_runtime.lab.stages.stage import Stage
 from firmware_runtime.recording.blackbox.reader import Recording, read_recording
 from firmware_runtime.recording.board_of_recording import board_of
@@ -106,7 +107,7 @@ def test_code_that_was_changed_between_two_stages_or_since_is_no_pass(
     header = end.recording.header
     name = next(iter(header.code))
     other = msgspec.structs.replace(header, code={**header.code, name: "another"})
-    between = replace(end, recording=replace(end.recording, header=other))
+    between = replace(end, recording=msgspec.structs.replace(end.recording, header=other))
     since = replace(end, verdict=replace(end.verdict, code_changed=[name]))
     for changed in (between, since):
         of_both = certificate(run, replace(_with(run, changed), stage=Stage.EMBEDDED))
@@ -116,7 +117,7 @@ def test_code_that_was_changed_between_two_stages_or_since_is_no_pass(
 
 def test_settings_that_were_changed_between_two_stages_are_no_pass(run: StageRun, end: End) -> None:
     header = msgspec.structs.replace(end.recording.header, table={"board": "tachobot"})
-    changed = replace(end, recording=replace(end.recording, header=header))
+    changed = replace(end, recording=msgspec.structs.replace(end.recording, header=header))
     of_both = certificate(run, replace(_with(run, changed), stage=Stage.EMBEDDED))
     assert (of_both.is_identical, of_both.as_json()["same_settings"]) == (False, False)
 
@@ -124,9 +125,8 @@ def test_settings_that_were_changed_between_two_stages_are_no_pass(run: StageRun
 def test_an_end_that_has_a_part_of_the_code_has_the_same_code(run: StageRun, end: End) -> None:
     header = end.recording.header
     some = dict(list(header.code.items())[:3])
-    part = replace(
-        end, recording=replace(end.recording, header=msgspec.structs.replace(header, code=some))
-    )
+    other = msgspec.structs.replace(header, code=some)
+    part = replace(end, recording=msgspec.structs.replace(end.recording, header=other))
     of_both = certificate(run, replace(_with(run, part), stage=Stage.NETWORK))
     assert of_both.is_identical
 
@@ -159,6 +159,16 @@ def test_a_recording_of_another_run_in_the_folder_is_not_taken_for_this_one(
     assert not found.has_run
     assert found.why_not is not None
     assert "no such file" in found.why_not
+
+
+@pytest.mark.slow
+def test_a_stage_that_does_not_end_is_ended_and_is_a_fault(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(staged_run, "_AT_LEAST_S", 0.5)
+    monkeypatch.setattr(staged_run, "_TIMES", 0.0)
+    found = run_stage(Plan(load("tachobot"), "tachobot", 600.0), Stage.SIMULATION, tmp_path)
+    assert (found.has_run, found.fault) == (True, "stage simulation: no end within 0.5 s")
 
 
 def test_a_stage_that_left_nothing_is_shown_with_no_event_and_its_fault() -> None:

@@ -8,7 +8,7 @@ from typing import Any, Final
 from firmware_runtime.board.registry import Board
 from firmware_runtime.board.roles import CONTROLLER, ROBOT
 from firmware_runtime.devs.time import SECOND
-from firmware_runtime.errors import ConfigError, Status
+from firmware_runtime.errors import ConfigError, FirmwareRuntimeError, Status
 from firmware_runtime.lab.stages.stage import Stage
 from firmware_runtime.lab.stages.staged_run import Staged, beside, run_one_process, run_staged
 from firmware_runtime.lab.stages.way import WIFI
@@ -150,6 +150,8 @@ def run_stage(plan: Plan, stage: Stage, folder: Path) -> StageRun:
         else:
             result = run_one_process(staged, said.append)
     except ConfigError as fault:
+        return StageRun(stage, "; ".join(fault.faults))
+    except FirmwareRuntimeError as fault:
         return StageRun(stage, failed=str(fault))
     if result.status in {Status.INTERRUPTED, Status.TERMINATED}:
         raise SystemExit(result.status)

@@ -13,7 +13,7 @@ from firmware_runtime.board.ends import ends_of
 from firmware_runtime.board.registry import Board
 from firmware_runtime.board.roles import CONTROLLER, ROBOT, components_of
 from firmware_runtime.devs.time import SECOND, seconds
-from firmware_runtime.errors import ConfigError, Status
+from firmware_runtime.errors import ConfigError, FirmwareRuntimeError, Status
 from firmware_runtime.lab.stages.document import (
     begin_trace,
     crossed,
@@ -148,7 +148,7 @@ class StagedResult:
 def run_one_process(staged: Staged, say: Say, picture: Path | None = None) -> StagedResult:
     """Run a stage of one process on doubles to its end, with a picture of it if one is wanted.
 
-    Raises ConfigError for one that does not end.
+    Raises FirmwareRuntimeError for one that does not end.
     """
     words = ["run", staged.named, "--stage", staged.stage.value, "--for", f"{staged.for_s:g}"]
     words += ["--doubles", *set_words(staged.board.assignments)]
@@ -164,7 +164,8 @@ def run_one_process(staged: Staged, say: Say, picture: Path | None = None) -> St
             timeout_s = max(_AT_LEAST_S, _TIMES * staged.for_s)
             ends.wait_until(lambda: end.status is not None, seconds(timeout_s))
             if end.status is None:
-                raise ConfigError.of_one(f"stage {staged.stage}", f"no end within {timeout_s:g} s")
+                fault, where = f"no end within {timeout_s:g} s", f"stage {staged.stage}"
+                raise FirmwareRuntimeError(fault, where=where)
             status = status_by(signalled.name) if signalled.came else end.status
             return StagedResult(status, end.document(), end.report.get("shown"))
         finally:
