@@ -3,10 +3,9 @@
 from dataclasses import dataclass
 from typing import Protocol
 
-from firmware_drivers.bring_up import BringUp
 from firmware_drivers.chips.bearing import Bearing, in_circle
 from firmware_drivers.chips.step import Step
-from firmware_drivers.hardware import Chip, HardwareModel
+from firmware_drivers.hardware import BringUp, Chip, HardwareModel
 from firmware_runtime.errors import SettingError
 from firmware_runtime.hal.wire_errors import HalError
 

@@ -3,13 +3,13 @@
 from typing import Any, cast
 
 import pytest
-from firmware_drivers.bring_up import RETRY_AFTER
 from firmware_drivers.chips.mounting import Vector
 from firmware_drivers.chips.mpu9250 import Mpu9250
 from firmware_drivers.chips.mpu9250_burst import InertialSample
 from firmware_drivers.chips.mpu9250_settings import Mpu9250Settings
 from firmware_drivers.chips.step import Step
 from firmware_drivers.gyro_bias import GyroBias
+from firmware_drivers.hardware import RETRY_AFTER
 from firmware_drivers.imu import FAULTS_BEFORE_BRING_UP, Imu
 
 from firmware_runtime.devs.time import MILLISECOND

@@ -3,10 +3,10 @@
 from collections.abc import Iterator
 
 import pytest
-from firmware_drivers.bring_up import BringUp
 from firmware_drivers.chips.h_bridge import HBridge
 from firmware_drivers.chips.pca9685 import Pca9685
 from firmware_drivers.dc_motor import DcMotor, DcMotorSettings
+from firmware_drivers.hardware import BringUp
 
 from firmware_runtime.devs.time import MILLISECOND, SECOND
 from firmware_runtime.errors import SettingError

@@ -1,5 +1,7 @@
 """Definition of the board: its schema, its faults, its bus load, and the robot itself."""
 
+from typing import Final
+
 from firmware_drivers.chips.mpu9250_burst import NINE_AXES
 from firmware_drivers.chips.pca9685_registers import duty_burst, prescale_for
 from firmware_drivers.thrust_pairs import MOTORS
@@ -9,14 +11,49 @@ from firmware_boards.tachobot.experiments import EXPERIMENTS
 from firmware_boards.tachobot.result import yaw_result
 from firmware_boards.tachobot.settings import EscSettings, TachobotSettings
 from firmware_boards.tachobot.wiring import Tachobot, chip_settings, control_period
-from firmware_boards.tachobot.yaw import YAW
 from firmware_runtime.board.bus_loads import Recurring, bus_loads
 from firmware_runtime.board.definition import BoardDefinition
 from firmware_runtime.board.faults import Device, device_faults, setting_fault
 from firmware_runtime.board.lines import Lines
+from firmware_runtime.board.plants import PidLoop, Plant, Signal
 from firmware_runtime.board.robot import Ending, Robot
 from firmware_runtime.devs.ports import OutPort
 from firmware_runtime.hal.budget import BusLoad
+
+
+def _lever_arm(settings: TachobotSettings) -> float:
+    return settings.world.lever_arm_m
+
+
+YAW: Final = Plant(
+    title="yaw on the platform",
+    structure="rotation",
+    input=Signal(
+        ("controller.forces",),
+        {"f1": 1.0, "f2": -1.0, "f3": 1.0, "f4": -1.0},
+        scale=_lever_arm,
+    ),
+    output=Signal(("imu.sample",), {"rate.2": 1.0}),
+    measures="rate",
+    lag_s=lambda settings: settings.world.motor_lag_s,
+    loop=PidLoop(
+        kp="controller.yaw.kp",
+        ki="controller.yaw.ki",
+        kd="controller.yaw.kd",
+        gain=lambda settings: 2.0 * settings.world.lever_arm_m,
+        limit=lambda settings: 2.0 * settings.pair_thrust_n,
+        period_s=lambda settings: settings.controller.period_s,
+        delay_s=lambda settings: settings.controller.yaw.delay_s,
+    ),
+    stated={
+        "inertia_kg_m2": lambda settings: settings.world.yaw_inertia_kg_m2,
+        "damping_nms": lambda settings: settings.world.yaw_damping_nms,
+        "coulomb_friction_nm": lambda settings: settings.world.coulomb_friction_nm,
+        "static_friction_nm": lambda settings: settings.world.static_friction_nm,
+        # From the forces that leave the controller to the sample that shows what they did.
+        "delay_s": lambda settings: settings.controller.period_s,
+    },
+)
 
 
 def faults(settings: TachobotSettings) -> list[str]:

@@ -12,15 +12,51 @@ from firmware_drivers.imu import Imu
 from firmware_drivers.thrust_pairs import ThrustPairs, ThrustSettings
 
 from firmware_boards.tachobot.controller import Controller
-from firmware_boards.tachobot.lift import Lift
 from firmware_boards.tachobot.settings import EscSettings, TachobotSettings, TrackSettings
 from firmware_runtime.board.lines import Lines
+from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.time import seconds
 from firmware_runtime.models.motion import Motion
 
 if TYPE_CHECKING:
     from firmware_boards.tachobot.tracking import TrackingController
+
+
+class Lift(Atomic):
+    """Asks for arming at the start of the run and for the lifting throttle afterwards.
+
+    asking (0) --arm! true--> waiting --armed? true--> lifting (0) --throttle!--> waiting
+    """
+
+    def __init__(self, name: str, throttle: float) -> None:
+        super().__init__(name)
+        self.armed = self.in_port("armed", bool)
+        self.arm = self.out_port("arm", bool)
+        self.throttle_out = self.out_port("throttle", float)
+        self.throttle = throttle
+
+    def initialize(self) -> None:
+        """Ask for arming at once."""
+        self.activate("asking")
+
+    def output(self) -> None:
+        """Send what the phase is for."""
+        if self.phase == "asking":
+            self.arm.send(True)
+        else:
+            self.throttle_out.send(self.throttle)
+
+    def internal(self) -> None:
+        """Wait for the speed controller's answer."""
+        self.passivate("waiting")
+
+    def external(self, elapsed: int) -> None:
+        """Lift when armed; a disarmed speed controller is left alone, a fault has a cause."""
+        if self.armed and self.armed[-1]:
+            self.activate("lifting")
+        else:
+            self.continue_(elapsed)
 
 
 class Tachobot(Coupled):
