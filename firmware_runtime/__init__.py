@@ -16,8 +16,7 @@ from typing import TYPE_CHECKING, Final
 if TYPE_CHECKING:
     from firmware_runtime.board.definition import BoardDefinition
     from firmware_runtime.board.faults import Device
-    from firmware_runtime.board.lines import Lines
-    from firmware_runtime.board.robot import Ending, Robot
+    from firmware_runtime.board.robot import Ending, Lines, Robot
     from firmware_runtime.board.settings import BoardSettings
     from firmware_runtime.devs.atomic import Atomic
     from firmware_runtime.devs.classic import ClassicSimulator
@@ -160,7 +159,7 @@ _WHERE: Final = {
     "BoardSettings": "board.settings",
     "Ending": "board.robot",
     "Device": "board.faults",
-    "Lines": "board.lines",
+    "Lines": "board.robot",
     "Robot": "board.robot",
     "BusLoad": "hal.budget",
     "PeriodicTransaction": "hal.budget",

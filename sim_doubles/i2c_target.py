@@ -1,4 +1,10 @@
-"""A target on an I2C bus, as the wire sees it: START, bytes, acknowledges, STOP."""
+"""I2C targets and adapters: START, bytes, acknowledges, STOP, and the errno of what goes wrong.
+
+Adapters: the same event has another errno on each of them. Where a firmware decides (refused byte
+on i2c-tiny-usb) the errno of a refused address is taken.
+
+Source: Linux 6.1 drivers/i2c/busses (bcm2835, designware, tiny-usb), algos/i2c-algo-bit, i2c-dev.
+"""
 
 import errno
 from abc import ABC, abstractmethod

@@ -1,4 +1,7 @@
-"""Truth that an inertial sensor's double measures: the world's side of an IMU."""
+"""Truth that an inertial sensor's double measures: the world's side of an IMU.
+
+A chip may be mounted askew: what the body feels is turned into what the chip feels.
+"""
 
 from typing import Protocol, TypeAlias
 

@@ -21,7 +21,7 @@ from firmware_runtime.hal.circuitpython.stand_ins import MODULES, StandIns
 
 if TYPE_CHECKING:
     from firmware_runtime import OpenBoard
-    from firmware_runtime.hal.line_time import WireClock
+    from firmware_runtime.hal.budget import WireClock
     from sim_doubles.faults import FaultScript
     from sim_doubles.i2c_bus import I2cBusDouble
     from sim_doubles.testing.buses import TestBuses

@@ -6,6 +6,8 @@ arrives at the pace the target gives it. Not modelled: the host's baud rate, so 
 harm; an output buffer that fills, an input buffer that overflows.
 
 A line is opened by making it: what the target sent before is lost, as on a closed port.
+
+A target is a device at the other end, as the line sees it: bytes in, bytes out.
 """
 
 from abc import ABC, abstractmethod

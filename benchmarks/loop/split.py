@@ -19,8 +19,8 @@ from firmware_boards.tachobot.wiring import Tachobot
 
 from benchmarks.loop.rates import assignments
 from firmware_runtime.board import registry
-from firmware_runtime.board.lines import Lines
 from firmware_runtime.board.registry import Board
+from firmware_runtime.board.robot import Lines
 from firmware_runtime.devs.time import seconds
 from firmware_runtime.devs.wiring import Wiring
 from firmware_runtime.executive.clocks import MonotonicClock, WorldClock

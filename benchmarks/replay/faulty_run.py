@@ -12,7 +12,7 @@ from firmware_runtime.board import rigs
 from firmware_runtime.board.registry import Board
 from firmware_runtime.board.rig import Rig
 from firmware_runtime.cli.main import main
-from firmware_runtime.hal.line_time import WireClock
+from firmware_runtime.hal.budget import WireClock
 from firmware_runtime.runs import hardware
 from sim_doubles.faults import (
     AdapterError,

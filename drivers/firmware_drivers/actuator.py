@@ -19,8 +19,8 @@ from firmware_drivers.chips.step import Step
 from firmware_drivers.hardware import HardwareModel
 from firmware_runtime.devs.ports import InPort, Takes
 from firmware_runtime.devs.time import MILLISECOND, SECOND
+from firmware_runtime.hal.budget import Line
 from firmware_runtime.hal.interlock import POLL_PERIOD, Interlock, always_enabled
-from firmware_runtime.hal.line_time import Line
 from firmware_runtime.hal.wire_errors import HalError, NotReady
 from firmware_runtime.models.motion import Applied
 

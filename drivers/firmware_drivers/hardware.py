@@ -2,6 +2,8 @@
 
 A chip that needs time needs it from the end of a transaction, and a transaction takes time on the
 wire. So a phase that waits for a chip is entered by `hold_after_transfer`, not by `hold_in`.
+
+Bring-up goes one step an activation, so that no call sleeps.
 """
 
 from abc import ABC, abstractmethod
@@ -12,7 +14,7 @@ from firmware_drivers.chips.shared_bring_up import SharedBringUp
 from firmware_drivers.chips.step import Step
 from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.errors import FirmwareRuntimeError
-from firmware_runtime.hal.line_time import Line
+from firmware_runtime.hal.budget import Line
 from firmware_runtime.hal.wire_errors import Fault, HalError
 
 RETRY_AFTER = 100_000_000

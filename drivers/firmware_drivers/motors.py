@@ -12,8 +12,8 @@ from firmware_drivers.actuator import Actuator
 from firmware_drivers.chips.step import Step
 from firmware_runtime.devs.time import NEVER, SECOND
 from firmware_runtime.errors import FirmwareRuntimeError
+from firmware_runtime.hal.budget import Line
 from firmware_runtime.hal.interlock import Interlock, always_enabled, poll_period
-from firmware_runtime.hal.line_time import Line
 from firmware_runtime.hal.wire_errors import HalError, NotReady
 from firmware_runtime.models.motion import Applied
 

@@ -3,8 +3,8 @@
 from collections.abc import Collection, Iterable
 from typing import Any
 
-from firmware_runtime.board.lines import Lines
 from firmware_runtime.board.registry import Board
+from firmware_runtime.board.robot import Lines
 from firmware_runtime.board.settings import (
     ExecutiveSettings,
     ModelPolicy,

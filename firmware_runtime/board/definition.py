@@ -16,12 +16,9 @@ from typing import Any, Generic, Literal, TypeVar
 
 from msgspec import Struct, ValidationError, convert, field
 
-from firmware_runtime.board.bus_loads import bus_loads
-from firmware_runtime.board.experiments import Experiment, experiment_faults
-from firmware_runtime.board.faults import Device, SerialDevice
-from firmware_runtime.board.lines import Lines
-from firmware_runtime.board.plants import Plant, plant_fault
-from firmware_runtime.board.robot import Robot
+from firmware_runtime.board.experiments import Experiment, Plant, experiment_faults, plant_fault
+from firmware_runtime.board.faults import Device, SerialDevice, bus_loads
+from firmware_runtime.board.robot import Lines, Robot
 from firmware_runtime.board.settings import BoardSettings
 from firmware_runtime.devs.component import Component
 from firmware_runtime.errors import SettingError

@@ -1,15 +1,17 @@
 """Faults that no single value shows: two devices at one address, a bus that no device is on.
 
 A board's definition lists its devices, and what is wrong with them is found here.
+
+Loads of buses follow from what each device repeats.
 """
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from os.path import normpath
 from typing import TypeVar
 
 from msgspec import Struct, structs
 
-from firmware_runtime.board.lines import Lines, absent_lines
+from firmware_runtime.board.robot import Lines, absent_lines
 from firmware_runtime.board.settings import (
     BoardSettings,
     BusSettings,
@@ -18,6 +20,35 @@ from firmware_runtime.board.settings import (
     PortSettings,
 )
 from firmware_runtime.errors import SettingError
+from firmware_runtime.hal.budget import BusLoad, PeriodicTransaction
+from firmware_runtime.hal.i2c import Message
+
+
+class Recurring(Struct, frozen=True):
+    """Transactions that a device repeats for as long as the robot runs."""
+
+    bus: str
+    what: str
+    """The words for people, such as `sonar ranging`."""
+    traffic: Sequence[tuple[Message, ...]]
+    period: int
+    """Ns from one time to the next."""
+
+
+def bus_loads(
+    buses: Mapping[str, BusSettings], recurring: Iterable[Recurring]
+) -> dict[str, BusLoad]:
+    """The load of every bus, those on which nothing recurs included."""
+    asked: dict[str, list[PeriodicTransaction]] = {name: [] for name in buses}
+    for each in recurring:
+        asked[each.bus] += (
+            PeriodicTransaction(each.what, transaction, each.period) for transaction in each.traffic
+        )
+    return {
+        name: BusLoad(name, round(bus.speed_hz), asked[name], bus.overhead_ns)
+        for name, bus in buses.items()
+    }
+
 
 PCA9685_ALLCALL = 0x70
 """Every PCA9685 also answers here from power-up until that is switched off."""

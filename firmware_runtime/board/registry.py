@@ -15,7 +15,7 @@ from msgspec import Struct
 
 from firmware_runtime.board import strict
 from firmware_runtime.board.definition import BoardDefinition
-from firmware_runtime.board.experiments import Experiment
+from firmware_runtime.board.experiments import Experiment, Plant
 from firmware_runtime.board.faults import Device, device_faults, executive_faults, unused_lines
 from firmware_runtime.board.installed import (
     FILE,
@@ -26,9 +26,7 @@ from firmware_runtime.board.installed import (
     names,
     shipped_file,
 )
-from firmware_runtime.board.lines import Lines, absent_lines
-from firmware_runtime.board.plants import Plant
-from firmware_runtime.board.robot import Robot, declaring
+from firmware_runtime.board.robot import Lines, Robot, absent_lines, declaring
 from firmware_runtime.board.roles import role_faults
 from firmware_runtime.board.settings import BoardSettings, LinkSettings, PortSettings
 from firmware_runtime.board.variants import drop_replaced

@@ -13,9 +13,9 @@ from firmware_runtime.board.registry import Board
 from firmware_runtime.board.rig import Doubles, Rig
 from firmware_runtime.devs.ports import OutPort
 from firmware_runtime.errors import ConfigError, SettingError
+from firmware_runtime.hal.budget import WireClock
 from firmware_runtime.hal.i2c import I2cBus
 from firmware_runtime.hal.interlock import EnableLine
-from firmware_runtime.hal.line_time import WireClock
 from firmware_runtime.hal.serial import SerialPort
 from firmware_runtime.system.packages import EntryPoint, installed
 

@@ -1,16 +1,41 @@
-"""A robot ready to run: its model, and how to find its chips and to switch it off."""
+"""A robot ready to run: its model, and how to find its chips and to switch it off.
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+Lines are I2C buses, serial ports and an enable line, named by board.toml.
+"""
+
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from typing import Any, Final, NamedTuple
 
-from msgspec import Struct
+from msgspec import Struct, field
 
 from firmware_runtime.devs.component import Component
 from firmware_runtime.devs.coupled import Coupled, with_all_below
 from firmware_runtime.devs.ports import OutPort
 from firmware_runtime.errors import ConfigError, FirmwareRuntimeError, text_of
+from firmware_runtime.hal.i2c import I2cBus
+from firmware_runtime.hal.interlock import EnableLine, Interlock, always_enabled
+from firmware_runtime.hal.serial import SerialPort
+from firmware_runtime.hal.unopened_lines import AbsentBus, AbsentPort
 from firmware_runtime.hal.wire_errors import HalError
+
+
+class Lines(Struct, frozen=True):
+    """Real ones, doubles, or absent ones: a board's wiring sees no difference."""
+
+    buses: Mapping[str, I2cBus]
+    ports: Mapping[str, SerialPort] = field(default_factory=dict)
+    interlock: Interlock = always_enabled
+    """Output interlock, checked before every write that could."""
+    enable: EnableLine | None = None
+    """What lets the PWM outputs through, where it is wired."""
+
+
+def absent_lines(buses: Iterable[str], ports: Iterable[str] = ()) -> Lines:
+    """Lines of these names on which nothing can be sent, for a robot that is only built."""
+    return Lines(
+        {name: AbsentBus(name) for name in buses}, {name: AbsentPort(name) for name in ports}
+    )
 
 
 class Ending(NamedTuple):

@@ -15,9 +15,8 @@ import threading
 from collections.abc import Callable, Sequence
 from typing import Any
 
-from firmware_runtime.hal.budget import framed_ns
+from firmware_runtime.hal.budget import NO_TIME, LineTime, framed_ns
 from firmware_runtime.hal.i2c import I2cBus, Message
-from firmware_runtime.hal.line_time import NO_TIME, LineTime
 from firmware_runtime.hal.retry import THREE_ATTEMPTS, RetryPolicy
 from firmware_runtime.hal.wire_errors import HalError, NoAcknowledge
 

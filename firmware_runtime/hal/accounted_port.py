@@ -4,8 +4,7 @@ A port takes bytes at once and sends them at its own pace. So the lines' time do
 them; what a device waits for is counted from when the last has left.
 """
 
-from firmware_runtime.hal.budget import wire_ns
-from firmware_runtime.hal.line_time import LineTime
+from firmware_runtime.hal.budget import LineTime, wire_ns
 from firmware_runtime.hal.serial import BITS_PER_BYTE, SerialPort
 from firmware_runtime.hal.wire_errors import HalError
 

@@ -5,16 +5,70 @@ START, each repeated START and STOP take one bit each. What an adapter and its d
 that, once a transaction, can be stated (`overhead_ns`); clock stretching is not in it, so the true
 time is never shorter. Everything that asks for this time goes by `wire_ns` and `transaction_ns`:
 the budget, the counters of a bus, the doubles, and the waits of drivers.
+
+Lines are in time, too. A model lives at the instants of its events; within one, each transaction
+takes its time on the wire, and the lines run ahead of the model by it. A device that needs time
+needs it from the end of the transaction, so a phase that waits for it is longer by what the lines
+have run ahead (`elapsed`). `firmware_drivers.hardware.HardwareModel.hold_after_transfer` adds that.
 """
 
 import math
 from collections.abc import Sequence
 from functools import lru_cache
-from typing import Final
+from typing import Final, Protocol
 
 from msgspec import Struct
 
 from firmware_runtime.hal.i2c import Message
+
+
+class LineTime(Protocol):
+    """The time in which all lines of one robot live; call it for the instant they have come to."""
+
+    def __call__(self) -> int:
+        """Return the instant, in ns since the start of the run; it never goes back."""
+
+    def reach(self, at: int) -> None:
+        """Go on to `at`, where a transaction ended; nothing happens if that is past already."""
+
+    def elapsed(self) -> int:
+        """Return the ns from the instant of the step under way to where the lines are now."""
+
+
+class Line(Protocol):
+    """A bus or a port, as far as waiting for what is connected to it goes."""
+
+    name: str
+
+    def elapsed(self) -> int:
+        """Return the ns from the instant of the step under way to the end of the last transfer."""
+
+
+class _NoTime:
+    """A line outside of any run: nothing takes time."""
+
+    def __call__(self) -> int:
+        return 0
+
+    def reach(self, at: int) -> None:
+        """Stay where it is."""
+
+    def elapsed(self) -> int:
+        return 0
+
+
+NO_TIME: Final = _NoTime()
+
+
+class WireClock(Protocol):
+    """A clock for a whole rig: transactions on its buses take their time on it."""
+
+    def __call__(self) -> int:
+        """Return the present instant, in ns."""
+
+    def reach(self, at: int) -> None:
+        """Go on to `at`, unless that is past."""
+
 
 NANOSECONDS_PER_SECOND: Final = 1_000_000_000
 REFUSED_ABOVE_PERCENT: Final = 80

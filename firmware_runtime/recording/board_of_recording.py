@@ -12,9 +12,9 @@ from msgspec.structs import replace
 
 from firmware_runtime.board import strict
 from firmware_runtime.board.installed import names, shipped_file
+from firmware_runtime.board.local_settings import load_table
 from firmware_runtime.board.registry import Board
 from firmware_runtime.board.retuning import changed_values
-from firmware_runtime.board.settings_file import load_table
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.recording.recorded_board import RecordedBoard
 from firmware_runtime.system.atomic_file import read_text

@@ -5,11 +5,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 from firmware_runtime.board.ends import BoardEnd
-from firmware_runtime.board.lines import Lines
 from firmware_runtime.board.registry import Board
 from firmware_runtime.board.rig import Doubles, Rig
 from firmware_runtime.board.rigs import blamed_on_rig, of_rig, rig_for, served_doubles
-from firmware_runtime.board.robot import Robot
+from firmware_runtime.board.robot import Lines, Robot
 from firmware_runtime.executive.clocks import Clock, OutsideClock, WorldClock
 from firmware_runtime.hal.interlock import Interlock
 from firmware_runtime.hal.wire_errors import HalError

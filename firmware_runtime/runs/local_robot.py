@@ -5,8 +5,7 @@ from typing import TYPE_CHECKING, Any
 
 from msgspec import Struct
 
-from firmware_runtime.board.ends import BoardEnd, other_end, robot_of
-from firmware_runtime.board.inputs import input_timeouts
+from firmware_runtime.board.ends import BoardEnd, input_timeouts, other_end, robot_of
 from firmware_runtime.board.registry import Board
 from firmware_runtime.board.robot import Robot
 from firmware_runtime.devs.part import Part
@@ -15,8 +14,8 @@ from firmware_runtime.errors import text_of
 from firmware_runtime.hal.wire_errors import HalError
 from firmware_runtime.recording.blackbox.section import Kind
 from firmware_runtime.runs.hardware import Hardware
+from firmware_runtime.runs.outputs import forget_settings, keep_settings
 from firmware_runtime.runs.recorded_edge import RecordedEdge
-from firmware_runtime.runs.run_settings import forget_settings, keep_settings
 
 if TYPE_CHECKING:
     from firmware_runtime.links.ports.ports import Ports

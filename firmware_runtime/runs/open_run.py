@@ -13,9 +13,9 @@ from firmware_runtime.devs.time import NEVER, SECOND, format_time, seconds
 from firmware_runtime.errors import ConfigError, FirmwareRuntimeError, UnknownName
 from firmware_runtime.executive.executive import Executive
 from firmware_runtime.executive.outcome import Outcome
-from firmware_runtime.runs.exit_in_model import quitting_is_a_bug
 from firmware_runtime.runs.options import end_after, positive
 from firmware_runtime.runs.port_values import PortValues
+from firmware_runtime.runs.session import quitting_is_a_bug
 from firmware_runtime.statistics.figures import Figures
 from firmware_runtime.statistics.file_header import RunState
 from firmware_runtime.system.resources import Closing

@@ -3,10 +3,9 @@
 from msgspec import Struct
 
 from firmware_runtime.board.ends import BoardEnd
-from firmware_runtime.board.lines import Lines
 from firmware_runtime.board.registry import Board
 from firmware_runtime.board.rig import Rig
-from firmware_runtime.board.robot import Robot
+from firmware_runtime.board.robot import Lines, Robot
 from firmware_runtime.executive.executive import Executive
 from firmware_runtime.recording.blackbox.recorder import Recorder
 

@@ -17,8 +17,7 @@ from typing import Final
 from firmware_runtime.devs.time import MILLISECOND, NEVER, SECOND
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.executive.executive import Executive
-from firmware_runtime.links.control import TIMEOUT_S
-from firmware_runtime.links.ports.desk import Answer, Request, refuse_more, why_late
+from firmware_runtime.links.control import TIMEOUT_S, Answer, Request, refuse_more, why_late
 from firmware_runtime.links.ports.ports import Ports
 from firmware_runtime.links.ports.run_socket import RunSocket
 from firmware_runtime.runs.arming import Arming

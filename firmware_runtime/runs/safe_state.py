@@ -24,10 +24,8 @@ from firmware_runtime.runs.active_runs import (
     run_at,
     statistics_of,
 )
-from firmware_runtime.runs.last_safe_state import note_safe_state
-from firmware_runtime.runs.outputs import Outputs, switched_off
-from firmware_runtime.runs.run_settings import kept_settings
-from firmware_runtime.runs.watched_run import WatchedRun
+from firmware_runtime.runs.outputs import Outputs, kept_settings, switched_off
+from firmware_runtime.runs.watched_run import WatchedRun, note_safe_state
 from firmware_runtime.statistics.paths import Companion
 from firmware_runtime.system.device_nodes import Holder
 

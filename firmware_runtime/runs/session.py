@@ -1,6 +1,7 @@
 """One robot put together for one run: its lines, its model, its executive, and how they end."""
 
-from contextlib import ExitStack
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager
 from typing import TYPE_CHECKING
 
 from msgspec import Struct
@@ -9,12 +10,13 @@ from firmware_runtime.board.ends import BoardEnd
 from firmware_runtime.board.registry import Board
 from firmware_runtime.board.rigs import shown_by
 from firmware_runtime.board.robot import Ending, Robot
+from firmware_runtime.devs.component import Component
+from firmware_runtime.devs.model_errors import ModelError
 from firmware_runtime.devs.ports import OutPort
 from firmware_runtime.executive.executive import Executive
 from firmware_runtime.executive.outcome import Outcome
 from firmware_runtime.runs.arming import Arming
 from firmware_runtime.runs.end_link import LinkedEnd
-from firmware_runtime.runs.exit_in_model import quitting_is_a_bug
 from firmware_runtime.runs.hardware import Hardware
 from firmware_runtime.runs.local_robot import SwitchingOff
 from firmware_runtime.runs.recorded_edge import RecordedEdge
@@ -22,6 +24,16 @@ from firmware_runtime.runs.tuning import Tuning
 
 if TYPE_CHECKING:
     from firmware_runtime.links.dover.dover import DoverLink
+
+
+@contextmanager
+def quitting_is_a_bug(model: Component) -> Iterator[None]:
+    """Raise ModelError for a SystemExit from a run whose signals are taken: a model raised it."""
+    try:
+        yield
+    except SystemExit as error:
+        found = f"{model.path}: a model raised SystemExit({error.code!r})"
+        raise ModelError(found, expected="none: it would end the program") from error
 
 
 class Task:

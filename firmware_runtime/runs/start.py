@@ -28,14 +28,17 @@ from firmware_runtime.recording.blackbox.section import Kind
 from firmware_runtime.runs.arming import FREE, Arming, Permission, PrearmCheck
 from firmware_runtime.runs.end_link import LinkedEnd, check_end, open_link
 from firmware_runtime.runs.hardware import Hardware
-from firmware_runtime.runs.last_safe_state import last_safe_state, safe_state_files
 from firmware_runtime.runs.local_robot import LocalRobot, local_robot
 from firmware_runtime.runs.prearm_checks import prearm_checks
 from firmware_runtime.runs.recorded_edge import RecordedEdge
 from firmware_runtime.runs.session import Session, Task
 from firmware_runtime.runs.supervision import Commanders, RightToDrive, watch_load, watch_sleep
 from firmware_runtime.runs.tuning import Tuning, tuning_of
-from firmware_runtime.runs.watched_run import keep_clear_of_other_runs
+from firmware_runtime.runs.watched_run import (
+    keep_clear_of_other_runs,
+    last_safe_state,
+    safe_state_files,
+)
 from firmware_runtime.statistics.paths import Companion
 
 if TYPE_CHECKING:

@@ -15,8 +15,13 @@ from firmware_runtime.board import installed as kinds
 from firmware_runtime.board import registry
 from firmware_runtime.board.configuration import find_out_port
 from firmware_runtime.board.ends import end_of, ends_of
-from firmware_runtime.board.experiments import Experiment, OwnExperiment, StepExperiment
-from firmware_runtime.board.plants import Plant, Signal
+from firmware_runtime.board.experiments import (
+    Experiment,
+    OwnExperiment,
+    Plant,
+    Signal,
+    StepExperiment,
+)
 from firmware_runtime.board.registry import Board
 from firmware_runtime.board.retuning import retunable_values
 from firmware_runtime.board.rigs import has_rig

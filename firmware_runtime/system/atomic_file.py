@@ -1,4 +1,9 @@
-"""Small files that are replaced at once: a reader finds the new one whole, or the one before."""
+"""Small files that are replaced at once: a reader finds the new one whole, or the one before.
+
+Files are read of oneself, of root and of the service only: anybody may put a file or a folder where
+it is looked for, such as among temporary files, and what a run leaves says which code to load and
+what to feed it.
+"""
 
 import errno
 import os

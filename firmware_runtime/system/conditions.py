@@ -1,4 +1,9 @@
-"""The machine a run takes place on: without it the run's numbers mean nothing to others."""
+"""The machine a run takes place on: without it the run's numbers mean nothing to others.
+
+A timing means little without the load that other processes and the host put on the machine.
+
+Source: proc_stat(5); ticks of all processors together.
+"""
 
 import os
 import sys

@@ -1,5 +1,12 @@
 """The MPU-9250's register map: numbers, bits, power-up values.
 
+The FIFO holds 512 bytes, the oldest overwritten or the newest refused when full.
+
+The sample clock: after a long silence not every tick needs work, only those that leave a trace a
+host could read (`edges`). The first ones may fill a FIFO that stops when full, or carry out a
+single auxiliary transaction; the last ones are what filters, an overwriting FIFO and EXT_SENS_DATA
+still remember.
+
 Source: InvenSense RM-MPU-9250A rev. 1.6. The factory values (self-test codes, accelerometer trim)
 differ from chip to chip; these are plausible and not zero, as on any real one.
 """

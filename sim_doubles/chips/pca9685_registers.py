@@ -1,6 +1,11 @@
 """The PCA9685's register map: numbers, power-up values, writable bits, auto-increment order.
 
 And what MODE1 reads after a write: the rules of SLEEP, RESTART and EXTCLK.
+
+Its outputs: which counts they follow, and how long they are high.
+
+Source: NXP PCA9685 data sheet rev. 4, 7.3.3 (counts and flags), 7.4 (OE and output drivers).
+
 Source: NXP PCA9685 data sheet rev. 4, register summary, 7.3 and 7.3.1.
 """
 

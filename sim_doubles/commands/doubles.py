@@ -8,7 +8,7 @@ from typing import Final, NamedTuple
 from firmware_runtime.cli.arguments import SubParsers, add_board, add_output_log, add_verb
 from firmware_runtime.cli.chosen_board import chosen_board
 from firmware_runtime.errors import ConfigError, Status
-from firmware_runtime.hal.line_time import WireClock
+from firmware_runtime.hal.budget import WireClock
 from firmware_runtime.system.messages import Notices
 from firmware_runtime.system.signals import stop_on_signals
 from sim_doubles.commands.fault import add_fault_to

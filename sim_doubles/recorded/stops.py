@@ -11,7 +11,7 @@ from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from typing import TypeAlias
 
-from firmware_runtime.board.lines import Lines
+from firmware_runtime.board.robot import Lines
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.hal.i2c import I2cBus, Message
 from firmware_runtime.hal.serial import SerialPort

@@ -10,8 +10,8 @@ from firmware_runtime.board.settings import BusSettings, OutputEnableSettings
 from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.ports import OutPort
 from firmware_runtime.devs.time import NEVER
+from firmware_runtime.hal.budget import WireClock
 from firmware_runtime.hal.interlock import EnableLine
-from firmware_runtime.hal.line_time import WireClock
 from firmware_runtime.hal.serial import SerialPort
 from firmware_runtime.hal.wire_errors import PortClosed
 from sim_doubles.chips.pca9685 import Pca9685Double

@@ -5,7 +5,7 @@ from typing import Final, NamedTuple
 
 from firmware_runtime.board.settings import BusSettings
 from firmware_runtime.errors import ConfigError
-from firmware_runtime.hal.line_time import WireClock
+from firmware_runtime.hal.budget import WireClock
 from sim_doubles.chip_doubles import ChipDouble, chip_double
 from sim_doubles.i2c_target import Target
 from sim_doubles.rigs.board_rig import BoardRig

@@ -11,7 +11,7 @@ from firmware_runtime.devs.component import Component
 from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.ports import OutPort
 from firmware_runtime.devs.time import NEVER, SECOND, seconds
-from firmware_runtime.hal.line_time import WireClock
+from firmware_runtime.hal.budget import WireClock
 from firmware_runtime.models.state_diagram import StateDiagram
 from sim_doubles.chips.pca9685 import Pca9685Double
 from sim_doubles.rigs.board_rig import BoardRig

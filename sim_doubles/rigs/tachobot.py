@@ -11,7 +11,7 @@ from firmware_boards.tachobot.wiring import Tachobot
 
 from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.ports import OutPort
-from firmware_runtime.hal.line_time import WireClock
+from firmware_runtime.hal.budget import WireClock
 from firmware_runtime.models.motion import Motion
 from sim_doubles.chips.ak8963 import Ak8963Double
 from sim_doubles.chips.mpu9250 import Mpu9250Double

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Mapping, Sequence
 
 from firmware_runtime.errors import ConfigError
-from firmware_runtime.hal.line_time import WireClock
+from firmware_runtime.hal.budget import WireClock
 from sim_doubles.clock import Now
 from sim_doubles.i2c_bus import I2cBusDouble
 from sim_doubles.i2c_target import Target

@@ -5,6 +5,11 @@
 The drive is a constant and two decaying exponentials, so the rate is a sum of convolutions of two
 exponentials each, and yaw of their integrals. Written as divided differences they stay accurate
 where two exponents meet, undamped bodies included.
+
+Transients settle exponentially, in closed form. While its command holds, a motor with first-order
+lag turns at `duty + gap*p`, where p = e^(-decay*t) falls from 1 to 0. Thrust goes with the square,
+so every force and every moment summed from such motors is a quadratic in p, and the instant at
+which it passes a level is a root of that quadratic.
 """
 
 import math

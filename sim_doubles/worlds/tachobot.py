@@ -12,6 +12,8 @@ so how often it is read does not matter.
 
 Not modelled: tilt and lift, the reaction torque of the propellers, ripple of the PWM, a battery
 that sags, an IMU mounted off centre.
+
+The probe puts the true state of the plant on ports, so that a trace can carry it.
 """
 
 import math

@@ -30,7 +30,7 @@ from firmware_drivers.sonar import Sonar
 from firmware_drivers.tables.sonar import SonarTable
 from firmware_runtime.board.definition import BoardDefinition
 from firmware_runtime.board.faults import Device, SerialDevice
-from firmware_runtime.board.bus_loads import bus_loads
+from firmware_runtime.board.faults import bus_loads
 from firmware_runtime.board.robot import Robot
 from firmware_runtime.board.settings import BoardSettings, BusSettings
 from firmware_runtime.devs.coupled import Coupled
@@ -90,7 +90,7 @@ def received(*assignments: str) -> list[float]:
     """The distances that the board's sonar gives of an echo 0.75 m away, in a second."""
     from bat.definition import doubles  # type: ignore[import-not-found]  # noqa: PLC0415
 
-    from firmware_runtime.board.lines import Lines  # noqa: PLC0415
+    from firmware_runtime.board.robot import Lines  # noqa: PLC0415
 
     board = registry.load("bat", assignments)
     simulators: list[Simulator] = []

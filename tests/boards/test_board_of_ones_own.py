@@ -10,9 +10,8 @@ import pytest
 
 from firmware_runtime.board import installed as kinds
 from firmware_runtime.board import registry
-from firmware_runtime.board.lines import absent_lines
 from firmware_runtime.board.rigs import has_rig, rig_for
-from firmware_runtime.board.robot import Robot
+from firmware_runtime.board.robot import Robot, absent_lines
 from firmware_runtime.board.setting_descriptions import described
 from firmware_runtime.cli.main import main
 from firmware_runtime.devs.coupled import Coupled

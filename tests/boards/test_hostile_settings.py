@@ -13,8 +13,8 @@ from hypothesis import strategies as st
 
 from firmware_runtime.board import installed as kinds
 from firmware_runtime.board import registry
+from firmware_runtime.board.local_settings import load_table
 from firmware_runtime.board.registry import Board
-from firmware_runtime.board.settings_file import load_table
 from firmware_runtime.board.strict import DEEPEST, key_path
 from firmware_runtime.errors import ConfigError
 

@@ -6,11 +6,9 @@ import pytest
 from msgspec.structs import replace
 
 from firmware_runtime.board import registry
-from firmware_runtime.board.experiments import OwnExperiment, StepExperiment
-from firmware_runtime.board.lines import Lines
-from firmware_runtime.board.plants import PidLoop, Plant, Signal
+from firmware_runtime.board.experiments import OwnExperiment, PidLoop, Plant, Signal, StepExperiment
 from firmware_runtime.board.registry import Board
-from firmware_runtime.board.robot import Robot
+from firmware_runtime.board.robot import Lines, Robot
 from firmware_runtime.board.settings import BoardSettings
 from firmware_runtime.cli import main
 from firmware_runtime.runs.unknown_names import may_have, unknown_names

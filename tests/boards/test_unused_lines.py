@@ -4,7 +4,7 @@ import pytest
 
 from firmware_runtime.board import registry
 from firmware_runtime.board.faults import unused_lines
-from firmware_runtime.board.lines import Lines
+from firmware_runtime.board.robot import Lines
 from firmware_runtime.board.settings import BoardSettings, BusSettings, PortSettings
 from firmware_runtime.errors import ConfigError
 

@@ -12,12 +12,13 @@ from firmware_runtime.errors import StatisticsFileError
 from firmware_runtime.hal.i2c import I2cBus, Message
 from firmware_runtime.hal.wire_errors import BusAbsent, BusFault
 from firmware_runtime.runs import open_lines as lines
-from firmware_runtime.runs.outputs import Outputs, switched_off
-from firmware_runtime.runs.run_settings import (
+from firmware_runtime.runs.outputs import (
+    Outputs,
     forget_settings,
     keep_settings,
     kept_for,
     kept_settings,
+    switched_off,
 )
 
 TWO_BUSES = (

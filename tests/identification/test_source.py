@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from msgspec.structs import replace
 
-from firmware_runtime.board.plants import Plant, Signal, plant_fault
+from firmware_runtime.board.experiments import Plant, Signal, plant_fault
 from firmware_runtime.board.registry import Board, load
 from firmware_runtime.cli.main import main
 from firmware_runtime.errors import Status

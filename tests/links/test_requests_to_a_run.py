@@ -16,8 +16,7 @@ from firmware_runtime.errors import ControlError
 from firmware_runtime.executive.clocks import VirtualClock
 from firmware_runtime.hal.peer import Credentials
 from firmware_runtime.links import control
-from firmware_runtime.links.control import ask, post
-from firmware_runtime.links.ports.desk import SLOW_PATIENCE, Answer, Request
+from firmware_runtime.links.control import SLOW_PATIENCE, Answer, Request, ask, post
 from firmware_runtime.links.ports.ports import Ports
 from firmware_runtime.links.ports.run_socket import AT_ONCE, MOST, MOST_OF_OTHERS, RunSocket
 from tests.support.executives import Run

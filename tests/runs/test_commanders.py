@@ -7,7 +7,7 @@ import pytest
 from msgspec.structs import replace
 
 from firmware_runtime.board import registry
-from firmware_runtime.board.inputs import described, input_timeouts
+from firmware_runtime.board.ends import described, input_timeouts
 from firmware_runtime.devs.time import MILLISECOND, SECOND
 from firmware_runtime.executive.clocks import VirtualClock
 from firmware_runtime.runs.session import Session

@@ -5,7 +5,7 @@ from time import monotonic_ns
 
 import pytest
 
-from firmware_runtime.runs.last_safe_state import (
+from firmware_runtime.runs.watched_run import (
     last_safe_state,
     note_safe_state,
     safe_state_files,

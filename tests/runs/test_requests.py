@@ -11,8 +11,7 @@ from firmware_runtime.devs.time import SECOND
 from firmware_runtime.executive.clocks import VirtualClock
 from firmware_runtime.executive.configuration import Configuration
 from firmware_runtime.executive.executive import Executive
-from firmware_runtime.links.control import TIMEOUT_S
-from firmware_runtime.links.ports.desk import Answer
+from firmware_runtime.links.control import TIMEOUT_S, Answer
 from firmware_runtime.links.ports.run_socket import RunSocket
 from firmware_runtime.runs.arming import Arming, Permission
 from firmware_runtime.runs.requests import SLOW, Leases, Requests
@@ -119,7 +118,7 @@ def test_a_request_that_says_for_how_long_it_is_waited_for_has_no_effect_later(
 ) -> None:
     later = monotonic_ns() + 2 * SECOND
     asked.ask({"request": "arm", "lease_s": 0.4, "within_s": within_s})
-    monkeypatch.setattr("firmware_runtime.links.ports.desk.monotonic_ns", lambda: later)
+    monkeypatch.setattr("firmware_runtime.links.control.monotonic_ns", lambda: later)
     asked.pass_by(SECOND)
     assert not asked.arming.armed
     assert "expected" in asked.answers()[0]["refused"][0]

@@ -10,7 +10,7 @@ from firmware_runtime.board import registry
 from firmware_runtime.cli.commands import safe_state
 from firmware_runtime.cli.main import main
 from firmware_runtime.errors import StatisticsFileError
-from firmware_runtime.runs.run_settings import forget_settings, kept_settings
+from firmware_runtime.runs.outputs import forget_settings, kept_settings
 from tests.support.guarded_run import guarded_run
 from tests.support.memory_limit import enter, killed_by_memory, memory_limit
 from tests.support.trials import PATIENT

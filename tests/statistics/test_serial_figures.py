@@ -8,7 +8,7 @@ from firmware_runtime.devs.time import SECOND
 from firmware_runtime.executive.clocks import VirtualClock
 from firmware_runtime.executive.configuration import Configuration
 from firmware_runtime.hal.accounted_port import AccountedPort
-from firmware_runtime.hal.line_time import NO_TIME
+from firmware_runtime.hal.budget import NO_TIME
 from firmware_runtime.hal.serial import SerialPort
 from firmware_runtime.links.ros2.judgement import wrong_counts
 from firmware_runtime.statistics.comparison import difference, merged

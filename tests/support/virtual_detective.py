@@ -8,8 +8,7 @@ from typing import Any
 from firmware_boards.detective.wiring import DetectiveRobot
 
 from firmware_runtime.board import registry
-from firmware_runtime.board.lines import Lines
-from firmware_runtime.board.robot import Ending, Robot
+from firmware_runtime.board.robot import Ending, Lines, Robot
 from firmware_runtime.devs.simulator import Simulator
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.hal.accounted_bus import AccountedBus

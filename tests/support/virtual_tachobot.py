@@ -6,8 +6,7 @@ from typing import Any
 from firmware_boards.tachobot.wiring import Tachobot
 
 from firmware_runtime.board import registry
-from firmware_runtime.board.lines import Lines
-from firmware_runtime.board.robot import Robot
+from firmware_runtime.board.robot import Lines, Robot
 from firmware_runtime.devs.simulator import Simulator
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.hal.accounted_bus import AccountedBus

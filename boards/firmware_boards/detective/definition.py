@@ -13,11 +13,15 @@ from firmware_boards.detective.detective import ATOMIC_CLASSES, Detective
 from firmware_boards.detective.experiments import EXPERIMENTS
 from firmware_boards.detective.settings import DetectiveSettings, event_parameters
 from firmware_boards.detective.wiring import DetectiveRobot
-from firmware_runtime.board.bus_loads import bus_loads
 from firmware_runtime.board.definition import BoardDefinition
-from firmware_runtime.board.faults import Device, SerialDevice, device_faults, setting_fault
-from firmware_runtime.board.lines import Lines, absent_lines
-from firmware_runtime.board.robot import Robot
+from firmware_runtime.board.faults import (
+    Device,
+    SerialDevice,
+    bus_loads,
+    device_faults,
+    setting_fault,
+)
+from firmware_runtime.board.robot import Lines, Robot, absent_lines
 from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.ecdpp.atomic_class import known_classes
 from firmware_runtime.ecdpp.model_file import read_model

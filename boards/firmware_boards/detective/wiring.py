@@ -21,7 +21,7 @@ from firmware_boards.detective.settings import (
     event_parameters,
 )
 from firmware_boards.detective.turning import CommandedTurn, turn_check
-from firmware_runtime.board.lines import Lines
+from firmware_runtime.board.robot import Lines
 from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.ports import InPort, OutPort
 from firmware_runtime.devs.time import seconds

@@ -11,12 +11,10 @@ from firmware_boards.tachobot.experiments import EXPERIMENTS
 from firmware_boards.tachobot.result import yaw_result
 from firmware_boards.tachobot.settings import EscSettings, TachobotSettings
 from firmware_boards.tachobot.wiring import Tachobot, chip_settings, control_period
-from firmware_runtime.board.bus_loads import Recurring, bus_loads
 from firmware_runtime.board.definition import BoardDefinition
-from firmware_runtime.board.faults import Device, device_faults, setting_fault
-from firmware_runtime.board.lines import Lines
-from firmware_runtime.board.plants import PidLoop, Plant, Signal
-from firmware_runtime.board.robot import Ending, Robot
+from firmware_runtime.board.experiments import PidLoop, Plant, Signal
+from firmware_runtime.board.faults import Device, Recurring, bus_loads, device_faults, setting_fault
+from firmware_runtime.board.robot import Ending, Lines, Robot
 from firmware_runtime.devs.ports import OutPort
 from firmware_runtime.hal.budget import BusLoad
 

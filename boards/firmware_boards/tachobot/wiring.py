@@ -13,7 +13,7 @@ from firmware_drivers.thrust_pairs import ThrustPairs, ThrustSettings
 
 from firmware_boards.tachobot.controller import Controller
 from firmware_boards.tachobot.settings import EscSettings, TachobotSettings, TrackSettings
-from firmware_runtime.board.lines import Lines
+from firmware_runtime.board.robot import Lines
 from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.time import seconds

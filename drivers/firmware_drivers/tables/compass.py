@@ -6,9 +6,8 @@ from firmware_drivers.chips import cmps12, hmc5883l
 from firmware_drivers.chips.cmps12 import Cmps12
 from firmware_drivers.chips.hmc5883l import Hmc5883l
 from firmware_drivers.compass import CompassSettings
-from firmware_runtime.board.bus_loads import Recurring
-from firmware_runtime.board.faults import Device
-from firmware_runtime.board.lines import Lines
+from firmware_runtime.board.faults import Device, Recurring
+from firmware_runtime.board.robot import Lines
 from firmware_runtime.board.settings import Address, Seconds, Settings
 from firmware_runtime.devs.time import seconds
 

@@ -8,9 +8,8 @@ from firmware_drivers.chips import maxbotix, srf08
 from firmware_drivers.chips.maxbotix import Maxbotix
 from firmware_drivers.chips.srf08 import Srf08, Srf08Settings
 from firmware_drivers.sonar import SonarSettings
-from firmware_runtime.board.bus_loads import Recurring
-from firmware_runtime.board.faults import Device, SerialDevice
-from firmware_runtime.board.lines import Lines
+from firmware_runtime.board.faults import Device, Recurring, SerialDevice
+from firmware_runtime.board.robot import Lines
 from firmware_runtime.board.settings import Address, Positive, Seconds, Settings
 from firmware_runtime.devs.time import seconds
 

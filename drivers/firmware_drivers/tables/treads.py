@@ -8,9 +8,8 @@ from firmware_drivers.chips import md25, sabertooth
 from firmware_drivers.chips.md25 import Md25, Md25Settings
 from firmware_drivers.chips.sabertooth import Sabertooth, SabertoothSettings
 from firmware_drivers.treads import TreadSettings
-from firmware_runtime.board.bus_loads import Recurring
-from firmware_runtime.board.faults import Device, SerialDevice
-from firmware_runtime.board.lines import Lines
+from firmware_runtime.board.faults import Device, Recurring, SerialDevice
+from firmware_runtime.board.robot import Lines
 from firmware_runtime.board.settings import Address, Seconds, Settings
 from firmware_runtime.devs.time import seconds
 

@@ -7,12 +7,10 @@ from firmware_drivers.chips.pca9685_registers import prescale_for
 from balancing.result import result
 from balancing.settings import BalancingSettings
 from balancing.wiring import Balancing, chip_settings
-from firmware_runtime.board.bus_loads import Recurring, bus_loads
 from firmware_runtime.board.definition import BoardDefinition
 from firmware_runtime.board.experiments import StepExperiment
-from firmware_runtime.board.faults import Device, device_faults, setting_fault
-from firmware_runtime.board.lines import Lines, absent_lines
-from firmware_runtime.board.robot import Robot
+from firmware_runtime.board.faults import Device, Recurring, bus_loads, device_faults, setting_fault
+from firmware_runtime.board.robot import Lines, Robot, absent_lines
 from firmware_runtime.devs.time import seconds
 from firmware_runtime.hal.budget import BusLoad
 

@@ -12,7 +12,7 @@ from firmware_drivers.output_state import OutputState
 from balancing.controller import Controller
 from balancing.settings import BalancingSettings, BridgeTable, WheelsTable
 from balancing.sides import Sides
-from firmware_runtime.board.lines import Lines
+from firmware_runtime.board.robot import Lines
 from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.time import seconds
 from firmware_runtime.models.motion import LeastApplied

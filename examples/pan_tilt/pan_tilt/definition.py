@@ -4,11 +4,9 @@ from importlib.util import find_spec
 
 from firmware_drivers.chips import ads1115
 
-from firmware_runtime.board.bus_loads import Recurring, bus_loads
 from firmware_runtime.board.definition import BoardDefinition
-from firmware_runtime.board.faults import Device, device_faults, setting_fault
-from firmware_runtime.board.lines import Lines, absent_lines
-from firmware_runtime.board.robot import Robot
+from firmware_runtime.board.faults import Device, Recurring, bus_loads, device_faults, setting_fault
+from firmware_runtime.board.robot import Lines, Robot, absent_lines
 from firmware_runtime.devs.time import seconds
 from firmware_runtime.hal.budget import BusLoad
 from pan_tilt.adafruit_eyes import GAINS

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 
 from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.ports import OutPort
-from firmware_runtime.hal.line_time import WireClock
+from firmware_runtime.hal.budget import WireClock
 from pan_tilt.settings import PanTiltSettings, ServoTable
 from pan_tilt.wiring import PanTilt
 from pan_tilt.world import Light, Probe

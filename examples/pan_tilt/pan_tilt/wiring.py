@@ -5,7 +5,7 @@ from firmware_drivers.chips.ads1115 import Ads1115, Ads1115Settings
 from firmware_drivers.chips.pca9685 import Pca9685
 from firmware_drivers.servo import Servo, Servos, ServosSettings
 
-from firmware_runtime.board.lines import Lines
+from firmware_runtime.board.robot import Lines
 from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.ports import OutPort
 from firmware_runtime.devs.time import seconds

@@ -5,8 +5,7 @@ from underwater.winch.haul import Haul
 from underwater.winch.motor import WinchMotor
 from underwater.winch.ruler import Ruler
 
-from firmware_runtime.board.lines import Lines
-from firmware_runtime.board.robot import Robot
+from firmware_runtime.board.robot import Lines, Robot
 from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.time import MILLISECOND
 from sim_doubles.i2c_bus import I2cBusDouble

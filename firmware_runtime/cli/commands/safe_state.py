@@ -19,11 +19,11 @@ from firmware_runtime.cli.chosen_board import chosen_board
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.errors import ConfigError, StatisticsFileError, Status, text_of
 from firmware_runtime.runs.active_runs import folders_of_runs
-from firmware_runtime.runs.outputs import switched_off
-from firmware_runtime.runs.run_settings import (
+from firmware_runtime.runs.outputs import (
     forget_settings,
     kept_for,
     kept_settings,
+    switched_off,
 )
 from firmware_runtime.runs.safe_state import BETWEEN, WATCH, SafeState
 from firmware_runtime.statistics.file_header import STATISTICS, driver_of

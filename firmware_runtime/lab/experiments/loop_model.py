@@ -11,9 +11,8 @@ from msgspec import structs
 from msgspec.structs import replace
 
 from firmware_runtime.board.ends import BoardEnd
-from firmware_runtime.board.lines import Lines
 from firmware_runtime.board.registry import Board
-from firmware_runtime.board.robot import Robot
+from firmware_runtime.board.robot import Lines, Robot
 from firmware_runtime.board.roles import ROBOT
 from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.coupled import Coupled

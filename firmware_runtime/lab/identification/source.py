@@ -14,7 +14,7 @@ from typing import Any, Final, NamedTuple
 
 import numpy as np
 
-from firmware_runtime.board.plants import Plant, Signal
+from firmware_runtime.board.experiments import Plant, Signal
 from firmware_runtime.board.registry import Board
 from firmware_runtime.devs.senders import Senders
 from firmware_runtime.devs.time import SECOND

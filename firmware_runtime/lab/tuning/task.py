@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from firmware_runtime.board.plants import PidLoop, Plant
+from firmware_runtime.board.experiments import PidLoop, Plant
 from firmware_runtime.board.registry import Board
 from firmware_runtime.board.retuning import retunable_values
 from firmware_runtime.errors import ConfigError, expected_one_of

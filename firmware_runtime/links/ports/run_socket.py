@@ -38,6 +38,7 @@ from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.ports import InPort
 from firmware_runtime.devs.time import MICROSECOND, SECOND
 from firmware_runtime.executive.executive import Executive
+from firmware_runtime.links.control import Answer, Desk, Respond
 from firmware_runtime.links.local_socket import Connection, SocketFile
 from firmware_runtime.links.ports.datagrams import (
     GREETING,
@@ -52,7 +53,6 @@ from firmware_runtime.links.ports.datagrams import (
     message_of,
     understood,
 )
-from firmware_runtime.links.ports.desk import Answer, Desk, Respond
 from firmware_runtime.links.ports.ports import WATCHED_FOR, Ports, Taps, Watchers
 
 AT_ONCE: Final = 8

@@ -13,9 +13,8 @@ from typing import Final
 
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.errors import ControlError
-from firmware_runtime.links.control import ask, post
+from firmware_runtime.links.control import Answer, ask, post
 from firmware_runtime.links.ports.datagrams import message_of
-from firmware_runtime.links.ports.desk import Answer
 from firmware_runtime.links.ports.robot_end import RobotEnd
 
 TIMEOUT_S: Final = 1.0

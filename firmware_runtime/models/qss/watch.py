@@ -1,4 +1,10 @@
-"""Conditions of an expression: on which side of zero they are, and for how long surely; roots."""
+"""Conditions of an expression: on which side of zero they are, and for how long surely; roots.
+
+A root is where a polynomial of degree three at most first leaves a band, or its side of zero. Roots
+of lines and parabolas are exact to the rounding of a float. A cubic is cut at its extrema into
+stretches on which it is monotone; in the first that holds a root, Newton's steps are kept within
+the bracket.
+"""
 
 from collections.abc import Callable, Sequence
 from math import cbrt, inf, sqrt

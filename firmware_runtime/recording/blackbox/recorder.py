@@ -19,8 +19,8 @@ from firmware_runtime.executive.clocks import Clock, VirtualClock
 from firmware_runtime.executive.outcome import Outcome
 from firmware_runtime.executive.step import Step
 from firmware_runtime.hal.accounted_bus import AccountedBus
+from firmware_runtime.hal.budget import LineTime
 from firmware_runtime.hal.interlock import Interlock
-from firmware_runtime.hal.line_time import LineTime
 from firmware_runtime.hal.serial import SerialPort
 from firmware_runtime.recording.blackbox.keyframe_schedule import (
     RESERVE,

@@ -3,8 +3,7 @@
 from collections.abc import Iterable, Mapping
 from typing import Any, Final
 
-from firmware_runtime.board.lines import Lines
-from firmware_runtime.board.robot import Robot
+from firmware_runtime.board.robot import Lines, Robot
 from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.component import Component
 from firmware_runtime.devs.coupled import Coupled

@@ -7,8 +7,8 @@ double, below the counters, so that a use is noted that ended in an error.
 from collections.abc import Callable
 from typing import Any, TypeAlias
 
+from firmware_runtime.hal.budget import LineTime
 from firmware_runtime.hal.interlock import Interlock
-from firmware_runtime.hal.line_time import LineTime
 from firmware_runtime.hal.serial import SerialPort
 from firmware_runtime.recording.blackbox.section import DISCARD, READ, WRITE
 

@@ -11,11 +11,10 @@ from msgspec.structs import replace
 
 from firmware_runtime.board.configuration import configuration_of
 from firmware_runtime.board.ends import end_of, robot_of
-from firmware_runtime.board.lines import Lines
 from firmware_runtime.board.registry import Board
 from firmware_runtime.board.rig import Rig
 from firmware_runtime.board.rigs import rig_for
-from firmware_runtime.board.robot import Robot
+from firmware_runtime.board.robot import Lines, Robot
 from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.component import below_root
 from firmware_runtime.devs.functions import Functions, Wrapped

@@ -4,8 +4,8 @@ import builtins
 from collections.abc import Sequence
 from typing import Final
 
-from firmware_runtime.board.lines import Lines
 from firmware_runtime.board.registry import Board
+from firmware_runtime.board.robot import Lines
 from firmware_runtime.devs.model_errors import ModelError
 from firmware_runtime.hal import wire_errors as errors
 from firmware_runtime.hal.accounted_bus import AccountedBus
