@@ -1,4 +1,9 @@
-"""Roles: which components of a board's top model run in which process, as its file says.
+"""Stages and roles: the parts of a board's top model, and the processes that they run in.
+
+The four stages of a robot whose controller never changes: Pecker Marcosig, Giribet, Castro:
+DEVS-over-ROS (DoveR), Winter Simulation Conference 2018, section 3.
+
+Roles, as a board's file names them:
 
     [roles]
     robot = ["imu", "thrust_pairs", "esc"]
@@ -10,12 +15,32 @@ lists such components.
 
 import re
 from collections.abc import Collection, Iterator, Mapping
+from enum import StrEnum
 from math import isfinite
 from typing import Final
 
 from firmware_runtime.board.settings import LinkSettings
 from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.errors import ConfigError
+
+
+class Stage(StrEnum):
+    """Places of controller and plant, and the link between them."""
+
+    SIMULATION = "simulation"
+    """Both in one process, on doubles, in virtual time."""
+    NETWORK = "network"
+    """Two processes of this machine in real time, the plant on doubles, a network between them."""
+    REMOTE = "remote"
+    """The controller here, the robot end on another machine, or behind a bad network."""
+    EMBEDDED = "embedded"
+    """Both in one process in real time, on chips or on doubles."""
+
+    @property
+    def has_two_ends(self) -> bool:
+        """Return whether controller and robot end are processes of their own."""
+        return self in {Stage.NETWORK, Stage.REMOTE}
+
 
 CONTROLLER: Final = "controller"
 ROBOT: Final = "robot"

@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import TypeAlias
 
 from firmware_runtime.devs.time import seconds
-from firmware_runtime.ecdpp.file_text import parse_time
 from firmware_runtime.statistics.paths import SUFFIX, find_statistics
 
 SubParsers: TypeAlias = "argparse._SubParsersAction[argparse.ArgumentParser]"
@@ -144,6 +143,8 @@ def whole(text: str, least: int = 0, most: int | None = None) -> int:
 
 def instant(text: str) -> int:
     """An instant of the command line, `HH:MM:SS:mmm`, in ns."""
+    from firmware_runtime.ecdpp.file_text import parse_time  # noqa: PLC0415 -- not for a run
+
     at = parse_time(text)
     if at is None:
         raise argparse.ArgumentTypeError(f"{text!r}: expected HH:MM:SS:mmm")

@@ -13,12 +13,12 @@ from firmware_runtime.cli.chosen_model import is_model
 from firmware_runtime.devs.time import seconds
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.executive.clocks import Clock
-from firmware_runtime.lab.experiments.loop_model import PERIOD_S
 from firmware_runtime.runs import options
 from firmware_runtime.runs.options import clock_faults
 from firmware_runtime.runs.planned_inputs import PlannedInput
 from firmware_runtime.statistics.json_values import is_json
 
+_LOOP_S = 0.01
 EXPECTED = "expected SECONDS:PORT=VALUE, such as 2.5:target=1.0"
 _FOR_A_ROBOT = ("doubles", "arm", "supervised", "record", "role", "link", "loop")
 """Options that say something about hardware, or about a robot's two ends."""
@@ -34,10 +34,10 @@ def add_run_options(verb: argparse.ArgumentParser) -> None:
         "--loop",
         type=positive,
         nargs="?",
-        const=PERIOD_S,
+        const=_LOOP_S,
         metavar="SECONDS",
         help="with --role: in place of the board's model a ramp, a value every so often (default "
-        f"{PERIOD_S:g}), that is sent out and back, as the ends of `experiment loop-delay` do",
+        f"{_LOOP_S:g}), that is sent out and back, as the ends of `experiment loop-delay` do",
     )
     for by_a_stage in ("--report-to", "--called-at"):
         verb.add_argument(by_a_stage, type=int, help=argparse.SUPPRESS)

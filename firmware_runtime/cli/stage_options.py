@@ -5,9 +5,9 @@ from collections.abc import Iterator
 from importlib import import_module
 from pathlib import Path
 
+from firmware_runtime.board.roles import Stage
 from firmware_runtime.cli.chosen_model import is_model
 from firmware_runtime.errors import ConfigError
-from firmware_runtime.lab.stages.stage import Stage
 
 _OF_ANY_STAGE = {
     "clock": "a stage has its clock",

@@ -5,11 +5,11 @@ forces turn with it, so velocity and position are integrated over steps by Gauss
 quadrature, exact for polynomials of degree nine; a step spans at most about a quarter radian and,
 while the motors settle, about one motor lag.
 
-On its turntable only yaw moves, and the bearing sticks and slips. A standing bearing holds until the
-moment exceeds its static friction. A turning one resists with Coulomb friction against the motion
-and with viscous damping; where the rate reaches zero it sticks, or turns back if the moment exceeds
-static friction. The instants of both are found inside a step, so the motion does not depend on the
-steps.
+On its turntable only yaw moves, and the bearing sticks and slips. A standing bearing holds until
+the moment exceeds its static friction. A turning one resists with Coulomb friction against the
+motion and with viscous damping; where the rate reaches zero it sticks, or turns back if the moment
+exceeds static friction. The instants of both are found inside a step, so the motion does not depend
+on the steps.
 """
 
 import math

@@ -7,6 +7,7 @@ from typing import Any
 import pytest
 
 from firmware_runtime.board.registry import load
+from firmware_runtime.board.roles import Stage
 from firmware_runtime.errors import TraceFileError
 from firmware_runtime.lab.stages.document import (
     crossed,
@@ -15,7 +16,6 @@ from firmware_runtime.lab.stages.document import (
     of_one_process,
     of_two_ends,
 )
-from firmware_runtime.lab.stages.stage import Stage
 from firmware_runtime.lab.stages.staged_run import Staged, run_staged
 
 

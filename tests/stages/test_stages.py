@@ -14,9 +14,9 @@ from typing import Any
 import pytest
 
 from firmware_runtime.board.registry import load
+from firmware_runtime.board.roles import Stage
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.lab.stages import namespaces
-from firmware_runtime.lab.stages.stage import Stage
 from firmware_runtime.lab.stages.staged_run import Staged, run_staged
 from firmware_runtime.statistics.paths import Companion, default_path
 from firmware_runtime.system.this_process import NoteOfBoot, boot_id, leave_note

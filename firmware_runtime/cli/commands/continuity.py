@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
+from firmware_runtime.board.roles import Stage
 from firmware_runtime.cli.arguments import (
     SubParsers,
     add_board,
@@ -20,7 +21,6 @@ from firmware_runtime.errors import ConfigError
 from firmware_runtime.lab.continuity.certificate import Certificate
 from firmware_runtime.lab.continuity.certificate_page import certificate_page
 from firmware_runtime.lab.continuity.stage_run import Plan, StageRun, run_stage
-from firmware_runtime.lab.stages.stage import Stage
 from firmware_runtime.lab.stages.staged_run import own_state
 from firmware_runtime.lab.stages.way import WIFI
 from firmware_runtime.links.cut.impaired_path import impairment

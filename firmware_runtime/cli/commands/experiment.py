@@ -11,6 +11,7 @@ from typing import Final
 from firmware_runtime.board.experiments import ALL
 from firmware_runtime.board.installed import names
 from firmware_runtime.board.registry import Board
+from firmware_runtime.board.roles import Stage
 from firmware_runtime.cli.arguments import (
     SubParsers,
     add_board,
@@ -30,7 +31,6 @@ from firmware_runtime.lab.experiments.results import (
     write_series,
 )
 from firmware_runtime.lab.experiments.trial import Choices, Trial
-from firmware_runtime.lab.stages.stage import Stage
 from firmware_runtime.lab.stages.staged_run import own_state
 from firmware_runtime.lab.stages.way import WIFI
 from firmware_runtime.links.cut.impaired_path import impairment

@@ -26,7 +26,6 @@ from firmware_runtime.cli.written import check_files
 from firmware_runtime.devs.time import MICROSECOND, seconds
 from firmware_runtime.errors import ConfigError, StatisticsFileError, Status, text_of
 from firmware_runtime.executive.outcome import Outcome
-from firmware_runtime.lab.experiments.loop_model import loop_board, loop_end
 from firmware_runtime.recording.blackbox.locations import recording_beside, recording_of_virtual_run
 from firmware_runtime.runs.arming import permission_for
 from firmware_runtime.runs.end_link import idle_options, way_of
@@ -96,7 +95,9 @@ def execute(arguments: argparse.Namespace) -> int:
 def _run_one_process(arguments: argparse.Namespace, board: registry.Board) -> int:
     """Run a robot, or one end of it, in this process, however often a manager starts it again."""
     messages = Messages()
-    board = board if arguments.loop is None else loop_board(board, arguments.loop)
+    if arguments.loop is not None:
+        loop_model = import_module("firmware_runtime.lab.experiments.loop_model")
+        board = loop_model.loop_board(board, arguments.loop)
     end = _end_of(arguments, board)
     path, notices = _statistics_path(arguments, board, end), Notices.from_environment()
     within = seconds(board.settings.executive.bring_up_s)
@@ -200,7 +201,8 @@ def _end_of(arguments: argparse.Namespace, board: registry.Board) -> BoardEnd | 
         raise ConfigError("run", [fault])
     end = end_of(board, arguments.role)
     if arguments.loop is not None:
-        end = loop_end(end)
+        loop_model = import_module("firmware_runtime.lab.experiments.loop_model")
+        end = loop_model.loop_end(end)
     idle = ("doubles", "arm", "supervised")
     faults = idle_options(end, **{f"--{name}": getattr(arguments, name) for name in idle})
     if faults:

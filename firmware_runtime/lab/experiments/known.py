@@ -9,7 +9,7 @@ from typing import Final
 
 from firmware_runtime.board.experiments import Experiment, OwnExperiment
 from firmware_runtime.board.registry import Board
-from firmware_runtime.lab.stages.stage import Stage
+from firmware_runtime.board.roles import Stage
 
 _NAME = re.compile(r"[\w.-]+")
 

@@ -8,6 +8,7 @@ from xml.etree.ElementTree import Element
 
 from msgspec import Struct
 
+from firmware_runtime.board.roles import Stage
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.lab.experiments.findings import Findings
@@ -16,7 +17,6 @@ from firmware_runtime.lab.experiments.loop_model import BACK, ECHOED, SENT
 from firmware_runtime.lab.experiments.quantities import milliseconds
 from firmware_runtime.lab.experiments.trial import Trial
 from firmware_runtime.lab.quantile import quantile
-from firmware_runtime.lab.stages.stage import Stage
 from firmware_runtime.statistics.number_formats import NOTHING
 from firmware_runtime.view.line_plot import Curve, LinePlot
 from firmware_runtime.view.markup import table

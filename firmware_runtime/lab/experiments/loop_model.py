@@ -18,7 +18,6 @@ from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.time import SECOND, seconds
 
-PERIOD_S: Final = 0.01
 ROLES: Final[Mapping[str, tuple[str, ...]]] = {ROBOT: ("echo",)}
 SENT, ECHOED, BACK = "ramp.value", "echo.back", "probe.back"
 """The ports whose messages are the three instants of one round."""

@@ -8,6 +8,7 @@ from xml.etree.ElementTree import Element
 from msgspec import Struct
 
 from firmware_runtime.board.experiments import StepExperiment
+from firmware_runtime.board.roles import Stage
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.lab.experiments.curve_figures import (
     SETTLED,
@@ -20,7 +21,6 @@ from firmware_runtime.lab.experiments.curve_figures import (
 from firmware_runtime.lab.experiments.findings import Findings
 from firmware_runtime.lab.experiments.quantities import milliseconds
 from firmware_runtime.lab.experiments.trial import Traced, Trial
-from firmware_runtime.lab.stages.stage import Stage
 from firmware_runtime.statistics.number_formats import NOTHING
 from firmware_runtime.view.line_plot import Curve, LinePlot, on_common_axes
 from firmware_runtime.view.markup import table

@@ -19,11 +19,10 @@ from firmware_runtime.board.assignments import assignments_of
 from firmware_runtime.board.experiments import Experiment
 from firmware_runtime.board.local_settings import board_in_force
 from firmware_runtime.board.registry import Board
-from firmware_runtime.board.roles import CONTROLLER
+from firmware_runtime.board.roles import CONTROLLER, Stage
 from firmware_runtime.devs.senders import Senders
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.errors import ConfigError, Status
-from firmware_runtime.lab.stages.stage import Stage
 from firmware_runtime.lab.stages.staged_run import Staged, run_one_process, run_staged
 from firmware_runtime.lab.stages.way import WIFI
 from firmware_runtime.links.cut.impaired_path import Impairment

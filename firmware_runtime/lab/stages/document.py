@@ -14,8 +14,8 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, Final, TextIO
 
+from firmware_runtime.board.roles import Stage
 from firmware_runtime.errors import TraceFileError
-from firmware_runtime.lab.stages.stage import Stage
 
 _OF_AN_END: Final = ("status", "ended", "result", "outputs_on", "statistics", "link")
 

@@ -11,7 +11,7 @@ from typing import Any, Final
 from firmware_runtime.board.assignments import set_words
 from firmware_runtime.board.ends import ends_of
 from firmware_runtime.board.registry import Board
-from firmware_runtime.board.roles import CONTROLLER, ROBOT, components_of
+from firmware_runtime.board.roles import CONTROLLER, ROBOT, Stage, components_of
 from firmware_runtime.devs.time import SECOND, seconds
 from firmware_runtime.errors import ConfigError, FirmwareRuntimeError, Status
 from firmware_runtime.lab.stages.document import (
@@ -21,7 +21,6 @@ from firmware_runtime.lab.stages.document import (
     of_an_end,
     of_two_ends,
 )
-from firmware_runtime.lab.stages.stage import Stage
 from firmware_runtime.lab.stages.two_ends import EndProcess, TwoEnds
 from firmware_runtime.lab.stages.way import WIFI, Way, bad_network, loopback, ros_graph, to_peer
 from firmware_runtime.links.cut.impaired_path import Impairment

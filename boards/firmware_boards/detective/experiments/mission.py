@@ -6,9 +6,9 @@ from xml.etree.ElementTree import Element
 
 from msgspec import Struct
 
+from firmware_runtime.board.roles import Stage
 from firmware_runtime.lab.experiments.findings import Findings
 from firmware_runtime.lab.experiments.trial import Points, Traced, Trial
-from firmware_runtime.lab.stages.stage import Stage
 from firmware_runtime.view.line_plot import Curve, LinePlot, Picture
 from firmware_runtime.view.markup import table
 

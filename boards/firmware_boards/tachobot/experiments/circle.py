@@ -11,10 +11,10 @@ from xml.etree.ElementTree import Element
 
 from msgspec import Struct
 
+from firmware_runtime.board.roles import Stage
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.lab.experiments.findings import Findings
 from firmware_runtime.lab.experiments.trial import Traced, Trial
-from firmware_runtime.lab.stages.stage import Stage
 from firmware_runtime.view.line_plot import Curve, LinePlot, Span
 from firmware_runtime.view.markup import table
 

@@ -11,6 +11,7 @@ from xml.etree.ElementTree import Element
 from msgspec import Struct
 
 from firmware_boards.tachobot.settings import TachobotSettings
+from firmware_runtime.board.roles import Stage
 from firmware_runtime.lab.experiments.curve_figures import (
     Stuck,
     first_motion_s,
@@ -21,7 +22,6 @@ from firmware_runtime.lab.experiments.curve_figures import (
 )
 from firmware_runtime.lab.experiments.findings import Findings
 from firmware_runtime.lab.experiments.trial import Points, Traced, Trial
-from firmware_runtime.lab.stages.stage import Stage
 from firmware_runtime.view.line_plot import Curve, LinePlot, Span
 from firmware_runtime.view.markup import table
 

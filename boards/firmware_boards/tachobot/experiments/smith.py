@@ -12,10 +12,10 @@ from xml.etree.ElementTree import Element
 from msgspec import Struct, structs
 
 from firmware_boards.tachobot.settings import TachobotSettings
+from firmware_runtime.board.roles import Stage
 from firmware_runtime.lab.experiments.curve_figures import Points, StepResponse, step_response
 from firmware_runtime.lab.experiments.findings import Findings
 from firmware_runtime.lab.experiments.trial import Trial
-from firmware_runtime.lab.stages.stage import Stage
 from firmware_runtime.lab.tuning.loop import Gains, Loop, Margins, Predictor, margins
 from firmware_runtime.view.line_plot import Curve, LinePlot
 from firmware_runtime.view.markup import table

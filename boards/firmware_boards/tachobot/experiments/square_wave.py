@@ -14,10 +14,10 @@ from xml.etree.ElementTree import Element
 from msgspec import Struct
 
 from firmware_boards.tachobot.settings import TachobotSettings
+from firmware_runtime.board.roles import Stage
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.lab.experiments.findings import Findings
 from firmware_runtime.lab.experiments.trial import Traced, Trial
-from firmware_runtime.lab.stages.stage import Stage
 from firmware_runtime.models.plant import SecondOrderPlant, State
 from firmware_runtime.view.line_plot import Curve, LinePlot, on_common_axes
 from firmware_runtime.view.markup import table
