@@ -9,7 +9,7 @@ from firmware_runtime.cli.parser import Parser
 from firmware_runtime.cli.verbs import OTHERS
 from firmware_runtime.errors import ConfigError, FirmwareRuntimeError, Status
 from firmware_runtime.system.packages import EntryPoint
-from firmware_runtime.system.standard_output import OutputError
+from firmware_runtime.system.terminal import OutputError
 
 
 def add_verb(entry_point: EntryPoint, verbs: Any) -> None:  # noqa: ANN401 -- argparse names it not

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from firmware_runtime.board.local_settings import board_in_force, settings_in_force
 from firmware_runtime.board.registry import Board, is_name
-from firmware_runtime.system.standard_output import print_line
+from firmware_runtime.system.terminal import print_line
 
 if TYPE_CHECKING:
     from firmware_runtime.board.ends import BoardEnd

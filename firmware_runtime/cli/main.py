@@ -35,7 +35,7 @@ from firmware_runtime.system.command_garbage import (
 )
 from firmware_runtime.system.packages import installed
 from firmware_runtime.system.resources import ran_out_of
-from firmware_runtime.system.standard_output import (
+from firmware_runtime.system.terminal import (
     OutputError,
     not_printed,
     output_checked,

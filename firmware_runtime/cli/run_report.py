@@ -15,7 +15,7 @@ from firmware_runtime.statistics.figures import Figures
 from firmware_runtime.statistics.file_header import RunState
 from firmware_runtime.statistics.run_text import statistics_text
 from firmware_runtime.statistics.summary import outputs_text, periods_not_kept
-from firmware_runtime.system.standard_output import print_line
+from firmware_runtime.system.terminal import print_line
 from firmware_runtime.view.terminal_chart import Series, chart
 
 T = TypeVar("T")

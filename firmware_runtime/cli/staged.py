@@ -23,13 +23,13 @@ from firmware_runtime.links.key_file import read_key
 from firmware_runtime.links.ports.ports import Ports
 from firmware_runtime.runs.planned_inputs import PlannedInput, inputs_after, inputs_refused
 from firmware_runtime.runs.progress_line import Messages
-from firmware_runtime.system.standard_output import (
+from firmware_runtime.system.terminal import (
     OutputError,
+    OwnTerminal,
     not_printed,
     print_line,
     readers_may_go,
 )
-from firmware_runtime.system.terminal import OwnTerminal
 from firmware_runtime.system.this_process import started_at
 
 

@@ -18,8 +18,7 @@ from firmware_runtime.recording.board_of_recording import settings_said
 from firmware_runtime.recording.what_if.checkout import ask, checked_folder
 from firmware_runtime.recording.what_if.what_if import Question, WhatIf, answer
 from firmware_runtime.recording.what_if.what_if_report import what_if_text
-from firmware_runtime.system.standard_output import print_line
-from firmware_runtime.system.terminal import Progress
+from firmware_runtime.system.terminal import Progress, print_line
 
 
 def what_if_run(arguments: argparse.Namespace, path: Path) -> int:

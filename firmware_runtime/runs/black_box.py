@@ -17,13 +17,13 @@ from firmware_runtime.devs.time import SECOND
 from firmware_runtime.errors import ConfigError, FirmwareRuntimeError, text_of
 from firmware_runtime.executive.accounting import counts_of
 from firmware_runtime.executive.clocks import MonotonicClock
-from firmware_runtime.recording.blackbox.header import Header
-from firmware_runtime.recording.blackbox.persistent_recordings import persist, place_for
+from firmware_runtime.recording.blackbox.layout import size_for
+from firmware_runtime.recording.blackbox.locations import persist, place_for
 from firmware_runtime.recording.blackbox.ring import Ring
+from firmware_runtime.recording.blackbox.ring_file import Header
 from firmware_runtime.recording.blackbox.section import Kind, encode
-from firmware_runtime.recording.blackbox.size import size_for
 from firmware_runtime.recording.blackbox.state_of_run import state_of_run
-from firmware_runtime.recording.blackbox.tapped_models import output_ports
+from firmware_runtime.recording.blackbox.taps import output_ports
 from firmware_runtime.recording.recorded_board import recorded_board
 from firmware_runtime.runs.recorded_robot import RecordedRobot
 

@@ -4,7 +4,7 @@ from firmware_runtime.board.configuration import configuration_of
 from firmware_runtime.board.registry import Board
 from firmware_runtime.board.rigs import has_rig
 from firmware_runtime.executive.clocks import VirtualClock
-from firmware_runtime.recording.blackbox.size import seconds_held, size_for
+from firmware_runtime.recording.blackbox.layout import seconds_held, size_for
 from firmware_runtime.runs.start import start_session
 
 

@@ -9,12 +9,11 @@ from firmware_runtime.board.registry import Board
 from firmware_runtime.board.rig import Doubles
 from firmware_runtime.board.robot import Lines
 from firmware_runtime.errors import text_of
-from firmware_runtime.hal.accounted_bus import AccountedBus
+from firmware_runtime.hal.accounted_bus import AccountedBus, RetryPolicy
 from firmware_runtime.hal.accounted_port import AccountedPort
 from firmware_runtime.hal.budget import NO_TIME, LineTime
 from firmware_runtime.hal.i2c import I2cBus
 from firmware_runtime.hal.interlock import EnableLine, Interlock, always_enabled
-from firmware_runtime.hal.retry import RetryPolicy
 from firmware_runtime.hal.serial import SerialPort
 from firmware_runtime.hal.unopened_lines import AbsentBus, AbsentPort, open_i2c, open_serial
 from firmware_runtime.hal.wire_errors import BusInUse, HalError

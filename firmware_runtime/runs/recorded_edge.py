@@ -13,7 +13,7 @@ from firmware_runtime.executive.clocks import Clock
 from firmware_runtime.executive.executive import Executive
 from firmware_runtime.recording.blackbox.recorder import Recorder
 from firmware_runtime.recording.blackbox.section import Kind
-from firmware_runtime.recording.blackbox.tapped_models import own_atomics
+from firmware_runtime.recording.blackbox.taps import own_atomics
 from firmware_runtime.runs.hardware import Hardware
 from firmware_runtime.runs.recorded_robot import RecordedRobot
 
@@ -91,7 +91,7 @@ class RecordedEdge:
         """Path of the recording, and where it is kept; None for a run that is not recorded."""
         if self.recorder is None or self._path is None or not self._has_begun:
             return None
-        from firmware_runtime.recording.blackbox.persistent_recordings import place_for  # noqa: PLC0415 -- as above
+        from firmware_runtime.recording.blackbox.locations import place_for  # noqa: PLC0415 -- as above
 
         folder = place_for(self._path, self._board.name)
         return f"{self._path}" if folder is None else f"{self._path}, and kept in {folder}"

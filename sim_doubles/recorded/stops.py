@@ -16,8 +16,8 @@ from firmware_runtime.errors import ConfigError
 from firmware_runtime.hal.i2c import I2cBus, Message
 from firmware_runtime.hal.serial import SerialPort
 from firmware_runtime.hal.wire_errors import BusFault
-from firmware_runtime.recording.blackbox.header import Header
 from firmware_runtime.recording.blackbox.reader import Recording
+from firmware_runtime.recording.blackbox.ring_file import Header
 from firmware_runtime.recording.blackbox.section import WRITE, Kind
 from firmware_runtime.recording.board_of_recording import board_of
 

@@ -9,8 +9,12 @@ from firmware_boards.tachobot.allocation import Allocation
 from firmware_runtime.board.local_settings import board_in_force
 from firmware_runtime.devs.time import NEVER, SECOND
 from firmware_runtime.executive.clocks import VirtualClock
-from firmware_runtime.recording.blackbox.keyframe_schedule import KEYFRAME_EVERY, KeyframeSchedule
-from firmware_runtime.recording.blackbox.keyframe_warnings import MISSING, KeyframeWarnings
+from firmware_runtime.recording.blackbox.keyframe_schedule import (
+    KEYFRAME_EVERY,
+    MISSING,
+    KeyframeSchedule,
+    KeyframeWarnings,
+)
 from firmware_runtime.runs.start import start_session
 
 

@@ -8,13 +8,12 @@ import pytest
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.errors import StatisticsFileError
 from firmware_runtime.recording.blackbox.excerpts import Pieces
-from firmware_runtime.recording.blackbox.layout import CHUNK, MAGIC, PREFIX_SIZE
+from firmware_runtime.recording.blackbox.layout import CHUNK, MAGIC, PREFIX_SIZE, Size
 from firmware_runtime.recording.blackbox.mirror import Mirror
 from firmware_runtime.recording.blackbox.reader import Recording, kind_of, read_recording
 from firmware_runtime.recording.blackbox.ring import Ring
 from firmware_runtime.recording.blackbox.ring_file import RingFile
 from firmware_runtime.recording.blackbox.section import Kind, decode, encode
-from firmware_runtime.recording.blackbox.size import Size
 from tests.support.recorded import every_section, record
 
 PID = os.getpid()

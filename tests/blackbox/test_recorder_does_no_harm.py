@@ -14,7 +14,7 @@ from firmware_runtime.executive.clocks import VirtualClock
 from firmware_runtime.recording.blackbox import keyframe_schedule
 from firmware_runtime.recording.blackbox.keyframe_schedule import RESERVE, KeyframeSchedule
 from firmware_runtime.recording.blackbox.recorder import Recorder
-from firmware_runtime.recording.blackbox.tapped_models import tap_outputs
+from firmware_runtime.recording.blackbox.taps import tap_outputs
 
 
 class Speaker(Atomic):

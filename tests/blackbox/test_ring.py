@@ -16,11 +16,10 @@ from firmware_runtime.errors import ConfigError
 from firmware_runtime.executive.clocks import VirtualClock
 from firmware_runtime.executive.outcome import Outcome
 from firmware_runtime.recording.blackbox import steps
-from firmware_runtime.recording.blackbox.layout import CHUNK, PREFIX_SIZE, SECTION
+from firmware_runtime.recording.blackbox.layout import CHUNK, PREFIX_SIZE, SECTION, Size, size_for
 from firmware_runtime.recording.blackbox.reader import kind_of, read_recording
 from firmware_runtime.recording.blackbox.ring import AHEAD, ALL, STEP, Ring, SectionTooLarge
 from firmware_runtime.recording.blackbox.section import Kind, encode, encode_into
-from firmware_runtime.recording.blackbox.size import Size, size_for
 from firmware_runtime.recording.board_of_recording import board_of_table
 from firmware_runtime.recording.replay.verdict import replay
 from firmware_runtime.recording.values import legible

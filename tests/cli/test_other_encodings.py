@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from firmware_runtime.system.standard_output import output_checked
+from firmware_runtime.system.terminal import output_checked
 from tests.support.waiting import PATIENCE_S
 
 ASCII = {"LC_ALL": "C", "PYTHONUTF8": "0", "PYTHONCOERCECLOCALE": "0"}

@@ -8,8 +8,7 @@ from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.simulator import Simulator
 from firmware_runtime.devs.time import MILLISECOND, SECOND
 from firmware_runtime.errors import SettingError
-from firmware_runtime.hal.accounted_bus import AccountedBus
-from firmware_runtime.hal.retry import RetryPolicy
+from firmware_runtime.hal.accounted_bus import AccountedBus, RetryPolicy
 from firmware_runtime.hal.wire_errors import Fault
 from sim_doubles.chips.ads1115 import Ads1115Double
 from sim_doubles.clock import FollowingClock

@@ -4,9 +4,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from firmware_runtime.hal.accounted_bus import AccountedBus, BusCounters
+from firmware_runtime.hal.accounted_bus import ONE_ATTEMPT, AccountedBus, BusCounters, RetryPolicy
 from firmware_runtime.hal.i2c import I2cBus, Message
-from firmware_runtime.hal.retry import ONE_ATTEMPT, RetryPolicy
 from firmware_runtime.hal.wire_errors import (
     ArbitrationLost,
     BusFault,

@@ -13,8 +13,8 @@ import pytest
 from firmware_runtime.cli.main import main
 from firmware_runtime.devs.time import MILLISECOND, SECOND
 from firmware_runtime.host.scaffold.package import write_robot
-from firmware_runtime.recording import random_state as chance
 from firmware_runtime.recording.blackbox import keyframe_schedule
+from firmware_runtime.recording.blackbox import state_of_run as chance
 from firmware_runtime.recording.blackbox.reader import read_recording
 from firmware_runtime.recording.blackbox.section import Kind, decode, sent_of
 from firmware_runtime.recording.debugger.travel import Travel
@@ -159,7 +159,7 @@ def test_places_are_put_back_and_what_is_none_is_left_alone() -> None:
 LATE = """
 import os
 import numpy as np
-from firmware_runtime.recording import random_state as chance
+from firmware_runtime.recording.blackbox import state_of_run as chance
 
 stood = chance.places()
 stood[3] = None

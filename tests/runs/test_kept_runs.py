@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from firmware_runtime.cli.main import main
-from firmware_runtime.recording.blackbox import persistent_recordings as persisted
+from firmware_runtime.recording.blackbox import locations as persisted
 from firmware_runtime.recording.blackbox.locations import find_recording, recording_of_virtual_run
 from firmware_runtime.recording.blackbox.reader import read_recording
 from firmware_runtime.runs import black_box

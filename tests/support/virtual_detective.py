@@ -11,9 +11,8 @@ from firmware_runtime.board import registry
 from firmware_runtime.board.robot import Ending, Lines, Robot
 from firmware_runtime.devs.simulator import Simulator
 from firmware_runtime.devs.time import SECOND
-from firmware_runtime.hal.accounted_bus import AccountedBus
+from firmware_runtime.hal.accounted_bus import ONE_ATTEMPT, AccountedBus
 from firmware_runtime.hal.accounted_port import AccountedPort
-from firmware_runtime.hal.retry import ONE_ATTEMPT
 from firmware_runtime.hal.wire_errors import Fault
 from sim_doubles.clock import FollowingClock
 from sim_doubles.rigs.detective import DetectiveRig

@@ -13,7 +13,7 @@ from typing import Final
 from firmware_drivers.catalogue.identity import WITHOUT_A_DRIVER
 from firmware_drivers.catalogue.trial import Identity, OnBus, OnPort, Triable
 from firmware_runtime.system.packages import installed
-from firmware_runtime.system.standard_output import print_line
+from firmware_runtime.system.terminal import print_line
 
 GROUP: Final = "firmware_runtime.chips"
 

@@ -12,11 +12,10 @@ from typing import Final, NamedTuple, TypeAlias, cast
 
 from firmware_drivers.catalogue.trial import Actuator, OnBus, Sensor, Triable
 from firmware_runtime.errors import ConfigError
-from firmware_runtime.hal.accounted_bus import AccountedBus
+from firmware_runtime.hal.accounted_bus import THREE_ATTEMPTS, AccountedBus
 from firmware_runtime.hal.i2c import I2cBus
 from firmware_runtime.hal.linux import open_i2c
 from firmware_runtime.hal.linux_serial import open_serial
-from firmware_runtime.hal.retry import THREE_ATTEMPTS
 from firmware_runtime.hal.serial import SerialPort
 from firmware_runtime.system.packages import installed
 

@@ -16,7 +16,7 @@ from firmware_runtime.devs.time import SECOND, seconds
 from firmware_runtime.errors import ConfigError, SettingError, Status
 from firmware_runtime.hal.wire_errors import HalError
 from firmware_runtime.system.signals import UntilSignal, until_signal
-from firmware_runtime.system.standard_output import print_line
+from firmware_runtime.system.terminal import print_line
 
 HELP_GROUP = "machine"
 HELP_LINE = "Read a sensor live, or move one output."

@@ -21,8 +21,8 @@ from firmware_runtime.statistics.number_formats import seconds
 from firmware_runtime.statistics.reader import read_statistics
 from firmware_runtime.statistics.statistics import Statistics
 from firmware_runtime.system.signals import UntilSignal, until_signal
-from firmware_runtime.system.standard_output import print_line
 from firmware_runtime.system.switch_trace import NoTracingError, SwitchTrace, switch_trace
+from firmware_runtime.system.terminal import print_line
 
 LOOK_EVERY_S = 0.2
 _ABOUT = """

@@ -16,7 +16,7 @@ from firmware_runtime.recording.debugger.commands import Commands
 from firmware_runtime.recording.debugger.debugger import Debugger, Ended
 from firmware_runtime.recording.debugger.pdb_inside import PdbInside
 from firmware_runtime.recording.debugger.travel import Travel
-from firmware_runtime.system.standard_output import print_line
+from firmware_runtime.system.terminal import print_line
 
 _PROMPT = "(debug) "
 _ABOUT = """

@@ -12,7 +12,7 @@ from firmware_runtime.links.dover.bridge import DoverBridge
 from firmware_runtime.models.dover import HIGHEST_PORT
 from firmware_runtime.statistics.paths import default_path
 from firmware_runtime.system.signals import until_signal
-from firmware_runtime.system.standard_output import print_line
+from firmware_runtime.system.terminal import print_line
 from firmware_runtime.system.this_process import keep_off
 
 _ABOUT = """

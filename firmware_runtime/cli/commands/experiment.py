@@ -36,7 +36,7 @@ from firmware_runtime.lab.stages.way import WIFI
 from firmware_runtime.links.cut.impaired_path import impairment
 from firmware_runtime.system.own_folder import nearest, whole_folder
 from firmware_runtime.system.signals import exit_on_signals
-from firmware_runtime.system.standard_output import print_line
+from firmware_runtime.system.terminal import print_line
 
 _SUMMARY = "Repeat an experiment with a board: data, a plot and a page, beside what was published."
 _ABOUT = f"""

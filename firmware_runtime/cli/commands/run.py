@@ -44,7 +44,7 @@ from firmware_runtime.system.command_garbage import no_collection_of_what_a_verb
 from firmware_runtime.system.messages import Journal, Notices
 from firmware_runtime.system.packages import refuse_ros
 from firmware_runtime.system.signals import stop_on_signals
-from firmware_runtime.system.standard_output import OutputError, not_printed, readers_may_go
+from firmware_runtime.system.terminal import OutputError, not_printed, readers_may_go
 from firmware_runtime.system.this_process import started_at
 
 if TYPE_CHECKING:

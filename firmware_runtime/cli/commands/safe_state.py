@@ -29,7 +29,7 @@ from firmware_runtime.runs.safe_state import BETWEEN, WATCH, SafeState
 from firmware_runtime.statistics.file_header import STATISTICS, driver_of
 from firmware_runtime.statistics.paths import Companion, default_path, directories
 from firmware_runtime.system.signals import until_signal
-from firmware_runtime.system.standard_output import print_line
+from firmware_runtime.system.terminal import print_line
 from firmware_runtime.system.this_process import is_running
 
 TIMEOUT = 2 * SECOND

@@ -21,7 +21,7 @@ from firmware_runtime.cli.written import check_output, write_text
 from firmware_runtime.devs.component import Component
 from firmware_runtime.devs.tree import tree
 from firmware_runtime.errors import ConfigError, Status
-from firmware_runtime.system.standard_output import print_line
+from firmware_runtime.system.terminal import print_line
 from firmware_runtime.view.diagram.draw import Form, diagram
 
 _FORMS: dict[str, Form] = {".svg": "svg", ".mmd": "mmd"}

@@ -26,8 +26,7 @@ from firmware_runtime.lab.sweeps.sweep_page import sweep_page
 from firmware_runtime.lab.sweeps.sweep_table import Table, read_table, sweep_of
 from firmware_runtime.lab.sweeps.sweeping import carry_out, faults_of
 from firmware_runtime.system.signals import exit_on_signals
-from firmware_runtime.system.standard_output import print_line
-from firmware_runtime.system.terminal import Progress
+from firmware_runtime.system.terminal import Progress, print_line
 
 _SUMMARY = "Run a board many times in virtual time, each with other values; or show the table."
 _ABOUT = f"""

@@ -17,8 +17,8 @@ import msgspec
 
 from firmware_runtime.errors import Status
 from firmware_runtime.lab.continuity.stage_run import Plan, StageRun, all_of
-from firmware_runtime.recording.blackbox.header import Header
-from firmware_runtime.recording.code import digest_of
+from firmware_runtime.recording.blackbox.ring_file import Header
+from firmware_runtime.recording.recorded_board import digest_of
 from firmware_runtime.system.conditions import system_conditions
 
 CLAIM: Final = "each stage's run replays bit for bit, on the same code and settings"

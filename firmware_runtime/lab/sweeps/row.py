@@ -24,7 +24,7 @@ from firmware_runtime.devs.time import SECOND
 from firmware_runtime.errors import ConfigError, FirmwareRuntimeError, expected_one_of, text_of
 from firmware_runtime.lab.experiments.curve_figures import step_response
 from firmware_runtime.lab.sweeps.plan import Sweep
-from firmware_runtime.recording.code import code_of, digest_of
+from firmware_runtime.recording.recorded_board import code_of, digest_of
 from firmware_runtime.runs.open_board import OpenBoard, open_board
 from firmware_runtime.statistics.figures import Figures
 from firmware_runtime.statistics.file_header import RunState

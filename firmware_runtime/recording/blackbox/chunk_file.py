@@ -5,9 +5,8 @@ from io import BytesIO
 from typing import NamedTuple
 from zlib import crc32
 
-from firmware_runtime.recording.blackbox.layout import CHUNK, PREFIX_SIZE, SECTION, prefix
+from firmware_runtime.recording.blackbox.layout import CHUNK, PREFIX_SIZE, SECTION, prefix, spare_of
 from firmware_runtime.recording.blackbox.reader import Recording
-from firmware_runtime.recording.blackbox.spare_header import spare_of
 
 
 class Numbered(NamedTuple):

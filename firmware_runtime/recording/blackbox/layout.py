@@ -8,21 +8,36 @@
 All numbers are little-endian. The first section of a chunk is the recording's header. In a run the
 chunks are a ring in shared memory: the oldest is written over when all are full. `used` is stored
 after the section it counts, so a process that is killed leaves whole sections.
+
+Its size follows from so many minutes of a board, by what it asks of its buses: an estimate, for a
+model that computes alone is not seen in it.
+
+Behind the last chunk is a second copy of prefix and header. A run that has not filled its first
+chunk has one header in it; damage to that one costs no more than the sections it touches. The
+prefix says where the copy stands, so that a file whose beginning was cut off is known from one in
+which it is wrong.
 """
 
-from struct import Struct
+import os
+import struct
+from collections.abc import Iterable
 from typing import Final
 from zlib import crc32
 
+from msgspec import Struct
+
+from firmware_runtime.devs.time import SECOND
+from firmware_runtime.hal.budget import BusLoad, wire_bytes
+
 MAGIC: Final = b"FWRTBOX7"
 """The last letter is the format's: another for each in which a recording is another's to read."""
-PREFIX: Final = Struct("<8sII")
+PREFIX: Final = struct.Struct("<8sII")
 PREFIX_SIZE: Final = 64
-_PLACE: Final = Struct("<Q")
-_CHECK: Final = Struct("<I")
+_PLACE: Final = struct.Struct("<Q")
+_CHECK: Final = struct.Struct("<I")
 _CHECKED: Final = PREFIX.size + _PLACE.size
-CHUNK: Final = Struct("<QQ")
-SECTION: Final = Struct("<II")
+CHUNK: Final = struct.Struct("<QQ")
+SECTION: Final = struct.Struct("<II")
 SMALLEST_CHUNK: Final = 128 * 1024
 LARGEST_CHUNK: Final = 16 * 1024 * 1024
 MOST_CHUNKS: Final = 4096
@@ -56,3 +71,78 @@ def place_in(prefix: bytes) -> int:
     """Where a whole prefix says that it stands."""
     place: int = _PLACE.unpack_from(prefix, PREFIX.size)[0]
     return place
+
+
+BYTES_PER_TRANSACTION: Final = 250
+"""What comes with a transaction, beside its own bytes."""
+BYTES_PER_SECOND: Final = 8_000
+"""What comes without any: keyframes, and models that touch no bus."""
+LEAST: Final = 2 << 20
+MOST: Final = 256 << 20
+MOST_OF_MEMORY: Final = 1 / 16
+"""The share of the machine's memory that one recording may take."""
+CHUNKS: Final = 32
+
+
+class Size(Struct, frozen=True):
+    """The chunks of a recording."""
+
+    chunk_bytes: int
+    chunks: int
+
+    @property
+    def bytes(self) -> int:
+        """The whole file."""
+        return PREFIX_SIZE + self.chunk_bytes * self.chunks
+
+
+def most() -> int:
+    """Bytes of a recording on this machine at most."""
+    memory = os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
+    return min(max(round(memory * MOST_OF_MEMORY), LEAST), MOST)
+
+
+def size_for(loads: Iterable[BusLoad], minutes: float) -> Size:
+    """Room for so many minutes, from 2 to 256 MiB, or to what this machine's memory allows."""
+    wanted = min(max(round(bytes_per_second(loads) * 60 * minutes), LEAST), most())
+    chunk = min(max(-(-wanted // CHUNKS), SMALLEST_CHUNK), LARGEST_CHUNK)
+    return Size(chunk, -(-wanted // chunk) + 1)  # the oldest is given up while another is begun
+
+
+def seconds_held(loads: Iterable[BusLoad], minutes: float) -> float:
+    """How much of a run is in it, s: what was asked for, or less where that takes too much."""
+    loads = list(loads)
+    return min(minutes * 60, most() / bytes_per_second(loads))
+
+
+def bytes_per_second(loads: Iterable[BusLoad]) -> float:
+    """What these buses bring."""
+    return BYTES_PER_SECOND + sum(
+        (wire_bytes(each.messages) + BYTES_PER_TRANSACTION) * SECOND / each.period_ns
+        for load in loads
+        for each in load.transactions
+    )
+
+
+class Spare(Struct, frozen=True):
+    """Where the copy stands in some bytes, and how far that is from where it was written."""
+
+    place: int
+    shift: int
+
+
+def spare_of(chunk_size: int, chunks: int, place: int, header: bytes) -> bytes:
+    """The bytes of the copy, which is to stand at `place`."""
+    section = SECTION.pack(len(header), crc32(header))
+    return prefix(chunk_size, chunks, place) + section + header
+
+
+def spare_in(content: bytes) -> Spare | None:
+    """The last whole copy of a prefix that has a section behind it; None if there is none."""
+    place = content.rfind(MAGIC)
+    while place > 0:
+        said = content[place : place + PREFIX_SIZE]
+        if is_whole(said) and place_in(said) > 0:
+            return Spare(place, place - place_in(said))
+        place = content.rfind(MAGIC, 0, place)
+    return None

@@ -12,8 +12,12 @@ from typing import Any, Final
 
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.errors import ConfigError, StatisticsFileError
-from firmware_runtime.recording.blackbox.locations import FAILED_START, VIRTUAL, find_recording
-from firmware_runtime.recording.blackbox.persistent_recordings import state_folder
+from firmware_runtime.recording.blackbox.locations import (
+    FAILED_START,
+    VIRTUAL,
+    find_recording,
+    state_folder,
+)
 from firmware_runtime.recording.blackbox.reader import Recording, instants_in, read_recording
 from firmware_runtime.recording.blackbox.section import Kind, decode
 from firmware_runtime.statistics.file_header import RunState

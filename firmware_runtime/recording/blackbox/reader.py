@@ -15,7 +15,6 @@ from msgspec import Struct
 from firmware_runtime.devs.time import NEVER, SECOND
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.recording.blackbox.file_content import Content, content_of, opened_content
-from firmware_runtime.recording.blackbox.header import Header, header_in
 from firmware_runtime.recording.blackbox.layout import (
     CHUNK,
     LARGEST_CHUNK,
@@ -25,6 +24,7 @@ from firmware_runtime.recording.blackbox.layout import (
     PREFIX_SIZE,
     SECTION,
 )
+from firmware_runtime.recording.blackbox.ring_file import Header, header_in
 from firmware_runtime.recording.blackbox.section import Kind, Section, decode
 from firmware_runtime.statistics.number_formats import Dates
 

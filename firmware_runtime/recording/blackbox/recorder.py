@@ -23,23 +23,24 @@ from firmware_runtime.hal.budget import LineTime
 from firmware_runtime.hal.interlock import Interlock
 from firmware_runtime.hal.serial import SerialPort
 from firmware_runtime.recording.blackbox.keyframe_schedule import (
+    LARGE,
     RESERVE,
     Keyframes,
     KeyframeSchedule,
+    KeyframeWarnings,
 )
-from firmware_runtime.recording.blackbox.keyframe_warnings import LARGE, KeyframeWarnings
-from firmware_runtime.recording.blackbox.pending import NO_STEP, Pending
 from firmware_runtime.recording.blackbox.ring import Ring
 from firmware_runtime.recording.blackbox.section import Kind, encode, sentences
+from firmware_runtime.recording.blackbox.state_of_run import begin_late, places
 from firmware_runtime.recording.blackbox.steps import EndOfStep, begin_of_step, end_of_step
-from firmware_runtime.recording.blackbox.tapped_lines import (
+from firmware_runtime.recording.blackbox.taps import (
     TappedPort,
     TappedTime,
+    tap_outputs,
     tapped_interlock,
+    tapped_world,
 )
-from firmware_runtime.recording.blackbox.tapped_models import tap_outputs, tapped_world
-from firmware_runtime.recording.blackbox.writer import Writer
-from firmware_runtime.recording.random_state import begin_late, places
+from firmware_runtime.recording.blackbox.writer import NO_STEP, Pending, Writer
 from firmware_runtime.recording.values import UnknownValue, legible, plain
 from firmware_runtime.statistics.file_header import RunState
 

@@ -14,9 +14,14 @@ from pathlib import Path
 from zlib import crc32
 
 from firmware_runtime.errors import ConfigError
-from firmware_runtime.recording.blackbox.layout import CHUNK, PREFIX_SIZE, SECTION, prefix
-from firmware_runtime.recording.blackbox.size import Size
-from firmware_runtime.recording.blackbox.spare_header import spare_of
+from firmware_runtime.recording.blackbox.layout import (
+    CHUNK,
+    PREFIX_SIZE,
+    SECTION,
+    Size,
+    prefix,
+    spare_of,
+)
 
 _MADV_POPULATE_WRITE = 23
 STEP = 64 * 1024

@@ -3,15 +3,19 @@
 It is held open, so it stays when the next run puts its own in its place. A run appends to a chunk
 and then says so at its beginning; it takes the chunk's number away before it writes over it. So
 bytes up to `used` are whole if the number is the same before and after they were read.
+
+Its header names the robot, the settings, the code and the machine.
 """
 
 import errno
+import math
 import os
 from pathlib import Path
+from typing import Any
 
+import msgspec
 from msgspec import Struct
 
-from firmware_runtime.recording.blackbox.header import Header, header_in
 from firmware_runtime.recording.blackbox.layout import (
     CHUNK,
     LARGEST_CHUNK,
@@ -21,7 +25,44 @@ from firmware_runtime.recording.blackbox.layout import (
     PREFIX_SIZE,
     SECTION,
 )
+from firmware_runtime.recording.blackbox.section import Kind, decode
+from firmware_runtime.recording.recorded_board import RecordedBoard
 from firmware_runtime.system.resources import Closing
+
+
+class Header(RecordedBoard, frozen=True, kw_only=True):
+    """The first section of every chunk; the name is with its role where it is one end of two."""
+
+    run: str
+    """A name of the run that no other has."""
+    began: tuple[int, int] | None = None
+    """CLOCK_MONOTONIC and the system's time as the recording began, ns."""
+    role: str | None
+    """The role that the process played; None for the whole robot."""
+    has_world: bool
+    """Whether its doubles were in the same process, and their world's models in the model."""
+    speed: float
+    lines: list[str]
+    """Names of buses and ports, in order of their numbers."""
+    early: list[str]
+    """Those of the buses that answer before a transaction has ended on the wire."""
+    ports: list[str]
+    """Output ports by path below the root, in order of their numbers."""
+    world: list[str]
+    """Paths of the atomics that are not the robot's own."""
+    chance: Any = None
+    """Where the process's generators of random numbers stood before the robot was built."""
+
+
+def header_in(content: bytes) -> Header | None:
+    """The header that a section is; None for what is none."""
+    try:
+        section = decode(content)
+        header = msgspec.convert(section.extra, Header)
+    except msgspec.MsgspecError:
+        return None
+    is_one = section.kind is Kind.HEADER and 0 <= header.speed < math.inf
+    return header if is_one else None
 
 
 class Slot(Struct, frozen=True):

@@ -20,7 +20,6 @@ import msgspec
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.recording.blackbox.chunk_file import Numbered, file_of, parts_of
-from firmware_runtime.recording.blackbox.header import header_in
 from firmware_runtime.recording.blackbox.layout import (
     CHUNK,
     LARGEST_CHUNK,
@@ -28,11 +27,11 @@ from firmware_runtime.recording.blackbox.layout import (
     PREFIX_SIZE,
     SECTION,
     is_whole,
+    spare_in,
 )
 from firmware_runtime.recording.blackbox.reader import instants_in, kind_of
-from firmware_runtime.recording.blackbox.ring_file import sizes_in
+from firmware_runtime.recording.blackbox.ring_file import header_in, sizes_in
 from firmware_runtime.recording.blackbox.section import Kind, Section, decode
-from firmware_runtime.recording.blackbox.spare_header import spare_in
 
 _HEADER_BEGINS: Final = bytes((0x9A, Kind.HEADER))
 """A MessagePack array of ten, whose first is the kind of section."""

@@ -12,10 +12,9 @@ from zlib import crc32
 from firmware_runtime.executive.step import Step
 from firmware_runtime.recording.blackbox.keyframe_schedule import KeyframeSchedule
 from firmware_runtime.recording.blackbox.layout import CHUNK, SECTION
-from firmware_runtime.recording.blackbox.pending import AT, EXTRA, NO_STEP, Pending
 from firmware_runtime.recording.blackbox.ring import AHEAD, Ring
 from firmware_runtime.recording.blackbox.section import Kind, encode_into
-from firmware_runtime.recording.blackbox.writer import Writer
+from firmware_runtime.recording.blackbox.writer import AT, EXTRA, NO_STEP, Pending, Writer
 
 
 class BeginOfStep(Protocol):

@@ -26,7 +26,7 @@ from firmware_runtime.devs.ports import InPort, OutPort
 from firmware_runtime.devs.time import MILLISECOND, SECOND
 from firmware_runtime.devs.wiring import sources_of
 from firmware_runtime.hal.wire_errors import Fault
-from firmware_runtime.recording.blackbox.header import Header
+from firmware_runtime.recording.blackbox.ring_file import Header
 from firmware_runtime.recording.blackbox.section import (
     DISCARD,
     READ,

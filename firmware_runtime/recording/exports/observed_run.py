@@ -19,7 +19,7 @@ from firmware_runtime.devs.time import SECOND
 from firmware_runtime.executive.step import Step
 from firmware_runtime.recording.blackbox.reader import Recording, Segment
 from firmware_runtime.recording.blackbox.section import Kind, Section
-from firmware_runtime.recording.blackbox.tapped_models import output_ports
+from firmware_runtime.recording.blackbox.taps import output_ports
 from firmware_runtime.recording.exports.typed_values import Port, Sent, values_in
 from firmware_runtime.recording.replay.player import Player
 from firmware_runtime.recording.replay.verdict import WHOLE, Stretch, segments_of, stretch_of

@@ -15,10 +15,10 @@ from firmware_runtime.devs.component import below_root
 from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.ports import InPort, OutPort
 from firmware_runtime.devs.time import NEVER
-from firmware_runtime.recording.blackbox.header import Header
 from firmware_runtime.recording.blackbox.reader import Recording
+from firmware_runtime.recording.blackbox.ring_file import Header
 from firmware_runtime.recording.blackbox.section import Section, decode, sent_of
-from firmware_runtime.recording.blackbox.tapped_models import output_ports, own_atomics
+from firmware_runtime.recording.blackbox.taps import output_ports, own_atomics
 from firmware_runtime.recording.records import UnknownValue
 from firmware_runtime.recording.values import made, numbers_in
 

@@ -12,7 +12,7 @@ import msgspec
 
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.executive.clocks import VirtualClock
-from firmware_runtime.recording.blackbox.header import Header
+from firmware_runtime.recording.blackbox.ring_file import Header
 from firmware_runtime.recording.blackbox.section import Kind, Section, Transfer, sent_of
 from firmware_runtime.recording.replay.difference import NOTHING, Difference
 

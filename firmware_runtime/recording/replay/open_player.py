@@ -13,7 +13,7 @@ import msgspec
 
 from firmware_runtime.board.registry import Board
 from firmware_runtime.hal.wire_errors import HalError
-from firmware_runtime.recording.blackbox.header import Header
+from firmware_runtime.recording.blackbox.ring_file import Header
 from firmware_runtime.recording.blackbox.section import Section, encode_sent, pairs_of, sent_of
 from firmware_runtime.recording.classes import Word
 from firmware_runtime.recording.replay.difference import NOTHING, Difference

@@ -13,7 +13,7 @@ from firmware_runtime.errors import ConfigError, FirmwareRuntimeError, raised_wo
 from firmware_runtime.executive.account import ModelAccount
 from firmware_runtime.executive.accounting import counts_of
 from firmware_runtime.executive.outcome import Outcome
-from firmware_runtime.recording.blackbox.header import Header
+from firmware_runtime.recording.blackbox.ring_file import Header
 from firmware_runtime.recording.blackbox.section import Kind, Section, pairs_of, sentences
 from firmware_runtime.recording.blackbox.state.keyframes import (
     ForeignState,
@@ -21,8 +21,7 @@ from firmware_runtime.recording.blackbox.state.keyframes import (
     UnkeepableState,
 )
 from firmware_runtime.recording.blackbox.state_of_run import state_of_run
-from firmware_runtime.recording.code import changed_modules, code_of
-from firmware_runtime.recording.recorded_board import changed_versions
+from firmware_runtime.recording.recorded_board import changed_modules, changed_versions, code_of
 from firmware_runtime.recording.replay.difference import NOTHING, Difference, model_and_field
 from firmware_runtime.recording.replay.feed import Feed
 from firmware_runtime.recording.replay.rebuilt_robot import Rebuilt, foreign_keyframe, rebuilt

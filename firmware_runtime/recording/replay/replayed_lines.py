@@ -8,10 +8,9 @@ from firmware_runtime.board.registry import Board
 from firmware_runtime.board.robot import Lines
 from firmware_runtime.devs.model_errors import ModelError
 from firmware_runtime.hal import wire_errors as errors
-from firmware_runtime.hal.accounted_bus import AccountedBus
+from firmware_runtime.hal.accounted_bus import AccountedBus, RetryPolicy
 from firmware_runtime.hal.accounted_port import AccountedPort
 from firmware_runtime.hal.i2c import I2cBus, Message
-from firmware_runtime.hal.retry import RetryPolicy
 from firmware_runtime.hal.serial import SerialPort
 from firmware_runtime.hal.wire_errors import HalError, NoAcknowledge
 from firmware_runtime.recording.blackbox.section import DISCARD, READ, WRITE, Transfer

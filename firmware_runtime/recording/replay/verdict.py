@@ -10,7 +10,7 @@ from firmware_runtime.errors import ConfigError, Status, text_of
 from firmware_runtime.recording.blackbox.missing_instant import no_instant
 from firmware_runtime.recording.blackbox.reader import Recording, Segment, kind_of
 from firmware_runtime.recording.blackbox.section import Kind, Section, count_of_unknown
-from firmware_runtime.recording.random_state import places
+from firmware_runtime.recording.blackbox.state_of_run import places
 from firmware_runtime.recording.recorded_board import changed_versions
 from firmware_runtime.recording.replay.difference import Difference
 from firmware_runtime.recording.replay.player import Player

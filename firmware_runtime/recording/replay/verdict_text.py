@@ -4,7 +4,7 @@ from collections.abc import Iterator
 
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.recording.blackbox.reader import Recording
-from firmware_runtime.recording.random_state import UNKEPT
+from firmware_runtime.recording.blackbox.state_of_run import UNKEPT
 from firmware_runtime.recording.recorded_board import versions_said
 from firmware_runtime.recording.replay.difference import Difference, in_lines
 from firmware_runtime.recording.replay.verdict import NOTHING_AGAIN, Verdict

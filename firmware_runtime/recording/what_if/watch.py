@@ -8,7 +8,7 @@ from time import monotonic_ns, sleep
 from typing import Final
 
 from firmware_runtime.errors import ConfigError
-from firmware_runtime.recording.blackbox.header import Header
+from firmware_runtime.recording.blackbox.ring_file import Header
 from firmware_runtime.recording.replay.outputs import OutputDifference
 from firmware_runtime.recording.what_if.checkout import ask
 from firmware_runtime.recording.what_if.what_if import Question, WhatIf

@@ -30,7 +30,7 @@ from firmware_runtime.recording.blackbox.state.unkeepable import (
     UnkeepableState,
 )
 from firmware_runtime.recording.blackbox.state.walk import Found, declares_state, found_in
-from firmware_runtime.recording.code import packages_used
+from firmware_runtime.recording.recorded_board import packages_used
 from firmware_runtime.recording.records import UnknownValue
 from firmware_runtime.recording.values import Reader, Writer, pack, unpack
 
