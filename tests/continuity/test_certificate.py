@@ -15,6 +15,7 @@ from firmware_runtime.lab.continuity.certificate_page import (
     signals_of,
 )
 from firmware_runtime.lab.continuity.stage_run import End, Plan, StageRun, all_of, run_stage
+from firmware_runtime.lab.stages import staged_run
 from firmware_runtime.recording.blackbox.reader import Recording, read_recording
 from firmware_runtime.recording.board_of_recording import board_of
 from firmware_runtime.recording.replay.verdict import replay

@@ -8,7 +8,7 @@ from typing import Any, Final
 from firmware_runtime.board.registry import Board
 from firmware_runtime.board.roles import CONTROLLER, ROBOT, Stage
 from firmware_runtime.devs.time import SECOND
-from firmware_runtime.errors import ConfigError, Status
+from firmware_runtime.errors import ConfigError, FirmwareRuntimeError, Status
 from firmware_runtime.lab.stages.staged_run import Staged, beside, run_one_process, run_staged
 from firmware_runtime.lab.stages.way import WIFI
 from firmware_runtime.links.cut.impaired_path import Impairment
