@@ -5,7 +5,6 @@ import pytest
 from firmware_drivers.chips.bearing import in_circle
 from firmware_drivers.chips.cmps12 import Cmps12
 
-from firmware_runtime.errors import SettingError
 from firmware_runtime.hal.i2c import I2cBus, Message
 from firmware_runtime.hal.wire_errors import (
     Implausible,
@@ -136,12 +135,6 @@ def test_an_absent_chip_says_what_was_expected(chip: Cmps12, registers: Register
     (step,) = chip.bring_up()
     with pytest.raises(NoAcknowledge, match="CMPS12 at 0x61 on i2c-1: no answer; expected a soft"):
         step.action()
-
-
-@pytest.mark.parametrize("address", [0x5F, 0x68])
-def test_an_address_it_cannot_have_is_refused(register_bus: I2cBus, address: int) -> None:
-    with pytest.raises(SettingError, match="expected 0x60 to 0x67"):
-        Cmps12(register_bus, address)
 
 
 @pytest.mark.parametrize(

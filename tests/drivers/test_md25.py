@@ -105,11 +105,6 @@ def test_an_acceleration_it_cannot_have_is_refused(register_bus: I2cBus, acceler
         Md25(register_bus, settings=Md25Settings(acceleration=acceleration))
 
 
-def test_an_address_it_cannot_have_is_refused(register_bus: I2cBus) -> None:
-    with pytest.raises(SettingError, match="address: 0x60, expected 0x58 to 0x5f"):
-        Md25(register_bus, 0x60)
-
-
 # Speeds -------------------------------------------------------------------------------------------
 
 

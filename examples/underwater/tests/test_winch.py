@@ -13,7 +13,7 @@ from sim_doubles.contract.table_row import TableRow
 
 
 class WinchRow(TableRow):
-    """How the two are made; what they must do is in the table."""
+    """Driver and double of one test; what they must do is in the table."""
 
     table = TABLE
 

@@ -36,9 +36,9 @@ REGISTERS: Final = MappingProxyType(
     }
 )
 IDENTITY: Final[tuple[Expected, ...]] = (Expected(ID, 0x57),)
-"""What identifies the chip; None where any answer will do."""
+"""Registers that identify the chip; None where any answer will do."""
 BRING_UP: Final[tuple[Setting, ...]] = (Setting(LIMIT, 0x60, 0xFF, 0),)
-"""What is written at bring-up, the bits that stay so, and the wait after it in ns."""
+"""Values written at bring-up, the bits that stay so, and the wait after it in ns."""
 
 
 class Winch(RegisterChip):
