@@ -7,8 +7,8 @@ Bring-up goes one step an activation, so that no call sleeps.
 """
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Generator, Iterable, Iterator
-from typing import Any, Protocol
+from collections.abc import Callable, Iterable
+from typing import Protocol, runtime_checkable
 
 from firmware_drivers.chips.shared_bring_up import SharedBringUp
 from firmware_drivers.chips.step import Step
@@ -97,6 +97,22 @@ class Chip(Protocol):
 
     def bring_up(self) -> tuple[Step, ...]:
         """Give the steps from any state to ready, whatever it drives stopped."""
+
+
+@runtime_checkable
+class Identifiable(Protocol):
+    """A chip that answers at once; one that only listens, or only sends, does not."""
+
+    def identify(self) -> None:
+        """Check that it is there and can be what it should be. Raises HalError."""
+
+
+@runtime_checkable
+class ReadBack(Protocol):
+    """A chip that drives something and can be read back."""
+
+    def still_on(self) -> str | None:
+        """Return a sentence with its outputs that are on; None if none is. Raises HalError."""
 
 
 class HardwareModel(Atomic, ABC):

@@ -74,7 +74,7 @@ def test_a_choice_without_default_has_to_be_made() -> None:
 
 def test_a_word_like_a_choice_is_suggested() -> None:
     (fault,) = faults_of({"left": {"chip": "seriel"}})
-    assert fault.endswith("did you mean serial?")
+    assert "did you mean serial?" in fault
 
 
 def test_unknown_keys_and_a_wrong_choice_are_named_together() -> None:

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from firmware_drivers.catalogue import recognition
+from firmware_drivers.catalogue import table
 from firmware_drivers.catalogue.table import identities
 from firmware_drivers.commands import probe, probing
 
@@ -95,7 +95,7 @@ def test_a_chip_that_nothing_here_recognises_is_called_so(
     command: Callable[..., Any], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     known = tuple(each for each in identities() if each.chip != "MPU-9250")
-    for module in (probe, recognition):
+    for module in (probe, table):
         monkeypatch.setattr(module, "identities", lambda: known)
     ended = command("probe", "--doubles", "tachobot")
     assert "tachobot does not fit: 1 of 2 chips missing: imu MPU-9250 0x68; nothing" in ended.out
@@ -108,7 +108,7 @@ def test_a_chip_by_another_name_than_its_driver_says_is_called_so(
     known = tuple(
         each._replace(chip="Mpu-9250") if each.chip == "MPU-9250" else each for each in identities()
     )
-    for module in (probe, recognition):
+    for module in (probe, table):
         monkeypatch.setattr(module, "identities", lambda: known)
     ended = command("probe", "--doubles", "tachobot")
     assert "nothing here recognises MPU-9250, expected an entry point" in ended.out

@@ -1,7 +1,7 @@
 """Recognising a chip by reading: every one with a driver, and nothing that only looks like it."""
 
 import pytest
-from firmware_drivers.catalogue.recognition import recognise
+from firmware_drivers.catalogue.table import recognise
 
 from firmware_runtime.hal.wire_errors import NoAcknowledge
 from sim_doubles.chips.ads1115 import Ads1115Double

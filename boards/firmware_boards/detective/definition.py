@@ -3,8 +3,8 @@
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
-from firmware_drivers.abilities import Identifiable, ReadBack
 from firmware_drivers.chips.pca9685_registers import prescale_for
+from firmware_drivers.hardware import Identifiable, ReadBack
 from firmware_drivers.tables.compass import CompassTable
 from firmware_drivers.tables.sonar import SonarTable
 from firmware_drivers.tables.treads import TreadTable

@@ -14,15 +14,23 @@ from firmware_drivers.thrust_pairs import Forces
 from firmware_boards.tachobot.allocation import Allocation
 from firmware_boards.tachobot.attitude import Attitude, heading_check
 from firmware_boards.tachobot.course import path_of
-from firmware_boards.tachobot.given_up import GivenUp
-from firmware_boards.tachobot.inertial import Inertial
 from firmware_boards.tachobot.pid_controller import PidController
 from firmware_boards.tachobot.settings import PidSettings, TachobotSettings, TrackSettings
-from firmware_runtime.devs.time import seconds
+from firmware_runtime.board.robot import Ending
+from firmware_runtime.devs.atomic import Atomic
+from firmware_runtime.devs.time import NEVER, seconds
+from firmware_runtime.models.motion import Motion
 from firmware_runtime.models.pid import TrackingPid
 from firmware_runtime.models.position_estimator import PositionEstimator
-from firmware_runtime.models.position_fix import PoseFix, PositionFix
+from firmware_runtime.models.position_fix import (
+    PlanarInertial,
+    PoseFix,
+    PositionFix,
+    PositionState,
+)
 from firmware_runtime.models.position_watch import PositionWatch
+from firmware_runtime.models.state_diagram import StateDiagram
+from firmware_runtime.models.state_table import Arrow, Kept, State
 from firmware_runtime.models.trajectory_source import TrajectorySource
 
 PERIODS: Final = 10
@@ -101,3 +109,64 @@ class TrackingController(PidController[TrackingPid]):
 
     def _pid(self, name: str, settings: PidSettings, inertia: float, timeout: int) -> TrackingPid:
         return self.add(TrackingPid(name, self._gains(settings), inertia, timeout))
+
+
+class Inertial(Atomic):
+    """Answers every yaw with the acceleration of the sample that it was made of.
+
+    waiting --sample?--> waiting --yaw?--> sending (0) --inertial!--> waiting
+    """
+
+    def __init__(self, name: str) -> None:
+        super().__init__(name)
+        self.sample = self.in_port("sample", InertialSample)
+        self.yaw = self.in_port("yaw", Motion)
+        self.inertial = self.out_port("inertial", PlanarInertial)
+        self._level = (0.0, 0.0)
+        self._motion = Motion(0.0, 0.0)
+
+    def output(self) -> None:
+        """Send both."""
+        self.inertial.send(PlanarInertial(*self._level, *self._motion))
+
+    def internal(self) -> None:
+        """Wait for the next sample."""
+        self.passivate("waiting")
+
+    def external(self, elapsed: int) -> None:
+        """Keep the sample; its yaw is answered."""
+        if self.sample:
+            self._level = self.sample[-1].acceleration[:2]
+        if self.yaw:
+            self._motion = self.yaw[-1]
+            self.activate("sending")
+        else:
+            self.continue_(elapsed)
+
+
+class GivenUp(StateDiagram):
+    """Says once that the run has failed.
+
+    watching --state? SAFE--> ending (0) --ended!--> over
+    """
+
+    def __init__(self, name: str, safe_after_s: float) -> None:
+        super().__init__(name)
+        self.state = self.in_port("state", PositionState)
+        self.ended = self.out_port("ended", Ending)
+        self._ending = Ending(f"no position for {safe_after_s:g} s", failed=True)
+        self.follow(
+            (
+                State("watching", NEVER, Arrow("state?safe", "ending")),
+                State("ending", 0, Arrow("ended!failure", "over")),
+                State("over", NEVER),
+            ),
+            {"safe": _is_safe, "failure": self._failure},
+        )
+
+    def _failure(self, _kept: Kept) -> Ending:
+        return self._ending
+
+
+def _is_safe(state: PositionState, _kept: Kept) -> bool:
+    return state is PositionState.SAFE

@@ -8,10 +8,12 @@ import sys
 from collections.abc import Mapping
 from functools import cache
 from types import MappingProxyType
-from typing import Final
+from typing import Final, NamedTuple
 
 from firmware_drivers.catalogue.identity import WITHOUT_A_DRIVER
 from firmware_drivers.catalogue.trial import Identity, OnBus, OnPort, Triable
+from firmware_runtime.hal.i2c import I2cBus
+from firmware_runtime.hal.wire_errors import HalError
 from firmware_runtime.system.packages import installed
 from firmware_runtime.system.terminal import print_line
 
@@ -45,3 +47,37 @@ def _checked(name: str, chip: object) -> Triable:
     if chip.name != name:
         raise ValueError(f"its entry point is of {chip.name!r}, expected that of {name!r}")
     return chip
+
+
+class Recognition(NamedTuple):
+    """Chips that an answer at an address is or could be, and a sentence."""
+
+    chips: tuple[str, ...]
+    certain: bool
+    what: str
+
+
+def recognise(bus: I2cBus, address: int) -> Recognition:
+    """Ask an address that answers what it is. Errors of the bus are in the answer, not raised."""
+    asked = [identity for identity in identities() if address in identity.addresses]
+    if not asked:
+        return Recognition((), False, "answers; no chip with a driver here lives at this address")
+    found: list[tuple[Identity, str]] = []
+    refuted: list[str] = []
+    for identity in asked:
+        try:
+            found.append((identity, identity.evidence(bus, address)))
+        except HalError as error:
+            refuted.append(f"no {identity.chip}: {str(error).rpartition(f' on {bus.name}: ')[2]}")
+    certain = [each for each in found if each[0].certain]
+    chips = tuple(identity.chip for identity, _ in certain or found if identity.usable)
+    if certain:
+        sentences = [f"{identity.chip}: {evidence}" for identity, evidence in certain]
+    elif found:
+        sentences = [
+            f"could be {identity.chip} (no identity register): {evidence}"
+            for identity, evidence in found
+        ]
+    else:
+        sentences = ["answers", *refuted]
+    return Recognition(chips, bool(certain), "; ".join(sentences))

@@ -7,7 +7,7 @@ bus that no run drives, kept from other runs while it is asked.
 from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
-from firmware_drivers.catalogue.recognition import recognise
+from firmware_drivers.catalogue.table import recognise
 from firmware_runtime.board.faults import Device
 from firmware_runtime.board.registry import Board
 from firmware_runtime.hal.i2c import I2cBus
