@@ -14,8 +14,9 @@ from firmware_runtime.devs.time import MILLISECOND
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.executive.clocks import VirtualClock
 from firmware_runtime.links.ports.datagrams import TIMEOUT
-from firmware_runtime.links.ports.ports import MOST, WATCHED_FOR, Ports
-from firmware_runtime.links.ports.run_socket import AT_ONCE, RESERVE, RunSocket
+from firmware_runtime.links.ports.outgoing import MOST, RESERVE, WATCHED_FOR
+from firmware_runtime.links.ports.ports import Ports
+from firmware_runtime.links.ports.run_socket import AT_ONCE, RunSocket
 from firmware_runtime.models.motion import Motion
 from firmware_runtime.statistics.paths import Companion
 from tests.support.executives import Run

@@ -6,7 +6,7 @@ import pytest
 
 from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.simulator import Simulator
-from firmware_runtime.links.ports.ports import ROOM, Taps
+from firmware_runtime.links.ports.outgoing import ROOM, Taps
 from tests.support.devs_models import Clock, Log
 
 

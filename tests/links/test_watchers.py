@@ -4,7 +4,7 @@ import pytest
 
 from firmware_runtime.links.local_socket import Connection
 from firmware_runtime.links.ports.datagrams import Refusal
-from firmware_runtime.links.ports.ports import MOST, WATCHED_FOR, Watcher, Watchers
+from firmware_runtime.links.ports.outgoing import MOST, WATCHED_FOR, Watcher, Watchers
 from sim_doubles.clock import ManualClock
 
 

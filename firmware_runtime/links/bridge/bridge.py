@@ -27,7 +27,7 @@ from firmware_runtime.links.bridge.broadcast import Broadcast, Carried, Route
 from firmware_runtime.links.bridge.envelope import Refused
 from firmware_runtime.links.endpoint import UdpAddress, bound, written
 from firmware_runtime.links.ports.datagrams import Ask, Refusal, message_of, understood
-from firmware_runtime.links.ports.ports import WATCHED_FOR
+from firmware_runtime.links.ports.outgoing import WATCHED_FOR
 from firmware_runtime.links.ports.robot_end import AT_ONCE, RobotEnd
 
 POLL_EVERY: Final = 250 * MILLISECOND

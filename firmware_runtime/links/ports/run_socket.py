@@ -13,7 +13,7 @@ It costs the loop little, and never more than a bounded amount:
 
 - messages are read between two steps, `AT_ONCE` a pass at most and one request, each time from the
   connection that has waited longest; the others wait in the kernel, each in its own connection;
-- a port that is watched costs the step one append a message, any other nothing (`ports.Taps`);
+- a port that is watched costs the step one append a message, any other nothing (`outgoing.Taps`);
 - what ports send, and what answers a question about them, is sent after the step, while there is
   time left until the next event; a loop that is late sends nothing but answers to requests;
 - nothing waits: what finds no room, here or in a reader's own connection, is dropped and counted.
@@ -22,21 +22,16 @@ It costs the loop little, and never more than a bounded amount:
 import errno
 import select
 import socket
-from collections import deque
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
-from functools import partial
 from pathlib import Path
 from time import monotonic_ns
 from types import MappingProxyType
 from typing import Any, Final, TypeAlias
 
-from msgspec import Struct
-from msgspec.structs import asdict
-
 from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.ports import InPort
-from firmware_runtime.devs.time import MICROSECOND, SECOND
+from firmware_runtime.devs.time import SECOND
 from firmware_runtime.executive.executive import Executive
 from firmware_runtime.links.control import Answer, Desk, Respond
 from firmware_runtime.links.local_socket import Connection, SocketFile
@@ -53,14 +48,12 @@ from firmware_runtime.links.ports.datagrams import (
     message_of,
     understood,
 )
-from firmware_runtime.links.ports.ports import WATCHED_FOR, Ports, Taps, Watchers
+from firmware_runtime.links.ports.desk import Answer, Desk, Respond
+from firmware_runtime.links.ports.outgoing import Outgoing
+from firmware_runtime.links.ports.ports import Ports
 
 AT_ONCE: Final = 8
 """How many messages are read in one pass of the loop."""
-ROOM: Final = 64
-"""How many answers may wait to be sent."""
-RESERVE: Final = 200 * MICROSECOND
-"""Nothing more is sent when the next event is as near as this, ns."""
 MOST: Final = 128
 """How many connections there may be."""
 MOST_OF_OTHERS: Final = 32
@@ -69,16 +62,6 @@ MOST_OF_OTHERS: Final = 32
 _NO_DESCRIPTOR: Final = {errno.EMFILE, errno.ENFILE}
 
 Arrival: TypeAlias = tuple[InPort[Any], object]
-
-
-class Counts(Struct):
-    """Messages since the start of the run."""
-
-    received: int = 0
-    refused: int = 0
-    sent: int = 0
-    dropped: int = 0
-    """Messages and answers that found no room, here or where they were to go."""
 
 
 class RunSocket:
@@ -101,12 +84,10 @@ class RunSocket:
         now: Callable[[], int] = monotonic_ns,
     ) -> None:
         self.desk = Desk(answers, slow)
-        self._counts = Counts()
+        self._received = self._refused = 0
         self._ports = ports or Ports(Coupled("none"))
-        self._watchers = Watchers(now)
         self._listing = self._ports.listing()
-        self._answers: deque[tuple[dict[str, object], Connection]] = deque()
-        self._taps = Taps(executive.simulator)
+        self._outgoing = Outgoing(executive, self._ports, now)
         self._run_now = executive.clock.now
         self._post = executive.inbox.post
         self._file = SocketFile(path, kind=socket.SOCK_SEQPACKET)
@@ -157,16 +138,17 @@ class RunSocket:
         """Answer what has waited for time, and send what is to be sent, as far as there is some."""
         if self.desk.waiting:
             self.desk.between_steps(now, left)
-        if self._connections and self._watchers.forget_silent():
-            self._open_taps()
-        if self._answers or self._taps.sent:
-            self._send_waiting(now + left - RESERVE)
+        if self._connections:
+            self._outgoing.between_steps(now, left)
 
     def counts(self) -> dict[str, int]:
         """Return the counters of all messages so far."""
-        counts = asdict(self._counts)
-        counts["dropped"] += self._taps.lost
-        return counts
+        return {
+            "received": self._received,
+            "refused": self._refused,
+            "sent": self._outgoing.sent,
+            "dropped": self._outgoing.dropped,
+        }
 
     # Connections ----------------------------------------------------------------------------------
 
@@ -201,8 +183,8 @@ class RunSocket:
         self._connections[connection.fileno()] = connection
         self._poll.register(connection, select.EPOLLIN)
         self._take_early(connection)
-        self._send(connection.send, GREETING)
-        self._counts.sent -= 1
+        self._outgoing.send(connection, GREETING)
+        self._outgoing.sent -= 1
 
     def _take_early(self, connection: Connection) -> None:
         """Obey what was said before the connection was taken as far as its age does not count."""
@@ -227,20 +209,19 @@ class RunSocket:
         if not content:
             self._part_with(connection)
             return ()
-        self._counts.received += 1
+        self._received += 1
         try:
             return self._obey(understood(content), age, connection)
         except Refusal as why:
-            self._counts.refused += 1
-            self._answer(connection, error=str(why))
+            self._refused += 1
+            self._outgoing.answer(connection, error=str(why))
             return ()
 
     def _part_with(self, connection: Connection) -> None:
         """Forget a process that has gone."""
         del self._connections[connection.fileno()]
         self._poll.unregister(connection)
-        self._watchers.forget(connection)
-        self._open_taps()
+        self._outgoing.forget(connection)
         connection.close()
         if self._is_full:
             self._poll.register(self._file.socket, select.EPOLLIN)
@@ -256,80 +237,30 @@ class RunSocket:
             _refuse_outdated(said.port, age)
             arrival = self._ports.arrival(said.port, said.value)
             if said.confirm:
-                self._answer(connection, taken=said.port)
+                self._outgoing.answer(connection, taken=said.port)
             return (arrival,)
         if isinstance(said, Ask):
             self._ask(said, age, connection)
         elif isinstance(said, Watch):
-            self._ports.watched(said.watch)
-            self._watchers.renew(connection, said.watch, said.every)
-            self._open_taps()
-            self._answer(connection, watching=said.watch, for_s=WATCHED_FOR // SECOND)
+            self._outgoing.watch(connection, said)
         elif isinstance(said, Time):
-            self._answer(connection, t_ns=self._run_now(), monotonic_ns=monotonic_ns())
+            self._outgoing.answer(connection, t_ns=self._run_now(), monotonic_ns=monotonic_ns())
         else:
-            self._answer(connection, ports=self._listing, counts=self.counts())
+            self._outgoing.answer(connection, ports=self._listing, counts=self.counts())
         return ()
 
     def _ask(self, said: Ask, age: int, connection: Connection) -> None:
         """Answer a request, if its sender may make one."""
         self._has_asked = True
-        reply = partial(self._reply, connection)
+
+        def reply(answer: Answer) -> None:
+            self._outgoing.send(connection, message_of(**answer))
+
         if connection.may_drive:
             self.desk.take(said, age, reply)
             return
         who = f"process {connection.by.process} is user {connection.by.user}'s"
         reply({"refused": [f"{who}; expected the user of that run, or root"]})
-
-    # What is sent ---------------------------------------------------------------------------------
-
-    def _reply(self, connection: Connection, answer: Answer) -> None:
-        """Answer a request, at once; a process that has gone gets none."""
-        self._send(connection.send, message_of(**answer))
-
-    def _open_taps(self) -> None:
-        self._taps.open(self._ports.watched(self._watchers.ports))
-
-    def _answer(self, connection: Connection, **what: object) -> None:
-        if len(self._answers) < ROOM:
-            self._answers.append((what, connection))
-        else:
-            self._counts.dropped += 1
-
-    def _send_waiting(self, until: int) -> None:
-        sent = self._taps.sent
-        while self._run_now() < until:
-            if self._answers:
-                what, connection = self._answers.popleft()
-                self._send(connection.send, message_of(**what))
-            elif sent:
-                self._pass_on(*sent.popleft())
-            else:
-                return
-
-    def _pass_on(self, path: str, at: int, value: object) -> None:
-        watchers = self._watchers.of(path)
-        if not watchers:
-            return
-        try:
-            message = message_of(port=path, t_ns=at, value=value)
-        except Exception:  # noqa: BLE001 -- a value without a form in JSON must not end the run
-            self._counts.dropped += len(watchers)
-            return
-        for watcher in watchers:
-            if not self._send(watcher.outlet.send, message):
-                self._watchers.forget(watcher.outlet)
-                self._open_taps()
-
-    def _send(self, send: Callable[[bytes], None], message: bytes) -> bool:
-        """Send and count it; whether there is a reader still."""
-        try:
-            send(message)
-        except OSError as error:
-            self._counts.dropped += 1
-            return isinstance(error, BlockingIOError)
-        self._counts.sent += 1
-        return True
 
 
 def _refuse_outdated(name: str, age: int) -> None:
