@@ -100,8 +100,8 @@ def test_a_slow_request_waits_for_time_enough(asked: Asked) -> None:
 def test_a_loop_that_never_has_time_enough_answers_a_slow_request_all_the_same(
     asked: Asked,
 ) -> None:
-    asked.socket.between_steps(0, 0)
     asked.say(asked.speaker(), {"request": "slow"})
+    asked.socket.between_steps(0, 0)
     asked.socket.between_steps(SLOW_PATIENCE - 1, 0)
     assert asked.seen == []
     asked.socket.between_steps(SLOW_PATIENCE, 0)
@@ -111,11 +111,15 @@ def test_a_loop_that_never_has_time_enough_answers_a_slow_request_all_the_same(
 def test_slow_requests_that_wait_are_refused_by_name(asked: Asked) -> None:
     speaker = asked.speaker()
     asked.say(speaker, {"request": "slow"})
+    asked.socket.between_steps(0, 0)
     asked.socket.desk.refuse_waiting("quick", "another name")
     asked.socket.desk.refuse_waiting("slow", "too late")
     asked.socket.between_steps(0, SECOND)
     assert asked.seen == []
     assert speaker.received() == [{"refused": ["too late"]}]
+    asked.say(speaker, {"request": "slow"})
+    asked.socket.between_steps(SLOW_PATIENCE, 0)
+    assert asked.seen == []
 
 
 def test_an_unknown_request_is_refused(asked: Asked) -> None:

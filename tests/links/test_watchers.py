@@ -70,7 +70,7 @@ def test_a_new_wish_replaces_the_old_one(watchers: Watchers) -> None:
     watchers.renew(WAYS["one"], ["b"], 1)
     assert watchers.ports == ("b",)
     watchers.renew(WAYS["one"], [], 1)
-    assert len(watchers) == 0
+    assert not watchers.ports
 
 
 def test_who_falls_silent_is_forgotten(watchers: Watchers, now: ManualClock) -> None:
@@ -87,7 +87,7 @@ def test_who_falls_silent_is_forgotten(watchers: Watchers, now: ManualClock) -> 
     assert not watchers.forget_silent()
     now.advance(WATCHED_FOR)
     assert watchers.forget_silent()
-    assert len(watchers) == 0
+    assert not watchers.ports
     assert not watchers.forget_silent()
 
 

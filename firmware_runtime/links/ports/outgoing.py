@@ -93,9 +93,6 @@ class Watchers:
         self._all: dict[Connection, Watcher] = {}
         self._first_ends_at = NEVER
 
-    def __len__(self) -> int:
-        return len(self._all)
-
     @property
     def ports(self) -> tuple[str, ...]:
         """Paths of all ports that are watched, each once."""
