@@ -48,7 +48,6 @@ from firmware_runtime.links.ports.datagrams import (
     message_of,
     understood,
 )
-from firmware_runtime.links.ports.desk import Answer, Desk, Respond
 from firmware_runtime.links.ports.outgoing import Outgoing
 from firmware_runtime.links.ports.ports import Ports
 
