@@ -28,7 +28,7 @@ from time import monotonic_ns
 from typing import Any, Final, Literal, TypeAlias
 
 from firmware_runtime.devs.time import MICROSECOND, MILLISECOND, SECOND
-from firmware_runtime.errors import ConfigError, did_you_mean
+from firmware_runtime.errors import ConfigError, suggested
 from firmware_runtime.links.endpoint import Endpoint, bound, endpoint, written
 from firmware_runtime.system.signals import until_signal
 
@@ -135,8 +135,8 @@ def _value(name: str, text: str) -> float:
         if re.fullmatch("[0-9]+", text) and int(text) <= _HIGHEST_SEED:
             return int(text)
         raise ValueError(f"seed: {text!r}: expected a whole number below 2^53")
-    like = did_you_mean(name, _NAMES)
-    raise ValueError(f"{name!r}: expected some of {', '.join(_NAMES)}{like}")
+    expected = suggested(name, _NAMES, f"expected some of {', '.join(_NAMES)}")
+    raise ValueError(f"{name!r}: {expected}")
 
 
 @dataclass(slots=True)
