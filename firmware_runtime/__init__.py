@@ -126,7 +126,7 @@ _WHERE: Final = {
     "seconds": "devs.time",
     # To run them
     "ClassicSimulator": "devs.classic",
-    "Listening": "devs.listening",
+    "Listening": "devs.ports",
     "Simulator": "devs.simulator",
     "trace": "devs.trace",
     "tree": "devs.tree",
