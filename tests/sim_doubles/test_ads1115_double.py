@@ -1,73 +1,78 @@
+"""The ADS1115's double by bytes; every expected value is worked out by hand."""
+
 import pytest
 
-from firmware_runtime.hal.wire_errors import NoAcknowledge
 from sim_doubles.chips.ads1115 import Ads1115Double
 from sim_doubles.clock import ManualClock
-from sim_doubles.i2c_bus import I2cBusDouble
+from tests.support.wire import WiredChip, sentences
 
-ADDRESS = 0x48
-MILLISECOND = 1_000_000
 WAKE_UP = 25_000
-AIN0_128_SPS = 0xC383  # a single conversion, 4.096 V full scale is PGA 001
+POWERED_UP = "W 00, R 00 00; W 01, R 85 83; W 02, R 80 00; W 03, R 7f ff"
+START = "W 01 c3 83"
+"""A single conversion of AIN0 at 128 samples a second, 4.096 V full scale."""
+ONE_V, TWO_V, THREE_V = "W 00, R 1f 40", "W 00, R 3e 80", "W 00, R 5d c0"
+UNDER_WAY, DONE = "W 01, R 43 83", "W 01, R c3 83"
 
 
-class Rig:
-    """A double on a bus, with registers as words."""
+class Wired(WiredChip[Ads1115Double]):
+    """A converter with voltages that tests set."""
 
     def __init__(self, rate_error: float = 0.0) -> None:
-        self.clock = ManualClock()
+        clock = ManualClock()
         self.volts = [1.0, 0.25, 0.0, 3.0]
-        self.double = Ads1115Double(self.clock, inputs=lambda _: self.volts, rate_error=rate_error)
-        self.bus = I2cBusDouble("i2c-1", self.clock, [self.double])
-
-    def read(self, register: int) -> int:
-        return int.from_bytes(self.bus.write_read(ADDRESS, bytes((register,)), 2), "big")
-
-    def write(self, register: int, word: int) -> None:
-        self.bus.write(ADDRESS, bytes((register, word >> 8, word & 0xFF)))
+        chip = Ads1115Double(clock, inputs=lambda _: self.volts, rate_error=rate_error)
+        super().__init__(clock, chip, 0x48, [chip])
 
     def convert(self, config: int) -> int:
-        self.write(1, config)
-        self.clock.advance(200 * MILLISECOND)
-        return self.read(0)
+        self.write(1, config >> 8, config & 0xFF)
+        self.wait(200)
+        return int.from_bytes(self.read(0, 2), "big")
 
 
-def test_registers_at_power_up() -> None:
-    rig = Rig()
-    assert [rig.read(each) for each in range(4)] == [0x0000, 0x8583, 0x8000, 0x7FFF]
+@sentences(
+    {
+        "registers at power-up": POWERED_UP,
+        "a start during a conversion does nothing but is noted": (
+            f"{START}; 4 ms; {START}; 4 ms; {DONE}; warns OS written 1"
+        ),
+        "the conversion register is read-only": "W 00 12 34; W 00, R 00 00; warns read-only",
+        "thresholds read back what was written": (
+            "W 02 12 34; W 03 56 78; W 02, R 12 34; W 03, R 56 78"
+        ),
+        "half a word is not taken": "W 02 12; W 02, R 80 00; warns ",
+        "the pointer stays and has two bits": (
+            "W 03, R 7f ff 7f ff; R 7f ff; W 06, R 80 00; warns "
+        ),
+        "a general call with 06h resets": (
+            f"W 02 12 34; {START}; 0x00 W 04; W 02, R 12 34; 0x00 W 06; {POWERED_UP}; "
+            "0x00 R 00 -> refused"
+        ),
+        "a loss of power ends the conversion": f"{START}; power cycle; 200 ms; {POWERED_UP}",
+    }
+)
+def test_registers(lines: str) -> None:
+    Wired().play(lines)
 
 
 @pytest.mark.parametrize(
     ("code", "rate"), list(enumerate((8, 16, 32, 64, 128, 250, 475, 860))), ids=str
 )
 def test_a_single_conversion_takes_its_time_by_the_rate(code: int, rate: int) -> None:
-    rig = Rig()
-    rig.write(1, 0xC303 | code << 5)
-    rig.clock.advance(WAKE_UP + round(1e9 / rate) - 1)
-    assert not rig.read(1) & 0x8000
-    assert rig.read(0) == 0
-    rig.clock.advance(1)
-    assert rig.read(1) & 0x8000
-    assert rig.read(0) == round(1.0 / 4.096 * 0x8000)
+    rig, low = Wired(), 0x03 | code << 5
+    rig.play(f"W 01 c3 {low:02x}; {WAKE_UP + round(1e9 / rate) - 1} ns")
+    rig.play(f"W 01, R 43 {low:02x}; W 00, R 00 00; 1 ns; W 01, R c3 {low:02x}", ONE_V)
 
 
 def test_a_slow_converter_takes_longer() -> None:
-    rig = Rig(rate_error=-0.1)
-    rig.write(1, AIN0_128_SPS)
-    rig.clock.advance(WAKE_UP + round(1e9 / 128))
-    assert not rig.read(1) & 0x8000
-    rig.clock.advance(1 * MILLISECOND)
-    assert rig.read(1) & 0x8000
+    due = f"{WAKE_UP + round(1e9 / 128)} ns"
+    Wired(rate_error=-0.1).play(START, due, UNDER_WAY, "1 ms", DONE)
 
 
 @pytest.mark.parametrize(
-    ("mux", "volts"),
-    list(enumerate((0.75, -2.0, -2.75, -3.0, 1.0, 0.25, 0.0, 3.0))),
+    ("mux", "volts"), list(enumerate((0.75, -2.0, -2.75, -3.0, 1.0, 0.25, 0.0, 3.0)))
 )
 def test_the_multiplexer_chooses_inputs(mux: int, volts: float) -> None:
-    rig = Rig()
-    code = rig.convert(0x8383 | mux << 12)
-    assert code == round(volts / 4.096 * 0x8000) & 0xFFFF
+    assert Wired().convert(0x8383 | mux << 12) == round(volts / 4.096 * 0x8000) & 0xFFFF
 
 
 @pytest.mark.parametrize(
@@ -75,92 +80,22 @@ def test_the_multiplexer_chooses_inputs(mux: int, volts: float) -> None:
     list(enumerate((6.144, 4.096, 2.048, 1.024, 0.512, 0.256, 0.256, 0.256))),
 )
 def test_the_full_scale_is_the_gains(gain: int, full_scale: float) -> None:
-    rig = Rig()
+    rig = Wired()
     rig.volts[0] = full_scale / 2
     assert rig.convert(0xC183 | gain << 9) == 0x4000
 
 
 def test_codes_stop_at_the_ends_of_the_scale() -> None:
-    rig = Rig()
-    rig.volts[0] = 5.0
-    assert rig.convert(AIN0_128_SPS) == 0x7FFF
-    rig.volts[1] = 10.0
+    rig = Wired()
+    rig.volts[:2] = 5.0, 10.0
+    assert rig.convert(0xC383) == 0x7FFF
     assert rig.convert(0x8383) == 0x8000
 
 
 def test_continuous_conversion_goes_on_and_changes_settings_with_the_next_one() -> None:
-    rig = Rig()
-    rig.write(1, 0x4283)  # continuous, AIN0, 128 samples a second
-    rig.clock.advance(WAKE_UP + round(1e9 / 128))
-    assert rig.read(0) == round(1.0 / 4.096 * 0x8000)
-    assert not rig.read(1) & 0x8000
+    rig = Wired()
+    rig.play(f"W 01 42 83; {WAKE_UP + round(1e9 / 128)} ns", ONE_V, "W 01, R 42 83")  # AIN0
     rig.volts[0] = 2.0
-    rig.clock.advance(5 * MILLISECOND)
-    rig.write(1, 0x7283)  # AIN3
-    rig.clock.advance(3 * MILLISECOND)
-    assert rig.read(0) == round(2.0 / 4.096 * 0x8000)
-    rig.clock.advance(8 * MILLISECOND)
-    assert rig.read(0) == round(3.0 / 4.096 * 0x8000)
-    rig.clock.advance(10_000 * MILLISECOND)
-    rig.volts[3] = 1.5
-    rig.clock.advance(8 * MILLISECOND)
-    assert rig.read(0) == round(1.5 / 4.096 * 0x8000)
-
-
-def test_a_start_during_a_conversion_does_nothing_but_is_noted() -> None:
-    rig = Rig()
-    rig.write(1, AIN0_128_SPS)
-    rig.clock.advance(4 * MILLISECOND)
-    rig.write(1, AIN0_128_SPS)
-    rig.clock.advance(4 * MILLISECOND)
-    assert rig.read(1) & 0x8000
-    assert len(rig.double.warnings) == 1
-
-
-def test_the_conversion_register_is_read_only() -> None:
-    rig = Rig()
-    rig.write(0, 0x1234)
-    assert rig.read(0) == 0
-    assert len(rig.double.warnings) == 1
-
-
-def test_thresholds_read_back_what_was_written() -> None:
-    rig = Rig()
-    rig.write(2, 0x1234)
-    rig.write(3, 0x5678)
-    assert (rig.read(2), rig.read(3)) == (0x1234, 0x5678)
-
-
-def test_half_a_word_is_not_taken() -> None:
-    rig = Rig()
-    rig.bus.write(ADDRESS, b"\x02\x12")
-    assert rig.read(2) == 0x8000
-    assert len(rig.double.warnings) == 1
-
-
-def test_the_pointer_stays_and_has_two_bits() -> None:
-    rig = Rig()
-    assert rig.bus.write_read(ADDRESS, b"\x03", 4) == b"\x7f\xff\x7f\xff"
-    assert rig.bus.read(ADDRESS, 2) == b"\x7f\xff"
-    assert rig.read(0x06) == 0x8000
-    assert len(rig.double.warnings) == 1
-
-
-def test_a_general_call_with_06h_resets() -> None:
-    rig = Rig()
-    rig.write(2, 0x1234)
-    rig.write(1, AIN0_128_SPS)
-    rig.bus.write(0x00, b"\x04")
-    assert rig.read(2) == 0x1234
-    rig.bus.write(0x00, b"\x06")
-    assert [rig.read(each) for each in range(4)] == [0x0000, 0x8583, 0x8000, 0x7FFF]
-    with pytest.raises(NoAcknowledge):
-        rig.bus.read(0x00, 1)
-
-
-def test_a_loss_of_power_ends_the_conversion() -> None:
-    rig = Rig()
-    rig.write(1, AIN0_128_SPS)
-    rig.bus.power_cycle()
-    rig.clock.advance(200 * MILLISECOND)
-    assert [rig.read(each) for each in range(4)] == [0x0000, 0x8583, 0x8000, 0x7FFF]
+    rig.play("5 ms; W 01 72 83; 3 ms", TWO_V, "8 ms", THREE_V, "10 s")  # AIN3
+    rig.volts[3] = 2.0
+    rig.play("8 ms", TWO_V)

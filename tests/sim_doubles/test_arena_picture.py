@@ -61,29 +61,25 @@ def texts(svg: ET.Element) -> list[str | None]:
     return [element.text for element in svg.iter() if element.tag.endswith("}text")]
 
 
-def test_title_axes_with_units_and_models_are_written_out(svg: ET.Element) -> None:
-    assert {TITLE, "x, east (m)", "y, north (m)", "distance (m)", "time (s)", "mission"} <= {
-        text for text in texts(svg) if text
-    }
-
-
-def test_every_state_is_named_once(svg: ET.Element) -> None:
+def test_title_axes_units_and_models_are_written_out_and_every_state_named_once(
+    svg: ET.Element,
+) -> None:
+    words = [TITLE, "x, east (m)", "y, north (m)", "distance (m)", "time (s)", "mission"]
+    assert {*words} <= {*texts(svg)}
     for state in ("search", "turn", "approach", "stop"):
         assert texts(svg).count(state) == 1
 
 
-def test_both_schemes_colour_the_same_classes(mission: ArenaMission) -> None:
+def test_every_class_used_has_a_rule_and_both_schemes_colour_the_same(
+    mission: ArenaMission, svg: ET.Element
+) -> None:
     style = draw_run(mission.log, mission.at, TITLE).partition("</style>")[0]
+    used = {css for element in svg.iter() for css in element.get("class", "").split()}
+    assert {css for css in used if not re.search(rf"\.{css}\b", style)} == set()
     light, _, dark = style.partition("@media (prefers-color-scheme: dark)")
     coloured = set(re.findall(r"(\S+) \{ (?:fill|stroke): #", light))
     assert coloured == set(re.findall(r"(\S+) \{ (?:fill|stroke): #", dark))
     assert len(coloured) > 20
-
-
-def test_every_class_used_has_a_rule(mission: ArenaMission, svg: ET.Element) -> None:
-    style = draw_run(mission.log, mission.at, TITLE).partition("</style>")[0]
-    used = {css for element in svg.iter() for css in element.get("class", "").split()}
-    assert {css for css in used if not re.search(rf"\.{css}\b", style)} == set()
 
 
 def test_radar_echoes_are_drawn_one_by_one_and_the_rest_as_one_fan(
@@ -111,18 +107,17 @@ def test_the_vehicle_ends_on_the_map_where_it_ended_in_the_arena(
     assert north - float(vehicle.get("cy", "")) == pytest.approx((end.y_m - 1.2) * scale, abs=1.0)
 
 
-def test_the_outcome_stands_below_the_title(mission: ArenaMission) -> None:
-    svg = ET.fromstring(draw_run(mission.log, mission.at, "title", "It found the target."))  # noqa: S314
-    assert "It found the target." in texts(svg)
-    assert svg.get("aria-label") == "title: It found the target."
-
-
-def test_an_outcome_in_many_words_stays_on_the_page(mission: ArenaMission) -> None:
-    words = "word " * 80
-    svg = ET.fromstring(draw_run(mission.log, mission.at, "title", words))  # noqa: S314
-    lines = [text for text in texts(svg) if text and text.startswith("word")]
-    assert len(lines) == 2
-    assert all(text_width(line) <= 1000 for line in lines)
+@pytest.mark.parametrize(
+    ("outcome", "first", "lines"), [("It found the target.", "It", 1), ("word " * 80, "word", 2)]
+)
+def test_the_outcome_stands_below_the_title_and_stays_on_the_page(
+    mission: ArenaMission, outcome: str, first: str, lines: int
+) -> None:
+    svg = ET.fromstring(draw_run(mission.log, mission.at, "title", outcome))  # noqa: S314
+    found = [text for text in texts(svg) if text and text.startswith(f"{first} ")]
+    assert len(found) == lines
+    assert all(text_width(line) <= 1000 for line in found)
+    assert (svg.get("aria-label") or "").startswith(f"title: {first} ")
 
 
 def test_the_key_has_the_colours_of_the_map(svg: ET.Element) -> None:
@@ -165,15 +160,12 @@ def test_the_map_holds_the_whole_path(svg: ET.Element) -> None:
     assert len(xs) > 100
 
 
-def test_a_run_without_pings_and_states_is_drawn_too() -> None:
+def test_a_run_without_pings_and_states_or_that_ended_at_once_is_drawn_too() -> None:
     rig = ArenaRig()
     rig.drive(0, 10, 10)
     svg = ET.fromstring(draw_run(ArenaLog(rig.arena), 3 * SECOND, "drive"))  # noqa: S314
     assert len(shapes(svg, "path")) == 2
     assert len(shapes(svg, "radar-edge")) == 1
-
-
-def test_a_run_that_ended_at_once_is_drawn_too() -> None:
     log = ArenaLog(ArenaRig().arena)
     log.enter(0, "controller", "Idle")
     svg = ET.fromstring(draw_run(log, 0, "nothing"))  # noqa: S314
@@ -200,12 +192,9 @@ def test_ticks_are_round_and_far_enough_apart() -> None:
     assert Axis(0.0, 100.0, 50.0, 550.0).ticks(60.0) == [0, 20, 40, 60, 80, 100]
 
 
-def test_svg_is_written_as_it_is(tmp_path: Path) -> None:
-    write_picture(tmp_path / "run.svg", "<svg/>")
-    assert (tmp_path / "run.svg").read_text() == "<svg/>"
-
-
-def test_png_is_written_by_resvg(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_svg_is_written_as_it_is_and_png_by_resvg(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     asked: list[dict[str, object]] = []
 
     def svg_to_bytes(**options: object) -> list[int]:
@@ -213,27 +202,23 @@ def test_png_is_written_by_resvg(tmp_path: Path, monkeypatch: pytest.MonkeyPatch
         return [1, 2]
 
     monkeypatch.setitem(sys.modules, "resvg_py", SimpleNamespace(svg_to_bytes=svg_to_bytes))
+    write_picture(tmp_path / "run.svg", "<svg/>")
+    assert (tmp_path / "run.svg").read_text() == "<svg/>"
+    assert asked == []
     write_picture(tmp_path / "run.png", "<svg/>")
     assert (tmp_path / "run.png").read_bytes() == b"\1\2"
     assert asked == [{"svg_string": "<svg/>", "zoom": 2}]
 
 
-def test_only_a_png_needs_a_renderer(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_only_a_png_needs_a_renderer_which_is_named(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setitem(sys.modules, "resvg_py", None)
     require_renderer(Path("run.svg"))
     with pytest.raises(ValueError, match="expected the extra plot"):
         require_renderer(Path("run.png"))
-
-
-def test_png_without_the_extra_is_refused_with_its_name(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setitem(sys.modules, "resvg_py", None)
     with pytest.raises(ValueError, match=r"-m pip install 'resvg-py>="):
         write_picture(tmp_path / "run.png", "<svg/>")
-
-
-def test_another_ending_is_refused(tmp_path: Path) -> None:
     with pytest.raises(ValueError, match=r"ends in '\.gif', expected \.svg or \.png"):
         write_picture(tmp_path / "run.gif", "<svg/>")
 

@@ -15,26 +15,38 @@ QUIET = ArenaParameters(target=(50.0, 50.0), compass_noise_deg=0.0)
 # The head
 
 
-def test_a_positive_drive_turns_the_head_clockwise_up_to_its_end_stop() -> None:
-    rig = ArenaRig(QUIET)
-    rig.turn_head(0, 1.0)
-    angles = [math.degrees(rig.arena.head_angle_rad(n * SECOND // 2)) for n in range(5)]
-    assert angles == pytest.approx([0.0, -30.0, -60.0, -90.0, -90.0])
-
-
-def test_half_a_sweep_takes_three_seconds() -> None:
-    rig = ArenaRig(QUIET)
-    rig.turn_head(0, 1.0)
-    rig.turn_head(3 * SECOND, -1.0)
-    assert math.degrees(rig.arena.head_angle_rad(6 * SECOND - 1)) < 90.0
-    assert math.degrees(rig.arena.head_angle_rad(6 * SECOND)) == pytest.approx(90.0)
-
-
-def test_less_voltage_turns_the_head_slower_and_none_holds_it() -> None:
-    rig = ArenaRig(replace(QUIET, head_limit_deg=180.0, head_start_deg=100.0))
-    rig.turn_head(SECOND, 0.25)
-    rig.turn_head(3 * SECOND, 0.0)
-    assert math.degrees(rig.arena.head_angle_rad(9 * SECOND)) == pytest.approx(70.0)
+@pytest.mark.parametrize(
+    ("placed", "drives", "angles_deg"),
+    [
+        pytest.param(
+            QUIET,
+            [(0, 1.0)],
+            {0: 0.0, 0.5: -30.0, 1: -60.0, 1.5: -90.0, 2: -90.0},
+            id="a positive drive turns it clockwise up to its end stop",
+        ),
+        pytest.param(
+            QUIET,
+            [(0, 1.0), (3, -1.0)],
+            {5.999: 89.94, 6: 90.0},
+            id="half a sweep takes three seconds",
+        ),
+        pytest.param(
+            replace(QUIET, head_limit_deg=180.0, head_start_deg=100.0),
+            [(1, 0.25), (3, 0.0)],
+            {9: 70.0},
+            id="less voltage turns it slower and none holds it",
+        ),
+    ],
+)
+def test_the_head_turns(
+    placed: ArenaParameters, drives: list[tuple[int, float]], angles_deg: dict[float, float]
+) -> None:
+    rig = ArenaRig(placed)
+    for at_s, share in drives:
+        rig.turn_head(at_s * SECOND, share)
+    for seen_at_s, angle_deg in angles_deg.items():
+        found = math.degrees(rig.arena.head_angle_rad(round(seen_at_s * SECOND)))
+        assert found == pytest.approx(angle_deg)
 
 
 @pytest.mark.parametrize("share", [1.01, -2.0, math.nan])

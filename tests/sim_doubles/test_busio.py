@@ -27,10 +27,6 @@ def i2c(bus: I2cBusDouble) -> Iterator[I2C]:
     assert bus.name == "i2c-1"
 
 
-def test_it_finds_the_chip_and_its_all_call_address(i2c: I2C) -> None:
-    assert i2c.scan() == [0x40, 0x70]
-
-
 def test_only_the_part_of_a_buffer_is_written_and_read(i2c: I2C, bus: I2cBusDouble) -> None:
     answer = bytearray(4)
     i2c.writeto(0x40, b"\x99\x01\x98", start=1, end=2)
@@ -58,12 +54,10 @@ def test_the_bus_is_used_under_its_lock_alone(i2c: I2C) -> None:
         i2c.unlock()
 
 
-def test_a_bus_given_up_is_not_used(i2c: I2C) -> None:
+def test_a_bus_given_up_is_not_used_and_one_that_is_not_plugged_in_is_not_there(i2c: I2C) -> None:
+    assert i2c.scan() == [0x40, 0x70]  # the chip and its all-call address
     i2c.deinit()
     with pytest.raises(ValueError, match="deinit"):
         i2c.scan()
-
-
-def test_a_bus_that_is_not_plugged_in_is_not_there() -> None:
     with pytest.raises(FileNotFoundError):
         I2C(bus=7)

@@ -84,34 +84,29 @@ def test_outputs_are_called_by_chip_and_output() -> None:
 
 class EntryPoint(NamedTuple):
     name: str
-    made: object
+    loaded: object
     value: str = "a_package:Double"
 
     def load(self) -> object:
-        return lambda _now, address=0x20: (address, self.made)[1]
+        if isinstance(self.loaded, Exception):
+            raise self.loaded
+        return self.loaded
 
 
-class Unloadable(EntryPoint):
-    def load(self) -> object:
-        raise ImportError(name="a_package")
+def making(made: object) -> object:
+    return lambda _now, address=0x20: (address, made)[1]
 
 
-class WithoutADefault(EntryPoint):
-    def load(self) -> object:
-        return lambda _now, address: (address, self.made)[1]
-
-
-@pytest.mark.parametrize("made", [None, [], ["x"], "abc"])
-def test_an_entry_point_that_makes_no_target_is_refused(
-    made: object, monkeypatch: pytest.MonkeyPatch
+@pytest.mark.parametrize(
+    ("loaded", "named"),
+    [
+        *((making(made), "expected a Target or several") for made in (None, [], ["x"], "abc")),
+        (ImportError(name="a_package"), "a_package:Double"),
+        (lambda _now, address: address, "a_package:Double"),  # without a usual address
+    ],
+)
+def test_an_entry_point_that_makes_no_target_or_is_no_double_is_refused(
+    loaded: object, named: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(chip_doubles, "installed", lambda _: [EntryPoint("mine", made)])
-    assert "expected a Target or several" in faults("mine")[0]
-
-
-@pytest.mark.parametrize("kind", [Unloadable, WithoutADefault])
-def test_an_entry_point_that_is_no_double_is_one_sentence(
-    kind: type[EntryPoint], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(chip_doubles, "installed", lambda _: [kind("mine", None)])
-    assert "a_package:Double" in faults("mine")[0]
+    monkeypatch.setattr(chip_doubles, "installed", lambda _: [EntryPoint("mine", loaded)])
+    assert named in faults("mine")[0]

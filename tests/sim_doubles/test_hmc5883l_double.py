@@ -6,162 +6,135 @@ import pytest
 
 from sim_doubles.chips.hmc5883l import Hmc5883lDouble
 from sim_doubles.clock import ManualClock
-from sim_doubles.i2c_bus import I2cBusDouble
+from tests.support.wire import WiredChip, sentences
 
-MICROSECOND = 1_000
-MILLISECOND = 1_000_000
-SECOND = 1_000_000_000
-ADDRESS = 0x1E
-CONTINUOUS = b"\x02\x00"
-SINGLE = b"\x02\x01"
-RDY, LOCK = 0x01, 0x02
-DATA = b"\x00\xda\xfe\x4c\x00\x6d"  # X 218, Z -436, Y 109
+CONTINUOUS, SINGLE = "W 02 00; 6 ms", "W 02 01; 6 ms"
+DATA = "00 da fe 4c 00 6d"  # X 218, Z -436, Y 109
+ALL_DATA = f"W 03, R {DATA}"
+IDLE, READY, LOCKED = "W 09, R 00", "W 09, R 01", "W 09, R 02"
+STRONG = "W 03, R 04 42 04 42 04 42"  # 1090 each
+PERIOD_15_HZ = "66666667 ns"
 
 
-class Field:
-    """The field in T, and when it was asked for."""
+class Wired(WiredChip[Hmc5883lDouble]):
+    """A compass in a field that tests set, in T, and the instants at which it was asked for."""
 
-    def __init__(self) -> None:
-        self.vector = (20e-6, 10e-6, -40e-6)
+    def __init__(self, clock: ManualClock) -> None:
+        self.field = (20e-6, 10e-6, -40e-6)
         self.asked_at: list[int] = []
+        chip = Hmc5883lDouble(clock, self._field, noise_seed=None)
+        super().__init__(clock, chip, 0x1E, [chip])
 
-    def __call__(self, at: int) -> tuple[float, float, float]:
+    def _field(self, at: int) -> tuple[float, float, float]:
         self.asked_at.append(at)
-        return self.vector
+        return self.field
+
+    def axes(self) -> tuple[int, ...]:
+        """Read X, Z and Y."""
+        return unpack(">3h", self.read(0x03, 6))
 
 
 @pytest.fixture
-def field() -> Field:
-    return Field()
+def fresh(clock: ManualClock) -> Wired:
+    return Wired(clock)
 
 
 @pytest.fixture
-def compass(clock: ManualClock, field: Field) -> Hmc5883lDouble:
-    """A compass some time after power-up, idle."""
-    double = Hmc5883lDouble(clock, field, noise_seed=None)
-    clock.advance(SECOND)
-    double.catch_up()
-    field.asked_at.clear()
-    return double
+def compass(fresh: Wired) -> Wired:
+    """Return one some time after power-up, idle."""
+    fresh.wait(1000)
+    fresh.chip.catch_up()
+    fresh.asked_at.clear()
+    return fresh
 
 
-@pytest.fixture
-def bus(clock: ManualClock, compass: Hmc5883lDouble) -> I2cBusDouble:
-    return I2cBusDouble("i2c-1", clock, [compass])
+@sentences(
+    {
+        "power-up values": "W 00, R 10 20 01 00*6; W 09, R 00 48 34 33",
+        "power-up measures once and is idle then": (
+            f"6 ms; W 02, R 02; {ALL_DATA}; 1 s; {IDLE}; asked_at is [6_000_000]"
+        ),
+    }
+)
+def test_power_up(fresh: Wired, lines: str) -> None:
+    fresh.play(lines)
 
 
-def status(bus: I2cBusDouble) -> int:
-    return bus.write_read(ADDRESS, b"\x09", 1)[0]
+@sentences(
+    {
+        "a single measurement takes 6 ms and leaves idle": (
+            f"{ALL_DATA}; W 02 01; 5.999999 ms; {IDLE}; W 02, R 01; 1 ns; {READY}; W 02, R 02; "
+            f"{ALL_DATA}; {IDLE}; asked_at is [1_006_000_000]"
+        ),
+        "writing CRB keeps the lock": (f"{CONTINUOUS}; W 03, R 00; W 01 20; {LOCKED}"),
+        "RDY is low for 250 us before new data": (
+            f"{CONTINUOUS}; {READY}; 66416666 ns; {READY}; 1 ns; {IDLE}; 250 us; {READY}"
+        ),
+        "the pointer loops over the data and over all registers": (
+            f"{SINGLE}; W 03, R {DATA} 00 da fe; W 0a, R 48 34 33 10 20"
+        ),
+        "registers that do not exist read zero": "W 20, R 00 10",
+        "averaging bits are kept and change nothing": (
+            f"W 00 70 20 01; 6 ms; W 00, R 70; {ALL_DATA}"
+        ),
+        "idle measures nothing": f"W 02 03; 1 s; {ALL_DATA}; asked_at is []",
+        "a reserved rate measures nothing and is warned of": (
+            f"W 00 1c; 10 s; {ALL_DATA}; asked_at is []; warns reserved rate or bias in CRA"
+        ),
+        "reserved bits and read-only registers are warned of": (
+            "W 00 90 21 06; W 0a 51; W 00, R 10 20 02; W 0a, R 48 34 33; "
+            "warns 0x00 written 0x90; warns 0x01 written 0x21; warns 0x02 written 0x06; "
+            "warns register 0x0a is read-only"
+        ),
+        "a power cycle brings back the power-up values": (
+            f"W 00 78 a0 00; 1 s; power cycle; W 00, R 10 20 01 00*6; 6 ms; {ALL_DATA}"
+        ),
+    }
+)
+def test_measurements_and_registers(compass: Wired, lines: str) -> None:
+    compass.play(lines)
 
 
-def axes(bus: I2cBusDouble) -> tuple[int, ...]:
-    """Read X, Z and Y."""
-    return unpack(">3h", bus.write_read(ADDRESS, b"\x03", 6))
+PERIODS = (1_333_333_333, 666_666_667, 333_333_333, 133_333_333, 66_666_667, 33_333_333, 13_333_333)
 
 
-def test_power_up_values(clock: ManualClock, field: Field) -> None:
-    bus = I2cBusDouble("i2c-1", clock, [Hmc5883lDouble(clock, field, noise_seed=None)])
-    assert bus.write_read(ADDRESS, b"\x00", 9) == b"\x10\x20\x01" + bytes(6)
-    assert bus.write_read(ADDRESS, b"\x09", 4) == b"\x00H43"
+@pytest.mark.parametrize(("rate", "period"), list(enumerate(PERIODS)))
+def test_continuous_measurements_follow_the_rate(compass: Wired, rate: int, period: int) -> None:
+    compass.write(0x00, rate << 2, 0x20, 0)
+    first = compass.clock() + 6_000_000
+    for wait in (6_000_000, period - 1, 1, period):
+        compass.clock.advance(wait)
+        compass.chip.catch_up()
+    assert compass.asked_at == [first, first + period, first + 2 * period]
 
 
-def test_power_up_measures_once_and_is_idle_then(clock: ManualClock, field: Field) -> None:
-    bus = I2cBusDouble("i2c-1", clock, [Hmc5883lDouble(clock, field, noise_seed=None)])
-    clock.advance(6 * MILLISECOND)
-    assert bus.write_read(ADDRESS, b"\x02", 1) == b"\x02"
-    assert bus.write_read(ADDRESS, b"\x03", 6) == DATA
-    clock.advance(SECOND)
-    assert status(bus) == 0
-    assert field.asked_at == [6 * MILLISECOND]
-
-
-def test_single_measurement_takes_6_ms_and_leaves_idle(
-    bus: I2cBusDouble, clock: ManualClock, field: Field
-) -> None:
-    axes(bus)
-    bus.write(ADDRESS, SINGLE)
-    clock.advance(6 * MILLISECOND - 1)
-    assert (status(bus), bus.write_read(ADDRESS, b"\x02", 1)) == (0, b"\x01")
-    clock.advance(1)
-    assert (status(bus), bus.write_read(ADDRESS, b"\x02", 1)) == (RDY, b"\x02")
-    assert bus.write_read(ADDRESS, b"\x03", 6) == DATA
-    assert status(bus) == 0
-    assert field.asked_at == [SECOND + 6 * MILLISECOND]
+def test_only_the_last_of_many_measurements_is_carried_out(compass: Wired) -> None:
+    compass.play("W 02 00")
+    begun_at = compass.clock()
+    compass.play("3600 s", ALL_DATA)
+    (asked_at,) = compass.asked_at
+    hour = 3_600_000_000_000
+    assert hour - 66_666_667 < asked_at - begun_at <= hour
+    assert (asked_at - begun_at - 6_000_000) % 66_666_667 == 0
 
 
 @pytest.mark.parametrize(
-    ("rate", "period"),
-    [
-        (0, 1_333_333_333),
-        (1, 666_666_667),
-        (2, 333_333_333),
-        (3, 133_333_333),
-        (4, 66_666_667),
-        (5, 33_333_333),
-        (6, 13_333_333),
-    ],
+    ("gain", "counts"), list(enumerate((1370, 1090, 820, 660, 440, 390, 330, 230)))
 )
-def test_continuous_measurements_follow_the_rate(  # noqa: PLR0917 (fixtures and cases)
-    bus: I2cBusDouble,
-    clock: ManualClock,
-    compass: Hmc5883lDouble,
-    field: Field,
-    rate: int,
-    period: int,
-) -> None:
-    bus.write(ADDRESS, bytes([0, rate << 2, 0x20, 0]))
-    first = clock() + 6 * MILLISECOND
-    for wait in (6 * MILLISECOND, period - 1, 1, period):
-        clock.advance(wait)
-        compass.catch_up()
-    assert field.asked_at == [first, first + period, first + 2 * period]
+def test_gain_codes_give_their_counts_a_gauss(compass: Wired, gain: int, counts: int) -> None:
+    compass.field = (1e-4, -1e-4, 0.5e-4)
+    compass.play(f"W 01 {gain << 5:02x}", SINGLE, SINGLE)
+    assert compass.axes() == (counts, counts // 2, -counts)
 
 
-def test_only_the_last_of_many_measurements_is_carried_out(
-    bus: I2cBusDouble, clock: ManualClock, field: Field
-) -> None:
-    bus.write(ADDRESS, CONTINUOUS)
-    begun_at = clock()
-    clock.advance(3600 * SECOND)
-    axes(bus)
-    (asked_at,) = field.asked_at
-    assert 3600 * SECOND - 66_666_667 < asked_at - begun_at <= 3600 * SECOND
-    assert (asked_at - begun_at - 6 * MILLISECOND) % 66_666_667 == 0
+def test_the_first_measurement_after_a_change_of_gain_has_the_old_one(compass: Wired) -> None:
+    compass.field = (1e-4, 0.0, 0.0)
+    compass.play("W 01 a0 00; 6 ms; W 03, R 04 42 00*4", PERIOD_15_HZ, "W 03, R 01 86 00*4")
 
 
-@pytest.mark.parametrize(
-    ("gain", "counts"),
-    [(0, 1370), (1, 1090), (2, 820), (3, 660), (4, 440), (5, 390), (6, 330), (7, 230)],
-)
-def test_gain_codes_give_their_counts_a_gauss(
-    bus: I2cBusDouble, clock: ManualClock, field: Field, gain: int, counts: int
-) -> None:
-    field.vector = (1e-4, -1e-4, 0.5e-4)
-    bus.write(ADDRESS, bytes([1, gain << 5]))
-    for _ in range(2):
-        bus.write(ADDRESS, SINGLE)
-        clock.advance(6 * MILLISECOND)
-    assert axes(bus) == (counts, counts // 2, -counts)
-
-
-def test_the_first_measurement_after_a_change_of_gain_has_the_old_one(
-    bus: I2cBusDouble, clock: ManualClock, field: Field
-) -> None:
-    field.vector = (1e-4, 0.0, 0.0)
-    bus.write(ADDRESS, b"\x01\xa0\x00")
-    clock.advance(6 * MILLISECOND)
-    assert axes(bus)[0] == 1090
-    clock.advance(66_666_667)
-    assert axes(bus)[0] == 390
-
-
-def test_after_a_silence_over_a_change_of_gain_the_new_one_counts(
-    bus: I2cBusDouble, clock: ManualClock, field: Field
-) -> None:
-    field.vector = (1e-4, 0.0, 0.0)
-    bus.write(ADDRESS, b"\x01\xa0\x00")
-    clock.advance(SECOND)
-    assert axes(bus)[0] == 390
+def test_after_a_silence_over_a_change_of_gain_the_new_one_counts(compass: Wired) -> None:
+    compass.field = (1e-4, 0.0, 0.0)
+    compass.play("W 01 a0 00; 1 s; W 03, R 01 86 00*4")
 
 
 @pytest.mark.parametrize(
@@ -169,137 +142,28 @@ def test_after_a_silence_over_a_change_of_gain_the_new_one_counts(
     [(1.8779, 2047), (1.8789, -4096), (-1.8789, -2048), (-1.8799, -4096), (50.0, -4096)],
 )
 def test_an_axis_out_of_range_reads_minus_4096_by_itself(
-    bus: I2cBusDouble, clock: ManualClock, field: Field, gauss: float, count: int
+    compass: Wired, gauss: float, count: int
 ) -> None:
-    field.vector = (0.0, gauss * 1e-4, 0.0)  # at 1090 counts a gauss
-    bus.write(ADDRESS, SINGLE)
-    clock.advance(6 * MILLISECOND)
-    assert axes(bus) == (0, 0, count)
+    compass.field = (0.0, gauss * 1e-4, 0.0)  # at 1090 counts a gauss
+    compass.play(SINGLE)
+    assert compass.axes() == (0, 0, count)
 
 
-def test_reading_a_part_of_the_data_locks_it_until_all_six_are_read(
-    bus: I2cBusDouble, clock: ManualClock, field: Field
-) -> None:
-    bus.write(ADDRESS, CONTINUOUS)
-    clock.advance(6 * MILLISECOND)
-    assert bus.write_read(ADDRESS, b"\x03", 2) == DATA[:2]
-    assert status(bus) == LOCK
-    field.vector = (1e-4, 1e-4, 1e-4)
-    clock.advance(SECOND)
-    assert bus.write_read(ADDRESS, b"\x05", 4) == DATA[2:]
-    assert status(bus) == 0
-    clock.advance(MILLISECOND)
-    assert status(bus) == RDY
-    assert axes(bus) == (1090, 1090, 1090)
-
-
-@pytest.mark.parametrize("write", [b"\x02\x00", b"\x00\x10"])
-def test_writing_mode_or_cra_releases_the_lock(
-    bus: I2cBusDouble, clock: ManualClock, field: Field, write: bytes
-) -> None:
-    bus.write(ADDRESS, CONTINUOUS)
-    clock.advance(6 * MILLISECOND)
-    bus.write_read(ADDRESS, b"\x03", 5)
-    field.vector = (1e-4, 1e-4, 1e-4)
-    bus.write(ADDRESS, write)
-    clock.advance(6 * MILLISECOND)
-    assert status(bus) == RDY
-    assert axes(bus) == (1090, 1090, 1090)
-
-
-def test_writing_crb_keeps_the_lock(bus: I2cBusDouble, clock: ManualClock) -> None:
-    bus.write(ADDRESS, CONTINUOUS)
-    clock.advance(6 * MILLISECOND)
-    bus.write_read(ADDRESS, b"\x03", 1)
-    bus.write(ADDRESS, b"\x01\x20")
-    assert status(bus) == LOCK
-
-
-def test_rdy_is_low_for_250_us_before_new_data(bus: I2cBusDouble, clock: ManualClock) -> None:
-    bus.write(ADDRESS, CONTINUOUS)
-    clock.advance(6 * MILLISECOND)
-    assert status(bus) == RDY
-    clock.advance(66_666_667 - 250 * MICROSECOND - 1)
-    assert status(bus) == RDY
-    clock.advance(1)
-    assert status(bus) == 0
-    clock.advance(250 * MICROSECOND)
-    assert status(bus) == RDY
-
-
-def test_pointer_loops_over_the_data_and_over_all_registers(
-    bus: I2cBusDouble, clock: ManualClock
-) -> None:
-    bus.write(ADDRESS, SINGLE)
-    clock.advance(6 * MILLISECOND)
-    assert bus.write_read(ADDRESS, b"\x03", 9) == DATA + DATA[:3]
-    assert bus.write_read(ADDRESS, b"\x0a", 5) == b"H43\x10\x20"
-
-
-def test_registers_that_do_not_exist_read_zero(bus: I2cBusDouble) -> None:
-    assert bus.write_read(ADDRESS, b"\x20", 2) == b"\x00\x10"
+@sentences(
+    {
+        "reading the rest of the data": f"1 s; W 05, R fe 4c 00 6d; {IDLE}; 1 ms",
+        "writing the mode": "W 02 00; 6 ms",
+        "writing CRA": "W 00 10; 6 ms",
+    }
+)
+def test_data_read_in_part_are_locked_until(compass: Wired, lines: str) -> None:
+    compass.play(CONTINUOUS, "W 03, R 00 da", LOCKED)
+    compass.field = (1e-4, 1e-4, 1e-4)
+    compass.play(lines, READY, STRONG)
 
 
 @pytest.mark.parametrize(("bias", "sign"), [(1, 1), (2, -1)])
-def test_self_test_measures_the_bias_alone(
-    bus: I2cBusDouble, clock: ManualClock, bias: int, sign: int
-) -> None:
-    bus.write(ADDRESS, bytes([0, 0x70 | bias, 0xA0, 1]))
-    clock.advance(6 * MILLISECOND)
-    bus.write(ADDRESS, SINGLE)
-    clock.advance(6 * MILLISECOND)
-    x, z, y = (sign * count for count in axes(bus))
+def test_self_test_measures_the_bias_alone(compass: Wired, bias: int, sign: int) -> None:
+    compass.play(f"W 00 7{bias} a0 01; 6 ms", SINGLE)
+    x, z, y = (sign * count for count in compass.axes())
     assert (x, y, z) == (452, 452, 421)  # 1.16, 1.16, 1.08 gauss at 390 a gauss
-    assert all(243 <= count <= 575 for count in (x, y, z))
-
-
-def test_averaging_bits_are_kept_and_change_nothing(bus: I2cBusDouble, clock: ManualClock) -> None:
-    bus.write(ADDRESS, b"\x00\x70\x20\x01")
-    clock.advance(6 * MILLISECOND)
-    assert bus.write_read(ADDRESS, b"\x00", 1) == b"\x70"
-    assert bus.write_read(ADDRESS, b"\x03", 6) == DATA
-
-
-def test_idle_measures_nothing(bus: I2cBusDouble, clock: ManualClock, field: Field) -> None:
-    bus.write(ADDRESS, b"\x02\x03")
-    clock.advance(SECOND)
-    axes(bus)
-    assert field.asked_at == []
-
-
-def test_a_reserved_rate_measures_nothing_and_is_warned_of(
-    bus: I2cBusDouble, clock: ManualClock, compass: Hmc5883lDouble, field: Field
-) -> None:
-    bus.write(ADDRESS, b"\x00\x1c")
-    clock.advance(10 * SECOND)
-    axes(bus)
-    assert field.asked_at == []
-    assert compass.warnings == [
-        "HMC5883L: reserved rate or bias in CRA; this double measures nothing"
-    ]
-
-
-def test_reserved_bits_and_read_only_registers_are_warned_of(
-    bus: I2cBusDouble, compass: Hmc5883lDouble
-) -> None:
-    bus.write(ADDRESS, b"\x00\x90\x21\x06")
-    bus.write(ADDRESS, b"\x0a\x51")
-    assert bus.write_read(ADDRESS, b"\x00", 3) == b"\x10\x20\x02"
-    assert bus.write_read(ADDRESS, b"\x0a", 3) == b"H43"
-    assert compass.warnings == [
-        "HMC5883L: register 0x00 written 0x90; its reserved bits must be 0",
-        "HMC5883L: register 0x01 written 0x21; its reserved bits must be 0",
-        "HMC5883L: register 0x02 written 0x06; its reserved bits must be 0",
-        "HMC5883L: register 0x0a is read-only; the write is ignored",
-    ]
-
-
-def test_a_power_cycle_brings_back_the_power_up_values(
-    bus: I2cBusDouble, clock: ManualClock
-) -> None:
-    bus.write(ADDRESS, b"\x00\x78\xa0\x00")
-    clock.advance(SECOND)
-    bus.power_cycle()
-    assert bus.write_read(ADDRESS, b"\x00", 9) == b"\x10\x20\x01" + bytes(6)
-    clock.advance(6 * MILLISECOND)
-    assert bus.write_read(ADDRESS, b"\x03", 6) == DATA

@@ -4,7 +4,7 @@ import errno
 
 import pytest
 
-from firmware_runtime.hal.wire_errors import BusFault, HalError, NoAcknowledge, PortClosed
+from firmware_runtime.hal.wire_errors import BusFault, NoAcknowledge, PortClosed
 from sim_doubles.clock import ManualClock
 from sim_doubles.faults import FaultScript, StuckSda
 from sim_doubles.i2c_bus import I2cBusDouble, Target
@@ -51,47 +51,39 @@ def errno_of(bus: I2cBusDouble, address: int, *messages: bytes | int) -> int | N
     return raised.value.errno
 
 
-def test_write_read_is_start_bytes_repeated_start_bytes_stop() -> None:
-    chip = Recorder(0x40, answers=b"\x11\x22")
-    assert bus_of(chip).write_read(0x40, b"\x06\x07", 3) == b"\x11\x22\x11"
-    assert chip.seen == ["W", "06", "07", "R", "r", "r", "r", "P"]
-
-
-def test_several_reads_in_one_transaction_are_joined_in_order() -> None:
-    chip = Recorder(0x40, answers=b"\x01\x02\x03")
-    bus = bus_of(chip, adapter="designware")
-    assert bus.transaction(0x40, [1, b"\xaa", 2]) == b"\x01\x02\x03"
-    assert chip.seen == ["R", "r", "W", "aa", "R", "r", "r", "P"]
-
-
-def test_every_target_sees_every_stop() -> None:
-    addressed, bystander = Recorder(0x40), Recorder(0x41)
-    bus_of(addressed, bystander).write(0x40, b"\x01")
+@pytest.mark.parametrize(
+    ("messages", "answer", "seen"),
+    [
+        ([b"\x06\x07", 3], b"\x11\x22\x11", "W 06 07 R r r r P"),
+        ([1, b"\xaa", 2], b"\x11\x22\x11", "R r W aa R r r P"),
+    ],
+)
+def test_messages_are_bytes_between_starts_with_one_stop_and_reads_joined_in_order(
+    messages: list[bytes | int], answer: bytes, seen: str
+) -> None:
+    chip, bystander = Recorder(0x40, answers=b"\x11\x22"), Recorder(0x41)
+    assert bus_of(chip, bystander, adapter="designware").transaction(0x40, messages) == answer
+    assert chip.seen == seen.split()
     assert bystander.seen == ["P"]
 
 
 def test_absent_address_is_no_acknowledge_and_names_bus_and_address() -> None:
-    with pytest.raises(NoAcknowledge, match="i2c-1 0x68"):
+    with pytest.raises(NoAcknowledge, match="i2c-1 0x68") as raised:
         bus_of(Recorder(0x40)).write(0x68, b"\x00")
+    assert isinstance(raised.value.__cause__, OSError)
 
 
-def test_one_target_acknowledges_for_all() -> None:
+def test_one_target_acknowledges_for_all_and_one_that_refused_sees_no_more() -> None:
     willing, unwilling = Recorder(0x40), Recorder(0x40, refuses=b"\x01")
     bus_of(unwilling, willing).write(0x40, b"\x01\x02")
     assert willing.seen == ["W", "01", "02", "P"]
-
-
-def test_target_that_refused_a_byte_sees_no_more_of_the_message() -> None:
-    willing, unwilling = Recorder(0x40), Recorder(0x40, refuses=b"\x01")
-    bus_of(unwilling, willing).write(0x40, b"\x01\x02")
     assert unwilling.seen == ["W", "01", "P"]
 
 
 def test_byte_that_all_refuse_ends_the_transaction_with_stop() -> None:
     first, second = Recorder(0x40, refuses=b"\x02"), Recorder(0x40, refuses=b"\x02")
-    bus = bus_of(first, second)
     with pytest.raises(NoAcknowledge):
-        bus.transaction(0x40, [b"\x01\x02\x03", 1])
+        bus_of(first, second).transaction(0x40, [b"\x01\x02\x03", 1])
     assert first.seen == second.seen == ["W", "01", "02", "P"]
 
 
@@ -100,17 +92,15 @@ def test_colliding_reads_are_the_bitwise_and() -> None:
     assert bus.read(0x70, 2) == b"\x30\x0f"
 
 
-def test_bits_of_an_eight_channel_burst_are_those_of_the_data_sheet() -> None:
+@pytest.mark.parametrize(
+    ("messages", "size", "bits"), [([bytes(33)], 34, 308), ([b"\x3a", 23], 26, 237)]
+)
+def test_bits_of_bursts_are_those_of_the_data_sheets(
+    messages: list[bytes | int], size: int, bits: int
+) -> None:
     bus = bus_of(Recorder(0x40))
-    bus.write(0x40, bytes(33))
-    assert (bus.transactions, bus.bytes, bus.bits) == (1, 34, 308)
-    assert bus.bits / bus.bus_hz == pytest.approx(770e-6)
-
-
-def test_bits_of_a_nine_axis_burst_are_those_of_the_data_sheet() -> None:
-    bus = bus_of(Recorder(0x68))
-    bus.write_read(0x68, b"\x3a", 23)
-    assert (bus.transactions, bus.bytes, bus.bits) == (1, 26, 237)
+    bus.transaction(0x40, messages)
+    assert (bus.transactions, bus.bytes, bus.bits) == (1, size, bits)
 
 
 def test_refused_transaction_counts_what_was_on_the_wire() -> None:
@@ -175,12 +165,6 @@ def test_refusal_of_the_adapter_reaches_a_driver_as_a_bus_fault() -> None:
         bus_of(Recorder(0x40), adapter="designware").write(0x40, b"")
 
 
-def test_transaction_raises_only_hal_errors_and_keeps_the_cause() -> None:
-    with pytest.raises(HalError) as raised:
-        bus_of().read(0x40, 1)
-    assert isinstance(raised.value.__cause__, OSError)
-
-
 def test_closed_bus_refuses_and_leaves_its_targets_alone() -> None:
     chip = Recorder(0x40)
     bus = bus_of(chip)
@@ -196,22 +180,18 @@ def test_power_cycle_of_the_bus_reaches_every_target() -> None:
     assert [chip.seen for chip in chips] == [["power"], ["power"]]
 
 
-def test_log_has_instant_direction_bytes_and_error(clock: ManualClock) -> None:
-    bus = I2cBusDouble("i2c-1", clock, [Recorder(0x40, answers=b"\x12\x34")])
+def test_log_has_instant_direction_bytes_and_error_and_is_bounded(clock: ManualClock) -> None:
+    chip = Recorder(0x40, answers=b"\x12\x34")
+    bus = I2cBusDouble("i2c-1", clock, [chip], log_length=2)
+    for number in range(10):
+        bus.write(0x40, bytes([number]))
     clock.advance(7)
     bus.write_read(0x40, b"\x3a", 2)
     errno_of(bus, 0x41, b"\x00\x01")
     done, failed = bus.log
     assert (done.at, done.written, done.to_read, done.answer) == (7, b"\x3a", 2, b"\x12\x34")
     assert [str(done), str(failed)] == ["0x40 W 3a, R 12 34", "0x41 W 00 01 -> errno 121"]
-
-
-def test_log_is_bounded_and_counters_are_not() -> None:
-    bus = I2cBusDouble("i2c-1", ManualClock(), [Recorder(0x40)], log_length=3)
-    for number in range(10):
-        bus.write(0x40, bytes([number]))
-    assert [transaction.written for transaction in bus.log] == [b"\x07", b"\x08", b"\x09"]
-    assert bus.transactions == 10
+    assert bus.transactions == 12
 
 
 def test_unknown_adapter_is_refused_with_those_known() -> None:

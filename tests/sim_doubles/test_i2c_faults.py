@@ -9,7 +9,6 @@ from firmware_runtime.hal.wire_errors import (
     BusFault,
     BusTimeout,
     HalError,
-    NoAcknowledge,
 )
 from sim_doubles.chips.pca9685 import Pca9685Double
 from sim_doubles.clock import ManualClock
@@ -25,178 +24,153 @@ from sim_doubles.faults import (
     NackByte,
     StuckSda,
 )
-from sim_doubles.i2c_bus import I2cBusDouble
+from tests.support.wire import WiredChip
 
-MODE1_AI = b"\x00\x21"
-
-
-def faulty_bus(*faults: Fault, adapter: str = "bcm2835") -> I2cBusDouble:
-    clock = ManualClock()
-    chips = [Pca9685Double(clock, 0x40), Pca9685Double(clock, 0x41)]
-    return I2cBusDouble("i2c-1", clock, chips, adapter=adapter, faults=FaultScript(faults))
+MODE1 = "W 00, R 11"
+AWAKE = "W 00 21"
 
 
-def outcomes(bus: I2cBusDouble, count: int, address: int = 0x40) -> str:
-    """One letter a transaction: `.` went well, `x` did not."""
-    letters = ""
-    for _ in range(count):
-        try:
-            bus.write_read(address, b"\x00", 1)
-        except HalError:
-            letters += "x"
-        else:
-            letters += "."
-    return letters
+class Faulty(WiredChip[Pca9685Double]):
+    """Two chips on a bus with faults; a line `8 reads ..x` reads as often, `x` is a failure."""
+
+    def __init__(self, *faults: Fault, adapter: str = "bcm2835") -> None:
+        clock = ManualClock()
+        chips = [Pca9685Double(clock, 0x40), Pca9685Double(clock, 0x41)]
+        super().__init__(clock, chips[0], 0x40, chips)
+        self.bus.be_behind(adapter)
+        self.script = self.bus.faults = FaultScript(faults)
+
+    def transfer(self, line: str) -> None:
+        address, reads, seen = line.partition(" reads ")
+        if not reads:
+            super().transfer(line)
+            return
+        letters = ""
+        for _ in seen:
+            try:
+                self.bus.write_read(int(address, 16), b"\x00", 1)
+            except HalError:
+                letters += "x"
+            else:
+                letters += "."
+        assert letters == seen
+
+    def counts(self, *faults: Fault) -> list[int]:
+        return [self.script.count(fault) for fault in faults]
 
 
-def test_fault_strikes_from_its_first_transaction_as_often_as_scripted() -> None:
+@pytest.mark.parametrize(
+    ("fault", "lines"),
+    [
+        pytest.param(
+            NackAddress(first=1, last=4, times=None),
+            "0x40 reads .xxxx..",
+            id="without a limit it strikes until its last transaction",
+        ),
+        pytest.param(
+            NackAddress(address=0x41, times=None),
+            "0x40 reads ...; 0x41 reads xxx",
+            id="it strikes only its address",
+        ),
+        pytest.param(
+            NackAddress(since=20, until=30, times=None),
+            "0x40 reads .; 10 ns; 0x40 reads .; 10 ns; 0x40 reads x; 10 ns; 0x40 reads x; 1 ns; "
+            "0x40 reads .",
+            id="it strikes between its instants",
+        ),
+        pytest.param(
+            NackByte(index=2, first=1),
+            f"{AWAKE}; W 02 a0 a2 a4 -> refused; W 02, R a0 e4 e8",
+            id="a refused byte and all after it are lost",
+        ),
+        pytest.param(
+            FlippedBit(index=0, bit=7), f"W 00, R 91; {MODE1}", id="a flipped bit arrives once"
+        ),
+        pytest.param(
+            ForcedRegister(address=0x40, register=0x03, value=0x99),
+            f"{AWAKE}; W 03, R 99; W 02, R e2 99 e8; W 04, R e8 e0",
+            id="a forced register is wrong alone and within a burst",
+        ),
+        pytest.param(
+            StuckSda(first=1),
+            f"{AWAKE}; 0x40 reads xx; power cycle; {MODE1}",
+            id="a stuck bus is free after a power cycle which resets its chips",
+        ),
+    ],
+)
+def test_a_fault_strikes(fault: Fault, lines: str) -> None:
+    Faulty(fault).play(lines)
+
+
+def test_a_fault_strikes_from_its_first_transaction_as_often_as_scripted() -> None:
     fault = NackAddress(first=2, times=3)
-    bus = faulty_bus(fault)
-    assert outcomes(bus, 8) == "..xxx..."
-    assert bus.faults is not None
-    assert bus.faults.count(fault) == bus.faults.count() == 3
-    assert [strike.number for strike in bus.faults.record] == [2, 3, 4]
-
-
-def test_fault_without_a_limit_strikes_until_its_last_transaction() -> None:
-    assert outcomes(faulty_bus(NackAddress(first=1, last=4, times=None)), 7) == ".xxxx.."
-
-
-def test_fault_strikes_only_its_address() -> None:
-    bus = faulty_bus(NackAddress(address=0x41, times=None))
-    assert outcomes(bus, 3, address=0x40) == "..."
-    assert outcomes(bus, 3, address=0x41) == "xxx"
-
-
-def test_fault_strikes_between_its_instants(clock: ManualClock) -> None:
-    script = FaultScript([NackAddress(since=20, until=30, times=None)])
-    bus = I2cBusDouble("i2c-1", clock, [Pca9685Double(clock)], faults=script)
-    seen = ""
-    for _ in range(5):
-        seen += outcomes(bus, 1)
-        clock.advance(10)
-    assert seen == "..xx."
+    faulty = Faulty(fault)
+    faulty.play("0x40 reads ..xxx...")
+    assert faulty.counts(fault) == [3] == [faulty.script.count()]
+    assert [strike.number for strike in faulty.script.record] == [2, 3, 4]
 
 
 def test_two_equal_faults_are_counted_apart() -> None:
     first, second = NackAddress(), NackAddress()
-    bus = faulty_bus(first, second)
-    assert outcomes(bus, 2) == "x."
-    assert bus.faults is not None
-    assert (bus.faults.count(first), bus.faults.count(second)) == (1, 1)
+    faulty = Faulty(first, second)
+    faulty.play("0x40 reads x.")
+    assert faulty.counts(first, second) == [1, 1]
 
 
-def test_fault_added_later_strikes_from_then_on() -> None:
-    bus = faulty_bus()
-    assert outcomes(bus, 2) == ".."
-    assert bus.faults is not None
-    bus.faults.add(NackAddress())
-    assert outcomes(bus, 2) == "x."
+def test_a_fault_added_later_strikes_from_then_on() -> None:
+    faulty = Faulty()
+    faulty.play("0x40 reads ..")
+    faulty.script.add(NackAddress())
+    faulty.play("0x40 reads x.")
 
 
-def test_refused_byte_and_all_after_it_are_lost() -> None:
-    bus = faulty_bus(NackByte(index=2, first=1))
-    bus.write(0x40, MODE1_AI)
-    with pytest.raises(NoAcknowledge):
-        bus.write(0x40, b"\x02\xa0\xa2\xa4")
-    assert bus.write_read(0x40, b"\x02", 3) == b"\xa0\xe4\xe8"
-
-
-def test_refused_byte_is_counted_across_messages_and_ends_the_transaction() -> None:
-    bus = faulty_bus(NackByte(index=2), adapter="i2c-gpio")
+def test_a_refused_byte_is_counted_across_messages_and_ends_the_transaction() -> None:
+    bus = Faulty(NackByte(index=2), adapter="i2c-gpio").bus
     with pytest.raises(BusFault, match="EIO"):
         bus.transaction(0x40, [b"\x02", b"\x03\x04", 1])
     # START, address, 02; repeated START, address, 03, 04 refused; STOP
     assert (bus.bytes, bus.bits) == (5, 5 * 9 + 3)
 
 
-def test_refused_first_byte_is_no_empty_message_for_the_adapter() -> None:
-    bus = faulty_bus(NackByte(index=0), adapter="designware")
-    with pytest.raises(NoAcknowledge):
-        bus.write(0x40, b"\x00")
+def test_a_refused_first_byte_is_no_empty_message_for_the_adapter() -> None:
+    Faulty(NackByte(index=0), adapter="designware").play("W 00 -> refused")
 
 
-def test_fault_that_does_not_fit_a_transaction_waits_for_one_that_does() -> None:
+def test_a_fault_that_does_not_fit_a_transaction_waits_for_one_that_does() -> None:
     refused, flipped = NackByte(index=1), FlippedBit(index=1, bit=0)
-    bus = faulty_bus(refused, flipped)
-    bus.write_read(0x40, b"\x00", 1)
-    assert bus.faults is not None
-    assert bus.faults.count() == 0
-    with pytest.raises(NoAcknowledge):
-        bus.write(0x40, MODE1_AI)
-    assert (bus.faults.count(refused), bus.faults.count(flipped)) == (1, 0)
+    faulty = Faulty(refused, flipped)
+    faulty.play(MODE1)
+    assert faulty.counts(refused, flipped) == [0, 0]
+    faulty.play(f"{AWAKE} -> refused")
+    assert faulty.counts(refused, flipped) == [1, 0]
 
 
-def test_adapter_error_puts_nothing_on_the_wire() -> None:
-    bus = faulty_bus(AdapterError(errno=errno.EAGAIN))
+def test_an_adapter_error_puts_nothing_on_the_wire() -> None:
+    faulty = Faulty(AdapterError(errno=errno.EAGAIN))
     with pytest.raises(ArbitrationLost):
-        bus.write(0x40, MODE1_AI)
-    assert bus.bits == 0
-    assert bus.write_read(0x40, b"\x00", 1) == b"\x11"
+        faulty.bus.write(0x40, b"\x00\x21")
+    assert faulty.bus.bits == 0
+    faulty.play(MODE1)
 
 
-def test_flipped_bit_arrives_inverted_once() -> None:
-    bus = faulty_bus(FlippedBit(index=0, bit=7))
-    assert bus.write_read(0x40, b"\x00", 1) == b"\x91"
-    assert bus.write_read(0x40, b"\x00", 1) == b"\x11"
-
-
-def test_forced_register_is_wrong_alone_and_within_a_burst() -> None:
-    bus = faulty_bus(ForcedRegister(address=0x40, register=0x03, value=0x99))
-    bus.write(0x40, MODE1_AI)
-    assert bus.write_read(0x40, b"\x03", 1) == b"\x99"
-    assert bus.write_read(0x40, b"\x02", 3) == b"\xe2\x99\xe8"
-    assert bus.write_read(0x40, b"\x04", 2) == b"\xe8\xe0"
-    assert bus.faults is not None
-    assert bus.faults.count() == 2
-
-
-def test_stuck_bus_times_out_until_it_got_nine_pulses() -> None:
-    bus = faulty_bus(StuckSda(first=1))
-    assert outcomes(bus, 4) == ".xxx"
+def test_a_stuck_bus_times_out_until_it_got_nine_pulses_and_no_other_fault_is_spent() -> None:
+    faulty = Faulty(StuckSda(first=1), NackAddress(first=2))
+    faulty.play("0x40 reads .xxx")
     with pytest.raises(BusTimeout):
-        bus.write(0x40, b"\x00")
-    bus.recover(pulses=4)
-    assert bus.stuck
-    bus.recover(pulses=5)
-    assert not bus.stuck
-    assert outcomes(bus, 2) == ".."
+        faulty.bus.write(0x40, b"\x00")
+    for pulses, stuck in ((4, True), (5, False)):
+        faulty.bus.recover(pulses=pulses)
+        assert faulty.bus.stuck == stuck
+    faulty.play("0x40 reads x.")
 
 
-def test_stuck_bus_is_free_after_a_power_cycle_which_resets_its_chips() -> None:
-    bus = faulty_bus(StuckSda(first=1))
-    bus.write(0x40, MODE1_AI)
-    assert outcomes(bus, 1) == "x"
-    bus.power_cycle()
-    assert bus.write_read(0x40, b"\x00", 1) == b"\x11"
+def test_a_brown_out_takes_one_chip_back_to_its_power_up_state() -> None:
+    faulty = Faulty()
+    faulty.script.add(BrownOut(target=faulty.chip, first=2))
+    faulty.play("W 00 20; 0x41 W 00 20; W 00, R 11; 0x41 W 00, R 20")
 
 
-def test_no_other_fault_is_spent_on_a_stuck_bus() -> None:
-    refused = NackAddress(first=1)
-    bus = faulty_bus(StuckSda(), refused)
-    assert outcomes(bus, 2) == "xx"
-    bus.recover()
-    assert outcomes(bus, 2) == "x."
-
-
-def test_brown_out_takes_one_chip_back_to_its_power_up_state(clock: ManualClock) -> None:
-    weak, strong = Pca9685Double(clock, 0x40), Pca9685Double(clock, 0x41)
-    script = FaultScript([BrownOut(target=weak, first=2)])
-    bus = I2cBusDouble("i2c-1", clock, [weak, strong], faults=script)
-    bus.write(0x40, b"\x00\x20")
-    bus.write(0x41, b"\x00\x20")
-    assert bus.write_read(0x40, b"\x00", 1) == b"\x11"
-    assert bus.write_read(0x41, b"\x00", 1) == b"\x20"
-
-
-def test_absent_target_sees_nothing_while_others_answer_the_shared_address(
-    clock: ManualClock,
-) -> None:
-    present, absent = Pca9685Double(clock, 0x40), Pca9685Double(clock, 0x41)
-    script = FaultScript([AbsentTarget(target=absent, last=1)])
-    bus = I2cBusDouble("i2c-1", clock, [present, absent], faults=script)
-    with pytest.raises(NoAcknowledge):
-        bus.write(0x41, b"\x00")
-    bus.write(0x70, b"\x02\xaa")  # all-call: SUBADR1
-    assert bus.write_read(0x40, b"\x02", 1) == b"\xaa"
-    assert bus.write_read(0x41, b"\x02", 1) == b"\xe2"
+def test_an_absent_target_sees_nothing_while_others_answer_the_shared_address() -> None:
+    faulty = Faulty()
+    faulty.script.add(AbsentTarget(target=faulty.chip, last=1))
+    faulty.play("W 00 -> refused; 0x70 W 02 aa; 0x41 W 02, R aa; W 02, R e2")  # all-call: SUBADR1

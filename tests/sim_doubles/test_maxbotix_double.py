@@ -7,56 +7,48 @@ import pytest
 from sim_doubles.chips.maxbotix import MaxbotixDouble
 from sim_doubles.clock import ManualClock
 
-MICROSECOND = 1_000
 MILLISECOND = 1_000_000
 SECOND = 1_000_000_000
 BANNER = b"XL-MaxSonar-EZ\rMaxBotix Inc.\rRoHS 1.0\r"
 
 
-class Surroundings:
-    """How far the nearest target is, and when that was asked for."""
+class Wired:
+    """A sonar before a target, and the instants at which its distance was asked for."""
 
-    def __init__(self) -> None:
+    def __init__(self, *, inverted: bool = False) -> None:
+        self.clock = ManualClock()
         self.distance_m = 1.234
         self.asked_at: list[int] = []
+        self.chip = MaxbotixDouble(self.clock, self._distance, inverted=inverted)
 
-    def __call__(self, at: int) -> float:
+    def _distance(self, at: int) -> float:
         self.asked_at.append(at)
         return self.distance_m
 
+    def sent(self, after_ns: int) -> bytes:
+        """What it sent by then."""
+        self.clock.advance(after_ns)
+        return self.chip.transmitted(self.clock())
+
 
 @pytest.fixture
-def surroundings() -> Surroundings:
-    return Surroundings()
+def sonar() -> Wired:
+    return Wired()
 
 
-@pytest.fixture
-def sonar(clock: ManualClock, surroundings: Surroundings) -> MaxbotixDouble:
-    return MaxbotixDouble(clock, surroundings)
+def test_a_banner_comes_first_and_then_a_frame_every_cycle(sonar: Wired) -> None:
+    assert sonar.sent(250 * MILLISECOND) == BANNER
+    sonar.sent(100 * MILLISECOND - 1)
+    sonar.distance_m = 2.0
+    assert sonar.sent(1) == b"\r"
+    assert sonar.sent(100 * MILLISECOND) == b"R200\r"
+    assert sonar.asked_at == [(250 + n * 100) * MILLISECOND for n in range(3)]
 
 
-def test_a_banner_comes_first_and_then_a_frame_every_cycle(
-    sonar: MaxbotixDouble, clock: ManualClock, surroundings: Surroundings
-) -> None:
-    clock.advance(250 * MILLISECOND)
-    assert sonar.transmitted(clock()) == BANNER
-    clock.advance(100 * MILLISECOND - 1)
-    sonar.transmitted(clock())
-    clock.advance(1)
-    surroundings.distance_m = 2.0
-    assert sonar.transmitted(clock()) == b"\r"
-    clock.advance(100 * MILLISECOND)
-    assert sonar.transmitted(clock()) == b"R200\r"
-    assert surroundings.asked_at == [(250 + n * 100) * MILLISECOND for n in range(3)]
-
-
-def test_bytes_arrive_one_by_one_at_9600_baud(sonar: MaxbotixDouble) -> None:
-    begin = 350 * MILLISECOND - 5_208_333  # five bytes of 1041.67 us
-    sonar.transmitted(begin)
-    assert sonar.transmitted(begin + 1_041_665) == b""
-    assert sonar.transmitted(begin + 1_041_666) == b"R"
-    assert sonar.transmitted(begin + 4_000_000) == b"12"
-    assert sonar.transmitted(begin + 5_208_333) == b"3\r"
+def test_bytes_arrive_one_by_one_at_9600_baud(sonar: Wired) -> None:
+    sonar.sent(350 * MILLISECOND - 5_208_333)  # five bytes of 1041.67 us
+    spans = (1_041_665, 1, 2_958_334, 1_208_333)
+    assert [sonar.sent(span) for span in spans] == [b"", b"R", b"12", b"3\r"]
 
 
 @pytest.mark.parametrize(
@@ -85,58 +77,39 @@ def test_families_differ_in_unit_digits_limits_and_rate(
     assert sonar.transmitted((250 + 10 * period_ms) * MILLISECOND) == 9 * frame
 
 
-def test_after_a_long_silence_the_last_64_pings_count(
-    sonar: MaxbotixDouble, clock: ManualClock, surroundings: Surroundings
-) -> None:
-    clock.advance(24 * 3600 * SECOND)
-    sonar.catch_up()
-    assert sonar.pings == 64
-    assert surroundings.asked_at[-1] == 24 * 3600 * SECOND - 50 * MILLISECOND
-    clock.advance(49 * MILLISECOND)
-    assert sonar.transmitted(clock()) == 63 * b"R123\r" + b"R123"
+def test_after_a_long_silence_the_last_64_pings_count(sonar: Wired) -> None:
+    day = 24 * 3600 * SECOND
+    sonar.clock.advance(day)
+    sonar.chip.catch_up()
+    assert sonar.chip.pings == 64
+    assert sonar.asked_at[-1] == day - 50 * MILLISECOND
+    sonar.distance_m = 5.0  # the world is asked before it moves on
+    assert sonar.sent(49 * MILLISECOND) == 63 * b"R123\r" + b"R123"
 
 
-def test_catching_up_asks_the_world_before_it_moves_on(
-    sonar: MaxbotixDouble, clock: ManualClock, surroundings: Surroundings
-) -> None:
-    clock.advance(300 * MILLISECOND)
-    sonar.catch_up()
-    surroundings.distance_m = 5.0
-    clock.advance(100 * MILLISECOND)
-    assert sonar.transmitted(clock()).endswith(b"R123\r")
+def test_a_power_cycle_cuts_the_frame_and_sends_the_banner_again(sonar: Wired) -> None:
+    assert sonar.sent(349 * MILLISECOND).endswith(b"R123")
+    sonar.chip.power_cycle()
+    assert sonar.sent(349 * MILLISECOND) == BANNER + b"R123"
 
 
-def test_a_power_cycle_cuts_the_frame_and_sends_the_banner_again(
-    sonar: MaxbotixDouble, clock: ManualClock
-) -> None:
-    clock.advance(349 * MILLISECOND)
-    assert sonar.transmitted(clock()).endswith(b"R123")
-    sonar.power_cycle()
-    clock.advance(349 * MILLISECOND)
-    assert sonar.transmitted(clock()) == BANNER + b"R123"
-
-
-def test_rs232_polarity_reads_as_garbage(clock: ManualClock) -> None:
-    sonar = MaxbotixDouble(clock, lambda _: 1.23, inverted=True)
-    begin = 350 * MILLISECOND - 5_208_333
-    sonar.transmitted(begin)
+def test_rs232_polarity_reads_as_garbage() -> None:
+    sonar = Wired(inverted=True)
+    sonar.distance_m = 1.23
+    sonar.sent(350 * MILLISECOND - 5_208_333)
     # the line falls after R's first two bits: 1 1 0 1 0 1 0 1 follow, and so on
-    assert sonar.transmitted(begin + 1_250_000) == b"\xab"
-    garbage = sonar.transmitted(350 * MILLISECOND)
+    assert sonar.sent(1_250_000) == b"\xab"
+    garbage = sonar.sent(5_208_333 - 1_250_000)
     assert garbage[:1] == b"\xb6"
     assert b"R" not in garbage
     assert len(garbage) < 5
 
 
-def test_bytes_for_the_sonar_are_ignored_with_a_warning(
-    sonar: MaxbotixDouble, clock: ManualClock
-) -> None:
-    sonar.receive(b"R\r")
-    clock.advance(350 * MILLISECOND)
-    assert sonar.transmitted(clock()) == BANNER + b"R123\r"
-    assert sonar.warnings == [
-        "XL-MaxSonar: bytes 52 0d sent to the RX pin; it takes a level, no data"
-    ]
+def test_bytes_for_the_sonar_are_ignored_with_a_warning(sonar: Wired) -> None:
+    sonar.chip.receive(b"R\r")
+    assert sonar.sent(350 * MILLISECOND) == BANNER + b"R123\r"
+    (warning,) = sonar.chip.warnings
+    assert "bytes 52 0d sent to the RX pin" in warning
 
 
 def test_an_unknown_family_is_refused(clock: ManualClock) -> None:

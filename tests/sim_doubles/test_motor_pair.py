@@ -16,6 +16,7 @@ def test_a_ramp_steps_after_each_period_and_its_last_step_may_be_less() -> None:
     ramp = Ramp(since=100, start=2, target=9, step=3, first_at=110, period=20)
     speeds = [ramp.speed(at) for at in (100, 109, 110, 129, 130, 149, 150, 1000)]
     assert speeds == [2, 2, 5, 5, 8, 8, 9, 9]
+    assert [ramp.next_step_at(at) for at in (100, 110, 149, 150)] == [110, 130, 150, NEVER]
 
 
 def test_a_ramp_down_is_integrated_step_by_step() -> None:
@@ -24,28 +25,16 @@ def test_a_ramp_down_is_integrated_step_by_step() -> None:
     assert turned == [7, 47, 42, 37, 7]  # 4 x 10, then -1 x 10, then -3 x 10
 
 
-def test_next_step_is_never_once_the_target_is_reached() -> None:
-    ramp = Ramp(since=0, target=4, step=2, first_at=10, period=10)
-    assert [ramp.next_step_at(at) for at in (0, 9, 10, 19, 20)] == [10, 10, 20, 20, NEVER]
-
-
-def test_a_new_target_keeps_the_instants_of_the_steps_under_way() -> None:
+def test_a_new_target_keeps_the_instants_of_the_steps_under_way_and_the_same_changes_nothing() -> (
+    None
+):
     ramp = Ramp(since=0).towards(0, 10, 2, 10)
+    assert ramp.towards(14, 10, 2, 10) is ramp.towards(1000, 10, 7, 3) is ramp
     turned_round = ramp.towards(14, -10, 4, 10)
     assert [turned_round.speed(at) for at in (14, 19, 20, 30)] == [2, 2, -2, -6]
     assert turned_round.turned(20) == 2 * 10
-
-
-def test_the_same_command_again_changes_nothing() -> None:
-    ramp = Ramp(since=0).towards(0, 10, 2, 10)
-    assert ramp.towards(14, 10, 2, 10) is ramp
-    assert ramp.towards(1000, 10, 7, 3) is ramp
-
-
-def test_a_period_of_zero_is_at_the_target_at_once() -> None:
-    ramp = Ramp(since=0).towards(0, 10, 2, 10).towards(15, 7, 1, 0)
-    assert ramp.speed(15) == 7
-    assert ramp.turned(20) == 2 * 5 + 7 * 5
+    at_once = ramp.towards(15, 7, 1, 0)
+    assert (at_once.speed(15), at_once.turned(20)) == (7, 2 * 5 + 7 * 5)
 
 
 orders = st.lists(

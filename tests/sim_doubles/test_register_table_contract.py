@@ -1,7 +1,6 @@
 """Chips made of register tables: they keep the contract, and a wrong one breaks it."""
 
 import re
-from collections.abc import Callable
 
 import pytest
 from firmware_drivers.chips.register_chip import RegisterChip
@@ -35,97 +34,54 @@ def test_driver_and_double_do_what_their_table_says(check: TableCheck, text: str
 
 # A wrong driver or double ------------------------------------------------------------------------
 
-Change = Callable[[str], str]
+WRONG: dict[TableCheck, tuple[str, str, str]] = {
+    checks.the_driver_has_the_registers_of_the_table: ("driver", '"STATUS"', '"STATE"'),
+    checks.registers_read_as_the_table_says_after_power_up: (
+        *("driver", "address = 0x02", "address = 0x09"),
+    ),
+    checks.a_loss_of_power_brings_that_back: ("double", "reset = 0x10", "reset = 0x11"),
+    checks.read_only_registers_ignore_writes_and_the_double_warns: (
+        *("double", '"r"\nreset = 0x5A\nidentity = true', '"rw"\nreset = 0x5A'),
+    ),
+    checks.write_only_registers_cannot_be_read: ("double", 'access = "w"', 'access = "rw"'),
+    checks.bits_that_can_be_written_keep_what_the_driver_writes: (
+        *("double", "writable = 0x81", "writable = 0x83"),
+    ),
+    checks.addresses_without_a_register_do_as_the_table_says: (
+        *("double", 'reserved = "refused"', "reserved = 0"),
+    ),
+    checks.the_pointer_goes_on_or_stays_as_the_table_says: (
+        *("double", "auto_increment = true", "auto_increment = false"),
+    ),
+    checks.reading_clears_the_bits_that_the_table_says: (
+        *("double", "clear_on_read = 0x03", "clear_on_read = 0x01"),
+    ),
+    checks.bits_clear_by_themselves_after_the_time_in_the_table: (
+        *("double", "busy_us = 500", "busy_us = 5000"),
+    ),
+}
+"""Driver or double is made from a table with this instead of that."""
 
 
-def replaced(old: str, new: str) -> Change:
-    def change(text: str) -> str:
-        assert old in text
-        return text.replace(old, new)
-
-    return change
-
-
-def wrong_row(driver_change: Change, double_change: Change) -> type[TableRow]:
-    """Driver and double of tables other than the one they are compared with."""
-    driver = driver_of(table_of(driver_change(EIGHT_BITS)))
-    other = table_of(double_change(EIGHT_BITS))
+@pytest.mark.parametrize("check", TABLE_CHECKS, ids=lambda check: check.__name__)
+def test_a_wrong_one_breaks_it(check: TableCheck) -> None:
+    which, that, this = WRONG[check]
+    assert that in EIGHT_BITS
+    right, wrong = table_of(EIGHT_BITS), table_of(EIGHT_BITS.replace(that, this))
+    driver = driver_of(wrong if which == "driver" else right)
+    of_double = wrong if which == "double" else right
 
     class Row(TableRow):
-        table = table_of(EIGHT_BITS)
+        table = right
 
         def make_driver(self, bus: I2cBus, address: int) -> RegisterChip:
             return driver(bus, address)
 
         def make_double(self, now: Now, address: int, world: World) -> RegisterTableDouble:
-            return RegisterTableDouble(now, other, address, world)
+            return RegisterTableDouble(now, of_double, address, world)
 
-    return Row
-
-
-def same(text: str) -> str:
-    return text
-
-
-@pytest.mark.parametrize(
-    ("check", "driver", "double"),
-    [
-        (
-            checks.the_driver_has_the_registers_of_the_table,
-            replaced('"STATUS"', '"STATE"'),
-            same,
-        ),
-        (
-            checks.registers_read_as_the_table_says_after_power_up,
-            replaced("address = 0x02", "address = 0x09"),
-            same,
-        ),
-        (
-            checks.a_loss_of_power_brings_that_back,
-            same,
-            replaced("reset = 0x10", "reset = 0x11"),
-        ),
-        (
-            checks.read_only_registers_ignore_writes_and_the_double_warns,
-            same,
-            replaced('"r"\nreset = 0x5A\nidentity = true', '"rw"\nreset = 0x5A'),
-        ),
-        (
-            checks.write_only_registers_cannot_be_read,
-            same,
-            replaced('access = "w"', 'access = "rw"'),
-        ),
-        (
-            checks.bits_that_can_be_written_keep_what_the_driver_writes,
-            same,
-            replaced("writable = 0x81", "writable = 0x83"),
-        ),
-        (
-            checks.addresses_without_a_register_do_as_the_table_says,
-            same,
-            replaced('reserved = "refused"', "reserved = 0"),
-        ),
-        (
-            checks.the_pointer_goes_on_or_stays_as_the_table_says,
-            same,
-            replaced("auto_increment = true", "auto_increment = false"),
-        ),
-        (
-            checks.reading_clears_the_bits_that_the_table_says,
-            same,
-            replaced("clear_on_read = 0x03", "clear_on_read = 0x01"),
-        ),
-        (
-            checks.bits_clear_by_themselves_after_the_time_in_the_table,
-            same,
-            replaced("busy_us = 500", "busy_us = 5000"),
-        ),
-    ],
-    ids=lambda each: getattr(each, "__name__", ""),
-)
-def test_a_wrong_one_breaks_it(check: TableCheck, driver: Change, double: Change) -> None:
     with pytest.raises((AssertionError, NoAcknowledge)):
-        check(wrong_row(driver, double))
+        check(Row)
 
 
 # The double alone --------------------------------------------------------------------------------

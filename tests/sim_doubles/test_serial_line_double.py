@@ -8,8 +8,6 @@ import pytest
 import serial
 
 from firmware_runtime.hal.wire_errors import BusFault, PortClosed
-from sim_doubles.chips.maxbotix import MaxbotixDouble
-from sim_doubles.chips.sabertooth import SabertoothDouble
 from sim_doubles.clock import ManualClock
 from sim_doubles.serial_line import SerialLineDouble, SerialTarget
 from sim_doubles.serial_pty import PtySerialLine
@@ -62,7 +60,7 @@ def wait_for_host(line: PtySerialLine) -> None:
     assert select.select([line], [], [], 5.0)[0]
 
 
-def test_bytes_go_to_the_target_and_come_back_in_their_time(
+def test_bytes_go_to_the_target_and_come_back_in_their_time_and_are_logged(
     line: SerialLineDouble, clock: ManualClock, echo: Echo
 ) -> None:
     line.write(b"\x80\x00")
@@ -72,22 +70,22 @@ def test_bytes_go_to_the_target_and_come_back_in_their_time(
     clock.advance(1)
     assert line.read_available() == b"\x80\x00"
     assert line.read_available() == b""
+    assert [(entry.at, str(entry)) for entry in line.log] == [
+        (0, "W 80 00"),
+        (MILLISECOND, "R 80 00"),
+    ]
 
 
-def test_the_log_shows_writes_and_reads_for_people(
-    line: SerialLineDouble, clock: ManualClock
+def test_what_was_sent_before_opening_or_is_discarded_is_lost(
+    clock: ManualClock, echo: Echo
 ) -> None:
-    line.write(b"\x80\x00")
-    clock.advance(MILLISECOND)
-    line.read_available()
-    assert [str(entry) for entry in line.log] == ["W 80 00", "R 80 00"]
-    assert [entry.at for entry in line.log] == [0, MILLISECOND]
-
-
-def test_what_was_sent_before_opening_is_lost(clock: ManualClock, echo: Echo) -> None:
     echo.receive(b"old")
     clock.advance(MILLISECOND)
     line = SerialLineDouble("sonar", clock, echo)
+    assert line.read_available() == b""
+    line.write(b"old")
+    clock.advance(MILLISECOND)
+    line.discard_input()
     assert line.read_available() == b""
 
 
@@ -134,13 +132,6 @@ def test_a_cut_line_loses_bytes_both_ways_without_a_word(
     assert echo.got == b"acd"
 
 
-def test_input_of_any_age_can_be_discarded(line: SerialLineDouble, clock: ManualClock) -> None:
-    line.write(b"old")
-    clock.advance(MILLISECOND)
-    line.discard_input()
-    assert line.read_available() == b""
-
-
 def test_every_byte_passes_a_pseudo_terminal_both_ways_unchanged(
     pty_line: PtySerialLine, clock: ManualClock, echo: Echo
 ) -> None:
@@ -154,12 +145,9 @@ def test_every_byte_passes_a_pseudo_terminal_both_ways_unchanged(
         assert port.read(256) == EVERY_BYTE
 
 
-def test_pumping_without_a_host_does_nothing(pty_line: PtySerialLine, echo: Echo) -> None:
+def test_hosts_may_come_and_go(pty_line: PtySerialLine, echo: Echo) -> None:
     pty_line.pump()
     assert echo.got == b""
-
-
-def test_hosts_may_come_and_go(pty_line: PtySerialLine, echo: Echo) -> None:
     for greeting in (b"one", b"two"):
         with serial.Serial(pty_line.path, 9600) as port:
             port.write(greeting)
@@ -176,32 +164,6 @@ def test_what_is_not_fetched_is_lost_and_counted(
         clock.advance(MILLISECOND)
         pty_line.pump()
     assert 800_000 < pty_line.lost < 1_000_000
-
-
-def test_a_sonar_is_read_through_pyserial(clock: ManualClock) -> None:
-    line = PtySerialLine(MaxbotixDouble(clock, lambda _: 1.5), clock)
-    with serial.Serial(line.path, 9600, timeout=PATIENCE_S) as port:
-        clock.advance(350 * MILLISECOND)
-        line.pump()
-        text = port.read_until(b"R150\r")
-    assert text == b"XL-MaxSonar-EZ\rMaxBotix Inc.\rRoHS 1.0\rR150\r"
-    line.close()
-
-
-def test_a_motor_driver_is_driven_through_pyserial_and_outlives_its_host(
-    clock: ManualClock,
-) -> None:
-    driver = SabertoothDouble(clock)
-    line = PtySerialLine(driver, clock)
-    with serial.Serial(line.path, 9600) as port:
-        port.write(bytes.fromhex("aa 800e0311 80007f7f 80047f03"))
-        wait_for_host(line)
-        line.pump()
-    clock.advance(299 * MILLISECOND)
-    assert driver.speeds == (1.0, 1.0)
-    clock.advance(MILLISECOND)
-    assert driver.speeds == (0.0, 0.0)
-    line.close()
 
 
 def test_a_closed_line_is_no_path_any_more(clock: ManualClock, echo: Echo) -> None:

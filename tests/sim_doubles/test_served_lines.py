@@ -115,21 +115,18 @@ def test_every_errno_of_an_adapter_becomes_the_same_error(rig: ServedRig, number
     assert served.transaction(0x40, messages) == b"\x11"
 
 
-def test_a_bus_that_was_closed_is_closed_for_its_client_only(rig: ServedRig) -> None:
-    first, second = ServedBus("i2c1", rig.ask), ServedBus("i2c1", rig.ask)
-    first.close()
-    with pytest.raises(PortClosed, match="i2c1 0x40: used after it was closed"):
-        first.read(0x40, 1)
-    assert second.write_read(0x40, b"\x00", 1) == b"\x11"
-
-
-def test_a_port_that_was_closed_is_closed_for_its_client_only(rig: ServedRig) -> None:
-    first, second = ServedPort("treads", rig.ask), ServedPort("treads", rig.ask)
-    first.close()
-    with pytest.raises(PortClosed, match="treads: used after it was closed"):
-        first.write(b"\xaa")
-    second.write(b"\xaa")
-    assert second.read_available() == b""
+def test_a_line_that_was_closed_is_closed_for_its_client_only(rig: ServedRig) -> None:
+    bus, other_bus = ServedBus("i2c1", rig.ask), ServedBus("i2c1", rig.ask)
+    port, other_port = ServedPort("treads", rig.ask), ServedPort("treads", rig.ask)
+    bus.close()
+    port.close()
+    with pytest.raises(PortClosed, match="i2c1 0x40: used after"):
+        bus.read(0x40, 1)
+    with pytest.raises(PortClosed, match="treads: used after"):
+        port.write(b"\xaa")
+    assert other_bus.write_read(0x40, b"\x00", 1) == b"\x11"
+    other_port.write(b"\xaa")
+    assert other_port.read_available() == b""
 
 
 def test_a_line_that_is_not_there_is_absent(rig: ServedRig) -> None:

@@ -4,7 +4,6 @@ import math
 from itertools import pairwise
 
 import pytest
-from hypothesis import given
 from hypothesis import strategies as st
 from msgspec.structs import replace
 
@@ -77,20 +76,6 @@ def test_each_force_pushes_and_turns_as_equation_1_says(
     assert moved.yaw_rate_rad_s == pytest.approx(turning * 0.20 / 0.075 * 0.40 * 1e-3)
 
 
-def test_forces_turn_with_the_body() -> None:
-    rig = Rig(FREE)
-    rig.drive(0, 1, 0, 1, 0)
-    quarter_s = math.sqrt(math.pi / (2 * 0.20 / 0.075 * 0.40))
-    half_way = round(quarter_s * SECOND)
-    rig.drive(half_way, -1, 0, -1, 0)
-    rig.drive(2 * half_way, 1, 0, -1, 0)  # it stands at half a turn, forward is now back
-    resting, moved = rig.world.state(2 * half_way), rig.world.state(2 * half_way + SECOND)
-    assert resting.yaw_rad == pytest.approx(math.pi)
-    assert resting.yaw_rate_rad_s == pytest.approx(0.0, abs=1e-9)
-    assert moved.vx_m_s - resting.vx_m_s == pytest.approx(-2 * 0.40 / 3.0)
-    assert moved.vy_m_s - resting.vy_m_s == pytest.approx(0.0, abs=1e-6)
-
-
 def test_the_third_command_accelerates_yaw_by_twice_its_lever_over_the_inertia() -> None:
     command_n = 0.1
     quarter = command_n / 2 / 0.40  # the pseudo-inverse of T gives each pair half of the command
@@ -98,28 +83,6 @@ def test_the_third_command_accelerates_yaw_by_twice_its_lever_over_the_inertia()
         replace(FREE, mounting="platform"), quarter, -quarter, quarter, -quarter
     )
     assert turned.yaw_rate_rad_s == pytest.approx(2 * 0.20 / 0.075 * command_n)
-
-
-@given(commands, commands, commands, commands)
-def test_differential_pairs_are_linear_in_their_commands(
-    u1: float, u2: float, u3: float, u4: float
-) -> None:
-    rig = Rig(FREE)
-    rig.drive(0, u1, u2, u3, u4)
-    forward, left, _ = rig.world.inertial(0).acceleration
-    assert forward * 3.0 == pytest.approx(0.40 * (u1 - u3), abs=1e-15)
-    assert left * 3.0 == pytest.approx(0.40 * (u4 - u2), abs=1e-15)
-
-
-@given(commands, st.floats(0.01, 0.1))
-def test_from_neutral_the_force_follows_its_command_with_the_motor_lag(
-    u: float, lag_s: float
-) -> None:
-    rig = Rig(replace(FREE, motor_lag_s=lag_s))
-    rig.drive(10 * SECOND, u, 0, 0, 0)
-    after_20_ms = rig.world.inertial(10 * SECOND + 20_000_000).acceleration
-    lagged = u * (1 - math.exp(-0.020 / lag_s))
-    assert after_20_ms[0] * 3.0 == pytest.approx(0.40 * lagged, abs=1e-12)
 
 
 @pytest.mark.parametrize("mounting", ["platform", "free"])

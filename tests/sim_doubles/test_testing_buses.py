@@ -1,6 +1,7 @@
 """What a test asks its buses for and cannot have is refused where it is stated."""
 
 from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -87,35 +88,26 @@ def test_what_a_double_senses_may_come_from_numpy_or_a_function(
 
 
 @pytest.mark.parametrize(
-    "stated",
+    ("make", "named"),
     [
-        {"address": "x"},
-        {"address": 0x80},
-        {"times": -1},
-        {"times": True},
-        {"first": 3, "last": 1},
-        {"since": 0.5},
-        {"since": 5, "until": 4},
-    ],
-    ids=str,
-)
-def test_a_fault_that_no_transaction_could_match_is_refused(stated: dict[str, Any]) -> None:
-    with pytest.raises(SettingError, match=f"NackAddress: {[*stated][-1]}"):
-        NackAddress(**stated)
-
-
-@pytest.mark.parametrize(
-    "make",
-    [
-        lambda: FlippedBit(index=0, bit=8),
-        lambda: NackByte(index=-1),
-        lambda: ForcedRegister(register=0x100, value=0),
-        lambda: AdapterError(errno=0),
-        lambda: BrownOut(target=3),  # type: ignore[arg-type]
+        *(
+            (partial(NackAddress, **stated), f"NackAddress: {[*stated][-1]}")
+            for stated in (
+                *({"address": "x"}, {"address": 0x80}, {"times": -1}, {"times": True}),
+                *({"first": 3, "last": 1}, {"since": 0.5}, {"since": 5, "until": 4}),
+            )
+        ),
+        (lambda: FlippedBit(index=0, bit=8), "bit"),
+        (lambda: NackByte(index=-1), "index"),
+        (lambda: ForcedRegister(register=0x100, value=0), "register"),
+        (lambda: AdapterError(errno=0), "errno"),
+        (lambda: BrownOut(target=3), "target"),  # type: ignore[arg-type]
     ],
 )
-def test_what_a_fault_does_has_its_bounds(make: Callable[[], Fault]) -> None:
-    with pytest.raises(SettingError):
+def test_a_fault_that_could_not_strike_is_refused_by_the_name_of_its_setting(
+    make: Callable[[], Fault], named: str
+) -> None:
+    with pytest.raises(SettingError, match=named):
         make()
 
 

@@ -8,6 +8,8 @@ from pathlib import Path
 
 import pytest
 
+from tests.support.pytest_in_a_folder import run_pytest
+
 PAGE = Path(__file__).parents[2] / "docs" / "testing.md"
 
 
@@ -20,14 +22,7 @@ def test_the_ten_lines_pass(tmp_path: Path) -> None:
     lines = blocks("python")[0]
     assert len(lines.splitlines()) == 10
     (tmp_path / "test_ten_lines.py").write_text(lines)
-    done = subprocess.run(
-        [sys.executable, "-m", "pytest", "-q", "-W", "error", "-p", "no:cacheprovider"],
-        cwd=tmp_path,
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    assert (done.returncode, done.stdout.splitlines()[-1][:8]) == (0, "1 passed")
+    assert run_pytest(tmp_path, "-W", "error").splitlines()[-1][:8] == "1 passed"
 
 
 @pytest.mark.slow

@@ -1,7 +1,5 @@
 """Limits on one run: what is kept, what is broken, and where it cannot be told."""
 
-import subprocess
-import sys
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -17,6 +15,7 @@ from firmware_runtime.statistics.histogram import Distribution
 from firmware_runtime.system.conditions import busy
 from sim_doubles.testing.limits import Judgement, Limits, judge, reasons_of
 from sim_doubles.testing.timing import assert_timing
+from tests.support.pytest_in_a_folder import run_pytest
 
 ROBOTS = {"clock": "MonotonicClock", "scheduler": "SCHED_FIFO", "governor": "performance"}
 LATE = Distribution(p50=20.0, p90=40.0, p99=80.0, p999=90.0, max=300.0, mean=25.0)
@@ -194,28 +193,17 @@ def test_a_run_and_a_file_of_statistics_are_asserted_on(tmp_path: Path) -> None:
             assert_timing(each, skips=0)
 
 
-ASSERTED = """\
-def test_it(board, assert_timing):
-    assert_timing(board("tachobot"), skips=0)
-"""
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize(("setting", "ended"), [("false", "1 skipped"), ("true", "1 failed")])
 def test_a_setting_of_pytest_makes_every_assertion_strict(
     setting: str, ended: str, tmp_path: Path
 ) -> None:
-    (tmp_path / "test_asserted.py").write_text(ASSERTED)
+    asserted = 'def test_it(board, assert_timing):\n    assert_timing(board("tachobot"), skips=0)\n'
+    (tmp_path / "test_asserted.py").write_text(asserted)
     (tmp_path / "pytest.ini").write_text(f"[pytest]\nstrict_timing = {setting}\n")
-    done = subprocess.run(
-        [sys.executable, "-m", "pytest", "-q", "-W", "error", "-p", "no:cacheprovider"],
-        cwd=tmp_path,
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    assert ended in done.stdout.splitlines()[-1]
-    assert "in virtual time" in done.stdout or setting == "false"
+    done = run_pytest(tmp_path, "-W", "error")
+    assert ended in done.splitlines()[-1]
+    assert "in virtual time" in done or setting == "false"
 
 
 def test_the_fixture_takes_an_open_board(

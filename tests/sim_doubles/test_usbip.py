@@ -52,45 +52,45 @@ def host(rig: ServedRig) -> Host:
 # What the kernel asks when a device is plugged in ------------------------------------------------
 
 
+DEVICE, CONFIGURATION, TEXT = 0x0100, 0x0200, 0x0300
+
+
+def descriptor(host: Host, which: int, length: int, language: int = 0) -> bytes:
+    return host.ask((0x80, 6, which, language, length)).read
+
+
 def test_the_device_is_the_one_that_linux_has_a_driver_for(host: Host) -> None:
-    device = host.ask((0x80, 6, 0x0100, 0, 18)).read
+    device = descriptor(host, DEVICE, 18)
     assert len(device) == device[0] == 18
     assert struct.unpack_from("<HH", device, 8) == (VENDOR, PRODUCT) == (0x0403, 0xC631)
-
-
-def test_a_descriptor_is_cut_to_the_requested_length(host: Host) -> None:
-    assert len(host.ask((0x80, 6, 0x0100, 0, 8)).read) == 8
+    assert len(descriptor(host, DEVICE, 8)) == 8
+    text = descriptor(host, TEXT + device[16], 255, 0x0409)
+    assert text[0] == len(text)
+    assert text[2:].decode("utf-16-le") == "tachobot.i2c1"  # board and bus
 
 
 def test_the_configuration_says_how_long_it_is(host: Host) -> None:
-    head = host.ask((0x80, 6, 0x0200, 0, 9)).read
-    (total,) = struct.unpack_from("<H", head, 2)
-    whole = host.ask((0x80, 6, 0x0200, 0, total)).read
-    assert len(whole) == total
+    (total,) = struct.unpack_from("<H", descriptor(host, CONFIGURATION, 9), 2)
+    whole = descriptor(host, CONFIGURATION, total)
     lengths, at = [], 0
     while at < total:
         lengths.append(whole[at])
         at += whole[at]
-    assert (lengths, at) == ([9, 9], total)
-
-
-def test_the_serial_number_is_board_and_bus(host: Host) -> None:
-    index = host.ask((0x80, 6, 0x0100, 0, 18)).read[16]
-    text = host.ask((0x80, 6, 0x0300 + index, 0x0409, 255)).read
-    assert text[0] == len(text)
-    assert text[2:].decode("utf-16-le") == "tachobot.i2c1"
-
-
-@pytest.mark.parametrize("setup", [(0x00, 9, 1, 0, 0), (0x01, 11, 0, 0, 0), (0x41, 2, 10, 0, 0)])
-def test_configuration_interface_and_delay_are_taken(host: Host, setup: Sequence[int]) -> None:
-    assert host.ask(setup).status == 0
+    assert (lengths, at) == ([9, 9], total == len(whole) and total)
 
 
 @pytest.mark.parametrize(
-    "setup", [(0x80, 6, 0x0600, 0, 10), (0xC1, 9, 0, 0, 1), (0xA1, 1, 0, 0, 1)]
+    ("setup", "status"),
+    [
+        *((setup, 0) for setup in ((0x00, 9, 1, 0, 0), (0x01, 11, 0, 0, 0), (0x41, 2, 10, 0, 0))),
+        *((setup, -errno.EPIPE) for setup in ((0x80, 6, 0x0600, 0, 10), (0xC1, 9, 0, 0, 1))),
+        ((0xA1, 1, 0, 0, 1), -errno.EPIPE),
+    ],
 )
-def test_what_the_device_does_not_know_stalls(host: Host, setup: Sequence[int]) -> None:
-    assert host.ask(setup).status == -errno.EPIPE
+def test_configuration_interface_and_delay_are_taken_and_what_is_not_known_stalls(
+    host: Host, setup: Sequence[int], status: int
+) -> None:
+    assert host.ask(setup).status == status
 
 
 def test_another_endpoint_stalls(rig: ServedRig) -> None:
@@ -134,10 +134,6 @@ def test_random_transactions_end_as_on_the_doubles_used_directly(asked: Any) -> 
             assert host.transaction(address, messages) == expected
 
 
-def test_a_repeated_start_keeps_the_pointer(host: Host) -> None:
-    assert host.transaction(SENSOR, (b"\x75", 1)) == b"\x71"
-
-
 def test_messages_of_one_transaction_happen_at_once(rig: ServedRig, host: Host) -> None:
     host.ask((VENDOR_OUT, TRANSFER + FIRST, 0, PWM, 1), b"\x00")
     bus = rig.doubles.buses["i2c1"]
@@ -151,10 +147,7 @@ def test_an_absent_address_is_refused_and_reads_zeros(host: Host) -> None:
     assert host.read(TRANSFER + FIRST + LAST, 1, FREE, 3).read == bytes(3)
     assert host.read(GET_STATUS, 0, 0, 1).read == REFUSED
     assert host.transaction(PWM, (b"\x00", 1)) == b"\x11", "and the next one goes well"
-
-
-def test_a_quick_write_asks_who_is_there(host: Host) -> None:
-    assert host.transaction(PWM, (b"",)) == b""
+    assert host.transaction(PWM, (b"",)) == b"", "a quick write asks who is there"
     assert host.transaction(FREE, (b"",)) == errno.ENXIO
 
 

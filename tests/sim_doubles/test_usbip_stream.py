@@ -35,6 +35,10 @@ def rig(tmp_path: Path) -> Iterator[ServedRig]:
         yield rig
 
 
+def of_rig(rig: ServedRig) -> Conversation:
+    return Conversation(I2cTinyUsb("x", transfer_of(rig.service, "i2c1")))
+
+
 @given(st.lists(st.integers(1, 40)))
 def test_requests_may_come_in_pieces_of_any_size(sizes: list[int]) -> None:
     written: list[Piece] = []
@@ -58,14 +62,14 @@ def test_requests_may_come_in_pieces_of_any_size(sizes: list[int]) -> None:
 
 
 def test_a_request_cut_short_is_not_carried_out(rig: ServedRig) -> None:
-    conversation = Conversation(I2cTinyUsb("x", transfer_of(rig.service, "i2c1")))
+    conversation = of_rig(rig)
     whole = submit((VENDOR_OUT, TRANSFER + FIRST + LAST, 0, PWM, 2), b"\x00\x21")
     assert conversation.receive(whole[:-1]) == b""
     assert rig.doubles.buses["i2c1"].transactions == 0
 
 
 def test_a_request_withdrawn_was_answered_before(rig: ServedRig) -> None:
-    conversation = Conversation(I2cTinyUsb("x", transfer_of(rig.service, "i2c1")))
+    conversation = of_rig(rig)
     (answer,) = answers(conversation.receive(unlink(9, 8)))
     assert (answer.command, answer.number, answer.status) == (4, 9, 0)
 

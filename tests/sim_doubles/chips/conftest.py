@@ -2,24 +2,18 @@
 
 import pytest
 
-from sim_doubles.chips.pca9685 import Pca9685Double
 from sim_doubles.clock import ManualClock
-from sim_doubles.i2c_bus import I2cBusDouble
+from tests.support.wired_pca9685 import WiredPca9685
 
 
 @pytest.fixture
-def pca(clock: ManualClock) -> Pca9685Double:
-    return Pca9685Double(clock)
+def asleep(clock: ManualClock) -> WiredPca9685:
+    """Return the chip as after power-up."""
+    return WiredPca9685(clock)
 
 
 @pytest.fixture
-def bus(clock: ManualClock, pca: Pca9685Double) -> I2cBusDouble:
-    return I2cBusDouble("i2c-1", clock, [pca])
-
-
-@pytest.fixture
-def awake(clock: ManualClock, bus: I2cBusDouble) -> I2cBusDouble:
-    """Return the bus with the PCA9685 awake, auto-increment on, its oscillator stable."""
-    bus.write(0x40, b"\x00\x21")
-    clock.advance(1_000_000)
-    return bus
+def awake(asleep: WiredPca9685) -> WiredPca9685:
+    """Return the chip awake, auto-increment on, its oscillator stable."""
+    asleep.play("W 00 21; 1 ms")
+    return asleep

@@ -2,229 +2,144 @@
 
 import pytest
 
-from firmware_runtime.hal.wire_errors import NoAcknowledge
 from sim_doubles.clock import ManualClock
-from tests.support.magnetometer import Die
+from tests.support.magnetometer import NO_ADJUSTMENT, Die, Vector
+from tests.support.wire import sentences
 
-MILLISECOND = 1_000_000
-CONVERSION = 7_200_000
-NO_ADJUSTMENT = (128, 128, 128)
-POWER_DOWN, SINGLE, CONTINUOUS_100_HZ, FUSE_ROM = 0x10, 0x11, 0x16, 0x1F
-
-
-class Rig(Die):
-    """A die without an adjustment unless stated."""
-
-    def __init__(self, clock: ManualClock, asa: tuple[int, int, int] = NO_ADJUSTMENT) -> None:
-        super().__init__(clock, asa)
-
-    def change_mode(self, mode: int) -> None:
-        """Go through power-down and wait, as the data sheet asks."""
-        self.write(0x0A, POWER_DOWN)
-        self.clock.advance(100_000)
-        self.write(0x0A, mode)
-
-    def measure(self) -> bytes:
-        """Return ST1, the six data bytes and ST2 of one single measurement."""
-        self.change_mode(SINGLE)
-        self.clock.advance(CONVERSION)
-        return self.read(0x02, 8)
+SINGLE, SINGLE_14_BIT = 0x11, 0x01
 
 
 @pytest.fixture
-def die(clock: ManualClock) -> Rig:
-    return Rig(clock)
+def die(clock: ManualClock) -> Die:
+    return Die(clock)
 
 
-def words(data: bytes) -> list[int]:
-    """Return the three little-endian words of a burst that begins at ST1."""
-    return [int.from_bytes(data[i : i + 2], "little", signed=True) for i in (1, 3, 5)]
+@sentences(
+    {
+        "identity and reset values": "W 00, R 48 9a 00*11",
+        "a burst wraps from ASTC to WIA": "W 0b, R 00 00 48 9a",
+        "a burst wraps within the sensitivity registers": "W 0a 1f; W 10, R b0 b1 a4 b0 b1",
+        "sensitivity is valid in fuse ROM mode only": (
+            "W 10, R 00*3; warns ASA read outside fuse ROM mode; "
+            "warns ASA read outside fuse ROM mode; warns ASA read outside fuse ROM mode"
+        ),
+        "a read-only register keeps its value": "W 00 55; W 00, R 48; warns register 0x00 written",
+        "the die answers its own address only": "0x0d R 00 -> refused",
+        "a soft reset powers down and clears itself": (
+            "W 0a 16; W 0b 01; W 0a, R 00 00; 50 ms; W 02, R 00"
+        ),
+        "I2CDIS silences the die until a power cycle": (
+            "W 0f 1b; W 00, R 48 -> refused; power cycle; 100 us; W 00, R 48"
+        ),
+        "the die is deaf for 100 us after power-up": (
+            "power cycle; 99.999 us; W 00, R 48 -> refused; 1 ns; W 00, R 48"
+        ),
+    }
+)
+def test_registers(die: Die, lines: str) -> None:
+    die.play(lines)
 
 
-# Registers
+@sentences(
+    {
+        "a single measurement lands after 7.2 ms and powers down": (
+            "W 0a 11; 7199.999 us; W 02, R 00; 1 ns; W 02, R 01; W 0a, R 10; asked is [7_200_000]"
+        ),
+        "a single measurement stays the only one": (
+            "W 0a 11; 7.2 ms; W 02, R 01 70 00 38 00 ea 00 10; 1 s; W 02, R 00; "
+            "asked is [7_200_000]"
+        ),
+        # they land at 7.2 ms + n * 10 ms
+        "a long silence costs one measurement": (
+            "W 0a 16; 3600 s; W 02, R 03; asked is [3_599_997_200_000]"
+        ),
+        "a mode change without power-down is warned of": (
+            "W 0a 16; W 0a 1f; warns from 6 to 15 without power-down"
+        ),
+        "a mode set within 100 us of power-down is warned of": (
+            "W 0a 16; W 0a 10; 99.999 us; W 0a 1f; warns within 100 us"
+        ),
+        "a mode set 100 us after power-down is not warned of": "W 0a 16; W 0a 10; 100 us; W 0a 1f",
+        "writing the running mode again disturbs nothing": (
+            "W 0a 11; 3.6 ms; W 0a 11; 3.6 ms; W 02, R 01"
+        ),
+        "a mode that does not exist measures nothing": "W 0a 15; 1 s; W 02, R 00; warns mode 5",
+        "a self-test asks no world": "W 0c 40; W 0a 18; 7.2 ms; W 02, R 01; asked is []",
+    }
+)
+def test_modes_and_their_times(die: Die, lines: str) -> None:
+    die.play(lines)
 
 
-def test_identity_and_reset_values(die: Rig) -> None:
-    assert die.read(0x00, 13) == b"\x48\x9a" + bytes(11)
-
-
-def test_burst_wraps_from_astc_to_wia(die: Rig) -> None:
-    assert die.read(0x0B, 4) == b"\x00\x00\x48\x9a"
-
-
-def test_burst_wraps_within_the_sensitivity_registers(clock: ManualClock) -> None:
-    die = Rig(clock, asa=(176, 177, 164))
-    die.change_mode(FUSE_ROM)
-    assert die.read(0x10, 5) == bytes([176, 177, 164, 176, 177])
-    assert die.chip.warnings == []
-
-
-def test_sensitivity_is_valid_in_fuse_rom_mode_only(clock: ManualClock) -> None:
-    die = Rig(clock, asa=(176, 177, 164))
-    assert die.read(0x10, 3) == bytes(3)
-    assert "ASA read outside fuse ROM mode" in die.chip.warnings[0]
-
-
-def test_read_only_register_keeps_its_value(die: Rig) -> None:
-    die.write(0x00, 0x55)
-    assert die.read(0x00) == b"\x48"
-    assert "register 0x00 written" in die.chip.warnings[0]
-
-
-def test_die_answers_its_own_address_only(die: Rig) -> None:
-    with pytest.raises(NoAcknowledge):
-        die.bus.read(0x0D, 1)
-
-
-def test_soft_reset_powers_down_and_clears_itself(die: Rig) -> None:
-    die.write(0x0A, CONTINUOUS_100_HZ)
-    die.write(0x0B, 0x01)
-    assert die.read(0x0A, 2) == b"\x00\x00"
-    die.clock.advance(50 * MILLISECOND)
-    assert die.read(0x02) == b"\x00"
-
-
-def test_i2cdis_silences_the_die_until_a_power_cycle(die: Rig) -> None:
-    die.write(0x0F, 0x1B)
-    with pytest.raises(NoAcknowledge):
-        die.read(0x00)
-    die.chip.power_cycle()
-    die.clock.advance(100_000)
-    assert die.read(0x00) == b"\x48"
-
-
-def test_die_is_deaf_for_100_us_after_power_up(die: Rig) -> None:
-    die.chip.power_cycle()
-    die.clock.advance(99_999)
-    with pytest.raises(NoAcknowledge):
-        die.read(0x00)
-    die.clock.advance(1)
-    assert die.read(0x00) == b"\x48"
-
-
-# Modes and times
-
-
-def test_single_measurement_lands_after_7_2_ms_and_powers_down(die: Rig) -> None:
-    die.write(0x0A, SINGLE)
-    die.clock.advance(CONVERSION - 1)
-    assert die.read(0x02) == b"\x00"
-    die.clock.advance(1)
-    assert die.read(0x02) == b"\x01"
-    assert die.read(0x0A) == b"\x10"
-    assert die.asked == [CONVERSION]
-
-
-def test_single_measurement_stays_the_only_one(die: Rig) -> None:
-    die.measure()
-    die.clock.advance(1000 * MILLISECOND)
-    assert die.read(0x02) == b"\x00"
-    assert len(die.asked) == 1
-
-
-@pytest.mark.parametrize(("mode", "period"), [(0x16, 10 * MILLISECOND), (0x12, 125 * MILLISECOND)])
-def test_continuous_mode_lands_every_period(die: Rig, mode: int, period: int) -> None:
-    die.write(0x0A, mode)
-    die.clock.advance(CONVERSION)
+@pytest.mark.parametrize(("mode", "period"), [(0x16, 10_000_000), (0x12, 125_000_000)])
+def test_continuous_mode_lands_every_period(die: Die, mode: int, period: int) -> None:
+    die.play(f"W 0a {mode:02x}", "7.2 ms")
     for _ in range(3):
         assert die.read(0x02, 8)[0] == 0x01
-        assert die.read(0x02) == b"\x00"
-        die.clock.advance(period - 1)
-        assert die.read(0x02) == b"\x00"
-        die.clock.advance(1)
-    assert die.asked == [CONVERSION + n * period for n in range(3)]
-
-
-def test_long_silence_costs_one_measurement(die: Rig) -> None:
-    die.write(0x0A, CONTINUOUS_100_HZ)
-    die.clock.advance(3_600_000 * MILLISECOND)
-    assert die.read(0x02) == b"\x03"
-    # landings are at 7.2 ms + n * 10 ms: the last one up to 3600 s
-    assert die.asked == [3_599_997_200_000]
-
-
-def test_mode_change_without_power_down_is_warned_of(die: Rig) -> None:
-    die.write(0x0A, CONTINUOUS_100_HZ)
-    die.write(0x0A, FUSE_ROM)
-    assert "from 6 to 15 without power-down" in die.chip.warnings[0]
-
-
-def test_mode_set_within_100_us_of_power_down_is_warned_of(die: Rig) -> None:
-    die.change_mode(CONTINUOUS_100_HZ)
-    die.write(0x0A, POWER_DOWN)
-    die.clock.advance(99_999)
-    assert die.chip.warnings == []
-    die.write(0x0A, FUSE_ROM)
-    assert "within 100 us" in die.chip.warnings[0]
-
-
-def test_writing_the_running_mode_again_disturbs_nothing(die: Rig) -> None:
-    die.write(0x0A, SINGLE)
-    die.clock.advance(CONVERSION // 2)
-    die.write(0x0A, SINGLE)
-    die.clock.advance(CONVERSION // 2)
-    assert die.read(0x02) == b"\x01"
-    assert die.chip.warnings == []
-
-
-def test_mode_that_does_not_exist_measures_nothing(die: Rig) -> None:
-    die.write(0x0A, 0x15)
-    die.clock.advance(1000 * MILLISECOND)
-    assert die.read(0x02) == b"\x00"
-    assert "mode 5" in die.chip.warnings[0]
+        die.play("W 02, R 00", f"{period - 1} ns", "W 02, R 00", "1 ns")
+    assert die.asked == [7_200_000 + n * period for n in range(3)]
 
 
 # Values
 
 
-def test_axes_are_those_of_the_die(die: Rig) -> None:
-    # X along the MPU's Y, Y along its X, Z against its Z; 0.15 uT a count
-    assert words(die.measure()) == [133, 67, 267]
-
-
-def test_14_bit_output_is_coarser_and_says_so(die: Rig) -> None:
-    die.write(0x0A, 0x01)
-    die.clock.advance(CONVERSION)
+def measure(die: Die, mode: int) -> tuple[list[int], int]:
+    """One measurement: the little-endian words, and ST2."""
+    die.play("W 0a 10", "100 us", f"W 0a {mode:02x}", "7.2 ms")
     data = die.read(0x02, 8)
-    assert words(data) == [33, 17, 67]
-    assert data[7] == 0x00
+    found = [int.from_bytes(data[i : i + 2], "little", signed=True) for i in (1, 3, 5)]
+    return found, data[7]
 
 
-def test_16_bit_output_echoes_its_width_in_st2(die: Rig) -> None:
-    assert die.measure()[7] == 0x10
+@pytest.mark.parametrize(
+    ("mode", "field_t", "words", "st2"),
+    [  # X along the MPU's Y, Y along its X, Z against its Z; 0.15 uT a count
+        pytest.param(SINGLE, (10e-6, 20e-6, -40e-6), [133, 67, 267], 0x10, id="axes of the die"),
+        pytest.param(
+            SINGLE_14_BIT, (10e-6, 20e-6, -40e-6), [33, 17, 67], 0x00, id="14 bits are coarser"
+        ),
+        pytest.param(SINGLE, (0, 6e-3, 6e-3), [32760, 0, -32760], 0x18, id="saturated"),
+        pytest.param(
+            SINGLE,
+            (1637.3e-6, -1637.3e-6, 1637.3e-6),
+            [-10915, 10915, -10915],
+            0x10,
+            id="a sum below 4912 uT is no overflow",
+        ),
+        pytest.param(
+            SINGLE,
+            (1637.4e-6, -1637.4e-6, 1637.4e-6),
+            [-10916, 10916, -10916],
+            0x18,
+            id="a sum above is flagged",
+        ),
+    ],
+)
+def test_words_and_st2_follow_the_field(
+    clock: ManualClock, mode: int, field_t: Vector, words: list[int], st2: int
+) -> None:
+    die = Die(clock, NO_ADJUSTMENT)
+    die.field_t = field_t
+    assert measure(die, mode) == (words, st2)
 
 
-def test_sensitivity_lies_between_field_and_counts(clock: ManualClock) -> None:
-    die = Rig(clock, asa=(176, 177, 164))
+def test_sensitivity_lies_between_field_and_counts(die: Die) -> None:
     die.field_t = (150e-6, 150e-6, -150e-6)
-    # 1000 counts * 256 / (ASA + 128)
-    assert words(die.measure()) == [842, 839, 877]
+    assert measure(die, SINGLE)[0] == [842, 839, 877]  # 1000 counts * 256 / (ASA + 128)
 
 
-def test_strong_field_saturates(die: Rig) -> None:
-    die.field_t = (0.0, 6000e-6, 6000e-6)
-    assert words(die.measure()) == [32760, 0, -32760]
+def test_overflow_flag_is_cleared_by_the_next_measurement(die: Die) -> None:
+    flags = []
+    for x_t in (4912e-6, 10e-6):
+        die.field_t = (x_t, 0.0, 0.0)
+        flags.append(measure(die, SINGLE)[1])
+    assert flags == [0x18, 0x10]
 
 
-@pytest.mark.parametrize(("field_t", "st2"), [(1637.3e-6, 0x10), (1637.4e-6, 0x18)])
-def test_overflow_is_flagged_from_a_sum_of_4912_ut(die: Rig, field_t: float, st2: int) -> None:
-    die.field_t = (field_t, -field_t, field_t)
-    assert die.measure()[7] == st2
-
-
-def test_overflow_flag_is_cleared_by_the_next_measurement(die: Rig) -> None:
-    die.field_t = (4912e-6, 0.0, 0.0)
-    assert die.measure()[7] == 0x18
-    die.field_t = (10e-6, 0.0, 0.0)
-    assert die.measure()[7] == 0x10
-
-
-def test_self_test_shows_the_coil_and_not_the_world(die: Rig) -> None:
+def test_self_test_shows_the_coil_and_not_the_world(clock: ManualClock) -> None:
+    die = Die(clock, NO_ADJUSTMENT)
     die.write(0x0C, 0x40)
-    die.write(0x0A, 0x18)
-    die.clock.advance(CONVERSION)
-    x, y, z = words(die.read(0x02, 8))
+    (x, y, z), _ = measure(die, 0x18)
     assert -200 <= x <= 200
     assert -200 <= y <= 200
     assert -3200 <= z <= -800
-    assert die.asked == []

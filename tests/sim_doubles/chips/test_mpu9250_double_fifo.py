@@ -2,147 +2,83 @@
 
 import pytest
 
-from sim_doubles.chips.mpu9250 import Mpu9250Double
 from sim_doubles.clock import ManualClock
-from sim_doubles.i2c_bus import I2cBusDouble
-from sim_doubles.inertial_truth import InertialTruth
+from tests.support.magnetometer import WiredMpu9250, still
+from tests.support.wire import sentences
 
-MILLISECOND = 1_000_000
-TRUTH = InertialTruth((9.80665, 0.0, -9.80665), (0.1, 0.2, 0.3), (0.0, 0.0, 0.0), 25.0)
-ACCELERATION = b"\x40\x00\x00\x00\xc0\x00"
-TEMPERATURE = b"\x05\x37"
+ACCELERATION, TEMPERATURE = "40 00 00 00 c0 00", "05 37"
 # 0.1, 0.2, 0.3 rad/s in dps at 131.072 counts each: 751, 1502, 2253
-RATE_X, RATE_Y, RATE_Z = b"\x02\xef", b"\x05\xde", b"\x08\xcd"
-FIFO_ON, FIFO_RST = 0x40, 0x04
-
-
-class Rig:
-    """A chip at 1 kHz whose FIFO takes what `enabled` says."""
-
-    def __init__(self, clock: ManualClock) -> None:
-        self.clock = clock
-        self.chip = Mpu9250Double(clock, lambda _: TRUTH, noise_seed=None)
-        self.bus = I2cBusDouble("i2c-1", clock, self.chip.targets)
-        self.write(0x1A, 0x01)
-
-    def write(self, register: int, byte: int) -> None:
-        self.bus.write(0x68, bytes([register, byte]))
-
-    def read(self, register: int, length: int = 1) -> bytes:
-        return self.bus.write_read(0x68, bytes([register]), length)
-
-    def fill(self, enabled: int, milliseconds: int) -> None:
-        self.write(0x23, enabled)
-        self.write(0x6A, FIFO_ON)
-        self.clock.advance(milliseconds * MILLISECOND)
-
-    def count(self) -> int:
-        return int.from_bytes(self.read(0x72, 2), "big")
-
-    def overflown(self) -> bool:
-        return bool(self.read(0x3A)[0] & 0x10)
+RATE_X, RATE_Y, RATE_Z = "02 ef", "05 de", "08 cd"
+SIX_AXES = f"{ACCELERATION} {RATE_X} {RATE_Y} {RATE_Z}"
+FORCES, TEMPERATURES, VECTORS = ("W 23 08; W 6a 40", "W 23 80; W 6a 40", "W 23 78; W 6a 40")
+OVERFLOWN, NOT_OVERFLOWN = "W 3a, R 11", "W 3a, R 01"
 
 
 @pytest.fixture
-def rig(clock: ManualClock) -> Rig:
-    return Rig(clock)
+def rig(clock: ManualClock) -> WiredMpu9250:
+    """A chip at 1 kHz."""
+    inertia = still((9.80665, 0.0, -9.80665), (0.1, 0.2, 0.3), 25.0)
+    rig = WiredMpu9250(clock, inertia, magnetometer=False)
+    rig.write(0x1A, 0x01)
+    return rig
 
 
 @pytest.mark.parametrize(
     ("enabled", "packet"),
     [
-        (0x08, ACCELERATION),
-        (0x80, TEMPERATURE),
-        (0x40, RATE_X),
-        (0x20, RATE_Y),
-        (0x10, RATE_Z),
-        (0x78, ACCELERATION + RATE_X + RATE_Y + RATE_Z),
-        (0xF8, ACCELERATION + TEMPERATURE + RATE_X + RATE_Y + RATE_Z),
+        ("08", ACCELERATION),
+        ("80", TEMPERATURE),
+        ("40", RATE_X),
+        ("20", RATE_Y),
+        ("10", RATE_Z),
+        ("78", SIX_AXES),
+        ("f8", f"{ACCELERATION} {TEMPERATURE} {RATE_X} {RATE_Y} {RATE_Z}"),
     ],
 )
 def test_packet_holds_the_enabled_blocks_in_register_order(
-    rig: Rig, enabled: int, packet: bytes
+    rig: WiredMpu9250, enabled: str, packet: str
 ) -> None:
-    rig.fill(enabled, 2)
-    assert rig.count() == 2 * len(packet)
-    assert rig.read(0x74, 2 * len(packet)) == packet * 2
-    assert rig.count() == 0
+    count = 2 * len(packet.split())
+    rig.play(f"W 23 {enabled}", "W 6a 40", "2 ms", f"W 72, R 00 {count:02x}")
+    rig.play(f"W 74, R {packet} {packet}", "W 72, R 00 00")
 
 
-def test_nothing_enters_while_the_fifo_is_off_and_content_stays(rig: Rig) -> None:
-    rig.fill(0x08, 3)
-    rig.write(0x6A, 0x00)
-    rig.clock.advance(10 * MILLISECOND)
-    assert rig.count() == 18
-
-
-def test_forty_milliseconds_at_1_khz_give_480_bytes(rig: Rig) -> None:
-    rig.fill(0x78, 40)
-    assert rig.count() == 480
-    assert not rig.overflown()
-
-
-def test_the_43rd_packet_overflows(rig: Rig) -> None:
-    rig.fill(0x78, 42)
-    assert rig.count() == 504
-    assert not rig.overflown()
-    rig.clock.advance(MILLISECOND)
-    assert rig.count() == 512
-    assert rig.overflown()
-    assert not rig.overflown()
-
-
-def test_full_fifo_overwrites_the_oldest(rig: Rig) -> None:
-    rig.fill(0x78, 43)
-    packet = ACCELERATION + RATE_X + RATE_Y + RATE_Z
-    # 516 bytes went in: the first four are gone
-    assert rig.read(0x74, 512) == (packet * 43)[4:]
-
-
-def test_full_fifo_refuses_the_newest_in_mode_1(rig: Rig) -> None:
-    rig.write(0x1A, 0x41)
-    rig.fill(0x78, 43)
-    packet = ACCELERATION + RATE_X + RATE_Y + RATE_Z
-    assert rig.overflown()
-    assert rig.read(0x74, 512) == (packet * 43)[:512]
-
-
-def test_reading_the_high_count_latches_both_bytes(rig: Rig) -> None:
-    rig.fill(0x78, 25)
-    assert rig.read(0x72) == b"\x01"
-    rig.clock.advance(10 * MILLISECOND)
-    assert rig.read(0x73) == b"\x2c"  # still 300
-    assert rig.count() == 420
-
-
-def test_empty_fifo_repeats_its_last_byte(rig: Rig) -> None:
-    rig.fill(0x80, 1)
-    rig.write(0x6A, 0x00)
-    assert rig.read(0x74, 5) == b"\x05\x37\x37\x37\x37"
-
-
-def test_burst_on_the_fifo_stays_there(rig: Rig) -> None:
-    rig.fill(0x08, 2)
-    assert rig.read(0x74, 6) == ACCELERATION
-    assert rig.bus.read(0x68, 6) == ACCELERATION
-
-
-def test_host_may_write_into_the_fifo(rig: Rig) -> None:
-    rig.bus.write(0x68, b"\x74\xaa\xbb")
-    assert rig.count() == 2
-    assert rig.read(0x74, 2) == b"\xaa\xbb"
-
-
-def test_fifo_reset_empties_it_while_off(rig: Rig) -> None:
-    rig.fill(0x08, 3)
-    rig.write(0x6A, FIFO_RST)
-    assert rig.count() == 0
-    assert rig.read(0x6A) == b"\x00"
-    assert rig.chip.warnings == []
-
-
-def test_fifo_reset_while_on_is_ignored_and_warned_of(rig: Rig) -> None:
-    rig.fill(0x08, 3)
-    rig.write(0x6A, FIFO_ON | FIFO_RST)
-    assert rig.count() == 18
-    assert "FIFO_RST written with FIFO_EN set" in rig.chip.warnings[0]
+@sentences(
+    {
+        "nothing enters while the FIFO is off, and its content stays": (
+            f"{FORCES}; 3 ms; W 6a 00; 10 ms; W 72, R 00 12"
+        ),
+        "forty milliseconds at 1 kHz give 480 bytes": (
+            f"{VECTORS}; 40 ms; W 72, R 01 e0; {NOT_OVERFLOWN}"
+        ),
+        "the 43rd packet overflows": (
+            f"{VECTORS}; 42 ms; W 72, R 01 f8; {NOT_OVERFLOWN}; 1 ms; "
+            f"W 72, R 02 00; {OVERFLOWN}; W 3a, R 00"
+        ),
+        # 516 bytes went in: the first four are gone
+        "a full FIFO overwrites the oldest": (
+            f"{VECTORS}; 43 ms; W 74, R {' '.join((SIX_AXES.split() * 43)[4:])}"
+        ),
+        "a full FIFO refuses the newest in mode 1": (
+            f"W 1a 41; {VECTORS}; 43 ms; {OVERFLOWN}; "
+            f"W 74, R {' '.join((SIX_AXES.split() * 43)[:512])}"
+        ),
+        # 300, and 420 afterwards
+        "reading the high count latches both bytes": (
+            f"{VECTORS}; 25 ms; W 72, R 01; 10 ms; W 73, R 2c; W 72, R 01 a4"
+        ),
+        "an empty FIFO repeats its last byte": (
+            f"{TEMPERATURES}; 1 ms; W 6a 00; W 74, R 05 37 37 37 37"
+        ),
+        "a burst on the FIFO stays there": (
+            f"{FORCES}; 2 ms; W 74, R {ACCELERATION}; R {ACCELERATION}"
+        ),
+        "the host may write into the FIFO": "W 74 aa bb; W 72, R 00 02; W 74, R aa bb",
+        "a FIFO reset empties it while off": f"{FORCES}; 3 ms; W 6a 04; W 72, R 00 00; W 6a, R 00",
+        "a FIFO reset while on is ignored and warned of": (
+            f"{FORCES}; 3 ms; W 6a 44; W 72, R 00 12; warns FIFO_RST written with FIFO_EN"
+        ),
+    }
+)
+def test_the_fifo(rig: WiredMpu9250, lines: str) -> None:
+    rig.play(lines)

@@ -4,237 +4,103 @@ import pytest
 
 from sim_doubles.chips.pca9685 import Pca9685Double
 from sim_doubles.clock import ManualClock
-from sim_doubles.i2c_bus import I2cBusDouble
+from tests.support.wire import sentences
+from tests.support.wired_pca9685 import WiredPca9685
 
-HALF_ON_ALL = b"\xfa\x00\x00\x00\x08"
-SLEEP, WAKE = b"\x00\x31", b"\x00\x21"
-
-
-def mode1(bus: I2cBusDouble) -> int:
-    return bus.write_read(0x40, b"\x00", 1)[0]
-
-
-# Sleep
-
-
-def test_sleep_stops_every_output_and_advances_the_world_first(
-    awake: I2cBusDouble, pca: Pca9685Double
-) -> None:
-    awake.write(0x40, HALF_ON_ALL)
-    awake.write(0x40, b"\x0a\x00\x10\x00\x00")  # channel 1 full-on
-    seen: list[tuple[float, ...]] = []
-    pca.before_change = lambda: seen.append(pca.duties[:2])
-    awake.write(0x40, SLEEP)
-    assert seen == [(0.5, 1.0)]
-    assert pca.all_off
-    assert not pca.running
+HALF_ON_ALL, QUARTER_ON_ALL = "W fa 00 00 00 08", "W fa 00 00 00 04"
+HALVES, ALL_OFF = "duties is 0.5*16", "all_off is True"
+SLEEP, WAKE, RESTART = "W 00 31", "W 00 21", "W 00 a1"
+SOFTWARE_RESET = "0x00 W 06"
+TOO_EARLY = "warns within 500 us of waking"
+INTERRUPTED = f"{HALF_ON_ALL}; {SLEEP}; W 00, R b1; {WAKE}; 500 us"
+"""Put to sleep while its channels ran, and woken again."""
+EXTCLK_LATCHED = "W 00 51; warns EXTCLK set"
 
 
-def test_led_registers_take_values_asleep_but_outputs_stay_off(
-    bus: I2cBusDouble, pca: Pca9685Double
-) -> None:
-    bus.write(0x40, b"\x00\x31")
-    bus.write(0x40, HALF_ON_ALL)
-    assert pca.all_off
-    bus.write(0x40, WAKE)
-    assert pca.duties == (0.5,) * 16
+@sentences(
+    {
+        "LED registers take values asleep, but outputs stay off": (
+            f"W 00 31; {HALF_ON_ALL}; {ALL_OFF}; {WAKE}; {HALVES}"
+        ),
+        "an LED write within 500 us of waking is warned of": (
+            f"{WAKE}; 499.999 us; {HALF_ON_ALL}; {TOO_EARLY}; 1 ns; {QUARTER_ON_ALL}"
+        ),
+        "one sonar ping at 0x70 is enough for a chip asleep": (
+            "0x70 W 00 51; warns EXTCLK set; W 00, R 51"
+        ),
+        "an external clock set asleep sticks and stops outputs": (
+            f"{EXTCLK_LATCHED}; {WAKE}; warns EXTCLK written 0; {HALF_ON_ALL}; {TOO_EARLY}; "
+            f"W 00, R 61; {ALL_OFF}; frequency_hz is 0.0"
+        ),
+        "a software reset clears the external clock": (
+            f"{EXTCLK_LATCHED}; W 00 11; warns EXTCLK written 0; W 00, R 51; {SOFTWARE_RESET}; "
+            "W 00, R 11"
+        ),
+        "a power cycle clears the external clock": (f"{EXTCLK_LATCHED}; power cycle; W 00, R 11"),
+    }
+)
+def test_asleep(asleep: WiredPca9685, lines: str) -> None:
+    asleep.play(lines)
 
 
-def test_led_write_within_500_us_of_waking_is_warned_of(
-    clock: ManualClock, bus: I2cBusDouble, pca: Pca9685Double
-) -> None:
-    bus.write(0x40, WAKE)
-    clock.advance(499_999)
-    bus.write(0x40, HALF_ON_ALL)
-    assert "within 500 us of waking; timing is undefined" in pca.warnings[0]
-    clock.advance(1)
-    bus.write(0x40, b"\xfa\x00\x00\x00\x04")
-    assert len(pca.warnings) == 1
+@sentences(
+    {
+        "sleep with all channels full-off sets no RESTART": f"{SLEEP}; W 00, R 31",
+        "an orderly shutdown before sleep sets no RESTART": (
+            f"{HALF_ON_ALL}; W fd 10; {SLEEP}; W 00, R 31"
+        ),
+        "outputs wait for RESTART after waking": (
+            f"{INTERRUPTED}; W 00, R a1; {ALL_OFF}; running is False"
+        ),
+        "RESTART resumes outputs after 500 us and reads zero": (
+            f"{INTERRUPTED}; {RESTART}; W 00, R 21; {HALVES}"
+        ),
+        "RESTART written zero does nothing": f"{INTERRUPTED}; {WAKE}; W 00, R a1; {ALL_OFF}",
+        "RESTART within 500 us is ignored and warned of": (
+            f"{INTERRUPTED}; {SLEEP}; {WAKE}; 499.999 us; {RESTART}; W 00, R a1; "
+            "warns RESTART written within 500 us"
+        ),
+        "RESTART in the byte that wakes is accepted without effect": (
+            f"{INTERRUPTED}; {SLEEP}; {RESTART}; W 00, R a1; {ALL_OFF}; warns RESTART written"
+        ),
+        "an LED write and STOP withdraw a pending RESTART": (
+            f"{INTERRUPTED}; W 06 00 00 00 04; W 00, R 21; duties is 0.25 0.5*15"
+        ),
+        "with OCH only four registers of a channel withdraw a RESTART": (
+            f"{INTERRUPTED}; W 01 0c; W 06 00 00 00; W 00, R a1; W 09 04; W 00, R 21; "
+            "duties is 0.25 0.5*15"
+        ),
+        "a software reset clears a pending RESTART": (
+            f"{INTERRUPTED}; {SOFTWARE_RESET}; W 00, R 11"
+        ),
+        "a power cycle clears a pending RESTART": f"{INTERRUPTED}; power cycle; W 00, R 11",
+        "an external clock is ignored awake": "W 00 61; W 00, R 21; warns EXTCLK written awake",
+        # a sonar's "range in cm" is register 0 <- 0x51; RESTART, SLEEP, ALLCALL, not yet EXTCLK
+        "a first sonar ping at 0x70 puts an awake chip to sleep": (
+            f"{HALF_ON_ALL}; 0x70 W 00 51; {ALL_OFF}; W 00, R 91; warns EXTCLK written awake"
+        ),
+        "a second sonar ping at 0x70 latches the external clock": (
+            f"{HALF_ON_ALL}; 0x70 W 00 51; warns EXTCLK written awake; 0x70 W 00 51; "
+            f"warns EXTCLK set; W 00, R d1; {WAKE}; warns EXTCLK written 0; 1 ms; {HALF_ON_ALL}; "
+            f"W 00, R 61; {ALL_OFF}"
+        ),
+        "a sonar ping passes by once all-call is off": (
+            f"W 00 20; {HALF_ON_ALL}; 0x70 W 00 51 -> refused; {HALVES}"
+        ),
+    }
+)
+def test_awake(awake: WiredPca9685, lines: str) -> None:
+    awake.play(lines)
 
 
-# RESTART
+def test_sleep_stops_every_output_and_advances_the_world_first(awake: WiredPca9685) -> None:
+    awake.play(HALF_ON_ALL, "W 0a 00 10 00 00")  # channel 1 full-on
+    awake.before.clear()
+    awake.play(SLEEP, ALL_OFF, "running is False")
+    assert awake.before == [(0.5, 1.0, *(0.5,) * 14)]
 
 
-@pytest.fixture
-def interrupted(clock: ManualClock, awake: I2cBusDouble) -> I2cBusDouble:
-    """Return the bus with the chip put to sleep while its channels ran, and woken again."""
-    awake.write(0x40, HALF_ON_ALL)
-    awake.write(0x40, SLEEP)
-    assert mode1(awake) == 0xB1
-    awake.write(0x40, WAKE)
-    clock.advance(500_000)
-    return awake
-
-
-def test_sleep_with_all_channels_full_off_sets_no_restart(awake: I2cBusDouble) -> None:
-    awake.write(0x40, b"\x00\x31")
-    assert mode1(awake) == 0x31
-
-
-def test_orderly_shutdown_before_sleep_sets_no_restart(awake: I2cBusDouble) -> None:
-    awake.write(0x40, HALF_ON_ALL)
-    awake.write(0x40, b"\xfd\x10")
-    awake.write(0x40, SLEEP)
-    assert mode1(awake) == 0x31
-
-
-def test_outputs_wait_for_restart_after_waking(
-    interrupted: I2cBusDouble, pca: Pca9685Double
-) -> None:
-    assert mode1(interrupted) == 0xA1
-    assert pca.all_off
-    assert not pca.running
-
-
-def test_restart_resumes_outputs_after_500_us_and_reads_zero(
-    interrupted: I2cBusDouble, pca: Pca9685Double
-) -> None:
-    interrupted.write(0x40, b"\x00\xa1")
-    assert mode1(interrupted) == 0x21
-    assert pca.duties == (0.5,) * 16
-    assert pca.warnings == []
-
-
-def test_restart_written_zero_does_nothing(interrupted: I2cBusDouble, pca: Pca9685Double) -> None:
-    interrupted.write(0x40, b"\x00\x21")
-    assert mode1(interrupted) == 0xA1
-    assert pca.all_off
-
-
-def test_restart_within_500_us_is_ignored_and_warned_of(
-    clock: ManualClock, interrupted: I2cBusDouble, pca: Pca9685Double
-) -> None:
-    interrupted.write(0x40, SLEEP)
-    interrupted.write(0x40, WAKE)
-    clock.advance(499_999)
-    interrupted.write(0x40, b"\x00\xa1")
-    assert mode1(interrupted) == 0xA1
-    assert "RESTART written within 500 us" in pca.warnings[0]
-
-
-def test_restart_in_the_byte_that_wakes_is_accepted_without_effect(
-    interrupted: I2cBusDouble, pca: Pca9685Double
-) -> None:
-    interrupted.write(0x40, SLEEP)
-    interrupted.write(0x40, b"\x00\xa1")
-    assert mode1(interrupted) == 0xA1
-    assert pca.all_off
-    assert len(pca.warnings) == 1
-
-
-def test_led_write_and_stop_withdraw_a_pending_restart(
-    interrupted: I2cBusDouble, pca: Pca9685Double
-) -> None:
-    interrupted.write(0x40, b"\x06\x00\x00\x00\x04")
-    assert mode1(interrupted) == 0x21
-    assert pca.duties == (0.25,) + (0.5,) * 15
-
-
-def test_with_och_only_four_registers_of_a_channel_withdraw_a_restart(
-    interrupted: I2cBusDouble, pca: Pca9685Double
-) -> None:
-    interrupted.write(0x40, b"\x01\x0c")
-    interrupted.write(0x40, b"\x06\x00\x00\x00")
-    assert mode1(interrupted) == 0xA1
-    interrupted.write(0x40, b"\x09\x04")
-    assert mode1(interrupted) == 0x21
-    assert pca.duty(0) == 0.25
-
-
-@pytest.mark.parametrize("cure", ["software reset", "power cycle"])
-def test_reset_clears_a_pending_restart(
-    interrupted: I2cBusDouble, pca: Pca9685Double, cure: str
-) -> None:
-    if cure == "software reset":
-        interrupted.write(0x00, b"\x06")
-    else:
-        pca.power_cycle()
-    assert mode1(interrupted) == 0x11
-
-
-# EXTCLK
-
-
-def test_external_clock_is_ignored_awake(awake: I2cBusDouble, pca: Pca9685Double) -> None:
-    awake.write(0x40, b"\x00\x61")
-    assert mode1(awake) == 0x21
-    assert "EXTCLK written awake" in pca.warnings[0]
-
-
-def test_external_clock_set_asleep_sticks_and_stops_outputs(
-    bus: I2cBusDouble, pca: Pca9685Double
-) -> None:
-    bus.write(0x40, b"\x00\x51")
-    bus.write(0x40, WAKE)
-    bus.write(0x40, HALF_ON_ALL)
-    assert mode1(bus) == 0x61
-    assert pca.all_off
-    assert pca.frequency_hz == 0.0
-    assert any("EXTCLK set" in warning for warning in pca.warnings)
-    assert any("EXTCLK written 0" in warning for warning in pca.warnings)
-
-
-def test_external_clock_that_is_there_sets_the_frequency(clock: ManualClock) -> None:
-    pca = Pca9685Double(clock, external_clock_hz=4096 * 31 * 100.0)
-    bus = I2cBusDouble("i2c-1", clock, [pca])
-    bus.write(0x40, b"\x00\x51")
-    bus.write(0x40, b"\x00\x61")
-    clock.advance(1_000_000)
-    bus.write(0x40, HALF_ON_ALL)
-    assert pca.frequency_hz == pytest.approx(100.0)
-    assert pca.duties == (0.5,) * 16
-
-
-@pytest.mark.parametrize("cure", ["software reset", "power cycle"])
-def test_only_a_reset_clears_the_external_clock(
-    bus: I2cBusDouble, pca: Pca9685Double, cure: str
-) -> None:
-    bus.write(0x40, b"\x00\x51")
-    bus.write(0x40, b"\x00\x11")
-    assert mode1(bus) == 0x51
-    if cure == "software reset":
-        bus.write(0x00, b"\x06")
-    else:
-        pca.power_cycle()
-    assert mode1(bus) == 0x11
-
-
-# The trap: a sonar's "range in cm", register 0 <- 0x51, at 0x70
-
-PING = b"\x00\x51"
-
-
-def test_first_sonar_ping_at_0x70_puts_an_awake_chip_to_sleep(
-    awake: I2cBusDouble, pca: Pca9685Double
-) -> None:
-    awake.write(0x40, HALF_ON_ALL)
-    awake.write(0x70, PING)
-    assert pca.all_off
-    assert mode1(awake) == 0x91  # RESTART, SLEEP, ALLCALL; not yet EXTCLK
-
-
-def test_second_sonar_ping_at_0x70_latches_the_external_clock(
-    clock: ManualClock, awake: I2cBusDouble, pca: Pca9685Double
-) -> None:
-    awake.write(0x40, HALF_ON_ALL)
-    awake.write(0x70, PING)
-    awake.write(0x70, PING)
-    assert mode1(awake) == 0xD1
-    awake.write(0x40, WAKE)
-    clock.advance(1_000_000)
-    awake.write(0x40, HALF_ON_ALL)
-    assert mode1(awake) == 0x61
-    assert pca.all_off
-
-
-def test_one_sonar_ping_is_enough_for_a_chip_asleep(bus: I2cBusDouble) -> None:
-    bus.write(0x70, PING)
-    assert mode1(bus) == 0x51
-
-
-def test_sonar_ping_passes_by_once_all_call_is_off(awake: I2cBusDouble, pca: Pca9685Double) -> None:
-    awake.write(0x40, b"\x00\x20")
-    awake.write(0x40, HALF_ON_ALL)
-    with pytest.raises(OSError, match="0x70"):
-        awake.write(0x70, PING)
-    assert pca.duties == (0.5,) * 16
+def test_an_external_clock_that_is_there_sets_the_frequency(clock: ManualClock) -> None:
+    pca = WiredPca9685(clock, Pca9685Double(clock, external_clock_hz=4096 * 31 * 100.0))
+    pca.play(EXTCLK_LATCHED, "W 00 61; 1 ms", HALF_ON_ALL, HALVES)
+    assert pca.chip.frequency_hz == pytest.approx(100.0)

@@ -2,106 +2,70 @@
 
 import pytest
 
-from firmware_runtime.hal.wire_errors import NoAcknowledge
 from sim_doubles.chips.pca9685 import Pca9685Double
 from sim_doubles.clock import ManualClock
 from sim_doubles.i2c_bus import I2cBusDouble
+from tests.support.wire import sentences
+from tests.support.wired_pca9685 import WiredPca9685
 
-CHANNEL_OFF = b"\x00\x00\x00\x10"
-LED_REGISTERS = 0x06
-
-
-def register(bus: I2cBusDouble, number: int, address: int = 0x40) -> int:
-    return bus.write_read(address, bytes([number]), 1)[0]
+POWERED_UP = "11 04 e2 e4 e8 e0"
 
 
-# Reset values and writable bits
+@sentences(
+    {
+        "without auto-increment a burst hits one register": (
+            "W 06 ff 7f 00 10; W 06, R 10; W 07, R 00"
+        ),
+        "a burst may set auto-increment and go on": "W 00 31 05 aa; W 00, R 31 05 aa",
+        "the pointer is zero after power-up": "R 11 11",
+        "test mode takes nothing and is warned of": "W ff 55; W ff, R 00; warns TestMode",
+        "PRE_SCALE below three is three": "W fe 00; W fe, R 03",
+        "all-call answers at 0x70 from power-up until disabled": (
+            "0x70 W 00, R 11; W 00 10; 0x70 W 00 -> refused"
+        ),
+        "all-call moves with its register": "W 05 aa; 0x55 W 00, R 11; 0x70 W 00 -> refused",
+        "a general call read is not acknowledged": "0x00 R 00 -> refused",
+    }
+)
+def test_registers_asleep(asleep: WiredPca9685, lines: str) -> None:
+    asleep.play(lines)
 
 
-def test_power_up_values_are_those_of_the_data_sheet(bus: I2cBusDouble) -> None:
-    values = bytes(register(bus, number) for number in range(0x46))
-    assert values == b"\x11\x04\xe2\xe4\xe8\xe0" + CHANNEL_OFF * 16
-    assert register(bus, 0xFE) == 0x1E
+@sentences(
+    {
+        "reserved bits read zero": "W 01 ff*9; W 01, R 1f fe fe fe fe ff 1f ff 1f",
+        "a burst that clears auto-increment stays at MODE1": "W 00 01 11; W 00, R 11; W 01, R 04",
+        "a read without pointer goes on where the last access ended": "W 02, R e2; R e4 e8",
+        "auto-increment goes from the last channel to MODE1": "W 44, R 00 10 21 04",
+        "auto-increment goes from ALL_LED through PRE_SCALE to MODE1": "W fa, R 00*4 1e 21",
+        "ALL_LED registers copy into every channel and read zero": (
+            f"W fa 01 02 03 04; W 06, R {'01 02 03 04 ' * 16}; W fa, R 00*4"
+        ),
+        "PRE_SCALE is ignored unless asleep": (
+            "W fe 05; W fe, R 1e; warns PRE_SCALE written awake"
+        ),
+        "a general call with another byte resets nothing": "0x00 W 05 -> refused; W 00, R 21",
+        "a general call with the byte twice resets nothing": "0x00 W 06 06 -> refused; W 00, R 21",
+        "a general call with a byte more resets nothing": "0x00 W 06 00 -> refused; W 00, R 21",
+        "register six is no software reset": "W 06 00; W 00, R 21",
+        "a power cycle restores power-up values": "W 01 14; power cycle; W 00, R 11; W 01, R 04",
+    }
+)
+def test_registers_awake(awake: WiredPca9685, lines: str) -> None:
+    awake.play(lines)
 
 
-def test_reserved_bits_read_zero(awake: I2cBusDouble) -> None:
-    awake.write(0x40, b"\x01\xff\xff\xff\xff\xff\xff\xff\xff\xff")
-    expected = b"\x1f\xfe\xfe\xfe\xfe\xff\x1f\xff\x1f"
-    assert awake.write_read(0x40, b"\x01", 9) == expected
+def test_power_up_values_are_those_of_the_data_sheet(asleep: WiredPca9685) -> None:
+    values = b"".join(asleep.read(number) for number in range(0x46))
+    assert values == bytes.fromhex(POWERED_UP) + b"\x00\x00\x00\x10" * 16
+    asleep.play("W fe, R 1e")
 
 
-# Pointer
-
-
-def test_without_auto_increment_a_burst_hits_one_register(bus: I2cBusDouble) -> None:
-    bus.write(0x40, b"\x06\xff\x7f\x00\x10")
-    assert register(bus, 0x06) == 0x10
-    assert register(bus, 0x07) == 0x00
-
-
-def test_burst_may_set_auto_increment_and_go_on(bus: I2cBusDouble) -> None:
-    bus.write(0x40, b"\x00\x31\x05\xaa")
-    assert bus.write_read(0x40, b"\x00", 3) == b"\x31\x05\xaa"
-
-
-def test_burst_that_clears_auto_increment_stays_at_mode1(awake: I2cBusDouble) -> None:
-    awake.write(0x40, b"\x00\x01\x11")
-    assert register(awake, 0x00) == 0x11
-    assert register(awake, 0x01) == 0x04
-
-
-def test_read_without_pointer_goes_on_where_the_last_access_ended(awake: I2cBusDouble) -> None:
-    assert awake.write_read(0x40, b"\x02", 1) == b"\xe2"
-    assert awake.read(0x40, 2) == b"\xe4\xe8"
-
-
-def test_pointer_is_zero_after_power_up(bus: I2cBusDouble) -> None:
-    assert bus.read(0x40, 2) == b"\x11\x11"
-
-
-def test_auto_increment_goes_from_the_last_channel_to_mode1(awake: I2cBusDouble) -> None:
-    assert awake.write_read(0x40, b"\x44", 4) == b"\x00\x10\x21\x04"
-
-
-def test_auto_increment_goes_from_all_led_through_pre_scale_to_mode1(awake: I2cBusDouble) -> None:
-    assert awake.write_read(0x40, b"\xfa", 6) == b"\x00\x00\x00\x00\x1e\x21"
-
-
-@pytest.mark.parametrize("reserved", [0x46, 0x80, 0xF9])
+@pytest.mark.parametrize("reserved", ["46", "80", "f9"])
 def test_reserved_register_is_not_acknowledged_and_leaves_the_pointer(
-    awake: I2cBusDouble, pca: Pca9685Double, reserved: int
+    awake: WiredPca9685, reserved: str
 ) -> None:
-    awake.write(0x40, b"\x03")
-    with pytest.raises(NoAcknowledge):
-        awake.write(0x40, bytes([reserved, 0x55]))
-    assert awake.read(0x40, 1) == b"\xe4"
-    assert "reserved register" in pca.warnings[0]
-
-
-def test_all_led_registers_copy_into_every_channel_and_read_zero(awake: I2cBusDouble) -> None:
-    awake.write(0x40, b"\xfa\x01\x02\x03\x04")
-    assert awake.write_read(0x40, b"\x06", 64) == b"\x01\x02\x03\x04" * 16
-    assert awake.write_read(0x40, b"\xfa", 4) == bytes(4)
-
-
-def test_test_mode_takes_nothing_and_is_warned_of(bus: I2cBusDouble, pca: Pca9685Double) -> None:
-    bus.write(0x40, b"\xff\x55")
-    assert register(bus, 0xFF) == 0
-    assert "TestMode" in pca.warnings[0]
-
-
-# PRE_SCALE
-
-
-def test_pre_scale_is_ignored_unless_asleep(awake: I2cBusDouble, pca: Pca9685Double) -> None:
-    awake.write(0x40, b"\xfe\x05")
-    assert register(awake, 0xFE) == 0x1E
-    assert "PRE_SCALE written awake" in pca.warnings[0]
-
-
-def test_pre_scale_below_three_is_three(bus: I2cBusDouble) -> None:
-    bus.write(0x40, b"\xfe\x00")
-    assert register(bus, 0xFE) == 3
+    awake.play(f"W 03; W {reserved} 55 -> refused; R e4; warns reserved register")
 
 
 @pytest.mark.parametrize(
@@ -109,10 +73,10 @@ def test_pre_scale_below_three_is_three(bus: I2cBusDouble) -> None:
     [(3, 1525.88), (5, 1017.25), (14, 406.90), (30, 196.89), (121, 50.03), (255, 23.84)],
 )
 def test_frequency_follows_pre_scale(
-    bus: I2cBusDouble, pca: Pca9685Double, pre_scale: int, frequency_hz: float
+    asleep: WiredPca9685, pre_scale: int, frequency_hz: float
 ) -> None:
-    bus.write(0x40, bytes([0xFE, pre_scale]))
-    assert pca.frequency_hz == pytest.approx(frequency_hz, abs=0.005)
+    asleep.write(0xFE, pre_scale)
+    assert asleep.chip.frequency_hz == pytest.approx(frequency_hz, abs=0.005)
 
 
 def test_frequency_follows_the_true_oscillator(clock: ManualClock) -> None:
@@ -123,36 +87,9 @@ def test_frequency_follows_the_true_oscillator(clock: ManualClock) -> None:
 # Addresses
 
 
-def test_all_call_answers_at_0x70_from_power_up_until_disabled(bus: I2cBusDouble) -> None:
-    assert register(bus, 0x00, address=0x70) == 0x11
-    bus.write(0x40, b"\x00\x10")
-    with pytest.raises(NoAcknowledge):
-        bus.write(0x70, b"\x00")
-
-
-@pytest.mark.parametrize(("enable", "address"), [(0x08, 0x71), (0x04, 0x72), (0x02, 0x74)])
-def test_sub_address_answers_once_enabled(bus: I2cBusDouble, enable: int, address: int) -> None:
-    with pytest.raises(NoAcknowledge):
-        bus.write(address, b"\x00")
-    bus.write(0x40, bytes([0x00, 0x10 | enable]))
-    assert register(bus, 0x01, address=address) == 0x04
-
-
-def test_all_call_moves_with_its_register(bus: I2cBusDouble) -> None:
-    bus.write(0x40, b"\x05\xaa")
-    assert register(bus, 0x00, address=0x55) == 0x11
-    with pytest.raises(NoAcknowledge):
-        bus.write(0x70, b"\x00")
-
-
-def test_all_call_writes_every_chip_and_reads_their_and(clock: ManualClock) -> None:
-    chips = [Pca9685Double(clock, 0x40), Pca9685Double(clock, 0x41)]
-    bus = I2cBusDouble("i2c-1", clock, chips)
-    bus.write(0x40, b"\x02\xf0")
-    bus.write(0x41, b"\x02\x3c")
-    assert register(bus, 0x02, address=0x70) == 0x30
-    bus.write(0x70, b"\x02\xaa")
-    assert register(bus, 0x02, address=0x40) == register(bus, 0x02, address=0x41) == 0xAA
+@pytest.mark.parametrize(("enable", "address"), [("18", "71"), ("14", "72"), ("12", "74")])
+def test_sub_address_answers_once_enabled(asleep: WiredPca9685, enable: str, address: str) -> None:
+    asleep.play(f"0x{address} W 00 -> refused; W 00 {enable}; 0x{address} W 01, R 04")
 
 
 @pytest.mark.parametrize("address", [0x3F, 0x70, 0x80])
@@ -161,51 +98,26 @@ def test_address_a_pca9685_cannot_have_is_refused(clock: ManualClock, address: i
         Pca9685Double(clock, address)
 
 
-# Software reset
+@sentences(
+    {
+        "all-call writes every chip and reads their AND": (
+            "W 02 f0; 0x41 W 02 3c; 0x70 W 02, R 30; 0x70 W 02 aa; W 02, R aa; 0x41 W 02, R aa"
+        ),
+        "a software reset by general call resets every chip": (
+            "W 00 21 1f; 0x41 W 00 21 1f; 1 ms; W 09 00; 0x41 W 09 00; 0x00 W 06; "
+            "W 00, R 11; W 01, R 04; W 09, R 10; 0x41 W 00, R 11; 0x41 W 01, R 04; 0x41 W 09, R 10"
+        ),
+    }
+)
+def test_two_chips(asleep: WiredPca9685, lines: str) -> None:
+    chips = [asleep.chip, Pca9685Double(asleep.clock, 0x41)]
+    asleep.bus = I2cBusDouble("i2c-1", asleep.clock, chips)
+    asleep.play(lines)
 
 
-def test_software_reset_by_general_call_resets_every_chip(clock: ManualClock) -> None:
-    chips = [Pca9685Double(clock, 0x40), Pca9685Double(clock, 0x41)]
-    bus = I2cBusDouble("i2c-1", clock, chips)
-    for chip in chips:
-        bus.write(chip.address, b"\x00\x21\x1f")
-        bus.write(chip.address, b"\x09\x00")
-    bus.write(0x00, b"\x06")
-    for chip in chips:
-        assert register(bus, 0x00, address=chip.address) == 0x11
-        assert register(bus, 0x01, address=chip.address) == 0x04
-        assert register(bus, 0x09, address=chip.address) == 0x10
-
-
-@pytest.mark.parametrize("frame", [b"\x05", b"\x06\x06", b"\x06\x00"])
-def test_general_call_with_anything_else_is_refused_and_resets_nothing(
-    awake: I2cBusDouble, frame: bytes
-) -> None:
-    with pytest.raises(NoAcknowledge):
-        awake.write(0x00, frame)
-    assert register(awake, 0x00) == 0x21
-
-
-def test_general_call_read_is_not_acknowledged(bus: I2cBusDouble) -> None:
-    with pytest.raises(NoAcknowledge):
-        bus.read(0x00, 1)
-
-
-def test_software_reset_waits_for_stop(pca: Pca9685Double, awake: I2cBusDouble) -> None:
-    assert pca.start(0x00, read=False)
-    assert pca.write(0x06)
-    pca.start(0x40, read=False)  # a repeated START aborts it
-    pca.stop()
-    assert register(awake, 0x00) == 0x21
-
-
-def test_register_six_is_no_software_reset(awake: I2cBusDouble) -> None:
-    awake.write(0x40, b"\x06\x00")
-    assert register(awake, 0x00) == 0x21
-
-
-def test_power_cycle_restores_the_power_up_values(awake: I2cBusDouble, pca: Pca9685Double) -> None:
-    awake.write(0x40, b"\x01\x14")
-    pca.power_cycle()
-    assert register(awake, 0x00) == 0x11
-    assert register(awake, 0x01) == 0x04
+def test_software_reset_waits_for_stop(awake: WiredPca9685) -> None:
+    assert awake.chip.start(0x00, read=False)
+    assert awake.chip.write(0x06)
+    awake.chip.start(0x40, read=False)  # a repeated START aborts it
+    awake.chip.stop()
+    awake.play("W 00, R 21")
