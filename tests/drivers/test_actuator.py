@@ -3,23 +3,18 @@
 from collections.abc import Callable
 
 import pytest
-from firmware_drivers.actuator import POLL_EVERY, STOP_AGAIN_AFTER, Actuator
-from firmware_drivers.chips.pca9685 import Pca9685
+from firmware_drivers.actuator import Actuator
 from firmware_drivers.chips.step import Step
-from firmware_drivers.esc import Esc, EscSettings
 
-from firmware_runtime.devs.time import MILLISECOND, SECOND
+from firmware_runtime.devs.time import MILLISECOND
 from firmware_runtime.hal.interlock import POLL_PERIOD
 from firmware_runtime.hal.wire_errors import HalError, NoAcknowledge, NotReady
-from sim_doubles.chips.pca9685 import Pca9685Double
-from sim_doubles.faults import FaultScript, NackAddress
-from sim_doubles.i2c_bus import I2cBusDouble
-from tests.support.atomic_bench import AtomicBench
+from tests.support.pca9685_bench import esc_bench
+from tests.support.scripted_bench import PlayedBench
 from tests.support.scripted_chip import SILENT, ScriptedChip
+from tests.support.wire import sentences
 
 RESET = NotReady("scripted chip: it was reset")
-STOP_AGAIN_MS = STOP_AGAIN_AFTER / MILLISECOND
-POLL_MS = POLL_EVERY / MILLISECOND
 
 
 class Valve(Actuator):
@@ -64,7 +59,7 @@ class Valve(Actuator):
         self.chip.answer("stop", self.stops)
 
 
-class Rig(AtomicBench):
+class Rig(PlayedBench):
     """A valve on a chip that answers as scripted."""
 
     def __init__(self) -> None:
@@ -74,74 +69,67 @@ class Rig(AtomicBench):
         super().__init__(self.valve)
         self.chip.now = lambda: self.simulator.now
 
+    def act(self, line: str) -> None:
+        """Script what the chip answers: well, `x` not at all, `r` that it was reset."""
+        kind, answers = line.split()
+        script = [{".": None, "x": SILENT, "r": RESET}[each] for each in answers]
+        setattr(self.valve, kind, script)
+
+    @property
+    def stopped(self) -> list[float]:
+        return self.chip.times("stop")
+
+    @property
+    def polled(self) -> list[float]:
+        return self.chip.times("poll")
+
+    @property
+    def steps(self) -> list[float]:
+        return self.chip.times("step")
+
+    @property
+    def unready(self) -> str:
+        return self.valve.unready() or ""
+
 
 @pytest.fixture
 def rig() -> Rig:
     return Rig()
 
 
-def test_a_command_that_fails_ends_in_a_stop_at_once(rig: Rig) -> None:
-    rig.valve.writes = [SILENT]
-    rig.put(10, open_to=1.0)
-    assert rig.chip.times("stop") == [10]
-    assert [(fault.kind, fault.consecutive) for fault in rig.faults] == [("NoAcknowledge", 1)]
+ORDER = "10 open_to=1.0"
 
 
-def test_a_stop_is_written_again_at_one_pace_until_it_is_acknowledged(rig: Rig) -> None:
-    rig.valve.writes = [SILENT]
-    rig.valve.stops = [SILENT, SILENT, None]
-    rig.put(10, open_to=1.0)
-    rig.run(1000)
-    assert rig.chip.times("stop") == [10, 10 + STOP_AGAIN_MS, 10 + 2 * STOP_AGAIN_MS]
-    assert (len(rig.faults), rig.valve.phase) == (3, "resting")
-
-
-def test_a_chip_that_is_only_silent_is_not_brought_up_again(rig: Rig) -> None:
-    rig.valve.writes = [SILENT]
-    rig.put(10, open_to=1.0)
-    rig.run(1000)
-    assert rig.chip.times("step") == [0]
-
-
-def test_a_chip_that_was_reset_is_brought_up_once_the_stop_is_acknowledged(rig: Rig) -> None:
-    rig.valve.writes = [RESET]
-    rig.valve.stops = [SILENT, None]
-    rig.put(10, open_to=1.0)
-    rig.run(1000)
-    assert rig.chip.times("step") == [0, 10 + STOP_AGAIN_MS]
-    assert rig.valve.unready() is None
-
-
-def test_a_chip_is_polled_once_it_has_driven_for_long_enough(rig: Rig) -> None:
-    for at_ms in (10, POLL_MS - 10, POLL_MS + 10, 2 * POLL_MS - 10, 2 * POLL_MS + 20):
-        rig.put(at_ms, open_to=1.0)
-        rig.run(at_ms)
-    assert rig.chip.times("poll") == [POLL_MS + 10, 2 * POLL_MS + 20]
-
-
-def test_the_command_after_a_failed_one_is_followed_by_a_poll(rig: Rig) -> None:
-    rig.valve.writes = [SILENT, None]
-    rig.put(10, open_to=1.0)
-    rig.put(20, open_to=1.0)
-    assert rig.chip.times("poll") == [20]
-
-
-def test_an_acknowledged_command_ends_the_repetition_of_a_stop(rig: Rig) -> None:
-    rig.valve.writes, rig.valve.stops = [SILENT, None], [SILENT]
-    rig.put(10, open_to=1.0)
-    rig.put(20, open_to=1.0)
-    rig.run(1000)
-    assert rig.chip.times("stop") == [10]
-    assert rig.valve.unready() is None
-
-
-def test_a_chip_that_failed_keeps_outputs_disabled_until_it_acknowledges_a_stop(rig: Rig) -> None:
-    """While they are disabled nothing else is written, so nothing else could show that it works."""
-    rig.valve.writes, rig.valve.stops = [SILENT], [SILENT, None]
-    rig.put(10, open_to=1.0)
-    assert rig.valve.unready() == "has failed 2 times in a row"
-    rig.run(10 + STOP_AGAIN_MS)
-    assert rig.valve.unready() is None
+@sentences(
+    {
+        "a command that fails ends in a stop at once": (
+            f"writes x; {ORDER}; 1000; stopped is 10; steps is 0; consecutive is 1; unready is ()"
+        ),
+        # at one pace
+        "a stop is written again until it is acknowledged": (
+            f"writes x; stops xx.; {ORDER}; 1000; stopped is 10 60 110; steps is 0; "
+            "consecutive is 1 2 3; phase is resting"
+        ),
+        "a chip that was reset is brought up once the stop is acknowledged": (
+            f"writes r; stops x.; {ORDER}; 1000; stopped is 10 60; steps is 0 60; unready is ()"
+        ),
+        "the command after a failed one is followed by a poll, and ends the repetition of a stop": (
+            f"writes x.; stops x; {ORDER}; 20 open_to=1.0; 1000; stopped is 10; polled is 20; "
+            "unready is ()"
+        ),
+        # nothing else is written while they are disabled, so nothing else could show that it works
+        "a chip that failed keeps outputs disabled until it acknowledges a stop": (
+            f"writes x; stops x.; {ORDER}; unready is has failed 2 times in a row; 60; "
+            "unready is ()"
+        ),
+        "a chip is polled once it has driven for long enough": (
+            "10 open_to=1; 990 open_to=1; 1010 open_to=1; 1990 open_to=1; 2020 open_to=1; "
+            "polled is 1010 2020"
+        ),
+    }
+)
+def test_commands_stops_and_polls(rig: Rig, lines: str) -> None:
+    rig.play(lines)
 
 
 def test_a_disabled_actuator_is_stopped_once_and_resumes_when_the_interlock_lets_it(
@@ -163,15 +151,10 @@ def test_an_exit_stops_whatever_the_phase(rig: Rig) -> None:
 
 
 def test_an_esc_whose_low_pulse_is_lost_is_switched_off_all_the_same() -> None:
-    double = Pca9685Double(lambda: 0)
-    bus = I2cBusDouble("i2c1", lambda: 0, [double])
-    settings = EscSettings(
-        channel=3, frequency_hz=50.0, low_pulse_us=1000.0, high_pulse_us=2000.0, arming=SECOND
-    )
-    esc = Esc("esc", Pca9685(bus), settings)
-    bench = AtomicBench(esc)
+    bench = esc_bench()
     bench.put(1000, arm=True)
-    bus.faults = FaultScript([NackAddress(times=1)])
+    bench.refuse(1)
+    assert isinstance(bench.actuator, Actuator)
     with pytest.raises(NoAcknowledge):
-        esc.write_stop()
-    assert double.all_off
+        bench.actuator.write_stop()
+    assert bench.double.all_off

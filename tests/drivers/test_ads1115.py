@@ -8,95 +8,84 @@ from firmware_runtime.hal.wire_errors import NotReady, WrongDevice
 from sim_doubles.chips.ads1115 import Ads1115Double
 from sim_doubles.clock import ManualClock
 from sim_doubles.i2c_bus import I2cBusDouble
+from tests.support.pca9685_on_its_double import take
 
 
-class Bench:
+class Rig:
     """A driver with default settings, brought up on its double."""
 
     def __init__(self, rate_error: float = 0.0) -> None:
         self.clock = ManualClock()
         self.volts = [1.0, 0.25, 0.0, 3.0]
-        self.double = Ads1115Double(self.clock, inputs=lambda _: self.volts, rate_error=rate_error)
-        self.bus = I2cBusDouble("i2c-1", self.clock, [self.double])
+        double = Ads1115Double(self.clock, inputs=lambda _: self.volts, rate_error=rate_error)
+        self.bus = I2cBusDouble("i2c-1", self.clock, [double])
         self.driver = Ads1115(self.bus)
-        for step in self.driver.bring_up():
-            step.action()
-            self.clock.advance(step.wait_ns)
+        take(self.clock, self.driver.bring_up())
 
     def start(self, inputs: str, share: float = 1.0) -> None:
         for step in self.driver.measurement(inputs):
             step.action()
             self.clock.advance(round(step.wait_ns * share))
 
+    def is_not_ready(self, reason: str) -> None:
+        with pytest.raises(NotReady, match=reason):
+            self.driver.read_voltage()
 
-def test_the_bytes_of_one_conversion() -> None:
-    bench = Bench()
-    bench.start("AIN0")
-    bench.driver.read_voltage()
-    assert [each.messages for each in list(bench.bus.log)[-3:]] == [
-        (b"\x01\xc5\x87",),
-        (b"\x01", 2),
-        (b"\x00", 2),
+
+@pytest.fixture
+def rig() -> Rig:
+    return Rig()
+
+
+def test_the_bytes_of_one_conversion(rig: Rig) -> None:
+    rig.start("AIN0")
+    rig.driver.read_voltage()
+    sent = [str(each) for each in list(rig.bus.log)[-3:]]
+    assert [each.partition(", R")[0] for each in sent] == [
+        "0x48 W 01 c5 87",
+        "0x48 W 01",
+        "0x48 W 00",
     ]
 
 
 def test_the_slowest_converter_has_its_code_in_time() -> None:
-    bench = Bench(rate_error=-0.09)
-    bench.start("AIN0")
-    assert bench.driver.read_voltage() == pytest.approx(1.0, abs=1e-4)
+    rig = Rig(rate_error=-0.09)
+    rig.start("AIN0")
+    assert rig.driver.read_voltage() == pytest.approx(1.0, abs=1e-4)
 
 
-def test_a_code_is_read_once() -> None:
-    bench = Bench()
-    bench.start("AIN1")
-    bench.driver.read_voltage()
-    with pytest.raises(NotReady):
-        bench.driver.read_voltage()
-
-
-def test_a_conversion_under_way_is_not_ready_and_can_be_read_later() -> None:
-    bench = Bench()
-    bench.start("AIN1", share=0.5)
-    with pytest.raises(NotReady, match="expected OS set"):
-        bench.driver.read_voltage()
-    bench.clock.advance(10_000_000)
-    assert bench.driver.read_voltage() == pytest.approx(0.25, abs=1e-4)
+def test_a_code_is_read_once_and_not_before_its_time(rig: Rig) -> None:
+    rig.start("AIN1", share=0.5)
+    rig.is_not_ready("expected OS set")
+    rig.clock.advance(10_000_000)
+    assert rig.driver.read_voltage() == pytest.approx(0.25, abs=1e-4)
+    rig.is_not_ready("no conversion|expected")
 
 
 @pytest.mark.parametrize(("inputs", "code"), [("AIN3", "7fff"), ("AIN0-AIN3", "8000")])
-def test_a_voltage_beyond_the_full_scale_is_no_reading(inputs: str, code: str) -> None:
-    bench = Bench()
-    bench.volts[3] = 3.3
-    bench.start(inputs)
-    with pytest.raises(NotReady, match=rf"{code}; expected .* 2\.048 V"):
-        bench.driver.read_voltage()
+def test_a_voltage_beyond_the_full_scale_is_no_reading(rig: Rig, inputs: str, code: str) -> None:
+    rig.volts[3] = 3.3
+    rig.start(inputs)
+    rig.is_not_ready(rf"{code}; expected .* 2\.048 V")
 
 
-def test_a_chip_that_lost_power_during_a_conversion_is_not_read() -> None:
-    bench = Bench()
-    bench.start("AIN0-AIN1", share=0.5)
-    bench.bus.power_cycle()
-    bench.clock.advance(20_000_000)
-    with pytest.raises(NotReady, match="8583"):
-        bench.driver.read_voltage()
+def test_a_chip_that_lost_power_during_a_conversion_is_not_read(rig: Rig) -> None:
+    rig.start("AIN0-AIN1", share=0.5)
+    rig.bus.power_cycle()
+    rig.clock.advance(20_000_000)
+    rig.is_not_ready("8583")
 
 
-def test_thresholds_of_another_program_are_no_identity() -> None:
-    bench = Bench()
-    bench.driver.identify()
-    bench.bus.write(0x48, b"\x02\x12\x34")
+def test_thresholds_of_another_program_are_no_identity(rig: Rig) -> None:
+    rig.driver.identify()
+    rig.bus.write(0x48, b"\x02\x12\x34")
     with pytest.raises(WrongDevice, match="1234"):
-        bench.driver.identify()
+        rig.driver.identify()
 
 
-def test_every_wrong_setting_is_named() -> None:
-    bus = I2cBusDouble("i2c-1", ManualClock(), [])
+def test_every_wrong_setting_is_named(rig: Rig) -> None:
     settings = Ads1115Settings(full_scale_v=5.0, rate_sps=100)
     with pytest.raises(SettingError, match=r"address: 0x50.*full_scale_v: 5\.0.*rate_sps: 100"):
-        Ads1115(bus, 0x50, settings)
-
-
-def test_inputs_that_cannot_be_chosen_are_refused() -> None:
-    driver = Ads1115(I2cBusDouble("i2c-1", ManualClock(), []))
+        Ads1115(rig.bus, 0x50, settings)
     with pytest.raises(SettingError, match=r"'AIN3-AIN0'.*AIN0-AIN3"):
-        driver.measurement("AIN3-AIN0")
+        rig.driver.measurement("AIN3-AIN0")

@@ -74,21 +74,25 @@ def test_a_chip_that_lost_its_supply_is_brought_up_again_and_nothing_is_made_up(
     assert rig.model.unready() is None
 
 
-def test_a_chip_that_does_not_answer_is_a_fault_and_no_reading() -> None:
+@pytest.mark.parametrize(
+    ("volts", "fault", "kind", "is_ready"),
+    [
+        pytest.param(
+            1.0, NackAddress(address=0x48, times=None), "NoAcknowledge", False, id="silent"
+        ),
+        pytest.param(3.0, NackAddress(times=0), "NotReady", None, id="beyond the scale"),
+    ],
+)
+def test_a_chip_that_gives_no_voltage_is_a_fault_and_no_reading(
+    volts: float, fault: NackAddress, kind: str, *, is_ready: bool | None
+) -> None:
     rig = Rig()
-    rig.wire.faults = FaultScript([NackAddress(address=0x48, times=None)])
+    rig.wire.faults = FaultScript([fault])
+    rig.volts[1] = volts
     rig.run(SECOND)
     assert rig.voltages == []
-    assert {fault.kind for fault in rig.faults} == {"NoAcknowledge"}
-    assert rig.model.unready() is not None
-
-
-def test_a_voltage_beyond_the_scale_is_a_fault() -> None:
-    rig = Rig()
-    rig.volts[1] = 3.0
-    rig.run(SECOND)
-    assert rig.voltages == []
-    assert {fault.kind for fault in rig.faults} == {"NotReady"}
+    assert {fault.kind for fault in rig.faults} == {kind}
+    assert is_ready is None or (rig.model.unready() is None) == is_ready
 
 
 @pytest.mark.parametrize(("inputs", "ms"), [((), 50), (("AIN0",) * 4, 10), (("AIN7",), 50)])

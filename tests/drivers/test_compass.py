@@ -1,16 +1,20 @@
+from typing import ClassVar
+
 import pytest
 from firmware_drivers.chips.bearing import Bearing
 from firmware_drivers.chips.step import Step
-from firmware_drivers.compass import ONCE, PERIODIC, STOP, Compass, CompassSettings
+from firmware_drivers.compass import ONCE, PERIODIC, Compass, CompassSettings
 
 from firmware_runtime.devs.model_errors import ModelFailure
 from firmware_runtime.devs.time import MILLISECOND
 from firmware_runtime.errors import SettingError
 from firmware_runtime.hal.wire_errors import HalError, Stuck
-from tests.support.atomic_bench import AtomicBench
-from tests.support.scripted_chip import SILENT, ScriptedChip
+from tests.support.scripted_bench import ScriptedBench
+from tests.support.scripted_chip import ScriptedChip
+from tests.support.wire import sentences
 
 PERIOD = 100 * MILLISECOND
+PLAIN = CompassSettings(PERIOD)
 
 
 def bearing(bearing_deg: float, *, calibration: int | None = 3) -> Bearing:
@@ -33,11 +37,19 @@ class ScriptedCompass(ScriptedChip):
         return self.answer("read", self.readings)
 
 
-def bench_of(chip: ScriptedCompass, settings: CompassSettings | None = None) -> AtomicBench:
-    model = Compass("compass", chip, settings or CompassSettings(period=PERIOD))
-    bench = AtomicBench(model)
-    chip.now = lambda: bench.simulator.now
-    return bench
+class Bench(ScriptedBench[ScriptedCompass]):
+    good: ClassVar = {"readings": bearing(90.0)}
+
+    def __init__(self, chip: ScriptedCompass, settings: CompassSettings = PLAIN) -> None:
+        super().__init__(Compass("compass", chip, settings), chip)
+
+    @property
+    def answered(self) -> list[float]:
+        return [at_ms for at_ms, _ in self.said["heading_deg"]]
+
+    @property
+    def starts(self) -> list[float]:
+        return self.chip.times("start")
 
 
 @pytest.fixture
@@ -46,67 +58,71 @@ def chip() -> ScriptedCompass:
 
 
 @pytest.fixture
-def bench(chip: ScriptedCompass) -> AtomicBench:
-    return bench_of(chip)
+def bench(chip: ScriptedCompass) -> Bench:
+    return Bench(chip)
 
 
 # Requests -----------------------------------------------------------------------------------------
 
 
-def test_nothing_is_read_until_it_is_asked_for(bench: AtomicBench, chip: ScriptedCompass) -> None:
-    bench.run(1000)
-    assert chip.calls == [("step", 0.0)]
-    assert not any(bench.said.values())
+@sentences(
+    {
+        "nothing is read until it is asked for": "1000; answered is ()",
+        "one request is answered once at once": "50 request=1; 1000; answered is 50",
+        "a periodic request is answered until it is taken back": (
+            "50 request=2; 300 request=0; 1000; answered is 50 150 250"
+        ),
+        "a single request between periodic ones is answered at once and ends nothing": (
+            "50 request=2; 120 request=1; 350; answered is 50 120 220 320"
+        ),
+        "a request during bring-up is kept": "5 request=1; 1000; answered is 10",
+        "two requests at one instant are both answered": (
+            "50 request=1; 50 request=1; 60; answered is 50 50"
+        ),
+    }
+)
+def test_requests_are_answered(bench: Bench, lines: str) -> None:
+    bench.play(f"{lines}; steps is 0; consecutive is ()")
+    assert {*bench.values("heading_deg")} <= {90.0}
+    assert len(bench.chip.times("read")) == len(bench.answered)
 
 
-def test_one_request_is_answered_once_at_once(bench: AtomicBench) -> None:
-    bench.put(50, request=ONCE)
-    bench.run(1000)
-    assert bench.said["heading_deg"] == [(50, 90.0)]
-    assert bench.model.phase == "idle"
+@sentences(
+    {
+        "takes its time, and the next follows a period after its end": (
+            "50 request=2; 200; answered is 57 164; starts is 50 157"
+        ),
+        "answers a request while measuring": "50 request=1; 53 request=1; 200; answered is 57",
+        "is not sent where the request was taken back": (
+            "50 request=2; 53 request=0; 200; answered is (); starts is 50"
+        ),
+        "is a fault where it cannot be started": (
+            "starts x.; 50 request=1; 1000; answered is 157; consecutive is 1"
+        ),
+    }
+)
+def test_a_measurement(lines: str) -> None:
+    Bench(ScriptedCompass(measuring_ms=7)).play(lines)
 
 
-def test_a_periodic_request_is_answered_until_it_is_taken_back(bench: AtomicBench) -> None:
-    bench.put(50, request=PERIODIC)
-    bench.put(300, request=STOP)
-    bench.run(1000)
-    assert [at for at, _ in bench.said["heading_deg"]] == [50, 150, 250]
-
-
-def test_a_single_request_between_periodic_ones_is_answered_at_once_and_ends_nothing(
-    bench: AtomicBench,
+@pytest.mark.parametrize(
+    ("measuring_ms", "first", "collides_at", "answered_at"),
+    [
+        pytest.param(0, PERIODIC, 150, [50, 150], id="of a periodic reading is answered by it"),
+        pytest.param(7, ONCE, 57, [57, 64], id="a measurement ends gets one of its own at once"),
+    ],
+)
+def test_a_request_at_the_instant(
+    measuring_ms: int, first: int, collides_at: int, answered_at: list[int]
 ) -> None:
-    bench.put(50, request=PERIODIC)
-    bench.put(120, request=ONCE)
-    bench.run(350)
-    assert [at for at, _ in bench.said["heading_deg"]] == [50, 120, 220, 320]
-
-
-def test_a_request_during_bring_up_is_kept(bench: AtomicBench) -> None:
-    bench.put(5, request=ONCE)
-    bench.run(1000)
-    assert [at for at, _ in bench.said["heading_deg"]] == [10]
-
-
-def test_a_request_at_the_instant_of_a_periodic_reading_is_answered_at_that_instant(
-    bench: AtomicBench,
-) -> None:
-    bench.put(50, request=PERIODIC)
-    bench.collide(150, request=ONCE)
+    bench = Bench(ScriptedCompass(measuring_ms=measuring_ms))
+    bench.put(50, request=first)
+    bench.collide(collides_at, request=ONCE)
     bench.run(200)
-    assert [at for at, _ in bench.said["heading_deg"]] == [50, 150]
+    assert bench.answered == answered_at
 
 
-def test_two_requests_at_one_instant_one_after_the_other_are_both_answered(
-    bench: AtomicBench,
-) -> None:
-    bench.put(50, request=ONCE)
-    bench.put(50, request=ONCE)
-    bench.run(60)
-    assert [at for at, _ in bench.said["heading_deg"]] == [50, 50]
-
-
-def test_a_request_that_is_none_is_a_bug_and_names_the_port(bench: AtomicBench) -> None:
+def test_a_request_that_is_none_is_a_bug_and_names_the_port(bench: Bench) -> None:
     with pytest.raises(ModelFailure, match="compass: request 3, expected 0, 1 or 2"):
         bench.put(50, request=3)
 
@@ -114,156 +130,76 @@ def test_a_request_that_is_none_is_a_bug_and_names_the_port(bench: AtomicBench) 
 # Headings -----------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(
-    ("bearing_deg", "heading_deg"),
-    [(0.0, 0.0), (359.9, 359.9), (123.4, 123.4)],
-)
-def test_an_ordinary_compass_gives_its_bearing(
-    bench: AtomicBench, chip: ScriptedCompass, bearing_deg: float, heading_deg: float
-) -> None:
-    chip.readings = [bearing(bearing_deg)]
-    bench.put(50, request=ONCE)
-    bench.run(60)
-    assert bench.values("heading_deg") == [heading_deg]
+TURNED = CompassSettings(PERIOD, counterclockwise=True, offset_deg=30.0)
+WHOLE = CompassSettings(PERIOD, whole_degrees=True)
 
 
 @pytest.mark.parametrize(
-    ("bearing_deg", "heading_deg"), [(0.4, 0), (0.6, 1), (359.4, 359), (359.6, 0)]
+    ("settings", "bearing_deg", "heading_deg"),
+    [
+        *((PLAIN, angle, angle) for angle in (0.0, 359.9, 123.4)),
+        *((WHOLE, 0.4, 0), (WHOLE, 0.6, 1), (WHOLE, 359.4, 359), (WHOLE, 359.6, 0)),
+        *((TURNED, 0.0, 30.0), (TURNED, 90.0, 300.0), (TURNED, 350.0, 40.0), (TURNED, 30.0, 0.0)),
+    ],
 )
-def test_whole_degrees_are_rounded_round_the_circle(
-    chip: ScriptedCompass, bearing_deg: float, heading_deg: int
+def test_bearings_become_headings(
+    chip: ScriptedCompass, settings: CompassSettings, bearing_deg: float, heading_deg: float
 ) -> None:
-    bench = bench_of(chip, CompassSettings(period=PERIOD, whole_degrees=True))
+    bench = Bench(chip, settings)
     chip.readings = [bearing(bearing_deg)]
     bench.put(50, request=ONCE)
-    bench.run(60)
     (heading,) = bench.values("heading_deg")
-    assert (heading, type(heading)) == (heading_deg, int)
+    assert heading == pytest.approx(heading_deg)
+    assert type(heading) is type(heading_deg)
 
 
 @pytest.mark.parametrize(
-    ("bearing_deg", "heading_deg"), [(0.0, 30.0), (90.0, 300.0), (350.0, 40.0), (30.0, 0.0)]
+    ("states", "said"),
+    [((0, 0, 2, 2), [(50, 0), (250, 2)]), ((None, None, None, None), [])],
+    ids=["is sent when it changes", "of a chip that does not judge itself is not"],
 )
-def test_sense_and_offset_turn_bearings_into_headings(
-    chip: ScriptedCompass, bearing_deg: float, heading_deg: float
+def test_calibration(
+    bench: Bench, chip: ScriptedCompass, states: tuple[int | None], said: list[object]
 ) -> None:
-    settings = CompassSettings(period=PERIOD, counterclockwise=True, offset_deg=30.0)
-    bench = bench_of(chip, settings)
-    chip.readings = [bearing(bearing_deg)]
-    bench.put(50, request=ONCE)
-    bench.run(60)
-    assert bench.values("heading_deg") == [pytest.approx(heading_deg)]
-
-
-def test_calibration_is_sent_when_it_changes(bench: AtomicBench, chip: ScriptedCompass) -> None:
-    chip.readings = [bearing(angle, calibration=state) for angle, state in enumerate((0, 0, 2, 2))]
+    chip.readings = [bearing(angle, calibration=state) for angle, state in enumerate(states)]
     bench.put(50, request=PERIODIC)
     bench.run(400)
-    assert bench.said["calibration"] == [(50, 0), (250, 2)]
-
-
-def test_a_chip_that_does_not_judge_itself_says_nothing_of_calibration(
-    bench: AtomicBench, chip: ScriptedCompass
-) -> None:
-    chip.readings = [bearing(1.0, calibration=None)]
-    bench.put(50, request=ONCE)
-    bench.run(60)
-    assert bench.values("heading_deg") == [1.0]
-    assert bench.said["calibration"] == []
-
-
-# Chips that measure on command --------------------------------------------------------------------
-
-
-def test_a_measurement_takes_its_time_and_the_next_follows_a_period_after_its_end() -> None:
-    chip = ScriptedCompass(measuring_ms=7)
-    bench = bench_of(chip)
-    bench.put(50, request=PERIODIC)
-    bench.run(200)
-    assert chip.times("start") == [50, 157]
-    assert [at for at, _ in bench.said["heading_deg"]] == [57, 164]
-
-
-def test_a_request_while_measuring_is_answered_by_that_measurement() -> None:
-    chip = ScriptedCompass(measuring_ms=7)
-    bench = bench_of(chip)
-    bench.put(50, request=ONCE)
-    bench.put(53, request=ONCE)
-    bench.run(200)
-    assert [at for at, _ in bench.said["heading_deg"]] == [57]
-
-
-def test_a_request_at_the_instant_a_measurement_ends_gets_one_of_its_own_at_once() -> None:
-    chip = ScriptedCompass(measuring_ms=7)
-    bench = bench_of(chip)
-    bench.put(50, request=ONCE)
-    bench.collide(57, request=ONCE)
-    bench.run(200)
-    assert [at for at, _ in bench.said["heading_deg"]] == [57, 64]
-
-
-def test_a_request_taken_back_while_measuring_is_not_answered() -> None:
-    chip = ScriptedCompass(measuring_ms=7)
-    bench = bench_of(chip)
-    bench.put(50, request=PERIODIC)
-    bench.put(53, request=STOP)
-    bench.run(200)
-    assert bench.said["heading_deg"] == []
-    assert chip.times("start") == [50]
+    assert bench.values("heading_deg") == [0, 1, 2, 3]
+    assert bench.said["calibration"] == said
 
 
 # Faults -------------------------------------------------------------------------------------------
 
 
-def test_a_request_that_fails_is_reported_and_tried_again_until_answered(
-    bench: AtomicBench, chip: ScriptedCompass
+@sentences(
+    {
+        "tried again until answered": (
+            "readings xx.; 50 request=1; 1000; answered is 250; steps is 0; consecutive is 1 2"
+        ),
+        "after some in a row the chip is brought up again": (
+            "readings xxx.; 50 request=1; 1000; answered is 260; steps is 0 250; "
+            "consecutive is 1 2 3"
+        ),
+    }
+)
+def test_a_request_that_fails_is(bench: Bench, lines: str) -> None:
+    bench.play(lines)
+
+
+def test_a_chip_that_hangs_sends_nothing_until_it_does_not(
+    bench: Bench, chip: ScriptedCompass
 ) -> None:
-    chip.readings = [SILENT, SILENT, bearing(5.0)]
-    bench.put(50, request=ONCE)
-    bench.run(1000)
-    assert [(at, fault.consecutive) for at, fault in bench.said["fault"]] == [(50, 1), (150, 2)]
-    assert bench.said["heading_deg"] == [(250, 5.0)]
-    assert chip.times("step") == [0]
-
-
-def test_after_some_failures_in_a_row_the_chip_is_brought_up_again(
-    bench: AtomicBench, chip: ScriptedCompass
-) -> None:
-    chip.readings = [SILENT, SILENT, SILENT, bearing(5.0)]
-    bench.put(50, request=ONCE)
-    bench.run(1000)
-    assert chip.times("step") == [0, 250]
-    assert bench.said["heading_deg"] == [(260, 5.0)]
-
-
-def test_a_measurement_that_cannot_be_started_is_a_fault() -> None:
-    chip = ScriptedCompass(measuring_ms=7)
-    chip.starts = [SILENT, None]
-    bench = bench_of(chip)
-    bench.put(50, request=ONCE)
-    bench.run(1000)
-    assert [fault.kind for fault in bench.faults] == ["NoAcknowledge"]
-    assert bench.said["heading_deg"] == [(157, 90.0)]
-
-
-def test_a_chip_that_hangs_sends_nothing_until_it_does_not(chip: ScriptedCompass) -> None:
-    bench = bench_of(chip)
-    chip.readings = [
-        bearing(90.0),
-        *[Stuck("chip", "field x", 7, n) for n in (9, 10)],
-        bearing(91.0),
-    ]
+    hung = [Stuck("chip", "field x", 7, readings) for readings in (9, 10)]
+    chip.readings = [bearing(90.0), *hung, bearing(91.0)]
     bench.put(50, request=PERIODIC)
     bench.run(400)
     assert bench.said["heading_deg"] == [(50, 90.0), (350, 91.0)]
-    assert [(fault.kind, fault.axis, fault.value) for fault in bench.faults] == [
-        ("Stuck", "field x", 7.0)
-    ] * 2
-    assert [fault.duration for fault in bench.faults] == [9 * PERIOD, 10 * PERIOD]
+    assert [(fault.kind, fault.axis, fault.value, fault.duration) for fault in bench.faults] == [
+        ("Stuck", "field x", 7.0, readings * PERIOD) for readings in (9, 10)
+    ]
 
 
-def test_a_bearing_may_stand_still(chip: ScriptedCompass) -> None:
-    bench = bench_of(chip)
+def test_a_bearing_may_stand_still(bench: Bench) -> None:
     bench.put(50, request=PERIODIC)
     bench.run(20_000)
     assert bench.faults == []

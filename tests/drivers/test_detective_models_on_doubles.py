@@ -1,15 +1,11 @@
 """Sonar, compass and treads models on register-level doubles, in virtual time."""
 
-import math
-
 import pytest
 from firmware_drivers.chips.cmps12 import Cmps12
-from firmware_drivers.chips.hmc5883l import Hmc5883l
 from firmware_drivers.chips.maxbotix import Maxbotix
 from firmware_drivers.chips.md25 import Md25
-from firmware_drivers.chips.sabertooth import Sabertooth
 from firmware_drivers.chips.srf08 import Srf08, Srf08Settings
-from firmware_drivers.compass import ONCE, PERIODIC, Compass, CompassSettings
+from firmware_drivers.compass import PERIODIC, Compass, CompassSettings
 from firmware_drivers.sonar import RangeFinder, Sonar, SonarSettings
 from firmware_drivers.treads import Treads, TreadSettings
 from hypothesis import given, settings
@@ -18,10 +14,8 @@ from hypothesis import strategies as st
 from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.time import MILLISECOND, SECOND
 from sim_doubles.chips.cmps12 import Cmps12Double
-from sim_doubles.chips.hmc5883l import Hmc5883lDouble
 from sim_doubles.chips.maxbotix import MaxbotixDouble
 from sim_doubles.chips.md25 import Md25Double
-from sim_doubles.chips.sabertooth import SabertoothDouble
 from sim_doubles.chips.srf08 import Srf08Double
 from sim_doubles.faults import AbsentTarget, FaultScript
 from sim_doubles.i2c_bus import I2cBusDouble
@@ -60,23 +54,6 @@ def approaching(at: int) -> float:
 def sonar_on(world: World, chip: RangeFinder, period_ms: int) -> AtomicBench:
     period = period_ms * MILLISECOND
     return world.run(Sonar("sonar", chip, SonarSettings(period=period, threshold_m=1.0)))
-
-
-@pytest.mark.slow
-def test_an_approaching_target_is_followed_and_detected_without_an_objection(
-    world: World,
-) -> None:
-    double = Srf08Double(world, 0x75, echoes=lambda at: [approaching(at)])
-    bus = I2cBusDouble("i2c-1", world, [double])
-    bench = sonar_on(world, Srf08(bus, 0x75), 65)
-    bench.put(200, start=1)
-    bench.run(10_000)
-    assert len(bench.values("distance")) == 151
-    for at_ms, distance in bench.said["distance"]:
-        assert distance == pytest.approx(approaching(round(at_ms * MILLISECOND)), abs=0.02)
-    assert bench.said["detected"][0][0] == pytest.approx(7500, abs=100)
-    assert bench.faults == []
-    assert list(double.warnings) == []
 
 
 @pytest.mark.slow
@@ -135,23 +112,6 @@ def turning(at: int) -> float:
 
 
 @pytest.mark.slow
-def test_a_turning_compass_is_followed(world: World) -> None:
-    double = Cmps12Double(world, 0x62, bearing_deg=turning)
-    bus = I2cBusDouble("i2c-1", world, [double])
-    every_50_ms = CompassSettings(period=50 * MILLISECOND, whole_degrees=True)
-    bench = world.run(Compass("compass2", Cmps12(bus, 0x62), every_50_ms))
-    bench.put(100, request=PERIODIC)
-    bench.run(8000)
-    assert len(bench.values("heading_deg")) == 159
-    for at_ms, heading in bench.said["heading_deg"]:
-        off = (heading - turning(round(at_ms * MILLISECOND)) + 180) % 360 - 180
-        assert abs(off) <= 0.55
-    assert bench.values("calibration") == [3]
-    assert bench.faults == []
-    assert list(double.warnings) == []
-
-
-@pytest.mark.slow
 def test_a_compass_that_hangs_is_reported_and_sends_no_heading(world: World) -> None:
     double = Cmps12Double(world, 0x62, bearing_deg=turning)
     double.hangs_from = 5 * SECOND
@@ -164,34 +124,6 @@ def test_a_compass_that_hangs_is_reported_and_sends_no_heading(world: World) -> 
     assert (first.kind, first.axis) == ("Stuck", "field x, field y, field z")
     assert bench.said["fault"][0][0] == pytest.approx(5800, abs=100)
     assert bench.said["heading_deg"][-1][0] < 5900
-
-
-@pytest.mark.slow
-def test_a_compass_at_rest_is_believed(world: World) -> None:
-    double = Cmps12Double(world, 0x62, bearing_deg=lambda _: 271.3)
-    bus = I2cBusDouble("i2c-1", world, [double])
-    chip = Cmps12(bus, 0x62, period_ns=20 * MILLISECOND)
-    bench = world.run(Compass("compass2", chip, CompassSettings(period=20 * MILLISECOND)))
-    bench.put(100, request=PERIODIC)
-    bench.run(30_000)
-    assert set(bench.values("heading_deg")) == {271.3}
-    assert bench.faults == []
-
-
-def test_a_magnetometer_answers_the_same_requests_after_its_measuring_time(world: World) -> None:
-    def field(at: int) -> tuple[float, float, float]:
-        angle = math.radians(turning(at))
-        return (20e-6 * math.cos(angle), 20e-6 * math.sin(angle), -40e-6)
-
-    double = Hmc5883lDouble(world, field)
-    bus = I2cBusDouble("i2c-1", world, [double])
-    bench = world.run(Compass("compass", Hmc5883l(bus), CompassSettings(period=100 * MILLISECOND)))
-    bench.put(1000, request=ONCE)
-    bench.run(2000)
-    ((at_ms, heading),) = bench.said["heading_deg"]
-    assert at_ms == 1010
-    assert heading == pytest.approx(60.4, abs=3.0)  # 2 mG of noise in 200
-    assert list(double.warnings) == []
 
 
 # Treads -------------------------------------------------------------------------------------------
@@ -236,16 +168,3 @@ def test_a_silent_md25_is_reported_within_a_refresh_and_stopped_by_its_own_timeo
     bench.put(9000, right=1, left=1)
     bench.run(10_000)
     assert double.speeds_rad_s == pytest.approx((5.0, 5.0), abs=0.05)
-
-
-def test_a_sabertooth_drives_the_same_model_and_stops_after_its_silence(world: World) -> None:
-    double = SabertoothDouble(world, full_speed_rad_s=10.0)
-    line = SerialLineDouble("ttyS0", world, double)
-    bench = world.run(Treads("treads", Sabertooth(line), TREADS))
-    bench.put(100, right=1, left=2)
-    bench.run(20_000)
-    assert double.speeds == pytest.approx((-0.5, 0.5), abs=0.01)
-    assert bench.faults == []
-    assert list(double.warnings) == []
-    world.after_death = 300 * MILLISECOND
-    assert double.speeds == (0.0, 0.0)

@@ -6,6 +6,15 @@ from firmware_drivers.gyro_bias import GyroBias
 from firmware_runtime.hal.wire_errors import NotReady
 from sim_doubles.worlds.noise import InstantNoise
 
+Rate = tuple[float, float, float]
+
+
+def bias_of(*rates: Rate) -> GyroBias:
+    bias = GyroBias(2)
+    for rate in rates:
+        bias.add(rate)
+    return bias
+
 
 def test_the_bias_is_the_mean_of_a_robot_at_rest() -> None:
     bias = GyroBias(4)
@@ -16,42 +25,35 @@ def test_the_bias_is_the_mean_of_a_robot_at_rest() -> None:
     assert bias.mean() == pytest.approx((0.08, -0.05, 0.02))
 
 
-def test_a_robot_that_moved_is_refused_with_axis_and_spread() -> None:
-    bias = GyroBias(2)
-    bias.add((0.0, 0.0, 0.0))
-    bias.add((0.0, 0.2, 0.0))
-    with pytest.raises(
-        NotReady, match=r"about y spreads over 0\.200 rad/s, expected 0\.05 at most"
-    ):
-        bias.mean()
+TURNS = "the robot turns"
 
 
-def test_a_robot_that_turns_evenly_is_refused_too() -> None:
-    bias = GyroBias(2)
-    for _ in range(2):
-        bias.add((0.0, 0.0, -1.0))
-    with pytest.raises(NotReady, match=r"mean rate about z is -1\.000 rad/s, .*the robot turns"):
-        bias.mean()
-
-
-def test_too_few_samples_are_no_bias() -> None:
-    bias = GyroBias(3)
-    bias.add((0.0, 0.0, 0.0))
-    with pytest.raises(NotReady, match="1 samples; expected 3"):
-        bias.mean()
-
-
-def test_a_rate_that_is_no_number_is_no_rest() -> None:
-    bias = GyroBias(2)
-    for rate in (0.0, math.nan):
-        bias.add((rate, 0.0, 0.0))
-    with pytest.raises(NotReady):
-        bias.mean()
+@pytest.mark.parametrize(
+    ("rates", "reason"),
+    [
+        pytest.param(
+            [(0.0, 0.0, 0.0), (0.0, 0.2, 0.0)],
+            r"about y spreads over 0\.200 rad/s, expected 0\.05 at most",
+            id="a robot that moved",
+        ),
+        pytest.param([(0.0, 0.0, -1.0)] * 2, rf"about z is -1\.000 rad/s, .*{TURNS}", id="a turn"),
+        pytest.param([(0.0, 0.09, 0.0)] * 2, rf"mean rate about y .*{TURNS}", id="a slow turn"),
+        pytest.param([(0.0, 0.35, 0.0)] * 2, rf"mean rate about y .*{TURNS}", id="a quick turn"),
+        pytest.param([(0.0, 0.0, 0.0)], "1 samples; expected 2", id="too few samples"),
+        pytest.param(
+            [(0.0, 0.0, 0.0), (math.nan, 0.0, 0.0)],
+            "rate|mean|spread",
+            id="a rate that is no number",
+        ),
+    ],
+)
+def test_what_is_no_rest_is_refused(rates: list[Rate], reason: str) -> None:
+    with pytest.raises(NotReady, match=reason):
+        bias_of(*rates).mean()
 
 
 def test_restarting_forgets_the_motion() -> None:
-    bias = GyroBias(2)
-    bias.add((5.0, 0.0, 0.0))
+    bias = bias_of((5.0, 0.0, 0.0))
     bias.restart()
     for _ in range(2):
         bias.add((0.01, 0.0, 0.0))
@@ -63,22 +65,13 @@ def test_a_bias_of_one_sample_cannot_be_asked_for() -> None:
         GyroBias(1)
 
 
-@pytest.mark.parametrize("rate", [0.09, 0.35])
-def test_more_than_the_part_may_have_by_its_data_sheet_is_a_turn(rate: float) -> None:
-    bias = GyroBias(2)
-    for _ in range(2):
-        bias.add((0.0, rate, 0.0))
-    with pytest.raises(NotReady, match=r"mean rate about y .* the robot turns"):
-        bias.mean()
-
-
 def test_a_field_that_turns_contradicts_a_gyro_that_hides_it() -> None:
     """A third of a radian a second, for half a second at 100 Hz."""
     bias = GyroBias(50)
     for number in range(50):
         angle = 0.35 * number / 100
         bias.add((0.0, 0.0, 0.01), (20e-6 * math.cos(angle), -20e-6 * math.sin(angle), -40e-6))
-    with pytest.raises(NotReady, match=r"the field changed .* the robot turns, whatever its gyro"):
+    with pytest.raises(NotReady, match=rf"the field changed .*{TURNS}, whatever its gyro"):
         bias.mean()
 
 

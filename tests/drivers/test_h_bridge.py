@@ -1,101 +1,76 @@
-from typing import TypeAlias
-
 import pytest
 from firmware_drivers.chips.h_bridge import HBridge
-from firmware_drivers.chips.pca9685 import Pca9685
 
 from firmware_runtime.errors import SettingError
-from firmware_runtime.hal.i2c import I2cBus, Message
 from firmware_runtime.hal.wire_errors import NotReady
+from tests.support.bare_pca9685 import BarePca9685
 
-Wire: TypeAlias = list[tuple[int, tuple[Message, ...]]]
-
-OFF = b"\x00\x00\x00\x10"
-ON = b"\x00\x10\x00\x00"
-HALF = b"\x00\x00\x00\x08"
+OFF, ON, HALF = "00 00 00 10", "00 10 00 00", "00 00 00 08"
 
 
 @pytest.fixture
-def registers() -> dict[int, bytearray]:
-    return {0x40: bytearray(9) + b"\x10" + bytearray(246)}
+def bare() -> BarePca9685:
+    """Return one that was brought up."""
+    return BarePca9685(running=True)
 
 
-@pytest.fixture
-def chip(register_bus: I2cBus, wire: Wire) -> Pca9685:
-    chip = Pca9685(register_bus)
-    for step in HBridge(chip, 0, 1, 2).bring_up(1000):
-        step.action()
-    wire.clear()
-    return chip
+def sent(bare: BarePca9685) -> list[tuple[int, str]]:
+    """First channel and counts of each burst."""
+    return [((data[0] - 6) // 4, data[1:].hex(" ")) for data in map(bytes, bare.written)]
 
 
-def sent(wire: Wire) -> list[bytes]:
-    return [messages[0] for _, messages in wire if isinstance(messages[0], bytes)]
-
-
-def test_each_order_is_one_burst_on_neighbouring_channels(chip: Pca9685, wire: Wire) -> None:
-    bridge = HBridge(chip, 8, 9, 10)
+def test_each_order_is_one_burst_on_neighbouring_channels(bare: BarePca9685) -> None:
+    bridge = HBridge(bare.driver, 8, 9, 10)
     bridge.forward(0.5)
     bridge.reverse(0.5)
     bridge.brake()
     bridge.coast()
     bridge.off()
-    first = bytes((0x06 + 4 * 8,))
-    assert sent(wire) == [
-        first + HALF + ON + OFF,
-        first + HALF + OFF + ON,
-        first + ON + ON + ON,
-        first + ON + OFF + OFF,
-        first + OFF + OFF + OFF,
+    assert sent(bare) == [
+        (8, f"{HALF} {ON} {OFF}"),
+        (8, f"{HALF} {OFF} {ON}"),
+        (8, f"{ON} {ON} {ON}"),
+        (8, f"{ON} {OFF} {OFF}"),
+        (8, f"{OFF} {OFF} {OFF}"),
     ]
 
 
 @pytest.mark.parametrize(
     ("channels", "burst"),
     [
-        ((13, 11, 12), ON + OFF + HALF),
-        ((7, 5, 6), ON + OFF + HALF),
-        ((2, 4, 3), HALF + OFF + ON),
-        ((1, 2, 0), OFF + HALF + ON),
+        ((13, 11, 12), f"{ON} {OFF} {HALF}"),
+        ((7, 5, 6), f"{ON} {OFF} {HALF}"),
+        ((2, 4, 3), f"{HALF} {OFF} {ON}"),
+        ((1, 2, 0), f"{OFF} {HALF} {ON}"),
     ],
 )
 def test_neighbours_may_stand_in_any_order(
-    chip: Pca9685, wire: Wire, channels: tuple[int, int, int], burst: bytes
+    bare: BarePca9685, channels: tuple[int, int, int], burst: str
 ) -> None:
-    HBridge(chip, *channels).forward(0.5)
-    assert sent(wire) == [bytes((0x06 + 4 * min(channels),)) + burst]
+    HBridge(bare.driver, *channels).forward(0.5)
+    assert sent(bare) == [(min(channels), burst)]
 
 
-def test_on_channels_apart_the_pwm_is_off_while_the_inputs_change(
-    chip: Pca9685, wire: Wire
-) -> None:
-    HBridge(chip, 0, 4, 8).reverse(0.5)
-    assert sent(wire) == [
-        bytes((0x06,)) + OFF,
-        bytes((0x06 + 4 * 4,)) + OFF,
-        bytes((0x06 + 4 * 8,)) + ON,
-        bytes((0x06,)) + HALF,
-    ]
+def test_on_channels_apart_the_pwm_is_off_while_the_inputs_change(bare: BarePca9685) -> None:
+    HBridge(bare.driver, 0, 4, 8).reverse(0.5)
+    assert sent(bare) == [(0, OFF), (4, OFF), (8, ON), (0, HALF)]
 
 
 @pytest.mark.parametrize("duty", [-0.1, 1.1])
-def test_a_duty_that_is_none_is_refused_and_nothing_is_sent(
-    chip: Pca9685, wire: Wire, duty: float
-) -> None:
+def test_a_duty_that_is_none_is_refused_and_nothing_is_sent(bare: BarePca9685, duty: float) -> None:
     with pytest.raises(ValueError, match="expected 0 to 1"):
-        HBridge(chip, 8, 9, 10).forward(duty)
-    assert wire == []
+        HBridge(bare.driver, 8, 9, 10).forward(duty)
+    assert bare.sent == []
 
 
-def test_before_bring_up_nothing_turns(register_bus: I2cBus, wire: Wire) -> None:
+def test_before_bring_up_nothing_turns() -> None:
+    bare = BarePca9685()
     with pytest.raises(NotReady, match="duties before bring-up"):
-        HBridge(Pca9685(register_bus), 8, 9, 10).forward(0.5)
-    assert wire == []
+        HBridge(bare.driver, 8, 9, 10).forward(0.5)
+    assert bare.sent == []
 
 
 @pytest.mark.parametrize("channels", [(8, 8, 9), (14, 15, 16), (-1, 0, 1)])
-def test_channels_that_cannot_be_are_refused(
-    register_bus: I2cBus, channels: tuple[int, int, int]
-) -> None:
+def test_channels_that_cannot_be_are_refused(channels: tuple[int, int, int]) -> None:
     with pytest.raises(SettingError, match="expected three different channels from 0 to 15"):
-        HBridge(Pca9685(register_bus), *channels)
+        HBridge(BarePca9685().driver, *channels)

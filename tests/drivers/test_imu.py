@@ -1,6 +1,6 @@
 """The IMU's model over a chip that answers as scripted: stages, bias, faults, a lost chip."""
 
-from typing import Any, cast
+from typing import Any, ClassVar, cast
 
 import pytest
 from firmware_drivers.chips.mounting import Vector
@@ -15,8 +15,9 @@ from firmware_drivers.imu import FAULTS_BEFORE_BRING_UP, Imu
 from firmware_runtime.devs.time import MILLISECOND
 from firmware_runtime.errors import SettingError
 from firmware_runtime.hal.wire_errors import HalError, Implausible, Stuck
-from tests.support.atomic_bench import AtomicBench
+from tests.support.scripted_bench import ScriptedBench
 from tests.support.scripted_chip import SILENT, ScriptedChip
+from tests.support.wire import sentences
 
 PERIOD_MS = 10
 SAMPLES = 4
@@ -56,19 +57,15 @@ class ScriptedMpu9250(ScriptedChip):
         return self.is_magnetometer_alive
 
 
-class Rig(AtomicBench):
+class Rig(ScriptedBench[ScriptedMpu9250]):
+    good: ClassVar = {"readings": sample()}
+
     """The model, its chip, and what it said."""
 
     def __init__(self) -> None:
-        self.chip = ScriptedMpu9250()
-        self.imu = Imu(
-            "imu",
-            cast("Mpu9250", self.chip),
-            PERIOD_MS * MILLISECOND,
-            GyroBias(SAMPLES, max_spread=0.05),
-        )
-        super().__init__(self.imu)
-        self.chip.now = lambda: self.simulator.now
+        chip, bias = ScriptedMpu9250(), GyroBias(SAMPLES, max_spread=0.05)
+        self.imu = Imu("imu", cast("Mpu9250", chip), PERIOD_MS * MILLISECOND, bias)
+        super().__init__(self.imu, chip)
 
     @property
     def samples(self) -> list[tuple[float, Any]]:
@@ -77,6 +74,18 @@ class Rig(AtomicBench):
     def fail(self, times: int) -> None:
         """Let the next reads fail, so many times, and then answer again."""
         self.chip.readings = [*[SILENT] * times, sample()]
+
+    def later(self, periods: int) -> None:
+        """Run until so many periods after the bias was complete."""
+        self.run(READY_MS + periods * PERIOD_MS)
+
+    @property
+    def sent(self) -> list[float]:
+        return [at_ms for at_ms, _ in self.samples]
+
+    @property
+    def unready(self) -> str:
+        return self.imu.unready() or ""
 
 
 @pytest.fixture
@@ -109,11 +118,6 @@ def test_the_bias_is_measured_first_and_nothing_is_sent_meanwhile(rig: Rig) -> N
     assert first.acceleration == (0.0, 0.0, 9.8)
 
 
-def test_from_then_on_there_is_one_sample_a_period(ready: Rig) -> None:
-    ready.run(READY_MS + 5 * PERIOD_MS)
-    assert [at for at, _ in ready.samples] == [READY_MS + PERIOD_MS * n for n in range(1, 6)]
-
-
 def test_a_robot_that_moved_is_measured_again_and_that_is_said(rig: Rig) -> None:
     rig.chip.readings = [sample(0.0), sample(0.4), sample(0.0), sample(0.4), sample(0.02)]
     rig.run(READY_MS)
@@ -125,37 +129,42 @@ def test_a_robot_that_moved_is_measured_again_and_that_is_said(rig: Rig) -> None
     assert rig.imu.bias == pytest.approx((0.01, -0.01, 0.02))
 
 
-def test_a_read_that_fails_is_a_fault_and_no_sample(ready: Rig) -> None:
-    ready.fail(2)
-    ready.run(READY_MS + 4 * PERIOD_MS)
-    assert [fault.consecutive for fault in ready.faults] == [1, 2]
-    assert [at for at, _ in ready.said["fault"]] == [READY_MS + 10, READY_MS + 20]
-    assert [at for at, _ in ready.samples] == [READY_MS + 30, READY_MS + 40]
-    assert ready.imu.consecutive_faults == 0
+@sentences(
+    {
+        "there is one sample a period": "110; sent is 70 80 90 100 110; consecutive is ()",
+        "a read that fails is a fault and no sample": (
+            "readings xx.; 100; consecutive is 1 2; sent is 90 100; readings x.; 110; "
+            "consecutive is 1 2 1"
+        ),
+        "it says why there are no samples": (
+            "unready is (); readings x; 70; unready is has failed; 90; "
+            "unready is has failed 3 times in a row"
+        ),
+    }
+)
+def test_one_that_is_ready(ready: Rig, lines: str) -> None:
+    ready.play(lines)
 
 
-def test_a_chip_that_failed_often_enough_in_a_row_is_brought_up_again(ready: Rig) -> None:
+def test_a_chip_that_failed_often_enough_in_a_row_is_brought_up_again_and_the_bias_outlives_it(
+    ready: Rig,
+) -> None:
     ready.fail(FAULTS_BEFORE_BRING_UP)
-    ready.run(READY_MS + FAULTS_BEFORE_BRING_UP * PERIOD_MS)
+    ready.later(FAULTS_BEFORE_BRING_UP)
     assert ready.chip.times("step") == [0.0]
-    ready.run(READY_MS + (FAULTS_BEFORE_BRING_UP + 1) * PERIOD_MS)
-    assert len(ready.chip.times("step")) == 2
+    ready.later(FAULTS_BEFORE_BRING_UP + 20)
+    _, again_at = ready.chip.times("step")
+    assert again_at <= READY_MS + (FAULTS_BEFORE_BRING_UP + 1) * PERIOD_MS
+    (first_at, first), *_ = ready.samples
+    assert first_at == again_at + BEGUN_MS + PERIOD_MS
+    assert first.rate == pytest.approx((0.0, 0.0, 0.0))
 
 
 def test_failures_that_a_good_read_interrupts_bring_nothing_up(ready: Rig) -> None:
     almost = [SILENT] * (FAULTS_BEFORE_BRING_UP - 1)
     ready.chip.readings = [*almost, sample(), *almost, sample()]
-    ready.run(READY_MS + 2 * FAULTS_BEFORE_BRING_UP * PERIOD_MS)
+    ready.later(2 * FAULTS_BEFORE_BRING_UP)
     assert ready.chip.times("step") == [0.0]
-
-
-def test_the_bias_outlives_a_new_bring_up(ready: Rig) -> None:
-    ready.fail(FAULTS_BEFORE_BRING_UP)
-    ready.run(READY_MS + 200)
-    again_at = ready.chip.times("step")[1]
-    sent = [at for at, _ in ready.samples]
-    assert sent[0] == again_at + BEGUN_MS + PERIOD_MS
-    assert ready.samples[0][1].rate == pytest.approx((0.0, 0.0, 0.0))
 
 
 def test_a_bring_up_that_fails_is_begun_again_after_a_while(rig: Rig) -> None:
@@ -171,12 +180,12 @@ STUCK_FIELD = Stuck("MPU-9250", "field x", 7, 50)
 
 
 def test_a_magnetometer_that_died_is_reported_once_and_samples_go_on(ready: Rig) -> None:
-    ready.run(READY_MS + PERIOD_MS)
+    ready.later(1)
     assert ready.chip.times("check") == []
     ready.chip.stuck_field = STUCK_FIELD
     ready.chip.is_magnetometer_alive = False
     ready.chip.warnings.append("no magnetometer")
-    ready.run(READY_MS + 4 * PERIOD_MS)
+    ready.later(4)
     assert [(fault.kind, fault.reason) for fault in ready.faults] == [
         ("Warning", "no magnetometer")
     ]
@@ -185,11 +194,11 @@ def test_a_magnetometer_that_died_is_reported_once_and_samples_go_on(ready: Rig)
 
 def test_a_field_that_stands_still_is_a_fault_each_time_it_begins(ready: Rig) -> None:
     ready.chip.stuck_field = STUCK_FIELD
-    ready.run(READY_MS + 3 * PERIOD_MS)
+    ready.later(3)
     ready.chip.stuck_field = None
-    ready.run(READY_MS + 5 * PERIOD_MS)
+    ready.later(5)
     ready.chip.stuck_field = STUCK_FIELD
-    ready.run(READY_MS + 7 * PERIOD_MS)
+    ready.later(7)
     assert [(fault.kind, fault.duration) for fault in ready.faults] == [
         ("Stuck", 50 * PERIOD_MS * MILLISECOND)
     ] * 2
@@ -199,25 +208,15 @@ def test_a_field_that_stands_still_is_a_fault_each_time_it_begins(ready: Rig) ->
 def test_a_gyro_that_is_dead_sends_no_sample_and_one_that_lives_again_does(ready: Rig) -> None:
     dead = Implausible("MPU-9250", "rate z", 9.0, "less", readings=3)
     ready.chip.readings = [dead, sample()]
-    ready.run(READY_MS + 2 * PERIOD_MS)
+    ready.later(2)
     (fault,) = ready.faults
     assert (fault.kind, fault.axis, fault.value) == ("Implausible", "rate z", 9.0)
     assert fault.duration == 3 * PERIOD_MS * MILLISECOND
-    assert [at for at, _ in ready.samples] == [READY_MS + 2 * PERIOD_MS]
+    assert ready.sent == [READY_MS + 2 * PERIOD_MS]
 
 
-def test_it_says_why_there_are_no_samples(rig: Rig) -> None:
-    rig.run(0)
-    assert rig.imu.unready() == "is not up yet"
-    rig.run(BEGUN_MS)
-    assert rig.imu.unready() == "is not calibrated yet"
-    rig.run(READY_MS)
-    assert rig.imu.unready() is None
-    rig.fail(100)
-    rig.run(READY_MS + PERIOD_MS)
-    assert rig.imu.unready() == "has failed"
-    rig.run(READY_MS + 3 * PERIOD_MS)
-    assert rig.imu.unready() == "has failed 3 times in a row"
+def test_before_it_is_ready_it_says_why_there_are_no_samples(rig: Rig) -> None:
+    rig.play("0; unready is is not up yet; 20; unready is is not calibrated yet; 60; unready is ()")
 
 
 def test_a_chip_that_samples_more_slowly_than_it_is_read_is_refused() -> None:

@@ -41,15 +41,11 @@ def test_axes_that_stand_still_together_are_found_by_the_product_of_their_odds(a
     assert (error.value, error.readings) == (7, found)
 
 
-def test_one_reading_that_lives_ends_it() -> None:
+def test_one_reading_that_lives_ends_it_and_after_a_restart_it_has_to_change() -> None:
     check = liveness()
     readings_until_stuck(check, 3)
     check.check((1, 2, 3))
     check.check((4, 5, 6))
-
-
-def test_what_was_stuck_has_to_change_after_a_restart() -> None:
-    check = liveness()
     readings_until_stuck(check, 3)
     check.restart()
     for _ in range(5):

@@ -137,77 +137,78 @@ def test_each_family_has_its_unit_and_its_word_for_nothing(
     assert sonar.read_distance() == pytest.approx(metres)
 
 
-def test_what_arrived_before_a_ranging_is_never_given(port: ScriptedPort, sonar: Maxbotix) -> None:
-    port.arrived = b"R100\rR1"
-    sonar.start_ranging()
-    port.arrived += b"01\r"
-    with pytest.raises(NotReady):
-        sonar.read_distance()
-    port.arrived += b"R102\r"
-    assert sonar.read_distance() == 1.02
-
-
-def test_a_frame_that_began_before_a_ranging_does_not_count(
-    port: ScriptedPort, sonar: Maxbotix
+@pytest.mark.parametrize(
+    ("before", "arrived", "reasons", "metres"),
+    [
+        pytest.param(
+            b"R100\rR1",
+            [b"01\r", b"R102\r"],
+            ["no frame"],
+            1.02,
+            id="what came before is never given",
+        ),
+        pytest.param(
+            b"", [b"R100\rR101\rR102\rR1"], [], 1.02, id="of several frames the newest is given"
+        ),
+        pytest.param(
+            b"",
+            [b"R1", b"00\r"],
+            ["no frame in 52 31, expected R, 3 digits"],
+            1.0,
+            id="a frame that comes in two readings is read",
+        ),
+        pytest.param(
+            b"",
+            [b"R000\r", b"R020\r"],
+            ["a frame says 0; expected its least distance"],
+            0.2,
+            id="a frame that says zero is no distance and the next one still counts",
+        ),
+        pytest.param(
+            b"",
+            [b"", b"R020\r"],
+            ["MaxBotix xl on ttyS0: nothing received, .*unplugged, unpowered or its RX pin"],
+            0.2,
+            id="a silent line is reported with what may be the reason",
+        ),
+        pytest.param(
+            b"",
+            [bytes(100) + b"\x2b\x06", b"R020\r"],
+            [r"no frame in (00 ){10}2b 06, .*its signal is inverted \(RS-232 polarity\)"],
+            0.2,
+            id="an inverted signal is found by its bytes",
+        ),
+    ],
+)
+def test_a_ranging_is_read_once_from_what_arrives_after_it(  # noqa: PLR0917 (fixtures and cases)
+    port: ScriptedPort,
+    sonar: Maxbotix,
+    before: bytes,
+    arrived: list[bytes],
+    reasons: list[str],
+    metres: float,
 ) -> None:
+    port.arrived = before
     sonar.start_ranging()
-    port.arrived = b"R1"
-    with pytest.raises(NotReady):
-        sonar.read_distance()
-    sonar.start_ranging()
-    port.arrived = b"01\r"
-    with pytest.raises(NotReady):
-        sonar.read_distance()
-
-
-def test_of_several_frames_the_newest_is_given(port: ScriptedPort, sonar: Maxbotix) -> None:
-    sonar.start_ranging()
-    port.arrived = b"R100\rR101\rR102\rR1"
-    assert sonar.read_distance() == 1.02
-
-
-def test_a_distance_is_given_once(port: ScriptedPort, sonar: Maxbotix) -> None:
-    sonar.start_ranging()
-    port.arrived = b"R100\r"
-    sonar.read_distance()
+    for data, reason in zip(arrived, reasons, strict=False):
+        port.arrived = data
+        with pytest.raises(NotReady, match=reason):
+            sonar.read_distance()
+    port.arrived = arrived[-1]
+    assert sonar.read_distance() == metres
     port.arrived = b"R101\r"
     with pytest.raises(NotReady, match="no ranging to read"):
         sonar.read_distance()
 
 
-def test_a_frame_that_comes_in_two_readings_is_read(port: ScriptedPort, sonar: Maxbotix) -> None:
-    sonar.start_ranging()
-    port.arrived = b"R1"
-    with pytest.raises(NotReady, match=r"no frame in 52 31, expected R, 3 digits"):
-        sonar.read_distance()
-    port.arrived = b"00\r"
-    assert sonar.read_distance() == 1.0
-
-
-def test_a_frame_that_says_zero_is_no_distance_and_the_next_one_still_counts(
+def test_a_frame_that_began_before_a_ranging_does_not_count(
     port: ScriptedPort, sonar: Maxbotix
 ) -> None:
-    sonar.start_ranging()
-    port.arrived = b"R000\r"
-    with pytest.raises(NotReady, match="a frame says 0; expected its least distance"):
-        sonar.read_distance()
-    port.arrived = b"R020\r"
-    assert sonar.read_distance() == 0.2
-
-
-def test_a_silent_line_is_reported_with_what_may_be_the_reason(sonar: Maxbotix) -> None:
-    sonar.start_ranging()
-    expected = "MaxBotix xl on ttyS0: nothing received, .*unplugged, unpowered or its RX pin"
-    with pytest.raises(NotReady, match=expected):
-        sonar.read_distance()
-
-
-def test_an_inverted_signal_is_found_by_its_bytes(port: ScriptedPort, sonar: Maxbotix) -> None:
-    sonar.start_ranging()
-    port.arrived = bytes(100) + b"\x2b\x06"
-    expected = r"no frame in (00 ){10}2b 06, .*its signal is inverted \(RS-232 polarity\)"
-    with pytest.raises(NotReady, match=expected):
-        sonar.read_distance()
+    for data in (b"R1", b"01\r"):
+        sonar.start_ranging()
+        port.arrived = data
+        with pytest.raises(NotReady):
+            sonar.read_distance()
 
 
 def test_bring_up_listens_for_one_frame(port: ScriptedPort, sonar: Maxbotix) -> None:

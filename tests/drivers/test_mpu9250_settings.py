@@ -3,10 +3,10 @@ from firmware_drivers.chips.mpu9250 import Mpu9250
 from firmware_drivers.chips.mpu9250_settings import Mpu9250Settings
 
 from firmware_runtime.errors import SettingError
-from firmware_runtime.hal.i2c import I2cBus
+from tests.support.bare_chip import RegisterBus
 
 
-def test_all_wrong_settings_are_listed_at_once(register_bus: I2cBus) -> None:
+def test_all_wrong_settings_are_listed_at_once() -> None:
     settings = Mpu9250Settings(
         sample_hz=300, bandwidth_hz=42, accel_range_g=3, gyro_range_dps=501, mounting="+x +y"
     )
@@ -18,7 +18,7 @@ def test_all_wrong_settings_are_listed_at_once(register_bus: I2cBus) -> None:
         "mounting",
     ]
     with pytest.raises(SettingError, match="accel_range_g: 3, expected one of 2, 4, 8, 16; gyro"):
-        Mpu9250(register_bus, settings=settings)
+        Mpu9250(RegisterBus(), settings=settings)
 
 
 @pytest.mark.parametrize("sample_hz", [0, 3, 300, 1001, -200])

@@ -6,12 +6,13 @@ import pytest
 from firmware_drivers.chips.h_bridge import HBridge
 from firmware_drivers.chips.pca9685 import Pca9685
 from firmware_drivers.esc import Esc, EscSettings
-from firmware_drivers.servo import Servo, Servos, ServosSettings
+from firmware_drivers.servo import Servos
 from firmware_drivers.thrust_pairs import ThrustPairs, ThrustSettings
 
 from firmware_runtime.devs.time import MILLISECOND
 from firmware_runtime.errors import SettingError
 from sim_doubles.i2c_bus import I2cBusDouble
+from tests.support.servos import PAN, servos_settings
 
 
 def chip() -> Pca9685:
@@ -19,17 +20,7 @@ def chip() -> Pca9685:
 
 
 def servos(on: Pca9685) -> None:
-    pan = Servo(
-        name="pan",
-        channel=0,
-        least_rad=-1.0,
-        most_rad=1.0,
-        least_pulse_us=1000.0,
-        most_pulse_us=2000.0,
-        slew_rad_s=4.0,
-    )
-    settings = ServosSettings(servos=(pan,), frequency_hz=50.0, period=20 * MILLISECOND)
-    Servos("head", on, settings)
+    Servos("head", on, servos_settings(PAN))
 
 
 def esc(on: Pca9685) -> None:

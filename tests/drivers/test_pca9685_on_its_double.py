@@ -1,33 +1,20 @@
 import pytest
 from firmware_drivers.chips.pca9685 import Pca9685, software_reset
 
-from firmware_runtime.hal.wire_errors import NoAcknowledge, NotReady
-from sim_doubles.chips.pca9685 import Pca9685Double
-from sim_doubles.clock import ManualClock
-from sim_doubles.i2c_bus import I2cBusDouble
+from firmware_runtime.hal.wire_errors import NotReady
+from tests.support.pca9685_on_its_double import DrivenPca9685
 
-ALL_CALL = 0x70
-
-
-class Bench:
-    """One chip on a bus; remembers whether any output was ever on."""
-
-    def __init__(self, true_osc_hz: float = 25e6) -> None:
-        self.clock = ManualClock()
-        self.double = Pca9685Double(self.clock, true_osc_hz=true_osc_hz)
-        self.bus = I2cBusDouble("i2c-1", self.clock, [self.double])
-
-    def bring_up(self, frequency_hz: float = 1000, osc_hz: float = 25e6) -> Pca9685:
-        chip = Pca9685(self.bus, osc_hz=osc_hz)
-        for step in chip.bring_up(frequency_hz):
-            step.action()
-            self.clock.advance(step.wait_ns)
-        return chip
+OFF, RUNNING = "all_off is True", "running is True"
 
 
 @pytest.fixture
-def bench() -> Bench:
-    return Bench()
+def rig() -> DrivenPca9685:
+    return DrivenPca9685()
+
+
+def refuses_duties(driver: Pca9685) -> None:
+    with pytest.raises(NotReady):
+        driver.set_duties(0, (0.5,) * 8)
 
 
 @pytest.mark.parametrize(
@@ -37,177 +24,116 @@ def bench() -> Bench:
 def test_the_rate_the_driver_states_is_the_rate_of_a_chip_so_calibrated(
     frequency_hz: float, osc_hz: float
 ) -> None:
-    bench = Bench(osc_hz)
-    chip = bench.bring_up(frequency_hz, osc_hz)
-    assert bench.double.frequency_hz == pytest.approx(chip.frequency_hz)
-    assert bench.double.running
+    rig = DrivenPca9685(osc_hz)
+    driver = rig.bring_up(frequency_hz, osc_hz)
+    assert rig.chip.frequency_hz == pytest.approx(driver.frequency_hz)
+    rig.play(RUNNING, OFF)
 
 
-def test_after_bring_up_the_chip_runs_with_all_outputs_off(bench: Bench) -> None:
-    bench.bring_up()
-    assert bench.double.running
-    assert bench.double.all_off
-
-
-def test_all_call_is_answered_at_power_up_and_never_again(bench: Bench) -> None:
-    bench.bus.write(ALL_CALL, b"\x00\x11")
-    bench.bring_up()
-    with pytest.raises(NoAcknowledge):
-        bench.bus.write(ALL_CALL, b"\x00\x51")
+def test_all_call_is_answered_at_power_up_and_never_again(rig: DrivenPca9685) -> None:
+    rig.play("0x70 W 00 11")
+    rig.bring_up()
+    rig.play("0x70 W 00 51 -> refused")
 
 
 @pytest.mark.parametrize(
-    "left_as",
+    "left_by",
     [
-        "running",
-        "asleep with a RESTART due",
-        "asleep, duties set",
-        "inverted",
-        "waiting for four registers",
+        pytest.param((), id="running"),
+        pytest.param(("W 00 30",), id="asleep with a RESTART due"),
+        pytest.param(("W 00 30", "W 06 00 00 00 08"), id="asleep, duties set"),
+        pytest.param(("W 01 14",), id="inverted"),
+        pytest.param(("W 01 0c",), id="waiting for four registers"),
     ],
 )
 def test_whatever_a_dead_program_left_no_output_goes_on_in_bring_up(
-    bench: Bench, left_as: str
+    rig: DrivenPca9685, left_by: tuple[str, ...]
 ) -> None:
-    bench.bring_up().set_duties(0, (0.9,) * 16)
-    if left_as == "asleep with a RESTART due":
-        bench.bus.write(0x40, b"\x00\x30")
-    elif left_as == "asleep, duties set":
-        bench.bus.write(0x40, b"\x00\x30")
-        bench.bus.write(0x40, b"\x06\x00\x00\x00\x08")
-    elif left_as == "inverted":
-        bench.bus.write(0x40, b"\x01\x14")
-    elif left_as == "waiting for four registers":
-        bench.bus.write(0x40, b"\x01\x0c")
-    chip = Pca9685(bench.bus)
-    wait, *steps = chip.bring_up(50)
-    bench.clock.advance(wait.wait_ns)
+    rig.bring_up().set_duties(0, (0.9,) * 16)
+    for line in left_by:
+        rig.play(line)
+    driver = Pca9685(rig.bus)
+    wait, *steps = driver.bring_up(50)
+    rig.clock.advance(wait.wait_ns)
     for step in steps:
         step.action()
-        assert bench.double.all_off, step.name
-        bench.clock.advance(step.wait_ns)
-    chip.set_duties(0, (0.9,))
-    assert bench.double.duties == (3686 / 4096, *(0.0,) * 15)
+        assert rig.chip.all_off, step.name
+        rig.clock.advance(step.wait_ns)
+    driver.set_duties(0, (0.9,))
+    rig.play(f"duties is {3686 / 4096} 0*15")
 
 
-def test_a_latched_external_clock_needs_a_software_reset(bench: Bench) -> None:
-    bench.bus.write(0x40, b"\x00\x10")
-    bench.bus.write(0x40, b"\x00\x50")
+def test_a_latched_external_clock_needs_a_software_reset(rig: DrivenPca9685) -> None:
+    rig.play("W 00 10; W 00 50; warns EXTCLK set")
     with pytest.raises(NotReady, match="EXTCLK is latched"):
-        bench.bring_up()
-    software_reset(bench.bus)
-    bench.bring_up()
-    assert bench.double.running
+        rig.bring_up()
+    software_reset(rig.bus)
+    rig.bring_up()
+    assert rig.chip.running
 
 
-def test_stop_all_stops_all_sixteen_and_duties_can_be_set_again(bench: Bench) -> None:
-    chip = bench.bring_up()
-    chip.set_duties(0, (0.7,) * 16)
-    chip.stop_all()
-    assert bench.double.all_off
-    assert bench.double.running
-    chip.set_duties(0, (0.7,))
-    assert bench.double.duties == (2867 / 4096, *(0.0,) * 15)
+def test_stop_all_stops_all_sixteen_and_duties_can_be_set_again(rig: DrivenPca9685) -> None:
+    driver = rig.bring_up()
+    driver.set_duties(0, (0.7,) * 16)
+    driver.stop_all()
+    rig.play(OFF, RUNNING)
+    driver.set_duties(0, (0.7,))
+    rig.play(f"duties is {2867 / 4096} 0*15")
 
 
-@pytest.mark.parametrize("mode2", [0x14, 0x0C, 0x1F])
+@pytest.mark.parametrize("mode2", ["14", "0c", "1f"])
 def test_stop_all_stops_what_is_inverted_or_waits_for_four_registers(
-    bench: Bench, mode2: int
+    rig: DrivenPca9685, mode2: str
 ) -> None:
-    chip = bench.bring_up()
-    chip.set_duties(0, (0.7,) * 8)
-    bench.bus.write(0x40, bytes((0x01, mode2)))
-    bench.bus.write(0x40, b"\xfd\x10")
-    assert not bench.double.all_off
-    assert f"MODE2 reads {mode2:02x}, so full-off may be on" in str(chip.still_on())
-    chip.stop_all()
-    assert bench.double.all_off
-    assert chip.still_on() is None
+    driver = rig.bring_up()
+    driver.set_duties(0, (0.7,) * 8)
+    rig.play(f"W 01 {mode2}; W fd 10; all_off is False")
+    assert f"MODE2 reads {mode2}, so full-off may be on" in str(driver.still_on())
+    driver.stop_all()
+    rig.play(OFF)
+    assert driver.still_on() is None
 
 
-def test_staggered_outputs_have_the_same_duties(bench: Bench) -> None:
-    bench.bring_up()
-    chip = Pca9685(bench.bus, staggered=True)
-    for step in chip.bring_up(1000):
-        step.action()
-        bench.clock.advance(step.wait_ns)
-    wanted = [channel / 15 for channel in range(16)]
-    assert chip.set_duties(0, wanted) == bench.double.duties
-    assert bench.double.duties == pytest.approx(wanted, abs=1 / 8192)
-
-
-def test_a_burst_after_a_brown_out_is_acknowledged_and_does_nothing_which_a_poll_shows(
-    bench: Bench,
+@pytest.mark.parametrize(
+    ("written", "read"),
+    [
+        pytest.param("W 00 30; W fe 79; W 00 20", "20 04 79", id="the rate"),
+        pytest.param("W 01 14", "20 14 05", id="inverted outputs"),
+        pytest.param("W 01 0c", "20 0c 05", id="outputs that wait for four registers"),
+        pytest.param("W 01 05", "20 05 05", id="outputs that are on while OE is high"),
+    ],
+)
+def test_what_another_program_has_set_is_found_by_a_poll_and_cured_by_bring_up(
+    rig: DrivenPca9685, written: str, read: str
 ) -> None:
-    chip = bench.bring_up()
-    chip.poll()
-    bench.double.power_cycle()
-    assert chip.set_duties(0, (0.5,) * 8) == (0.5,) * 8
-    assert bench.double.all_off
-    with pytest.raises(NotReady, match="read 11 11 1e, expected 20 04 05; it was reset"):
-        chip.poll()
-    with pytest.raises(NotReady):
-        chip.set_duties(0, (0.5,) * 8)
+    driver = rig.bring_up()
+    rate = rig.chip.frequency_hz
+    rig.play(written)
+    with pytest.raises(NotReady, match=f"read {read}, expected 20 04 05; it was reset or written"):
+        driver.poll()
+    refuses_duties(driver)
+    driver = rig.bring_up()
+    driver.set_duties(0, (0.25,))
+    driver.poll()
+    assert rig.chip.frequency_hz == rate
+    rig.play("duties is 0.25 0*15")
 
 
-def test_a_rate_that_another_program_has_set_is_found_by_a_poll_and_cured_by_bring_up(
-    bench: Bench,
-) -> None:
-    chip = bench.bring_up()
-    rate = bench.double.frequency_hz
-    for register, value in ((0x00, 0x30), (0xFE, 0x79), (0x00, 0x20)):
-        bench.bus.write(0x40, bytes((register, value)))
-    assert bench.double.frequency_hz < rate / 2
-    with pytest.raises(NotReady, match="read 20 04 79, expected 20 04 05; it was reset or written"):
-        chip.poll()
-    with pytest.raises(NotReady):
-        chip.set_duties(0, (0.5,))
-    bench.bring_up()
-    assert bench.double.frequency_hz == rate
-
-
-@pytest.mark.parametrize("mode2", [0x14, 0x0C, 0x05])
-def test_mode2_as_another_program_set_it_is_found_by_a_poll_and_cured_by_bring_up(
-    bench: Bench, mode2: int
-) -> None:
-    chip = bench.bring_up()
-    bench.bus.write(0x40, bytes((0x01, mode2)))
-    with pytest.raises(NotReady, match=f"read 20 {mode2:02x} 05, expected 20 04 05; it was"):
-        chip.poll()
-    with pytest.raises(NotReady):
-        chip.set_duties(0, (0.5,))
-    chip = bench.bring_up()
-    chip.set_duties(0, (0.25,))
-    chip.poll()
-    assert bench.double.duties == (0.25, *(0.0,) * 15)
-
-
-def test_a_brown_out_is_found_by_verify_and_cured_by_bring_up(bench: Bench) -> None:
-    chip = bench.bring_up()
-    chip.set_duties(0, (0.5,))
-    bench.double.power_cycle()
-    with pytest.raises(NotReady, match="read 11 11 1e, expected 20 04 05"):
-        chip.verify()
-    with pytest.raises(NotReady):
-        chip.set_duties(0, (0.5,))
-    bench.bring_up().set_duties(0, (0.5,))
-    assert bench.double.duty(0) == 0.5
-
-
-def test_what_is_on_is_read_back_by_a_process_that_comes_later(bench: Bench) -> None:
-    chip, later = bench.bring_up(), Pca9685(bench.bus)
+def test_what_is_on_is_read_back_by_a_process_that_comes_later(rig: DrivenPca9685) -> None:
+    driver, later = rig.bring_up(), Pca9685(rig.bus)
     assert later.still_on() is None
-    chip.set_duties(3, (0.25, 0.0, 1.0))
+    driver.set_duties(3, (0.25, 0.0, 1.0))
     assert later.still_on() == "PCA9685 at 0x40 on i2c-1: outputs 3, 5 are on"
     later.stop_all()
     assert later.still_on() is None
 
 
-def test_a_chip_that_does_not_count_registers_up_is_read_channel_by_channel(bench: Bench) -> None:
-    chip = Pca9685(bench.bus)
-    assert chip.still_on() is None  # as after power-up
-    bench.bus.write(0x40, b"\x01\x14")
-    assert "MODE2 reads 14" in str(chip.still_on())
-    bench.bus.write(0x40, b"\x01\x04")
-    bench.bus.write(0x40, b"\x09\x00")  # LED0_OFF_H
-    assert chip.still_on() == "PCA9685 at 0x40 on i2c-1: outputs 0 are on"
+def test_a_chip_that_does_not_count_registers_up_is_read_channel_by_channel(
+    rig: DrivenPca9685,
+) -> None:
+    driver = Pca9685(rig.bus)
+    assert driver.still_on() is None  # as after power-up
+    rig.play("W 01 14")
+    assert "MODE2 reads 14" in str(driver.still_on())
+    rig.play("W 01 04; W 09 00; warns channel 0 has ON == OFF")  # LED0_OFF_H
+    assert driver.still_on() == "PCA9685 at 0x40 on i2c-1: outputs 0 are on"

@@ -1,42 +1,38 @@
 import pytest
 from firmware_drivers.chips.h_bridge import HBridge
-from firmware_drivers.chips.pca9685 import Pca9685
 from firmware_drivers.radar_motor import RadarMotor, RadarMotorSettings
 
 from firmware_runtime.devs.time import NEVER, SECOND
 from firmware_runtime.errors import SettingError
-from sim_doubles.chips.pca9685 import Pca9685Double
-from sim_doubles.faults import FaultScript, NackAddress
-from sim_doubles.i2c_bus import I2cBusDouble
-from tests.support.atomic_bench import AtomicBench
+from tests.support.pca9685_bench import Pca9685Bench
+from tests.support.wire import sentences
 
 PWM, IN1, IN2 = 8, 9, 10
 
 
-class Radar:
+class Radar(Pca9685Bench):
     """A radar motor on a PCA9685 double."""
 
-    def __init__(self, longest_turn: int = NEVER) -> None:
-        self.bench: AtomicBench | None = None
-        self.double = Pca9685Double(self.now)
-        self.bus = I2cBusDouble("i2c1", self.now, [self.double])
-        bridge = HBridge(Pca9685(self.bus), PWM, IN1, IN2)
-        settings = RadarMotorSettings(duty=0.25, frequency_hz=1000.0, longest_turn=longest_turn)
-        self.bench = AtomicBench(RadarMotor("motor1", bridge, settings))
-
-    def now(self) -> int:
-        return 0 if self.bench is None else self.bench.simulator.now
-
-    def turn(self, at_ms: float, signal: int) -> AtomicBench:
-        assert self.bench is not None
-        self.bench.put(at_ms, turn=signal)
-        self.bench.run(at_ms)
-        return self.bench
+    def __init__(self, longest_turn: int = NEVER, duty: float = 0.25) -> None:
+        settings = RadarMotorSettings(duty=duty, frequency_hz=1000.0, longest_turn=longest_turn)
+        super().__init__(
+            lambda chip, _: RadarMotor("motor1", HBridge(chip, PWM, IN1, IN2), settings)
+        )
 
     @property
-    def levels(self) -> tuple[float, ...]:
-        """PWM, IN1 and IN2."""
-        return self.double.duties[PWM : IN2 + 1]
+    def turns(self) -> str:
+        """What PWM, IN1 and IN2 mean."""
+        words: dict[tuple[float, ...], str] = {
+            (0.25, 1, 0): "ahead",
+            (0.25, 0, 1): "back",
+            (1, 1, 1): "brake",
+            (0, 0, 0): "off",
+        }
+        return words[self.double.duties[PWM : IN2 + 1]]
+
+    @property
+    def reasons(self) -> str:
+        return " ".join(fault.reason for fault in self.faults)
 
 
 @pytest.fixture
@@ -44,82 +40,54 @@ def radar() -> Radar:
     return Radar()
 
 
-FORWARD, REVERSE, BRAKE, OFF = (0.25, 1, 0), (0.25, 0, 1), (1, 1, 1), (0, 0, 0)
+AHEAD = "100 turn=1; turns is ahead"
 
 
-def test_signals_turn_both_ways_and_brake(radar: Radar) -> None:
-    for at_ms, signal, levels in ((100, 1, FORWARD), (200, 2, REVERSE), (300, 0, BRAKE)):
-        radar.turn(at_ms, signal)
-        assert radar.levels == levels
-
-
-def test_each_signal_is_a_poll_of_two_and_one_burst_and_nothing_is_refreshed(radar: Radar) -> None:
-    bench = radar.turn(100, 0)
-    before = radar.bus.transactions
-    radar.turn(200, 1)
-    bench.run(10_000)
-    assert radar.bus.transactions == before + 3
-
-
-def test_a_signal_during_bring_up_is_kept(radar: Radar) -> None:
-    bench = radar.turn(5, 1)
-    assert radar.levels == OFF
-    bench.run(100)
-    assert radar.levels == FORWARD
+@sentences(
+    {
+        "signals turn both ways and brake": (
+            f"{AHEAD}; 200 turn=2; turns is back; 300 turn=0; turns is brake; reasons is ()"
+        ),
+        "a signal during bring-up is kept": "5 turn=1; turns is off; 100; turns is ahead",
+        "a silent chip is switched off again and again and then brought up": (
+            f"{AHEAD}; refuse 3; 200 turn=2; 299; turns is ahead; 300; off is True; 400 turn=2; "
+            "turns is back; consecutive is 1 2 3"
+        ),
+        "a chip that lost its supply is reported at the next signal and brought up": (
+            f"{AHEAD}; power cycle; 200 turn=2; off is True; consecutive is 1; 400 turn=2; "
+            "turns is back"
+        ),
+    }
+)
+def test_turning(radar: Radar, lines: str) -> None:
+    radar.play(lines)
 
 
 def test_a_signal_that_is_none_switches_off_and_says_so(radar: Radar) -> None:
-    radar.turn(100, 1)
-    bench = radar.turn(200, 3)
-    assert radar.double.all_off
-    assert "motor1.turn: signal 3, expected 0, 1 or 2" in bench.faults[0].reason
+    radar.play(AHEAD, "200 turn=3; off is True")
+    assert "motor1.turn: signal 3, expected 0, 1 or 2" in radar.reasons
 
 
-def test_a_silent_chip_is_switched_off_again_and_again_and_then_brought_up(radar: Radar) -> None:
-    radar.turn(100, 1)
-    radar.bus.faults = FaultScript([NackAddress(times=3)])
-    bench = radar.turn(200, 2)
-    assert radar.levels == FORWARD
-    bench.run(299)
-    assert radar.levels == FORWARD
-    bench.run(300)
-    assert radar.double.all_off
-    radar.turn(400, 2)
-    assert radar.levels == REVERSE
-    assert [fault.kind for fault in bench.faults] == ["NoAcknowledge"] * 3
-
-
-def test_a_chip_that_lost_its_supply_is_reported_at_the_next_signal_and_brought_up(
-    radar: Radar,
-) -> None:
-    radar.turn(100, 1)
-    radar.double.power_cycle()
-    bench = radar.turn(200, 2)
-    assert radar.double.all_off
-    assert "read 11 11 1e, expected 20 04 05" in bench.faults[0].reason
-    radar.turn(400, 2)
-    assert radar.levels == REVERSE
+def test_each_signal_is_a_poll_of_two_and_one_burst_and_nothing_is_refreshed(radar: Radar) -> None:
+    radar.play("100 turn=0; 100")
+    before = radar.bus.transactions
+    radar.play("200 turn=1; 10000")
+    assert radar.bus.transactions == before + 3
 
 
 def test_a_head_that_turns_for_too_long_is_switched_off() -> None:
     radar = Radar(longest_turn=5 * SECOND)
-    bench = radar.turn(1000, 1)
-    bench.run(5999)
-    assert radar.levels == FORWARD
-    bench.run(6000)
-    assert radar.double.all_off
-    assert bench.faults[0].reason == "motor1: no command for 5 s; stopped"
+    radar.play("1000 turn=1; 5999; turns is ahead; 6000; off is True")
+    assert radar.reasons == "motor1: no command for 5 s; stopped"
 
 
 def test_exit_leaves_all_channels_off(radar: Radar) -> None:
-    bench = radar.turn(100, 1)
-    assert bench.simulator.exit() == []
+    radar.play(AHEAD)
+    assert radar.simulator.exit() == []
     assert radar.double.all_off
 
 
 @pytest.mark.parametrize(("duty", "longest_turn"), [(0.0, SECOND), (1.5, SECOND), (0.5, 0)])
-def test_settings_that_cannot_be_are_refused(radar: Radar, duty: float, longest_turn: int) -> None:
-    bridge = HBridge(Pca9685(radar.bus), PWM, IN1, IN2)
-    settings = RadarMotorSettings(duty=duty, frequency_hz=1000.0, longest_turn=longest_turn)
+def test_settings_that_cannot_be_are_refused(duty: float, longest_turn: int) -> None:
     with pytest.raises(SettingError, match=r"motor1 on H-bridge on channels 8, 9, 10 of PCA9685"):
-        RadarMotor("motor1", bridge, settings)
+        Radar(longest_turn, duty)

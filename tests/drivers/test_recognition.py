@@ -44,7 +44,7 @@ CHIPS: list[tuple[int, Target, str, bool]] = [
 
 
 @pytest.mark.parametrize(("address", "chip", "name", "certain"), CHIPS)
-def test_a_chip_is_recognised_by_reading_registers(
+def test_a_chip_is_recognised_by_reading_and_only_numbers_of_registers_are_written(
     address: int, chip: Target, name: str, *, certain: bool
 ) -> None:
     bus = I2cBusDouble("i2c1", now, [chip])
@@ -53,12 +53,6 @@ def test_a_chip_is_recognised_by_reading_registers(
     assert found.certain is certain
     assert ("no identity register" in found.what) is not certain
     assert chip.warnings == []  # type: ignore[attr-defined]
-
-
-@pytest.mark.parametrize(("address", "chip"), [each[:2] for each in CHIPS])
-def test_nothing_but_the_number_of_a_register_is_written(address: int, chip: Target) -> None:
-    bus = I2cBusDouble("i2c1", now, [chip])
-    recognise(bus, address)
     assert bus.log
     for each in bus.log:
         *pointers, length = each.messages
@@ -74,17 +68,19 @@ def test_nothing_at_all_is_written_where_a_converter_would_switch_its_output_off
     assert [each.messages for each in bus.log] == [(2,)]
 
 
-def test_the_all_call_address_is_no_sonar() -> None:
-    bus = I2cBusDouble("i2c1", now, [Pca9685Double(now, 0x40)])
-    found = recognise(bus, 0x70)
+@pytest.mark.parametrize(
+    ("chip", "address", "what"),
+    [
+        (Pca9685Double(now, 0x40), 0x70, "all-call"),
+        (inertial(0x68), 0x68, "an MPU-6050"),
+    ],
+)
+def test_what_answers_and_is_none_of_ours_is_named_and_not_taken_for_it(
+    chip: Target, address: int, what: str
+) -> None:
+    found = recognise(I2cBusDouble("i2c1", now, [chip]), address)
     assert found.chips == ()
-    assert "all-call" in found.what
-
-
-def test_another_inertial_sensor_is_named_and_not_taken_for_ours() -> None:
-    found = recognise(I2cBusDouble("i2c1", now, [inertial(0x68)]), 0x68)
-    assert found.chips == ()
-    assert "an MPU-6050" in found.what
+    assert what in found.what
 
 
 def test_a_driver_that_woke_it_shows() -> None:

@@ -26,16 +26,15 @@ def some(convention: Convention, leaf: str, value: object, **options: float) -> 
     return found
 
 
-def test_an_inertial_sample_is_raw_data_without_an_orientation() -> None:
+def test_an_inertial_sample_is_raw_data_without_an_orientation_and_a_field_where_it_is_new() -> (
+    None
+):
     imu = some(INERTIAL_SAMPLE, "data_raw", SAMPLE)
     assert imu["linear_acceleration"] == {"x": 0.1, "y": 0.2, "z": 9.8}
     assert imu["angular_velocity"] == {"x": 0.01, "y": 0.02, "z": 0.03}
     assert imu["orientation_covariance"][0] == -1
     assert "orientation" not in imu
     assert some(INERTIAL_SAMPLE, "temperature", SAMPLE) == {"temperature": 25.5}
-
-
-def test_a_field_is_published_where_there_is_a_new_one() -> None:
     field = some(INERTIAL_SAMPLE, "mag", SAMPLE)
     assert field == {"magnetic_field": {"x": 2e-5, "y": 0.0, "z": -4e-5}}
     assert fields(INERTIAL_SAMPLE, "mag", SAMPLE._replace(field=None)) is None
@@ -85,13 +84,10 @@ def twist(x: float, yaw: float, y: float = 0.0) -> Any:  # noqa: ANN401
     )
 
 
-def test_both_twists_are_a_velocity() -> None:
+def test_both_twists_are_a_velocity_and_a_motion_to_the_side_is_refused() -> None:
     plain_one, stamped = VELOCITY.into
     expected = {"forward_m_s": 0.5, "turn_rad_s": -1.0}
     assert plain_one.value(twist(0.5, -1.0), {}) == expected
     assert stamped.value(SimpleNamespace(twist=twist(0.5, -1.0)), {}) == expected
-
-
-def test_a_motion_to_the_side_is_refused() -> None:
     with pytest.raises(ValueError, match="expected x and yaw"):
-        VELOCITY.into[0].value(twist(0.5, 0.0, y=0.1), {})
+        plain_one.value(twist(0.5, 0.0, y=0.1), {})

@@ -122,14 +122,18 @@ def test_a_speed_that_is_none_is_refused_and_nothing_is_sent(
     assert port.written == []
 
 
-@pytest.mark.parametrize("timeout_ns", [0, TENTH // 2, TENTH + 1, 128 * TENTH, -TENTH])
-def test_a_timeout_it_cannot_have_is_refused_and_off_is_none_of_them(
-    port: RecordingPort, timeout_ns: int
+@pytest.mark.parametrize(
+    ("address", "timeout_ns", "fault"),
+    [
+        *(
+            (128, timeout_ns, r"expected 0\.1 s to 12\.7 s in steps of 0\.1 s")
+            for timeout_ns in (0, TENTH // 2, TENTH + 1, 128 * TENTH, -TENTH)
+        ),
+        (136, TENTH, "address: 136, expected 128 to 135"),
+    ],
+)
+def test_a_timeout_or_an_address_it_cannot_have_is_refused_and_off_is_none_of_them(
+    port: RecordingPort, address: int, timeout_ns: int, fault: str
 ) -> None:
-    with pytest.raises(SettingError, match=r"expected 0\.1 s to 12\.7 s in steps of 0\.1 s"):
-        Sabertooth(port, settings=SabertoothSettings(timeout_ns=timeout_ns))
-
-
-def test_an_address_it_cannot_have_is_refused(port: RecordingPort) -> None:
-    with pytest.raises(SettingError, match="address: 136, expected 128 to 135"):
-        Sabertooth(port, 136)
+    with pytest.raises(SettingError, match=fault):
+        Sabertooth(port, address, SabertoothSettings(timeout_ns=timeout_ns))

@@ -4,17 +4,14 @@ import pytest
 from firmware_drivers.chips.pca9685 import Pca9685
 from firmware_drivers.servo import Servo, Servos, ServosSettings
 
-from firmware_runtime.devs.coupled import Coupled
-from firmware_runtime.devs.simulator import Simulator
 from firmware_runtime.devs.time import MILLISECOND, NEVER
 from firmware_runtime.errors import SettingError
 from firmware_runtime.hal.budget import bits
-from firmware_runtime.hal.wire_errors import Fault
-from sim_doubles.chips.pca9685 import Pca9685Double
-from sim_doubles.faults import FaultScript, NackAddress
 from sim_doubles.i2c_bus import I2cBusDouble
 from sim_doubles.worlds.servo import ServoParameters, ServoPlant, pulse_of
-from tests.support.servos import PAN
+from tests.support.pca9685_bench import Pca9685Bench
+from tests.support.servos import PAN, servos_settings
+from tests.support.wire import sentences
 
 TILT = Servo(
     name="tilt",
@@ -27,213 +24,144 @@ TILT = Servo(
 )
 
 
-def settings(timeout: int = NEVER) -> ServosSettings:
-    return ServosSettings(
-        servos=(PAN, TILT), frequency_hz=50.0, period=20 * MILLISECOND, timeout=timeout
-    )
-
-
-class Bench:
-    """Two servos on a PCA9685 double; commands come in by hand."""
+class Bench(Pca9685Bench):
+    """Two servos on a PCA9685 double, and the plant that one of them turns."""
 
     def __init__(self, timeout: int = NEVER) -> None:
-        self.simulator: Simulator | None = None
-        self.enabled = True
-        self.chip = Pca9685Double(self.now)
+        settings = servos_settings(PAN, TILT, timeout=timeout)
+        super().__init__(lambda chip, interlock: Servos("head", chip, settings, interlock))
+        assert isinstance(self.actuator, Servos)
+        self.servos = self.actuator
         self.plant = ServoPlant(
-            ServoParameters(least_pulse_us=1000.0, most_pulse_us=2000.0), pulse_of(self.chip, 2)
+            ServoParameters(least_pulse_us=1000.0, most_pulse_us=2000.0), pulse_of(self.double, 2)
         )
-        self.chip.before_change = lambda: self.plant.advance(self.now())
-        self.bus = I2cBusDouble("i2c1", self.now, [self.chip])
-        top = Coupled("top")
-        self.model = top.add(
-            Servos("head", Pca9685(self.bus), settings(timeout), lambda: self.enabled)
-        )
-        self.ports = {
-            "pan": top.in_port("pan", float),
-            "tilt": top.in_port("tilt", float),
-        }
-        self.release_port = top.in_port("release", bool)
-        for name, port in self.ports.items():
-            top.couple(port, self.model.angle[name])
-        top.couple(self.release_port, self.model.release)
-        self.simulator = Simulator(top, checked=True)
-        self.faults: list[Fault] = []
-        self.simulator.listen(self.model.fault_out, lambda _at, value: self.faults.append(value))
+        self.double.before_change = lambda: self.plant.advance(self.now())
 
-    def now(self) -> int:
-        return 0 if self.simulator is None else self.simulator.now
+    def pulse(self, servo: Servo) -> str:
+        return f"{round(pulse_of(self.double, servo.channel)() / 10) * 10}"
 
-    def run(self, until_ms: int) -> None:
-        assert self.simulator is not None
-        self.simulator.run(until_ms * MILLISECOND)
+    @property
+    def pan_us(self) -> str:
+        return self.pulse(PAN)
 
-    def turn(self, at_ms: int, **angles: float) -> None:
-        assert self.simulator is not None
-        self.run(at_ms)
-        for name, angle in angles.items():
-            self.simulator.inject(self.ports[name], angle)
-        self.simulator.advance(at_ms * MILLISECOND)
-
-    def release(self, at_ms: int) -> None:
-        assert self.simulator is not None
-        self.run(at_ms)
-        self.simulator.inject(self.release_port, True)
-        self.simulator.advance(at_ms * MILLISECOND)
-
-    def pulse_us(self, servo: Servo) -> float:
-        return pulse_of(self.chip, servo.channel)()
+    @property
+    def tilt_us(self) -> str:
+        return self.pulse(TILT)
 
 
-def close(pulse_us: float) -> object:
-    return pytest.approx(pulse_us, abs=4.0)  # a count is 4.9 us
+@pytest.fixture
+def bench() -> Bench:
+    return Bench()
 
 
-def test_all_servos_are_limp_until_a_command_comes_and_then_only_that_one_is_driven() -> None:
-    bench = Bench()
-    bench.run(1000)
-    assert bench.chip.all_off
-    bench.turn(1000, pan=0.5)
-    assert bench.pulse_us(PAN) == close(1750.0)
-    assert bench.pulse_us(TILT) == 0.0
-
-
-def test_a_chip_that_a_probe_has_just_woken_is_brought_up_once_its_oscillator_runs() -> None:
-    bench = Bench()
-    bench.model.chip.silence()
-    bench.model.chip.identify()
-    bench.turn(100, pan=0.5)
-    assert bench.chip.warnings == []
-    assert bench.pulse_us(PAN) == close(1750.0)
-
-
-def test_a_servo_upside_down_has_its_longer_pulse_at_the_lesser_angle() -> None:
-    bench = Bench()
-    bench.turn(100, tilt=0.1)
-    assert bench.pulse_us(TILT) == close(1900.0)
-
-
-@pytest.mark.parametrize(("angle", "pulse_us"), [(9.0, 2000.0), (-9.0, 1000.0)])
-def test_a_command_beyond_the_limits_is_cut_to_them(angle: float, pulse_us: float) -> None:
-    bench = Bench()
-    bench.turn(100, pan=angle)
-    assert bench.pulse_us(PAN) == close(pulse_us)
-
-
-def test_the_angle_changes_no_faster_than_the_slew_however_often_commands_come() -> None:
-    bench = Bench()
-    bench.turn(100, pan=-1.0)
-    for at_ms in range(200, 700, 31):
-        bench.turn(at_ms, pan=1.0)
-        expected = -1.0 + 2.0 * (at_ms - 200) / 1000
-        assert bench.model.written["pan"] == pytest.approx(expected, abs=0.05)
-    bench.run(1300)
-    assert bench.model.written["pan"] == 1.0
-    assert bench.pulse_us(PAN) == close(2000.0)
-
-
-def test_the_plant_follows_and_holds() -> None:
-    bench = Bench()
-    bench.turn(100, pan=1.0)
-    bench.run(400)
-    assert bench.plant.angle_rad(bench.now()) == pytest.approx(math.pi / 2, abs=0.02)
-    bench.release(400)
-    bench.run(600)
-    assert bench.chip.all_off
-    assert bench.plant.angle_rad(bench.now()) == pytest.approx(math.pi / 2, abs=0.02)
-    assert bench.faults == []
+@sentences(
+    {
+        "all are limp until a command comes, and then only that one is driven": (
+            "1000; off is True; 1000 pan=0.5; pan_us is 1750; tilt_us is 0; consecutive is ()"
+        ),
+        "upside down, the longer pulse is at the lesser angle": "100 tilt=0.1; tilt_us is 1900",
+        "a command is cut to the upper limit": "100 pan=9.0; pan_us is 2000",
+        "a command is cut to the lower limit": "100 pan=-9.0; pan_us is 1000",
+        "what is no angle makes all limp": (
+            "100 pan=0.2; 200 tilt=nan; off is True; consecutive is 1"
+        ),
+        "the interlock turns all off and the command waits for it": (
+            "100 pan=0.2; switch; 130; off is True; 500 pan=-0.2; 1000; off is True; switch; 2000; "
+            "pan_us is 1400"
+        ),
+        "after a loss of power the chip gets its command again": (
+            "100 pan=0.2; power cycle; 1000; pan_us is 1600; consecutive is 1"
+        ),
+        "after a refusal the chip gets its command again": (
+            "100 pan=0.2; refuse 1; 1000; pan_us is 1600; consecutive is 1"
+        ),
+    }
+)
+def test_commands_become_pulses(bench: Bench, lines: str) -> None:
+    bench.play(lines)
 
 
 def test_without_a_new_command_for_the_timeout_all_go_limp() -> None:
     bench = Bench(timeout=500 * MILLISECOND)
-    bench.turn(100, pan=0.2)
-    bench.run(590)
-    assert not bench.chip.all_off
-    bench.run(640)
-    assert bench.chip.all_off
-    assert len(bench.faults) == 1
-    bench.turn(700, pan=0.2)
-    assert bench.pulse_us(PAN) == close(1600.0)
+    bench.play("100 pan=0.2; 590; off is False; 640; off is True; consecutive is 1")
+    bench.play("700 pan=0.2; pan_us is 1600")
 
 
-def test_what_is_no_angle_makes_all_limp() -> None:
-    bench = Bench()
-    bench.turn(100, pan=0.2)
-    bench.turn(200, tilt=math.nan)
-    assert bench.chip.all_off
-    assert "nan rad" in bench.faults[0].reason
+def test_a_chip_that_a_probe_has_just_woken_is_brought_up_once_its_oscillator_runs(
+    bench: Bench,
+) -> None:
+    bench.servos.chip.silence()
+    bench.servos.chip.identify()
+    bench.play("100 pan=0.5; pan_us is 1750")
+    assert bench.double.warnings == []
 
 
-def test_the_interlock_turns_all_off_and_the_command_waits_for_it() -> None:
-    bench = Bench()
-    bench.turn(100, pan=0.2)
-    bench.enabled = False
-    bench.run(130)
-    assert bench.chip.all_off
-    bench.turn(500, pan=-0.2)
-    bench.run(1000)
-    assert bench.chip.all_off
-    bench.enabled = True
-    bench.run(2000)
-    assert bench.pulse_us(PAN) == close(1400.0)
+def test_the_angle_changes_no_faster_than_the_slew_however_often_commands_come(
+    bench: Bench,
+) -> None:
+    bench.put(100, pan=-1.0)
+    for at_ms in range(200, 700, 31):
+        bench.put(at_ms, pan=1.0)
+        expected = -1.0 + 2.0 * (at_ms - 200) / 1000
+        assert bench.servos.written["pan"] == pytest.approx(expected, abs=0.05)
+    bench.run(1300)
+    assert bench.servos.written["pan"] == 1.0
+    bench.play("1300; pan_us is 2000")
 
 
-def test_a_chip_that_lost_power_is_brought_up_again_and_gets_its_command() -> None:
-    bench = Bench()
-    bench.turn(100, pan=0.2)
-    bench.bus.power_cycle()
-    bench.run(1000)
-    assert bench.pulse_us(PAN) == close(1600.0)
-    assert len(bench.faults) == 1
+def test_the_plant_follows_and_holds(bench: Bench) -> None:
+    bench.put(100, pan=1.0)
+    for at_ms, command in ((400, {"release": True}), (600, {"release": True})):
+        bench.run(at_ms)
+        assert bench.plant.angle_rad(bench.now()) == pytest.approx(math.pi / 2, abs=0.02)
+        bench.put(at_ms, **command)
+        assert bench.double.all_off
+    assert bench.faults == []
 
 
-def test_a_refusal_on_the_bus_is_followed_by_off_and_then_by_the_same_command() -> None:
-    bench = Bench()
-    bench.turn(100, pan=0.2)
-    bench.bus.faults = FaultScript([NackAddress(address=0x40, times=1)])
-    bench.run(1000)
-    assert bench.pulse_us(PAN) == close(1600.0)
-    assert len(bench.faults) == 1
+def test_the_end_leaves_everything_off(bench: Bench) -> None:
+    bench.put(100, pan=0.2, tilt=0.3)
+    bench.servos.exit()
+    assert bench.double.all_off
 
 
-def test_the_end_leaves_everything_off() -> None:
-    bench = Bench()
-    bench.turn(100, pan=0.2, tilt=0.3)
-    bench.model.exit()
-    assert bench.chip.all_off
-
-
-def test_the_traffic_stated_is_that_of_a_period_and_of_a_command() -> None:
-    bench = Bench()
-    bench.turn(100, pan=0.2, tilt=0.3)
+def test_the_traffic_stated_is_that_of_a_period_and_of_a_command(bench: Bench) -> None:
+    bench.put(100, pan=0.2, tilt=0.3)
     before = bench.bus.bits
     bench.run(120)
-    once = sum(map(bits, settings().traffic))
+    once = sum(map(bits, servos_settings(PAN, TILT).traffic))
     assert bench.bus.bits - before == once
-    bench.turn(130, pan=0.1, tilt=0.3)
+    bench.put(130, pan=0.1, tilt=0.3)
     assert bench.bus.bits - before == 2 * once
-    bench.turn(150, pan=0.2, tilt=0.3)  # at the instant at which the pulses are due again
+    bench.put(150, pan=0.2, tilt=0.3)  # at the instant at which the pulses are due again
     assert bench.bus.bits - before == 4 * once
 
 
-def test_every_wrong_setting_is_named() -> None:
-    wrong = Servo(
-        name="pan",
-        channel=16,
-        least_rad=1.0,
-        most_rad=1.0,
-        least_pulse_us=0.0,
-        most_pulse_us=30_000.0,
-        slew_rad_s=0.0,
-    )
-    found = ServosSettings(servos=(PAN, wrong), frequency_hz=50.0, period=0, timeout=-1).faults()
-    keys = [fault.partition(":")[0] for fault in found]
-    assert keys == [
-        *("pan.channel", "pan.least_rad, most_rad", "pan.slew_rad_s"),
-        *("pan.least_pulse_us", "pan.most_pulse_us", "name", "period", "timeout"),
-    ]
-    too_fast = ServosSettings(servos=(PAN,), frequency_hz=1000.0, period=1)
-    assert [fault.partition(":")[0] for fault in too_fast.faults()] == ["frequency_hz"]
-    empty = ServosSettings(servos=(), frequency_hz=50.0, period=1)
-    with pytest.raises(SettingError, match="servos: none"):
-        Servos("head", Pca9685(I2cBusDouble("i2c1", lambda: 0, [])), empty)
+WRONG = Servo(
+    name="pan",
+    channel=16,
+    least_rad=1.0,
+    most_rad=1.0,
+    least_pulse_us=0.0,
+    most_pulse_us=30_000.0,
+    slew_rad_s=0.0,
+)
+
+
+@pytest.mark.parametrize(
+    ("settings", "keys"),
+    [
+        (
+            ServosSettings(servos=(PAN, WRONG), frequency_hz=50.0, period=0, timeout=-1),
+            "pan.channel least_rad slew_rad_s least_pulse_us most_pulse_us name period timeout",
+        ),
+        (ServosSettings(servos=(PAN,), frequency_hz=1000.0, period=1), "frequency_hz"),
+        (ServosSettings(servos=(), frequency_hz=50.0, period=1), "servos"),
+    ],
+)
+def test_every_wrong_setting_is_named(settings: ServosSettings, keys: str) -> None:
+    assert len(settings.faults()) == len(keys.split())
+    for fault, key in zip(settings.faults(), keys.split(), strict=True):
+        assert key in fault.partition(":")[0]
+    with pytest.raises(SettingError, match=keys.split(maxsplit=1)[0]):
+        Servos("head", Pca9685(I2cBusDouble("i2c1", lambda: 0, [])), settings)

@@ -11,21 +11,18 @@ from firmware_drivers.hardware import BringUp
 from firmware_runtime.devs.time import MILLISECOND, SECOND
 from firmware_runtime.errors import SettingError
 from firmware_runtime.hal.wire_errors import NoAcknowledge, NotReady
-from sim_doubles.chips.pca9685 import Pca9685Double
 from sim_doubles.clock import ManualClock
 from sim_doubles.faults import FaultScript, NackAddress
-from sim_doubles.i2c_bus import I2cBusDouble
+from tests.support.wired_pca9685 import WiredPca9685
 
 
-class Rig:
+class Rig(WiredPca9685):
     def __init__(self) -> None:
-        self.clock = ManualClock()
-        self.double = Pca9685Double(self.clock, 0x40)
-        self.bus = I2cBusDouble("i2c1", self.clock, [self.double])
-        self.chip = Pca9685(self.bus, 0x40)
+        super().__init__(ManualClock())
+        self.double, self.driver = self.chip, Pca9685(self.bus, 0x40)
 
     def bring_up(self, frequency_hz: float = 1000.0) -> BringUp:
-        begun = BringUp(lambda: self.chip.share_bring_up(frequency_hz))
+        begun = BringUp(lambda: self.driver.share_bring_up(frequency_hz))
         begun.restart()
         return begun
 
@@ -55,13 +52,13 @@ def test_one_model_takes_the_steps_and_the_others_wait(rig: Rig) -> None:
     names = rig.finish(rig.bring_up(), rig.bring_up(), rig.bring_up())
     assert names.count("wake") == 1
     assert names.count("verify") == 3
-    assert rig.chip.is_running
+    assert rig.driver.is_running
     assert rig.double.warnings == []
 
 
 def test_the_outputs_of_others_stay_as_they_are_when_one_comes_later(rig: Rig) -> None:
     rig.finish(rig.bring_up())
-    rig.chip.set_duties(0, (0.25, 0.5))
+    rig.driver.set_duties(0, (0.25, 0.5))
     rig.finish(rig.bring_up())
     assert rig.double.duties[:2] == (0.25, 0.5)
 
@@ -94,8 +91,8 @@ def test_two_rates_on_one_chip_are_refused(rig: Rig) -> None:
 def test_stopping_some_outputs_leaves_the_others_on(rig: Rig, *, is_running: bool) -> None:
     if is_running:
         rig.finish(rig.bring_up())
-        rig.chip.set_duties(0, (0.5,) * 16)
-    rig.chip.stop((3, 4, 5))
+        rig.driver.set_duties(0, (0.5,) * 16)
+    rig.driver.stop((3, 4, 5))
     assert rig.double.duties[3:6] == (0.0, 0.0, 0.0)
     assert [duty > 0.0 for duty in rig.double.duties].count(True) == (13 if is_running else 0)
 
@@ -104,16 +101,16 @@ def test_stopping_some_outputs_of_an_inverted_chip_stops_them_and_drives_the_oth
     rig: Rig,
 ) -> None:
     rig.finish(rig.bring_up())
-    rig.chip.set_duties(0, (0.25,) * 16)
+    rig.driver.set_duties(0, (0.25,) * 16)
     rig.bus.write(0x40, b"\x01\x14")
-    rig.chip.stop((3, 4, 5))
+    rig.driver.stop((3, 4, 5))
     assert rig.double.duties == (*(0.25,) * 3, 0.0, 0.0, 0.0, *(0.25,) * 10)
 
 
 def motors(rig: Rig) -> Iterator[DcMotor]:
     settings = DcMotorSettings(1000.0, 100 * MILLISECOND)
     for first in (0, 3):
-        bridge = HBridge(rig.chip, first, first + 1, first + 2)
+        bridge = HBridge(rig.driver, first, first + 1, first + 2)
         yield DcMotor(f"motor{first}", bridge, settings)
 
 

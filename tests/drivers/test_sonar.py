@@ -1,5 +1,3 @@
-import math
-
 import pytest
 from firmware_drivers.chips.step import Step
 from firmware_drivers.sonar import READINGS, Sonar, SonarSettings
@@ -7,11 +5,10 @@ from firmware_drivers.sonar import READINGS, Sonar, SonarSettings
 from firmware_runtime.devs.time import MILLISECOND
 from firmware_runtime.errors import SettingError
 from firmware_runtime.hal.wire_errors import BusTimeout, HalError, NotReady
-from tests.support.atomic_bench import AtomicBench
-from tests.support.scripted_chip import SILENT, ScriptedChip
+from tests.support.scripted_bench import ScriptedBench
+from tests.support.scripted_chip import ScriptedChip
+from tests.support.wire import sentences
 
-UP = 10.0
-"""Ms the bring-up takes."""
 BUSY = NotReady("scripted chip: no answer, expected the echo")
 
 
@@ -40,157 +37,130 @@ def chip() -> ScriptedSonar:
     return ScriptedSonar()
 
 
+class Bench(ScriptedBench[ScriptedSonar]):
+    def __init__(self, chip: ScriptedSonar, *, only_entering: bool = False) -> None:
+        settings = SonarSettings(100 * MILLISECOND, threshold_m=0.5, only_entering=only_entering)
+        super().__init__(Sonar("sonar", chip, settings), chip)
+
+    @property
+    def pings(self) -> list[float]:
+        return self.chip.times("ping")
+
+    @property
+    def reads(self) -> list[float]:
+        return self.chip.times("read")
+
+    def at(self, port: str) -> list[float]:
+        return [at_ms for at_ms, _ in self.said[port]]
+
+    @property
+    def distances(self) -> list[float]:
+        return self.at("distance")
+
+    @property
+    def detected(self) -> list[float]:
+        return self.at("detected")
+
+    @property
+    def failed(self) -> str:
+        """Each fault as `ms:kind:number in its row`."""
+        return " ".join(
+            f"{at:g}:{fault.kind}:{fault.consecutive}" for at, fault in self.said["fault"]
+        )
+
+
 @pytest.fixture
-def bench(chip: ScriptedSonar) -> AtomicBench:
-    settings = SonarSettings(period=100 * MILLISECOND, threshold_m=0.5)
-    bench = AtomicBench(Sonar("sonar", chip, settings))
-    chip.now = lambda: bench.simulator.now
-    return bench
+def bench(chip: ScriptedSonar) -> Bench:
+    return Bench(chip)
 
 
-def test_it_says_nothing_until_it_is_started(bench: AtomicBench, chip: ScriptedSonar) -> None:
-    bench.run(1000)
-    assert bench.model.phase == "idle"
-    assert chip.calls == [("step", 0.0)]
-    assert not any(bench.said.values())
+@sentences(
+    {
+        "nothing until it is started": "1000; pings is (); steps is 0; phase is idle",
+        "it pings every period and reads when the ranging is over": (
+            "50 start=1; 300; pings is 50 150 250; reads is 86 186 286; distances is 86 186 286"
+        ),
+        "a start may be a bool too": "50 start=True; 120 start=False; 1000; pings is 50",
+        "a start during bring-up is kept": "5 start=1; 50; pings is 10; reads is 46",
+        "a stop while ranging leaves the chip and the port alone": (
+            "50 start=1; 60 start=0; 1000; pings is 50; reads is (); distances is (); phase is idle"
+        ),
+        "a start right after a stop waits for the period": (
+            "50 start=1; 60 start=0; 100 start=1; 200; pings is 50 150; reads is 186"
+        ),
+        "a second start changes nothing": (
+            "50 start=1; 60 start=1; 140 start=1; 300; pings is 50 150 250"
+        ),
+    }
+)
+def test_pings_and_readings(bench: Bench, lines: str) -> None:
+    bench.play(f"{lines}; detected is (); failed is ()")
+    assert {*bench.values("distance")} <= {1.0}
 
 
-def test_it_pings_every_period_and_reads_when_the_ranging_is_over(
-    bench: AtomicBench, chip: ScriptedSonar
+@pytest.mark.parametrize(
+    ("only_entering", "echoes", "detected"),
+    [(False, "0.51 0.5 0.02 inf", "186 286"), (True, "0.3 0.3 inf 0.4 0.3 0.6 0.5", "386 686")],
+    ids=["only of what is near enough", "by a sweeping one only of what enters its beam"],
+)
+def test_detections(
+    chip: ScriptedSonar, echoes: str, detected: str, *, only_entering: bool
 ) -> None:
-    bench.put(50, start=1)
-    bench.run(300)
-    assert chip.times("ping") == [50, 150, 250]
-    assert chip.times("read") == [86, 186, 286]
-    assert bench.said["distance"] == [(86, 1.0), (186, 1.0), (286, 1.0)]
+    bench = Bench(chip, only_entering=only_entering)
+    chip.echoes = [*map(float, echoes.split())]
+    until_ms = 49 + 100 * len(chip.echoes)
+    bench.play(f"50 start=1; {until_ms}; detected is {detected}; failed is ()")
+    assert bench.values("distance") == [*map(float, echoes.split())]
 
 
-def test_only_what_is_near_enough_is_a_detection(bench: AtomicBench, chip: ScriptedSonar) -> None:
-    chip.echoes = [0.51, 0.5, 0.02, math.inf]
-    bench.put(50, start=1)
-    bench.run(449)
-    assert bench.values("distance") == [0.51, 0.5, 0.02, math.inf]
-    assert bench.said["detected"] == [(186, 1), (286, 1)]
-    assert bench.faults == []
-
-
-def test_a_sweeping_sonar_detects_only_what_enters_its_beam(chip: ScriptedSonar) -> None:
-    settings = SonarSettings(100 * MILLISECOND, threshold_m=0.5, only_entering=True)
-    bench = AtomicBench(Sonar("sonar", chip, settings))
-    chip.now = lambda: bench.simulator.now
-    chip.echoes = [0.3, 0.3, math.inf, 0.4, 0.3, 0.6, 0.5]
-    bench.put(50, start=1)
-    bench.run(749)
-    assert bench.values("distance") == [0.3, 0.3, math.inf, 0.4, 0.3, 0.6, 0.5]
-    assert bench.said["detected"] == [(386, 1), (686, 1)]
-
-
-def test_a_start_may_be_a_bool_too(bench: AtomicBench, chip: ScriptedSonar) -> None:
-    bench.put(50, start=True)
-    bench.put(120, start=False)
-    bench.run(1000)
-    assert chip.times("ping") == [50]
-
-
-def test_a_start_during_bring_up_is_kept(bench: AtomicBench, chip: ScriptedSonar) -> None:
-    bench.put(5, start=1)
-    bench.run(50)
-    assert chip.times("ping") == [UP]
-
-
-def test_a_stop_while_ranging_leaves_the_chip_and_the_port_alone(
-    bench: AtomicBench, chip: ScriptedSonar
-) -> None:
-    bench.put(50, start=1)
-    bench.put(60, start=0)
-    bench.run(1000)
-    assert chip.calls[1:] == [("ping", 50)]
-    assert bench.values("distance") == []
-    assert bench.model.phase == "idle"
-
-
-def test_a_start_right_after_a_stop_waits_for_the_period(
-    bench: AtomicBench, chip: ScriptedSonar
-) -> None:
-    bench.put(50, start=1)
-    bench.put(60, start=0)
-    bench.put(100, start=1)
-    bench.run(200)
-    assert chip.times("ping") == [50, 150]
-
-
-def test_a_second_start_changes_nothing(bench: AtomicBench, chip: ScriptedSonar) -> None:
-    bench.put(50, start=1)
-    bench.put(60, start=1)
-    bench.put(140, start=1)
-    bench.run(300)
-    assert chip.times("ping") == [50, 150, 250]
-
-
-def test_a_stop_at_the_instant_of_the_echo_comes_after_it(bench: AtomicBench) -> None:
+def test_a_stop_at_the_instant_of_the_echo_comes_after_it(bench: Bench) -> None:
     bench.put(50, start=1)
     bench.collide(86, start=0)
     bench.run(1000)
     assert bench.said["distance"] == [(86, 1.0)]
 
 
-def test_an_echo_that_is_late_is_asked_for_again(bench: AtomicBench, chip: ScriptedSonar) -> None:
-    chip.echoes = [BUSY, BUSY, 2.0]
-    bench.put(50, start=1)
-    bench.run(200)
-    assert chip.times("read") == [86, 91, 96, 186]
-    assert bench.said["distance"] == [(96, 2.0), (186, 2.0)]
-    assert chip.times("ping") == [50, 150]
-    assert bench.faults == []
-
-
-def test_an_echo_that_never_comes_is_a_fault_and_the_next_ping_is_on_time(
-    bench: AtomicBench, chip: ScriptedSonar
+@pytest.mark.parametrize(
+    ("echoes", "lines"),
+    [
+        pytest.param(
+            [BUSY, BUSY, 2.0],
+            "reads is 86 91 96 186; distances is 96 186; failed is ()",
+            id="an echo that is late is asked for again",
+        ),
+        pytest.param(
+            [*[BUSY] * READINGS, 2.0],
+            "reads is 86 91 96 101 106 186; distances is 186; failed is 106:NotReady:1",
+            id="an echo that never comes is a fault and the next ping is on time",
+        ),
+        pytest.param(
+            [BusTimeout("i2c-1 stuck"), 2.0],
+            "reads is 86 186; distances is 186; failed is 86:BusTimeout:1",
+            id="an error while reading is not asked again",
+        ),
+    ],
+)
+def test_an_echo_that_cannot_be_read(
+    bench: Bench, chip: ScriptedSonar, echoes: list[float | HalError], lines: str
 ) -> None:
-    chip.echoes = [BUSY]
-    bench.put(50, start=1)
-    bench.run(249)
-    assert len(chip.times("read")) == 2 * READINGS
-    assert bench.said["distance"] == []
-    assert [(at, fault.kind, fault.consecutive) for at, fault in bench.said["fault"]] == [
-        (106, "NotReady", 1),
-        (206, "NotReady", 2),
-    ]
-    assert chip.times("ping") == [50, 150]
+    chip.echoes = [*echoes]
+    bench.play(f"50 start=1; 200; pings is 50 150; {lines}")
 
 
-def test_a_ping_without_an_answer_is_a_fault_each_period_until_one_does(
-    bench: AtomicBench, chip: ScriptedSonar
-) -> None:
-    chip.pings = [SILENT, SILENT, None, SILENT, None]
-    bench.put(50, start=1)
-    bench.run(500)
-    assert [(at, fault.consecutive) for at, fault in bench.said["fault"]] == [
-        (50, 1),
-        (150, 2),
-        (350, 1),
-    ]
-    assert [at for at, _ in bench.said["distance"]] == [286, 486]
-
-
-def test_an_error_while_reading_is_not_asked_again(bench: AtomicBench, chip: ScriptedSonar) -> None:
-    chip.echoes = [BusTimeout("i2c-1 stuck"), 1.0]
-    bench.put(50, start=1)
-    bench.run(200)
-    assert chip.times("read") == [86, 186]
-    assert [fault.kind for fault in bench.faults] == ["BusTimeout"]
-
-
-def test_a_failed_bring_up_is_reported_and_begun_again(
-    bench: AtomicBench, chip: ScriptedSonar
-) -> None:
-    chip.steps = [SILENT, SILENT, None]
-    chip.pings = [SILENT, None]
-    bench.put(5, start=1)
-    bench.run(300)
-    faults = [(at, fault.consecutive) for at, fault in bench.said["fault"]]
-    assert faults == [(0, 1), (100, 2), (210, 1)]
-    assert chip.times("ping")[0] == 210
+@sentences(
+    {
+        "a ping without an answer is a fault each period until one does": (
+            "pings xx.x.; 50 start=1; 500; distances is 286 486; "
+            "failed is 50:NoAcknowledge:1 150:NoAcknowledge:2 350:NoAcknowledge:1"
+        ),
+        "a failed bring-up is reported and begun again": (
+            "steps xx.; pings x.; 5 start=1; 300; "
+            "failed is 0:NoAcknowledge:1 100:NoAcknowledge:2 210:NoAcknowledge:1"
+        ),
+    }
+)
+def test_a_chip_that_is_silent(bench: Bench, lines: str) -> None:
+    bench.play(lines)
 
 
 def test_a_period_shorter_than_the_chip_allows_is_refused(chip: ScriptedSonar) -> None:
@@ -199,33 +169,29 @@ def test_a_period_shorter_than_the_chip_allows_is_refused(chip: ScriptedSonar) -
         Sonar("sonar", chip, settings)
 
 
-def sonar_of(bench: AtomicBench) -> Sonar:
+GONE = BusTimeout("scripted chip: silent")
+
+
+@pytest.mark.parametrize(
+    ("steps", "echoes", "counts"),
+    [
+        pytest.param([None], [GONE], True, id="in every use"),
+        pytest.param([None], [1.0, GONE], False, id="but worked once"),
+        pytest.param([GONE], [1.0], False, id="in its bring-up, which is no use"),
+    ],
+)
+def test_failed_uses_of_one_that_failed(
+    bench: Bench,
+    chip: ScriptedSonar,
+    steps: list[HalError | None],
+    echoes: list[float | HalError],
+    *,
+    counts: bool,
+) -> None:
+    chip.steps, chip.echoes = [*steps], [*echoes]
+    bench.put(50, start=1)
+    bench.run(1000)
     assert isinstance(bench.model, Sonar)
-    return bench.model
-
-
-def test_one_that_failed_in_every_use_says_how_often(
-    bench: AtomicBench, chip: ScriptedSonar
-) -> None:
-    chip.echoes = [BusTimeout("scripted chip: silent")]
-    bench.put(50, start=1)
-    bench.run(1000)
-    assert sonar_of(bench).failed_uses() == len(bench.faults) > 2
-    assert sonar_of(bench).unready() is not None
-
-
-def test_one_that_worked_once_has_not_failed_in_every_use(
-    bench: AtomicBench, chip: ScriptedSonar
-) -> None:
-    chip.echoes = [1.0, BusTimeout("scripted chip: silent")]
-    bench.put(50, start=1)
-    bench.run(1000)
     assert len(bench.faults) > 2
-    assert sonar_of(bench).failed_uses() == 0
-
-
-def test_a_bring_up_that_failed_is_no_use(bench: AtomicBench, chip: ScriptedSonar) -> None:
-    chip.steps = [BusTimeout("scripted chip: silent")]
-    bench.run(1000)
-    assert len(bench.faults) > 2
-    assert sonar_of(bench).failed_uses() == 0
+    assert bench.model.failed_uses() == (len(bench.faults) if counts else 0)
+    assert bench.model.unready() is not None

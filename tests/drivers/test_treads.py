@@ -2,12 +2,12 @@ import math
 
 import pytest
 from firmware_drivers.chips.md25 import Md25Report
-from firmware_drivers.treads import Treads, TreadSpeeds
+from firmware_drivers.treads import Treads
 
 from firmware_runtime.devs.time import MILLISECOND
 from firmware_runtime.errors import SettingError
-from tests.support.atomic_bench import AtomicBench
-from tests.support.scripted_treads import ScriptedDriver, bench_of, settings
+from tests.support.scripted_treads import ScriptedDriver, TreadsBench, bench_of, settings
+from tests.support.wire import sentences
 
 REPORT = Md25Report(1, 2, 12.0, 0.1, 0.2)
 
@@ -18,106 +18,50 @@ def driver() -> ScriptedDriver:
 
 
 @pytest.fixture
-def bench(driver: ScriptedDriver) -> AtomicBench:
+def bench(driver: ScriptedDriver) -> TreadsBench:
     return bench_of(driver, settings())
 
 
 # Commands -----------------------------------------------------------------------------------------
 
 
-def test_nothing_turns_until_it_is_commanded(bench: AtomicBench, driver: ScriptedDriver) -> None:
-    bench.run(5000)
-    assert driver.driven == []
-    assert bench.model.phase == "still"
-
-
-@pytest.mark.parametrize(
-    ("right", "left", "driven"),
-    [(1, 1, (0.5, 0.5)), (1, 2, (-0.5, 0.5)), (2, 1, (0.5, -0.5)), (2, 2, (-0.5, -0.5))],
+@sentences(
+    {
+        "nothing turns until it is commanded": "5000; driven is (); phase is still",
+        "both sides are one write": "50 right=1 left=1; driven is 50:0.5/0.5",
+        "a turn to the left": "50 right=1 left=2; driven is 50:-0.5/0.5",
+        "a turn to the right": "50 right=2 left=1; driven is 50:0.5/-0.5",
+        "both astern": "50 right=2 left=2; driven is 50:-0.5/-0.5",
+        "a signal for one side leaves the other as it is": (
+            "50 right=1 left=2; 100 left=1; 150 right=0; "
+            "driven is 50:-0.5/0.5 100:0.5/0.5 150:0.5/0"
+        ),
+        "a command puts the next refresh off": (
+            "50 right=1; 240 left=1; 445; driven is 50:0/0.5 240:0.5/0.5 440:0.5/0.5"
+        ),
+        "speeds are taken as they are": "50 speeds=(0.25,-0.75); driven is 50:0.25/-0.75",
+        "speeds are clipped": "50 speeds=(2.0,-7.0); driven is 50:1/-1",
+        "a signal goes before speeds for its own side": (
+            "50 speeds=(0.1,0.1) left=2; driven is 50:-0.5/0.1"
+        ),
+        "a command during bring-up is kept": "3 right=1; 5 left=1; 60; driven is 10:0.5/0.5",
+        "moving treads are refreshed and standing ones left alone": (
+            "50 right=1 left=1; 500 right=0 left=0; 5000; "
+            "driven is 50:0.5/0.5 250:0.5/0.5 450:0.5/0.5 500:0/0; phase is still"
+        ),
+    }
 )
-def test_signals_of_one_instant_are_one_write(
-    bench: AtomicBench,
-    driver: ScriptedDriver,
-    right: int,
-    left: int,
-    driven: tuple[float, float],
-) -> None:
-    bench.put(50, right=right, left=left)
-    bench.run(60)
-    assert driver.driven == [(driven, 50)]
-
-
-def test_a_signal_for_one_side_leaves_the_other_as_it_is(
-    bench: AtomicBench, driver: ScriptedDriver
-) -> None:
-    bench.put(50, right=1, left=2)
-    bench.put(100, left=1)
-    bench.put(150, right=0)
-    bench.run(160)
-    assert [call for call, _ in driver.driven] == [(-0.5, 0.5), (0.5, 0.5), (0.5, 0.0)]
-
-
-def test_moving_treads_are_refreshed_and_standing_ones_left_alone(
-    bench: AtomicBench, driver: ScriptedDriver
-) -> None:
-    bench.put(50, right=1, left=1)
-    bench.put(500, right=0, left=0)
-    bench.run(5000)
-    assert driver.driven == [
-        ((0.5, 0.5), 50),
-        ((0.5, 0.5), 250),
-        ((0.5, 0.5), 450),
-        ((0.0, 0.0), 500),
-    ]
-
-
-def test_a_command_puts_the_next_refresh_off(bench: AtomicBench, driver: ScriptedDriver) -> None:
-    bench.put(50, right=1)
-    bench.put(240, left=1)
-    bench.run(445)
-    assert [at for _, at in driver.driven] == [50, 240, 440]
-
-
-@pytest.mark.parametrize(
-    ("speeds", "driven"),
-    [((0.25, -0.75), (0.25, -0.75)), ((2.0, -7.0), (1.0, -1.0))],
-)
-def test_speeds_are_taken_as_they_are_and_clipped(
-    bench: AtomicBench,
-    driver: ScriptedDriver,
-    speeds: tuple[float, float],
-    driven: tuple[float, float],
-) -> None:
-    bench.put(50, speeds=TreadSpeeds(*speeds))
-    bench.run(60)
-    assert driver.driven == [(driven, 50)]
-
-
-def test_a_signal_goes_before_speeds_for_its_own_side(
-    bench: AtomicBench, driver: ScriptedDriver
-) -> None:
-    bench.put(50, speeds=TreadSpeeds(0.1, 0.1), left=2)
-    bench.run(60)
-    assert driver.driven == [((-0.5, 0.1), 50)]
+def test_commands_are_driven(bench: TreadsBench, lines: str) -> None:
+    bench.play(lines)
 
 
 def test_a_reversed_motor_is_driven_the_other_way(driver: ScriptedDriver) -> None:
     bench = bench_of(driver, settings(left_reversed=True))
-    bench.put(50, right=1, left=1)
-    bench.put(60, right=1, left=0)
-    bench.run(70)
-    assert [call for call, _ in driver.driven] == [(-0.5, 0.5), (0.0, 0.5)]
-
-
-def test_a_command_during_bring_up_is_kept(bench: AtomicBench, driver: ScriptedDriver) -> None:
-    bench.put(3, right=1)
-    bench.put(5, left=1)
-    bench.run(60)
-    assert driver.driven == [((0.5, 0.5), 10)]
+    bench.play("50 right=1 left=1; 60 right=1 left=0; driven is 50:-0.5/0.5 60:0/0.5")
 
 
 def test_a_command_at_the_instant_of_a_refresh_is_written_last(
-    bench: AtomicBench, driver: ScriptedDriver
+    bench: TreadsBench, driver: ScriptedDriver
 ) -> None:
     bench.put(50, right=1, left=1)
     bench.collide(250, right=0, left=0)
@@ -127,7 +71,7 @@ def test_a_command_at_the_instant_of_a_refresh_is_written_last(
 
 
 def test_what_the_driver_says_is_sent_with_each_write(
-    bench: AtomicBench, driver: ScriptedDriver
+    bench: TreadsBench, driver: ScriptedDriver
 ) -> None:
     driver.drives = [REPORT]
     bench.put(50, right=1)

@@ -6,9 +6,9 @@ from firmware_drivers.motors import FAULTS_BEFORE_FORGETTING
 from firmware_drivers.treads import TreadSpeeds
 
 from firmware_runtime.devs.time import MILLISECOND
-from tests.support.atomic_bench import AtomicBench
 from tests.support.scripted_chip import SILENT
-from tests.support.scripted_treads import STOP, ScriptedDriver, bench_of, settings
+from tests.support.scripted_treads import STOP, ScriptedDriver, TreadsBench, bench_of, settings
+from tests.support.wire import sentences
 
 
 @pytest.fixture
@@ -17,7 +17,7 @@ def driver() -> ScriptedDriver:
 
 
 @pytest.fixture
-def bench(driver: ScriptedDriver) -> AtomicBench:
+def bench(driver: ScriptedDriver) -> TreadsBench:
     return bench_of(driver, settings())
 
 
@@ -31,7 +31,7 @@ def bench(driver: ScriptedDriver) -> AtomicBench:
     ],
 )
 def test_a_command_that_is_none_stops_both_and_says_why(
-    bench: AtomicBench, driver: ScriptedDriver, command: dict[str, object], reason: str
+    bench: TreadsBench, driver: ScriptedDriver, command: dict[str, object], reason: str
 ) -> None:
     bench.put(50, right=1, left=1)
     bench.put(60, **command)
@@ -43,70 +43,61 @@ def test_a_command_that_is_none_stops_both_and_says_why(
     assert bench.model.phase == "still"
 
 
-def test_a_good_command_is_obeyed_after_one_that_was_none(
-    bench: AtomicBench, driver: ScriptedDriver
-) -> None:
-    bench.put(50, left=3)
-    bench.put(60, left=1)
-    bench.run(70)
-    assert driver.driven == [(STOP, 50), ((0.5, 0.0), 60)]
-    assert len(bench.faults) == 1
+AHEAD = "50 right=1 left=1"
 
 
-def test_a_chip_that_did_not_take_the_stop_of_a_bad_command_is_brought_up_again(
-    bench: AtomicBench, driver: ScriptedDriver
-) -> None:
-    driver.stops = [SILENT, None]
-    bench.put(50, left=3)
-    bench.run(200)
-    assert driver.times(STOP) == [50, 100]
-    assert driver.times("step") == [0, 100]
+@sentences(
+    {
+        "a good command is obeyed after one that was none": (
+            "50 left=3; 60 left=1; 70; driven is 50:stop 60:0.5/0; steps is 0; consecutive is 1"
+        ),
+        "a chip that did not take the stop of a bad command is brought up again": (
+            "stops x.; 50 left=3; 200; driven is 50:stop 100:stop; steps is 0 100; "
+            "consecutive is 1 2"
+        ),
+        "a write that fails stops at once and is repeated once the chip is up": (
+            f"drives .x.; {AHEAD}; 300; steps is 0 250; consecutive is 1; "
+            "driven is 50:0.5/0.5 250:0.5/0.5 250:stop 260:0.5/0.5; phase is driving"
+        ),
+        "a stop is repeated until acknowledged and then the chip brought up": (
+            f"drives .x.; stops xx.; {AHEAD}; 365; steps is 0 350; consecutive is 1 2 3; "
+            "driven is 50:0.5/0.5 250:0.5/0.5 250:stop 300:stop 350:stop 360:0.5/0.5"
+        ),
+        "a command while the stop is pending is obeyed after it": (
+            f"drives .x.; stops x.; {AHEAD}; 270 right=2; 400; steps is 0 300; consecutive is 1 2; "
+            "driven is 50:0.5/0.5 250:0.5/0.5 250:stop 300:stop 310:0.5/-0.5"
+        ),
+        "commands are obeyed again after a fault": (
+            f"drives x.; {AHEAD}; 100 right=1 left=1; 150; steps is 0 50; consecutive is 1; "
+            "driven is 50:0.5/0.5 50:stop 60:0.5/0.5 100:0.5/0.5"
+        ),
+        "two commands taken end a row of faults": (
+            f"drives .x..x.; {AHEAD}; 700; steps is 0 250 660; consecutive is 1 1; "
+            "driven is 50:0.5/0.5 250:0.5/0.5 250:stop 260:0.5/0.5 460:0.5/0.5 660:0.5/0.5 "
+            "660:stop 670:0.5/0.5"
+        ),
+    }
+)
+def test_stops_and_what_follows(bench: TreadsBench, lines: str) -> None:
+    bench.play(lines)
 
 
-def test_a_write_that_fails_stops_at_once_and_is_repeated_once_the_chip_is_up(
-    bench: AtomicBench, driver: ScriptedDriver
-) -> None:
-    driver.drives = [None, SILENT, None]
-    bench.put(50, right=1, left=1)
-    bench.run(300)
-    assert driver.driven == [
-        ((0.5, 0.5), 50),
-        ((0.5, 0.5), 250),
-        (STOP, 250),
-        ((0.5, 0.5), 260),
-    ]
-    assert [(at, fault.kind) for at, fault in bench.said["fault"]] == [(250, "NoAcknowledge")]
-    assert driver.times("step") == [0, 250]
-    assert bench.model.phase == "driving"
-
-
-def test_a_chip_that_resets_whenever_it_drives_is_given_up(
-    bench: AtomicBench, driver: ScriptedDriver
+def test_a_chip_that_resets_whenever_it_drives_is_given_up_until_a_new_command(
+    bench: TreadsBench, driver: ScriptedDriver
 ) -> None:
     """As a supply does that cannot feed the motors: each command is taken once, and then lost."""
-    driver.drives = [None, SILENT] * 100
+    driver.drives = [*([None, SILENT] * FAULTS_BEFORE_FORGETTING), None]
     bench.put(50, right=1, left=1)
-    bench.run(20_000)
+    bench.run(19_000)
     consecutive = [fault.consecutive for _, fault in bench.said["fault"]]
     assert consecutive == list(range(1, FAULTS_BEFORE_FORGETTING + 1))
     assert bench.model.phase == "still"
     assert driver.driven[-1][0] == STOP
-
-
-def test_after_that_a_new_command_is_obeyed(bench: AtomicBench, driver: ScriptedDriver) -> None:
-    driver.drives = [*([None, SILENT] * FAULTS_BEFORE_FORGETTING), None]
-    bench.put(50, right=1, left=1)
     bench.put(19_000, right=2)
     bench.run(20_000)
     assert bench.model.phase == "driving"
-    assert driver.driven[-1][0] == (0.0, -0.5)
-
-
-def test_two_commands_taken_end_a_row_of_faults(bench: AtomicBench, driver: ScriptedDriver) -> None:
-    driver.drives = [None, SILENT, None, None, SILENT, None]
-    bench.put(50, right=1, left=1)
-    bench.run(2000)
-    assert [fault.consecutive for _, fault in bench.said["fault"]] == [1, 1]
+    *_, (last, _) = driver.driven
+    assert last == (0.0, -0.5)
 
 
 def test_a_command_is_not_repeated_beyond_its_timeout(driver: ScriptedDriver) -> None:
@@ -119,55 +110,15 @@ def test_a_command_is_not_repeated_beyond_its_timeout(driver: ScriptedDriver) ->
     assert driver.driven[-1][1] <= 50 + 500 + 50
 
 
-def test_a_stop_is_repeated_until_it_is_acknowledged_and_then_the_chip_brought_up(
-    bench: AtomicBench, driver: ScriptedDriver
-) -> None:
-    driver.drives = [None, SILENT, None]
-    driver.stops = [SILENT, SILENT, None]
-    bench.put(50, right=1, left=1)
-    bench.run(1000)
-    assert driver.times(STOP) == [250, 300, 350]
-    assert [(at, fault.consecutive) for at, fault in bench.said["fault"]] == [
-        (250, 1),
-        (250, 2),
-        (300, 3),
-    ]
-    assert driver.times("step") == [0, 350]
-
-
-def test_a_command_while_the_stop_is_pending_is_obeyed_after_it(
-    bench: AtomicBench, driver: ScriptedDriver
-) -> None:
-    driver.drives = [None, SILENT, None]
-    driver.stops = [SILENT, None]
-    bench.put(50, right=1, left=1)
-    bench.put(270, right=2)
-    bench.run(400)
-    assert driver.driven[-2:] == [(STOP, 300), ((0.5, -0.5), 310)]
-
-
-def test_commands_are_obeyed_again_after_a_fault(
-    bench: AtomicBench, driver: ScriptedDriver
-) -> None:
-    driver.drives = [SILENT, None]
-    bench.put(50, right=1, left=1)
-    bench.put(100, right=1, left=1)
-    bench.run(150)
-    assert driver.driven[-1] == ((0.5, 0.5), 100)
-    assert len(bench.faults) == 1
-
-
 def test_treads_without_a_new_command_are_stopped_after_the_timeout(
     driver: ScriptedDriver,
 ) -> None:
     bench = bench_of(driver, settings(command_timeout=500 * MILLISECOND))
-    bench.put(50, right=1, left=1)
-    bench.put(300, right=1)
-    bench.run(5000)
-    assert driver.driven[-1] == (STOP, 800)
-    assert [at for call, at in driver.driven if call == (0.5, 0.5)] == [50, 250, 300, 500, 700]
+    bench.play(f"{AHEAD}; 300 right=1; 5000; steps is 0")
+    assert bench.driven == " ".join(
+        [*(f"{at}:0.5/0.5" for at in (50, 250, 300, 500, 700)), "800:stop"]
+    )
     assert [fault.reason for fault in bench.faults] == ["treads: no command for 0.5 s; stopped"]
-    assert driver.times("step") == [0]
 
 
 def test_standing_treads_need_no_commands(driver: ScriptedDriver) -> None:
@@ -177,7 +128,7 @@ def test_standing_treads_need_no_commands(driver: ScriptedDriver) -> None:
     assert bench.faults == []
 
 
-def test_exit_stops_in_whatever_phase(bench: AtomicBench, driver: ScriptedDriver) -> None:
+def test_exit_stops_in_whatever_phase(bench: TreadsBench, driver: ScriptedDriver) -> None:
     bench.put(50, right=1, left=1)
     assert bench.simulator.exit() == []
     assert driver.driven[-1][0] == STOP

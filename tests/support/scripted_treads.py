@@ -1,12 +1,14 @@
 """A dual motor driver that answers as scripted, and the treads model on it."""
 
+from typing import Any
+
 from firmware_drivers.chips.md25 import Md25Report
 from firmware_drivers.chips.step import Step
 from firmware_drivers.treads import Treads, TreadSettings
 
 from firmware_runtime.devs.time import MILLISECOND
 from firmware_runtime.hal.wire_errors import HalError
-from tests.support.atomic_bench import AtomicBench
+from tests.support.scripted_bench import ScriptedBench
 from tests.support.scripted_chip import ScriptedChip
 
 STOP = "stop"
@@ -33,7 +35,7 @@ class ScriptedDriver(ScriptedChip):
         self.answer(STOP, self.stops)
 
     @property
-    def driven(self) -> list[tuple[object, float]]:
+    def driven(self) -> list[tuple[Any, float]]:
         return [call for call in self.calls if call[0] != "step"]
 
 
@@ -42,7 +44,15 @@ def settings(**changes: object) -> TreadSettings:
     return TreadSettings(**given)  # type: ignore[arg-type]
 
 
-def bench_of(driver: ScriptedDriver, treads: TreadSettings) -> AtomicBench:
-    bench = AtomicBench(Treads("treads", driver, treads))
-    driver.now = lambda: bench.simulator.now
-    return bench
+class TreadsBench(ScriptedBench[ScriptedDriver]):
+    @property
+    def driven(self) -> str:
+        """Each write as `ms:left/right` or `ms:stop`."""
+        return " ".join(
+            f"{at:g}:stop" if call == STOP else f"{at:g}:{call[0] + 0.0:g}/{call[1] + 0.0:g}"
+            for call, at in self.chip.driven
+        )
+
+
+def bench_of(driver: ScriptedDriver, treads: TreadSettings) -> TreadsBench:
+    return TreadsBench(Treads("treads", driver, treads), driver)
