@@ -51,12 +51,6 @@ def numbers(counters: BusCounters) -> tuple[int, int, int, int, int]:
     )
 
 
-def test_it_counts_the_adapters_overhead_with_every_attempt() -> None:
-    bus = AccountedBus(ScriptedBus(NoAcknowledge("n"), b"\x71"), BUS_HZ, overhead_ns=30_000)
-    bus.write_read(0x68, b"\x75", 1)
-    assert bus.busy_ns == 2 * (39 * BIT_NS + 30_000)
-
-
 @pytest.mark.parametrize(
     ("outcome", "answer", "size"), [(b"\x0a", True, 2), (NoAcknowledge("n"), False, 1)]
 )
@@ -76,33 +70,24 @@ def test_a_stuck_bus_is_no_answer_to_whether_something_acknowledges() -> None:
         AccountedBus(ScriptedBus(BusTimeout("stuck")), BUS_HZ).acknowledges(0x70)
 
 
-def test_a_bus_that_returns_early_is_taken_to_go_on_from_its_answer() -> None:
-    """When it began lies between question and answer; later is the safe side for who waits."""
+@pytest.mark.parametrize("returns_early", [True, False])
+def test_a_bus_that_returns_early_is_taken_to_go_on_from_its_answer(*, returns_early: bool) -> None:
+    """Any other has moved the time itself, or real time has passed.
+
+    When it began lies between question and answer; later is the safe side for who waits.
+    """
     time = FollowingClock(ManualClock(1000))
 
-    class EarlyBus(ScriptedBus):
-        returns_early = True
-
+    class Bus(ScriptedBus):
         def transaction(self, address: int, messages: Sequence[Message]) -> bytes:
             time.reach(time() + 200)
             return super().transaction(address, messages)
 
-    bus = AccountedBus(EarlyBus(b"\x71"), BUS_HZ, overhead_ns=30_000, time=time)
+    Bus.returns_early = returns_early
+    bus = AccountedBus(Bus(b"\x71"), BUS_HZ, overhead_ns=30_000, time=time)
     bus.write_read(0x68, b"\x75", 1)
-    assert bus.elapsed() == time() - 1000 == 200 + bus.busy_ns
-
-
-def test_any_other_has_moved_the_time_itself_or_real_time_has_passed() -> None:
-    time = FollowingClock(ManualClock())
-
-    class SlowBus(ScriptedBus):
-        def transaction(self, address: int, messages: Sequence[Message]) -> bytes:
-            time.reach(1_000_000)
-            return super().transaction(address, messages)
-
-    bus = AccountedBus(SlowBus(b"\x71"), BUS_HZ, time=time)
-    bus.write_read(0x68, b"\x75", 1)
-    assert bus.elapsed() == 1_000_000
+    assert bus.busy_ns == 39 * BIT_NS + 30_000
+    assert bus.elapsed() == time() - 1000 == 200 + (bus.busy_ns if returns_early else 0)
 
 
 def test_a_bus_that_belongs_to_no_run_is_never_ahead() -> None:
@@ -111,59 +96,52 @@ def test_a_bus_that_belongs_to_no_run_is_never_ahead() -> None:
     assert bus.elapsed() == 0
 
 
-def test_a_transaction_passes_through_unchanged_and_is_counted() -> None:
-    inner = ScriptedBus(b"\x71")
+def test_transactions_pass_through_unchanged_and_each_address_has_counters_of_its_own() -> None:
+    inner = ScriptedBus(b"", b"", b"\x71")
     bus = AccountedBus(inner, BUS_HZ)
+    bus.write(0x40, b"\xfd\x10")
+    bus.write(0x40, b"\xfd\x10")
     assert bus.write_read(0x68, b"\x75", 1) == b"\x71"
-    assert inner.attempts == [(0x68, (b"\x75", 1))]
-    assert numbers(bus) == (1, 4, 0, 0, 39 * BIT_NS)
-    assert bus.name == "i2c-1"
-
-
-def test_each_address_has_counters_of_its_own() -> None:
-    bus = AccountedBus(ScriptedBus(b"", b"", b"\x71"), BUS_HZ)
-    bus.write(0x40, b"\xfd\x10")
-    bus.write(0x40, b"\xfd\x10")
-    bus.write_read(0x68, b"\x75", 1)
+    assert inner.attempts == [(0x40, (b"\xfd\x10",))] * 2 + [(0x68, (b"\x75", 1))]
     assert numbers(bus.by_address[0x40]) == (2, 6, 0, 0, 58 * BIT_NS)
     assert numbers(bus.by_address[0x68]) == (1, 4, 0, 0, 39 * BIT_NS)
     assert numbers(bus) == (3, 10, 0, 0, 97 * BIT_NS)
+    assert bus.name == "i2c-1"
+    bus.close()
+    assert inner.closed
+    assert bus.transactions == 3
 
 
 @pytest.mark.parametrize("error", [NoAcknowledge("n"), ArbitrationLost("a"), BusFault("f")])
-def test_a_passing_error_is_retried_and_counted(error: HalError) -> None:
+def test_a_passing_error_is_retried_and_counted_with_the_adapters_overhead(error: HalError) -> None:
     inner = ScriptedBus(error, error, b"\x71")
-    bus = AccountedBus(inner, BUS_HZ)
+    bus = AccountedBus(inner, BUS_HZ, overhead_ns=30_000)
     assert bus.write_read(0x68, b"\x75", 1) == b"\x71"
     assert inner.attempts == [(0x68, (b"\x75", 1))] * 3
-    assert numbers(bus) == (1, 12, 2, 2, 117 * BIT_NS)
+    assert numbers(bus) == (1, 12, 2, 2, 117 * BIT_NS + 90_000)
     assert numbers(bus.by_address[0x68]) == numbers(bus)
 
 
-def test_the_last_attempts_error_is_raised() -> None:
-    last = NoAcknowledge("third")
-    bus = AccountedBus(ScriptedBus(NoAcknowledge("first"), BusFault("second"), last), BUS_HZ)
-    with pytest.raises(NoAcknowledge) as caught:
+@pytest.mark.parametrize(
+    ("outcomes", "policy"),
+    [
+        pytest.param(
+            (NoAcknowledge("first"), BusFault("second"), NoAcknowledge("third")),
+            RetryPolicy(3),
+            id="the last attempt's",
+        ),
+        pytest.param((BusTimeout("stuck"),), RetryPolicy(3), id="a lasting one, at once"),
+        pytest.param((PortClosed("closed"),), RetryPolicy(3), id="a closed port's, at once"),
+        pytest.param((NoAcknowledge("n"),), ONE_ATTEMPT, id="one attempt's, without a retry"),
+    ],
+)
+def test_the_error_that_is_raised(outcomes: tuple[HalError, ...], policy: RetryPolicy) -> None:
+    bus = AccountedBus(ScriptedBus(*outcomes), BUS_HZ, policy)
+    with pytest.raises(HalError) as caught:
         bus.read(0x68, 1)
-    assert caught.value is last
-    assert (bus.transactions, bus.errors, bus.retries) == (1, 3, 2)
-
-
-@pytest.mark.parametrize("error", [BusTimeout("stuck"), PortClosed("closed")])
-def test_a_lasting_error_is_raised_at_once(error: HalError) -> None:
-    inner = ScriptedBus(error)
-    bus = AccountedBus(inner, BUS_HZ)
-    with pytest.raises(type(error)):
-        bus.read(0x68, 1)
-    assert len(inner.attempts) == 1
-    assert (bus.errors, bus.retries) == (1, 0)
-
-
-def test_one_attempt_means_no_retry() -> None:
-    bus = AccountedBus(ScriptedBus(NoAcknowledge("n")), BUS_HZ, ONE_ATTEMPT)
-    with pytest.raises(NoAcknowledge):
-        bus.read(0x68, 1)
-    assert (bus.errors, bus.retries) == (1, 0)
+    assert caught.value is outcomes[-1]
+    found = (bus.transactions, bus.errors, bus.retries)
+    assert found == (1, len(outcomes), len(outcomes) - 1)
 
 
 def test_a_bug_in_the_bus_underneath_is_not_retried_and_frees_the_lock() -> None:
@@ -171,15 +149,6 @@ def test_a_bug_in_the_bus_underneath_is_not_retried_and_frees_the_lock() -> None
     for _ in range(2):
         with pytest.raises(IndexError):
             bus.read(0x68, 1)
-
-
-def test_closing_closes_the_bus_underneath_and_keeps_the_counters() -> None:
-    inner = ScriptedBus(b"\x71")
-    bus = AccountedBus(inner, BUS_HZ)
-    bus.read(0x68, 1)
-    bus.close()
-    assert inner.closed
-    assert bus.transactions == 1
 
 
 @pytest.mark.parametrize("on", [(BusTimeout,), (HalError,), (NoAcknowledge, BusTimeout)])

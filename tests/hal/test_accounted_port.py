@@ -32,42 +32,43 @@ class Port(SerialPort):
         self.closed = True
 
 
-def test_what_was_written_has_left_ten_bits_a_byte_later() -> None:
-    step = ManualClock()
-    port = AccountedPort(Port(), BAUD, FollowingClock(step))
+@pytest.fixture
+def step() -> ManualClock:
+    return ManualClock()
+
+
+@pytest.fixture
+def lines(step: ManualClock) -> FollowingClock:
+    return FollowingClock(step)
+
+
+@pytest.fixture
+def port(lines: FollowingClock) -> AccountedPort:
+    return AccountedPort(Port(), BAUD, lines)
+
+
+def test_bytes_have_left_ten_bits_each_later_and_queue_behind_those_that_have_not(
+    port: AccountedPort, step: ManualClock, lines: FollowingClock
+) -> None:
     assert port.elapsed() == 0
     port.write(bytes(12))
     assert 0 <= port.elapsed() - 12 * BYTE < 1
-
-
-def test_bytes_queue_behind_those_that_have_not_left_yet() -> None:
-    step = ManualClock()
-    port = AccountedPort(Port(), BAUD, FollowingClock(step))
-    port.write(bytes(12))
     step.advance(round(2 * BYTE))
     port.write(bytes(1))
     assert abs(port.elapsed() - 11 * BYTE) < 3
+    assert lines.elapsed() == 0  # the other lines are not held up
 
 
-def test_a_port_that_is_idle_is_where_the_other_lines_are() -> None:
-    step = ManualClock()
-    lines = FollowingClock(step)
-    port = AccountedPort(Port(), BAUD, lines)
+def test_a_port_that_is_idle_is_where_the_other_lines_are(
+    port: AccountedPort, step: ManualClock, lines: FollowingClock
+) -> None:
     port.write(bytes(1))
     step.advance(1_000_000_000)
     lines.reach(step() + 700)
     assert port.elapsed() == 700
 
 
-def test_writing_does_not_hold_up_the_other_lines() -> None:
-    lines = FollowingClock(ManualClock())
-    AccountedPort(Port(), BAUD, lines).write(bytes(12))
-    assert lines.elapsed() == 0
-
-
-def test_what_it_carries_is_counted_with_the_time_it_takes() -> None:
-    inner = Port()
-    port = AccountedPort(inner, BAUD, FollowingClock(ManualClock()))
+def test_what_it_carries_is_counted_with_the_time_it_takes(port: AccountedPort) -> None:
     port.write(bytes(12))
     port.write(bytes(3))
     assert (port.writes, port.bytes_written, port.bytes_read) == (2, 15, 0)

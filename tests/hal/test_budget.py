@@ -37,18 +37,21 @@ def test_cost_equals_the_count_by_hand(
     assert transaction_ns(messages, 400_000) == us * 1000, operation
 
 
-def test_bus_time_is_rounded_up_to_a_whole_nanosecond() -> None:
-    assert transaction_ns((b"",), 300_000) == 36_667
+@pytest.mark.parametrize(
+    ("messages", "bus_hz", "overhead_ns", "ns"),
+    [
+        pytest.param((b"",), 300_000, 0, 36_667, id="rounded up to a whole nanosecond"),
+        pytest.param(SAMPLE_BURST, 400_000, 30_000, 622_500, id="with the adapter's overhead"),
+    ],
+)
+def test_bus_time(messages: Sequence[Message], bus_hz: int, overhead_ns: int, ns: int) -> None:
+    assert transaction_ns(messages, bus_hz, overhead_ns) == ns
 
 
-def test_the_adapters_overhead_counts_once_a_transaction() -> None:
-    assert transaction_ns(SAMPLE_BURST, 400_000, 30_000) == 622_500
-
-
-def test_the_overhead_is_part_of_a_bus_load() -> None:
-    period = 1 * MILLISECOND
-    asked = [PeriodicTransaction("sample", SAMPLE_BURST, period)]
+def test_the_overhead_is_part_of_a_bus_load_and_an_idle_bus_has_none() -> None:
+    asked = [PeriodicTransaction("sample", SAMPLE_BURST, 1 * MILLISECOND)]
     assert BusLoad("i2c1", 400_000, asked, overhead_ns=100_000).utilisation == 0.6925
+    assert BusLoad("i2c-1", 400_000, []).utilisation == 0
 
 
 @given(st.lists(st.one_of(st.binary(max_size=40), st.integers(1, 40)), min_size=1, max_size=4))
@@ -74,23 +77,20 @@ def numbers(sentence: str | None) -> list[float]:
     return [float(each) for each in re.findall(r"[\d.]+(?= ?%| Hz)", sentence or "")]
 
 
-def test_a_sample_and_eight_duties_at_100_hz_fit_at_400_khz() -> None:
-    load = tachobot(400_000)
-    assert load.utilisation == pytest.approx(0.13625)
-    assert load.fault() is None
-    assert load.warning() is None
-
-
-def test_the_same_at_100_khz_is_warned_of_with_each_share() -> None:
-    load = tachobot(100_000)
-    assert load.fault() is None
-    assert numbers(load.warning()) == [54.5, 100000, 50, 23.7, 30.8]
-
-
-def test_more_than_80_percent_is_refused_and_not_warned_of() -> None:
-    load = tachobot(60_000)
-    assert load.warning() is None
-    assert numbers(load.fault()) == [90.8, 60000, 80, 39.5, 51.3]
+@pytest.mark.parametrize(
+    ("bus_hz", "warned", "refused"),
+    [
+        (400_000, [], []),
+        (100_000, [54.5, 100000, 50, 23.7, 30.8], []),
+        (60_000, [], [90.8, 60000, 80, 39.5, 51.3]),
+    ],
+)
+def test_a_sample_and_eight_duties_at_100_hz_are_warned_of_or_refused_with_each_share(
+    bus_hz: int, warned: list[float], refused: list[float]
+) -> None:
+    load = tachobot(bus_hz)
+    assert load.utilisation == pytest.approx(0.13625 * 400_000 / bus_hz)
+    assert (numbers(load.warning()), numbers(load.fault())) == (warned, refused)
 
 
 @pytest.mark.parametrize(
@@ -108,7 +108,3 @@ def test_limits_are_exact_and_only_what_exceeds_them_counts(
     )
     assert (load.fault() is not None) == refused
     assert (load.warning() is not None) == warned
-
-
-def test_an_idle_bus_has_no_load() -> None:
-    assert BusLoad("i2c-1", 400_000, []).utilisation == 0

@@ -35,6 +35,9 @@ def test_ours_stand_in_where_there_are_none_and_are_gone_afterwards(folder: Path
     with StandIns():
         assert import_module("board") is board
         assert import_module("busio").I2C.__module__ == MODULES["busio"]
+        import_module("digitalio")
+    assert digitalio.__spec__ is not None
+    assert digitalio.__spec__.name == MODULES["digitalio"]  # by which it can be imported again
     assert "board" not in sys.modules
     with pytest.raises(ModuleNotFoundError):
         import_module("board")
@@ -56,21 +59,13 @@ def test_blinkas_is_replaced_unless_it_is_kept(folder: Path) -> None:
         import_module("board")
 
 
-def test_a_module_keeps_its_own_name_and_can_be_imported_by_it_again(folder: Path) -> None:
-    assert folder.is_dir()
-    with StandIns():
-        import_module("digitalio")
-    assert digitalio.__spec__ is not None
-    assert digitalio.__spec__.name == MODULES["digitalio"]
-
-
 def test_pins_are_their_names() -> None:
     assert (board.SCL, board.GPIO17) == ("SCL", "GPIO17")
     with pytest.raises(AttributeError, match="_private"):
         _ = board._private
 
 
-def test_a_line_belongs_to_its_pin() -> None:
+def test_a_line_belongs_to_its_pin_and_follows_its_pull_where_nothing_drives_it() -> None:
     with digitalio.DigitalInOut("D5") as output:
         output.switch_to_output(value=True)
         seen = digitalio.DigitalInOut("D5")
@@ -78,9 +73,6 @@ def test_a_line_belongs_to_its_pin() -> None:
         output.value = False
         assert not seen.value
     assert output.direction is digitalio.Direction.INPUT
-
-
-def test_a_line_that_nothing_drives_follows_its_pull() -> None:
     line = digitalio.DigitalInOut("D6")
     line.switch_to_input(pull=digitalio.Pull.UP)
     assert line.value

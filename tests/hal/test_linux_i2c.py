@@ -4,13 +4,14 @@ import ctypes
 import errno
 import gc
 import os
-import re
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 import smbus2.smbus2
 
 from firmware_runtime.hal import linux
+from firmware_runtime.hal.i2c import I2cBus
 from firmware_runtime.hal.wire_errors import (
     AddressInUse,
     ArbitrationLost,
@@ -116,29 +117,32 @@ def node(tmp_path: Path) -> str:
     return str(path)
 
 
-def test_a_write_and_a_read_are_one_transfer_with_the_address_in_each(
-    kernel: Kernel, node: str
+@pytest.fixture
+def bus(kernel: Kernel, node: str) -> Iterator[I2cBus]:
+    bus = linux.open_i2c("i2c-1", node)
+    assert kernel.wire == []
+    yield bus
+    bus.close()
+
+
+@pytest.mark.parametrize(
+    ("messages", "answers"),
+    [
+        pytest.param((b"\x75", 2), [b"\x71\x00"], id="a write and a read are one transfer"),
+        pytest.param((bytes(range(65)),), [], id="more than 32 bytes go in one transfer"),
+        pytest.param(
+            (b"\x00", 2, b"\xfd", 3),
+            [b"\x01\x02", b"\x00\xff\x00"],
+            id="all reads of a transaction come back joined in order",
+        ),
+    ],
+)
+def test_a_transaction_is_one_transfer_with_the_address_in_each_message(
+    kernel: Kernel, bus: I2cBus, messages: tuple[bytes | int, ...], answers: list[bytes]
 ) -> None:
-    kernel.answers = [b"\x71\x00"]
-    bus = linux.open_i2c("i2c-1", node)
-    assert bus.write_read(0x68, b"\x75", 2) == b"\x71\x00"
-    assert kernel.wire == [[(0x68, b"\x75"), (0x68, 2)]]
-    bus.close()
-
-
-def test_more_than_32_bytes_go_in_one_transfer(kernel: Kernel, node: str) -> None:
-    bus = linux.open_i2c("i2c-1", node)
-    burst = bytes(range(65))
-    bus.write(0x40, burst)
-    assert kernel.wire == [[(0x40, burst)]]
-    bus.close()
-
-
-def test_all_reads_of_a_transaction_come_back_joined_in_order(kernel: Kernel, node: str) -> None:
-    kernel.answers = [b"\x01\x02", b"\x00\xff\x00"]
-    bus = linux.open_i2c("i2c-1", node)
-    assert bus.transaction(0x40, (b"\x00", 2, b"\xfd", 3)) == b"\x01\x02\x00\xff\x00"
-    bus.close()
+    kernel.answers = [*answers]
+    assert bus.transaction(0x68, messages) == b"".join(answers)
+    assert kernel.wire == [[(0x68, each) for each in messages]]
 
 
 def test_opening_bounds_the_adapters_timeout(kernel: Kernel, node: str) -> None:
@@ -160,67 +164,54 @@ def test_opening_bounds_the_adapters_timeout(kernel: Kernel, node: str) -> None:
     ],
 )
 def test_errno_is_translated_with_bus_and_address(
-    kernel: Kernel, node: str, failure: int, kind: type[HalError]
+    kernel: Kernel, bus: I2cBus, failure: int, kind: type[HalError]
 ) -> None:
-    bus = linux.open_i2c("i2c-1", node)
     kernel.failure = failure
-    with pytest.raises(kind, match=r"^i2c-1 address 0x68: .+\(" + errno.errorcode[failure]):
+    with pytest.raises(
+        kind, match=r"^i2c-1 address 0x68: .+\(" + errno.errorcode[failure]
+    ) as failed:
         bus.write_read(0x68, b"\x75", 1)
+    assert isinstance(failed.value, TimeoutError) == (failure == errno.ETIMEDOUT)
     kernel.failure = None
     bus.write(0x68, b"\x75")
     assert kernel.wire == [[(0x68, b"\x75")]]
-    bus.close()
 
 
-def test_a_timeout_is_a_built_in_timeout_error_too(kernel: Kernel, node: str) -> None:
-    bus = linux.open_i2c("i2c-1", node)
-    kernel.failure = errno.ETIMEDOUT
-    with pytest.raises(TimeoutError):
-        bus.read(0x68, 1)
-    bus.close()
-
-
-def test_an_address_is_claimed_once_before_its_first_transfer(kernel: Kernel, node: str) -> None:
-    bus = linux.open_i2c("i2c-1", node)
+def test_an_address_is_claimed_once_before_its_first_transfer(kernel: Kernel, bus: I2cBus) -> None:
     for address in (0x40, 0x68, 0x40, 0x00):
         bus.write(address, b"\x00")
     assert kernel.claims == [0x40, 0x68, 0x00]
-    bus.close()
 
 
-def test_an_address_held_by_a_kernel_driver_is_refused_untouched(kernel: Kernel, node: str) -> None:
+def test_an_address_held_by_a_kernel_driver_is_refused_untouched(
+    kernel: Kernel, bus: I2cBus
+) -> None:
     kernel.held_by_a_driver = {0x68}
-    bus = linux.open_i2c("i2c-1", node)
-    with pytest.raises(AddressInUse, match="i2c-1 address 0x68: a kernel driver holds the address"):
+    with pytest.raises(AddressInUse, match="i2c-1 address 0x68: a kernel driver holds"):
         bus.write(0x68, b"\x6b\x80")
     assert kernel.wire == []
-    bus.close()
 
 
-def test_a_closed_bus_says_so_and_closing_twice_is_harmless(kernel: Kernel, node: str) -> None:
-    bus = linux.open_i2c("i2c-1", node)
+def test_a_closed_bus_says_so_and_closing_twice_is_harmless(kernel: Kernel, bus: I2cBus) -> None:
     bus.write(0x40, b"\x00")
     bus.close()
     bus.close()
-    with pytest.raises(PortClosed, match="i2c-1 address 0x40: the bus is closed"):
+    with pytest.raises(PortClosed, match="i2c-1 address 0x40: "):
         bus.write(0x40, b"\x00")
     assert len(kernel.wire) == 1
 
 
-def test_a_bus_pulled_out_under_us_is_absent_not_a_fault(kernel: Kernel, node: str) -> None:
-    bus = linux.open_i2c("i2c-1", node)
+def test_a_bus_pulled_out_under_us_is_absent_not_a_fault(kernel: Kernel, bus: I2cBus) -> None:
     bus.write(0x40, b"\x00")
     kernel.unplugged = True
     kernel.failure = errno.ENODEV
     for address in (0x40, 0x41):
         with pytest.raises(BusAbsent, match=f"i2c-1 address 0x{address:02x}"):
             bus.write(address, b"\x00")
-    bus.close()
 
 
 def test_an_absent_bus_names_its_node_and_its_fix() -> None:
-    expected = r"^front: /dev/i2c-9999 does not exist \(this machine has .+\); .+i2c-dev"
-    with pytest.raises(BusAbsent, match=expected):
+    with pytest.raises(BusAbsent, match=r"^front: /dev/i2c-9999 does not exist \(.+i2c-dev"):
         linux.open_i2c("front", 9999)
 
 
@@ -235,7 +226,7 @@ def test_a_node_that_may_not_be_opened_is_absent_and_says_why(
         raise OSError(failure, os.strerror(failure), path)
 
     monkeypatch.setattr(os, "open", refuse)
-    with pytest.raises(BusAbsent, match=re.escape(advice)):
+    with pytest.raises(BusAbsent, match=advice):
         linux.open_i2c("i2c-1", "/dev/i2c-1")
 
 
@@ -249,5 +240,5 @@ def test_a_node_that_is_no_bus_is_refused_and_left_closed(node: str) -> None:
 
 def test_an_adapter_that_only_speaks_smbus_is_refused(kernel: Kernel, node: str) -> None:
     kernel.functions = I2C_FUNC_SMBUS_BYTE
-    with pytest.raises(BusAbsent, match="does not say that it can do plain I2C transfers"):
+    with pytest.raises(BusAbsent, match="plain I2C transfers"):
         linux.open_i2c("i2c-1", node)

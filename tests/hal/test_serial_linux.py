@@ -4,7 +4,7 @@ import errno
 import gc
 import os
 import re
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
@@ -46,23 +46,16 @@ def port(line: Line) -> Iterator[LinuxSerialPort]:
     port.close()
 
 
-def test_bytes_arrive_unchanged_in_both_directions(line: Line, port: LinuxSerialPort) -> None:
+def test_bytes_arrive_unchanged_in_both_directions_in_as_many_parts_as_they_came(
+    line: Line, port: LinuxSerialPort
+) -> None:
     every_byte = bytes(range(256))
     port.write(every_byte)
     assert os.read(line.far, 1000) == every_byte
-    os.write(line.far, every_byte)
-    assert port.read_available() == every_byte
-
-
-def test_reading_when_nothing_came_gives_nothing_at_once(port: LinuxSerialPort) -> None:
+    for part in (every_byte, b"R12", b"3\r"):
+        os.write(line.far, part)
+        assert port.read_available() == part
     assert port.read_available() == b""
-
-
-def test_a_frame_in_two_parts_is_read_in_two_parts(line: Line, port: LinuxSerialPort) -> None:
-    os.write(line.far, b"R12")
-    assert port.read_available() == b"R12"
-    os.write(line.far, b"3\r")
-    assert port.read_available() == b"3\r"
 
 
 def test_what_came_before_the_port_was_opened_is_gone(line: Line) -> None:
@@ -94,26 +87,26 @@ def test_a_write_that_is_not_taken_ends_in_a_timeout(port: LinuxSerialPort) -> N
         port.write(more_than_the_kernel_holds)
 
 
+USES: dict[str, Callable[[LinuxSerialPort], object]] = {
+    "read": LinuxSerialPort.read_available,
+    "write": lambda port: port.write(b"\xaa"),
+    "flush": LinuxSerialPort.discard_input,
+}
+
+
 def test_a_port_that_is_unplugged_fails_in_every_use(line: Line, port: LinuxSerialPort) -> None:
     line.cut()
-    expected = rf"^sonar: {line.path} %s failed, .*unplugged"
-    with pytest.raises(BusFault, match=expected % "read"):
-        port.read_available()
-    with pytest.raises(BusFault, match=expected % "write"):
-        port.write(b"\xaa")
-    with pytest.raises(BusFault, match=expected % "flush"):
-        port.discard_input()
+    for use, call in USES.items():
+        with pytest.raises(BusFault, match=rf"^sonar: {line.path} {use} failed, .*unplugged"):
+            call(port)
 
 
 def test_a_closed_port_says_so_and_closing_twice_is_harmless(port: LinuxSerialPort) -> None:
     port.close()
     port.close()
-    with pytest.raises(PortClosed, match="read after it was closed"):
-        port.read_available()
-    with pytest.raises(PortClosed, match="write after it was closed"):
-        port.write(b"\xaa")
-    with pytest.raises(PortClosed, match="flush after it was closed"):
-        port.discard_input()
+    for use, call in USES.items():
+        with pytest.raises(PortClosed, match=f"{use} after it was closed"):
+            call(port)
 
 
 def test_an_absent_port_names_those_that_are_there() -> None:

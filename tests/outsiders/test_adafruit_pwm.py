@@ -21,29 +21,17 @@ def chip(i2c_double: Connect) -> Pca9685Double:
     return double
 
 
-def test_the_frequency_is_what_the_prescaler_allows(chip: Pca9685Double) -> None:
+def test_a_duty_counts_once_the_frequency_is_set_and_outlives_the_driver(
+    chip: Pca9685Double,
+) -> None:
     with busio.I2C() as i2c, adafruit_pca9685.PCA9685(i2c) as pwm:
+        pwm.channels[0].duty_cycle = 0x7FFF  # before the frequency: silently lost
+        assert chip.duty(0) == 0
         pwm.frequency = 50
-        assert chip.frequency_hz == pytest.approx(50.03, abs=0.01)
         pwm.channels[0].duty_cycle = 0x7FFF
-        assert chip.running
-        assert chip.duty(0) == pytest.approx(0.5, abs=1 / 4096)
-
-
-def test_a_duty_before_the_frequency_is_silently_lost(chip: Pca9685Double) -> None:
-    pwm = adafruit_pca9685.PCA9685(busio.I2C())
-    pwm.channels[0].duty_cycle = 0x7FFF
-    assert chip.duty(0) == 0
-    pwm.frequency = 50
-    pwm.channels[0].duty_cycle = 0x7FFF
-    assert chip.duty(0) > 0.49
-
-
-def test_its_end_leaves_the_outputs_on(chip: Pca9685Double) -> None:
-    with adafruit_pca9685.PCA9685(busio.I2C()) as pwm:
-        pwm.frequency = 50
-        pwm.channels[3].duty_cycle = 0xFFFF
-    assert chip.duty(3) == 1.0
+        assert chip.frequency_hz == pytest.approx(50.03, abs=0.01)
+    assert chip.running
+    assert chip.duty(0) == pytest.approx(0.5, abs=1 / 4096)
 
 
 def test_a_duty_is_one_transaction_of_six_bytes(chip: Pca9685Double, i2c_log: Any) -> None:
@@ -62,64 +50,48 @@ def test_no_chip_is_found_where_none_is(chip: Pca9685Double) -> None:
     assert chip.all_off
 
 
-class TestMotorKit:
-    @pytest.fixture
-    def hat(self, i2c_double: Connect) -> Pca9685Double:
-        double: Pca9685Double = i2c_double("pca9685", address=0x60)
-        return double
+@pytest.fixture
+def hat(i2c_double: Connect) -> Pca9685Double:
+    double: Pca9685Double = i2c_double("pca9685", address=0x60)
+    return double
 
-    @pytest.fixture
-    def kit(self, hat: Pca9685Double) -> Any:
-        assert hat.all_off
-        return adafruit_motorkit.MotorKit()
 
-    @pytest.mark.parametrize(
-        ("motor", "channels"),
-        [
-            ("motor1", (8, 9, 10)),
-            ("motor2", (13, 11, 12)),
-            ("motor3", (2, 3, 4)),
-            ("motor4", (7, 5, 6)),
-        ],
-    )
-    def test_a_throttle_is_the_duty_of_one_side_of_its_bridge(
-        self, hat: Pca9685Double, kit: Any, motor: str, channels: tuple[int, int, int]
-    ) -> None:
-        enable, forward, backward = channels
-        getattr(kit, motor).throttle = 0.5
-        duties = hat.duty(enable), hat.duty(forward), hat.duty(backward)
-        assert duties == pytest.approx((1.0, 0.5, 0.0), abs=1e-3)
-        getattr(kit, motor).throttle = -0.25
-        assert (hat.duty(forward), hat.duty(backward)) == pytest.approx((0.0, 0.25), abs=1e-3)
-        assert hat.frequency_hz == pytest.approx(1526, abs=1)
+@pytest.mark.parametrize(
+    ("motor", "channels"),
+    [
+        ("motor1", (8, 9, 10)),
+        ("motor2", (13, 11, 12)),
+        ("motor3", (2, 3, 4)),
+        ("motor4", (7, 5, 6)),
+    ],
+)
+def test_a_throttle_is_the_duty_of_one_side_of_its_bridge_none_coasts_and_zero_brakes(
+    hat: Pca9685Double, motor: str, channels: tuple[int, int, int]
+) -> None:
+    enable, forward, backward = channels
+    driver = getattr(adafruit_motorkit.MotorKit(), motor)
+    for throttle, duties in ((0.5, (0.5, 0)), (-0.25, (0, 0.25)), (None, (0, 0)), (0, (1, 1))):
+        driver.throttle = throttle
+        found = hat.duty(enable), hat.duty(forward), hat.duty(backward)
+        assert found == pytest.approx((1.0, *duties), abs=1e-3)
+    assert hat.frequency_hz == pytest.approx(1526, abs=1)
 
-    def test_none_coasts_and_zero_brakes(self, hat: Pca9685Double, kit: Any) -> None:
-        kit.motor1.throttle = 1.0
-        kit.motor1.throttle = None
-        assert hat.duties[8:11] == (1.0, 0.0, 0.0)
-        kit.motor1.throttle = 0
-        assert hat.duties[8:11] == (1.0, 1.0, 1.0)
 
-    def test_a_step_of_a_stepper_turns_the_currents_by_a_quarter(
-        self, hat: Pca9685Double, kit: Any
-    ) -> None:
-        coils = (10, 9, 11, 12)
-        seen = []
-        for _ in range(4):
-            kit.stepper1.onestep()
-            seen.append(tuple(round(hat.duty(channel)) for channel in coils))
-        assert sorted(seen) == [(0, 0, 0, 1), (0, 0, 1, 0), (0, 1, 0, 0), (1, 0, 0, 0)]
+def test_a_step_of_a_stepper_turns_the_currents_by_a_quarter(hat: Pca9685Double) -> None:
+    kit = adafruit_motorkit.MotorKit()
+    seen = []
+    for _ in range(4):
+        kit.stepper1.onestep()
+        seen.append(tuple(round(hat.duty(channel)) for channel in (10, 9, 11, 12)))
+    assert sorted(seen) == [(0, 0, 0, 1), (0, 0, 1, 0), (0, 1, 0, 0), (1, 0, 0, 0)]
 
 
 @pytest.mark.parametrize(("angle", "pulse_us"), [(0, 750), (90, 1500), (180, 2250)])
-def test_a_servo_of_the_kit_gets_the_pulse_of_its_angle(
+def test_a_servo_of_the_kit_gets_the_pulse_of_its_angle_and_a_continuous_one_stands_still(
     chip: Pca9685Double, angle: int, pulse_us: int
 ) -> None:
     kit = adafruit_servokit.ServoKit(channels=16)
     kit.servo[5].angle = angle
-    assert chip.duty(5) / chip.frequency_hz * 1e6 == pytest.approx(pulse_us, abs=10)
-
-
-def test_a_continuous_servo_stands_still_in_the_middle(chip: Pca9685Double) -> None:
-    adafruit_servokit.ServoKit(channels=8).continuous_servo[0].throttle = 0
-    assert chip.duty(0) / chip.frequency_hz * 1e6 == pytest.approx(1500, abs=10)
+    kit.continuous_servo[0].throttle = 0
+    for channel, expected_us in ((5, pulse_us), (0, 1500)):
+        assert chip.duty(channel) / chip.frequency_hz * 1e6 == pytest.approx(expected_us, abs=10)

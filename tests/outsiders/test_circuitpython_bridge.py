@@ -77,21 +77,6 @@ def test_a_light_sensor_on_an_ads1115_sends_volts(rig: VirtualBus) -> None:
         assert volts == pytest.approx(at / 1e9, abs=0.012)
 
 
-def test_a_light_sensor_that_is_absent_is_a_fault(rig: VirtualBus) -> None:
-    light = CircuitPythonSensor(
-        "light",
-        rig.bus,
-        make=adafruit_ads1x15.ADS1115,
-        read=lambda driver: int(driver.get_last_result()),
-        kind=int,
-        period=100 * MILLISECOND,
-    )
-    received = rig.simulate([light], light.fault_out)
-    rig.run(50 * MILLISECOND)
-    assert [value.kind for _, value in received] == ["NoAcknowledge"]
-    assert light.unready() == "is not up yet"
-
-
 def pwm_at_50_hz(i2c: Busio) -> Any:
     pwm = adafruit_pca9685.PCA9685(i2c)
     pwm.frequency = 50

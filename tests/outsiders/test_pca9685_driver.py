@@ -24,27 +24,19 @@ def device(chip: Pca9685Double) -> Any:
     return Device(0x40, 1)
 
 
-def test_a_value_is_the_share_of_4096_that_an_output_is_high(
-    chip: Pca9685Double, device: Any
+def test_a_value_is_the_share_of_4096_that_an_output_is_high_once_the_chip_is_awake(
+    chip: Pca9685Double, device: Any, i2c_log: WireLog
 ) -> None:
+    device.set_pwm(3, 0x234)
+    assert i2c_log == ["0x40 W 14 34", "0x40 W 15 02"]
+    assert chip.all_off
     device.wake()
+    assert chip.duty(3) == 0x234 / 4096
     device.set_pwm_frequency(50)
     device.set_pwm(3, 1024)
     assert chip.frequency_hz == pytest.approx(50.03, abs=0.01)
     assert chip.duty(3) == 0.25
     assert device.get_pwm(3) == 1024
-
-
-def test_a_value_is_two_transactions_of_three_bytes(device: Any, i2c_log: WireLog) -> None:
-    device.set_pwm(0, 0x234)
-    assert i2c_log == ["0x40 W 08 34", "0x40 W 09 02"]
-
-
-def test_a_chip_asleep_drives_nothing(chip: Pca9685Double, device: Any) -> None:
-    device.set_pwm(0, 2048)
-    assert chip.all_off
-    device.wake()
-    assert chip.duty(0) == 0.5
 
 
 def test_what_is_out_of_range_does_not_get_to_the_bus(device: Any, i2c_log: WireLog) -> None:
