@@ -7,10 +7,9 @@ Bring-up goes one step an activation, so that no call sleeps.
 """
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterable
-from typing import Protocol, runtime_checkable
+from collections.abc import Callable, Generator, Iterable, Iterator
+from typing import Any, Protocol, runtime_checkable
 
-from examples.generator_buffer_processor.generator_buffer_processor.generator import Generator
 from firmware_drivers.chips.shared_bring_up import SharedBringUp
 from firmware_drivers.chips.step import Step
 from firmware_runtime.devs.atomic import Atomic
