@@ -250,7 +250,7 @@ class Engine(ABC):
         if not callable(listener):
             raise ModelError(f"listener {listener!r}: expected a function", where=port.path)
         senders = [self._sender(source) for source in sources_of(port, self._entrances)]
-        return Listening(listener, senders)
+        return Listening(listener, senders, self)
 
     def exit(self) -> list[Exception]:
         """Call every model's `exit`, last declared first; return what they raised."""

@@ -174,7 +174,7 @@ class OutPort(Generic[T]):
                 bag.register.append(bag.entry)
             bag.append(value)
         for each in self.listeners:
-            each.listener(self._simulator.now, value)
+            each.listener(each.simulator.now, value)
 
     @property
     def leads_somewhere(self) -> bool:
@@ -235,8 +235,11 @@ class Listening(AbstractContextManager["Listening"]):
     It may end at any time, also while it is called. After that nothing is left of it.
     """
 
-    def __init__(self, listener: Listener[Any], ports: Sequence[OutPort[Any]]) -> None:
+    def __init__(
+        self, listener: Listener[Any], ports: Sequence[OutPort[Any]], simulator: Carrier
+    ) -> None:
         self.listener = listener
+        self.simulator = simulator
         self._ports = ports
         for port in ports:
             port.set_listeners((*port.listeners, self))

@@ -82,6 +82,8 @@ class Desk:
         for each in [each for each in self.waiting if each.request.name == name]:
             self.waiting.remove(each)
             each.reply({"refused": [why]})
+        if not self.waiting:
+            self._answer_at = None
 
     def _answer(self, asked: _Asked) -> None:
         self.asked_at = asked.at
