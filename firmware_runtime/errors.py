@@ -13,7 +13,7 @@ Three families hang below it, named by who must act:
 import errno
 from collections.abc import Iterable, Sequence
 from enum import IntEnum
-from typing import Final, Self
+from typing import ClassVar, Final, NoReturn, Self, TypeVar
 
 
 def text_of(error: BaseException) -> str:
@@ -108,6 +108,19 @@ class UnknownName(FirmwareRuntimeError, KeyError):
 
     def __str__(self) -> str:
         return sentence(self.where, self.what, self.expected)  # a KeyError would quote it
+
+
+V = TypeVar("V")
+
+
+class Named(dict[str, V]):
+    """A dictionary by names; a name that it has not raises UnknownName, which is a KeyError."""
+
+    __slots__ = ()
+    noun: ClassVar = "entry"
+
+    def __missing__(self, name: object) -> NoReturn:
+        raise UnknownName.of(self.noun, name, self)
 
 
 class SettingError(FirmwareRuntimeError, ValueError):

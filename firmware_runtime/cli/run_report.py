@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterator
 from math import isfinite
 from typing import Any, TypeVar
 
+from firmware_runtime.cli.terminal_chart import Series, chart
 from firmware_runtime.devs.time import NEVER, seconds
 from firmware_runtime.errors import ConfigError, FirmwareRuntimeError, Status, text_of
 from firmware_runtime.executive.outcome import Outcome
@@ -16,7 +17,6 @@ from firmware_runtime.statistics.file_header import RunState
 from firmware_runtime.statistics.run_text import statistics_text
 from firmware_runtime.statistics.summary import outputs_text, periods_not_kept
 from firmware_runtime.system.terminal import print_line
-from firmware_runtime.view.terminal_chart import Series, chart
 
 T = TypeVar("T")
 

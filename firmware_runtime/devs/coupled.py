@@ -5,8 +5,8 @@ from typing import Any, TypeVar
 
 from firmware_runtime.devs.component import Component, below_root, check_constructed
 from firmware_runtime.devs.model_errors import CouplingError
-from firmware_runtime.devs.named import Named
 from firmware_runtime.devs.ports import AnyPort, InPort, OutPort, Owner, Source, carries
+from firmware_runtime.errors import Named
 
 C = TypeVar("C", bound=Component)
 T = TypeVar("T")

@@ -13,7 +13,7 @@ from collections.abc import Callable, Sequence
 from contextlib import AbstractContextManager
 from typing import Any, Generic, Literal, Protocol, TypeAlias, TypeVar
 
-from firmware_runtime.devs.named import Named
+from firmware_runtime.errors import Named
 
 T = TypeVar("T")
 T_co = TypeVar("T_co", covariant=True)

@@ -11,8 +11,7 @@ from typing import Any, Literal
 from msgspec import Struct, convert, json, to_builtins
 from msgspec.structs import force_setattr
 
-from firmware_runtime.devs.named import Named
-from firmware_runtime.errors import StatisticsFileError, in_words
+from firmware_runtime.errors import Named, StatisticsFileError, in_words
 from firmware_runtime.statistics.blame import Blame
 from firmware_runtime.statistics.file_header import SETTINGS, Conditions
 from firmware_runtime.statistics.histogram import Distribution

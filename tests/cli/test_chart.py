@@ -2,8 +2,8 @@
 
 import pytest
 
+from firmware_runtime.cli.terminal_chart import chart
 from firmware_runtime.devs.time import MICROSECOND, SECOND
-from firmware_runtime.view.terminal_chart import chart
 
 
 @pytest.mark.parametrize(

@@ -2,7 +2,7 @@
 
 import pytest
 
-from firmware_runtime.view.terminal_chart import MOST, Series
+from firmware_runtime.cli.terminal_chart import MOST, Series
 
 
 def test_a_short_series_is_kept_sample_by_sample() -> None:

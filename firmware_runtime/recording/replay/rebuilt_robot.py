@@ -29,7 +29,7 @@ from firmware_runtime.executive.progress import Progress
 from firmware_runtime.executive.step import Step
 from firmware_runtime.links.dover.dover import DoverBlocks
 from firmware_runtime.recording.blackbox.ring_file import Header
-from firmware_runtime.recording.blackbox.state.unkeepable import ForeignState
+from firmware_runtime.recording.blackbox.state.walk import ForeignState
 from firmware_runtime.recording.blackbox.state_of_run import begin_late, put
 from firmware_runtime.recording.blackbox.taps import output_ports, own_atomics, tap_outputs
 from firmware_runtime.recording.replay.feed import Feed

@@ -18,8 +18,7 @@ from firmware_runtime.recording.blackbox.state.rows import (
     NumberOf,
     Row,
 )
-from firmware_runtime.recording.blackbox.state.unkeepable import UnkeepableState
-from firmware_runtime.recording.blackbox.state.walk import Thing
+from firmware_runtime.recording.blackbox.state.walk import Thing, UnkeepableState
 from firmware_runtime.recording.records import UnknownValue
 from firmware_runtime.recording.values import Plain, Reader, Writer, pack
 

@@ -24,12 +24,14 @@ from firmware_runtime.recording.blackbox.state.content import Content
 from firmware_runtime.recording.blackbox.state.differences import ABSENT, FieldDifference, between
 from firmware_runtime.recording.blackbox.state.rows import ABSENT as ABSENT_FORM
 from firmware_runtime.recording.blackbox.state.rows import Attributes, Declared, Forms, Row
-from firmware_runtime.recording.blackbox.state.unkeepable import (
+from firmware_runtime.recording.blackbox.state.walk import (
     OTHER_ROBOT,
     ForeignState,
+    Found,
     UnkeepableState,
+    declares_state,
+    found_in,
 )
-from firmware_runtime.recording.blackbox.state.walk import Found, declares_state, found_in
 from firmware_runtime.recording.recorded_board import packages_used
 from firmware_runtime.recording.records import UnknownValue
 from firmware_runtime.recording.values import Reader, Writer, pack, unpack

@@ -13,9 +13,9 @@ from zlib import crc32
 
 from firmware_runtime.errors import text_of
 from firmware_runtime.recording.blackbox.state.attributes import reader_of
-from firmware_runtime.recording.blackbox.state.unkeepable import UnkeepableState
 from firmware_runtime.recording.blackbox.state.walk import (
     Thing,
+    UnkeepableState,
     has_attributes,
 )
 from firmware_runtime.recording.records import UnknownValue, in_class, name_of, slots_of
