@@ -2,7 +2,6 @@
 
 import pytest
 from firmware_drivers.chips.cmps12 import Cmps12
-from firmware_drivers.chips.maxbotix import Maxbotix
 from firmware_drivers.chips.md25 import Md25
 from firmware_drivers.chips.srf08 import Srf08, Srf08Settings
 from firmware_drivers.compass import PERIODIC, Compass, CompassSettings
@@ -14,12 +13,10 @@ from hypothesis import strategies as st
 from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.time import MILLISECOND, SECOND
 from sim_doubles.chips.cmps12 import Cmps12Double
-from sim_doubles.chips.maxbotix import MaxbotixDouble
 from sim_doubles.chips.md25 import Md25Double
 from sim_doubles.chips.srf08 import Srf08Double
 from sim_doubles.faults import AbsentTarget, FaultScript
 from sim_doubles.i2c_bus import I2cBusDouble
-from sim_doubles.serial_line import SerialLineDouble
 from tests.support.atomic_bench import AtomicBench
 
 
@@ -44,11 +41,6 @@ def world() -> World:
 
 
 # Sonar --------------------------------------------------------------------------------------------
-
-
-def approaching(at: int) -> float:
-    """A target that comes from 2.5 m at 0.2 m/s."""
-    return 2.5 - 0.2 * at / SECOND
 
 
 def sonar_on(world: World, chip: RangeFinder, period_ms: int) -> AtomicBench:
@@ -92,17 +84,6 @@ def test_a_sonar_unplugged_in_mid_run_is_a_fault_each_period_until_it_is_back(
     assert received[-1] > 2900
 
 
-def test_a_serial_sonar_gives_the_same_model_its_distances(world: World) -> None:
-    double = MaxbotixDouble(world, approaching, family="xl")
-    bench = sonar_on(world, Maxbotix(SerialLineDouble("ttyS0", world, double), "xl"), 120)
-    bench.put(500, start=1)
-    bench.run(10_000)
-    assert len(bench.values("distance")) > 70
-    for at_ms, distance in bench.said["distance"]:
-        assert distance == pytest.approx(approaching(round(at_ms * MILLISECOND)), abs=0.05)
-    assert bench.said["detected"][0][0] == pytest.approx(7500, abs=250)
-
-
 # Compass ------------------------------------------------------------------------------------------
 
 
@@ -130,23 +111,6 @@ def test_a_compass_that_hangs_is_reported_and_sends_no_heading(world: World) -> 
 
 
 TREADS = TreadSettings(speed=0.5, refresh=100 * MILLISECOND)
-
-
-@pytest.mark.slow
-def test_treads_turn_on_and_on_while_the_model_lives_and_stop_when_it_does_not(
-    world: World,
-) -> None:
-    double = Md25Double(world, full_speed_rad_s=10.0)
-    bus = I2cBusDouble("i2c-1", world, [double])
-    bench = world.run(Treads("treads", Md25(bus), TREADS))
-    bench.put(500, right=1, left=2)
-    bench.run(20_000)
-    assert double.speeds_rad_s == pytest.approx((-5.0, 5.0), abs=0.05)
-    assert bench.values("report")[-1].left_encoder < -5000
-    assert bench.faults == []
-    assert list(double.warnings) == []
-    world.after_death = 2 * SECOND  # the model does not run any more
-    assert double.speeds_rad_s == (0.0, 0.0)
 
 
 @pytest.mark.slow

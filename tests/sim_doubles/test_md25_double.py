@@ -186,20 +186,13 @@ def test_before_version_2_the_timeout_cannot_be_switched(clock: ManualClock) -> 
 
 
 @pytest.mark.parametrize(
-    ("write", "warning"),
-    [
-        ("0f 04", "register 15 written 4"),
-        ("0e 00", "register 14 written 0"),
-        ("0e 0b", "register 14 written 11"),
-        ("02 00", "register 2 written 0"),
-        ("0d 09", "register 13 written 9"),
-        ("11 01", "register 17 written 1"),
-    ],
+    ("register", "value"), [(15, 4), (14, 0), (14, 11), (2, 0), (13, 9), (17, 1)]
 )
 def test_what_cannot_be_written_is_ignored_with_a_warning(
-    motors: Wired, write: str, warning: str
+    motors: Wired, register: int, value: int
 ) -> None:
-    motors.play(f"W {write}; warns {warning}; W 0d, R 03 05 00 00")
+    warning = f"warns register {register} written {value};"
+    motors.play(f"W {register:02x} {value:02x}; {warning} W 0d, R 03 05 00 00")
 
 
 def test_a_power_cycle_stops_the_motors_and_forgets_settings(motors: Wired) -> None:

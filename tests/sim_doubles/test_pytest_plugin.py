@@ -111,6 +111,7 @@ def test_a_robot_with_two_buses(i2c_double: Connect) -> None:
         {"chip": "mpu9250", "acceleration": (0, 0, 1)},
         {"chip": "pca9685", "address": 0x70},
         {"chip": "maxbotix"},
+        {"chip": "pca9685", "colour": "red"},
     ],
 )
 def test_what_cannot_be_wired_is_refused_in_a_sentence(
@@ -119,11 +120,6 @@ def test_what_cannot_be_wired_is_refused_in_a_sentence(
     with pytest.raises(ConfigError) as refused:
         i2c_double(**wrong)
     assert len(refused.value.faults) == 1
-
-
-def test_a_setting_that_a_double_does_not_have_is_refused(i2c_double: Connect) -> None:
-    with pytest.raises(ConfigError, match="colour"):
-        i2c_double("pca9685", colour="red")
 
 
 def test_virtual_time_passes_by_sleeping_and_on_the_wire(
@@ -205,13 +201,6 @@ def test_a_protocol_warning_fails_the_test_that_wants_none(
         no_protocol_warning()
     chip.warnings.clear()
     assert i2c_bus.transactions == 1
-
-
-def test_no_warning_is_no_failure(
-    i2c_double: Connect, no_protocol_warning: Callable[[], None]
-) -> None:
-    i2c_double("pca9685")
-    no_protocol_warning()
 
 
 @pytest.mark.slow
