@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 from firmware_runtime.errors import SettingError
 from firmware_runtime.hal.serial import SerialPort
 from firmware_runtime.hal.wire_errors import NotReady
+from tests.support.wire import sentences
 
 GARBAGE = st.binary(max_size=20)
 COUNTS = st.lists(st.integers(0, 999), max_size=8)
@@ -117,65 +118,41 @@ def test_each_family_has_its_unit_and_its_word_for_nothing(port: ScriptedPort, f
         assert sonar.read_distance() == pytest.approx(float(metres))
 
 
-@pytest.mark.parametrize(
-    ("before", "arrived", "reasons", "metres"),
-    [
-        pytest.param(
-            b"R100\rR1",
-            [b"01\r", b"R102\r"],
-            ["no frame"],
-            1.02,
-            id="what came before is never given",
+@sentences(
+    {
+        "what came before is never given": "R100~R1; 01~ -> no frame; R102~ -> 1.02",
+        "of several frames the newest is given": "; R100~R101~R102~R1 -> 1.02",
+        "a frame that comes in two readings is read": (
+            "; R1 -> no frame in 52 31, expected R, 3 digits; 00~ -> 1.0"
         ),
-        pytest.param(
-            b"", [b"R100\rR101\rR102\rR1"], [], 1.02, id="of several frames the newest is given"
+        "a frame that says zero is no distance, and the next one still counts": (
+            "; R000~ -> a frame says 0.*expected its least distance; R020~ -> 0.2"
         ),
-        pytest.param(
-            b"",
-            [b"R1", b"00\r"],
-            ["no frame in 52 31, expected R, 3 digits"],
-            1.0,
-            id="a frame that comes in two readings is read",
+        "a silent line is reported with what may be the reason": (
+            ";  -> xl on ttyS0: nothing received, .*unplugged, unpowered or its RX pin; "
+            "R020~ -> 0.2"
         ),
-        pytest.param(
-            b"",
-            [b"R000\r", b"R020\r"],
-            ["a frame says 0; expected its least distance"],
-            0.2,
-            id="a frame that says zero is no distance and the next one still counts",
+        "an inverted signal is found by its bytes": (
+            f"; {100 * chr(0)}\x2b\x06 -> no frame in (00 ){{10}}2b 06, .*its signal is inverted; "
+            "R020~ -> 0.2"
         ),
-        pytest.param(
-            b"",
-            [b"", b"R020\r"],
-            ["MaxBotix xl on ttyS0: nothing received, .*unplugged, unpowered or its RX pin"],
-            0.2,
-            id="a silent line is reported with what may be the reason",
-        ),
-        pytest.param(
-            b"",
-            [bytes(100) + b"\x2b\x06", b"R020\r"],
-            [r"no frame in (00 ){10}2b 06, .*its signal is inverted \(RS-232 polarity\)"],
-            0.2,
-            id="an inverted signal is found by its bytes",
-        ),
-    ],
+    }
 )
-def test_a_ranging_is_read_once_from_what_arrives_after_it(  # noqa: PLR0917 (fixtures and cases)
-    port: ScriptedPort,
-    sonar: Maxbotix,
-    before: bytes,
-    arrived: list[bytes],
-    reasons: list[str],
-    metres: float,
+def test_a_ranging_is_read_once_from_what_arrives_after_it(
+    port: ScriptedPort, sonar: Maxbotix, lines: str
 ) -> None:
-    port.arrived = before
+    """Each line is what arrives, `~` a carriage return, and the distance or why there is none."""
+    before, *others = lines.replace("~", "\r").split("; ")
+    port.arrived = before.encode()
     sonar.start_ranging()
-    for data, reason in zip(arrived, reasons, strict=False):
-        port.arrived = data
+    for line in others[:-1]:
+        arrived, reason = line.split(" -> ")
+        port.arrived = arrived.encode()
         with pytest.raises(NotReady, match=reason):
             sonar.read_distance()
-    port.arrived = arrived[-1]
-    assert sonar.read_distance() == metres
+    arrived, metres = others[-1].split(" -> ")
+    port.arrived = arrived.encode()
+    assert sonar.read_distance() == float(metres)
     port.arrived = b"R101\r"
     with pytest.raises(NotReady, match="no ranging to read"):
         sonar.read_distance()
