@@ -4,9 +4,8 @@ import pytest
 from firmware_drivers.chips.bearing import in_circle
 from firmware_drivers.chips.cmps12 import Cmps12
 
-from firmware_runtime.errors import SettingError
 from firmware_runtime.hal.wire_errors import Implausible, NotReady, Stuck, WrongDevice
-from tests.support.bare_chip import BareChip, RegisterBus
+from tests.support.bare_chip import BareChip
 
 
 class Bare(BareChip[Cmps12]):
@@ -108,12 +107,6 @@ def test_what_is_no_compass_is_refused(bare: Bare, found: str) -> None:
     bare.hold({0: bytes.fromhex(found)})
     with pytest.raises(WrongDevice, match=f"registers 0 to 3 read {found}, expected"):
         bare.driver.identify()
-
-
-@pytest.mark.parametrize("address", [0x5F, 0x68])
-def test_an_address_it_cannot_have_is_refused(address: int) -> None:
-    with pytest.raises(SettingError, match="expected 0x60 to 0x67"):
-        Cmps12(RegisterBus(), address)
 
 
 @pytest.mark.parametrize(

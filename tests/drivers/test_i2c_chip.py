@@ -13,6 +13,7 @@ from firmware_drivers.chips.srf08 import Srf08
 
 from firmware_runtime.errors import SettingError
 from firmware_runtime.hal.i2c import I2cBus
+from tests.support.bare_chip import RegisterBus
 
 
 @pytest.mark.parametrize(
@@ -27,11 +28,10 @@ from firmware_runtime.hal.i2c import I2cBus
     ],
 )
 def test_an_address_that_a_chip_cannot_have_is_refused(
-    register_bus: I2cBus,
     make: Callable[[I2cBus, int], I2cChip],
     wrong: tuple[int, int],
     expected: str,
 ) -> None:
     for address in wrong:
         with pytest.raises(SettingError, match=f"address: 0x{address:02x}, expected {expected}"):
-            make(register_bus, address)
+            make(RegisterBus(), address)
