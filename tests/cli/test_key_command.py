@@ -1,4 +1,4 @@
-"""`firmware-runtime key`."""
+"""`firmware-runtime new key`."""
 
 from pathlib import Path
 

@@ -46,7 +46,7 @@ def add_to(verbs: SubParsers) -> None:
         "--key",
         type=Path,
         metavar="FILE",
-        help="take only what is signed with this key, which `firmware-runtime key FILE` makes",
+        help="take only what is signed with this key, which `firmware-runtime new key FILE` makes",
     )
     verb.add_argument(
         "--peer",
