@@ -65,7 +65,7 @@ class Bench(ScriptedBench[ScriptedSonar]):
     def failed(self) -> str:
         """Each fault as `ms:kind:number in its row`."""
         return " ".join(
-            f"{at:g}:{fault.kind}:{fault.consecutive}" for at, fault in self.said["fault"]
+            f"{at:.12g}:{fault.kind}:{fault.consecutive}" for at, fault in self.said["fault"]
         )
 
 

@@ -107,6 +107,9 @@ def test_a_client_that_writes_without_end_does_not_run_the_doubles_ahead_of_the_
                 rig.ask(client, encode(Question(number, takes_a_tenth_of_a_second))), Done
             )
     assert rig.clock() == real + FURTHEST_AHEAD
+    later = real + 10 * FURTHEST_AHEAD
+    monkeypatch.setattr(server, "monotonic_ns", lambda: rig.clock.started_at + later)
+    assert rig.clock.look() == later  # real time has caught up
 
 
 def test_stop_ends_serving_and_takes_the_path_away(tmp_path: Path) -> None:

@@ -74,7 +74,7 @@ class EscBench(Pca9685Bench):
     @property
     def armed(self) -> str:
         """When it was armed, and disarmed with a minus."""
-        return " ".join(f"{at if armed else -at:g}" for at, armed in self.said["armed"])
+        return " ".join(f"{at if armed else -at:.12g}" for at, armed in self.said["armed"])
 
 
 def esc_bench(timeout: int = NEVER, *, enabled: bool = True) -> EscBench:

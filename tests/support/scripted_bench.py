@@ -34,7 +34,9 @@ class PlayedBench(AtomicBench):
             figure = _FIGURE.fullmatch(line)
             if figure:
                 found = getattr(self, figure[1])
-                seen = found if isinstance(found, str) else " ".join(f"{each:g}" for each in found)
+                seen = (
+                    found if isinstance(found, str) else " ".join(f"{each:.12g}" for each in found)
+                )
                 assert seen == figure[2].replace("()", ""), (line, found)
             elif line[0].isdigit():
                 at_ms, *values = line.split()

@@ -49,7 +49,7 @@ class TreadsBench(ScriptedBench[ScriptedDriver]):
     def driven(self) -> str:
         """Each write as `ms:left/right` or `ms:stop`."""
         return " ".join(
-            f"{at:g}:stop" if call == STOP else f"{at:g}:{call[0] + 0.0:g}/{call[1] + 0.0:g}"
+            f"{at:.12g}:stop" if call == STOP else f"{at:.12g}:{call[0] + 0.0:g}/{call[1] + 0.0:g}"
             for call, at in self.chip.driven
         )
 
