@@ -43,6 +43,7 @@ ASK = f"""{ORDINARY}
 from pathlib import Path
 from firmware_runtime.errors import FirmwareRuntimeError
 from firmware_runtime.links.control import ask
+from firmware_runtime.links.ports import robot_end  # while it may be read
 from firmware_runtime.runs.watched_run import WatchedRun
 path = Path(sys.argv[1])
 become_ordinary()
