@@ -64,8 +64,10 @@ class FirmwareRuntimeError(Exception):
 
 def sentence(where: str, what: str, expected: str) -> str:
     """Return the sentence of an error: `where: what; expected ...`, without what is empty."""
-    wanted = f"expected {expected}" if expected else ""
-    fault = "; ".join(filter(None, (what, wanted)))
+    if what.endswith("?"):
+        fault = f"{what} Expected {expected}" if expected else what
+    else:
+        fault = "; ".join(filter(None, (what, f"expected {expected}" if expected else "")))
     return ": ".join(filter(None, (where, fault)))
 
 
