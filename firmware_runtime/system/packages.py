@@ -183,8 +183,12 @@ def import_path(checkout: Path) -> list[Path]:
     return [*(each for each in inside if _holds_packages(each)), checkout]
 
 
+_OF_OTHERS = ("__init__.py", "pyproject.toml")
+"""Files of a folder that is imported from where it is, and of another checkout."""
+
+
 def _holds_packages(folder: Path) -> bool:
-    if folder.name.startswith(".") or (folder / "__init__.py").exists():
+    if folder.name.startswith(".") or any((folder / each).exists() for each in _OF_OTHERS):
         return False
     return folder.name == "src" or any(folder.glob("*/__init__.py"))
 

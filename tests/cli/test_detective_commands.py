@@ -219,7 +219,7 @@ def test_a_diagram_that_cannot_be_drawn_is_refused(
         ("world.walls=[[0,0,0,0]]", "expected finite x and y of two different ends"),
         ("world.obstacles=[[0,0,1]]", "expected a place where the vehicle"),
         ("world.obstacles=[[1,1,-1]]", "a radius above 0"),
-        ("world.right_slip=2", "right_slip is 2.0, expected 0 to 0.9"),
+        ("world.right_slip=2", "world.right_slip: 2: expected float <= 0.9"),
         ("world.sonar_nearest_m=7", "expected more than sonar_nearest_m"),
         ("mission.start_s=1e300", "mission.start_s"),
         ("treads.address=0x10", "MD25 at 0x10 on i2c1: address: 0x10, expected 0x58 to 0x5f"),

@@ -105,8 +105,9 @@ def everybodys_checkout() -> Iterator[Path]:
     with TemporaryDirectory() as name:
         copy = Path(name)
         copy.chmod(0o755)
-        for package in ("firmware_runtime", "firmware_drivers", "firmware_boards", "sim_doubles"):
-            shutil.copytree(checkout / package, copy / package)
+        packages = ("firmware_runtime", "sim_doubles")
+        for package in (*packages, "drivers/firmware_drivers", "boards/firmware_boards"):
+            shutil.copytree(checkout / package, copy / Path(package).name)
         installed = copy / "firmware_runtime-0.dist-info"
         installed.mkdir()
         for part in ("METADATA", "entry_points.txt"):

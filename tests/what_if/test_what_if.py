@@ -113,7 +113,7 @@ def test_other_code_answers_in_a_process_of_its_own(
 ) -> None:
     checkout = tmp_path / "checkout"
     shutil.copytree(ROOT / "boards", checkout / "boards")
-    allocation = checkout / "boards/firmware_boards/tachobot" / "yaw.py"
+    allocation = checkout / "boards/firmware_boards/tachobot" / "attitude.py"
     allocation.write_text(allocation.read_text() + "\n")  # the same in other bytes
     what = ("replay", flight, "--with", checkout, "--json")
     assert json.loads(_printed(capsys, what))["identical"] is True
@@ -150,7 +150,7 @@ def test_what_the_code_of_a_folder_prints_or_fails_with_is_said(
 ) -> None:
     checkout = tmp_path / "checkout"
     shutil.copytree(ROOT / "boards", checkout / "boards")
-    with (checkout / "boards/firmware_boards/tachobot" / "yaw.py").open("a") as file:
+    with (checkout / "boards/firmware_boards/tachobot" / "attitude.py").open("a") as file:
         file.write(f"\n{added}\n")
     words = ["replay", str(flight), "--until", "0.1", "--with", str(checkout), "--json"]
     is_answered = added.startswith("print")
@@ -202,7 +202,7 @@ def test_a_save_is_answered_and_an_interrupt_ends_it(flight: Path, tmp_path: Pat
     ) as process:
         try:
             first = _answer(process)
-            yaw = checkout / "boards/firmware_boards/tachobot" / "yaw.py"
+            yaw = checkout / "boards/firmware_boards/tachobot" / "attitude.py"
             yaw.write_text(yaw.read_text() + "\n")
             second = _answer(process)
             process.send_signal(signal.SIGINT)
