@@ -37,6 +37,7 @@ class _Queue:
     """In the place of a bag: puts each value behind those that were sent before."""
 
     def __init__(self, end: InPort[Any], sent: deque[tuple[InPort[Any], object]]) -> None:
+        self.bags = (end,)
         self._end = end
         self._sent = sent
 
@@ -54,7 +55,6 @@ class ClassicSimulator(Engine):
         self._round = 0
         self._rounds = [0] * len(self.atomics)
         for port, ends in feeds:
-            self._ends[port] = ends
             queues = [_Queue(end, self._sent) for end in ends]
             number = self._numbers.get(port.owner, NO_MODEL)
             port.connect(self, number, queues, check_of_all(port, ends))
@@ -87,7 +87,7 @@ class ClassicSimulator(Engine):
         """Hand over what was sent, one value after the other."""
         while self._sent:
             bag, value = self._sent.popleft()
-            number = self._numbers[bag.owner]
+            number = bag.model
             self.external_transitions += 1
             bag.append(value)
             self._call(number, self._models[number].external, at - self.last_at[number])

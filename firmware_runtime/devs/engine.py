@@ -89,8 +89,6 @@ class Engine(ABC):
             entry: OutPort(root, entry.name, entry.type) for entry in root.in_ports.values()
         }
         self._injected: list[tuple[OutPort[Any], object]] = []
-        self._ends: dict[OutPort[Any], list[InPort[Any]]] = {}
-        """Of each port whose values are checked, the ports of atomics that these reach."""
         self.sending = NO_MODEL
         """The number of the model whose output function is under way: only it may send."""
         for number, atomic in enumerate(self.atomics):
@@ -319,11 +317,13 @@ class Engine(ABC):
     def refuse(self, port: OutPort[Any], value: object) -> Sequence[Bag]:
         """Report the ends of a port that do not take a value; return those that do."""
         taking: list[Bag] = []
-        for end, bag in zip(self._ends[port], port.ends, strict=True):
-            if takes(end, value):
-                taking.append(bag)
+        for place in port.ends:
+            bags: Sequence[InPort[Any]] = getattr(place, "bags", (place,))
+            if takes(bags[0], value):
+                taking.append(place)
             elif self.on_refused is not None:
-                self.on_refused(end, value)
+                for bag in bags:
+                    self.on_refused(bag, value)
         return taking
 
     def _whole_time_advance(self, number: int) -> int:

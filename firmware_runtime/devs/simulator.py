@@ -27,7 +27,7 @@ from typing import Any
 from firmware_runtime.devs.agenda import NO_MODEL
 from firmware_runtime.devs.component import Component
 from firmware_runtime.devs.engine import ZERO_TIME_LIMIT, Engine
-from firmware_runtime.devs.finite import check_of_all
+from firmware_runtime.devs.finite import check_of, check_of_all
 from firmware_runtime.devs.functions import (
     CONFLUENT,
     EXTERNAL,
@@ -39,7 +39,7 @@ from firmware_runtime.devs.functions import (
     Laps,
 )
 from firmware_runtime.devs.model_errors import ModelError
-from firmware_runtime.devs.ports import InPort
+from firmware_runtime.devs.ports import Check, InPort
 from firmware_runtime.devs.time import NEVER, ZERO
 from firmware_runtime.devs.wiring import Ends, Feed
 
@@ -58,6 +58,7 @@ def pools(feeds: Sequence[Feed], register: list[Any]) -> list[Pool]:
     """The pools worth having: where several ports feed the same several bags, each once.
 
     As in layers of models coupled all to all. Each value then goes into one list, and not into all.
+    Bags of a pool take the same values.
     """
     fed: defaultdict[InPort[Any], list[int]] = defaultdict(list)
     if sum(len(ends) > 1 for _, ends in feeds) < 2:
@@ -65,10 +66,10 @@ def pools(feeds: Sequence[Feed], register: list[Any]) -> list[Pool]:
     for number, (_, ends) in enumerate(feeds):
         for end in ends:
             fed[end].append(number)
-    alike: defaultdict[tuple[int, ...], list[InPort[Any]]] = defaultdict(list)
+    alike: defaultdict[tuple[Check | int | None, ...], list[InPort[Any]]] = defaultdict(list)
     for bag, numbers in fed.items():
         if 1 < len(numbers) == len(set(numbers)):
-            alike[tuple(numbers)].append(bag)
+            alike[check_of(bag), *numbers].append(bag)
     return [Pool(bags, register) for bags in alike.values() if len(bags) > 1]
 
 
@@ -116,11 +117,9 @@ class Simulator(Engine):
         feeds = list(feeds)
         pool_of = {bag: pool for pool in pools(feeds, self._pools) for bag in pool.bags}
         for port, ends in feeds:
-            check = check_of_all(port, ends)
-            if check is not None:
-                self._ends[port] = ends
             number = self._numbers.get(port.owner, NO_MODEL)
-            port.connect(self, number, ends if not pool_of else _with(pool_of, ends), check)
+            places = ends if not pool_of else _with(pool_of, ends)
+            port.connect(self, number, places, check_of_all(port, ends))
 
     def _work_off(  # noqa: C901, PLR0912, PLR0915 -- in one frame, see above
         self, at: int, imminent: list[int]

@@ -1,11 +1,16 @@
 """Bags fed by the same ports share a pool, and get what each of them would have got alone."""
 
+from math import inf, nan
 from typing import Any, TypeAlias
 
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from firmware_runtime.devs.ports import InPort, OutPort
+from firmware_runtime.devs.atomic import Atomic
+from firmware_runtime.devs.classic import ClassicSimulator
+from firmware_runtime.devs.engine import Engine
+from firmware_runtime.devs.ports import InPort, OutPort, Takes
 from firmware_runtime.devs.simulator import Simulator, pools
 from tests.support.devs_models import Clock, Log, top
 
@@ -102,3 +107,56 @@ def test_injected_values_and_sent_ones_meet_in_a_shared_bag() -> None:
         simulator.inject(inlet, value)
     simulator.advance(5)
     assert [log.bags for log in logs] == [[[7, 8, 0]]] * 2
+
+
+class Sender(Atomic):
+    """Sends its values at 1 ns."""
+
+    def __init__(self, name: str, *values: float) -> None:
+        super().__init__(name)
+        self.values = values
+        self.outlet = self.out_port("out", float)
+
+    def initialize(self) -> None:
+        self.hold_in("waiting", 1)
+
+    def output(self) -> None:
+        for value in self.values:
+            self.outlet.send(value)
+
+    def internal(self) -> None:
+        self.passivate()
+
+
+class Taker(Atomic):
+    """Keeps what it gets."""
+
+    def __init__(self, name: str, takes: Takes) -> None:
+        super().__init__(name)
+        self.got: list[float] = []
+        self.inlet = self.in_port("in", float, takes=takes)
+
+    def external(self, elapsed: int) -> None:  # noqa: ARG002 -- of no use here
+        self.got += self.inlet
+
+
+@pytest.mark.parametrize("simulator", [Simulator, ClassicSimulator])
+@pytest.mark.parametrize("others", ["finite", "infinities", "any"])
+def test_each_of_several_bags_is_kept_from_what_it_does_not_take(
+    simulator: type[Engine], others: Takes
+) -> None:
+    senders = [Sender("a", 1.0, nan), Sender("b", inf, 2.0)]
+    takers = [Taker("x", "finite"), Taker("y", "finite"), Taker("z", others)]
+    model = top(*senders, *takers)
+    for sender in senders:
+        for taker in takers:
+            model.couple(sender.outlet, taker.inlet)
+    run = simulator(model)
+    refused: list[tuple[str, str]] = []
+    run.on_refused = lambda port, value: refused.append((port.owner.name, repr(value)))
+    run.run(1)
+    missed = {"finite": ["nan", "inf"], "infinities": ["nan"], "any": []}
+    expected = [(name, each) for name in "xy" for each in ("nan", "inf")]
+    assert sorted(refused) == sorted(expected + [("z", each) for each in missed[others]])
+    got = {"finite": "[1.0, 2.0]", "infinities": "[1.0, inf, 2.0]", "any": "[1.0, nan, inf, 2.0]"}
+    assert [repr(each.got) for each in takers] == [got["finite"], got["finite"], got[others]]
