@@ -151,23 +151,8 @@ class ModelAccount(ABC):
         """
 
     @abstractmethod
-    def count(self, step: Step, samples: list[Any]) -> None:
-        """Count what the step has left.
-
-        `samples` gets histograms and values to be recorded in them, in turns.
-        """
-
-    @abstractmethod
     def end(self, now: int) -> None:
         """Count what is due at `now` as skipped: the run is over."""
-
-    def is_to_skip(self) -> bool:
-        """Whether it is through with a period, and whole ones are to be dropped."""
-        return False
-
-    def skip_to(self, now: int) -> int:
-        """Drop every activation booked before `now`; return when the next is due, in phase."""
-        raise NotImplementedError(f"{self.path}: nothing of it recurs before {now}")
 
     def skip(self, activations: int) -> None:
         """Count activations that were due and are dropped."""
@@ -259,10 +244,6 @@ class EventAccount(ModelAccount):
             self.lateness = began_at - at
         if self.put_off != NEVER:
             self.replan(self.put_off, sigma)
-
-    def count(self, step: Step, samples: list[Any]) -> None:
-        """Count what the step has left."""
-        count_events([self], step, samples)
 
     def end(self, now: int) -> None:
         """Count what is due at `now` as skipped: the run is over."""

@@ -106,7 +106,7 @@ class Accounting:
         touched = self._follow()
         count_events(touched, step, samples)
         for account in touched:
-            if account.period != NEVER:
+            if isinstance(account, PeriodicAccount):
                 account.count(step, samples)
             if account.has_run:
                 account.has_run = False
@@ -114,7 +114,11 @@ class Accounting:
                     self._stop(account, account.lateness)
                 if latest is None or account.lateness > latest.lateness:
                     latest = account
-            if account.booked < now and account.is_to_skip():
+            if (
+                isinstance(account, PeriodicAccount)
+                and account.booked < now
+                and account.is_to_skip()
+            ):
                 self._postpone(account.atomic, account.skip_to(now))
         return latest
 

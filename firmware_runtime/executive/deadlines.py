@@ -62,7 +62,8 @@ class PathDeadline(Struct, frozen=True):
 class DeadlineWatch:
     """Counts the misses of one deadline.
 
-    During a step it is noted only where in the step a sample left; `settle` does the rest after it.
+    During a step it is noted only where in the step a sample left; `answer` and `count_samples` do
+    the rest after it.
     """
 
     def __init__(self, deadline: PathDeadline, simulator: Engine, noted: list[int]) -> None:

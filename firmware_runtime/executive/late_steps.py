@@ -11,7 +11,7 @@ from firmware_runtime.executive.clocks import Clock, MonotonicClock
 from firmware_runtime.executive.meters import BusMeter
 from firmware_runtime.executive.profiler import Profiler
 from firmware_runtime.executive.step import Late
-from firmware_runtime.statistics.blame import BlameRow, Cause, sentence, verdict_of
+from firmware_runtime.statistics.blame import NOTHING, BlameRow, Cause, sentence, verdict_of
 from firmware_runtime.statistics.file import StatisticsFile
 from firmware_runtime.statistics.history import WorstList
 
@@ -26,7 +26,6 @@ AGAIN = 50 * MILLISECOND
 """Ns after which that is tried again; a late step is explained by then, whatever is left."""
 MOST_WAITING = 8
 """Late steps that wait for it at most."""
-NOTHING = BlameRow()
 _UNEXPLAINED = "not explained yet"
 
 

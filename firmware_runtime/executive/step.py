@@ -44,8 +44,7 @@ class Step:
 
     def read_from(self, read: Callable[[], int], epoch: int) -> None:
         """Read the time from there, from now on; it reads `epoch` at instant 0 of the run."""
-        if not self.stands_still:
-            self.laps.read, self.epoch = read, epoch
+        self.laps.read, self.epoch = read, epoch
 
     def begin(self, at: int) -> None:
         """Enter an instant, with all own times at zero."""

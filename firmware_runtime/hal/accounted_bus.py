@@ -30,6 +30,7 @@ from firmware_runtime.hal.wire_errors import (
     BusTimeout,
     HalError,
     NoAcknowledge,
+    how_it_failed,
 )
 
 
@@ -127,8 +128,7 @@ class AccountedBus(I2cBus, BusCounters):
                 try:
                     answer = self._bus.transaction(address, messages)
                 except Exception as error:
-                    if noted is not None:
-                        self._note_failed(address, messages, error)
+                    self._note_failed(address, messages, error)
                     if not isinstance(error, HalError) or self._gives_up(error, attempt, device):
                         raise
                 else:
@@ -182,7 +182,7 @@ class AccountedBus(I2cBus, BusCounters):
 
     def _note_failed(self, address: int, messages: Sequence[Message], error: Exception) -> None:
         if self._noted is not None:
-            failed = type(error).__name__, str(error)
+            failed = how_it_failed(error)
             self._noted.append((self._number, address, tuple(messages), failed, self._now()))
 
     def _first_use(self, address: int) -> BusCounters:

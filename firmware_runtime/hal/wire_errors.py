@@ -120,6 +120,11 @@ def from_os_error(error: OSError, where: str) -> HalError:
     return kind(f"{where}: {what} ({name})")
 
 
+def how_it_failed(error: Exception) -> tuple[str, str]:
+    """An error as a recording has it: its class and its sentence."""
+    return type(error).__name__, str(error)
+
+
 def errno_of(kind: str, sentence: str) -> int:
     """The errno that an error was made of, by the name of its class and its sentence.
 

@@ -177,13 +177,11 @@ class PositionHistory:
         if not fixes:
             return []
         now = self._spans[-1].end if self._spans else 0
-        known: list[Taken] = []
         places: list[int] = []
         for fix in fixes:
             place = self._place_of(fix.at)
             if place is not None:
                 _put(fix, self._spans[place].fixes)
-                known.append(fix)
                 places.append(place)
         found: dict[int, FixReport] = {}
         if places:

@@ -104,6 +104,12 @@ def class_named(name: str, packages: Collection[str] | None = None) -> Kind:
     return found
 
 
+def fields_of(kind: type[object]) -> tuple[str, ...]:
+    """The names of a record's fields, in order; none of a class that is no record."""
+    stated = ("__dataclass_fields__", "__struct_fields__", "_fields")
+    return next((tuple(getattr(kind, each)) for each in stated if hasattr(kind, each)), ())
+
+
 def slots_of(kind: Kind) -> dict[str, Any]:
     """Descriptors of the slots of a class, by name; the fields of a Struct are slots."""
     return {

@@ -4,7 +4,7 @@ A definition names ports of the model (experiments, the plant), keys of board.to
 gains) and modules. None of it keeps the robot from running, so none is a fault of its file.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from importlib.util import find_spec
 from types import NoneType
 from typing import get_args, get_origin, get_type_hints
@@ -31,6 +31,7 @@ from firmware_runtime.devs.part import part_of
 from firmware_runtime.errors import ConfigError, FirmwareRuntimeError
 from firmware_runtime.executive.clocks import VirtualClock
 from firmware_runtime.links.cut.cut import cut_of
+from firmware_runtime.recording.records import fields_of
 from firmware_runtime.runs.start import start_session
 
 
@@ -104,18 +105,12 @@ def _of_signal(model: Component, signal: Signal) -> Iterator[str]:
     if not found:
         yield f"{', '.join(signal.ports)}: the model has no such output port"
     for port in found:
-        fields = _fields(port.type)
+        fields = fields_of(port.type)
         for place in signal.terms:
             first = place.partition(".")[0]
             if fields and first not in fields:
                 expected = f"expected one of {', '.join(fields)}"
                 yield f"{place!r}: a {port.type.__name__} has no such number; {expected}"
-
-
-def _fields(kind: type[object]) -> Sequence[str]:
-    """Return the fields of a record; none of what is no record."""
-    stated = ("__dataclass_fields__", "__struct_fields__", "_fields")
-    return next(([*getattr(kind, each)] for each in stated if hasattr(kind, each)), [])
 
 
 def _what_cannot_cross(board: Board) -> Iterator[str]:

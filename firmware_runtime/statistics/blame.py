@@ -104,6 +104,8 @@ class BlameRow(Struct, frozen=True):
 
 
 BLAME = BlameRow.__struct_fields__
+NOTHING = BlameRow()
+"""Of a step that is not judged."""
 _VERDICT = ("cause", "culprit", "explained_ns", "of_ns")
 
 

@@ -22,30 +22,29 @@ from firmware_runtime.devs.time import MILLISECOND
 from firmware_runtime.executive.account import ModelAccount
 from firmware_runtime.executive.blame.rules import ENOUGH, Evidence, Verdict, verdict
 from firmware_runtime.executive.blame.usual import Grown, Mark, Quiet, beyond_usual, grown
-from firmware_runtime.executive.clocks import Clock, MonotonicClock
+from firmware_runtime.executive.clocks import MonotonicClock
 from firmware_runtime.executive.meters import BusMeter
 from firmware_runtime.executive.step import Late
-from firmware_runtime.statistics.blame import CAUSES, NOT_MEASURED, BlameRow
+from firmware_runtime.statistics.blame import CAUSES, NOT_MEASURED, NOTHING, BlameRow
 from firmware_runtime.system.machine_counters import CONTINUED
 from firmware_runtime.system.thread_counters import Counted, ThreadCounters
 
 GAP = MILLISECOND
 """Ns from one reading to the next; a late activation in between has no evidence."""
-NOTHING = BlameRow()
 UNREAD = BlameRow(cause=1)
 """Late, and the counters were not read."""
 
 
 class Blamer:
-    """Judges the late steps of one run, in real time; on any other clock there is nothing to."""
+    """Judges the late steps of one run in real time."""
 
     def __init__(
         self,
-        clock: Clock,
+        clock: MonotonicClock,
         accounts: Sequence[ModelAccount],
         meters: Sequence[BusMeter],
     ) -> None:
-        self._clock = clock if isinstance(clock, MonotonicClock) and clock.speed == 1 else None
+        self._clock = clock
         self._accounts = accounts
         self._meters = meters
         self._counters: ThreadCounters | None = None
@@ -60,11 +59,10 @@ class Blamer:
 
     def open(self, steps: int) -> None:
         """Open the counters and read them; in the thread that runs the loop."""
-        if self._clock is not None:
-            fault_ns()
-            CONTINUED.watch()
-            self._counters = ThreadCounters()
-            self._before = self._mark(self._counters, steps)
+        fault_ns()
+        CONTINUED.watch()
+        self._counters = ThreadCounters()
+        self._before = self._mark(self._counters, steps)
 
     def close(self) -> None:
         """Close them: the run is over or pauses."""
@@ -154,9 +152,8 @@ class Blamer:
 
     def _before_wait(self, late: Late) -> int:
         """Of `wake`, what passed before the loop came to its wait; 0 if it was there in time."""
-        overdue_at = 0 if self._clock is None else self._clock.overdue_at
         began_at = late.ended - late.step
-        return min(max(overdue_at - (began_at - late.wake), 0), late.wake)
+        return min(max(self._clock.overdue_at - (began_at - late.wake), 0), late.wake)
 
     def _slowest(self, late: Late) -> int:
         """The model that took the most beyond its usual time; -1 where it was a step before."""

@@ -19,17 +19,13 @@ from firmware_runtime.devs.ports import OutPort, Sent
 from firmware_runtime.hal.budget import LineTime
 from firmware_runtime.hal.interlock import Interlock
 from firmware_runtime.hal.serial import SerialPort
+from firmware_runtime.hal.wire_errors import how_it_failed
 from firmware_runtime.recording.blackbox.section import DISCARD, READ, WRITE
 from firmware_runtime.recording.blackbox.writer import Pending
 
 Transfers: TypeAlias = list[tuple[Any, ...]]
 """The fields of a `section.Transfer` each."""
 Now: TypeAlias = Callable[[], int]
-
-
-def how_it_failed(error: Exception) -> tuple[str, str]:
-    """An error as a recording has it: its class and its sentence."""
-    return type(error).__name__, str(error)
 
 
 class TappedPort(SerialPort):

@@ -12,13 +12,12 @@ from typing import Final
 
 from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.component import below_root
-from firmware_runtime.devs.functions import Functions
+from firmware_runtime.devs.functions import CONFLUENT, FUNCTIONS, Functions, Wrapped
 from firmware_runtime.errors import text_of
 from firmware_runtime.recording.debugger.model_state import Models
 from firmware_runtime.recording.debugger.predicate import Predicate
 from firmware_runtime.recording.debugger.stops import Event, Goal, Place, Stops
 from firmware_runtime.recording.debugger.travel import Travel
-from firmware_runtime.recording.replay.rebuilt_robot import each_function
 
 BOUNDARY: Final = "between two instants"
 
@@ -159,7 +158,7 @@ class Debugger:
                 function(*arguments)
                 count += 1
 
-            return each_function(atomic, functions, lambda _, function: partial(call, function))
+            return _each_function(atomic, functions, lambda _, function: partial(call, function))
 
         self.travel.take(counted)
         self._is_muted = False
@@ -168,7 +167,7 @@ class Debugger:
     # At each event --------------------------------------------------------------------------------
 
     def _watched(self, atomic: Atomic, functions: Functions) -> Functions:
-        return each_function(
+        return _each_function(
             atomic, functions, lambda name, call: partial(self._call, atomic, name, call)
         )
 
@@ -227,3 +226,17 @@ class Debugger:
         if path is None:
             path = self._paths[id(atomic)] = below_root(atomic.path)
         return path
+
+
+def _each_function(
+    atomic: Atomic,
+    functions: Functions,
+    around: Callable[[str, Callable[..., None]], Callable[..., None]],
+) -> Functions:
+    """A model's functions, each with something around it that knows its name."""
+    output, internal, external = (
+        around(name, getattr(functions, name)) for name in FUNCTIONS[:CONFLUENT]
+    )
+    confluent = functions.confluent
+    own = None if confluent is None else around(FUNCTIONS[CONFLUENT], confluent)
+    return Wrapped(atomic, output, internal, external, own)

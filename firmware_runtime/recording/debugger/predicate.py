@@ -17,6 +17,7 @@ from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.ports import InPort
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.recording.debugger.model_state import Models, value_of
+from firmware_runtime.recording.records import fields_of
 
 _QUOTED: Final = "\"[^\"]*\"|'[^']*'"
 _STAND_IN: Final = "_path_{}_"
@@ -55,12 +56,6 @@ def _odd_paths(models: Models) -> Iterator[str]:
 
 def _is_name(word: str) -> bool:
     return word.isidentifier() and not iskeyword(word)
-
-
-def fields_of(kind: type[object]) -> tuple[str, ...]:
-    """The names of a record's fields, in order; none of a class that is no record."""
-    stated = ("__dataclass_fields__", "__struct_fields__", "_fields")
-    return next((tuple(getattr(kind, each)) for each in stated if hasattr(kind, each)), ())
 
 
 def may_have(kind: type[object], name: str) -> bool:

@@ -30,7 +30,6 @@ from firmware_runtime.statistics.paths import SUFFIX
 from firmware_runtime.statistics.reader import read_statistics
 from firmware_runtime.statistics.statistics import Statistics
 
-TABLES: Final = (".csv", ".parquet")
 _INCIDENT: Final = re.compile(r"-[a-z]+-\d+$")
 """What follows the number of the run in the name of a piece that was collected."""
 

@@ -1,6 +1,6 @@
 """The robot of a recording, built again on lines that answer as they did then."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import partial
@@ -34,20 +34,6 @@ from firmware_runtime.recording.blackbox.state_of_run import begin_late, put
 from firmware_runtime.recording.blackbox.taps import output_ports, own_atomics, tap_outputs
 from firmware_runtime.recording.replay.feed import Feed
 from firmware_runtime.recording.replay.replayed_lines import replayed_lines
-
-
-def each_function(
-    atomic: Atomic,
-    functions: Functions,
-    around: Callable[[str, Callable[..., None]], Callable[..., None]],
-) -> Functions:
-    """A model's functions, each with something around it that knows its name."""
-    output, internal, external = (
-        around(name, getattr(functions, name)) for name in ("output", "internal", "external")
-    )
-    confluent = functions.confluent
-    own = None if confluent is None else around("confluent", confluent)
-    return Wrapped(atomic, output, internal, external, own)
 
 
 class PlayedWorld:
