@@ -78,11 +78,12 @@ class Desk:
             self._answer(self.waiting.popleft())
 
     def refuse_waiting(self, name: str, why: str) -> None:
-        """Refuse the slow requests of this name that wait."""
+        """Refuse the slow requests of this name that wait; the next one's patience begins then."""
+        first = self.waiting[0] if self.waiting else None
         for each in [each for each in self.waiting if each.request.name == name]:
             self.waiting.remove(each)
             each.reply({"refused": [why]})
-        if not self.waiting:
+        if not self.waiting or self.waiting[0] is not first:
             self._answer_at = None
 
     def _answer(self, asked: _Asked) -> None:

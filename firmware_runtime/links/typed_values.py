@@ -84,6 +84,7 @@ class _Codec:
     def __init__(self, *, in_json: bool) -> None:
         self._in_json = in_json
         self._known: dict[Hint, Form] = {}
+        self._known_exactly: dict[type[Any], Form] = {}
 
     def form_of(self, kind: Hint) -> Form:
         """Return the form of a type. Raises TypeError for one that leaves open what is in it."""
@@ -128,6 +129,11 @@ class _Codec:
 
     def _exact(self, kind: type[Any]) -> Form:
         """Return the form of instances of this very class."""
+        if kind not in self._known_exactly:
+            self._known_exactly[kind] = self._new_exact(kind)
+        return self._known_exactly[kind]
+
+    def _new_exact(self, kind: type[Any]) -> Form:
         if kind is int:
             return Form("int", pack_int, partial(unpack_int, in_json=self._in_json))
         if kind is float and self._in_json:
@@ -156,7 +162,7 @@ class _Codec:
             return kind[found]
 
         text = any_of(kind.__members__)
-        return Form(text, lambda value: value.name, unpack)
+        return Form(self._named(kind, text), lambda value: value.name, unpack)
 
     def _record(self, kind: type[Any]) -> Form:
         """Return the form of a named tuple, dataclass or struct."""
@@ -183,12 +189,16 @@ class _Codec:
                 }
             )
 
-        texts = [
-            f"{json.dumps(name)}: {form.text}{default_text(defaults[name])}"
-            for name, form in forms.items()
-        ]
+        shown = {
+            name: default_text(each) if self._in_json else "" for name, each in defaults.items()
+        }
+        texts = [f"{json.dumps(name)}: {form.text}{shown[name]}" for name, form in forms.items()]
         unpack = unpack_object if self._in_json else unpack_array
-        return Form(f"{{{', '.join(texts)}}}", pack, unpack)
+        return Form(self._named(kind, f"{{{', '.join(texts)}}}"), pack, unpack)
+
+    def _named(self, kind: type[Any], text: str) -> str:
+        """Return the text of a form; two ends of a link agree on the class that it makes, too."""
+        return text if self._in_json else f"{kind.__name__}({text})"
 
     def tuple_(self, parts: tuple[Hint, ...]) -> Form:
         """Return the form of `tuple[...]`."""
@@ -196,7 +206,7 @@ class _Codec:
             return self.sequence(tuple, parts[0])
         forms = [self.form_of(part) for part in parts]
         return Form(
-            f"[{', '.join(form.text for form in forms)}]",
+            self._named(tuple, f"[{', '.join(form.text for form in forms)}]"),
             lambda value: [form.pack(each) for form, each in zip(forms, value, strict=True)],
             lambda found: tuple(
                 form.unpack(each) for form, each in zip(forms, array_in(found), strict=True)
@@ -207,7 +217,7 @@ class _Codec:
         """Return the form of `list[...]` and of `tuple[..., ...]`."""
         form = self.form_of(part)
         return Form(
-            f"[{form.text}, ...]",
+            self._named(kind, f"[{form.text}, ...]"),
             lambda value: [form.pack(each) for each in value],
             lambda found: kind(map(form.unpack, array_in(found))),
         )

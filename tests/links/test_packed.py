@@ -141,7 +141,9 @@ def test_a_type_that_leaves_it_open_cannot_be_carried(kind: object) -> None:
         packed_form(kind)
 
 
-def test_the_text_of_a_type_names_its_fields() -> None:
-    assert packed_form(Angle).text == '{"value": float}'
-    assert packed_form(Gear).text == '"LOW" | "HIGH"'
-    assert '"where": [float, float, float]' in packed_form(Sample).text
+def test_the_text_of_a_type_names_its_class_and_fields() -> None:
+    assert packed_form(Angle).text == 'Angle({"value": float})'
+    assert packed_form(Gear).text == 'Gear("LOW" | "HIGH")'
+    assert '"where": tuple([float, float, float])' in packed_form(Sample).text
+    assert packed_form(list[int]).text == "list([int, ...])"
+    assert packed_form(tuple[int, ...]).text == "tuple([int, ...])"

@@ -47,9 +47,13 @@ class Asked:
         self.seen: list[Request] = []
         self.robot = Robot()
         self.run = Run(self.robot, VirtualClock())
-        answers = dict.fromkeys(("quick", "slow", "disarm"), self._note)
+        answers = dict.fromkeys(("quick", "slow", "slower", "disarm"), self._note)
         self.socket = RunSocket(
-            path, self.run.executive, Ports(self.robot), answers=answers, slow={"slow": NEEDS}
+            path,
+            self.run.executive,
+            Ports(self.robot),
+            answers=answers,
+            slow=dict.fromkeys(("slow", "slower"), NEEDS),
         )
         self._speakers: list[Speaker] = []
 
@@ -120,6 +124,19 @@ def test_slow_requests_that_wait_are_refused_by_name(asked: Asked) -> None:
     asked.say(speaker, {"request": "slow"})
     asked.socket.between_steps(SLOW_PATIENCE, 0)
     assert asked.seen == []
+
+
+def test_a_slow_request_behind_a_refused_one_waits_as_long_as_any(asked: Asked) -> None:
+    speaker = asked.speaker()
+    for name in ("slow", "slower"):
+        asked.say(speaker, {"request": name})
+    asked.socket.between_steps(0, 0)
+    asked.socket.desk.refuse_waiting("slow", "too late")
+    for now in (SLOW_PATIENCE, 2 * SLOW_PATIENCE - 1):
+        asked.socket.between_steps(now, 0)
+    assert asked.seen == []
+    asked.socket.between_steps(2 * SLOW_PATIENCE, 0)
+    assert asked.seen == [{}]
 
 
 def test_an_unknown_request_is_refused(asked: Asked) -> None:
