@@ -2,9 +2,6 @@
 
 from importlib.metadata import version as version_of
 
-from firmware_runtime.links.dover.dover import DoverLink
-from firmware_runtime.runs import session
-
 project = "firmware-runtime"
 author = "the firmware-runtime maintainers"
 version = release = version_of("firmware-runtime")
@@ -23,8 +20,3 @@ suppress_warnings = ["docutils"]  # docstrings are plain text with drawings, not
 html_theme = "furo"
 html_title = f"firmware-runtime {release}"
 html_show_sphinx = False
-
-
-def setup(_app: object) -> None:
-    """Let annotations be read that name what few runs load."""
-    vars(session)["DoverLink"] = DoverLink

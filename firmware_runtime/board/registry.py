@@ -1,7 +1,8 @@
 """Reads boards: an installed kind by its name, a user's own copy by its file.
 
 A kind of board is a package's `BoardDefinition` with board.toml beside it, made known by an entry
-point, see `definition` and `kinds`. The boards that come with the project are found the same way.
+point, see `definition` and `installed`. The boards that come with the project are found the same
+way.
 """
 
 import os
@@ -70,7 +71,7 @@ class Board(Struct, frozen=True):
     gains: Mapping[str, Sequence[str]]
     """The same by the component that takes them up, as far as the definition says."""
     inputs: Mapping[str, float | Literal["hold"]]
-    """How long input ports of the top model may be silent, see `inputs`."""
+    """How long input ports of the top model may be silent, see `ends`."""
     experiments: Mapping[str, Experiment]
     """What can be tried with it beside what any board can, by name."""
     plant: Plant | None

@@ -4,11 +4,12 @@ import argparse
 import math
 import os
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import TypeAlias
 
 from firmware_runtime.devs.time import seconds
+from firmware_runtime.errors import ConfigError
 from firmware_runtime.statistics.paths import SUFFIX, find_statistics
 
 SubParsers: TypeAlias = "argparse._SubParsersAction[argparse.ArgumentParser]"
@@ -17,8 +18,26 @@ Options: TypeAlias = "argparse._ActionsContainer"
 Execute: TypeAlias = Callable[[argparse.Namespace], int]
 
 
+_SPELLED: Mapping[str, str] = {
+    "assignments": "--set",
+    "begin": "--from",
+    "when_late": "--when-late",
+}
+"""Options that are called otherwise in the command line."""
+
 ADDRESS = re.compile(r".+:\d+")
 """Of a bridge, where a board may stand too."""
+
+
+def refuse_idle(arguments: argparse.Namespace, where: str, names: Sequence[str], why: str) -> None:
+    """Raise ConfigError for those of these options that are given: they have no effect, and why."""
+    faults = [
+        f"{_SPELLED.get(name, f'--{name}')}: has no effect{why}; expected it left out"
+        for name in names
+        if getattr(arguments, name)
+    ]
+    if faults:
+        raise ConfigError(where, faults)
 
 
 def add_verb(

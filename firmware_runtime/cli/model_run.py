@@ -6,6 +6,7 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
+from firmware_runtime.cli.arguments import refuse_idle
 from firmware_runtime.cli.chosen_board import chosen_board
 from firmware_runtime.cli.chosen_model import chosen_model, is_model, print_warnings
 from firmware_runtime.cli.run_options import clock_of
@@ -45,7 +46,7 @@ def run_model(arguments: argparse.Namespace) -> int:
     name, model = _model(arguments)
     if isinstance(model, System):
         return _solve(arguments, name, model)
-    _refuse(arguments, name, ("plot", "samples"), "it is no quantized system")
+    refuse_idle(arguments, name, ("plot", "samples"), ", it is no quantized system")
     if arguments.statistics is not None:
         check_ending(arguments.statistics)
     events = _events(arguments, model)
@@ -73,17 +74,6 @@ def _model(arguments: argparse.Namespace) -> tuple[str, Component | System]:
     if board.event_model is None:
         raise ConfigError(board.name, ["--events: this board's model takes no event files"])
     return board.name, board.event_model(None)
-
-
-def _refuse(arguments: argparse.Namespace, name: str, options: Sequence[str], why: str) -> None:
-    """Raise ConfigError for options that have no effect on such a model."""
-    faults = [
-        f"--{option}: has no effect, {why}; expected it left out"
-        for option in options
-        if getattr(arguments, option)
-    ]
-    if faults:
-        raise ConfigError(name, faults)
 
 
 def _events(arguments: argparse.Namespace, model: Component) -> list[Event] | None:
@@ -137,7 +127,10 @@ def _report(
 def _solve(arguments: argparse.Namespace, name: str, system: System) -> int:
     """Solve it: its states over time, as a table and a plot."""
     idle = ("events", "inputs", "trace", "statistics", "json", "speed")
-    _refuse(arguments, name, idle, "it is a quantized system")
+    refuse_idle(arguments, name, idle, ", it is a quantized system")
+    if arguments.clock != "virtual":
+        fault = f"--clock {arguments.clock}: has no effect, it is a quantized system"
+        raise ConfigError.of_one(name, fault, expected="it left out")
     table: Path | None = arguments.outputs
     plot: Path | None = arguments.plot
     for path, form, option in ((table, ".csv", "--outputs"), (plot, ".svg", "--plot")):

@@ -19,7 +19,6 @@ from firmware_runtime.runs.planned_inputs import PlannedInput
 from firmware_runtime.statistics.json_values import is_json
 
 _LOOP_S = 0.01
-EXPECTED = "expected SECONDS:PORT=VALUE, such as 2.5:target=1.0"
 _FOR_A_ROBOT = ("doubles", "arm", "supervised", "record", "role", "link", "loop")
 """Options that say something about hardware, or about a robot's two ends."""
 
@@ -58,7 +57,7 @@ def _add_choices(verb: argparse.ArgumentParser) -> None:
     )
     verb.add_argument(
         "--clock",
-        choices=("monotonic", "virtual", "scaled"),
+        choices=options.CLOCKS,
         help="real time (default); virtual time, as fast as it goes; or real time times --speed",
     )
     verb.add_argument(
@@ -197,6 +196,7 @@ def planned_input(text: str) -> PlannedInput:
     except ValueError:
         at_s = -1.0
     if not (isfinite(at_s) and 0 <= at_s <= 1e9 and port and value):
-        raise argparse.ArgumentTypeError(f"{text!r}: {EXPECTED}")
+        expected = "expected SECONDS:PORT=VALUE, such as 2.5:target=1.0"
+        raise argparse.ArgumentTypeError(f"{text!r}: {expected}")
     content = value.encode() if is_json(value) else json.encode(value)
     return PlannedInput(0 if at_s == 0 else seconds(at_s), port, content)

@@ -2,5 +2,5 @@
 
 `session` makes lines, robot and executive of a board, and every way to run one goes through it.
 `arming` decides whether outputs may be driven, `guard` and `safe_state` switch them off from
-another process, `control` takes requests, `reporter` and `restarts` speak to systemd.
+another process, `requests` answers them, `reporter` and `restarts` speak to systemd.
 """

@@ -6,7 +6,6 @@ guard and sockets. What differs is that it can be run in stretches and looked at
 
 from collections.abc import Callable, Mapping
 from dataclasses import replace
-from importlib import import_module
 from os import PathLike
 from pathlib import Path
 from types import MappingProxyType
@@ -154,9 +153,7 @@ class OpenBoard(OpenRun):
         into, self._record = self._record, None
         if into is None:
             return
-        # what keeps is imported only if there is something to keep
-        module = import_module("firmware_runtime.runs.kept_recordings")
-        fault = module.keep_recording(self._session.edge.kept, into)
+        fault = self._session.edge.keep_into(into)
         if fault is not None:
             self._log(f"warning: {fault}")
 

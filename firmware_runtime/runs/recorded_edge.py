@@ -96,6 +96,16 @@ class RecordedEdge:
         folder = place_for(self._path, self._board.name)
         return f"{self._path}" if folder is None else f"{self._path}, and kept in {folder}"
 
+    def keep_into(self, into: Path) -> str | None:
+        """Write what is used of the recording into a file; return why it could not be, a sentence.
+
+        Call it once the hardware is released: it may be slow.
+        """
+        # as above
+        from firmware_runtime.runs.kept_recordings import keep_recording  # noqa: PLC0415
+
+        return keep_recording(self.kept, into)
+
     def keep_start(self, error: BaseException) -> None:
         """Keep what was recorded of a run that has not begun, and will not; once.
 

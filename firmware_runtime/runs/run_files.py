@@ -37,9 +37,7 @@ class RunFiles:
         return self._status
 
     def _keep(self, session: Session, into: Path) -> None:
-        # what keeps is imported only if there is something to keep
-        module = import_module("firmware_runtime.runs.kept_recordings")
-        fault = module.keep_recording(session.edge.kept, into)
+        fault = session.edge.keep_into(into)
         if fault is not None:
             self._not_whole(f"--record {fault}")
 

@@ -2,7 +2,6 @@
 
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
-from typing import TYPE_CHECKING
 
 from msgspec import Struct
 
@@ -21,9 +20,6 @@ from firmware_runtime.runs.hardware import Hardware
 from firmware_runtime.runs.local_robot import SwitchingOff
 from firmware_runtime.runs.recorded_edge import RecordedEdge
 from firmware_runtime.runs.tuning import Tuning
-
-if TYPE_CHECKING:
-    from firmware_runtime.links.dover.dover import DoverLink
 
 
 @contextmanager
@@ -78,17 +74,10 @@ class Session(Struct, frozen=True, kw_only=True):
     robot: Robot
     executive: Executive
     task: Task
-    dover: "DoverLink | None"
-    """What the model's blocks of `models.dover` send and receive; None if it has none."""
     linked: LinkedEnd | None
     arming: Arming | None
     tuning: Tuning
     undo: ExitStack
-
-    @property
-    def supervision(self) -> Arming | None:
-        """Arming of a run that may not drive of itself; None for any other."""
-        return None if self.arming is None or self.arming.is_free else self.arming
 
     @property
     def shown(self) -> OutPort[float] | None:

@@ -43,7 +43,7 @@ from firmware_runtime.statistics.paths import Companion
 
 if TYPE_CHECKING:
     from firmware_runtime.links.cut.address import OpenChannel
-    from firmware_runtime.links.dover.dover import DoverBlocks, DoverLink
+    from firmware_runtime.links.dover.dover import DoverBlocks
 
 Log: TypeAlias = Callable[[str], None]
 """Prints a sentence."""
@@ -99,7 +99,7 @@ def start_session(  # noqa: PLR0913 -- one path for the command and for programs
         speak = _dover_blocks(local.robot, clock)
         executive = _executive(start, local, edge, is_armed=permission is None)
         task = Task(executive, local.robot)
-        dover = _dover(start, executive, speak)
+        _dover(start, executive, speak)
         linked = _linked(start, local, executive, task, right)
         silence = _commanders(start, local, executive, right, linked)
         if permission is not None:
@@ -120,7 +120,6 @@ def start_session(  # noqa: PLR0913 -- one path for the command and for programs
             robot=local.robot,
             executive=executive,
             task=task,
-            dover=dover,
             linked=linked,
             arming=right.arming,
             tuning=tuning,
@@ -187,15 +186,13 @@ def _executive(
     return Executive(model, start.clock, local.make_safe, configuration, hardware.world_now)
 
 
-def _dover(start: _Start, executive: Executive, blocks: "DoverBlocks | None") -> "DoverLink | None":
-    """Open the ports of the model's blocks of `models.dover`."""
+def _dover(start: _Start, executive: Executive, blocks: "DoverBlocks | None") -> None:
+    """Open the ports of the model's blocks of `models.dover`, if it has any."""
     if not blocks:
-        return None
+        return
     from firmware_runtime.links.dover.dover import DoverLink  # noqa: PLC0415 -- few runs have any
 
-    link = DoverLink(blocks, executive)
-    start.undo.callback(link.close)
-    return link
+    start.undo.callback(DoverLink(blocks, executive).close)
 
 
 def _linked(

@@ -61,6 +61,7 @@ SYSTEM = f"{__name__}:FALL"
         ([SYSTEM, "--set", "quantums=1"], "did you mean quantum?"),
         ([SYSTEM, "--plot", "fall.pdf"], "ends in .svg"),
         ([SYSTEM, "--json"], "--json: has no effect"),
+        ([SYSTEM, "--clock", "monotonic"], "--clock monotonic: has no effect"),
         ([SYSTEM, "--doubles"], "leave --doubles out"),
     ],
 )

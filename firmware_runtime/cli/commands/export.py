@@ -3,7 +3,6 @@
 import argparse
 import math
 import sys
-from collections.abc import Mapping
 from pathlib import Path
 
 from firmware_runtime.cli.arguments import (
@@ -13,6 +12,7 @@ from firmware_runtime.cli.arguments import (
     add_verb,
     path_of,
     positive,
+    refuse_idle,
     second,
 )
 from firmware_runtime.cli.chosen_model import ABOUT, SUFFIX, devs_model, print_warnings
@@ -88,7 +88,9 @@ def execute(arguments: argparse.Namespace) -> int:
     ending = None if output is None else output.suffix
     if output is not None and ending in RUN_ENDINGS:
         return _export_run(arguments, output)
-    _refuse(arguments, ("port", "begin", "until", "last", "when_late", "wait"), "a model")
+    refuse_idle(
+        arguments, "export", ("port", "begin", "until", "last", "when_late", "wait"), " on a model"
+    )
     if arguments.board is None:
         raise ConfigError.of_one("export", "no model", expected=ABOUT)
     is_file = arguments.board.endswith(SUFFIX)
@@ -96,26 +98,8 @@ def execute(arguments: argparse.Namespace) -> int:
         return _export_source(arguments)
     if ending not in {SUFFIX, None}:
         raise ConfigError.of_one("-o", output, expected=f"a name that ends in {_ENDINGS}")
-    _refuse(arguments, ("skeletons",), "a model file")
+    refuse_idle(arguments, "export", ("skeletons",), " on a model file")
     return _export_model(arguments)
-
-
-_OPTIONS: Mapping[str, str] = {
-    "assignments": "--set",
-    "begin": "--from",
-    "when_late": "--when-late",
-}
-
-
-def _refuse(arguments: argparse.Namespace, names: tuple[str, ...], of: str) -> None:
-    """Raise ConfigError for options that have no effect on what is written."""
-    faults = [
-        f"{_OPTIONS.get(name, f'--{name}')}: has no effect on {of}; expected it left out"
-        for name in names
-        if getattr(arguments, name)
-    ]
-    if faults:
-        raise ConfigError("export", faults)
 
 
 # A model -----------------------------------------------------------------------------------------
@@ -142,7 +126,7 @@ def _export_source(arguments: argparse.Namespace) -> int:
     if not arguments.board.endswith(SUFFIX):
         fault = f"{arguments.board}: becomes no Python source"
         raise ConfigError.of_one("export", fault, expected="a FILE.ma")
-    _refuse(arguments, ("assignments",), "a model file")
+    refuse_idle(arguments, "export", ("assignments",), " on a model file")
     if output is not None:
         _check_free(output)
     file = Path(arguments.board)
@@ -179,11 +163,11 @@ def _module(output: Path | None) -> Path | None:
 
 def _export_run(arguments: argparse.Namespace, output: Path) -> int:
     """Write the file, and say what in the recording is not whole."""
-    _refuse(arguments, ("assignments", "skeletons"), "a run")
+    refuse_idle(arguments, "export", ("assignments", "skeletons"), " on a run")
     if output.suffix not in {".csv", ".parquet"}:
-        _refuse(arguments, ("port",), output.suffix)
+        refuse_idle(arguments, "export", ("port",), f" on {output.suffix}")
     if output.suffix != ".json":
-        _refuse(arguments, ("when_late", "wait"), output.suffix)
+        refuse_idle(arguments, "export", ("when_late", "wait"), f" on {output.suffix}")
     if arguments.wait is not None and arguments.when_late is None:
         raise ConfigError.of_one("export", "--wait belongs to --when-late", expected="both")
     if arguments.last is not None and arguments.begin is not None:

@@ -37,9 +37,9 @@ class Kind(IntEnum):
     """Kind of a frame."""
 
     HELLO = 1
-    """Which cut this end belongs to; the body says it (`greeting`)."""
+    """Which cut this end belongs to; the body says it (`Greeting`)."""
     STEP = 2
-    """The values that left the model in one step; the body has them by port (`step`)."""
+    """The values that left the model in one step; the body has them by port (`body_of`)."""
     HEARTBEAT = 3
     """A sign of life, and what has arrived."""
     BYE = 4

@@ -6,7 +6,7 @@
     {"watch": []}                                      send none any more
     {"list": true}                                     which ports there are, and what was counted
     {"time": true}                                     the run's time and the machine's, now
-    {"request": "arm", "lease_s": 0.4}                 something that the run itself does (`desk`)
+    {"request": "arm", "lease_s": 0.4}                 something that the run does (`control`)
 
 A value that has waited for more than 2 s, as where the run stood still, is refused.
 

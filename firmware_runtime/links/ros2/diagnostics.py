@@ -1,6 +1,6 @@
 """`/diagnostics` once a second, in every state of the node.
 
-What it says of the run is in `judgement`, of the node's own topics in `topic_judgement`.
+What it says of the run and of the node's own topics is in `judgement`.
 """
 
 from time import monotonic_ns
