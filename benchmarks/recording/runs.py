@@ -34,7 +34,7 @@ BARE, RECORDED, OWN, AGAIN = "bare", "recorded", "own", "bare again"
 class Unwaiting:
     """Virtual time that the recorder does not know from real time.
 
-    A reading asks the system as one of real time does, tapped or not, and is the time here.
+    A reading asks the system as one of real time does, and is the time here.
     """
 
     speed: float = 0
@@ -47,16 +47,6 @@ class Unwaiting:
         """Return the present instant of the run, in ns."""
         monotonic_ns()
         return self._clock._now  # noqa: SLF001 -- a real one reads its epoch so
-
-    def tapped(self, readings: list[int]) -> Callable[[], int]:
-        """What reads as `now`, in one function, as that of a real clock."""
-
-        def tapped() -> int:
-            monotonic_ns()
-            readings.append(now := self._clock._now)  # noqa: SLF001 -- as above
-            return now
-
-        return tapped
 
 
 @dataclass(frozen=True, slots=True)

@@ -141,12 +141,12 @@ def _executed_by_another(parsed: argparse.Namespace) -> int:
 
 
 class _ShowVersion(argparse.Action):
-    """Looks the version up when it is to be shown: that takes longer than the rest of the start."""
+    """Looks the version up when it is to be shown."""
 
     def __call__(self, parser: argparse.ArgumentParser, *_: object) -> None:
         """Print it, and end."""
-        version: str = import_module("importlib.metadata").version("firmware-runtime")
-        print(f"{parser.prog} {version}")
+        packages = import_module("firmware_runtime.system.packages")
+        print(f"{parser.prog} {packages.version_of('firmware-runtime')}")
         parser.exit()
 
 

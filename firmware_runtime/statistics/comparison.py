@@ -160,7 +160,7 @@ def _certain(layout: Layout) -> set[int]:
     """Return where the counters are that the run itself wrote.
 
     How long it has lasted and what it has skipped a reader knows before the run has written it; a
-    process that is gone then has not written it at all (`overdue`).
+    process that is gone then has not written it at all (`file_header.count_overdue`).
     """
     models = map(layout.model, range(len(layout.models)))
     known = {first + index for first in models for index in (_SCHEDULED, _SKIPPED)}

@@ -120,11 +120,10 @@ class Conditions(Struct, frozen=True):
 
 def conditions_of(stated: Mapping[str, Any], run: RunFigures, yielded_ns: int = 0) -> Conditions:
     """A header's conditions, less the priority that the run gave up at `yielded_ns`; 0: never."""
-    settings, others = settings_of(stated), dict(stated)
+    asked, others = settings_of(stated), dict(stated)
     others.pop(SETTINGS, None)
-    fifo = settings.get("fifo_priority")
-    if yielded_ns > 0 and fifo is not None and fifo.granted:
-        settings = settings_after(settings, yielded_ns)
+    settings = settings_after(asked, yielded_ns)
+    if settings is not asked:
         others |= {"scheduler": "SCHED_OTHER", "scheduler_priority": 0}
     return Conditions(others, settings, run)
 

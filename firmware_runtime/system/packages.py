@@ -82,7 +82,7 @@ def rivals(group: str, name: str) -> list[str]:
 
 def version_of(package: str) -> str | None:
     """Return the version of a package that is installed here; None if it is not."""
-    folder = _folders().get(_normal(package))
+    folder = _folders().get(normal_name(package))
     return None if folder is None else _field(folder, "Version")
 
 
@@ -113,7 +113,7 @@ def _folders() -> dict[str, str]:
         with suppress(OSError):
             for name in sorted(os.listdir(place or ".")):  # noqa: PTH208 -- of texts
                 if name.endswith((".dist-info", ".egg-info")):
-                    found.setdefault(_normal(name.split("-")[0]), f"{place or '.'}/{name}")
+                    found.setdefault(normal_name(name.split("-")[0]), f"{place or '.'}/{name}")
     return found
 
 
@@ -136,7 +136,8 @@ def _lines(path: str) -> list[str]:
         return []
 
 
-def _normal(name: str) -> str:
+def normal_name(name: str) -> str:
+    """Return the name of a package in the form in which two are compared."""
     return re.sub(r"[-_.]+", "-", name.removesuffix(".egg")).lower()
 
 

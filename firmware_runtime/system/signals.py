@@ -168,6 +168,8 @@ def until_signal(*, is_driving: bool = False) -> Iterator[UntilSignal]:
     `is_driving` as for `stop_on_signals`.
     """
     waiting = UntilSignal()
-    with stop_on_signals(waiting.stop, is_driving=is_driving):
-        yield waiting
-    waiting.close()
+    try:
+        with stop_on_signals(waiting.stop, is_driving=is_driving):
+            yield waiting
+    finally:
+        waiting.close()

@@ -15,8 +15,8 @@ NOT_NEEDED_OF_OURS = (
     "runs.guard",
     "runs.session",
     "runs.start",
-    "statistics.page",
     "statistics.trace_file",
+    "view",
 )
 
 

@@ -171,6 +171,13 @@ def test_a_stage_that_does_not_end_is_ended_and_is_a_fault(
     assert (found.has_run, found.fault) == (True, "stage simulation: no end within 0.5 s")
 
 
+def test_a_stage_that_left_nothing_has_its_place_among_the_commands(run: StageRun) -> None:
+    failed = StageRun(Stage.EMBEDDED, failed="it did not end")
+    page = certificate_page(certificate(run, failed))
+    commands = page[page.index(">Commands<") :]
+    assert commands.count("embedded") >= 1
+
+
 def test_a_stage_that_left_nothing_is_shown_with_no_event_and_its_fault() -> None:
     of_none = certificate(StageRun(Stage.NETWORK, failed="it did not end within 120 s"))
     stage = of_none.as_json()["stages"]["network"]

@@ -1,12 +1,15 @@
 """BASE and HEAD: folders, revisions, and what is neither."""
 
+import importlib
 import subprocess
+import sys
 from pathlib import Path
 
 import pytest
 
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.lab.gate.checkouts import checkouts
+from firmware_runtime.lab.gate.contestant import modules_of
 
 
 def git(folder: Path, *words: str) -> str:
@@ -64,6 +67,18 @@ def test_a_folder_with_sources_in_src_has_them_first_on_its_path(tmp_path: Path)
     base, _ = checkouts(str(tmp_path), str(tmp_path), tmp_path)
     path = base.environment["PYTHONPATH"].split(":")
     assert path[:2] == [str(tmp_path / "src"), str(tmp_path)]
+
+
+def test_modules_count_from_each_folder_that_holds_packages(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "lib/counted_here").mkdir(parents=True)
+    (tmp_path / "lib/counted_here/__init__.py").touch()
+    base, _ = checkouts(str(tmp_path), str(tmp_path), tmp_path)
+    monkeypatch.syspath_prepend(base.path[0])
+    importlib.import_module("counted_here")
+    assert modules_of({Path(each) for each in base.path}) == 1
+    del sys.modules["counted_here"]
 
 
 def test_what_is_neither_is_refused_by_one_sentence_each(

@@ -71,6 +71,13 @@ def test_a_body_that_moves_at_first_comes_to_rest_by_its_friction_alone() -> Non
     assert position[-1] == pytest.approx(coasting.yaw(stop))
 
 
+def test_a_body_that_is_pushed_back_as_it_hardly_moves_does_not_stick() -> None:
+    plant = PlantParameters(1.0, 0.0, 0.1, 0.2, 0.0)
+    at = np.array([0.0, 1.0])
+    _, rate = motion(plant, stretches_of(at, np.full(2, -10.0), at, 0.0, 0.0), 1e-15)
+    assert rate[-1] == pytest.approx(-9.9)
+
+
 def test_a_body_without_friction_never_sticks() -> None:
     plant = PlantParameters(0.1, 0.0, 0.0, 0.0, 0.0)
     given = np.where(AT < 1.0, 0.1, 0.0)

@@ -5,7 +5,6 @@ import os
 import subprocess
 import sys
 from collections.abc import Sequence
-from importlib.metadata import version
 from pathlib import Path
 
 from firmware_runtime.board import installed as kinds
@@ -32,6 +31,7 @@ from firmware_runtime.host.installation.plan import (
 from firmware_runtime.host.installation.service_text import EPISODE_FIELDS, episodes
 from firmware_runtime.host.installation.target import Target, checked, own_program, runnable, target
 from firmware_runtime.host.installation.uninstall import Removal
+from firmware_runtime.system.packages import version_of
 
 _INSTALL = """
 Units, user, groups and rules are written again each time, /etc/firmware-runtime/BOARD.toml
@@ -113,7 +113,7 @@ def _install(arguments: argparse.Namespace) -> int:
     board = _board(arguments.board, target(arguments.root, dry_run=True))
     place = target(arguments.root, dry_run=arguments.dry_run)
     program = _program(arguments, place, board)
-    installation = Installation(board, place, program, version("firmware-runtime"))
+    installation = Installation(board, place, program, version_of("firmware-runtime") or "?")
     start = not arguments.no_start
     if arguments.dry_run:
         installation.preview(print, start=start)

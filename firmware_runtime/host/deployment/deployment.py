@@ -18,14 +18,11 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from time import monotonic
 
-from firmware_runtime.errors import DeploymentError
+from firmware_runtime.errors import DeploymentError, Status
 from firmware_runtime.host.deployment import wheels
 from firmware_runtime.host.deployment.connection import Commands, Connection
 from firmware_runtime.host.deployment.package_wheel import packages_of, with_local_dependencies
 from firmware_runtime.host.deployment.target import Target
-
-DOCTOR_FAILS = 8
-"""Exit status of `firmware-runtime doctor` for a failure."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -129,7 +126,7 @@ class Deployment:
         force = "yes" if options.force else "no"
         ended = self.connection.script(["examine.sh"], venv, board, force)
         self._log_all(ended.out)
-        if ended.status == DOCTOR_FAILS:
+        if ended.status == Status.DOCTOR_FAILS:
             raise DeploymentError(
                 "the doctor found a failure", where=options.host, expected="it fixed, or --force"
             )

@@ -28,6 +28,7 @@ from zipfile import ZIP_DEFLATED, BadZipFile, ZipFile
 from firmware_runtime.board.installed import entry_point_of, names
 from firmware_runtime.errors import DeploymentError
 from firmware_runtime.host.deployment.connection import Commands
+from firmware_runtime.system.packages import normal_name
 
 PIP = (sys.executable, "-m", "pip", "--disable-pip-version-check", "--quiet")
 OUR_OWN = "firmware-runtime"
@@ -80,7 +81,7 @@ def built(source: Path, name: str, commands: Commands, into: Path) -> Path:
 
 def packed_again(package: Distribution, into: Path) -> Path:
     """Write the wheel that a package was installed from. Raises DeploymentError."""
-    tags = re.findall(r"^Tag: (.+)$", package.read_text("WHEEL") or "", re.MULTILINE)
+    tags = _tags(package)
     if not tags or package.files is None:
         raise DeploymentError(
             "not installed from a wheel, so none can be made",
@@ -154,7 +155,7 @@ def _local(package: Distribution) -> Iterator[Distribution]:
     for required in package.requires or ():
         name, _, condition = required.partition(";")
         match = _NAME.match(name)
-        if match is None or "extra" in condition or _normal(match[0]) == OUR_OWN:
+        if match is None or "extra" in condition or normal_name(match[0]) == OUR_OWN:
             continue
         try:
             needed = distribution(match[0])
@@ -164,16 +165,13 @@ def _local(package: Distribution) -> Iterator[Distribution]:
             yield needed
 
 
-def _normal(name: str) -> str:
-    return re.sub(r"[-_.]+", "-", name).lower()
-
-
 def _is_pure(package: Distribution) -> bool:
-    tags = re.findall(r"^Tag: (.+)$", package.read_text("WHEEL") or "", re.MULTILINE)
+    tags = _tags(package)
     return bool(tags) and all(tag.endswith("-none-any") for tag in tags)
 
 
-NAME = "firmware_runtime"
+def _tags(package: Distribution) -> list[str]:
+    return re.findall(r"^Tag: (.+)$", package.read_text("WHEEL") or "", re.MULTILINE)
 
 
 def checkout() -> Path | None:

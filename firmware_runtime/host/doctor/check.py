@@ -9,6 +9,7 @@ from enum import StrEnum
 from pathlib import Path
 from typing import NamedTuple
 
+from firmware_runtime.system.device_nodes import NODES
 from firmware_runtime.system.kernel_files import THIS_MACHINE, SystemFiles, computer_model
 
 
@@ -106,7 +107,7 @@ class Machine:
         """The nodes of the board's I2C buses, or of all there are."""
         if self.demands is not None:
             return list(self.demands.bus_hz)
-        return self.files.matching("/dev/i2c-*")
+        return self.files.matching(NODES)
 
     @property
     def ports(self) -> list[str]:

@@ -15,7 +15,7 @@ from firmware_runtime.host.doctor.check import (
     warning,
 )
 from firmware_runtime.system import device_nodes
-from firmware_runtime.system.device_nodes import Bound, Holder, holders
+from firmware_runtime.system.device_nodes import NODES, Bound, Holder, holders
 
 _NO_BUS = "no I2C bus"
 _LAME = ("bcm2835", "bcm2708")
@@ -29,8 +29,7 @@ def _name(machine: Machine, node: str) -> str | None:
 def _present(machine: Machine) -> Finding:
     files = machine.files
     there = [
-        f"{node} ({_name(machine, node) or 'name not shown'})"
-        for node in files.matching("/dev/i2c-*")
+        f"{node} ({_name(machine, node) or 'name not shown'})" for node in files.matching(NODES)
     ]
     missing = [node for node in machine.buses if not files.exists(node)]
     seen = ", ".join(there) or _NO_BUS

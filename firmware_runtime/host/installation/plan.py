@@ -36,7 +36,6 @@ RECORDS = "/var/lib/firmware-runtime"
 """Where the recorder keeps what runs left, a folder a board."""
 PROGRAM = "/opt/firmware-runtime/venv/bin/firmware-runtime"
 """What the units start, unless the program was installed elsewhere."""
-USER = "firmware-runtime"
 
 
 def unit_path(service: str) -> str:

@@ -15,7 +15,6 @@ from firmware_runtime.host.installation.plan import (
     RUNTIME_DIRECTORY,
     SERVICES,
     UNITS,
-    USER,
     WANTED,
     WITH_DEVICES,
     boards_among,
@@ -26,6 +25,7 @@ from firmware_runtime.host.installation.plan import (
     unit_path,
 )
 from firmware_runtime.host.installation.target import Target, Words, run, state_of
+from firmware_runtime.system.atomic_file import SERVICE_USER
 
 Log = Callable[[str], None]
 
@@ -78,7 +78,7 @@ class Removal:
         kept = (settings_path(self._board), self._records, RUNTIME_DIRECTORY)
         tree = self._target.tree
         stays = [str(tree.where(path)) for path in kept if tree.exists(path)]
-        return [*stays, *([f"user and group {USER}"] if self._target.is_live else [])]
+        return [*stays, *([f"user and group {SERVICE_USER}"] if self._target.is_live else [])]
 
     def _stop(self, log: Log) -> None:
         unit = instance(RUNTIME, self._board)
@@ -128,8 +128,8 @@ class Removal:
         if not (self._target.is_live and self._purge and self._is_last):
             return
         lines = (self._target.tree.content(f"/etc/{accounts}") or b"").splitlines()
-        if any(line.startswith(f"{USER}:".encode()) for line in lines):
-            yield (program, USER)
+        if any(line.startswith(f"{SERVICE_USER}:".encode()) for line in lines):
+            yield (program, SERVICE_USER)
 
 
 def _is_of(name: str, board: str) -> bool:

@@ -192,13 +192,9 @@ def _side_by_side(runs: Sequence[StageRun], certificate: Certificate) -> Iterato
     if not any(each.ends for each in runs):
         return
     signals = signals_of(certificate.plan.board)
-    rows = {
+    rows: dict[str, dict[str, Mapping[str, Points]]] = {
         signals.shown or "Shown value": {each.stage: _shown(each, signals) for each in runs},
-        "Commands": {
-            each.stage: commands(end.recording, signals.commands)
-            for each in runs
-            for end in list(each.ends.values())[:1]  # of the end that computes
-        },
+        "Commands": {each.stage: _commands(each, signals) for each in runs},
     }
     for title, curves in rows.items():
         drawn = on_common_axes(
@@ -210,6 +206,13 @@ def _side_by_side(runs: Sequence[StageRun], certificate: Certificate) -> Iterato
         )
         figures = (_figure(stage, drawn.get(stage)) for stage in curves)
         yield section(title, side_by_side(figures))
+
+
+def _commands(run: StageRun, signals: Signals) -> Mapping[str, Points]:
+    """Commands of the end that computes; none of a stage that left nothing."""
+    for end in run.ends.values():
+        return commands(end.recording, signals.commands)
+    return {}
 
 
 def _plot(stage: str, title: str, curves: Mapping[str, Points], for_s: float) -> LinePlot | None:

@@ -9,7 +9,7 @@ from firmware_runtime.board.registry import Board
 from firmware_runtime.board.roles import CONTROLLER, ROBOT, Stage
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.errors import ConfigError, FirmwareRuntimeError, Status
-from firmware_runtime.lab.stages.staged_run import Staged, beside, run_one_process, run_staged
+from firmware_runtime.lab.stages.staged_run import Staged, beside, run_to_end
 from firmware_runtime.lab.stages.way import WIFI
 from firmware_runtime.links.cut.impaired_path import Impairment
 from firmware_runtime.recording.blackbox.reader import Recording, read_recording
@@ -144,16 +144,11 @@ def run_stage(plan: Plan, stage: Stage, folder: Path) -> StageRun:
     for each in (path, beside(path)):
         each.unlink(missing_ok=True)  # of another run, in a folder that is kept
     try:
-        if stage.has_two_ends:
-            result = run_staged(staged, said.append, lambda _: None)
-        else:
-            result = run_one_process(staged, said.append)
+        result = run_to_end(staged, said.append)
     except ConfigError as fault:
         return StageRun(stage, "; ".join(fault.faults))
     except FirmwareRuntimeError as fault:
         return StageRun(stage, failed=str(fault))
-    if result.status in {Status.INTERRUPTED, Status.TERMINATED}:
-        raise SystemExit(result.status)
     try:
         ends = _ends(stage, path)
     except ConfigError as fault:

@@ -4,12 +4,12 @@ import re
 import shlex
 import sys
 from collections.abc import Mapping, Sequence
-from importlib.metadata import PackageNotFoundError, version
 from typing import Final
 
 from firmware_runtime.board.experiments import Experiment, OwnExperiment
 from firmware_runtime.board.registry import Board
 from firmware_runtime.board.roles import Stage
+from firmware_runtime.system.packages import version_of
 
 _NAME = re.compile(r"[\w.-]+")
 
@@ -26,11 +26,7 @@ def missing_packages(experiment: Experiment) -> str | None:
 def _is_installed(package: str) -> bool:
     """Return whether any version of it is there."""
     found = _NAME.match(package)
-    try:
-        version(package if found is None else found[0])
-    except PackageNotFoundError:
-        return False
-    return True
+    return version_of(package if found is None else found[0]) is not None
 
 
 LOOP: Final = "loop-delay"

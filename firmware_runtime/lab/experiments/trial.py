@@ -23,7 +23,7 @@ from firmware_runtime.board.roles import CONTROLLER, Stage
 from firmware_runtime.devs.senders import Senders
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.errors import ConfigError, Status
-from firmware_runtime.lab.stages.staged_run import Staged, run_one_process, run_staged
+from firmware_runtime.lab.stages.staged_run import Staged, run_to_end
 from firmware_runtime.lab.stages.way import WIFI
 from firmware_runtime.links.cut.impaired_path import Impairment
 from firmware_runtime.system.own_folder import own_folder
@@ -174,14 +174,9 @@ class Trial:
 
     def _traced(self, staged: Staged, *, is_drawn: bool = False) -> Traced:
         assert staged.trace is not None  # noqa: S101 -- as `run` and `run_loop` have it
-        picture = None
-        if staged.stage.has_two_ends:
-            result = run_staged(staged, self.say, lambda _: None)
-        else:
-            picture = staged.trace.with_suffix(".svg") if is_drawn else None
-            result = run_one_process(staged, self.say, picture)
-        if result.status in {Status.INTERRUPTED, Status.TERMINATED}:
-            raise SystemExit(result.status)
+        may_draw = is_drawn and not staged.stage.has_two_ends
+        picture = staged.trace.with_suffix(".svg") if may_draw else None
+        result = run_to_end(staged, self.say, picture)
         if result.status != Status.OK:
             fault = f"the run did not reach its end: {result.reason}"
             raise ConfigError.of_one(f"stage {staged.stage}", fault)

@@ -22,10 +22,14 @@ class Checkout(Struct, frozen=True):
     commit: str | None = None
 
     @property
+    def path(self) -> list[str]:
+        """Its folders with packages."""
+        return [*map(str, import_path(self.folder))]
+
+    @property
     def environment(self) -> dict[str, str]:
         """Environment of its processes: its packages first, and sets in the same order in both."""
-        path = [*map(str, import_path(self.folder))]
-        path += filter(None, [os.environ.get("PYTHONPATH")])
+        path = [*self.path, *filter(None, [os.environ.get("PYTHONPATH")])]
         own = {"PYTHONPATH": os.pathsep.join(path), "PYTHONHASHSEED": "0"}
         return {"OPENBLAS_NUM_THREADS": "1", **os.environ, **own}
 

@@ -1,9 +1,10 @@
 """One version of the program, or a command, as a process of its own: measures what it costs.
 
 A script, given to Python by its path with the checkout first on the import path, so that it is the
-checkout's program that runs. Words: the checkout's folder, a processor, seconds of robot time, and
-BOARD or MODULE:CLASS with KEY=VALUE of `--set`, or `--` with a command. With 0 seconds it finds out
-how many cost enough to be measured. The last line that it prints is a JSON object.
+checkout's program that runs. Words: the checkout's folders with packages, a processor, seconds of
+robot time, and BOARD or MODULE:CLASS with KEY=VALUE of `--set`, or `--` with a command. With 0
+seconds it finds out how many cost enough to be measured. The last line that it prints is a JSON
+object.
 """
 
 import json
@@ -72,14 +73,14 @@ class Contestant:
         return front_door.open_board(self._word, doubles=True, clock="virtual", set=self._set)
 
 
-def modules_of(folder: Path) -> int:
-    """Count modules imported from this folder, or its `src`; not from deeper in it."""
+def modules_of(folders: set[Path]) -> int:
+    """Count modules imported from these folders; not from deeper in them."""
     own = 0
     for name, module in list(sys.modules.items()):
         if file := getattr(module, "__file__", None):
             path = Path(file).resolve()
             depth = name.count(".") + (path.stem == "__init__")
-            own += any(place in {folder, folder / "src"} for place in path.parents[depth:][:1])
+            own += any(place in folders for place in path.parents[depth:][:1])
     return own
 
 
@@ -101,7 +102,7 @@ def _assignment(text: str) -> tuple[str, object]:
         return key.strip(), value.strip()
 
 
-def main(folder: str, cpu: str, seconds: str, *words: str) -> dict[str, object]:
+def main(folders: str, cpu: str, seconds: str, *words: str) -> dict[str, object]:
     """Measure."""
     os.sched_setaffinity(0, {int(cpu)})
     word, *rest = words
@@ -110,7 +111,8 @@ def main(folder: str, cpu: str, seconds: str, *words: str) -> dict[str, object]:
     contestant = Contestant(word, rest)
     contestant.stretch(WARMING_S)
     found = contestant.stretch(float(seconds)) if float(seconds) else contestant.long_stretch()
-    return {**found, "used": modules_of(Path(folder).resolve())}
+    own = {Path(each).resolve() for each in folders.split(os.pathsep)}
+    return {**found, "used": modules_of(own)}
 
 
 if __name__ == "__main__":

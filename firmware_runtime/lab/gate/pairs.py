@@ -108,7 +108,7 @@ class _Contestant(Closing):
     def __init__(self, checkout: Checkout, words: Sequence[str]) -> None:
         self._failure = partial(ConfigError.of_one, f"{checkout.name} {checkout.stated}")
         self._process = subprocess.Popen(  # noqa: S603 -- this interpreter
-            [sys.executable, "-P", _CONTESTANT, str(checkout.folder), *words],
+            [sys.executable, "-P", _CONTESTANT, os.pathsep.join(checkout.path), *words],
             stdin=subprocess.DEVNULL,
             stdout=subprocess.PIPE,
             stderr=subprocess.PIPE,

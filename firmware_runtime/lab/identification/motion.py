@@ -125,7 +125,7 @@ class Body:
             self._end(state, position, rate)
             return
         stop = self._stop(state, left)
-        if stop == 0.0:
+        if stop == 0.0 and state.rate == 0.0:  # it broke away by no more than rounding
             state.direction = 0
             self._end(state, state.position, 0.0)
             return

@@ -161,7 +161,7 @@ def run_one_process(staged: Staged, say: Say, picture: Path | None = None) -> St
         try:
             ends.add(end := EndProcess(staged.stage.value, words))
             timeout_s = max(_AT_LEAST_S, _TIMES * staged.for_s)
-            ends.wait_until(lambda: end.status is not None, seconds(timeout_s))
+            ends.wait_until(lambda: bool(ends.ended), seconds(timeout_s))
             if end.status is None:
                 fault, where = f"no end within {timeout_s:g} s", f"stage {staged.stage}"
                 raise FirmwareRuntimeError(fault, where=where)
@@ -170,6 +170,17 @@ def run_one_process(staged: Staged, say: Say, picture: Path | None = None) -> St
         finally:
             ends.end()
             ends.close()
+
+
+def run_to_end(staged: Staged, say: Say, picture: Path | None = None) -> StagedResult:
+    """Run a stage to its end, in one process or two. Raises SystemExit for a signal."""
+    if staged.stage.has_two_ends:
+        result = run_staged(staged, say, lambda _: None)
+    else:
+        result = run_one_process(staged, say, picture)
+    if result.status in {Status.INTERRUPTED, Status.TERMINATED}:
+        raise SystemExit(result.status)
+    return result
 
 
 def run_staged(staged: Staged, say: Say, show: Callable[[StagedRun], None]) -> StagedResult:

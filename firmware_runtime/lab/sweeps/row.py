@@ -8,7 +8,6 @@ import json
 import threading
 from collections.abc import Iterator, Mapping
 from functools import cache
-from importlib.metadata import version
 from math import isfinite
 from typing import TypeAlias
 
@@ -28,6 +27,7 @@ from firmware_runtime.recording.recorded_board import code_of, digest_of
 from firmware_runtime.runs.open_board import OpenBoard, open_board
 from firmware_runtime.statistics.figures import Figures
 from firmware_runtime.statistics.file_header import RunState
+from firmware_runtime.system.packages import version_of
 
 Cell: TypeAlias = bool | int | float | str | None
 Row: TypeAlias = dict[str, Cell]
@@ -81,7 +81,7 @@ def _head(sweep: Sweep, row: int) -> Row:
 @cache
 def release() -> str:
     """The version of this project that runs the rows."""
-    return version("firmware-runtime")
+    return version_of("firmware-runtime") or "?"
 
 
 @cache

@@ -1,7 +1,6 @@
 """The sections of a report that are tables and words: faults, deadlines, lines, conditions."""
 
 from collections.abc import Iterator, Mapping
-from importlib.metadata import version
 from xml.etree.ElementTree import Element
 
 from firmware_runtime.statistics.figures import (
@@ -25,6 +24,7 @@ from firmware_runtime.statistics.number_formats import (
 )
 from firmware_runtime.statistics.rows import DeadlineRow
 from firmware_runtime.statistics.statistics import Statistics
+from firmware_runtime.system.packages import version_of
 from firmware_runtime.view.markup import element, facts, table
 from firmware_runtime.view.report.distribution import Mark, distribution
 
@@ -219,7 +219,7 @@ def glossary(figures: Figures) -> Iterator[Element]:
         for word, meaning in _WORDS.items()
     )
     yield element("dl", *pairs, class_="glossary")
-    made = f"firmware-runtime {version('firmware-runtime')}"
+    made = f"firmware-runtime {version_of('firmware-runtime')}"
     ran = (figures.conditions.stated.get("versions") or {}).get("firmware-runtime")
     yield element(
         "p",
