@@ -1,7 +1,7 @@
 """A serial line of doubles, in process: a port that a driver speaks to.
 
 Bytes reach a target at the instant they are written, as if they took no time on the wire; drivers
-count their waits from when they have left all the same (`hal.timed_port`). What a target sends
+count their waits from when they have left all the same (`hal.accounted_port`). What a target sends
 arrives at the pace the target gives it. Not modelled: the host's baud rate, so a wrong one does no
 harm; an output buffer that fills, an input buffer that overflows.
 

@@ -5,7 +5,7 @@ Source: RM-MPU-9250A rev. 1.6 (register map), the product specification for star
 Modelled: registers, H_RESET, sleep, start-up, sample clock, ranges, filters as lags, offsets,
 self-test, data ready, one sample a burst, FIFO, auxiliary master and bypass. The chip samples by
 itself; what it did is worked out when it is looked at, every sample at its own instant and in
-order. After a silence longer than its memory the work is bounded (`mpu9250_sample_clock`).
+order. After a silence longer than its memory the work is bounded (`mpu9250_registers`).
 
 Not modelled: cycle mode and wake-on-motion (registers only), FSYNC, the interrupt pin, DMP, time on
 either bus. Assumed: registers hold their power-up values during an H_RESET and writes are

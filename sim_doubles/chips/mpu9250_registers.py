@@ -160,8 +160,6 @@ class Fifo:
         self._bytes.clear()
 
 
-FIFO_TICKS = 512
-"""One byte each fills the FIFO."""
 AUXILIARY_TICKS = 32
 """A delayed auxiliary slave has its turn once in so many."""
 
@@ -180,7 +178,8 @@ def edges(registers: bytearray, memory: int) -> Edges:
     if not (control & FIFO_ENABLE and registers[FIFO_EN]):
         return Edges(auxiliary, auxiliary + memory)
     stops_when_full = registers[CONFIG] & FIFO_MODE
-    return Edges(FIFO_TICKS if stops_when_full else auxiliary, FIFO_TICKS + memory)
+    # One byte a tick fills the FIFO.
+    return Edges(SIZE if stops_when_full else auxiliary, SIZE + memory)
 
 
 def is_sampling(registers: bytearray) -> bool:

@@ -21,14 +21,13 @@ from tests.support.atomic_bench import AtomicBench
 
 
 class World:
-    """Time as the doubles see it: the simulator's, which they outlive."""
+    """Time as the doubles see it: the simulator's."""
 
     def __init__(self) -> None:
         self.bench: AtomicBench | None = None
-        self.after_death = 0
 
     def __call__(self) -> int:
-        return self.after_death + (0 if self.bench is None else self.bench.simulator.now)
+        return 0 if self.bench is None else self.bench.simulator.now
 
     def run(self, model: Atomic) -> AtomicBench:
         self.bench = AtomicBench(model)

@@ -1,5 +1,3 @@
-from collections.abc import Callable
-
 import pytest
 from firmware_drivers.chips.mpu9250 import Mpu9250
 from firmware_drivers.chips.mpu9250_burst import InertialSample
@@ -17,8 +15,6 @@ TICK = 10 * MILLISECOND
 
 
 RATE = (0.1, 0.2, 0.3)
-RATE_NOISE = 0.008
-"""Six deviations of the data sheet's noise at 41 Hz, in rad/s."""
 
 
 def growing(at: int) -> Vector:
@@ -28,16 +24,13 @@ def growing(at: int) -> Vector:
 class Rig(WiredMpu9250):
     """One chip at rest in a field without noise that grows evenly: every measurement differs."""
 
-    def __init__(
-        self, settings: Mpu9250Settings | None = None, *, magnetometer: bool = True
-    ) -> None:
-        self.field_now: Callable[[int], Vector] = growing
-        super().__init__(ManualClock(), self.truth, magnetometer=magnetometer, noise_seed=1)
+    def __init__(self, settings: Mpu9250Settings | None = None) -> None:
+        super().__init__(ManualClock(), self.truth, magnetometer=True, noise_seed=1)
         self.driver = Mpu9250(self.bus, settings=settings)
         self.bring_up()
 
     def _field(self, at: int) -> Vector:
-        return self.field_now(at)
+        return growing(at)
 
     def truth(self, at: int) -> InertialTruth:
         return InertialTruth((0.0, 0.0, 9.80665), RATE, self._field(at), 25.0)

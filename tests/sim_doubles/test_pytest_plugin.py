@@ -254,7 +254,7 @@ def test_a_failure_shows_the_log_and_the_warnings(tmp_path: Path) -> None:
         "    SMBus(1).write_byte_data(0x40, 0, 0x01)\n"
         "    SMBus(1).write_byte_data(0x40, 0xFE, 3)\n"
     )
-    lines = [line.strip() for line in run_pytest(tmp_path).splitlines()]
+    lines = [line.strip() for line in run_pytest(tmp_path).stdout.splitlines()]
     assert "-0x40 W 00, R 10" in [line.removeprefix("E").strip() for line in lines]
     assert "+0x40 W 00, R 11" in [line.removeprefix("E").strip() for line in lines]
     assert any("PRE_SCALE" in line for line in lines)

@@ -4,7 +4,6 @@ import math
 from itertools import pairwise
 
 import pytest
-from hypothesis import strategies as st
 from msgspec.structs import replace
 
 from sim_doubles.worlds.tachobot import (
@@ -23,7 +22,6 @@ FREE = TachobotParameters(
     field_noise_t=0.0,
     accelerometer_noise_m_s2=0.0,
 )
-commands = st.floats(-1.0, 1.0)
 
 
 def differential(*pairs: float) -> list[float]:

@@ -10,7 +10,6 @@ from msgspec.structs import replace
 from sim_doubles.worlds.tachobot import TachobotParameters, TachobotWorld
 
 SECOND = 1_000_000_000
-MILLISECOND = 1_000_000
 INERTIA = 0.075
 FULL_MOMENT_NM = 4 * 0.40 * 0.20
 DRY = TachobotParameters(static_friction_nm=0.08, coulomb_friction_nm=0.04, motor_lag_s=0.0)

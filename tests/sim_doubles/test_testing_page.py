@@ -22,7 +22,8 @@ def test_the_ten_lines_pass(tmp_path: Path) -> None:
     lines = blocks("python")[0]
     assert len(lines.splitlines()) == 10
     (tmp_path / "test_ten_lines.py").write_text(lines)
-    assert run_pytest(tmp_path, "-W", "error").splitlines()[-1][:8] == "1 passed"
+    done = run_pytest(tmp_path, "-W", "error")
+    assert (done.returncode, done.stdout.splitlines()[-1][:9]) == (0, "1 passed ")
 
 
 @pytest.mark.slow

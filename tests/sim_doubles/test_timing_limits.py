@@ -201,7 +201,7 @@ def test_a_setting_of_pytest_makes_every_assertion_strict(
     asserted = 'def test_it(board, assert_timing):\n    assert_timing(board("tachobot"), skips=0)\n'
     (tmp_path / "test_asserted.py").write_text(asserted)
     (tmp_path / "pytest.ini").write_text(f"[pytest]\nstrict_timing = {setting}\n")
-    done = run_pytest(tmp_path, "-W", "error")
+    done = run_pytest(tmp_path, "-W", "error").stdout
     assert ended in done.splitlines()[-1]
     assert "in virtual time" in done or setting == "false"
 

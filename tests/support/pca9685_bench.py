@@ -61,11 +61,6 @@ class Pca9685Bench(PlayedBench):
         self.bus.faults = FaultScript([NackAddress(times=times)])
 
 
-def esc_settings(arming: int = 3 * SECOND, timeout: int = NEVER) -> EscSettings:
-    """Return an ESC at 50 Hz, still at 1000 us and full at 2000 us."""
-    return EscSettings(3, 50.0, 1000.0, 2000.0, arming, timeout)
-
-
 class EscBench(Pca9685Bench):
     @property
     def pulse_us(self) -> str:
@@ -78,5 +73,6 @@ class EscBench(Pca9685Bench):
 
 
 def esc_bench(timeout: int = NEVER, *, enabled: bool = True) -> EscBench:
-    settings = esc_settings(timeout=timeout)
+    """Return an ESC at 50 Hz, still at 1000 us and full at 2000 us, that arms in 3 s."""
+    settings = EscSettings(3, 50.0, 1000.0, 2000.0, 3 * SECOND, timeout)
     return EscBench(lambda chip, interlock: Esc("esc", chip, settings, interlock), enabled=enabled)

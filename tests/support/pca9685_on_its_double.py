@@ -22,9 +22,7 @@ class DrivenPca9685(WiredPca9685):
         clock = ManualClock()
         super().__init__(clock, Pca9685Double(clock, true_osc_hz=true_osc_hz))
 
-    def bring_up(
-        self, frequency_hz: float = 1000, osc_hz: float = 25e6, *, staggered: bool = False
-    ) -> Pca9685:
-        driver = Pca9685(self.bus, osc_hz=osc_hz, staggered=staggered)
+    def bring_up(self, frequency_hz: float = 1000, osc_hz: float = 25e6) -> Pca9685:
+        driver = Pca9685(self.bus, osc_hz=osc_hz)
         take(self.clock, driver.bring_up(frequency_hz))
         return driver

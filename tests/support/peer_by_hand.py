@@ -10,14 +10,15 @@ from time import monotonic_ns
 HEAD = struct.Struct(">4sBBHQQQqqqQQqQqQH")
 ENTRY = struct.Struct(">HQQI")
 HELLO, STEP, HEARTBEAT, BYE = 1, 2, 3, 4
+VECTOR = "tuple([float, float, float])"
 INERTIAL_SAMPLE = (
-    '{"acceleration": [float, float, float], "rate": [float, float, float], '
-    '"field": [float, float, float] | null, "temperature_c": float, "field_overflow": bool}'
+    f'InertialSample({{"acceleration": {VECTOR}, "rate": {VECTOR}, "field": {VECTOR} | null, '
+    '"temperature_c": float, "field_overflow": bool})'
 )
 PORTS = (
-    'controller.forces {"f1": float, "f2": float, "f3": float, "f4": float}',
+    'controller.forces Forces({"f1": float, "f2": float, "f3": float, "f4": float})',
     f"imu.sample {INERTIAL_SAMPLE}",
-    'thrust_pairs.applied "NOTHING" | "PART" | "ALL"',
+    'thrust_pairs.applied Applied("NOTHING" | "PART" | "ALL")',
 )
 FORCES = 0
 

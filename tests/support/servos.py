@@ -1,11 +1,10 @@
-"""A servo as boards state one: a radian to each side, two radians a second; two on a chip."""
+"""A servo as boards state one: a radian to each side, two radians a second."""
 
 from typing import Final
 
-from firmware_drivers.servo import Servo, Servos, ServosSettings
+from firmware_drivers.servo import Servo, ServosSettings
 
 from firmware_runtime.devs.time import MILLISECOND, NEVER
-from tests.support.pca9685_bench import Pca9685Bench
 
 PAN: Final = Servo(
     name="pan",
@@ -23,8 +22,3 @@ def servos_settings(*servos: Servo, timeout: int = NEVER) -> ServosSettings:
     return ServosSettings(
         servos=servos, frequency_hz=50.0, period=20 * MILLISECOND, timeout=timeout
     )
-
-
-def servos_bench(*servos: Servo, timeout: int = NEVER) -> Pca9685Bench:
-    settings = servos_settings(*servos, timeout=timeout)
-    return Pca9685Bench(lambda chip, interlock: Servos("head", chip, settings, interlock))

@@ -127,7 +127,7 @@ MD25_IDENTITY: Final = Identity(
 CMPS12_IDENTITY: Final = Identity(
     "CMPS12", cmps12.ADDRESSES, _by_driver(Cmps12, cmps12.VERSION, cmps12.IDENTITY.size)
 )
-MPU9250_IDENTITY: Final = Identity("MPU-9250", (0x68, 0x69), _inertial, certain=True)
+MPU9250_IDENTITY: Final = Identity("MPU-9250", Mpu9250.addresses, _inertial, certain=True)
 SRF08_IDENTITY: Final = Identity("SRF08", range(0x70, 0x78), _sonar)
 
 WITHOUT_A_DRIVER: Final = (

@@ -36,7 +36,6 @@ from firmware_drivers.sonar import RangeFinder
 from firmware_runtime.hal.i2c import I2cBus
 from firmware_runtime.hal.serial import SerialPort
 
-INERTIAL_ADDRESSES: Final = (0x68, 0x69)
 _MOUNTING: Final = Option(
     "mounting", str, "chip axes along body x, y and z, such as '+y -x +z'", "+x +y +z"
 )
@@ -132,7 +131,7 @@ MPU9250: Final = OnBus(
     name="mpu9250",
     title="MPU-9250: acceleration, rate, field, temperature",
     address=0x68,
-    addresses=INERTIAL_ADDRESSES,
+    addresses=Mpu9250.addresses,
     build=_inertial,
     options=(_MOUNTING,),
     identity=MPU9250_IDENTITY,

@@ -27,11 +27,17 @@ class I2cChip:
 
     @contextmanager
     def _must_answer(self, expected: str, what: str = "no answer") -> Iterator[None]:
-        """Say what was expected of a chip that does not acknowledge within the block."""
+        """Say what was expected of a chip that does not acknowledge within the block.
+
+        For bring-up: what recurs has no block around each transaction (`_no_answer`).
+        """
         try:
             yield
         except NoAcknowledge as error:
-            raise NoAcknowledge(what, where=self.place, expected=expected) from error
+            raise self._no_answer(expected, what) from error
+
+    def _no_answer(self, expected: str, what: str = "no answer") -> NoAcknowledge:
+        return NoAcknowledge(what, where=self.place, expected=expected)
 
     def _read(self, register: int, length: int = 1) -> bytes:
         return self._bus.write_read(self.address, bytes((register,)), length)

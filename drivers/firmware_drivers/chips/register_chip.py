@@ -11,7 +11,7 @@ from typing import ClassVar, Literal, NamedTuple
 from firmware_drivers.chips.i2c_chip import I2cChip
 from firmware_drivers.chips.step import Step
 from firmware_runtime.hal.i2c import I2cBus
-from firmware_runtime.hal.wire_errors import NotReady, WrongDevice
+from firmware_runtime.hal.wire_errors import NoAcknowledge, NotReady, WrongDevice
 
 
 class ChipRegister(NamedTuple):
@@ -91,15 +91,19 @@ class RegisterChip(I2cChip):
 
     def read(self, register: ChipRegister) -> int:
         """Read a register's word, one transaction. Raises NoAcknowledge if the chip is absent."""
-        with self._must_answer(register.name):
+        try:
             found = self._read(register.address, register.bytes)
+        except NoAcknowledge as error:
+            raise self._no_answer(register.name) from error
         return int.from_bytes(found, register.order, signed=register.signed)
 
     def write(self, register: ChipRegister, word: int) -> None:
         """Write a register's word, one transaction. Raises NoAcknowledge if the chip is absent."""
         data = word.to_bytes(register.bytes, register.order, signed=word < 0)
-        with self._must_answer(register.name):
+        try:
             self._write(register.address, *data)
+        except NoAcknowledge as error:
+            raise self._no_answer(register.name) from error
 
     def read_by_name(self, name: str) -> int:
         """Read a register by its name, as the contract of chips and consoles have it."""

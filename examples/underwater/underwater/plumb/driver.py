@@ -6,9 +6,10 @@ It takes commands and has no registers. The caller waits for the conversions.
 from dataclasses import dataclass
 from typing import Final
 
+from firmware_drivers.chips.i2c_chip import I2cChip
 from firmware_drivers.chips.step import Step
 
-from firmware_runtime import MILLISECOND, I2cBus, Message, NoAcknowledge, NotReady, WrongDevice
+from firmware_runtime import MILLISECOND, I2cBus, Message, NotReady, WrongDevice
 
 ADDRESS: Final = 0x76
 RESET, READ, PRESSURE, TEMPERATURE = 0x1E, 0x00, 0x40, 0x50
@@ -36,13 +37,14 @@ class Sounding:
     water_c: float
 
 
-class Plumb:
+class Plumb(I2cChip):
     """One Plumb: after `bring_up` begin a conversion, let CONVERSION_NS pass, read it."""
 
+    chip = "Plumb"
+    addresses = (ADDRESS,)
+
     def __init__(self, bus: I2cBus, address: int = ADDRESS) -> None:
-        self.line = bus
-        self.address = address
-        self.place = f"Plumb at 0x{address:02x} on {bus.name}"
+        super().__init__(bus, address)
         self._coefficients: tuple[int, int] | None = None
 
     def bring_up(self) -> tuple[Step, ...]:
@@ -85,7 +87,5 @@ class Plumb:
         self._ask(bytes((RESET,)))
 
     def _ask(self, *messages: Message) -> bytes:
-        try:
-            return self.line.transaction(self.address, messages)
-        except NoAcknowledge as error:
-            raise NoAcknowledge("no answer", where=self.place, expected="a Plumb") from error
+        with self._must_answer("a Plumb"):
+            return self._bus.transaction(self.address, messages)
