@@ -7,24 +7,27 @@ finding the next one costs as N grows.
 """
 
 import argparse
-import json
 import sys
 from collections.abc import Mapping
+from functools import partial
 from typing import Any
 
 from benchmarks.devstone import shapes
 from benchmarks.devstone.models import SHAPES
 from benchmarks.hold import measure as hold
-from benchmarks.shared.results import add_common_options, save
+from benchmarks.shared.results import (
+    add_common_options,
+    conditions,
+    conditions_text,
+    finish,
+    positive,
+)
 from benchmarks.shared.side_by_side import (
     OURS,
     PEER,
     WrongCountError,
-    conditions,
-    conditions_text,
     missing_peer,
     peer_version,
-    positive,
 )
 from firmware_runtime.errors import Status
 
@@ -66,8 +69,8 @@ def execute(arguments: argparse.Namespace) -> int:
         print(f"firmware-runtime: bench devstone: {error}", file=sys.stderr)
         return Status.MODEL_ERROR
     report.update(_verdict(report["models"]))
-    save(arguments.save, "devstone", report)
-    print(json.dumps(report) if arguments.json else _text(report, arguments.repetitions))
+    text = partial(_text, repetitions=arguments.repetitions)
+    finish(arguments, "devstone", report, text)
     return Status.OK
 
 
@@ -103,7 +106,7 @@ def _verdict(models: list[dict[str, Any]]) -> dict[str, Any]:
 def _text(report: Mapping[str, Any], repetitions: int) -> str:
     lines = [
         f"CPU time, set-up included, medians of {repetitions} runs each",
-        conditions_text(report["conditions"]),
+        f"{conditions_text(report['conditions'])}; {PEER} {report['conditions'][PEER]}",
         "",
         f"{'':20}{'transitions':>12}{OURS:>18}{PEER:>12}{'ratio':>8}{'goal':>6}{'run alone':>11}",
     ]

@@ -4,33 +4,26 @@ The model is the one that xdevs.py brings along. It counts transitions only on r
 it time: so the runs that are timed do not count, and the one that counts is not timed.
 """
 
-import json
 import sys
-from time import process_time
 
 from xdevs.examples.devstone.devstone import DEVStone
-from xdevs.sim import Coordinator
+
+from benchmarks.hold.xdevs import initialized
+from benchmarks.shared.side_by_side import print_sample
 
 
 def main() -> None:
     """Build and run the model named on the command line; print what it took."""
     shape, width, depth = sys.argv[1], int(sys.argv[2]), int(sys.argv[3])
     counting = sys.argv[4:] == ["count"]
-    begun = process_time()
-    model = DEVStone("devstone", shape, width, depth, 0, 0, counting)
-    modelled = process_time()
-    coordinator = Coordinator(model)
-    coordinator.initialize()
-    prepared = process_time()
-    coordinator.simulate_time()
-    ended = process_time()
-    seconds = {
-        "model": modelled - begun,
-        "simulator": prepared - modelled,
-        "run": ended - prepared,
-    }
-    counts = {"internal": model.n_internals, "external": model.n_externals} if counting else {}
-    print(json.dumps({"seconds": seconds, "counts": counts}))
+    print_sample(
+        lambda: DEVStone("devstone", shape, width, depth, 0, 0, counting),
+        initialized,
+        lambda coordinator: coordinator.simulate_time(),
+        lambda model, _: (
+            {"internal": model.n_internals, "external": model.n_externals} if counting else {}
+        ),
+    )
 
 
 if __name__ == "__main__":

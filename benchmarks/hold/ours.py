@@ -3,11 +3,10 @@
 What it prints is described in `shared.side_by_side`.
 """
 
-import json
 import sys
-from time import process_time
 
-from benchmarks.hold.plan import end, periods
+from benchmarks.hold.measure import end, periods
+from benchmarks.shared.side_by_side import print_sample
 from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.simulator import Simulator
@@ -29,25 +28,23 @@ class Waiting(Atomic):
         self.hold_in("waiting", self.period)
 
 
-def main() -> None:
-    """Build and run the model named on the command line; print what it took."""
-    kind, count = sys.argv[1], int(sys.argv[2])
-    begun = process_time()
+def hold_model(kind: str, count: int) -> Coupled:
+    """The model of that many atomics."""
     model = Coupled("hold")
     for number, period in enumerate(periods(kind, count)):
         model.add(Waiting(f"waiting_{number}", period))
-    modelled = process_time()
-    simulator = Simulator(model, checked=False)
-    prepared = process_time()
-    simulator.run(end(count))
-    ended = process_time()
-    seconds = {
-        "model": modelled - begun,
-        "simulator": prepared - modelled,
-        "run": ended - prepared,
-    }
-    counts = {"internal": simulator.internal_transitions}
-    print(json.dumps({"seconds": seconds, "counts": counts}))
+    return model
+
+
+def main() -> None:
+    """Build and run the model named on the command line; print what it took."""
+    kind, count = sys.argv[1], int(sys.argv[2])
+    print_sample(
+        lambda: hold_model(kind, count),
+        lambda model: Simulator(model, checked=False),
+        lambda simulator: simulator.run(end(count)),
+        lambda _, simulator: {"internal": simulator.internal_transitions},
+    )
 
 
 if __name__ == "__main__":

@@ -3,14 +3,13 @@
 What it prints is described in `shared.side_by_side`.
 """
 
-import json
 import sys
-from time import process_time
 
 from xdevs.models import Atomic, Coupled
 from xdevs.sim import Coordinator
 
-from benchmarks.hold.plan import end, periods
+from benchmarks.hold.measure import end, periods
+from benchmarks.shared.side_by_side import print_sample
 
 
 class Waiting(Atomic):  # type: ignore[misc]  # xdevs.py is untyped
@@ -40,30 +39,31 @@ class Waiting(Atomic):  # type: ignore[misc]  # xdevs.py is untyped
         """Do nothing: xdevs.py wants it written."""
 
 
+def hold_model(kind: str, count: int) -> Coupled:
+    """The model of that many atomics."""
+    model = Coupled("hold")
+    for number, period in enumerate(periods(kind, count)):
+        model.add_component(Waiting(f"waiting_{number}", period))
+    return model
+
+
+def initialized(model: Coupled) -> Coordinator:
+    """A coordinator of a model, ready to run."""
+    coordinator = Coordinator(model)
+    coordinator.initialize()
+    return coordinator
+
+
 def main() -> None:
     """Build and run the model named on the command line; print what it took."""
     kind, count = sys.argv[1], int(sys.argv[2])
-    begun = process_time()
-    model = Coupled("hold")
-    atomics = [
-        Waiting(f"waiting_{number}", period) for number, period in enumerate(periods(kind, count))
-    ]
-    for atomic in atomics:
-        model.add_component(atomic)
-    modelled = process_time()
-    coordinator = Coordinator(model)
-    coordinator.initialize()
-    prepared = process_time()
     first = min(periods(kind, count))  # the peer counts its time from the first event
-    coordinator.simulate_time(end(count) + 1 - first)
-    ended = process_time()
-    seconds = {
-        "model": modelled - begun,
-        "simulator": prepared - modelled,
-        "run": ended - prepared,
-    }
-    counts = {"internal": sum(atomic.count for atomic in atomics)}
-    print(json.dumps({"seconds": seconds, "counts": counts}))
+    print_sample(
+        lambda: hold_model(kind, count),
+        initialized,
+        lambda coordinator: coordinator.simulate_time(end(count) + 1 - first),
+        lambda model, _: {"internal": sum(atomic.count for atomic in model.components)},
+    )
 
 
 if __name__ == "__main__":

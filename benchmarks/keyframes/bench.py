@@ -6,9 +6,9 @@ keyframes take, is printed, and last how many activations waited for one. Exit s
 """
 
 import argparse
-import json
 import subprocess
 import sys
+from collections.abc import Mapping
 from contextlib import ExitStack
 from pathlib import Path
 from statistics import median
@@ -18,9 +18,13 @@ from typing import Any
 from unittest.mock import patch
 
 from benchmarks.loop.rates import assignments
-from benchmarks.shared.conditions import conditions, conditions_text
-from benchmarks.shared.results import add_common_options, save
-from benchmarks.shared.side_by_side import positive
+from benchmarks.shared.results import (
+    add_common_options,
+    conditions,
+    conditions_text,
+    finish,
+    positive,
+)
 from firmware_runtime.board.local_settings import board_in_force
 from firmware_runtime.cli.arguments import positive as positive_number
 from firmware_runtime.devs.time import seconds
@@ -71,8 +75,7 @@ def execute(arguments: argparse.Namespace) -> int:
         folder = Path(stack.enter_context(TemporaryDirectory(prefix="keyframes-bench-")))
         found = measured(folder, arguments.rate, arguments.seconds)
     report = {"conditions": before, "neighbours": arguments.neighbours, **found}
-    save(arguments.save, "keyframes", report)
-    print(json.dumps(report) if arguments.json else _text(report))
+    finish(arguments, "keyframes", report, _text)
     return Status.MODEL_ERROR if report["waited"] else Status.OK
 
 
@@ -107,7 +110,7 @@ def measured(folder: Path, rate_hz: int, span_s: float) -> dict[str, Any]:
     }
 
 
-def _text(report: dict[str, Any]) -> str:
+def _text(report: Mapping[str, Any]) -> str:
     where = f"{report['rate_hz']} Hz for {report['seconds']:g} s beside {report['neighbours']} busy"
     activations = f"{report['activations']} activations, {report['dropped']} of them dropped"
     lines = [

@@ -9,7 +9,6 @@ is computed from bits and bus speed.
 """
 
 import argparse
-import json
 import sys
 import tempfile
 from pathlib import Path
@@ -19,9 +18,7 @@ from typing import Any
 from benchmarks.loop.rates import HIGHEST_HZ, LOWEST_HZ, highest, run
 from benchmarks.loop.split import BUS, split
 from benchmarks.loop.text import report_text
-from benchmarks.shared.conditions import conditions
-from benchmarks.shared.results import add_common_options, save
-from benchmarks.shared.side_by_side import positive
+from benchmarks.shared.results import add_common_options, conditions, finish, positive
 from firmware_runtime.board import registry
 from firmware_runtime.errors import Status
 from firmware_runtime.hal.budget import REFUSED_ABOVE_PERCENT, BusLoad, transaction_ns
@@ -85,8 +82,7 @@ def execute(arguments: argparse.Namespace) -> int:
     report["highest_hz_by_us"] = max(ours, default=None)
     report["own_hz"] = own_hz
     report["ratio"] = max(held, default=0) / own_hz
-    save(arguments.save, "loop", report)
-    print(json.dumps(report) if arguments.json else report_text(report))
+    finish(arguments, "loop", report, report_text)
     return Status.OK
 
 

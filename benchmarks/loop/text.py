@@ -3,10 +3,9 @@
 from collections.abc import Mapping
 from typing import Any
 
-from benchmarks.loop.certainty import needed
-from benchmarks.loop.rates import ALLOWED
+from benchmarks.loop.rates import ALLOWED, needed
 from benchmarks.loop.split import KINDS
-from benchmarks.shared.conditions import conditions_text
+from benchmarks.shared.results import conditions_text
 
 _COLUMNS = (
     "activations",

@@ -7,7 +7,6 @@ at 0. In a second, shorter run one activation of the model stalls for half a sec
 
 import argparse
 import json
-import subprocess
 import sys
 from collections.abc import Sequence
 from dataclasses import asdict
@@ -17,9 +16,8 @@ from benchmarks.peers.figures import Round, medians, quiet_figures, ratio, stall
 from benchmarks.peers.plan import Plan
 from benchmarks.peers.run import ENGINES
 from benchmarks.peers.text import peers_text
-from benchmarks.shared.conditions import conditions
-from benchmarks.shared.results import add_common_options, save
-from benchmarks.shared.side_by_side import PROJECT, missing_peer, peer_version, positive
+from benchmarks.shared.results import add_common_options, conditions, finish, positive
+from benchmarks.shared.side_by_side import answer_of, missing_peer, peer_version, turned
 from firmware_runtime.cli.arguments import positive as positive_number
 from firmware_runtime.errors import Status
 
@@ -69,8 +67,7 @@ def execute(arguments: argparse.Namespace) -> int:
         ]
         report["rates"][str(rate_hz)] = medians(rounds)
         report["ratio"] = ratio(rounds, PEER, OURS)
-    save(arguments.save, "peers", report)
-    print(json.dumps(report) if arguments.json else peers_text(report))
+    finish(arguments, "peers", report, peers_text)
     return Status.OK
 
 
@@ -81,9 +78,8 @@ def _round(
     period_ns = 1_000_000_000 // rate_hz
     quiet = Plan(period_ns, max(round(arguments.seconds * rate_hz), 2))
     stalled = Plan(period_ns, round(STALLED_RUN_S * rate_hz), round(STALL_AT_S * rate_hz), STALL_NS)
-    first = number % len(engines)
     found = {}
-    for name in [*engines[first:], *engines[:first]]:
+    for name in turned(engines, number):
         print(f"bench peers: {rate_hz} Hz, {number + 1}: {name}", file=sys.stderr)
         found[name] = {
             **quiet_figures(run_once(name, quiet, arguments.priority), quiet),
@@ -95,8 +91,4 @@ def _round(
 def run_once(engine: str, plan: Plan, fifo_priority: int) -> dict[str, Any]:
     """Run one engine once, in a process of its own."""
     asked = json.dumps({"plan": asdict(plan), "fifo_priority": fifo_priority})
-    command = [sys.executable, "-m", "benchmarks.peers.run", engine, asked]
-    done = subprocess.run(command, cwd=PROJECT, check=True, stdout=subprocess.PIPE, text=True)
-    # the last line: an engine may print what it likes before that
-    answer: dict[str, Any] = json.loads(done.stdout.splitlines()[-1])
-    return answer
+    return answer_of("benchmarks.peers.run", engine, asked)

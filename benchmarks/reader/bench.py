@@ -6,18 +6,22 @@ How sure a ratio is stands beside it, and so does a control without a reader on 
 """
 
 import argparse
-import json
 import sys
 import tempfile
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 from benchmarks.loop.bench import rates
 from benchmarks.reader.ratio import GOAL, summary
 from benchmarks.reader.rounds import rounds
-from benchmarks.shared.conditions import conditions, conditions_text
-from benchmarks.shared.results import add_common_options, save
-from benchmarks.shared.side_by_side import positive
+from benchmarks.shared.results import (
+    add_common_options,
+    conditions,
+    conditions_text,
+    finish,
+    positive,
+)
 from firmware_runtime.cli.arguments import positive as positive_number
 from firmware_runtime.errors import Status
 
@@ -52,8 +56,7 @@ def execute(arguments: argparse.Namespace) -> int:
             found, readings = rounds(Path(directory), rate_hz, arguments.rounds, arguments.segment)
         report["rates"].append({"rate_hz": rate_hz, "readings": readings, **summary(found)})
     report["ratio"] = max((each["ratio"] for each in report["rates"]), key=_distance)
-    save(arguments.save, "reader", report)
-    print(json.dumps(report) if arguments.json else _text(report))
+    finish(arguments, "reader", report, _text)
     return Status.OK
 
 
@@ -62,7 +65,7 @@ def _distance(ratio: float) -> float:
     return max(ratio, 1 / ratio)
 
 
-def _text(report: dict[str, Any]) -> str:
+def _text(report: Mapping[str, Any]) -> str:
     lines = [conditions_text(report["conditions"])]
     for each in report["rates"]:
         lines += ["", f"{each['rate_hz']} Hz, lateness in us; {each['readings']} readings:"]

@@ -16,7 +16,7 @@ from typing import TypeAlias
 from benchmarks.loop.rates import STEADY_NS, assignments
 from benchmarks.reader import process as reader_process
 from benchmarks.shared.process import LoopError, tachobot
-from benchmarks.shared.side_by_side import PROJECT
+from benchmarks.shared.side_by_side import PROJECT, turned
 from firmware_runtime.statistics.comparison import difference
 from firmware_runtime.statistics.histogram import Histogram
 from firmware_runtime.statistics.layout import ELAPSED
@@ -84,17 +84,11 @@ def rounds(directory: Path, rate_hz: int, count: int, segment_s: float) -> tuple
             found = [
                 {
                     kind: _segment(running.statistics, other, kind, segment_s)
-                    for kind in order(number)
+                    for kind in turned(KINDS, number)
                 }
                 for number in range(count)
             ]
             return found, other.readings
-
-
-def order(number: int) -> tuple[str, ...]:
-    """The kinds of segment of a round: each is first, second and third equally often."""
-    first = number % len(KINDS)
-    return KINDS[first:] + KINDS[:first]
 
 
 def _segment(statistics: Path, other: Reader, kind: str, segment_s: float) -> Histogram:

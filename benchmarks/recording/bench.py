@@ -8,8 +8,7 @@ lateness of the model that runs most often is compared, and with it how sure tha
 """
 
 import argparse
-import json
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from statistics import median
 from tempfile import TemporaryDirectory
@@ -17,9 +16,13 @@ from typing import Any
 
 from benchmarks.recording.lateness import TOLERANCE, compared, text
 from benchmarks.recording.runs import AGAIN, BARE, OWN, RECORDED, Run, Unwaiting, least_us, measured
-from benchmarks.shared.conditions import conditions, conditions_text
-from benchmarks.shared.results import add_common_options, save
-from benchmarks.shared.side_by_side import positive
+from benchmarks.shared.results import (
+    add_common_options,
+    conditions,
+    conditions_text,
+    finish,
+    positive,
+)
 from firmware_runtime.cli.arguments import positive as positive_number
 from firmware_runtime.errors import Status
 from firmware_runtime.executive.clocks import MonotonicClock
@@ -54,13 +57,7 @@ def execute(arguments: argparse.Namespace) -> int:
     with TemporaryDirectory(prefix="recording-bench-") as folder:
         found = {board: _measured(board, Path(folder), arguments) for board in BOARDS}
     report = {"conditions": before, "boards": found}
-    save(arguments.save, "recording", report)
-    if arguments.json:
-        print(json.dumps(report))
-        return Status.OK
-    print(conditions_text(before))
-    for board, figures in found.items():
-        print("\n".join(_text(board, figures)))
+    finish(arguments, "recording", report, _report_text)
     return Status.OK
 
 
@@ -111,6 +108,11 @@ def _least_cost(runs: dict[str, list[Run]], name: str) -> dict[str, float]:
         "between": least_us([each.between for each in with_it])
         - least_us([each.between for each in without]),
     }
+
+
+def _report_text(report: Mapping[str, Any]) -> str:
+    boards = [line for each in report["boards"].items() for line in _text(*each)]
+    return "\n".join([conditions_text(report["conditions"]), *boards])
 
 
 def _text(board: str, figures: dict[str, Any]) -> Iterator[str]:

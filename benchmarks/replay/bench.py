@@ -16,16 +16,22 @@ import resource
 import subprocess
 import sys
 from collections import Counter
+from collections.abc import Mapping
 from contextlib import ExitStack
+from functools import partial
 from pathlib import Path
 from random import Random
 from tempfile import TemporaryDirectory
 from typing import Any
 
 from benchmarks.replay.seeded_run import SeededRun
-from benchmarks.shared.conditions import conditions, conditions_text
-from benchmarks.shared.results import add_common_options, save
-from benchmarks.shared.side_by_side import positive
+from benchmarks.shared.results import (
+    add_common_options,
+    conditions,
+    conditions_text,
+    finish,
+    positive,
+)
 from firmware_runtime.cli.arguments import positive as positive_number
 from firmware_runtime.errors import Status
 from firmware_runtime.system.signals import exit_on_signals
@@ -61,16 +67,7 @@ def execute(arguments: argparse.Namespace) -> int:
                 sys.stderr.write(f"\r{len(results)} of {arguments.runs}\x1b[K")
     identical = sum(each["identical"] for each in results)
     report = {"conditions": before, "identical": identical, "runs": results, "ratio": speed}
-    save(arguments.save, "replay", report)
-    if arguments.json:
-        print(json.dumps(report))
-    else:
-        print(conditions_text(before))
-        print("\n".join(_text(results)))
-        print(f"identical: {identical} of {len(results)}")
-        print(
-            f"ratio {speed:.0f} (robot time by a replay's processor time, {arguments.speed_of:g} s)"
-        )
+    finish(arguments, "replay", report, partial(_text, speed_of=arguments.speed_of))
     return Status.OK if identical == len(results) else Status.MODEL_ERROR
 
 
@@ -120,11 +117,15 @@ def _command(folder: Path, *words: str) -> "subprocess.CompletedProcess[str]":
     return subprocess.run(command, env=environment, capture_output=True, text=True, check=False)
 
 
-def _text(results: list[dict[str, Any]]) -> list[str]:
+def _text(report: Mapping[str, Any], speed_of: float) -> str:
+    results = report["runs"]
     counted = Counter(kind for each in results for kind in each["done"])
-    lines = [f"  {count} times {kind}" for kind, count in sorted(counted.items())]
+    lines = [conditions_text(report["conditions"])]
+    lines += [f"  {count} times {kind}" for kind, count in sorted(counted.items())]
     lines += [f"  {sum(each.get('steps', 0) for each in results)} steps run again"]
     for each in results:
         if not each["identical"]:
             lines.append(f"  seed {each['seed']}: {json.dumps(each)}")
-    return lines
+    of = f"robot time by a replay's processor time, {speed_of:g} s"
+    lines += [f"identical: {report['identical']} of {len(results)}"]
+    return "\n".join([*lines, f"ratio {report['ratio']:.0f} ({of})"])

@@ -11,12 +11,12 @@ from random import Random
 from time import monotonic, sleep
 from typing import Any, Final
 
+from benchmarks.shared.side_by_side import PROJECT
 from firmware_runtime.errors import ConfigError, FirmwareRuntimeError
 from firmware_runtime.links.control import ask
 from firmware_runtime.links.ports.ports_client import PortsClient
 
 SPAN_S: Final = 2.5
-_CHECKOUT: Final = Path(__file__).parents[2]
 LONGEST_S: Final = 60.0
 _SETTINGS: Final = ("arming.max_late_percent=100", "arming.demand_guard=false")
 _RETUNED: Final = {
@@ -73,7 +73,7 @@ class SeededRun:
     def _process(self, stack: ExitStack, module: str, *words: str) -> "subprocess.Popen[bytes]":
         process = subprocess.Popen(
             [sys.executable, "-m", module, *words],
-            cwd=_CHECKOUT,  # where `benchmarks` is found, wherever the bench was started
+            cwd=PROJECT,  # where `benchmarks` is found, wherever the bench was started
             env={**os.environ, "FIRMWARE_RUNTIME_STATE_DIRECTORY": str(self._folder)},
             stdin=subprocess.DEVNULL,
             stdout=subprocess.DEVNULL,

@@ -1,4 +1,4 @@
-"""Where results are kept: `benchmarks/results/NAME.json`, with the conditions they hold under.
+"""Results of benches, printed and kept in `benchmarks/results/NAME.json`, and their conditions.
 
 The module `bench` of a bench's folder has `SUMMARY`, `add_options(parser)` and
 `execute(arguments) -> exit status`; its options are its own and those of `add_common_options`. It
@@ -8,11 +8,18 @@ prints its ratio last.
 import argparse
 import json
 import os
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
-RESULTS = Path(__file__).parents[1] / "results"
+from benchmarks.shared.side_by_side import PEER, PROJECT, peer_version
+from firmware_runtime.cli.arguments import whole
+from firmware_runtime.system.conditions import system_conditions
+
+RESULTS = PROJECT / "benchmarks" / "results"
+positive: Final = partial(whole, least=1)
+"""Type of an option that is a whole number from 1 on."""
 
 
 def add_common_options(parser: argparse.ArgumentParser) -> None:
@@ -42,9 +49,39 @@ def _directory(text: str) -> Path:
     return path
 
 
-def save(directory: Path | None, name: str, report: Mapping[str, Any]) -> None:
-    """Keep a report in a directory that is there, if one was stated. Raises OSError."""
-    if directory is None:
-        return
-    text = json.dumps(report, indent=1, allow_nan=False)
-    (directory / f"{name}.json").write_text(f"{text}\n")
+def finish(
+    arguments: argparse.Namespace,
+    name: str,
+    report: Mapping[str, Any],
+    text: Callable[[Mapping[str, Any]], str],
+) -> None:
+    """Keep a report in the directory that was stated, if one was; print it, as JSON or in words.
+
+    Raises OSError.
+    """
+    if arguments.save is not None:
+        kept = json.dumps(report, indent=1, allow_nan=False)
+        (arguments.save / f"{name}.json").write_text(f"{kept}\n")
+    print(json.dumps(report) if arguments.json else text(report))
+
+
+def conditions() -> dict[str, Any]:
+    """What a run notes of the system, its processor, its load and the peer."""
+    load = round(os.getloadavg()[0], 2)
+    return {**system_conditions(), "cpu": _cpu_name(), "load": load, PEER: peer_version()}
+
+
+def conditions_text(found: Mapping[str, Any]) -> str:
+    """The conditions in one line."""
+    where = "a virtual machine" if found["virtualised"] else "no virtual machine seen"
+    return (
+        "{python} on {kernel} {machine}, {cpu}, {cpu_count} CPUs, {where}, "
+        "clock {clock_source}, governor {governor}, load {load}"
+    ).format(where=where, **found)
+
+
+def _cpu_name() -> str:
+    for line in Path("/proc/cpuinfo").read_text().splitlines():
+        if line.startswith("model name"):
+            return line.partition(":")[2].strip()
+    return "unknown"

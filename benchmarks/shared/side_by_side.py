@@ -6,18 +6,21 @@ An engine is a module that takes the work's arguments, does it once and prints a
 medians drop the worst of it.
 """
 
-import argparse
 import json
-import os
-import platform
 import shlex
 import subprocess
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from statistics import median
+from time import process_time
+from typing import Any, TypeVar
+
+M = TypeVar("M")
+S = TypeVar("S")
+T = TypeVar("T")
 
 PROJECT = Path(__file__).parents[2]
 OURS = "firmware-runtime"
@@ -42,12 +45,35 @@ class WrongCountError(Exception):
     """An engine did another amount of work than the model demands."""
 
 
-def run_once(module: str, *arguments: object) -> Sample:
-    """Run one engine once, in a process of its own."""
+def print_sample(
+    model_of: Callable[[], M],
+    simulator_of: Callable[[M], S],
+    run: Callable[[S], object],
+    counts: Callable[[M, S], Mapping[str, int]],
+) -> None:
+    """Build, run and count; print what each part took: an engine's side of `run_once`."""
+    begun = process_time()
+    model = model_of()
+    modelled = process_time()
+    simulator = simulator_of(model)
+    prepared = process_time()
+    run(simulator)
+    spans = modelled - begun, prepared - modelled, process_time() - prepared
+    seconds = dict(zip(PARTS, spans, strict=True))
+    print(json.dumps({"seconds": seconds, "counts": counts(model, simulator)}))
+
+
+def answer_of(module: str, *arguments: object) -> dict[str, Any]:
+    """Run a module in a process of its own; return the JSON of the last line that it prints."""
     command = [sys.executable, "-m", module, *map(str, arguments)]
     done = subprocess.run(command, cwd=PROJECT, check=True, stdout=subprocess.PIPE, text=True)
-    answer = json.loads(done.stdout)
-    return Sample(answer["seconds"], answer["counts"])
+    answer: dict[str, Any] = json.loads(done.stdout.splitlines()[-1])
+    return answer
+
+
+def run_once(module: str, *arguments: object) -> Sample:
+    """Run one engine once, in a process of its own."""
+    return Sample(**answer_of(module, *arguments))
 
 
 def in_turns(modules: Sequence[str], repetitions: int, *arguments: object) -> list[list[Sample]]:
@@ -56,13 +82,26 @@ def in_turns(modules: Sequence[str], repetitions: int, *arguments: object) -> li
     return [list(samples) for samples in zip(*rounds, strict=True)]
 
 
+def turned(names: Sequence[T], number: int) -> list[T]:
+    """The names from another one on in each round: each is first equally often."""
+    first = number % len(names)
+    return [*names[first:], *names[:first]]
+
+
 def check_counts(who: str, sample: Sample, expected: Mapping[str, int]) -> None:
     """Refuse a sample whose counts are not the expected ones."""
     if dict(sample.counts) != dict(expected):
         raise WrongCountError(f"{who} counted {dict(sample.counts)}, expected {dict(expected)}")
 
 
-def medians(samples: Sequence[Sample]) -> dict[str, float]:
+def compared(ours: Sequence[Sample], peers: Sequence[Sample]) -> dict[str, Any]:
+    """The medians of both engines by part, in CPU seconds, and the peer's by ours."""
+    seconds = {OURS: _medians(ours), PEER: _medians(peers)}
+    ratios = {part: seconds[PEER][part] / seconds[OURS][part] for part in ("run", "total")}
+    return {"seconds": seconds, "run_ratio": ratios["run"], "ratio": ratios["total"]}
+
+
+def _medians(samples: Sequence[Sample]) -> dict[str, float]:
     """The median of each part and of the total, in CPU seconds."""
     by_part = {part: median(sample.seconds[part] for sample in samples) for part in PARTS}
     return {**by_part, "total": median(sample.total for sample in samples)}
@@ -83,39 +122,3 @@ def missing_peer() -> str:
         "benchmarks: xdevs.py is not installed; "
         f"expected the dependency group bench: {pip} 'pip>=25.1' && {pip} --group bench"
     )
-
-
-def conditions() -> dict[str, object]:
-    """What the figures were measured on."""
-    return {
-        "python": f"{platform.python_implementation()} {platform.python_version()}",
-        "machine": platform.machine(),
-        "system": f"{platform.system()} {platform.release()}",
-        "cpu": _cpu_name(),
-        "cpus": os.cpu_count(),
-        "load": round(os.getloadavg()[0], 2),
-        PEER: peer_version(),
-    }
-
-
-def conditions_text(found: Mapping[str, object]) -> str:
-    """The conditions in one line."""
-    line = "{python} on {system} {machine}, {cpu}, {cpus} CPUs, load {load}".format(**found)
-    return f"{line}; {PEER} {found[PEER]}"
-
-
-def positive(text: str) -> int:
-    """A command line's whole number from 1 on."""
-    value = int(text)
-    if value < 1:
-        raise argparse.ArgumentTypeError(f"{text}: expected 1 or more")
-    return value
-
-
-def _cpu_name() -> str:
-    information = Path("/proc/cpuinfo")
-    if information.exists():
-        for line in information.read_text().splitlines():
-            if line.startswith("model name"):
-                return line.partition(":")[2].strip()
-    return platform.processor() or "unknown"

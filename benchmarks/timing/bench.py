@@ -7,16 +7,14 @@ function had begun is printed too.
 """
 
 import argparse
-import json
 import os
 import sys
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from typing import Any
 
-from benchmarks.shared.conditions import conditions
-from benchmarks.shared.results import add_common_options, save
-from benchmarks.shared.side_by_side import positive
+from benchmarks.shared.results import add_common_options, conditions, finish, positive
+from benchmarks.shared.side_by_side import turned
 from benchmarks.timing.contestants import CYCLICTEST, Taken, Task, cyclictest, executive
 from benchmarks.timing.contestants import is_installed as cyclictest_is_installed
 from benchmarks.timing.report import PLAIN, SPINNING, summary
@@ -97,8 +95,7 @@ def execute(arguments: argparse.Namespace) -> int:
         "cpus": sections,
         "ratio": next(iter(sections.values()))["ratio"],
     }
-    save(arguments.save, f"timing-{arguments.rate}", report)
-    print(json.dumps(report) if arguments.json else timing_text(report))
+    finish(arguments, f"timing-{arguments.rate}", report, timing_text)
     return Status.OK
 
 
@@ -131,10 +128,8 @@ def _measure(state: str, task: Task, arguments: argparse.Namespace) -> dict[str,
 
 def _round(entrants: Mapping[str, Run], repetition: int) -> dict[str, Taken]:
     """One run of each; who is first changes from round to round."""
-    names = list(entrants)
-    first = repetition % len(names)
-    taken = {name: entrants[name]() for name in names[first:] + names[:first]}
-    return {name: taken[name] for name in names}
+    taken = {name: entrants[name]() for name in turned(list(entrants), repetition)}
+    return {name: taken[name] for name in entrants}
 
 
 def _may_have_fifo(priority: int) -> bool:

@@ -11,14 +11,13 @@ import json
 import os
 import shutil
 import subprocess
-import sys
 import tempfile
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
-from benchmarks.shared.side_by_side import PROJECT
+from benchmarks.shared.side_by_side import answer_of
 from firmware_runtime.statistics.histogram import upper_edge
 
 CYCLICTEST = "cyclictest"
@@ -127,14 +126,7 @@ def from_cyclictest(report: Mapping[str, Any], cpu: float) -> Taken:
 
 def executive(task: Task) -> Taken:
     """Run the executive, in a process of its own."""
-    done = subprocess.run(
-        [sys.executable, "-m", "benchmarks.timing.run", json.dumps(asdict(task))],
-        cwd=PROJECT,
-        check=True,
-        stdout=subprocess.PIPE,
-        text=True,
-    )
-    answer = json.loads(done.stdout)
+    answer = answer_of("benchmarks.timing.run", json.dumps(asdict(task)))
     return Taken(
         _lateness(answer["lateness"]),
         answer["cpu_s"] / task.seconds,

@@ -3,7 +3,7 @@
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from benchmarks.shared.conditions import conditions_text
+from benchmarks.shared.results import conditions_text
 
 _WIDTH, _NAMES = 21, 20
 _STATES = {

@@ -4,7 +4,7 @@ import sys
 import pytest
 
 from benchmarks.hold import ours as hold_ours
-from benchmarks.hold.plan import KINDS, periods, transitions
+from benchmarks.hold.measure import KINDS, periods, transitions
 
 
 @pytest.mark.parametrize("kind", KINDS)

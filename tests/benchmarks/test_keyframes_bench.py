@@ -5,7 +5,7 @@ import json
 import pytest
 
 from benchmarks.keyframes import bench
-from benchmarks.shared.conditions import conditions
+from benchmarks.shared.results import conditions
 from firmware_runtime.cli.main import main
 
 

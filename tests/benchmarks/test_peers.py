@@ -14,7 +14,7 @@ from benchmarks.peers import run as peers_run
 from benchmarks.peers.figures import medians, quiet_figures, ratio, stall_figures
 from benchmarks.peers.plan import Plan
 from benchmarks.peers.text import peers_text
-from benchmarks.shared.conditions import conditions
+from benchmarks.shared.results import conditions
 from firmware_runtime.cli.main import main
 
 PERIOD = 10_000_000

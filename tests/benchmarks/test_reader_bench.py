@@ -8,7 +8,8 @@ from pathlib import Path
 import pytest
 
 from benchmarks.reader.ratio import summary, sure
-from benchmarks.reader.rounds import ALONE, ALONE_AGAIN, KINDS, READ, Round, order, reader
+from benchmarks.reader.rounds import ALONE, ALONE_AGAIN, KINDS, READ, Round, reader
+from benchmarks.shared.side_by_side import turned
 from firmware_runtime.cli.main import main
 from firmware_runtime.devs.time import MILLISECOND
 from firmware_runtime.executive.clocks import VirtualClock
@@ -26,7 +27,7 @@ def histogram(samples: Sequence[int]) -> Histogram:
 
 
 def test_every_kind_of_segment_has_every_place_equally_often() -> None:
-    places = Counter((place, kind) for n in range(6) for place, kind in enumerate(order(n)))
+    places = Counter((place, kind) for n in range(6) for place, kind in enumerate(turned(KINDS, n)))
     assert len(places) == len(KINDS) ** 2
     assert set(places.values()) == {2}
 

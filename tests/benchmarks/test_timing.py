@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from benchmarks.shared.conditions import conditions
+from benchmarks.shared.results import conditions
 from benchmarks.timing import bench as timing
 from benchmarks.timing.contestants import (
     Lateness,
