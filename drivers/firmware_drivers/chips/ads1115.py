@@ -21,11 +21,11 @@ from functools import partial
 from types import MappingProxyType
 from typing import Final
 
-from firmware_drivers.chips.i2c_chip import I2cChip
+from firmware_drivers.chips.i2c_chip import I2cChip, choice_fault
 from firmware_drivers.chips.step import Step
 from firmware_runtime.errors import SettingError
 from firmware_runtime.hal.i2c import I2cBus, Message
-from firmware_runtime.hal.wire_errors import NotReady, Stuck, WrongDevice
+from firmware_runtime.hal.wire_errors import Stuck
 
 ADDRESSES: Final = (0x48, 0x49, 0x4A, 0x4B)
 """ADDR at GND, VDD, SDA, SCL."""
@@ -98,14 +98,10 @@ class Ads1115Settings:
 
     def faults(self) -> tuple[str, ...]:
         """List every setting the chip cannot have, a sentence each."""
-        faults = []
-        if self.full_scale_v not in CODES_OF_FULL_SCALES:
-            choices = ", ".join(map(str, CODES_OF_FULL_SCALES))
-            faults.append(f"full_scale_v: {self.full_scale_v}, expected one of {choices}")
-        if self.rate_sps not in CODES_OF_RATES:
-            choices = ", ".join(map(str, CODES_OF_RATES))
-            faults.append(f"rate_sps: {self.rate_sps}, expected one of {choices}")
-        return tuple(faults)
+        return (
+            *choice_fault("full_scale_v", self.full_scale_v, CODES_OF_FULL_SCALES),
+            *choice_fault("rate_sps", self.rate_sps, CODES_OF_RATES),
+        )
 
     def config(self, inputs: str, full_scale_v: float | None = None) -> int:
         """Give the content of Config for these inputs, OS apart, at its full scale or another."""
@@ -160,10 +156,8 @@ class Ads1115(I2cChip):
         """
         found = [self._read_word(register) for register in (LO_THRESH, HI_THRESH)]
         if found != [0x8000, 0x7FFF]:
-            raise WrongDevice(
-                f"Lo_thresh, Hi_thresh read {found[0]:04x} {found[1]:04x}",
-                where=self.place,
-                expected="8000 7fff",
+            raise self._wrong_device(
+                f"Lo_thresh, Hi_thresh read {found[0]:04x} {found[1]:04x}", "8000 7fff"
             )
 
     def verify(self) -> None:
@@ -193,23 +187,17 @@ class Ads1115(I2cChip):
         NoAcknowledge if it is gone.
         """
         if not self._is_measuring:
-            raise NotReady(
-                "no conversion to read", where=self.place, expected="one started, not read"
-            )
+            raise self._not_ready("no conversion to read", "one started, not read")
         config = self._read_word(CONFIG)
         self._compare(config)
         if not config & OS:
-            raise NotReady(
-                f"Config reads {config:04x}", where=self.place, expected="OS set, a code done"
-            )
+            raise self._not_ready(f"Config reads {config:04x}", "OS set, a code done")
         code = self._read_word(CONVERSION)
         self._is_measuring = False
         signed = code - 0x10000 if code & 0x8000 else code
         if signed in {LEAST, LARGEST}:
-            raise NotReady(
-                f"code reads {code:04x}",
-                where=self.place,
-                expected=f"a voltage within {self._full_scale_v} V",
+            raise self._not_ready(
+                f"code reads {code:04x}", f"a voltage within {self._full_scale_v} V"
             )
         self._prove(signed)
         return signed * self._full_scale_v / -LEAST
@@ -222,20 +210,14 @@ class Ads1115(I2cChip):
             self._write_config(self._config)
             found = self._read_word(CONFIG)
         if (found ^ self._config) & ~OS:
-            raise WrongDevice(
-                f"Config reads {found:04x}",
-                where=self.place,
-                expected=f"{self._config:04x} as written",
-            )
+            raise self._wrong_device(f"Config reads {found:04x}", f"{self._config:04x} as written")
 
     def _find_it_idle(self) -> None:
         """Check that OS, written 0, reads 1 once nothing is converted: a memory keeps the 0."""
         found = self._read_word(CONFIG)
         if not found & OS:
-            raise WrongDevice(
-                f"not an ADS1115: Config reads {found:04x} with no conversion begun",
-                where=self.place,
-                expected="OS set",
+            raise self._wrong_device(
+                f"not an ADS1115: Config reads {found:04x} with no conversion begun", "OS set"
             )
 
     def _prove(self, code: int) -> None:
@@ -269,11 +251,8 @@ class Ads1115(I2cChip):
 
     def _compare(self, found: int) -> None:
         if (found ^ self._config) & ~OS:
-            raise NotReady(
-                f"Config reads {found:04x}, expected {self._config:04x} but for OS; it "
-                "was reset or written to by another program",
-                where=self.place,
-            )
+            expected = f"{self._config:04x} but for OS"
+            raise self._was_changed(f"Config reads {found:04x}", expected)
 
     def _read_word(self, register: int) -> int:
         return int.from_bytes(self._read(register, 2), "big")

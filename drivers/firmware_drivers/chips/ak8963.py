@@ -17,7 +17,6 @@ from firmware_drivers.chips.i2c_chip import I2cChip
 from firmware_drivers.chips.mounting import Vector
 from firmware_drivers.chips.step import Step
 from firmware_runtime.hal.i2c import I2cBus
-from firmware_runtime.hal.wire_errors import NotReady, WrongDevice
 
 ADDRESS: Final = 0x0C
 IDENTITY: Final = 0x48
@@ -87,19 +86,13 @@ class Ak8963(I2cChip):
         with self._must_answer(expected):
             found = self._read(WIA)[0]
         if found != IDENTITY:
-            raise WrongDevice(
-                f"WIA reads {found:02x}", where=self.place, expected=f"{IDENTITY:02x}"
-            )
+            raise self._wrong_device(f"WIA reads {found:02x}", f"{IDENTITY:02x}")
 
     def verify(self) -> None:
         """Check that it still measures as brought up. Raises NotReady, as after a brown-out."""
         found = self._read(CNTL1, 1)[0]
         if found != CONTINUOUS_100_HZ_16_BIT:
-            raise NotReady(
-                f"CNTL1 reads {found:02x}",
-                where=self.place,
-                expected=f"{CONTINUOUS_100_HZ_16_BIT:02x}",
-            )
+            raise self._not_ready(f"CNTL1 reads {found:02x}", f"{CONTINUOUS_100_HZ_16_BIT:02x}")
 
     def read_field(self) -> Vector:
         """Read one measurement: field in T, in the chip's axes; 11 bytes, 0.26 ms at 400 kHz.
@@ -108,22 +101,14 @@ class Ak8963(I2cChip):
         """
         st1, hx, hy, hz, st2 = MEASUREMENT.unpack(self._read(ST1, MEASUREMENT.size))
         if not st1 & DRDY:
-            raise NotReady(
-                "no new measurement", where=self.place, expected=f"{MEASUREMENT_HZ} a second"
-            )
+            raise self._not_ready("no new measurement", f"{MEASUREMENT_HZ} a second")
         if st2 & (HOFL | BITM) != BITM:
-            raise NotReady(
-                f"ST2 reads {st2:02x}",
-                where=self.place,
-                expected=f"{BITM:02x} (16 bits, no overflow)",
-            )
+            raise self._not_ready(f"ST2 reads {st2:02x}", f"{BITM:02x} (16 bits, no overflow)")
         x, y, z = self.sensitivity
         return (hx * x, hy * y, hz * z)
 
     def _read_sensitivity(self) -> None:
         asa = self._read(ASAX, 3)
         if asa in (bytes(3), b"\xff" * 3):
-            raise NotReady(
-                f"fuse ROM reads {asa.hex(' ')}", where=self.place, expected="three factors"
-            )
+            raise self._not_ready(f"fuse ROM reads {asa.hex(' ')}", "three factors")
         self.sensitivity = sensitivity_of(asa)

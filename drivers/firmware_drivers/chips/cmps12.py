@@ -24,7 +24,7 @@ from firmware_drivers.chips.i2c_chip import I2cChip
 from firmware_drivers.chips.liveness import Liveness
 from firmware_drivers.chips.step import Step
 from firmware_runtime.hal.i2c import I2cBus, Message
-from firmware_runtime.hal.wire_errors import Implausible, NotReady, WrongDevice
+from firmware_runtime.hal.wire_errors import Implausible
 
 ADDRESSES: Final = range(0x60, 0x68)
 SHIPPED_AT: Final = 0x60
@@ -87,10 +87,9 @@ class Cmps12(I2cChip):
             found = self._read(VERSION, IDENTITY.size)
         version, coarse, fine = IDENTITY.unpack(found)
         if version in NO_VERSION or fine >= CIRCLE or _are_apart(coarse, fine):
-            raise WrongDevice(
+            raise self._wrong_device(
                 f"registers 0 to 3 read {found.hex(' ')}, expected a version and the "
-                "same bearing twice; another device answers here",
-                where=self.place,
+                "same bearing twice; another device answers here"
             )
 
     def read_bearing(self) -> Bearing:
@@ -104,15 +103,12 @@ class Cmps12(I2cChip):
         state = self._read(CALIBRATION, 1)[0]
         version, coarse, tenths, *field = READING.unpack(found)
         if version in NO_VERSION:
-            raise NotReady(
+            raise self._not_ready(
                 f"software version reads {version:02x}, expected 01 to fe; a line is "
-                "held, or no chip drives it",
-                where=self.place,
+                "held, or no chip drives it"
             )
         if tenths >= CIRCLE:
-            raise NotReady(
-                f"bearing reads {tenths}", where=self.place, expected=f"0 to {CIRCLE - 1}"
-            )
+            raise self._not_ready(f"bearing reads {tenths}", f"0 to {CIRCLE - 1}")
         if _are_apart(coarse, tenths):
             expected = f"{coarse * 360 / 256:.1f} degrees, as its 256ths say"
             raise Implausible(self.place, "bearing", tenths / 10, expected)

@@ -22,13 +22,13 @@ from functools import partial
 from typing import Final
 
 from firmware_drivers.chips.bearing import Bearing, in_circle
-from firmware_drivers.chips.i2c_chip import I2cChip
+from firmware_drivers.chips.i2c_chip import I2cChip, choice_fault
 from firmware_drivers.chips.liveness import Liveness
 from firmware_drivers.chips.mounting import Vector, parse_mounting
 from firmware_drivers.chips.step import Step
 from firmware_runtime.errors import SettingError
 from firmware_runtime.hal.i2c import I2cBus, Message
-from firmware_runtime.hal.wire_errors import HalError, NoAcknowledge, NotReady, WrongDevice
+from firmware_runtime.hal.wire_errors import HalError, NoAcknowledge
 from firmware_runtime.system.elementary import atan2, hypot
 
 ADDRESS: Final = 0x1E
@@ -85,10 +85,7 @@ class Hmc5883lSettings:
 
     def faults(self) -> tuple[str, ...]:
         """List every setting the chip cannot have, a sentence each."""
-        faults = []
-        if self.range_gauss not in COUNTS_PER_GAUSS:
-            choices = ", ".join(map(str, COUNTS_PER_GAUSS))
-            faults.append(f"range_gauss: {self.range_gauss}, expected one of {choices}")
+        faults = choice_fault("range_gauss", self.range_gauss, COUNTS_PER_GAUSS)
         if not all(map(math.isfinite, self.hard_iron)):
             faults.append(f"hard_iron: {self.hard_iron} T, expected three finite numbers")
         try:
@@ -149,9 +146,7 @@ class Hmc5883l(I2cChip):
                 "no answer", where=self.place, expected=f"the identity 48 34 33{self._others()}"
             ) from error
         if found != IDENTITY:
-            raise WrongDevice(
-                f"identity reads {found.hex(' ')}", where=self.place, expected="48 34 33 (H43)"
-            )
+            raise self._wrong_device(f"identity reads {found.hex(' ')}", "48 34 33 (H43)")
 
     def verify(self) -> None:
         """Check that range and averaging still are as set. Raises NotReady if not."""
@@ -176,10 +171,9 @@ class Hmc5883l(I2cChip):
         forward, left, _ = self._read_measurement()
         horizontal = hypot(forward, left)
         if horizontal < LEAST_HORIZONTAL_T:
-            raise NotReady(
+            raise self._not_ready(
                 f"horizontal field is {horizontal * 1e6:.1f} uT",
-                where=self.place,
-                expected=f"{LEAST_HORIZONTAL_T * 1e6:g} uT or more for a bearing",
+                f"{LEAST_HORIZONTAL_T * 1e6:g} uT or more for a bearing",
             )
         return Bearing(in_circle(math.degrees(atan2(left, forward))), None)
 
@@ -199,10 +193,9 @@ class Hmc5883l(I2cChip):
             axes = ", ".join(
                 axis for axis, count in zip("xyz", counts, strict=True) if count == OVERFLOW
             )
-            raise NotReady(
+            raise self._not_ready(
                 f"field beyond the range on sensor axis {axes}",
-                where=self.place,
-                expected=f"within {self.settings.range_gauss} G",
+                f"within {self.settings.range_gauss} G",
             )
         self._liveness.check(counts)
         x, y, z = (
@@ -216,26 +209,18 @@ class Hmc5883l(I2cChip):
     def _read_counts(self) -> tuple[int, int, int]:
         """Read a finished measurement, counts by sensor axis x, y, z."""
         if not self._is_measuring:
-            raise NotReady(
-                "no measurement to read", where=self.place, expected="one started, not read"
-            )
+            raise self._not_ready("no measurement to read", "one started, not read")
         cra, crb, mode, x, z, y = READING.unpack(self._read(CRA, READING.size))
         self._compare((cra, crb))
         if not mode & IDLE:
-            raise NotReady(
-                f"MODE reads {mode:02x}", where=self.place, expected="02 or 03, a measurement done"
-            )
+            raise self._not_ready(f"MODE reads {mode:02x}", "02 or 03, a measurement done")
         self._is_measuring = False
         return (x, y, z)
 
     def _compare(self, found: tuple[int, ...]) -> None:
         if found != self._registers:
-            raise NotReady(
-                f"CRA, CRB read {bytes(found).hex(' ')}, expected "
-                f"{bytes(self._registers).hex(' ')}; it was reset or written to by "
-                "another program",
-                where=self.place,
-            )
+            expected = bytes(self._registers).hex(" ")
+            raise self._was_changed(f"CRA, CRB read {bytes(found).hex(' ')}", expected)
 
     def _others(self) -> str:
         """Name the chips that answer at the addresses of those sold as an HMC5883L."""

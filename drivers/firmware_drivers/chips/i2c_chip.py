@@ -1,12 +1,12 @@
 """Base of drivers of chips on I2C: their name in errors, registers, an answer that is due."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from typing import ClassVar
 
 from firmware_runtime.errors import SettingError
 from firmware_runtime.hal.i2c import I2cBus
-from firmware_runtime.hal.wire_errors import NoAcknowledge
+from firmware_runtime.hal.wire_errors import NoAcknowledge, NotReady, WrongDevice
 
 
 class I2cChip:
@@ -39,11 +39,29 @@ class I2cChip:
     def _no_answer(self, expected: str, what: str = "no answer") -> NoAcknowledge:
         return NoAcknowledge(what, where=self.place, expected=expected)
 
+    def _not_ready(self, what: str, expected: str = "") -> NotReady:
+        return NotReady(what, where=self.place, expected=expected)
+
+    def _was_changed(self, what: str, expected: str) -> NotReady:
+        why = "it was reset or written to by another program"
+        return self._not_ready(f"{what}, expected {expected}; {why}")
+
+    def _wrong_device(self, what: str, expected: str = "") -> WrongDevice:
+        return WrongDevice(what, where=self.place, expected=expected)
+
     def _read(self, register: int, length: int = 1) -> bytes:
         return self._bus.write_read(self.address, bytes((register,)), length)
 
     def _write(self, register: int, *values: int) -> None:
         self._bus.write(self.address, bytes((register, *values)))
+
+
+def choice_fault(key: str, value: object, choices: Iterable[object]) -> list[str]:
+    """List the fault of a setting that is none of the choices, in a sentence."""
+    known = list(choices)
+    if value in known:
+        return []
+    return [f"{key}: {value}, expected one of {', '.join(map(str, known))}"]
 
 
 def _in_words(addresses: Sequence[int]) -> str:

@@ -23,7 +23,7 @@ from typing import Final, NamedTuple
 from firmware_drivers.chips.i2c_chip import I2cChip
 from firmware_drivers.chips.step import Step
 from firmware_runtime.hal.i2c import I2cBus, Message
-from firmware_runtime.hal.wire_errors import HalError, NotReady, WrongDevice
+from firmware_runtime.hal.wire_errors import HalError
 
 ADDRESSES: Final = range(0x58, 0x60)
 SHIPPED_AT: Final = 0x58
@@ -126,11 +126,10 @@ class Md25(I2cChip):
             found = self._read(REVISION, SETTINGS.size)
         revision, acceleration, mode = SETTINGS.unpack(found)
         if revision in (0x00, 0xFF) or acceleration == 0 or mode > 3:
-            raise WrongDevice(
+            raise self._wrong_device(
                 f"registers 13 to 15 read {found.hex(' ')}, expected a revision, an "
                 "acceleration of 01 or more and a mode of 03 at most; another device "
-                "answers here",
-                where=self.place,
+                "answers here"
             )
 
     def verify(self) -> None:
@@ -151,9 +150,7 @@ class Md25(I2cChip):
         if not (-1.0 <= left <= 1.0 and -1.0 <= right <= 1.0):
             raise ValueError(f"{self.place}: speeds {left}, {right}, expected -1 to 1")
         if not self._is_up:
-            raise NotReady(
-                "speeds before bring-up", where=self.place, expected="it brought up first"
-            )
+            raise self._not_ready("speeds before bring-up", "it brought up first")
         report = REPORT.unpack(self._read(ENCODER1, REPORT.size))
         left_encoder, right_encoder, battery, left_current, right_current, *settings = report
         self._compare(*settings)
@@ -212,9 +209,5 @@ class Md25(I2cChip):
     def _compare(self, acceleration: int, mode: int) -> None:
         self._is_up = (acceleration, mode) == (self._acceleration, UNSIGNED)
         if not self._is_up:
-            raise NotReady(
-                f"acceleration, mode read {acceleration}, {mode}, expected "
-                f"{self._acceleration}, {UNSIGNED}; it was reset or written to by "
-                "another program",
-                where=self.place,
-            )
+            expected = f"{self._acceleration}, {UNSIGNED}"
+            raise self._was_changed(f"acceleration, mode read {acceleration}, {mode}", expected)

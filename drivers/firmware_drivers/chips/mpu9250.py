@@ -149,11 +149,7 @@ class Mpu9250(I2cChip):
             self.warnings.append(f"{self.place}: WHO_AM_I reads {found:02x}, {who}")
             return
         who = INCOMPATIBLE.get(found, "an unknown chip")
-        raise WrongDevice(
-            f"WHO_AM_I reads {found:02x}, {who}",
-            where=self.place,
-            expected="71 (or 73, 70, 74, 75, 78)",
-        )
+        raise self._wrong_device(f"WHO_AM_I reads {found:02x}, {who}", "71 (or 73, 70, 74, 75, 78)")
 
     def verify(self) -> None:
         """Check that rate, filters and ranges still are as set; one transaction, 75 bits.
@@ -163,11 +159,8 @@ class Mpu9250(I2cChip):
         found = self._read(SMPLRT_DIV, 5)
         expected = self.settings.registers()
         if found != expected:
-            raise NotReady(
-                f"registers 19 to 1d read {found.hex(' ')}, expected "
-                f"{expected.hex(' ')}; it was reset or written to by another program",
-                where=self.place,
-            )
+            what = f"registers 19 to 1d read {found.hex(' ')}"
+            raise self._was_changed(what, expected.hex(" "))
 
     def open_bypass(self) -> tuple[Step, ...]:
         """Give the steps that let the bus see the AK8963 at 0x0C, for a driver of its own.
@@ -197,7 +190,7 @@ class Mpu9250(I2cChip):
         """
         decoder = self._decoder
         if decoder is None:
-            raise NotReady("read before bring-up", where=self.place, expected="it brought up first")
+            raise self._not_ready("read before bring-up", "it brought up first")
         burst = self._bus.transaction(self.address, decoder.messages)
         return decoder.decode(burst, self._checks, rate_bias)
 

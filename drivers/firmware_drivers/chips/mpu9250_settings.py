@@ -6,6 +6,7 @@ from typing import Final
 from msgspec import Struct
 
 from firmware_drivers.chips.ak8963 import MEASUREMENT_HZ
+from firmware_drivers.chips.i2c_chip import choice_fault
 from firmware_drivers.chips.liveness import fresh_noise
 from firmware_drivers.chips.mounting import parse_mounting
 from firmware_runtime.errors import SettingError
@@ -45,13 +46,9 @@ class Mpu9250Settings(Struct, frozen=True, kw_only=True):
     def faults(self) -> tuple[str, ...]:
         """List every setting the chip cannot have, a sentence each."""
         faults = [
-            f"{name}: {value}, expected one of {', '.join(map(str, choices))}"
-            for name, value, choices in (
-                ("bandwidth_hz", self.bandwidth_hz, BANDWIDTHS_HZ),
-                ("accel_range_g", self.accel_range_g, ACCEL_RANGES_G),
-                ("gyro_range_dps", self.gyro_range_dps, GYRO_RANGES_DPS),
-            )
-            if value not in choices
+            *choice_fault("bandwidth_hz", self.bandwidth_hz, BANDWIDTHS_HZ),
+            *choice_fault("accel_range_g", self.accel_range_g, ACCEL_RANGES_G),
+            *choice_fault("gyro_range_dps", self.gyro_range_dps, GYRO_RANGES_DPS),
         ]
         if not 4 <= self.sample_hz <= INTERNAL_HZ or INTERNAL_HZ % self.sample_hz:
             faults.append(f"sample_hz: {self.sample_hz}, expected a divisor of 1000 from 4 to 1000")

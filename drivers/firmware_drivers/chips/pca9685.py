@@ -29,7 +29,6 @@ from firmware_drivers.chips.shared_bring_up import SharedBringUp, Turn, nothing
 from firmware_drivers.chips.step import Step
 from firmware_runtime.errors import SettingError
 from firmware_runtime.hal.i2c import GENERAL_CALL, I2cBus, Message
-from firmware_runtime.hal.wire_errors import NotReady, WrongDevice
 
 MODE1: Final = 0x00
 MODE2: Final = 0x01
@@ -188,25 +187,22 @@ class Pca9685(I2cChip):
         mode1, mode2, *addresses = found
         fixed_zeros = mode2 & 0xE0 == 0 and not any(address & 1 for address in addresses)
         if mode1 & ~(RESTART | EXTCLK) != AI or not fixed_zeros:
-            raise WrongDevice(
+            raise self._wrong_device(
                 f"registers 0 to 5 read {found.hex(' ')}, expected MODE1 20, MODE2 "
                 "below 20 and four even address registers; another device answers "
-                "here",
-                where=self.place,
+                "here"
             )
         off = self._read(LED0_ON_L + 3)[0]
         if not off & FULL:
-            raise WrongDevice(
+            raise self._wrong_device(
                 f"not a PCA9685: LED0_OFF_H reads {off:02x} after full-off was written "
                 "to all outputs at once",
-                where=self.place,
-                expected="10",
+                "10",
             )
         if mode1 & EXTCLK:
-            raise NotReady(
+            raise self._not_ready(
                 f"MODE1 reads {mode1:02x}, EXTCLK is latched and no PWM can run",
-                where=self.place,
-                expected="20; switch its power off and on, or send a software reset",
+                "20; switch its power off and on, or send a software reset",
             )
 
     def verify(self) -> None:
@@ -226,11 +222,8 @@ class Pca9685(I2cChip):
         expected = _MODES + bytes((self._prescale,))
         if found != expected:
             self.is_running = False
-            raise NotReady(
-                f"MODE1, MODE2, PRE_SCALE read {found.hex(' ')}, expected "
-                f"{expected.hex(' ')}; it was reset or written to by another program",
-                where=self.place,
-            )
+            what = f"MODE1, MODE2, PRE_SCALE read {found.hex(' ')}"
+            raise self._was_changed(what, expected.hex(" "))
 
     # Outputs ------------------------------------------------------------------------------------
 
@@ -242,9 +235,7 @@ class Pca9685(I2cChip):
         bring-up; nothing was sent then.
         """
         if not self.is_running:
-            raise NotReady(
-                "duties before bring-up", where=self.place, expected="it brought up first"
-            )
+            raise self._not_ready("duties before bring-up", "it brought up first")
         try:
             burst, made = burst_of(first_channel, duties, self._on_step)
         except ValueError as error:

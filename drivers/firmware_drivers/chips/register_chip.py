@@ -11,7 +11,7 @@ from typing import ClassVar, Literal, NamedTuple
 from firmware_drivers.chips.i2c_chip import I2cChip
 from firmware_drivers.chips.step import Step
 from firmware_runtime.hal.i2c import I2cBus
-from firmware_runtime.hal.wire_errors import NoAcknowledge, NotReady, WrongDevice
+from firmware_runtime.hal.wire_errors import NoAcknowledge
 
 
 class ChipRegister(NamedTuple):
@@ -68,10 +68,8 @@ class RegisterChip(I2cChip):
         found = [(register, self.read(register), word) for register, word in self.identity]
         for register, word, expected in found:
             if expected is not None and word != expected:
-                raise WrongDevice(
-                    f"{register.name} reads {_hex(register, word)}",
-                    where=self.place,
-                    expected=_hex(register, expected),
+                raise self._wrong_device(
+                    f"{register.name} reads {_hex(register, word)}", _hex(register, expected)
                 )
         return ", ".join(
             f"{register.name} reads {_hex(register, word)}" for register, word, _ in found
@@ -82,11 +80,10 @@ class RegisterChip(I2cChip):
         for register, word, kept_bits, _ in self.settings:
             found = self.read(register)
             if (found ^ word) & kept_bits:
-                raise NotReady(
+                raise self._not_ready(
                     f"{register.name} reads {_hex(register, found)}, expected "
                     f"{_hex(register, word)}; it was reset or another program wrote to "
-                    "it",
-                    where=self.place,
+                    "it"
                 )
 
     def read(self, register: ChipRegister) -> int:

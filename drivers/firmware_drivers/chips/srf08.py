@@ -30,7 +30,7 @@ from typing import Final
 from firmware_drivers.chips.i2c_chip import I2cChip
 from firmware_drivers.chips.step import Step
 from firmware_runtime.hal.i2c import I2cBus, Message
-from firmware_runtime.hal.wire_errors import NoAcknowledge, NotReady, Stuck, WrongDevice
+from firmware_runtime.hal.wire_errors import NoAcknowledge, Stuck
 
 ADDRESSES: Final = range(0x70, 0x80)
 SHIPPED_AT: Final = 0x70
@@ -161,16 +161,13 @@ class Srf08(I2cChip):
         in another unit.
         """
         if not self._is_ranging:
-            raise NotReady(
-                "no ranging to read", where=self.place, expected="one started and not read"
-            )
+            raise self._not_ready("no ranging to read", "one started and not read")
         try:
             found = self._read(REVISION, FIRST_ECHO.size)
         except NoAcknowledge as error:
-            raise NotReady(
+            raise self._not_ready(
                 f"no answer, expected the echo {self.ranging_ns / 1e6:g} ms after the "
-                "ping; it still ranges, or is gone",
-                where=self.place,
+                "ping; it still ranges, or is gone"
             ) from error
         revision, echo = FIRST_ECHO.unpack(found)
         in_proof = self._unit() == RANGE_IN_MICROSECONDS
@@ -183,10 +180,9 @@ class Srf08(I2cChip):
             self._same, self._echo = 0, 0
             echo = round(echo / MICROSECONDS_PER_CM)
         if revision in NO_REVISION or echo > MOST_CM:
-            raise NotReady(
+            raise self._not_ready(
                 f"registers 0 to 3 read {found.hex(' ')}",
-                where=self.place,
-                expected=f"a revision from 01 to fe and an echo of {MOST_CM} cm at most",
+                f"a revision from 01 to fe and an echo of {MOST_CM} cm at most",
             )
         self._is_ranging = False
         return echo / 100 if echo else math.inf
@@ -203,10 +199,9 @@ class Srf08(I2cChip):
         with self._must_answer("a software revision"):
             revision = self._read(REVISION)[0]
         if revision in NO_REVISION:
-            raise WrongDevice(
+            raise self._wrong_device(
                 f"software revision reads {revision:02x}, expected 01 to fe; another "
-                "device answers here, or a line is held",
-                where=self.place,
+                "device answers here, or a line is held"
             )
         return revision
 
@@ -217,10 +212,9 @@ class Srf08(I2cChip):
 
     def _find_it_silent(self) -> None:
         if self._bus.acknowledges(self.address):
-            raise WrongDevice(
+            raise self._wrong_device(
                 f"not an SRF08: it answers {SILENT_AFTER_NS / 1e6:g} ms after a ranging command",
-                where=self.place,
-                expected=f"silence for {RANGE_STEPS * RANGE_STEP_NS / 1e6:g} ms",
+                f"silence for {RANGE_STEPS * RANGE_STEP_NS / 1e6:g} ms",
             )
 
     def _find_what_it_measured(self) -> None:
@@ -229,11 +223,9 @@ class Srf08(I2cChip):
             found = self._read(REVISION, FIRST_ECHO.size)
         revision, echo = FIRST_ECHO.unpack(found)
         if revision != self._revision or echo > MOST_CM:
-            raise WrongDevice(
+            raise self._wrong_device(
                 f"not an SRF08: registers 0 to 3 read {found.hex(' ')} after a ranging",
-                where=self.place,
-                expected=f"revision {self._revision:02x} as before and an echo of {MOST_CM} cm "
-                "at most",
+                f"revision {self._revision:02x} as before and an echo of {MOST_CM} cm at most",
             )
 
     def _unit(self) -> int:

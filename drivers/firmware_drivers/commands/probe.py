@@ -168,35 +168,17 @@ def _bus(bus: ProbedBus) -> dict[str, object]:
         "name": bus.name,
         "asked": bus.was_asked,
         "why_not": bus.why_not,
-        "found": [
-            {
-                "address": found.address,
-                "state": found.state.value,
-                "chips": list(found.chips),
-                "certain": found.certain,
-                "what": found.what,
-            }
-            for found in bus.found
-        ],
+        "found": [{**each._asdict(), "state": each.state.value} for each in bus.found],
     }
 
 
 def _fit(fitted: Fit) -> dict[str, object]:
-    return {
-        "fits": fitted.fits,
-        "devices": fitted.devices,
-        "assignments": fitted.assignments,
-        "present": [_place(device) for device in fitted.present],
-        "missing": [_place(device) for device in fitted.missing],
-        "uncertain": fitted.uncertain,
-        "unasked": fitted.unasked,
-    }
+    found = {"fits": fitted.fits, **fitted._asdict()}
+    del found["board"]
+    for name in ("present", "missing"):
+        found[name] = [_place(device) for device in found[name]]
+    return found
 
 
 def _place(device: Device) -> dict[str, object]:
-    return {
-        "key": device.key,
-        "chip": device.chip,
-        "bus": device.bus,
-        "address": device.address,
-    }
+    return {name: getattr(device, name) for name in ("key", "chip", "bus", "address")}

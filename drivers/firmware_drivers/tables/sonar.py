@@ -29,6 +29,10 @@ class SonarKeys(Settings, frozen=True, kw_only=True, tag_field="chip"):
         """Return the period of ranging, and the distance that counts as near."""
         return SonarSettings(seconds(self.period_s), self.threshold_m, self.only_entering)
 
+    def recurring(self, key: str) -> tuple[Recurring, ...]:  # noqa: ARG002 -- as of every table
+        """Return its load of its bus; none of a chip on a serial port."""
+        return ()
+
 
 class Srf08Table(SonarKeys, frozen=True, kw_only=True, tag="srf08"):
     """An SRF08."""
@@ -65,10 +69,6 @@ class MaxbotixTable(SonarKeys, frozen=True, kw_only=True, tag="maxbotix"):
     def device(self, key: str) -> SerialDevice:
         """Return its place."""
         return SerialDevice(key, "MaxBotix", self.port, maxbotix.BAUD)
-
-    def recurring(self, key: str) -> tuple[Recurring, ...]:  # noqa: ARG002 -- as of every table
-        """Nothing on a bus."""
-        return ()
 
 
 SonarTable: TypeAlias = Srf08Table | MaxbotixTable

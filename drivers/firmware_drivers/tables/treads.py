@@ -35,6 +35,10 @@ class TreadKeys(Settings, frozen=True, kw_only=True, tag_field="driver"):
             right_reversed=self.right_reversed,
         )
 
+    def recurring(self, key: str) -> tuple[Recurring, ...]:  # noqa: ARG002 -- as of every table
+        """Return its load of its bus; none of a chip on a serial port."""
+        return ()
+
 
 class Md25Table(TreadKeys, frozen=True, kw_only=True, tag="md25"):
     """An MD25."""
@@ -74,10 +78,6 @@ class SabertoothTable(TreadKeys, frozen=True, kw_only=True, tag="sabertooth"):
     def device(self, key: str) -> SerialDevice:
         """Return its place."""
         return SerialDevice(key, "Sabertooth", self.port, address=self.address)
-
-    def recurring(self, key: str) -> tuple[Recurring, ...]:  # noqa: ARG002 -- as of every table
-        """Nothing on a bus."""
-        return ()
 
 
 TreadTable: TypeAlias = Md25Table | SabertoothTable
