@@ -41,6 +41,9 @@ class BusSettings(Settings, frozen=True):
     """How often a transaction is tried before its failure counts as a fault."""
     overhead_us: Annotated[float, Meta(ge=0, le=1e6)] = 0.0
     """Time that adapter and kernel take for a transaction beside its bits."""
+    timeout_ms: Annotated[int, Meta(ge=10, le=2000)] = 100
+    """How long a transaction may take on a bus that is held, in whole tens. Less than [guard]
+    stall_s, or the guard acts before the run can say what happened."""
 
     @property
     def overhead_ns(self) -> int:

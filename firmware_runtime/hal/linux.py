@@ -5,7 +5,9 @@ transactions, takes more than 32 bytes, and sends repeated STARTs. It has two ga
 
 - the kernel does not check whether one of its own drivers holds the address; so the address is
   claimed by I2C_SLAVE, which does check and sends nothing, before its first transaction;
-- the adapter waits a second for a stuck bus by default; so `open_i2c` sets a shorter timeout.
+- the adapter waits a second for a stuck bus by default; so `open_i2c` sets a shorter timeout, which
+  holds for every program on that bus; the kernel's own is back when the bus is closed. Too short a
+  one is no use: a late interrupt of a transfer that was given up has crashed bcm2835's driver.
 
 Every errno is translated once, here, into the errors of `firmware_runtime.hal.wire_errors`.
 Adapters differ: bcm2835 refuses a read that is not the last message: that arrives as a BusFault.
@@ -16,6 +18,7 @@ import errno
 import os
 import threading
 from collections.abc import Sequence
+from contextlib import suppress
 from fcntl import LOCK_EX, LOCK_NB, flock, ioctl
 from pathlib import Path
 from typing import Final
@@ -34,10 +37,11 @@ from firmware_runtime.hal.wire_errors import (
 I2C_SLAVE: Final = 0x0703
 I2C_TIMEOUT: Final = 0x0702
 I2C_TIMEOUT_UNIT_MS: Final = 10
+KERNEL_TIMEOUT_MS: Final = 1000
 
 
 def open_i2c(
-    name: str, path_or_number: str | int, *, timeout_ms: int = 50, alone: bool = False
+    name: str, path_or_number: str | int, *, timeout_ms: int = 100, alone: bool = False
 ) -> "LinuxI2cBus":
     """Open a bus by its number or by the path of its device node.
 
@@ -51,9 +55,10 @@ def open_i2c(
     port = SMBus()
     try:
         port.open(path)
-        _bound_waiting(port, timeout_ms)
+        _demand_plain_transfers(port)
         if alone:
             _keep_others_out(port)
+        _bound_waiting(port, timeout_ms)
     except BlockingIOError as error:
         port.close()
         raise BusInUse(
@@ -96,9 +101,15 @@ class LinuxI2cBus(I2cBus):
         return b"".join(bytes(part) for part, message in reads if isinstance(message, int))
 
     def close(self) -> None:
-        """Close the device node, after the transfer under way if there is one."""
+        """Close the device node, after the transfer under way if there is one.
+
+        The adapter has the kernel's timeout again, unless another process drives the bus.
+        """
         with self._lock:
             self._claimed.clear()
+            with suppress(OSError):
+                _keep_others_out(self._port)
+                _bound_waiting(self._port, KERNEL_TIMEOUT_MS)
             self._port.close()
 
     def _claim(self, address: int) -> None:
@@ -122,11 +133,15 @@ class LinuxI2cBus(I2cBus):
         return f"{self.name} address 0x{address:02x}"
 
 
-def _bound_waiting(port: SMBus, timeout_ms: int) -> None:
-    """Set the adapter's timeout; it must be one that can do plain transfers at all."""
-    if port.fd is None or not port.funcs & I2cFunc.I2C:
+def _demand_plain_transfers(port: SMBus) -> None:
+    if not port.funcs & I2cFunc.I2C:
         raise OSError(errno.EOPNOTSUPP, "no plain I2C transfers")
-    ioctl(port.fd, I2C_TIMEOUT, -(-timeout_ms // I2C_TIMEOUT_UNIT_MS))
+
+
+def _bound_waiting(port: SMBus, timeout_ms: int) -> None:
+    """Set the adapter's timeout."""
+    if port.fd is not None:
+        ioctl(port.fd, I2C_TIMEOUT, -(-timeout_ms // I2C_TIMEOUT_UNIT_MS))
 
 
 def _keep_others_out(port: SMBus) -> None:

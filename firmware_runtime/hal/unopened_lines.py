@@ -14,9 +14,10 @@ from firmware_runtime.hal.wire_errors import BusAbsent
 _HERE = "firmware_runtime.hal"
 
 
-def open_i2c(name: str, device: str, *, alone: bool) -> I2cBus:
+def open_i2c(name: str, device: str, *, timeout_ms: int, alone: bool) -> I2cBus:
     """Open a bus by the path of its device node."""
-    bus: I2cBus = import_module(f"{_HERE}.linux").open_i2c(name, device, alone=alone)
+    module = import_module(f"{_HERE}.linux")
+    bus: I2cBus = module.open_i2c(name, device, timeout_ms=timeout_ms, alone=alone)
     return bus
 
 

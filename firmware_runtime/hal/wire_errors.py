@@ -5,7 +5,7 @@ or not anything is coupled to the port.
 """
 
 import errno
-from typing import NamedTuple
+from typing import Final, NamedTuple
 
 from firmware_runtime.errors import FirmwareRuntimeError, text_of
 
@@ -95,6 +95,7 @@ class Implausible(DeadReading):
         super().__init__(where, axis, value, readings, f"is {value:.4g}, expected {expected}")
 
 
+_FAULT: Final = "the adapter reported a fault"
 _BY_ERRNO: dict[int, tuple[type[HalError], str]] = {
     # bcm2835 and designware report 121, i2c-gpio and i2c-tiny-usb 6
     errno.EREMOTEIO: (NoAcknowledge, "not acknowledged, expected a device that answers"),
@@ -106,6 +107,8 @@ _BY_ERRNO: dict[int, tuple[type[HalError], str]] = {
     errno.EACCES: (BusAbsent, "permission denied"),
     errno.EPERM: (BusAbsent, "permission denied"),
     errno.ENODEV: (BusAbsent, "no such device"),
+    errno.EIO: (BusFault, _FAULT),
+    errno.EOPNOTSUPP: (BusFault, "the adapter cannot do this, such as a read that is not last"),
     errno.EBADF: (PortClosed, "used after it was closed"),
 }
 
@@ -115,7 +118,7 @@ def from_os_error(error: OSError, where: str) -> HalError:
 
     `where` names bus and address for the sentence. Source: Linux 6.1 I2C adapter drivers.
     """
-    kind, what = _BY_ERRNO.get(error.errno or 0, (BusFault, "the adapter reported a fault"))
+    kind, what = _BY_ERRNO.get(error.errno or 0, (BusFault, _FAULT))
     name = errno.errorcode.get(error.errno or 0, "no errno")
     return kind(f"{where}: {what} ({name})")
 

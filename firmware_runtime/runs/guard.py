@@ -201,6 +201,7 @@ class Guard:
         self._unguarded_because, self._ask_at = "not checked yet", 0
         self._takeovers = 0
         self.phase = Phase.WATCHING
+        self._say(f"watching the run of process {run.writer.pid}")
 
     def _is_busy(self) -> bool:
         if self.phase is Phase.HOLDING and self._failed != []:

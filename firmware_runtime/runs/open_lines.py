@@ -8,6 +8,7 @@ from msgspec import Struct
 from firmware_runtime.board.registry import Board
 from firmware_runtime.board.rig import Doubles
 from firmware_runtime.board.robot import Lines
+from firmware_runtime.board.settings import BusSettings
 from firmware_runtime.errors import text_of
 from firmware_runtime.hal.accounted_bus import AccountedBus, RetryPolicy
 from firmware_runtime.hal.accounted_port import AccountedPort
@@ -106,9 +107,9 @@ class _Opening(Struct, frozen=True):
         if doubles:
             inner = doubles.buses[name]
         elif self.alone:
-            inner = soon_free(lambda: open_i2c(name, stated.device, alone=True))
+            inner = soon_free(lambda: self._real_bus(name, stated))
         else:
-            inner = open_i2c(name, stated.device, alone=False)
+            inner = self._real_bus(name, stated)
         bus = AccountedBus(
             inner,
             round(stated.speed_hz),
@@ -119,6 +120,9 @@ class _Opening(Struct, frozen=True):
         if self.recorder is not None:
             self.recorder.bus(bus, returns_early=inner.returns_early)
         return bus
+
+    def _real_bus(self, name: str, stated: BusSettings) -> I2cBus:
+        return open_i2c(name, stated.device, timeout_ms=stated.timeout_ms, alone=self.alone)
 
     def port(self, name: str) -> SerialPort:
         stated = self.board.ports[name]

@@ -184,8 +184,9 @@ class SafeState:
             yield f"{process} has {', '.join(self._lines)} open"
 
     def _processes(self) -> list[str]:
-        """The processes with the lines open, in words."""
-        found = sorted({(each.process, each.command) for each in self._holders})
+        """The processes with the lines for themselves, or open if there is none, in words."""
+        drivers = [each for each in self._holders if each.is_alone] or self._holders
+        found = sorted({(each.process, each.command) for each in drivers})
         return [f"process {process} ({command})" for process, command in found]
 
     @property

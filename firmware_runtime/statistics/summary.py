@@ -12,7 +12,7 @@ _CLASSES = {"SCHED_FIFO": "FIFO", "SCHED_RR": "RR", "SCHED_OTHER": "OTHER"}
 def summary(figures: Figures) -> str:
     """The figures of a run in one line.
 
-    `100 Hz 99.98 % late 3 skip 2/360000 p99 0.18 ms max 2.4 ms i2c1 11 % FIFO60
+    `100 Hz 99.98 % on time, late 3 skip 2/360000 p99 0.18 ms max 2.4 ms i2c1 11 % FIFO60
     governor=performance armed`: the rate of the fastest periodic model, or how many events there
     have been where there is none, the share of activations
     that ran on time, overruns, skipped of scheduled, lateness, buses, conditions, state. Before the
@@ -36,11 +36,15 @@ def _activations(figures: Figures) -> list[str]:
     late = figures.lateness_us
     return [
         first,
-        "- %" if share is None else f"{int(share * 10000) / 100:.2f} %",  # 100 only if all were
+        f"{_percent(share)} on time,",
         f"late {figures.overruns}",
         skipped,
         f"p99 {milliseconds(late.p99)} max {milliseconds(late.max)}",
     ]
+
+
+def _percent(share: float | None) -> str:
+    return "- %" if share is None else f"{int(share * 10000) / 100:.2f} %"  # 100 only if all were
 
 
 def _buses(figures: Figures) -> list[str]:

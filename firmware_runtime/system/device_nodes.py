@@ -2,7 +2,7 @@
 
 import os
 import re
-from collections.abc import Collection
+from collections.abc import Collection, Mapping
 from pathlib import Path
 from typing import Final, NamedTuple
 
@@ -15,6 +15,8 @@ class Holder(NamedTuple):
     process: int
     command: str
     node: str
+    is_alone: bool = False
+    """It has locked the node, as a run does; what only looks on, such as a guard, has not."""
 
 
 class Holders(NamedTuple):
@@ -30,10 +32,10 @@ def holders(files: SystemFiles, nodes: Collection[str]) -> Holders:
     found: list[Holder] = []
     hidden = 0
     for name in _processes(files):
-        opened = _opened(files, name)
-        hidden += opened is None
-        held = {targets[target] for target in opened or () if target in targets}
-        found += (Holder(int(name), _command(files, name), node) for node in sorted(held))
+        held = _held(files, name, targets)
+        hidden += held is None
+        command = _command(files, name) if held else ""
+        found += (Holder(int(name), command, *each) for each in sorted((held or {}).items()))
     return Holders(found, hidden)
 
 
@@ -42,16 +44,27 @@ def _processes(files: SystemFiles) -> list[str]:
     return [name for name in names if name.isdecimal() and int(name) != os.getpid()]
 
 
-def _opened(files: SystemFiles, process: str) -> set[str] | None:
-    """Return what a process has open; None if it may not be seen, nothing if it has just ended."""
+def _held(files: SystemFiles, process: str, targets: Mapping[str, str]) -> dict[str, bool] | None:
+    """Return which of these nodes a process has open, and whether locked.
+
+    None if it may not be seen, nothing if it has just ended.
+    """
     folder = files.path(f"/proc/{process}/fd")
     try:
         descriptors = list(folder.iterdir())
     except FileNotFoundError:
-        return set()
+        return {}
     except OSError:
         return None
-    return {target for each in descriptors if (target := _target(each)) is not None}
+    held: dict[str, bool] = {}
+    for each in descriptors:
+        if (node := targets.get(_target(each) or "")) is not None:
+            held[node] = held.get(node, False) or _is_locked(files, process, each.name)
+    return held
+
+
+def _is_locked(files: SystemFiles, process: str, descriptor: str) -> bool:
+    return "FLOCK" in (files.text(f"/proc/{process}/fdinfo/{descriptor}") or "")
 
 
 def _target(descriptor: Path) -> str | None:

@@ -53,7 +53,7 @@ def test_an_installation_calls_systemd_in_this_order(
     ]
     assert [call.split()[1:3] for call in machine.calls[-2:]] == [["show", RUN], ["show", GUARD]]
     assert f"$ systemctl enable --now {RUN}\n" in ended.out
-    assert "100 Hz 99.98 % late 3" in ended.out
+    assert "100 Hz 99.98 % on time, late 3" in ended.out
     assert machine.path(f"{UNITS}/{RUN}.d/board.conf").is_file()
     assert not machine.path(f"{UNITS}/multi-user.target.wants").exists()
 

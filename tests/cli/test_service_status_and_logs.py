@@ -40,7 +40,7 @@ def test_status_is_a_table_with_what_the_units_say(
     runtime = next(line for line in ended.out.splitlines() if "runtime" in line)
     since = ["Sat", "2026-11-21", "07:15:18", "UTC"]
     assert runtime.split() == ["runtime", "active", "(running)", *since, "4711", "2", "2s"]
-    assert ended.out.count("100 Hz 99.98 % late 3") == 2
+    assert ended.out.count("100 Hz 99.98 % on time, late 3") == 2
     assert "statistics  no statistics of tachobot in" in ended.out
     assert [call.split()[1:3] for call in machine.calls] == [["show", RUN], ["show", GUARD]]
 
@@ -54,7 +54,7 @@ def test_status_ends_with_the_line_of_the_statistics(
     run.activation(0, 1000, 2000)
     ended = command("service", "status", "tachobot")
     line = ended.out.splitlines()[-1]
-    assert line.startswith("  statistics  100 Hz 100.00 % late 0 skip 0/1 ")
+    assert line.startswith("  statistics  100 Hz 100.00 % on time, late 0 skip 0/1 ")
     reported = json.loads(command("service", "status", "tachobot", "--json").out)
     assert reported["boards"]["tachobot"]["statistics"] == line.removeprefix("  statistics  ")
 

@@ -58,7 +58,7 @@ def printed(capsys: pytest.CaptureFixture[str], *words: object) -> str:
 
 def test_the_one_line_summary_has_this_form(file: StatisticsFile) -> None:
     assert summary(file.statistics().figures()) == (
-        "100 Hz 99.99 % late 3 skip 2/360000 p99 0.18 ms max 2.4 ms i2c 11 % FIFO60 "
+        "100 Hz 99.99 % on time, late 3 skip 2/360000 p99 0.18 ms max 2.4 ms i2c 11 % FIFO60 "
         "governor=performance armed"
     )
 
@@ -79,7 +79,9 @@ def test_times_have_two_digits(us: float | None, text: str) -> None:
 def test_a_run_without_periodic_models_has_events_instead() -> None:
     file = StatisticsFile(Layout(), {"models": {}, "conditions": {"scheduler": "SCHED_OTHER"}})
     line = summary(file.statistics().figures())
-    assert line == "0 events - % late 0 skip 0/0 p99 - max - OTHER governor=unknown disarmed"
+    assert (
+        line == "0 events - % on time, late 0 skip 0/0 p99 - max - OTHER governor=unknown disarmed"
+    )
 
 
 def test_the_text_begins_with_the_summary_and_shows_as_many_worst_as_asked(

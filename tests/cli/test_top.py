@@ -100,7 +100,7 @@ def terminal(path: Path) -> Iterator[Terminal]:
 @pytest.mark.slow
 @pytest.mark.parametrize("key", ["q", "Q"])
 def test_it_shows_the_summary_and_quits_on_a_key(terminal: Terminal, key: str) -> None:
-    terminal.wait_for("100 Hz 95.00 % late 3 skip 2/100")
+    terminal.wait_for("100 Hz 95.00 % on time, late 3 skip 2/100")
     terminal.wait_for("lately")
     terminal.wait_for("q quit")
     terminal.press(key)
@@ -142,7 +142,7 @@ def test_without_a_terminal_it_is_shown_once(
 ) -> None:
     assert main(["top", "--statistics", str(path)]) == 0
     printed = capsys.readouterr()
-    assert "100 Hz 95.00 % late 3 skip 2/100" in printed.out
+    assert "100 Hz 95.00 % on time, late 3 skip 2/100" in printed.out
     assert "no terminal here" in printed.err
 
 

@@ -61,6 +61,13 @@ def test_a_failure_of_ssh_is_its_last_line() -> None:
         connection.command("true")
 
 
+def test_a_connection_that_breaks_off_without_a_word_is_called_that() -> None:
+    connection, _ = connected(255)
+    with pytest.raises(DeploymentError) as failed:
+        connection.command("true")
+    assert (failed.value.where, failed.value.what) == ("pi@robot", "the connection broke off")
+
+
 def test_a_failure_of_the_remote_command_is_its_status() -> None:
     connection, _ = connected(8, "it hurts")
     assert connection.command("true").status == 8

@@ -17,6 +17,7 @@ writable
 systemd yes
 foreign
 settings /etc/firmware-runtime/tachobot.toml
+lacking
 """
 
 
@@ -55,6 +56,7 @@ def test_a_target_that_has_everything_has_no_faults(pi: Target) -> None:
         ("free_kib", str(ROOM_KIB - 1), "499 MiB free for /opt/firmware-runtime; expected 500"),
         ("superuser", "", "neither root nor sudo without a password"),
         ("systemd", "", "systemd does not run it"),
+        ("lacking", "/dev/i2c-1", "/dev/i2c-1: not there; expected the board's device"),
         ("foreign", "/opt/firmware-runtime/venv", "no link that a deployment made"),
     ],
 )

@@ -1,7 +1,9 @@
 """The scripts that run on a target, here, with a program that does as it is set."""
 
+import os
 import shutil
 import subprocess
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -26,6 +28,26 @@ esac
 """
 
 
+NOTED = """\
+#!/bin/sh
+echo "{name} $*" >>{log}
+exec {real} "$@"
+"""
+
+
+@pytest.fixture(autouse=True)
+def noted(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """What was moved and when the disk was waited for, which a test does not."""
+    tools, log = tmp_path / "tools", tmp_path / "noted"
+    tools.mkdir()
+    for name, real in (("sync", "true"), ("mv", shutil.which("mv"))):
+        tool = tools / name
+        tool.write_text(NOTED.format(name=name, log=log, real=real))
+        tool.chmod(0o755)
+    monkeypatch.setenv("PATH", f"{tools}:{os.environ['PATH']}")
+    return log
+
+
 def run(names: tuple[str, ...], *arguments: object) -> "subprocess.CompletedProcess[str]":
     return subprocess.run(
         ["sh", "-s", "--", *map(str, arguments)],
@@ -43,7 +65,15 @@ def make_venv(home: Path, name: str, *, check: int = 0, doctor: int = 0, service
     log = home / f"{name}.log"
     program.write_text(PROGRAM.format(log=log, check=check, doctor=doctor, service=service))
     program.chmod(0o755)
+    write_manifest(home / name)
     return home / name
+
+
+def write_manifest(venv: Path) -> None:
+    made = f'write_manifest "{venv}"\n'
+    subprocess.run(
+        ["sh", "-s"], input=(FOLDER / "venvs.sh").read_text() + made, text=True, check=True
+    )
 
 
 @pytest.mark.parametrize(
@@ -158,6 +188,67 @@ def test_a_program_that_has_gone_is_not_switched_to(home: Path) -> None:
     ended = switch(home, home / "venv.gone")
     assert "deploy again" in ended.stderr
     assert (home / "venv").readlink() == home / "venv.before"
+
+
+def empty(file: Path) -> None:
+    file.write_bytes(b"")
+
+
+@pytest.mark.parametrize("damage", [empty, Path.unlink], ids=["an empty file", "a missing one"])
+def test_a_program_that_is_not_whole_is_not_switched_to(
+    home: Path, damage: Callable[[Path], None]
+) -> None:
+    venv = make_venv(home, "venv.newest")
+    damage(venv / "bin" / "firmware-runtime")
+    ended = switch(home, venv)
+    assert (ended.returncode, ended.stdout) == (1, "")
+    assert "deploy again" in ended.stderr
+    assert (home / "venv").readlink() == home / "venv.before"
+
+
+def test_the_link_moves_when_all_is_on_the_disk_and_is_there_before_robots_start(
+    home: Path, noted: Path
+) -> None:
+    noted.unlink()
+    venv = make_venv(home, "venv.newest")
+    assert switch(home, venv).returncode == 0
+    assert noted.read_text().splitlines() == [
+        "sync -f .",
+        "sync -f .",
+        "mv manifest.new manifest",
+        "sync -f .",
+        f"sync -f {home}",
+        f"mv -T {home}/venv.link {home}/venv",
+        f"sync -f {home}",
+        "sync ",
+    ]
+
+
+@pytest.mark.parametrize(
+    ("damage", "sound"),
+    [
+        (lambda _: None, "venv.before"),
+        (lambda venv: (venv / "manifest").unlink(), "venv.before"),
+        (lambda venv: empty(venv / "bin/firmware-runtime"), "venv.newest"),
+        (lambda venv: shutil.rmtree(venv / "bin"), "venv.newest"),
+        (lambda venv: (venv / "bin/firmware-runtime").write_text("#!/bin/sh"), "venv.newest"),
+    ],
+    ids=["whole", "without a manifest", "emptied", "gone", "changed"],
+)
+def test_robots_are_made_safe_by_a_program_that_is_whole(
+    home: Path, damage: Callable[[Path], object], sound: str
+) -> None:
+    before, newest = home / "venv.before", make_venv(home, "venv.newest")
+    damage(before)
+    asked = f'sound_venv "{before}" "{newest}"\n'
+    done = subprocess.run(
+        ["sh", "-s"],
+        input=(FOLDER / "venvs.sh").read_text() + asked,
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    assert done.stdout == f"{home / sound}\n"
 
 
 @pytest.mark.slow

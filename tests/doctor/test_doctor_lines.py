@@ -39,6 +39,15 @@ def test_a_missing_bus_is_a_failure_that_lists_what_there_is(
     assert finding.seen.startswith("/dev/i2c-7 missing; there are: /dev/i2c-1")
 
 
+def test_an_adapter_without_its_node_wants_a_module(tmp_path: Path, examine: Examine) -> None:
+    machine = raspberry_pi(tmp_path, TACHOBOT)
+    (tmp_path / "dev/i2c-1").unlink()
+    finding = examine("i2c-adapter", machine)
+    assert finding.status is Severity.FAILURE
+    assert "i2c-dev is not loaded" in finding.seen
+    assert (finding.fix or "").startswith("sudo modprobe i2c-dev")
+
+
 def test_a_bus_slower_than_the_board_counts_on_is_a_warning(
     tmp_path: Path, examine: Examine
 ) -> None:
@@ -112,6 +121,15 @@ def test_a_console_on_the_boards_port_is_a_failure(tmp_path: Path, examine: Exam
     silent = {"/proc/cmdline": "console=tty1", "/sys/class/tty/console/active": "tty1"}
     lay_out(tmp_path, silent)
     assert examine("serial-console", machine).status is Severity.OK
+
+
+@pytest.mark.parametrize("by", ["of_node", "firmware_node"])
+def test_a_uart_that_firmware_describes_is_a_port(
+    tmp_path: Path, examine: Examine, by: str
+) -> None:
+    nodes = {f"/dev/ttyS{number}": "" for number in range(4)}
+    machine = pc(tmp_path, None, {**nodes, f"/sys/class/tty/ttyS1/device/{by}/name": "serial"})
+    assert examine("serial-port", machine).seen == "/dev/ttyS1"
 
 
 def test_a_missing_port_is_a_failure(tmp_path: Path, examine: Examine) -> None:

@@ -89,11 +89,28 @@ def test_without_a_stated_directory_there_is_the_one_for_temporary_files(
     assert examine("statistics-directory", container(tmp_path)).status is Severity.FAILURE
 
 
-@pytest.mark.parametrize(("free_mib", "status"), [(15, "failure"), (255, "warning"), (256, "ok")])
+@pytest.mark.parametrize(
+    ("free_mib", "status"),
+    [
+        ((15, 256), "failure"),
+        ((256, 15), "failure"),
+        ((255, 256), "warning"),
+        ((256, 64), "ok"),
+        ((256, 63), "warning"),
+    ],
+)
 def test_room_for_files(
-    tmp_path: Path, examine: Examine, monkeypatch: pytest.MonkeyPatch, free_mib: int, status: str
+    tmp_path: Path,
+    examine: Examine,
+    monkeypatch: pytest.MonkeyPatch,
+    free_mib: tuple[int, int],
+    status: str,
 ) -> None:
-    monkeypatch.setattr(shutil, "disk_usage", lambda _path: Usage(free_mib * MIB))
+    """On the disk for temporary files, and for statistics in memory."""
+    monkeypatch.setenv("FIRMWARE_RUNTIME_STATE_DIRECTORY", "/run")
+    places = (Path(tempfile.gettempdir()), Path("/run"))
+    free = {place: Usage(mib * MIB) for place, mib in zip(places, free_mib, strict=True)}
+    monkeypatch.setattr(shutil, "disk_usage", free.__getitem__)
     assert examine("disk-space", container(tmp_path)).status == status
 
 

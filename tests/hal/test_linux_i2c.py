@@ -5,6 +5,7 @@ import errno
 import gc
 import os
 from collections.abc import Iterator
+from contextlib import closing
 from pathlib import Path
 
 import pytest
@@ -17,6 +18,7 @@ from firmware_runtime.hal.wire_errors import (
     ArbitrationLost,
     BusAbsent,
     BusFault,
+    BusInUse,
     BusTimeout,
     HalError,
     NoAcknowledge,
@@ -145,11 +147,27 @@ def test_a_transaction_is_one_transfer_with_the_address_in_each_message(
     assert kernel.wire == [[(0x68, each) for each in messages]]
 
 
-def test_opening_bounds_the_adapters_timeout(kernel: Kernel, node: str) -> None:
-    linux.open_i2c("i2c-1", node).close()
-    assert kernel.timeout_10ms == 5
-    linux.open_i2c("i2c-1", node, timeout_ms=101).close()
-    assert kernel.timeout_10ms == 11
+@pytest.mark.parametrize(("timeout_ms", "tens"), [(100, 10), (101, 11)])
+def test_the_adapters_timeout_is_bounded_while_the_bus_is_open(
+    kernel: Kernel, node: str, timeout_ms: int, tens: int
+) -> None:
+    with closing(linux.open_i2c("i2c-1", node, timeout_ms=timeout_ms)):
+        assert kernel.timeout_10ms == tens
+    assert kernel.timeout_10ms == 100
+
+
+def test_who_leaves_a_bus_that_another_drives_leaves_its_timeout(kernel: Kernel, node: str) -> None:
+    with closing(linux.open_i2c("run", node, timeout_ms=50, alone=True)):
+        linux.open_i2c("guard", node, timeout_ms=50).close()
+        assert kernel.timeout_10ms == 5
+    assert kernel.timeout_10ms == 100
+
+
+def test_who_is_refused_a_bus_leaves_its_timeout(kernel: Kernel, node: str) -> None:
+    with closing(linux.open_i2c("run", node, timeout_ms=50, alone=True)):
+        with pytest.raises(BusInUse):
+            linux.open_i2c("another", node, timeout_ms=200, alone=True)
+        assert kernel.timeout_10ms == 5
 
 
 @pytest.mark.parametrize(

@@ -17,6 +17,7 @@ SYSTEMCTL = Path(__file__).with_name("systemctl.sh")
 ROBOT = "firmware-runtime@tachobot.service"
 GUARD = "firmware-runtime-guard@tachobot.service"
 PROGRAM = "/opt/firmware-runtime/venv/bin/firmware-runtime"
+MANIFEST = "/opt/firmware-runtime/venv/manifest"
 SETTINGS = "/etc/firmware-runtime/tachobot.toml"
 
 _SAFE_STATE = """\
@@ -85,6 +86,7 @@ class ScratchSystem:
         """Give the program in use a `safe-state` that ends so; there is no bus to write to."""
         if not self.has(f"{PROGRAM}.real"):
             assert self.run("mv", PROGRAM, f"{PROGRAM}.real").returncode == 0
+        assert self.run("rm", "-f", MANIFEST).returncode == 0  # it is not what was deployed
         self.write(PROGRAM, _SAFE_STATE.format(status=status, program=PROGRAM), 0o755)
 
 

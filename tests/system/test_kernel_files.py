@@ -140,6 +140,19 @@ def test_a_node_is_the_same_under_another_name(tmp_path: Path) -> None:
     assert holders(files, ["/dev/serial0"]).found == [Holder(500, "agetty", "/dev/serial0")]
 
 
+def test_who_locks_a_node_is_told_from_who_only_has_it_open(tmp_path: Path) -> None:
+    files = raspberry_pi(tmp_path).files
+    lock = "pos:\t0\nlock:\t1: FLOCK  ADVISORY  WRITE 500 00:06:91 0 EOF\n"
+    lay_out(tmp_path, {"/proc/500/comm": "run\n", "/proc/501/comm": "guard\n"})
+    lay_out(tmp_path, {"/proc/500/fdinfo/3": lock, "/proc/501/fdinfo/3": "pos:\t0\n"})
+    link(tmp_path, "/proc/500/fd/3", tmp_path / "dev/i2c-1")
+    link(tmp_path, "/proc/501/fd/3", tmp_path / "dev/i2c-1")
+    assert holders(files, ["/dev/i2c-1"]).found == [
+        Holder(500, "run", "/dev/i2c-1", is_alone=True),
+        Holder(501, "guard", "/dev/i2c-1", is_alone=False),
+    ]
+
+
 def test_a_process_that_hides_its_files_is_counted(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -11,6 +11,7 @@ from firmware_runtime.errors import ConfigError, Status
 from firmware_runtime.host.deployment.connection import Commands, fault_of_host
 from firmware_runtime.host.deployment.deployment import Deployment, DeploymentOptions
 from firmware_runtime.host.deployment.first_activations import TIMEOUT_S, first_figures
+from firmware_runtime.host.installation.plan import device_nodes
 from firmware_runtime.statistics.summary import summary
 
 _ABOUT = """
@@ -89,10 +90,12 @@ def _root(text: str) -> str:
 
 def execute(arguments: argparse.Namespace) -> int:
     """Deploy, then wait for the first activations. Raises DeploymentError."""
+    board = _sound_board(arguments)
     options = DeploymentOptions(
         host=arguments.host,
         board=arguments.board,
-        kind=_sound_kind(arguments),
+        kind=board.kind,
+        nodes=tuple(device_nodes(board)),
         ssh_options=_ssh_options(arguments),
         root=arguments.root or "",
         python=arguments.python,
@@ -120,8 +123,8 @@ def _deploy(options: DeploymentOptions, commands: Commands) -> int:
     return Status.OK
 
 
-def _sound_kind(arguments: argparse.Namespace) -> str:
-    """The kind of the board; raises ConfigError with everything wrong with the command line."""
+def _sound_board(arguments: argparse.Namespace) -> registry.Board:
+    """The board; raises ConfigError with everything wrong with the command line."""
     faults = [fault] if (fault := fault_of_host(arguments.host)) else []
     settings: Path | None = arguments.settings
     board: registry.Board | None = None
@@ -140,7 +143,7 @@ def _sound_kind(arguments: argparse.Namespace) -> str:
         )
     if faults:
         raise ConfigError("deploy", faults)
-    return arguments.board if board is None else board.kind
+    return board or registry.load(arguments.board)
 
 
 def _ssh_options(arguments: argparse.Namespace) -> tuple[str, ...]:

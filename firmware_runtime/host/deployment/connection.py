@@ -109,7 +109,11 @@ class Connection:
         remote = shlex.join([*self._become, *words])
         ended = self._commands.run([*self._ssh, "--", self.host, remote], scripts)
         if ended.status == _OF_SSH:
-            raise DeploymentError(ended.reason, where=self.host)
+            if ended.error.strip():
+                raise DeploymentError(ended.reason, where=self.host)
+            raise DeploymentError(
+                "the connection broke off", where=self.host, expected="it to run until the end"
+            )
         return ended
 
 

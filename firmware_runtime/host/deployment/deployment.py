@@ -15,6 +15,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from importlib.metadata import Distribution
 from pathlib import Path
+from shutil import which
 from tempfile import TemporaryDirectory
 from time import monotonic
 
@@ -23,6 +24,9 @@ from firmware_runtime.host.deployment import wheels
 from firmware_runtime.host.deployment.connection import Commands, Connection
 from firmware_runtime.host.deployment.package_wheel import packages_of, with_local_dependencies
 from firmware_runtime.host.deployment.target import Target
+
+_PROGRAMS = {"ssh": "openssh-client", "rsync": "rsync"}
+"""What a deployment needs here, by Debian's packages."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,6 +45,8 @@ class DeploymentOptions:
     """A file that becomes the board's settings there."""
     wheel: Path | None = None
     """The project's wheel; made here if None."""
+    nodes: tuple[str, ...] = ()
+    """The board's device nodes, as its settings here have them."""
     start: bool = True
     force: bool = False
     """Go on although the doctor found a failure."""
@@ -63,6 +69,12 @@ class Deployment:
 
     def carry_out(self) -> None:
         """Do all steps. Raises DeploymentError with what kept one from being done."""
+        if missing := [name for name in _PROGRAMS if which(name) is None]:
+            packages = " ".join(_PROGRAMS[name] for name in missing)
+            raise DeploymentError(
+                f"{' and '.join(missing)}: not found on this computer",
+                expected=f"it installed (Debian: sudo apt install {packages})",
+            )
         with self._step(f"inspect {self._options.host}"):
             target = self._inspect()
         with TemporaryDirectory(prefix="firmware-runtime-") as temporary:
@@ -82,11 +94,13 @@ class Deployment:
         options = self._options
         inspecting = Commands(self._log)  # changes nothing, so it is done in a dry run too
         connection = Connection(options.host, options.ssh_options, inspecting)
-        ended = connection.script(["probe.sh"], options.root, options.python, options.board)
+        brought = "no" if options.settings is None else "yes"
+        asked = (options.root, options.python, options.board, brought, *options.nodes)
+        ended = connection.script(["probe.sh"], *asked)
         if ended.status != 0:
             raise DeploymentError(ended.reason, where=options.host, expected="a POSIX shell")
         target = Target.read(ended.out)
-        if faults := target.faults(options.python, options.root):
+        if faults := target.faults(options.python, options.root, force=options.force):
             listing = "\n".join(f"  - {fault}" for fault in faults)
             raise DeploymentError(f"not deployed to\n{listing}", where=options.host)
         if target.superuser == "sudo" and not options.root:

@@ -1,5 +1,6 @@
-# What a target has: sh -s -- ROOT PYTHON BOARD. Prints lines `key value`; changes nothing.
-# What is not found is printed as an empty value.
+# What a target has: sh -s -- ROOT PYTHON BOARD BROUGHT [NODE...]. Prints lines `key value`; changes
+# nothing. What is not found is printed as an empty value. The nodes are the board's; with BROUGHT
+# they count, and not those that its settings on the target name.
 
 nearest() { # the first folder on the way up from $1 that there is
 	place=$1
@@ -7,8 +8,13 @@ nearest() { # the first folder on the way up from $1 that there is
 	echo "$place"
 }
 
+nodes_in() { # the device nodes that the file $1 names
+	sed -n 's/^[^#"]*"\(\/dev\/[A-Za-z0-9_.,:+\/-]*\)".*/\1/p' "$1"
+}
+
 main() {
-	root=${1%/} python=$2 board=$3
+	root=${1%/} python=$2 board=$3 brought=$4
+	shift 4
 	home=$root/opt/firmware-runtime
 
 	echo "machine $(uname -m)"
@@ -30,9 +36,14 @@ main() {
 	if [ -e "$home/venv" ] && [ ! -L "$home/venv" ]; then echo "foreign $home/venv"; else echo "foreign"; fi
 	if [ -e "$root/etc/firmware-runtime/$board.toml" ]; then
 		echo "settings $root/etc/firmware-runtime/$board.toml"
+		# shellcheck disable=SC2046 # one word a node
+		[ "$brought" = yes ] || set -- $(nodes_in "$root/etc/firmware-runtime/$board.toml")
 	else
 		echo "settings"
 	fi
+	lacking=
+	for node in "$@"; do [ -e "$node" ] || lacking="$lacking $node"; done
+	echo "lacking$lacking"
 	echo "kinds $(sed -n 's/^board *= *"\([^"]*\)".*/\1/p' "$root"/etc/firmware-runtime/*.toml \
 		2>/dev/null | sort -u | tr '\n' ' ')"
 }

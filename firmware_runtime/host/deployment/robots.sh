@@ -1,5 +1,5 @@
 # Stopping and starting robots that systemd runs.
-# The program is $program, the boards' settings are in $settings.
+# What makes them safe is $safe_program, the boards' settings are in $settings.
 
 list_units() { # of this project, that run now
 	systemctl list-units --plain --no-legend --full --state=active,activating,reloading \
@@ -22,7 +22,7 @@ stop_units() { # for reason $1 the units that follow, which run; guards last
 		case $unit in
 		firmware-runtime@*)
 			# ExecStopPost has done so already, but its result was not checked.
-			"$program" safe-state "$settings/$(board_of "$unit").toml" --reason "$reason" || return
+			"$safe_program" safe-state "$settings/$(board_of "$unit").toml" --reason "$reason" || return
 			;;
 		esac
 	done

@@ -12,7 +12,9 @@ main() {
 	home=$root/opt/firmware-runtime
 	settings=$root/etc/firmware-runtime
 	program=$home/venv/bin/firmware-runtime
-	[ -x "$venv/bin/firmware-runtime" ] || fail "$venv is gone; deploy again"
+	[ -d "$venv" ] || fail "$venv is gone; deploy again"
+	is_whole "$venv" || fail "$venv: files are missing or were changed since it was made; deploy again"
+	safe_program=$(sound_venv "$home/venv" "$venv")/bin/firmware-runtime
 	running=
 	if [ -z "$root" ]; then running=$(list_units); fi
 
@@ -21,12 +23,15 @@ main() {
 		fail "a robot could not be made safe, so the old program stays;" \
 			"cut the power of its motors, then deploy again"
 	before=$(readlink "$home/venv")
-	{ use_new_venv "$venv" && take_settings && install_service; } || go_back
-	mkdir -p "$root/usr/local/bin"
-	ln -sfn "$program" "$root/usr/local/bin/firmware-runtime"
+	{ use_new_venv "$venv" && link_program && take_settings && install_service; } || go_back
 	# shellcheck disable=SC2086
 	if [ "$start" = yes ]; then start_units $running; fi
 	remove_other_venvs
+	sync # also what systemd has written
+}
+
+link_program() {
+	mkdir -p "$root/usr/local/bin" && ln -sfn "$program" "$root/usr/local/bin/firmware-runtime"
 }
 
 install_service() {
@@ -48,16 +53,20 @@ take_settings() { # those that came along, if any; those before are kept beside 
 	[ -e "$brought" ] || return 0
 	mkdir -p "$settings"
 	if [ -e "$there" ] && ! cmp -s "$brought" "$there"; then
-		cp -p "$there" "$there.previous" || return
+		copy "$there" "$there.previous" || return
 		kept=$there.previous
 	fi
-	install -m 644 "$brought" "$there"
+	copy "$brought" "$there"
+}
+
+copy() { # file $1 to $2, which is whole at any time: the one from before or this
+	cp -p "$1" "$2.new" && chmod 644 "$2.new" && sync "$2.new" && mv "$2.new" "$2"
 }
 
 go_back() { # to the program from before; without one, what was installed stays for inspection
 	[ -n "$before" ] || fail "the service does not run; see firmware-runtime service logs $board"
 	use_venv "$before"
-	if [ -n "${kept:-}" ]; then cp -p "$kept" "$there"; fi
+	if [ -n "${kept:-}" ]; then copy "$kept" "$there"; fi
 	if [ -z "$root" ]; then
 		systemctl stop "firmware-runtime@$board.service"
 		# shellcheck disable=SC2086

@@ -69,6 +69,10 @@ class Platform:
 ROOM_KIB = 500 * 1024
 """The wheels and two virtual environments, the new one beside the old."""
 
+_HOW_TO_HAVE = (
+    "expected the board's device: enable the controller (dtparam=i2c_arm=on in "
+    "/boot/firmware/config.txt), load i2c-dev, plug the adapter in; or --force"
+)
 _SUPPORTED = f"{LEAST_PYTHON[0]}.{LEAST_PYTHON[1]} or later"
 
 
@@ -91,6 +95,8 @@ class Target:
     """What stands where the link to the program belongs."""
     settings: str
     """The board's settings, on the target."""
+    lacking: str
+    """The board's device nodes that are not there, with blanks between."""
     kinds: str
     """The kinds of board that are installed there, with blanks between."""
 
@@ -118,10 +124,17 @@ class Target:
             parts += ["as root" if self.superuser == "root" else "root by sudo"]
         return ", ".join(parts)
 
-    def faults(self, python: str, root: str) -> list[str]:
-        """Everything that it lacks, one sentence each; below a `root` it takes less."""
+    def faults(self, python: str, root: str, *, force: bool = False) -> list[str]:
+        """Everything that it lacks, one sentence each; below a `root` it takes less.
+
+        With `force` the board's devices may be missing, as the doctor may find them to be.
+        """
         place = self._lacks_below(root) if root else self._lacks_as_a_robot()
-        return [*self._lacks_for_wheels(python), *place]
+        return [
+            *self._lacks_for_wheels(python),
+            *place,
+            *(f"{node}: not there; {_HOW_TO_HAVE}" for node in self.lacking.split() if not force),
+        ]
 
     def _lacks_for_wheels(self, python: str) -> Iterator[str]:
         if self.machine not in MACHINES:

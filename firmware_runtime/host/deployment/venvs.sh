@@ -1,7 +1,8 @@
 # Virtual environments in $home.
 #
 # Each is a folder venv.XXXXXX; the link `venv` names the one in use, `previous` the one before. A
-# link is replaced in one step, so there is never half a program.
+# link is replaced in one step, and only by a program that is whole on the disk: so there is never
+# half a program, also not after a power cut. What a program consists of is in its file `manifest`.
 
 make_venv() { # from $2 with the wheels in $1, and the packages that follow; its folder is then $made
 	wheels=$1 python=$2
@@ -12,13 +13,37 @@ make_venv() { # from $2 with the wheels in $1, and the packages that follow; its
 	# with. Everything else comes from the wheels, nothing from the network.
 	"$python" -m venv --system-site-packages "$made" &&
 		"$made/bin/python" -m pip --isolated --quiet --disable-pip-version-check install \
-			--no-index --find-links "$wheels" 'firmware-runtime[gpio,metrics,top,completion]' "$@" && return
+			--no-index --find-links "$wheels" 'firmware-runtime[gpio,metrics,top,completion]' "$@" &&
+		write_manifest "$made" && return
 	rm -rf "$made"
 	return 1
 }
 
+write_manifest() { # of the files of $1, when all of them are on the disk
+	(
+		cd "$1" || exit
+		sync -f . && find . -type f ! -path './manifest*' -exec sha256sum {} + >manifest.new &&
+			sync -f . && mv manifest.new manifest && sync -f .
+	)
+}
+
+is_whole() { # whether each file of $1 is there, as it was made
+	(cd "$1" && sha256sum --check --strict --quiet manifest) >/dev/null 2>&1
+}
+
+sound_venv() { # $1, or $2 if that is not whole
+	# One that was made before there were manifests has none. A damaged one makes no robot safe, and a
+	# shell takes an empty file for a program that succeeds.
+	if [ -s "$1/bin/firmware-runtime" ] && { [ ! -e "$1/manifest" ] || is_whole "$1"; }; then
+		echo "$1"
+	else
+		echo "$2"
+	fi
+}
+
 use_venv() { # the link `venv` names $1 from now on
-	ln -sfn "$1" "$home/venv.link" && mv -T "$home/venv.link" "$home/venv"
+	ln -sfn "$1" "$home/venv.link" && sync -f "$home" &&
+		mv -T "$home/venv.link" "$home/venv" && sync -f "$home"
 }
 
 use_new_venv() { # as use_venv, and the one in use becomes `previous`

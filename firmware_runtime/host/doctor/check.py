@@ -115,7 +115,13 @@ class Machine:
         if self.demands is not None:
             return list(self.demands.ports)
         kinds = ("ttyAMA*", "ttyUSB*", "ttyACM*", "serial[0-9]*")
-        return [node for kind in kinds for node in self.files.matching(f"/dev/{kind}")]
+        found = [node for kind in kinds for node in self.files.matching(f"/dev/{kind}")]
+        return found + [node for node in self.files.matching("/dev/ttyS*") if self._is_real(node)]
+
+    def _is_real(self, node: str) -> bool:
+        """Return whether firmware describes a port: of a PC's four most have no hardware."""
+        device = f"/sys/class/tty/{Path(node).name}/device"
+        return any(self.files.exists(f"{device}/{by}") for by in ("of_node", "firmware_node"))
 
     @property
     def is_raspberry_pi(self) -> bool:
