@@ -16,7 +16,9 @@ from firmware_runtime.devs.time import MILLISECOND
 from firmware_runtime.executive.clocks import Clock, MonotonicClock, S, VirtualClock
 from firmware_runtime.runs.start import start_session
 from firmware_runtime.statistics.statistics import Statistics
-from tests.support.counted_calls import Counting
+from tests.support.counted_calls import Counting, CountingClock
+
+pytestmark = pytest.mark.slow
 
 OURS = ("firmware_runtime", "firmware_drivers", "firmware_boards")
 """The packages that are there on a robot, too."""
@@ -27,6 +29,11 @@ MOST_FILES = 39
 MOST_WHEN_LATE = 250
 """So many more, with what is done in the slack after it."""
 CONTROLLED_FROM = 400 * MILLISECOND
+RECORDED = {"begin": 1, "is_enabled": 1, "output": 1, "internal": 1, "external": 1, "end": 1}
+"""Calls within `blackbox`: that a step begins, the interlock, a probe of the doubles' world, and,
+between two steps, one that calls C to encode a section, check it and copy it. Ports and buses note
+without a further call.
+"""
 
 
 def file_of_ours(frame: FrameType) -> str | None:
@@ -40,6 +47,12 @@ def file_of_ours(frame: FrameType) -> str | None:
             return None
         caller = caller.f_back
     return frame.f_code.co_filename
+
+
+def function_of_blackbox(frame: FrameType) -> str | None:
+    module = str(frame.f_globals.get("__name__"))
+    of_it = module.startswith("firmware_runtime.recording.blackbox.")
+    return frame.f_code.co_name if of_it else None
 
 
 class InVirtualTime(Counting, VirtualClock):
@@ -75,7 +88,6 @@ def too_many(ticks: Sequence[Counter[str]], most: int) -> list[int]:
     return [each.total() for each in ticks if each.total() > most]
 
 
-@pytest.mark.slow
 def test_a_control_tick_takes_few_calls_in_few_files(tmp_path: Path) -> None:
     clock = InVirtualTime()
     clock.count(CONTROLLED_FROM, file_of_ours)
@@ -88,7 +100,6 @@ def test_a_control_tick_takes_few_calls_in_few_files(tmp_path: Path) -> None:
         assert all(any(Path(name).name == file for name in tick) for tick in ticks)
 
 
-@pytest.mark.slow
 def test_a_late_one_takes_few_more_and_names_its_cause_in_slack(tmp_path: Path) -> None:
     clock = InRealTime()
     clock.count(CONTROLLED_FROM, file_of_ours)
@@ -99,3 +110,11 @@ def test_a_late_one_takes_few_more_and_names_its_cause_in_slack(tmp_path: Path) 
     counted = statistics.figures().late_by_cause
     assert counted is not None
     assert sum(counted.values()) > 0
+
+
+def test_a_recorded_tick_takes_a_call_for_each_thing_recorded_and_one_to_write(
+    tmp_path: Path,
+) -> None:
+    clock = CountingClock(CONTROLLED_FROM, function_of_blackbox)
+    ticks_of(clock, tmp_path)
+    assert clock.passes[:4] == [Counter(RECORDED)] * 4

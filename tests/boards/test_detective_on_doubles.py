@@ -1,17 +1,87 @@
-"""The detective robot, whole, on its doubles in virtual time."""
+"""The detective robot, whole, on its doubles in virtual time.
 
+Every mission ends: found, or failed with a sentence, and all off.
+"""
+
+from itertools import cycle
 from pathlib import Path
+from typing import Protocol, cast
 
 import pytest
 
 from firmware_runtime.devs.time import SECOND
+from sim_doubles.chips.md25 import Md25Double
+from sim_doubles.chips.pca9685 import Pca9685Double
 from sim_doubles.faults import FaultScript, NackAddress
+from tests.support.detective_outage import mission_with_outage
 from tests.support.second_choice_board import second_choice_board
-from tests.support.virtual_detective import target_at, virtual_detective
+from tests.support.virtual_detective import (
+    LONGEST_S,
+    VirtualDetective,
+    target_at,
+    virtual_detective,
+)
 
 pytestmark = pytest.mark.slow
 
-MD25, RADAR_SONAR, BODY_SONAR, BODY_COMPASS = 0x58, 0x73, 0x75, 0x62
+MD25, BODY_SONAR, BODY_COMPASS = 0x58, 0x75, 0x62
+PHASES_S = {"search": 3, "turn": 5.6, "approach": 20}
+"""An instant in each phase of the default mission."""
+NOWHERE = "world.target=[50.0, 50.0]"
+
+
+class Supplied(Protocol):
+    """A chip whose supply can fail."""
+
+    def power_cycle(self) -> None: ...
+
+
+def under_way(
+    until_s: float, *assignments: str, board: str | Path = "detective"
+) -> VirtualDetective:
+    robot = virtual_detective(*assignments, board=board)
+    robot.run(until_s)
+    return robot
+
+
+def silence(robot: VirtualDetective, address: int, times: int | None = None) -> None:
+    fault = NackAddress(address=address, times=times)
+    robot.rig.buses["i2c1"].faults = FaultScript([fault])
+
+
+def chips_of(robot: VirtualDetective) -> dict[str, Supplied]:
+    """Every chip on the bus, with a number where there are two of a kind."""
+    wired = robot.rig.buses["i2c1"].targets
+    return {
+        f"{type(chip).__name__}{number}": cast("Supplied", chip)
+        for number, chip in enumerate(wired)
+    }
+
+
+CHIPS = sorted(chips_of(virtual_detective()))
+
+
+def failed(robot: VirtualDetective) -> tuple[int, str]:
+    """When the one mission failed, and why; the treads stand."""
+    ((at, ending),) = robot.endings
+    assert ending.failed
+    assert ending.reason
+    assert robot.are_treads_still()
+    return at, ending.reason
+
+
+def ends(robot: VirtualDetective) -> bool:
+    """Let the mission go on to its end; return whether it was found. Everything stands then."""
+    found = robot.run_mission()["found"]
+    ((_, ending),) = robot.endings
+    assert ending.failed is not found
+    assert ending.reason
+    robot.run(robot.simulator.now / SECOND + 3)
+    assert robot.are_treads_still()
+    return bool(found)
+
+
+# Found --------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(
@@ -27,77 +97,75 @@ def test_it_finds_its_target_and_stops_in_front_of_it(bearing_deg: int, distance
 
 
 def test_with_the_second_choice_of_every_chip_it_finds_its_target_too(tmp_path: Path) -> None:
-    """Sabertooth and MaxBotix on serial ports, an HMC5883L for the body's compass."""
-    result = virtual_detective(board=second_choice_board(tmp_path)).run_mission()
+    """Sabertooth and MaxBotix on serial ports, an HMC5883L for the body's compass.
+
+    A Sabertooth that loses its supply leaves no mission without an end.
+    """
+    board = second_choice_board(tmp_path)
+    result = virtual_detective(board=board).run_mission()
     assert result["found"] is True
     assert 0.05 < result["stopped_m"] < 0.5
+    robot = under_way(3, "mission.longest_s=60", board=board)
+    robot.rig.ports["treads"]._target.power_cycle()  # type: ignore[attr-defined]
+    ends(robot)
 
 
 def test_an_upright_compass_with_headings_counted_the_other_way_serves_too() -> None:
-    robot = virtual_detective(
-        "world.compass_mounting=upright",
-        "radar_compass.counterclockwise=true",
-        "body_compass.counterclockwise=true",
-    )
+    upright = ("radar_compass.counterclockwise=true", "body_compass.counterclockwise=true")
+    robot = virtual_detective("world.compass_mounting=upright", *upright)
     assert robot.run_mission()["found"] is True
 
 
-def test_the_same_seed_ends_at_the_same_place() -> None:
-    results = [virtual_detective("world.seed=5").run_mission() for _ in range(2)]
-    assert results[0] == results[1]
+def test_the_same_seed_ends_at_the_same_place_and_one_fault_alone_ends_no_mission() -> None:
+    first, again = (virtual_detective("world.seed=5").run_mission() for _ in range(2))
+    assert first == again
+    robot = under_way(3)
+    silence(robot, BODY_SONAR, times=1)
+    assert robot.run_mission()["found"] is True
+    assert len(robot.faults) == 1
+
+
+# A chip is silent ---------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(
-    ("address", "silent_after_s", "kind"),
-    [
-        (RADAR_SONAR, 0.5, "NoAcknowledge"),
-        (BODY_SONAR, 0.5, "NoAcknowledge"),
-        (BODY_COMPASS, 0.3, "NoAcknowledge"),
-        (0x61, 0.6, "NoAcknowledge"),
-    ],
+    ("address", "silent_after_s"),
+    [(0x73, 0.5), (BODY_SONAR, 0.5), (BODY_COMPASS, 0.3), (0x61, 0.6)],
 )
-def test_an_unplugged_sensor_stops_the_treads_in_time(
-    address: int, silent_after_s: float, kind: str
-) -> None:
-    robot = virtual_detective()
-    robot.run(3)
+def test_an_unplugged_sensor_stops_the_treads_in_time(address: int, silent_after_s: float) -> None:
+    robot = under_way(3)
     assert not robot.are_treads_still()
-    robot.rig.buses["i2c1"].faults = FaultScript([NackAddress(address=address, times=None)])
+    silence(robot, address)
     robot.run(3 + silent_after_s)
-    assert robot.are_treads_still()
-    ((at, ending),) = robot.endings
-    assert ending.failed
-    assert f"0x{address:02x}" in ending.reason
+    at, reason = failed(robot)
+    assert f"0x{address:02x}" in reason
     assert at <= (3 + silent_after_s) * SECOND
-    assert robot.faults[-1][1].kind == kind
+    assert robot.faults[-1][1].kind == "NoAcknowledge"
+
+
+@pytest.mark.parametrize("phase", PHASES_S)
+@pytest.mark.parametrize("address", [0x40, MD25, 0x61, BODY_COMPASS, 0x73, BODY_SONAR])
+def test_a_chip_that_answers_no_more(address: int, phase: str) -> None:
+    robot = under_way(PHASES_S[phase], "mission.longest_s=40")
+    silence(robot, address)
+    if (address, phase) == (MD25, "search"):  # its own timeout stops the treads
+        robot.run(5.1)
+        assert "0x58" in failed(robot)[1]
+    ends(robot)
 
 
 def test_a_compass_that_hangs_is_found_out_while_the_robot_turns() -> None:
     robot = virtual_detective("world.body_compass_stuck_s=5")
     robot.run_mission()
-    ((at, ending),) = robot.endings
-    assert ending.failed
-    assert "readings in a row, expected some noise" in ending.reason
-    assert 6 * SECOND < at < 7.2 * SECOND
     robot.run(7.5)
-    assert robot.are_treads_still()
-
-
-def test_a_silent_md25_ends_the_mission_and_its_own_timeout_stops_the_treads() -> None:
-    robot = virtual_detective()
-    robot.run(3)
-    robot.rig.buses["i2c1"].faults = FaultScript([NackAddress(address=MD25, times=None)])
-    robot.run(5.1)
-    assert robot.are_treads_still()
-    ((_at, ending),) = robot.endings
-    assert ending.failed
-    assert "0x58" in ending.reason
+    at, reason = failed(robot)
+    assert "readings in a row, expected some noise" in reason
+    assert 6 * SECOND < at < 7.2 * SECOND
 
 
 def test_after_a_failure_no_command_reaches_a_motor() -> None:
-    robot = virtual_detective()
-    robot.run(1)
-    robot.rig.buses["i2c1"].faults = FaultScript([NackAddress(address=BODY_SONAR, times=None)])
+    robot = under_way(1)
+    silence(robot, BODY_SONAR)
     robot.run(20)
     assert robot.are_treads_still()
     assert robot.rig.outputs == {"radar_motor": 3, "treads": 0}
@@ -105,9 +173,73 @@ def test_after_a_failure_no_command_reaches_a_motor() -> None:
     assert robot.rig.outputs == {"radar_motor": 0, "treads": 0}
 
 
-def test_one_fault_alone_does_not_end_the_mission() -> None:
-    robot = virtual_detective()
-    robot.run(3)
-    robot.rig.buses["i2c1"].faults = FaultScript([NackAddress(address=BODY_SONAR, times=1)])
-    assert robot.run_mission()["found"] is True
-    assert len(robot.faults) == 1
+def test_a_mission_without_a_target_ends_in_time() -> None:
+    robot = under_way(30, NOWHERE, "mission.longest_s=20")
+    at, reason = failed(robot)
+    assert "20 s" in reason
+    assert 20 * SECOND <= at <= 22 * SECOND
+
+
+# A supply fails -----------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("name", "phase"),
+    [
+        *(("Md25Double1", phase) for phase in PHASES_S),
+        *(pair for pair in zip(CHIPS, cycle(PHASES_S), strict=False) if pair[0] != "Md25Double1"),
+    ],
+)
+def test_a_chip_that_loses_its_supply_for_a_moment(name: str, phase: str) -> None:
+    robot = under_way(PHASES_S[phase])
+    chips_of(robot)[name].power_cycle()
+    assert ends(robot)
+
+
+@pytest.mark.parametrize("phase", ["search", "approach"])
+def test_all_chips_lose_their_supply_for_a_moment(phase: str) -> None:
+    robot = under_way(PHASES_S[phase])
+    robot.rig.buses["i2c1"].power_cycle()
+    ends(robot)
+
+
+@pytest.mark.parametrize("begins_s", [3.0, 3.2, 3.4])
+def test_an_md25_that_loses_its_supply_is_driven_on(begins_s: float) -> None:
+    robot = under_way(begins_s)
+    chips_of(robot)["Md25Double1"].power_cycle()
+    robot.run(begins_s + 1.0)
+    assert not robot.are_treads_still()
+    assert [fault.consecutive for _, fault in robot.faults] == [1]
+
+
+@pytest.mark.parametrize(("kind", "within_s"), [(Md25Double, 5), (Pca9685Double, 60)])
+def test_a_chip_that_loses_its_supply_again_and_again_fails_the_mission(
+    kind: type[Md25Double | Pca9685Double], within_s: float
+) -> None:
+    """As one does whose motors take too much; every bring-up works, and is for nothing."""
+    robot = virtual_detective(NOWHERE)
+    (chip,) = (chip for chip in chips_of(robot).values() if isinstance(chip, kind))
+    at_s = 3.0
+    while not robot.endings and at_s < LONGEST_S:
+        robot.run(at_s)
+        chip.power_cycle()
+        at_s += 0.1
+    ((at, ending),) = robot.endings
+    assert ending.failed
+    assert at < (3 + within_s) * SECOND
+
+
+@pytest.mark.parametrize(
+    ("begins_s", "lasts_s"), [(0.2, 0.3), (3.3, 0.3), (5.6, 0.9), (20.0, 0.3), (34.41, 0.3)]
+)
+def test_a_bus_outage_leaves_nothing_on(begins_s: float, lasts_s: float) -> None:
+    mission = mission_with_outage(begins_s, lasts_s)
+    assert mission.is_safe
+    assert mission.ending is not None
+
+
+def test_a_bus_that_stays_away_is_given_up_with_a_sentence() -> None:
+    mission = mission_with_outage(3.0, 100.0)
+    assert mission.outputs_on > 0
+    assert any("i2c1" in fault for fault in mission.outcome.faults)
+    assert "given up" in mission.outcome.faults[-1]

@@ -1,10 +1,23 @@
-"""What every robot can do: be switched off, whatever goes wrong."""
+"""What every robot can do: be switched off, and stand in the statistics model by model."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 
+import pytest
+
+from firmware_runtime.board import registry
 from firmware_runtime.board.robot import Robot
+from firmware_runtime.devs.component import below_root
 from firmware_runtime.devs.coupled import Coupled
+from firmware_runtime.devs.time import SECOND
+from firmware_runtime.executive.clocks import VirtualClock
 from firmware_runtime.hal.wire_errors import HalError
+from firmware_runtime.runs.session import Session
+from firmware_runtime.runs.start import start_session
+from firmware_runtime.statistics.metrics import exposition
+from firmware_runtime.statistics.run_text import statistics_text
+from firmware_runtime.statistics.summary import summary
+from firmware_runtime.view.report.report import page
 
 
 def test_a_defect_in_one_stop_does_not_keep_the_next_chip_on() -> None:
@@ -45,3 +58,56 @@ def robot(*stop: Callable[[], None]) -> Robot:
         retune=lambda _: None,
         warnings=(),
     )
+
+
+@contextmanager
+def ran(board: str) -> Iterator[Session]:
+    """A second of a board on its doubles."""
+    loaded = registry.load(board)
+    session = start_session(loaded, VirtualClock(), doubles=True, statistics_path=None)
+    try:
+        assert session.executive.run(SECOND).error is None
+        yield session
+    finally:
+        session.close()
+
+
+def paths_of(session: Session) -> list[str]:
+    simulator = session.executive.simulator
+    return [below_root(atomic.path) for atomic in simulator.atomics]
+
+
+@pytest.mark.parametrize("board", ["tachobot", "detective"])
+def test_every_atomic_stands_in_the_statistics_the_text_the_page_and_the_metrics(
+    board: str,
+) -> None:
+    with ran(board) as session:
+        statistics, paths = session.executive.statistics, paths_of(session)
+    found = statistics.figures()
+    assert list(found.models) == paths
+    text = "\n".join(statistics_text(found))
+    shown = page(statistics, summary(found))
+    metrics = exposition(board, statistics)
+    for path in paths:
+        assert path in text
+        assert f">{path}<" in shown
+        assert f'model="{path}"' in metrics
+
+
+def test_the_detective_reports_its_events() -> None:
+    with ran("detective") as session:
+        found = session.executive.statistics.figures()
+    assert found.scheduled == found.run + found.skipped + found.coalesced > 50
+    assert {model.kind for model in found.models.values()} == {"event"}
+    assert found.models["body_compass"].run > 0
+    assert summary(found).startswith(f"{found.scheduled} events virtual time")
+
+
+@pytest.mark.slow
+def test_the_imu_of_tachobot_is_activated_1001_times_in_10_s() -> None:
+    loaded = registry.load("tachobot")
+    session = start_session(loaded, VirtualClock(), doubles=True, statistics_path=None)
+    session.executive.run(10 * SECOND)
+    session.close()
+    imu = session.executive.statistics.as_json()["models"]["imu"]
+    assert (imu["kind"], imu["scheduled"], imu["irregular"]) == ("periodic", 1001, 0)

@@ -100,11 +100,11 @@ def disarmed_first(
 @pytest.mark.parametrize(
     ("settings", "wait_s"),
     [
-        ({}, 60.0),
-        (WINDING, 20.0),
-        ({**WINDING, **SMITH}, 20.0),
-        ({**WINDING, "thrust_pairs.slew_per_s": 2.0}, 20.0),
-        ({**WINDING, "controller.mode": "free"}, 20.0),
+        ({}, 40.0),
+        (WINDING, 10.0),
+        ({**WINDING, **SMITH}, 10.0),
+        ({**WINDING, "thrust_pairs.slew_per_s": 2.0}, 10.0),
+        ({**WINDING, "controller.mode": "free"}, 10.0),
     ],
     ids=["shipped", "winding", "smith", "slew", "free"],
 )
@@ -128,7 +128,7 @@ def cut_in_mid_run(cut_s: float, settings: Mapping[str, object]) -> list[float]:
 
 
 @pytest.mark.parametrize(
-    ("settings", "cut_s"), [({}, 60.0), (SMITH, 20.0)], ids=["shipped", "smith"]
+    ("settings", "cut_s"), [({}, 40.0), (SMITH, 15.0)], ids=["shipped", "smith"]
 )
 def test_tachobot_cut_off_in_mid_run_answers_as_after_a_moment(
     settings: dict[str, object], cut_s: float
@@ -172,7 +172,7 @@ def test_a_path_does_not_run_away_while_tachobot_is_disarmed() -> None:
         return float(robot.world.state(robot.now).x_m)
 
     at_once = disarmed_first("tachobot", chosen, 0.0, x_of, 20.0)
-    waited = disarmed_first("tachobot", chosen, 50.0, x_of, 20.0)
+    waited = disarmed_first("tachobot", chosen, 25.0, x_of, 20.0)
     assert max(at_once) > 0.4
     assert apart(at_once, waited) < SAME
 

@@ -1,12 +1,16 @@
-"""A part of a model behaves as it did in the whole, given what came over the cut."""
+"""Instruments wrap a model's functions; a part behaves as it did in the whole."""
+
+from collections.abc import Callable
 
 import pytest
 
+from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.coupled import Coupled
+from firmware_runtime.devs.functions import Functions, Instrument, Wrapped
 from firmware_runtime.devs.model_errors import CouplingError
 from firmware_runtime.devs.part import part_of
 from firmware_runtime.devs.simulator import Simulator
-from tests.support.devs_models import Clock, Echo, Log
+from tests.support.devs_models import Clock, Echo, Log, Scripted, top
 
 
 class Robot(Coupled):
@@ -86,3 +90,83 @@ def test_the_round_of_an_instant_is_known_to_a_listener() -> None:
     simulator.listen(second.outlet, lambda _, __: rounds.append(("b", simulator.round)))
     simulator.run(20)
     assert rounds == [("clock", 0), ("a", 1), ("b", 2)] * 2
+
+
+def noting(notes: list[str], name: str) -> Instrument:
+    """Notes every call of every function of every model."""
+
+    def wrap(path: str, function: Callable[..., None]) -> Callable[..., None]:
+        def call(*arguments: int) -> None:
+            notes.append(f"{name} {path}")
+            function(*arguments)
+
+        return call
+
+    def instrument(atomic: Atomic, functions: Functions) -> Functions:
+        confluent = functions.confluent
+        return Wrapped(
+            atomic,
+            wrap(f"{atomic.name}.output", functions.output),
+            wrap(f"{atomic.name}.internal", functions.internal),
+            wrap(f"{atomic.name}.external", functions.external),
+            None if confluent is None else wrap(f"{atomic.name}.confluent", confluent),
+        )
+
+    return instrument
+
+
+class OwnConfluent(Scripted):
+    """Ignores input that comes as its time runs out."""
+
+    def confluent(self) -> None:
+        self.internal()
+
+
+def test_every_function_is_wrapped_and_a_default_confluent_is_the_two_it_stands_for() -> None:
+    notes: list[str] = []
+    clock, own, plain = Clock("clock", 5), OwnConfluent("own", 5), Scripted("plain", 5)
+    waiting = Scripted("waiting")
+    root = top(clock, own, plain, waiting)
+    for model in (own, plain, waiting):
+        root.couple(clock.ticks, model.inlet)
+    Simulator(root, instruments=[noting(notes, "i")]).run(5)
+    assert notes == [
+        "i clock.output",
+        "i own.output",
+        "i plain.output",
+        "i clock.internal",
+        "i own.confluent",
+        "i plain.internal",
+        "i plain.external",
+        "i waiting.external",
+    ]
+
+
+def test_the_first_instrument_is_the_innermost() -> None:
+    notes: list[str] = []
+    instruments = [noting(notes, "inner"), noting(notes, "outer")]
+    Simulator(Clock("clock", 5), instruments=instruments).run(5)
+    assert notes == [
+        "outer clock.output",
+        "inner clock.output",
+        "outer clock.internal",
+        "inner clock.internal",
+    ]
+
+
+def test_an_instrument_may_leave_a_model_alone_or_change_one_function() -> None:
+    sent: list[str] = []
+
+    def only_a(atomic: Atomic, functions: Functions) -> Functions:
+        if atomic.name != "a":
+            return functions
+        rest = functions.internal, functions.external, functions.confluent
+        return Wrapped(atomic, lambda: sent.append("a"), *rest)
+
+    a, b = Clock("a", 5), Clock("b", 5)
+    simulator = Simulator(top(a, b), instruments=[only_a])
+    for clock in (a, b):
+        simulator.listen(clock.ticks, lambda _at, value: sent.append(f"value {value}"))
+    simulator.run(5)
+    assert sent == ["a", "value 0"]
+    assert (a.count, b.count) == (1, 1)

@@ -8,7 +8,7 @@ from firmware_runtime.hal.wire_errors import NotReady, WrongDevice
 from sim_doubles.chips.ads1115 import Ads1115Double
 from sim_doubles.clock import ManualClock
 from sim_doubles.i2c_bus import I2cBusDouble
-from tests.support.pca9685_on_its_double import take
+from tests.support.wire import take
 
 
 class Rig:

@@ -13,7 +13,6 @@ from sim_doubles.chips.hmc5883l import Hmc5883lDouble
 from sim_doubles.chips.md25 import Md25Double
 from sim_doubles.chips.srf08 import Srf08Double
 from sim_doubles.clock import ManualClock
-from tests.support.pca9685_on_its_double import take
 from tests.support.wire import WiredChip
 
 # SRF08 --------------------------------------------------------------------------------------------
@@ -27,7 +26,7 @@ class Sonar(WiredChip[Srf08Double]):
         chip = Srf08Double(clock, 0x73, echoes=lambda _: echoes)
         super().__init__(clock, chip, 0x73, [chip])
         self.driver = Srf08(self.bus, 0x73, Srf08Settings(max_range_m=max_range_m))
-        take(self.clock, self.driver.bring_up())
+        self.take(self.driver.bring_up())
 
 
 def test_at_every_range_the_chip_answers_when_the_driver_says_so_and_not_much_earlier() -> None:
@@ -55,10 +54,10 @@ class Compass(WiredChip[Hmc5883lDouble]):
         chip = Hmc5883lDouble(clock, lambda _: field, noise_seed=None)
         super().__init__(clock, chip, 0x1E, [chip])
         self.driver = Hmc5883l(self.bus, Hmc5883lSettings(range_gauss=range_gauss))
-        take(self.clock, self.driver.bring_up())
+        self.take(self.driver.bring_up())
 
     def measured(self) -> Hmc5883l:
-        take(self.clock, self.driver.measurement)
+        self.take(self.driver.measurement)
         return self.driver
 
 
@@ -96,7 +95,7 @@ class Motors(WiredChip[Md25Double]):
 
     def bring_up(self, acceleration: int = 10) -> Md25:
         driver = Md25(self.bus, settings=Md25Settings(acceleration=acceleration))
-        take(self.clock, driver.bring_up())
+        self.take(driver.bring_up())
         return driver
 
 

@@ -17,7 +17,7 @@ from sim_doubles.chips.sabertooth import SabertoothDouble
 from sim_doubles.clock import ManualClock
 from sim_doubles.serial_line import SerialLineDouble, SerialTarget
 from sim_doubles.serial_pty import PtySerialLine
-from tests.support.pca9685_on_its_double import take
+from tests.support.wire import take
 
 # Sabertooth ---------------------------------------------------------------------------------------
 

@@ -24,6 +24,7 @@ from sim_doubles.clock import ManualClock
 from sim_doubles.i2c_bus import I2cBusDouble
 from tests.support.lookalikes import BusyRam, Eeprom, ReadOnly, RegisterRam
 from tests.support.virtual_bus import VirtualBus
+from tests.support.wire import take
 
 
 class Lookalike:
@@ -34,9 +35,7 @@ class Lookalike:
         self.bus = I2cBusDouble("i2c1", self.clock, [kind(self.clock, address, holds)])
 
     def take(self, steps: Iterable[Step]) -> None:
-        for step in steps:
-            step.action()
-            self.clock.advance(step.wait_ns)
+        take(self.clock, steps)
 
 
 # A sonar ------------------------------------------------------------------------------------------

@@ -8,7 +8,6 @@ from sim_doubles.clock import ManualClock
 from sim_doubles.faults import FaultScript, ForcedRegister
 from sim_doubles.inertial_truth import InertialTruth
 from tests.support.magnetometer import Vector, WiredMpu9250, disable_magnetometer
-from tests.support.pca9685_on_its_double import take
 
 MILLISECOND = 1_000_000
 TICK = 10 * MILLISECOND
@@ -36,7 +35,7 @@ class Rig(WiredMpu9250):
         return InertialTruth((0.0, 0.0, 9.80665), RATE, self._field(at), 25.0)
 
     def bring_up(self) -> None:
-        take(self.clock, self.driver.bring_up())
+        self.take(self.driver.bring_up())
 
     def read_every(self, period: int, count: int) -> list[InertialSample]:
         samples = []

@@ -13,6 +13,7 @@ import smbus2.smbus2
 
 from firmware_runtime.hal import linux
 from firmware_runtime.hal.i2c import I2cBus
+from firmware_runtime.hal.linux import check_node
 from firmware_runtime.hal.wire_errors import (
     AddressInUse,
     ArbitrationLost,
@@ -23,6 +24,8 @@ from firmware_runtime.hal.wire_errors import (
     HalError,
     NoAcknowledge,
     PortClosed,
+    errno_of,
+    from_os_error,
 )
 
 I2C_M_RD = 0x0001
@@ -260,3 +263,36 @@ def test_an_adapter_that_only_speaks_smbus_is_refused(kernel: Kernel, node: str)
     kernel.functions = I2C_FUNC_SMBUS_BYTE
     with pytest.raises(BusAbsent, match="plain I2C transfers"):
         linux.open_i2c("i2c-1", node)
+
+
+def test_a_port_that_may_be_opened_is_left_as_it_was() -> None:
+    ours, theirs = os.openpty()
+    os.write(ours, b"waiting\n")
+    check_node("treads", os.ttyname(theirs))
+    assert os.read(theirs, 100) == b"waiting\n"
+    for each in (ours, theirs):
+        os.close(each)
+
+
+def test_a_node_that_is_not_there_is_a_sentence(tmp_path: Path) -> None:
+    with pytest.raises(BusAbsent, match=r"^i2c1: .*/i2c-1 cannot be opened \(No such file"):
+        check_node("i2c1", str(tmp_path / "i2c-1"))
+
+
+@pytest.mark.parametrize("number", sorted(errno.errorcode))
+def test_what_an_adapter_reported_is_found_again(number: int) -> None:
+    error = from_os_error(OSError(number, os.strerror(number)), "i2c1 0x68")
+    assert errno_of(type(error).__name__, str(error)) == number
+
+
+@pytest.mark.parametrize(
+    ("kind", "number"),
+    [
+        ("NoAcknowledge", errno.EREMOTEIO),
+        ("BusTimeout", errno.ETIMEDOUT),
+        ("BusFault", errno.EIO),
+        ("LettersLost", errno.EIO),
+    ],
+)
+def test_without_an_errno_the_class_says_it(kind: str, number: int) -> None:
+    assert errno_of(kind, "sonar: unplugged (pulled out)") == number

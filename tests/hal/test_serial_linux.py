@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 
 from firmware_runtime.hal.linux_serial import LinuxSerialPort, open_serial
+from firmware_runtime.hal.serial import SerialPort
 from firmware_runtime.hal.wire_errors import BusAbsent, BusFault, BusTimeout, PortClosed
 
 
@@ -179,3 +180,36 @@ def test_an_adapter_that_comes_back_under_its_alias_is_opened_again(tmp_path: Pa
     with pytest.raises(PortClosed):
         port.write(b"!")
     second.close()
+
+
+class ScriptedPort(SerialPort):
+    name = "sonar"
+
+    def __init__(self, *arrivals: bytes) -> None:
+        self.arrivals = list(arrivals)
+
+    def write(self, data: bytes) -> None:
+        raise AssertionError(data)
+
+    def read_available(self) -> bytes:
+        return self.arrivals.pop(0) if self.arrivals else b""
+
+    def close(self) -> None:
+        self.arrivals.clear()
+
+
+@pytest.mark.parametrize(
+    ("arrivals", "left"),
+    [
+        ((), b""),
+        ((b"R123\r",), b""),
+        ((b"R12", b"3\r", b"R"), b""),
+        ((b"old", b"", b"new"), b"new"),
+    ],
+)
+def test_discarding_takes_what_arrived_in_however_many_parts_and_leaves_what_comes_later(
+    arrivals: tuple[bytes, ...], left: bytes
+) -> None:
+    port = ScriptedPort(*arrivals)
+    port.discard_input()
+    assert port.read_available() == left

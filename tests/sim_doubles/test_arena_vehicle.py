@@ -1,15 +1,22 @@
-"""How treads move the vehicle: arcs by hand, slip, contact, memory, independence of reading."""
+"""How treads move the vehicle: arcs by hand, slip, contact, memory, accuracy, missions."""
 
 import math
 import random
+from collections.abc import Callable
 
+import numpy as np
 import pytest
 from msgspec.structs import replace
+from numpy.typing import NDArray
+from scipy.integrate import solve_ivp
 
+from firmware_runtime import open_board
 from firmware_runtime.devs.time import MILLISECOND, SECOND
-from sim_doubles.worlds.arena import ArenaParameters, Pose
+from sim_doubles.worlds.arena import ArenaParameters, CompassMounting, Pose
 from sim_doubles.worlds.arena_log import Stay
 from sim_doubles.worlds.arena_past import KEPT, Past
+from sim_doubles.worlds.arena_quantized import QUANTUM
+from tests.support.arena_mission import ArenaMission
 from tests.support.arena_rig import M_PER_UNIT_S, ArenaRig
 
 OPEN = ArenaParameters(target=(50.0, 50.0), compass_noise_deg=0.0)
@@ -167,3 +174,152 @@ def test_only_so_much_of_the_past_is_kept() -> None:
     assert past.at(KEPT * 2).since == KEPT + 10
     with pytest.raises(ValueError, match=r"0\.000000010 s, .* 20000 changes"):
         past.at(10)
+
+
+Vector = NDArray[np.float64]
+
+FAR = ArenaParameters(target=(500.0, 500.0), right_slip=0.02, left_slip=0.05)
+LEFT_M, RIGHT_M = 0.05 * 0.95, 0.05 * 0.98
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", range(4))
+def test_a_minute_of_random_ramps_stays_on_a_tight_solution(seed: int) -> None:
+    choice = np.random.default_rng(seed)
+    rig, at, worst = ArenaRig(FAR), 0, 0.0
+    reference = np.array(rig.arena.pose(0))
+    while at < 60 * SECOND:
+        until = at + int(choice.integers(3_000_001, 1_500_000_001))
+        reference = solved(rig, reference, at, until)
+        at = until
+        worst = max(worst, float(np.abs(reference - rig.arena.pose(at)).max()))
+        right, left, step = (int(n) for n in choice.integers((-127, -127, 0), (128, 128, 11)))
+        rig.drive(at, right, left, step)
+    assert worst < 1e-10
+    assert np.abs(reference[:2]).max() > 0.5  # it went somewhere
+
+
+def solved(rig: ArenaRig, pose: Vector, since: int, until: int) -> Vector:
+    """The pose at `until`, integrated over each stretch of even speeds."""
+    for stretch in rig.motors.stretches(since, until):
+        right, left = stretch.speeds_rad_s
+        solution = solve_ivp(
+            derivative(right * RIGHT_M, left * LEFT_M),
+            (0.0, (stretch.until - stretch.since) / SECOND),
+            pose,
+            method="DOP853",
+            rtol=1e-12,
+            atol=1e-13,
+        )
+        pose = solution.y[:, -1]
+    return pose
+
+
+def derivative(right_m_s: float, left_m_s: float) -> Callable[[float, Vector], Vector]:
+    """How the pose changes with these speeds of the treads."""
+    speed, rate = 0.5 * (right_m_s + left_m_s), (right_m_s - left_m_s) / 0.25
+    return lambda _t, z: np.array([speed * np.cos(z[2]), speed * np.sin(z[2]), rate])
+
+
+SLIPPING = ArenaParameters(target=(50.0, 50.0), compass_noise_deg=0.0, right_slip=0.05)
+
+
+def both(parameters: ArenaParameters) -> tuple[ArenaRig, ArenaRig]:
+    return ArenaRig(parameters), ArenaRig(replace(parameters, solver="qss2"))
+
+
+def test_both_drive_alike_whatever_the_treads_get_and_remember_it() -> None:
+    generator, at = random.Random(3), 0  # noqa: S311
+    exact, quantized = both(SLIPPING)
+    instants = []
+    for _ in range(25):
+        right, left = generator.randrange(-60, 61), generator.randrange(-60, 61)
+        for rig in (exact, quantized):
+            rig.drive(at, right, left, step=20)
+        for _ in range(3):
+            at += generator.randrange(1, 150 * MILLISECOND)
+            instants.append(at)
+            assert quantized.arena.pose(at) == pytest.approx(exact.arena.pose(at), abs=20 * QUANTUM)
+    assert max(map(abs, exact.arena.pose(at)[:2])) > 0.1
+    for earlier in generator.sample(instants, 20):
+        pose = exact.arena.pose(earlier)
+        assert quantized.arena.pose(earlier) == pytest.approx(pose, abs=20 * QUANTUM)
+
+
+@pytest.mark.parametrize(
+    "obstacle",
+    [
+        {"obstacles": ((0.1, 1.0, 0.2),)},
+        {"walls": ((-1.0, 0.8, 1.0, 1.2),)},
+        {"walls": ((0.05, 0.9, 3.0, 0.9),)},
+    ],
+)
+def test_contact_stops_both_at_the_same_place_for_good(obstacle: dict[str, tuple[float]]) -> None:
+    exact, quantized = both(replace(SLIPPING, **obstacle))
+    for rig in (exact, quantized):
+        rig.drive(0, 60, 60)
+        assert not rig.arena.collided
+    for at in (SECOND, 4 * SECOND, 9 * SECOND):
+        assert quantized.arena.pose(at) == pytest.approx(exact.arena.pose(at), abs=5e-4)
+    assert exact.arena.collided
+    assert quantized.arena.collided
+
+
+@pytest.mark.slow
+def test_a_mission_ends_in_front_of_the_target_on_either() -> None:
+    found = {}
+    for solver in ("exact", "qss2"):
+        chosen = {"world.solver": solver}
+        with open_board("detective", doubles=True, clock="virtual", set=chosen) as board:
+            board.run(60.0)
+            board.rig.catch_up()  # type: ignore[union-attr]
+            arena = board.rig.arena  # type: ignore[union-attr]
+            found[solver] = arena.pose(board.now), arena.distance_to_target(board.now)
+    (exact, near), (quantized, as_near) = found.values()
+    assert 0.0 < near < 0.5
+    assert as_near == pytest.approx(near, abs=0.01)
+    assert quantized == pytest.approx(exact, abs=0.02)
+
+
+NEAREST_M, FARTHEST_M = 0.05, 0.5
+
+
+def mission(
+    distance_m: float, bearing_deg: float, mounting: CompassMounting = "inverted"
+) -> ArenaMission:
+    east = math.radians(90.0 - bearing_deg)
+    done = ArenaMission(
+        ArenaParameters(
+            target=(distance_m * math.cos(east), distance_m * math.sin(east)),
+            head_limit_deg=180.0,
+            compass_mounting=mounting,
+        )
+    )
+    done.run()
+    return done
+
+
+@pytest.mark.parametrize("distance_m", [1.0, 2.0, 4.0])
+def test_it_stops_in_front_of_a_target_anywhere_around(distance_m: float) -> None:
+    for bearing_deg in range(0, 360, 36):
+        done = mission(distance_m, bearing_deg)
+        assert NEAREST_M < done.rig.arena.distance_to_target(done.at) < FARTHEST_M
+        assert not done.rig.arena.collided
+
+
+@pytest.mark.parametrize(
+    ("mounting", "least", "most"), [("inverted", 0, 180), ("upright", 180, 360)]
+)
+def test_the_papers_rule_turns_the_shorter_way_with_inverted_compasses_only(
+    mounting: CompassMounting, least: float, most: float
+) -> None:
+    done = mission(2.0, 60.0, mounting)
+    turned = math.degrees(abs(done.rig.arena.pose(done.at).heading_rad - math.pi / 2))
+    assert least < turned < most
+
+
+def test_the_same_seed_gives_the_same_run() -> None:
+    first, second = mission(2.0, 200.0), mission(2.0, 200.0)
+    assert first.rig.arena.pose(first.at) == second.rig.arena.pose(second.at)
+    assert first.log.radar_pings == second.log.radar_pings
+    assert len(first.log.radar_pings) > 20

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Sequence
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from sim_doubles.chips.ak8963 import Ak8963Double
@@ -94,6 +94,7 @@ def test_duties_are_masked_and_kept_alike(register: int, content: bytes) -> None
 
 
 @pytest.mark.slow
+@settings(max_examples=40)
 @given(transfers)
 def test_an_mpu9250_gives_registers_as_it_gives_each(all_: list[Transfer]) -> None:
     clock, other = ManualClock(), ManualClock()
@@ -103,6 +104,7 @@ def test_an_mpu9250_gives_registers_as_it_gives_each(all_: list[Transfer]) -> No
 
 
 @pytest.mark.slow
+@settings(max_examples=40)
 @given(st.integers(0, 0x75), st.integers(1, 30), st.integers(1, 40))
 def test_a_sample_is_in_the_registers_whenever_they_are_read(
     register: int, length: int, wait: int

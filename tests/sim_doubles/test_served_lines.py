@@ -1,8 +1,9 @@
-"""Lines of served doubles: the same bytes and the same errors as on a rig in this process."""
+"""Served lines, OE among them: the same bytes and errors as on a rig in this process."""
 
 import errno
 from collections.abc import Callable, Iterator
 from functools import partial
+from pathlib import Path
 
 import pytest
 from hypothesis import given, settings
@@ -11,13 +12,21 @@ from hypothesis import strategies as st
 from firmware_runtime.board import registry
 from firmware_runtime.devs.time import MILLISECOND, SECOND
 from firmware_runtime.hal.i2c import Message
-from firmware_runtime.hal.served.client import ServedBus, ServedDoubles, ServedPort, look
-from firmware_runtime.hal.wire_errors import BusAbsent, BusFault, HalError, PortClosed
+from firmware_runtime.hal.served.client import (
+    ServedBus,
+    ServedDoubles,
+    ServedEnableLine,
+    ServedPort,
+    look,
+)
+from firmware_runtime.hal.served.packets import Enable, Failed, Question, encode, read_answer
+from firmware_runtime.hal.wire_errors import AddressInUse, BusAbsent, BusFault, HalError, PortClosed
 from sim_doubles.clock import ManualClock
 from sim_doubles.faults import AdapterError, FaultScript
 from sim_doubles.rigs.board_rig import DoublesRig, rig_for
+from sim_doubles.rigs.tachobot import TachobotRig
 from sim_doubles.serial_line import SerialLineDouble
-from tests.support.served_rig import SERIAL_SONAR, SERIAL_TREADS, ServedRig, served_rig
+from tests.support.served_rig import SERIAL_SONAR, SERIAL_TREADS, ServedRig, lines_of, served_rig
 
 ADDRESSES = {
     "tachobot": (0x40, 0x41, 0x68, 0x0C, 0x70, 0x00, 0x23),
@@ -51,7 +60,7 @@ def outcome(transaction: Callable[[], bytes]) -> bytes | tuple[type[HalError], s
 
 @pytest.mark.slow
 @pytest.mark.parametrize("board", sorted(ADDRESSES))
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=15, deadline=None)
 @given(data=st.data())
 def test_random_transactions_end_as_on_the_bus_itself(board: str, data: st.DataObject) -> None:
     clock, doubles = local_rig(board)
@@ -68,7 +77,7 @@ def test_random_transactions_end_as_on_the_bus_itself(board: str, data: st.DataO
 
 
 @pytest.mark.slow
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=15, deadline=None)
 @given(
     st.lists(
         st.tuples(
@@ -160,3 +169,69 @@ def test_outputs_and_result_are_those_of_the_rig(rig: ServedRig) -> None:
     reported = doubles.result(5 * SECOND, {"found": True})
     assert reported == rig.doubles.result(5 * SECOND, {"found": True})
     assert (reported["found"], reported["time_s"]) == (False, 5.0)
+
+
+WIRED = ("output_enable.chip=/dev/gpiochip0", "output_enable.line=17")
+FULL_ON = (b"\xfd\x00", b"\xfb\x10")
+
+
+def drive(rig: ServedRig) -> None:
+    """Wake the chip and switch all its outputs full-on."""
+    bus = rig.doubles.buses["i2c1"]
+    for message in (b"\x00\x21", *FULL_ON):
+        bus.transaction(0x40, (message,))
+
+
+def duty(rig: ServedRig) -> float:
+    assert isinstance(rig.doubles, TachobotRig)
+    return rig.doubles.thrust.duty(0)
+
+
+def test_outputs_are_off_until_the_line_lets_them_through_and_when_it_is_given_up() -> None:
+    with served_rig("tachobot", *WIRED) as rig:
+        line = rig.doubles.enable
+        assert line is not None
+        drive(rig)
+        assert duty(rig) == 0
+        line.set(True)
+        assert duty(rig) == 1
+        line.set(False)
+        assert duty(rig) == 0
+        line.set(True)
+        line.close()
+        assert duty(rig) == 0
+        with pytest.raises(PortClosed):
+            line.set(True)
+
+
+def test_without_one_outputs_need_none() -> None:
+    with served_rig("tachobot") as rig:
+        drive(rig)
+        assert (rig.doubles.enable, duty(rig)) == (None, 1)
+        with pytest.raises(BusAbsent):
+            ServedEnableLine("output_enable", rig.ask).set(True)
+
+
+def test_a_client_that_goes_frees_the_line_and_the_log_has_it(tmp_path: Path) -> None:
+    log = tmp_path / "doubles.log"
+    with served_rig("tachobot", *WIRED, log=log) as rig:
+        drive(rig)
+        rig.service.answer(encode(Question(1, Enable(enabled=True))), client=3)
+        assert duty(rig) == 1
+        rig.service.release(4)
+        assert duty(rig) == 1
+        rig.service.release(3)
+        assert duty(rig) == 0
+    changes = [line["value"] for line in lines_of(log) if line.get("output") == "thrust_pairs.0"]
+    assert changes == [1, 0]
+
+
+def test_a_line_that_another_client_holds_is_refused_until_it_goes() -> None:
+    with served_rig("tachobot", *WIRED) as rig:
+        rig.service.answer(encode(Question(1, Enable(enabled=True))), client=3)
+        asked = encode(Question(2, Enable(enabled=False)))
+        assert read_answer(rig.service.answer(asked, client=4)).answered == Failed(errno.EBUSY)
+        with pytest.raises(AddressInUse):
+            ServedEnableLine("output_enable", rig.ask).set(False)
+        rig.service.release(3)
+        ServedEnableLine("output_enable", rig.ask).set(False)

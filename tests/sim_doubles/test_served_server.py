@@ -1,9 +1,10 @@
-"""The server of doubles on real sockets, step by step in this process."""
+"""The server of doubles on real sockets, step by step in this process; and what is none."""
 
 import json
 from collections.abc import Iterator
 from pathlib import Path
 from socket import AF_UNIX, SOCK_SEQPACKET, socket
+from threading import Thread
 from typing import Any
 
 import pytest
@@ -24,7 +25,7 @@ from firmware_runtime.hal.served.packets import (
     encode,
     read_answer,
 )
-from firmware_runtime.hal.wire_errors import BusAbsent, BusInUse, BusTimeout
+from firmware_runtime.hal.wire_errors import BusAbsent, BusFault, BusInUse, BusTimeout
 from sim_doubles.rigs.board_rig import rig_for
 from sim_doubles.served import server
 from sim_doubles.served.logs import OutputLog, ServingError
@@ -197,3 +198,30 @@ def test_one_drives_the_doubles_and_when_it_is_gone_another_may(rig: Rig) -> Non
     third = Connection(rig.path)
     third.keep_others_out()
     third.close()
+
+
+@pytest.fixture(params=[b"\xff\xfe", b"\x91" * 3000, b"{}"], ids=["bytes", "deep", "other"])
+def impostor(tmp_path: Path, request: pytest.FixtureRequest) -> Iterator[Path]:
+    """Answers whatever it is asked with the same bytes."""
+    path = tmp_path / "impostor"
+    with socket(AF_UNIX, SOCK_SEQPACKET) as listening:
+        listening.bind(str(path))
+        listening.listen()
+
+        def serve() -> None:
+            connection, _ = listening.accept()
+            with connection:
+                connection.recv(4096)
+                connection.send(request.param)
+
+        thread = Thread(target=serve)
+        thread.start()
+        yield path
+        thread.join()
+
+
+def test_an_answer_that_is_none_is_an_error_of_the_bus(impostor: Path) -> None:
+    connection = Connection(impostor, answer_s=PATIENCE_S)
+    with pytest.raises(BusFault, match="i2c1 0x40"):
+        connection.ask(Look(), "i2c1 0x40")
+    connection.close()

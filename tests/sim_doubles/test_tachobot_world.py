@@ -1,11 +1,21 @@
-"""What TachoBot's plant does: signs and sizes of equation (1), the IMU's view, refusals."""
+"""What TachoBot's plant does: equation (1), friction of its bearing, propellers, the IMU's view."""
 
 import math
+import statistics
 from itertools import pairwise
 
 import pytest
+from firmware_boards.tachobot.plant_settings import PositionSensorSettings
+from hypothesis import given
+from hypothesis import strategies as st
 from msgspec.structs import replace
 
+from firmware_runtime.devs.coupled import Coupled
+from firmware_runtime.devs.simulator import Simulator
+from firmware_runtime.devs.time import MILLISECOND, SECOND
+from firmware_runtime.models.position_fix import PositionFix
+from sim_doubles.worlds.position_sensor import PositionSensor, TruePose
+from sim_doubles.worlds.propellers import PropellerPairs
 from sim_doubles.worlds.tachobot import (
     Mounting,
     TachobotParameters,
@@ -13,7 +23,6 @@ from sim_doubles.worlds.tachobot import (
     TachobotWorld,
 )
 
-SECOND = 1_000_000_000
 NEUTRAL = (0.5,) * 8
 FREE = TachobotParameters(
     mounting="free",
@@ -171,3 +180,168 @@ def test_duties_that_are_not_eight_from_0_to_1_are_refused(duties: list[float]) 
     rig.duties = duties
     with pytest.raises(ValueError, match="expected eight from 0 to 1"):
         rig.world.advance(1)
+
+
+INERTIA = 0.075
+FULL_MOMENT_NM = 4 * 0.40 * 0.20
+DRY = TachobotParameters(static_friction_nm=0.08, coulomb_friction_nm=0.04, motor_lag_s=0.0)
+
+
+class Table:
+    """A world driven by the moment its propellers settle at."""
+
+    def __init__(self, parameters: TachobotParameters) -> None:
+        self.duties = [0.5] * 8
+        self.world = TachobotWorld(parameters, lambda: self.duties)
+
+    def push(self, at: int, moment_nm: float) -> None:
+        self.world.advance(at)
+        half = 0.5 * moment_nm / FULL_MOMENT_NM
+        self.duties = [0.5 + half, 0.5 - half, 0.5 - half, 0.5 + half] * 2
+
+    def rate(self, at: int) -> float:
+        return self.world.state(at).yaw_rate_rad_s
+
+    def yaw(self, at: int) -> float:
+        return self.world.state(at).yaw_rad
+
+
+@given(st.floats(-0.0799, 0.0799))
+def test_a_standing_bearing_holds_any_moment_below_static_friction(moment_nm: float) -> None:
+    table = Table(DRY)
+    table.push(0, moment_nm)
+    assert table.yaw(10 * SECOND) == 0.0
+    assert table.rate(10 * SECOND) == 0.0
+
+
+@pytest.mark.parametrize("moment_nm", [0.081, 0.2, -0.081, -0.3])
+def test_above_static_friction_it_slides_against_coulomb_friction(moment_nm: float) -> None:
+    table = Table(DRY)
+    table.push(0, moment_nm)
+    net = moment_nm - math.copysign(0.04, moment_nm)
+    assert table.rate(SECOND) == pytest.approx(net / INERTIA)
+    assert table.yaw(SECOND) == pytest.approx(0.5 * net / INERTIA)
+
+
+def test_turning_it_keeps_turning_under_a_moment_that_could_not_start_it() -> None:
+    table = Table(DRY)
+    table.push(0, 0.06)
+    assert table.rate(SECOND) == 0.0
+    table.push(SECOND, 0.1)
+    table.push(2 * SECOND, 0.06)
+    assert table.rate(3 * SECOND) == pytest.approx((0.06 + 0.02) / INERTIA)
+
+
+def test_a_moment_between_coulomb_and_static_friction_stops_it_for_good() -> None:
+    table = Table(DRY)
+    table.push(0, 0.1)
+    table.push(SECOND, -0.06)
+    assert table.rate(20 * SECOND) == 0.0
+    assert table.yaw(20 * SECOND) == pytest.approx(0.5 * 0.06 / INERTIA * (1 + 0.06 / 0.1))
+
+
+@given(st.floats(0.01, 0.29), st.sampled_from((1, -1)))
+def test_held_exactly_at_static_friction_a_little_more_breaks_it_away(
+    static_nm: float, sign: int
+) -> None:
+    sticky = replace(DRY, static_friction_nm=static_nm, coulomb_friction_nm=static_nm)
+    table = Table(replace(sticky, motor_lag_s=0.03))
+    table.push(SECOND, sign * static_nm)
+    assert table.yaw(10 * SECOND) == pytest.approx(0.0, abs=1e-9)
+    table.push(10 * SECOND, sign * (static_nm + 0.02))
+    assert sign * table.rate(20 * SECOND) == pytest.approx(0.02 / INERTIA * (10 - 0.03))
+
+
+def test_friction_belongs_to_the_platform_and_does_not_hold_a_free_body() -> None:
+    table = Table(replace(DRY, mounting="free", yaw_damping_nms=0.1))
+    table.push(0, 0.02)
+    assert table.rate(SECOND) == pytest.approx(0.02 / INERTIA)
+
+
+duties = st.floats(0.0, 1.0)
+spans = st.floats(0.0, 0.2)
+
+
+@pytest.mark.slow
+@given(st.lists(st.tuples(duties, duties, spans), min_size=1, max_size=6), st.floats(0.1, 20.0))
+def test_pairs_that_push_alike_turn_as_four_pairs_do(
+    pushes: list[tuple[float, float, float]], thrust_n: float
+) -> None:
+    pairs, plain = PropellerPairs(thrust_n, 0.03), PropellerPairs(thrust_n, 0.03)
+    for duty, back, elapsed_s in pushes:
+        for each in (pairs, plain):
+            each.hold((duty, back, back, duty, duty, back, back, duty))
+        force = plain.turning(2.7)
+        plain.advance(elapsed_s)
+        assert pairs._only_turns
+        assert pairs.turn_for(2.7, elapsed_s) == (force.settled, force.single, force.double)
+        assert pairs._speeds == plain._speeds
+
+
+@given(st.lists(duties, min_size=8, max_size=8), spans)
+def test_a_pair_that_pushes_otherwise_is_seen(first: list[float], elapsed_s: float) -> None:
+    pairs, plain = PropellerPairs(0.4, 0.03), PropellerPairs(0.4, 0.03)
+    for held in (first, [0.6, 0.4, 0.4, 0.6] * 2):
+        for each in (pairs, plain):
+            each.hold(held)
+        force = plain.turning(1.0)
+        plain.advance(elapsed_s)
+        assert pairs.turn_for(1.0, elapsed_s) == (force.settled, force.single, force.double)
+        assert pairs._speeds == plain._speeds
+
+
+DELAY_S = 0.12
+PLAIN = PositionSensorSettings(delay_s=DELAY_S, noise_m=0.0, yaw_noise_rad=0.0)
+
+
+def sent(until_s: float, ahead: int = 0, **changes: object) -> list[tuple[int, PositionFix]]:
+    """What a sensor sends of a body that moves along x at 1 m/s; its world may run ahead."""
+    parameters = replace(PLAIN, **changes)
+    top = Coupled("top")
+    clock: list[Simulator] = []
+
+    def now() -> int:
+        return (clock[0].now if clock else 0) + ahead
+
+    sensor = top.add(PositionSensor(parameters, lambda: TruePose(now() / SECOND, 2.0, 0.1), now))
+    simulator = Simulator(top, checked=True)
+    clock.append(simulator)
+    found: list[tuple[int, PositionFix]] = []
+    simulator.listen(sensor.position, lambda at, value: found.append((at, value)))
+    simulator.run(round(until_s * SECOND))
+    return found
+
+
+@pytest.mark.parametrize("ahead", [0, 700_000])
+def test_a_position_comes_a_delay_after_it_was_measured_and_says_so(ahead: int) -> None:
+    found = sent(2.0, ahead)
+    assert [at for at, _ in found[:3]] == [170 * MILLISECOND, 220 * MILLISECOND, 270 * MILLISECOND]
+    for at, fix in found:
+        assert fix.x_m == pytest.approx(at / SECOND - fix.age_s)
+        assert fix.y_m == 2.0
+
+
+def test_without_delay_it_comes_at_once() -> None:
+    assert sent(0.06, delay_s=0.0) == [(50 * MILLISECOND, PositionFix(0.05, 2.0, 0.0))]
+
+
+@pytest.mark.slow
+def test_the_stated_share_is_dropped_by_seed() -> None:
+    first, again, other = (sent(40.0, dropout=0.3, seed=seed) for seed in (1, 1, 2))
+    assert first == again
+    assert first != other
+    assert len(first) / 798 == pytest.approx(0.7, abs=0.05)
+    assert sent(10.0, dropout=1.0) == []
+
+
+def test_in_an_outage_nothing_is_measured() -> None:
+    origins = [at - DELAY_S * SECOND for at, _ in sent(5.0, outages_s=((1.0, 3.0),))]
+    assert not any(SECOND <= at < 3 * SECOND for at in origins)
+    assert len(origins) == 97 - 40
+
+
+@pytest.mark.slow
+def test_the_noise_is_as_large_as_stated() -> None:
+    offs = [fix.y_m - 2.0 for _, fix in sent(40.0, noise_m=0.02)]
+    assert statistics.stdev(offs) == pytest.approx(0.02, rel=0.09)
+    assert abs(statistics.mean(offs)) < 0.02 * 4 / math.sqrt(len(offs))

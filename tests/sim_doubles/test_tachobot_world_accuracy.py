@@ -1,13 +1,17 @@
-"""The plant against a tight numerical solution of equation (1), written here a second time."""
+"""The plant against a tight numerical solution of equation (1), and as quantized integrators."""
 
+import random
 from collections.abc import Callable, Iterator, Sequence
 from typing import Any
 
 import numpy as np
 import pytest
+from msgspec.structs import replace
 from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
+from firmware_runtime import open_board
+from sim_doubles.worlds.quantized import QUANTA, QuantizedSolver
 from sim_doubles.worlds.tachobot import TachobotParameters, TachobotState, TachobotWorld
 
 pytestmark = pytest.mark.slow
@@ -16,7 +20,7 @@ Vector = NDArray[np.float64]
 Stretch = tuple[int, list[float]]
 """A duration in ns and the duties that hold for it."""
 
-TEN_SECONDS = 10_000_000_000
+FIVE_SECONDS = 5_000_000_000
 CASES = {
     "frictionless": TachobotParameters(),
     "no lag": TachobotParameters(motor_lag_s=0.0),
@@ -124,9 +128,9 @@ class Reference:
 
 
 def random_stretches(seed: int) -> Iterator[Stretch]:
-    """Ten seconds of duties, some full, some equal, held for 3 to 150 ms at odd instants."""
+    """Five seconds of duties, some full, some equal, held for 3 to 150 ms at odd instants."""
     choice = np.random.default_rng(seed)
-    left = TEN_SECONDS
+    left = FIVE_SECONDS
     while left > 0:
         duration = min(left, int(choice.integers(3_000_001, 150_000_001)))
         left -= duration
@@ -151,7 +155,7 @@ def follow(
 
 
 @every_case
-def test_ten_seconds_of_random_duties_stay_within_a_millionth_of_a_tight_solution(
+def test_five_seconds_of_random_duties_stay_within_a_millionth_of_a_tight_solution(
     parameters: TachobotParameters,
 ) -> None:
     stretches = list(random_stretches(seed=7))
@@ -170,3 +174,53 @@ def test_the_motion_does_not_depend_on_how_often_it_is_read_and_the_same_calls_g
     seldom, often, again = (follow(parameters, stretches, reads) for reads in (0, 9, 9))
     assert np.abs(np.array(seldom) - np.array(often)).max() < 1e-9
     assert often == again
+
+
+SECOND = 1_000_000_000
+DRY = TachobotParameters(static_friction_nm=0.06, coulomb_friction_nm=0.03)
+QUANTIZED = ("frictionless", "no lag", "viscous", "dry", "dry without lag", "free")
+
+
+@pytest.mark.parametrize("solver", ["qss2", "qss3"])
+@pytest.mark.parametrize("case", [*QUANTIZED, "static equals Coulomb"])
+def test_both_move_alike_within_the_quantum_whatever_the_motors_get(
+    case: str, solver: QuantizedSolver
+) -> None:
+    parameters = CASES[case]
+    generator, duties = random.Random(7), [0.5] * 8  # noqa: S311
+    exact = TachobotWorld(parameters, lambda: duties)
+    quantized = TachobotWorld(replace(parameters, solver=solver), lambda: duties)
+    at, has_moved = 0, False
+    for _ in range(40):
+        at += generator.randrange(1, 30_000_000)
+        state = exact.state(at)
+        assert quantized.state(at) == pytest.approx(state, rel=0.0, abs=2.0 * QUANTA["yaw"])
+        seen, felt = quantized.motion(at), exact.motion(at)
+        assert seen.acceleration == pytest.approx(felt.acceleration, abs=1e-9)
+        has_moved = has_moved or abs(state.yaw_rad) > 100.0 * QUANTA["yaw"]
+        if generator.random() < 0.7:
+            duties = [generator.random() for _ in range(8)]
+    assert has_moved
+
+
+def test_a_bearing_that_sticks_does_not_move_at_all() -> None:
+    duties = [0.5] * 8
+    world = TachobotWorld(replace(DRY, solver="qss3"), lambda: duties)
+    assert world.state(SECOND)[4:] == (0.0, 0.0)
+    duties = [0.55, 0.45, 0.45, 0.55] * 2  # 0.032 N m
+    assert world.state(3 * SECOND)[4:] == (0.0, 0.0)
+
+
+def test_a_yaw_step_of_the_whole_robot_is_the_same_on_either_plant() -> None:
+    yaws: dict[str, list[float]] = {}
+    for solver in ("exact", "qss2"):
+        chosen = {"world.static_friction_nm": 0.01, "world.coulomb_friction_nm": 0.005}
+        settings = {**chosen, "world.solver": solver}
+        with open_board("tachobot", doubles=True, clock="virtual", set=settings) as board:
+            yaws[solver] = []
+            for _ in range(20):
+                board.run(0.1)
+                yaws[solver].append(board.world.state(board.now).yaw_rad)
+    apart = [abs(a - b) for a, b in zip(yaws["exact"], yaws["qss2"], strict=True)]
+    assert max(yaws["exact"]) > 0.3
+    assert 0.0 < max(apart) < 1e-3

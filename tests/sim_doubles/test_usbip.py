@@ -1,9 +1,11 @@
-"""A USB I2C adapter of doubles, spoken to as the kernel does: URBs as bytes."""
+"""A USB I2C adapter of doubles, spoken to as the kernel does: URBs, their stream, sysfs."""
 
 import errno
 import struct
 from collections.abc import Iterator, Sequence
+from contextlib import suppress
 from pathlib import Path
+from socket import socketpair
 from typing import Any
 
 import pytest
@@ -11,15 +13,18 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from firmware_runtime.board import registry
+from firmware_runtime.cli.main import main
 from firmware_runtime.hal.budget import transaction_ns
 from firmware_runtime.hal.i2c import Message
 from sim_doubles.clock import ManualClock
 from sim_doubles.rigs.board_rig import rig_for
-from sim_doubles.usbip.i2c_tiny_usb import FUNCTIONALITY, PRODUCT, VENDOR, I2cTinyUsb
-from sim_doubles.usbip.packets import Conversation
-from sim_doubles.usbip.plugged import transfer_of
+from sim_doubles.usbip.host_controller import HostController
+from sim_doubles.usbip.i2c_tiny_usb import FUNCTIONALITY, PRODUCT, VENDOR, I2cTinyUsb, Piece
+from sim_doubles.usbip.packets import HEADER, Conversation, NotAttached, NotUsbip
+from sim_doubles.usbip.plugged import PluggedBus, transfer_of
 from tests.support.served_rig import ServedRig, lines_of, served_rig
 from tests.support.usbip_host import (
+    ACKNOWLEDGED,
     FIRST,
     FREE,
     GET_FUNCTIONALITY,
@@ -35,6 +40,7 @@ from tests.support.usbip_host import (
     answers,
     host_of,
     submit,
+    unlink,
 )
 
 
@@ -117,7 +123,7 @@ TRANSACTIONS = st.builds(
 
 
 @pytest.mark.slow
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=20, deadline=None)
 @given(st.lists(st.tuples(st.integers(0, 4_000_000), st.sampled_from(ADDRESSES), TRANSACTIONS)))
 def test_random_transactions_end_as_on_the_doubles_used_directly(asked: Any) -> None:
     clock = ManualClock()
@@ -215,3 +221,133 @@ def test_the_log_has_what_went_on_through_the_adapter(host: Host, tmp_path: Path
     changes = [line for line in lines_of(tmp_path / "log") if "output" in line]
     assert [(line["t_ns"], line["value"]) for line in changes][-1] == (on_the_wire, 0.0)
     assert {line["output"] for line in changes} == {"thrust_pairs.0"}
+
+
+def of_rig(rig: ServedRig) -> Conversation:
+    return Conversation(I2cTinyUsb("x", transfer_of(rig.service, "i2c1")))
+
+
+@given(st.lists(st.integers(1, 40)))
+def test_requests_may_come_in_pieces_of_any_size(sizes: list[int]) -> None:
+    written: list[Piece] = []
+
+    def transfer(piece: Piece) -> bytes:
+        written.append(piece)
+        return b""
+
+    conversation = Conversation(I2cTinyUsb("x", transfer))
+    stream = submit((VENDOR_OUT, TRANSFER + FIRST + LAST, 0, PWM, 5), b"12345", 1)
+    stream += submit((VENDOR_IN, GET_STATUS, 0, 0, 1), number=2)
+    sent = b""
+    for size in sizes:
+        sent += conversation.receive(stream[:size])
+        stream = stream[size:]
+    sent += conversation.receive(stream)
+    assert written == [(((PWM, b"12345"),), False, False)]
+    first, second = sent[: HEADER.size], sent[HEADER.size :]
+    assert answers(first, reads=False)[0].number == 1
+    assert answers(second)[0].read == ACKNOWLEDGED
+
+
+def test_a_request_cut_short_is_not_carried_out(rig: ServedRig) -> None:
+    conversation = of_rig(rig)
+    whole = submit((VENDOR_OUT, TRANSFER + FIRST + LAST, 0, PWM, 2), b"\x00\x21")
+    assert conversation.receive(whole[:-1]) == b""
+    assert rig.doubles.buses["i2c1"].transactions == 0
+
+
+def test_a_request_withdrawn_was_answered_before(rig: ServedRig) -> None:
+    conversation = of_rig(rig)
+    (answer,) = answers(conversation.receive(unlink(9, 8)))
+    assert (answer.command, answer.number, answer.status) == (4, 9, 0)
+
+
+@pytest.mark.parametrize(
+    ("bytes_", "sentence"),
+    [
+        (struct.pack(">5I28x", 7, 1, 1, 0, 0), "command 7, expected 1 or 2"),
+        (struct.pack(">5IIi20x", 1, 1, 1, 0, 0, 0, 70_000), "70000 bytes, expected 0 to 65535"),
+        (struct.pack(">5IIi20x", 1, 1, 1, 0, 0, 0, -1), "-1 bytes"),
+    ],
+)
+def test_what_is_no_request_is_refused_in_a_sentence(bytes_: bytes, sentence: str) -> None:
+    conversation = Conversation(I2cTinyUsb("x", lambda _piece: b""))
+    with pytest.raises(NotUsbip, match=sentence):
+        conversation.receive(bytes_)
+
+
+@settings(deadline=None)
+@given(st.binary(max_size=200))
+def test_no_bytes_break_it_otherwise(noise: bytes) -> None:
+    conversation = Conversation(I2cTinyUsb("x", lambda _piece: b""))
+    with suppress(NotUsbip):
+        assert len(answers(conversation.receive(noise), reads=False)) <= len(noise) // HEADER.size
+
+
+def test_a_bus_answers_on_its_socket_until_the_kernel_lets_go(rig: ServedRig) -> None:
+    bus = PluggedBus("tachobot.i2c1", transfer_of(rig.service, "i2c1"))
+    with bus.connection, bus.kernels_end as kernel:
+        kernel.sendall(submit((VENDOR_IN, GET_FUNCTIONALITY, 0, 0, 4)))
+        bus.serve()
+        assert answers(kernel.recv(100))[0].read == FUNCTIONALITY.to_bytes(4, "little")
+        kernel.close()
+        with pytest.raises(NotAttached, match=r"tachobot\.i2c1: the kernel let go"):
+            bus.serve()
+
+
+HEAD = "hub port sta spd dev      sockfd local_busid\n"
+TAKEN = "hs  0000 006 002 00010002 000003 1-1\n"
+FREE_PORT = "hs  0001 004 000 00000000 000000 0-0\n"
+FREE_SUPER_SPEED = "ss  0008 004 000 00000000 000000 0-0\n"
+
+
+def controller(folder: Path, *ports: str) -> HostController:
+    (folder / "status").write_text(HEAD + "".join(ports))
+    (folder / "attach").touch()
+    (folder / "detach").touch()
+    return HostController(folder)
+
+
+def test_a_device_is_attached_to_the_first_free_port(tmp_path: Path) -> None:
+    ours, theirs = socketpair()
+    with ours, theirs:
+        port = controller(tmp_path, TAKEN, FREE_PORT, FREE_SUPER_SPEED).attach(theirs, 7)
+        assert (tmp_path / "attach").read_text() == f"1 {theirs.fileno()} 7 2"
+    assert port == 1
+
+
+def test_a_device_is_detached_by_its_port(tmp_path: Path) -> None:
+    controller(tmp_path, TAKEN).detach(0)
+    assert (tmp_path / "detach").read_text() == "0"
+
+
+def test_no_free_port_is_said_in_a_sentence(tmp_path: Path) -> None:
+    ours, theirs = socketpair()
+    with ours, theirs, pytest.raises(NotAttached, match="no port is free"):
+        controller(tmp_path, TAKEN, FREE_SUPER_SPEED).attach(theirs, 1)
+
+
+def test_a_kernel_without_the_controller_is_said_in_a_sentence(tmp_path: Path) -> None:
+    ours, theirs = socketpair()
+    with ours, theirs, pytest.raises(NotAttached, match="expected root and the module vhci-hcd"):
+        HostController(tmp_path).attach(theirs, 1)
+    HostController(tmp_path).detach(1)
+
+
+def test_the_device_node_is_that_of_the_port(tmp_path: Path) -> None:
+    hub = tmp_path / "usb1"
+    for port, bus in (("1-1", "i2c-3"), ("1-2", "i2c-9")):
+        (hub / port / f"{port}:1.0" / bus / "i2c-dev" / bus).mkdir(parents=True)
+    found = controller(tmp_path)
+    assert found.i2c_device(0) == Path("/dev/i2c-3")
+    assert found.i2c_device(1) == Path("/dev/i2c-9")
+    assert found.i2c_device(2) is None
+
+
+def test_serial_ports_are_refused(capsys: pytest.CaptureFixture[str]) -> None:
+    treads = ("driver=sabertooth", "port=treads", "address=128", "refresh_s=0.2", "timeout_s=1.0")
+    words = [f"treads.{each}" for each in treads]
+    words += ["ports.treads.device=/dev/no/treads", "ports.treads.baud=9600"]
+    options = [option for word in words for option in ("--set", word)]
+    assert main(["doubles", "serve", "--usbip", "detective", *options]) == 2
+    assert "ports.treads: a serial port, expected I2C buses only" in capsys.readouterr().err

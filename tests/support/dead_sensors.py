@@ -40,6 +40,7 @@ from sim_doubles.i2c_target import Target
 from sim_doubles.inertial_truth import InertialTruth
 from sim_doubles.serial_line import SerialLineDouble
 from tests.support.atomic_bench import AtomicBench
+from tests.support.wire import take
 
 DOCUMENT: Final = Path(__file__).parents[2] / "docs" / "safety.md"
 BEGIN, END = "<!-- failures: written by tests/safety -->", "<!-- end of the failures -->"
@@ -126,7 +127,7 @@ class Dying(ABC):
         self.bus = AlteredBus("i2c1", self.clock, self.targets())
         self.bus.altered = self.altered
         self.clock.advance(SECOND)
-        self.take(self.bring_up())
+        take(self.clock, self.bring_up())
 
     @property
     def is_sound(self) -> bool:
@@ -144,11 +145,6 @@ class Dying(ABC):
     @abstractmethod
     def read(self) -> None:
         """Let a period pass and read. Raises HalError."""
-
-    def take(self, steps: Sequence[Step]) -> None:
-        for step in steps:
-            step.action()
-            self.clock.advance(step.wait_ns)
 
     def break_with(self, failure: Failure) -> None:
         self.bus.failure = failure
@@ -291,7 +287,7 @@ class Hmc5883l(Dying):
 
     def read(self) -> None:
         self.clock.advance(90 * MILLISECOND)
-        self.take(self.chip.measurement)
+        take(self.clock, self.chip.measurement)
         self.chip.read_bearing()
 
 
@@ -333,7 +329,7 @@ class Ads1115(Dying):
         return self.chip.bring_up()
 
     def read(self) -> None:
-        self.take(self.chip.measurement("AIN0"))
+        take(self.clock, self.chip.measurement("AIN0"))
         self.chip.read_voltage()
 
 

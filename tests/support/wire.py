@@ -9,10 +9,11 @@ others. Semicolons separate lines.
 
 import ast
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Generic, Protocol, TypeVar
 
 import pytest
+from firmware_drivers.chips.step import Step
 
 from firmware_runtime.hal.i2c import Message
 from firmware_runtime.hal.wire_errors import NoAcknowledge
@@ -23,6 +24,13 @@ from sim_doubles.i2c_target import Target
 UNITS = {"ns": 1, "us": 1_000, "ms": 1_000_000, "s": 1_000_000_000}
 _WAIT = re.compile(r"([\d.]+) (ns|us|ms|s)")
 _FIGURE = re.compile(r"(\w+) is (.+)")
+
+
+def take(clock: ManualClock, steps: Iterable[Step]) -> None:
+    """Take steps of a bring-up or a measurement, each with its wait."""
+    for step in steps:
+        step.action()
+        clock.advance(step.wait_ns)
 
 
 class Warned(Protocol):
@@ -46,6 +54,9 @@ class Played(Generic[C]):
 
     def wait(self, milliseconds: float) -> None:
         self.clock.advance(round(milliseconds * UNITS["ms"]))
+
+    def take(self, steps: Iterable[Step]) -> None:
+        take(self.clock, steps)
 
     def power_cycle(self) -> None:
         raise NotImplementedError
@@ -95,6 +106,12 @@ class WiredChip(Played[C]):
 
     def read(self, register: int, length: int = 1) -> bytes:
         return self.bus.write_read(self.address, bytes((register,)), length)
+
+    def sent(self) -> list[str]:
+        """Return what went over the bus since the last call, without the chip's own address."""
+        lines = [str(each).removeprefix(f"0x{self.address:02x} ") for each in self.bus.log]
+        self.bus.log.clear()
+        return lines
 
     def power_cycle(self) -> None:
         self.bus.power_cycle()

@@ -1,4 +1,4 @@
-"""AK8963 double, reached directly: registers, modes and their times, values."""
+"""AK8963 double, reached directly: registers, modes and their times, values, data ready, lock."""
 
 import pytest
 
@@ -143,3 +143,92 @@ def test_self_test_shows_the_coil_and_not_the_world(clock: ManualClock) -> None:
     assert -200 <= x <= 200
     assert -200 <= y <= 200
     assert -3200 <= z <= -800
+
+
+ONCE = "W 0a 11; 7.2 ms"
+CONTINUOUS = "W 0a 16; 7.2 ms"
+DATA = "85 00 43 00 0b 01"  # 133, 67, 267
+
+
+@pytest.fixture
+def plain(clock: ManualClock) -> Die:
+    return Die(clock, NO_ADJUSTMENT)
+
+
+@pytest.mark.parametrize("register", range(0x03, 0x0A))
+def test_any_data_register_clears_data_ready(plain: Die, register: int) -> None:
+    plain.play(ONCE)
+    plain.read(register)
+    plain.play("W 02, R 00")
+
+
+@sentences(
+    {
+        "reading ST1 leaves data ready": f"{ONCE}; W 02, R 01; W 02, R 01",
+        "a sample that was not read sets overrun until data is read": (
+            f"{CONTINUOUS}; W 02, R 01; 10 ms; W 02, R 03 {DATA} 10; W 02, R 00"
+        ),
+        "continuous mode set again starts a new measurement": (
+            "W 0a 16; 6.2 ms; W 0a 16; 7199.999 us; W 02, R 00; 1 ns; W 02, R 01; "
+            "asked is [13_400_000]"
+        ),
+        "a single measurement under way goes on when set again": (
+            "W 0a 11; 6.2 ms; W 0a 11; 1 ms; W 02, R 01"
+        ),
+    }
+)
+def test_data_ready(plain: Die, lines: str) -> None:
+    plain.play(lines)
+
+
+def test_data_is_frozen_until_st2_is_read(plain: Die) -> None:
+    plain.play(CONTINUOUS, f"W 03, R {DATA}")
+    plain.field_t = (0.0, 0.0, 0.0)
+    plain.play("20 ms", "W 02, R 02", f"W 03, R {DATA}")  # samples were lost, none is new
+    plain.read(0x09)
+    plain.play(f"W 03, R {DATA}")
+    plain.read(0x09)
+    plain.play("10 ms", "W 03, R 00*6")
+
+
+def test_data_never_followed_by_st2_is_stale_forever(plain: Die) -> None:
+    plain.play(CONTINUOUS, f"W 03, R {DATA}")
+    plain.field_t = (0.0, 0.0, 0.0)
+    for _ in range(20):
+        plain.play("10 ms", f"W 03, R {DATA}")
+    assert len(plain.asked) == 1
+
+
+def test_single_measurements_are_fresh_though_st2_is_never_read(plain: Die) -> None:
+    """Linux' ak8975 reads six data bytes a single shot, and nothing else."""
+    found = set()
+    for number in range(4):
+        plain.field_t = (0.0, number * 15e-6, 0.0)
+        plain.play("100 us", ONCE, "W 02, R 01")
+        found.add(plain.read(0x03, 6))
+    assert len(found) == 4
+
+
+def test_self_test_data_are_not_locked_either(plain: Die) -> None:
+    found = set()
+    for self_bit in ("40", "00"):
+        plain.play("100 us", f"W 0c {self_bit}", "W 0a 18", "7.2 ms")
+        found.add(plain.read(0x03, 6))
+    assert len(found) == 2
+
+
+def test_a_single_measurement_after_a_locked_continuous_one_is_fresh(plain: Die) -> None:
+    plain.play(CONTINUOUS, f"W 03, R {DATA}")
+    plain.field_t = (0.0, 0.0, 0.0)
+    plain.play("W 0a 10", "1 ms", ONCE, "W 03, R 00*6")
+
+
+def test_sample_is_frozen_within_one_transaction(plain: Die) -> None:
+    plain.write(0x0A, 0x16)
+    assert plain.chip.start(0x0C, read=False)
+    plain.chip.write(0x02)
+    plain.clock.advance(7_200_000)
+    assert plain.chip.start(0x0C, read=True)
+    assert plain.chip.read() == 0x00
+    plain.chip.stop()
+    plain.play("W 02, R 01")

@@ -1,13 +1,21 @@
-"""The body's compass against the treads' commands: what is contradicted, and what never is."""
+"""The detective's own models: angles, mission, the turn check."""
 
 from collections.abc import Callable
 from pathlib import Path
 
 import pytest
+from firmware_boards.detective.angles import are_close, growth, shorter_way_grows
+from firmware_boards.detective.messages import Degree, Message
+from firmware_boards.detective.mission import Mission
+from firmware_boards.detective.sensors import Compass2
 from firmware_boards.detective.turning import CommandedTurn, Turn
 from firmware_drivers.motors import CLOCKWISE, COUNTERCLOCKWISE, STILL
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from firmware_runtime.board import installed as kinds
+from firmware_runtime.board.robot import Ending
+from firmware_runtime.devs.simulator import Simulator
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.models.motion import Applied
 from sim_doubles.chips.md25 import Md25Double
@@ -16,6 +24,121 @@ from sim_doubles.worlds.arena import Arena
 from tests.support.atomic_bench import AtomicBench
 from tests.support.lookalikes import RegisterRam
 from tests.support.virtual_detective import VirtualDetective, virtual_detective
+
+DEGREES = st.decimals(-1000, 1000, places=3).map(float)
+
+
+@settings(deadline=None)
+@given(DEGREES, DEGREES)
+def test_growth_leads_from_start_to_end(start: float, end: float) -> None:
+    grown = growth(start, end)
+    assert 0 <= grown < 360
+    assert are_close(start + grown, end, 0)
+
+
+@settings(deadline=None)
+@given(DEGREES, DEGREES)
+def test_the_way_taken_is_no_longer_than_half_a_turn(heading: float, target: float) -> None:
+    grown = growth(heading, target)
+    assert (grown if shorter_way_grows(heading, target) else (360 - grown) % 360) <= 180
+
+
+@settings(deadline=None)
+@given(DEGREES, st.integers(-3, 3))
+def test_whole_turns_make_no_difference_to_a_match(angle: float, turns: int) -> None:
+    assert are_close(angle, angle + 360 * turns, 0)
+    assert not are_close(angle, angle + 360 * turns + 0.001, 0)
+
+
+def test_kinds_of_message_never_compare_equal() -> None:
+    assert Degree(1) == Degree(1.0)
+    assert Message(1) == Message(1.0)
+    assert Degree(1) != Message(1)
+
+
+@pytest.mark.parametrize("tolerance", [-1.0, float("nan")])
+def test_a_tolerance_that_nothing_could_meet_is_refused(tolerance: float) -> None:
+    with pytest.raises(ValueError, match="expected zero or more"):
+        Compass2("compass2", tolerance_deg=tolerance)
+
+
+LONGEST = 20 * SECOND
+
+
+class Watched:
+    """A mission alone, with an interlock that can be taken back; `endings` and their seconds."""
+
+    def __init__(self) -> None:
+        self.may_move = True
+        self.endings: list[tuple[float, Ending]] = []
+        mission = Mission("mission", SECOND, 5, LONGEST, lambda: self.may_move)
+        self.simulator = Simulator(mission)
+        self.treads = {"right": mission.right, "left": mission.left}
+        self.simulator.listen(
+            mission.ended, lambda at, ending: self.endings.append((at / SECOND, ending))
+        )
+
+    def run(self, until_s: int) -> None:
+        self.simulator.run(until_s * SECOND)
+
+    def command(self, *commands: tuple[str, int]) -> None:
+        """Commands to the treads, one by one, as a link delivers them."""
+        for tread, signal in commands:
+            self.simulator.inject(self.treads[tread], signal)
+            self.simulator.run(self.simulator.now)
+
+
+def test_a_mission_that_takes_too_long_has_failed_once() -> None:
+    watched = Watched()
+    watched.run(20)
+    assert watched.endings == []
+    watched.run(100)
+    ((at_s, ending),) = watched.endings
+    assert at_s == 21
+    assert ending.failed
+    assert "20 s" in ending.reason
+
+
+def test_time_while_disarmed_does_not_count() -> None:
+    watched = Watched()
+    watched.may_move = False
+    watched.run(1000)
+    watched.may_move = True
+    watched.run(1019)
+    assert watched.endings == []
+    watched.run(1030)
+    assert len(watched.endings) == 1
+
+
+FORWARD = (("right", 1), ("left", 1))
+STOP = (("right", 0), ("left", 0))
+TURN = (("right", 2), ("left", 1))
+ON = (("right", 1),)
+
+
+@pytest.mark.parametrize(
+    "first_stop", [STOP, STOP[::-1], STOP[:1], STOP[1:], ()], ids=lambda stop: f"arrived {stop}"
+)
+def test_the_target_is_reached_whatever_a_link_delivered_of_the_stop_before_the_turn(
+    first_stop: tuple[tuple[str, int], ...],
+) -> None:
+    watched = Watched()
+    watched.run(2)
+    watched.command(*FORWARD, *first_stop, *TURN, *ON)
+    watched.run(3)
+    assert watched.endings == []
+    watched.command(*STOP)
+    watched.run(4)
+    ((_, ending),) = watched.endings
+    assert not ending.failed
+
+
+def test_a_robot_that_only_stopped_has_not_reached_its_target() -> None:
+    watched = Watched()
+    watched.run(2)
+    watched.command(*FORWARD, *STOP)
+    watched.run(10)
+    assert watched.endings == []
 
 
 @pytest.fixture

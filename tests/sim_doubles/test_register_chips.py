@@ -1,21 +1,110 @@
-"""Chips made of register tables: they keep the contract, and a wrong one breaks it."""
+"""Chips of register tables keep the contract, and a wrong one breaks it."""
 
 import re
+from collections.abc import Iterator, Sequence
 
 import pytest
 from firmware_drivers.chips.register_chip import RegisterChip
+from firmware_drivers.chips.step import Step
 
 from firmware_runtime.hal.i2c import I2cBus
 from firmware_runtime.hal.wire_errors import NoAcknowledge, WrongDevice
 from sim_doubles.chips.register_table_double import RegisterTableDouble, World
+from sim_doubles.chips.register_target import ByteOrder, RegisterTarget
 from sim_doubles.clock import ManualClock, Now
+from sim_doubles.contract import chip
 from sim_doubles.contract import register_table as checks
 from sim_doubles.contract.chip import CHECKS, Check
+from sim_doubles.contract.expectation import expect_raised
 from sim_doubles.contract.register_table import TABLE_CHECKS, TableCheck
+from sim_doubles.contract.row import Row
 from sim_doubles.contract.table_row import TableRow
+from sim_doubles.faults import StuckSda
 from sim_doubles.i2c_bus import I2cBusDouble
+from sim_doubles.i2c_target import Target
 from sim_doubles.worlds.swinging import swinging
+from tests.support.analog_rows import Ads1115Row
 from tests.support.table_chip import EIGHT_BITS, WORDS, driver_of, row_of, table_of
+
+ADDRESS = 0x36
+ONE_BYTE, READ_ONLY, LITTLE = 0x04, 0x06, 0x08
+
+
+class Chip(RegisterTarget):
+    """Words that count on, one of them of one byte; what is read changes with every reading."""
+
+    def __init__(self) -> None:
+        super().__init__(ManualClock(), ADDRESS)
+        self.words = {0x00: 0x1234, 0x02: 0x5678, ONE_BYTE: 0x9A, LITTLE: 0x0102}
+        self.reads = 0
+        self.cut = 0
+
+    def _after(self, register: int) -> int:
+        return register + 2
+
+    def _width(self, register: int) -> int:
+        return 1 if register == ONE_BYTE else 2
+
+    def _order(self, register: int) -> ByteOrder:
+        return "little" if register == LITTLE else "big"
+
+    def _writes_to(self, register: int) -> bool:
+        return register != READ_ONLY
+
+    def _cut_short(self, register: int) -> None:  # noqa: ARG002
+        self.cut += 1
+
+    def _read_register(self, register: int) -> int:
+        self.reads += 1
+        return self.words.get(register, 0)
+
+    def _write_register(self, register: int, byte: int) -> None:
+        self.words[register] = byte
+
+
+def chip_and_bus() -> tuple[Chip, I2cBusDouble]:
+    chip = Chip()
+    return chip, I2cBusDouble("i2c-1", ManualClock(), [chip])
+
+
+def test_words_come_high_byte_first_and_the_pointer_goes_on_after_each() -> None:
+    chip, bus = chip_and_bus()
+    assert bus.write_read(ADDRESS, b"\x00", 5) == b"\x12\x34\x56\x78\x9a"
+    assert chip.reads == 3
+
+
+def test_a_register_may_have_its_low_byte_first() -> None:
+    chip, bus = chip_and_bus()
+    assert bus.write_read(ADDRESS, bytes((LITTLE,)), 2) == b"\x02\x01"
+    bus.write(ADDRESS, bytes((LITTLE, 0xCD, 0xAB)))
+    assert chip.words[LITTLE] == 0xABCD
+
+
+def test_a_word_is_taken_with_its_last_byte() -> None:
+    chip, bus = chip_and_bus()
+    bus.write(ADDRESS, b"\x00\xab\xcd\xef")
+    assert (chip.words[0x00], chip.words[0x02], chip.cut) == (0xABCD, 0x5678, 1)
+
+
+def test_what_is_left_of_a_word_is_dropped_with_the_next_start() -> None:
+    _, bus = chip_and_bus()
+    assert bus.write_read(ADDRESS, b"\x00", 1) == b"\x12"
+    assert bus.read(ADDRESS, 2) == b"\x56\x78"
+
+
+def test_a_byte_that_is_refused_ends_the_transaction() -> None:
+    chip, bus = chip_and_bus()
+    with pytest.raises(NoAcknowledge):
+        bus.write(ADDRESS, bytes((READ_ONLY, 1, 2)))
+    assert READ_ONLY not in chip.words
+
+
+def test_a_loss_of_power_leaves_nothing_half_read() -> None:
+    _, bus = chip_and_bus()
+    bus.write_read(ADDRESS, b"\x02", 1)
+    bus.power_cycle()
+    assert bus.read(ADDRESS, 2) == b"\x12\x34"
+
 
 every_table = pytest.mark.parametrize("text", [EIGHT_BITS, WORDS], ids=["8 bits", "16 bits"])
 
@@ -154,3 +243,74 @@ def test_another_chip_is_recognised_by_its_identity() -> None:
     double.put("ID", 0x33)
     with pytest.raises(WrongDevice, match="ID reads 33; expected 5a"):
         driver_of(table_of(EIGHT_BITS))(bus).identify()
+
+
+class WithoutADriver(Row):
+    """Nothing is brought up, nothing is read, and every value is wrong."""
+
+    name = "none"
+    address = 0x48
+    wrong_identity = (0, 1)
+    traffic = ((b"\x00",),)
+
+    def build(self) -> Sequence[Target]:
+        return []
+
+    def steps(self) -> Sequence[Step]:
+        return ()
+
+    def use(self) -> None:
+        self.bus.errors += 1
+
+    def verify(self) -> None:
+        """Find nothing wrong."""
+
+    def sweep(self) -> Iterator[tuple[float, float, float]]:
+        yield 1.0, 2.0, 0.5
+
+    def warnings(self) -> list[str]:
+        return ["noted"]
+
+
+CUT_SHORT = chip.bring_up_cut_short_anywhere_can_be_begun_again
+"""It has nothing to cut short here."""
+COUNTED = chip.what_the_accounted_bus_counts_is_what_the_wire_saw
+
+
+@pytest.mark.parametrize(
+    "check", [each for each in CHECKS if each not in {CUT_SHORT, COUNTED}], ids=lambda c: c.__name__
+)
+def test_a_driver_that_does_nothing_breaks_it(check: Check) -> None:
+    with pytest.raises(AssertionError):
+        check(WithoutADriver)
+
+
+def test_a_transaction_past_the_accounted_bus_is_noticed() -> None:
+    class Row(Ads1115Row):
+        def use(self) -> None:
+            self.wire.read(self.address, 1)
+
+    with pytest.raises(AssertionError, match="transactions"):
+        COUNTED(Row)
+
+
+def test_a_bring_up_that_cannot_be_begun_again_is_noticed() -> None:
+    class Row(Ads1115Row):
+        brought_up = 0
+
+        def steps(self) -> tuple[Step, ...]:
+            self.brought_up += 1
+            if self.brought_up == 2:
+                self.faults.add(StuckSda())
+            return super().steps()
+
+    with pytest.raises(TimeoutError):
+        CUT_SHORT(Row)
+
+
+def test_another_text_than_expected_is_noticed() -> None:
+    def refuse() -> None:
+        raise NoAcknowledge("no")
+
+    with pytest.raises(AssertionError, match="'no'"):
+        expect_raised(NoAcknowledge, "at 0x48", refuse)

@@ -1,0 +1,375 @@
+"""Settings of boards are read strictly: unknown keys, variants, lines without effect."""
+
+from collections.abc import Iterable
+from typing import Annotated, Any, ClassVar, TypeAlias
+
+import pytest
+from firmware_boards.tachobot.settings import ControllerSettings
+from firmware_drivers.tables.compass import CompassTable
+from firmware_drivers.tables.sonar import SonarTable, Srf08Table
+from firmware_drivers.tables.treads import TreadTable
+from msgspec import Meta, Struct
+
+from firmware_runtime.board import registry, strict
+from firmware_runtime.board.faults import unused_lines
+from firmware_runtime.board.retuning import changed_keys, retuned
+from firmware_runtime.board.robot import Lines
+from firmware_runtime.board.settings import BoardSettings, BusSettings, ModelPolicy, PortSettings
+from firmware_runtime.board.variants import variants_of
+from firmware_runtime.errors import ConfigError
+
+
+class Gains(Struct, frozen=True):
+    kp: Annotated[float, Meta(ge=0)]
+    ki: float = 0.0
+
+
+class Device(Struct, frozen=True):
+    address: int
+
+
+class Example(Struct, frozen=True):
+    name: str
+    gains: Gains
+    devices: dict[str, Device] = {}
+    rows: tuple[Gains, ...] = ()
+
+
+SOUND: dict[str, Any] = {"name": "a", "gains": {"kp": 1}}
+
+
+def faults_of(table: dict[str, Any], schema: type[Struct] = Example) -> list[str]:
+    faults: list[str] = []
+    assert (strict.convert(table, schema, faults) is None) == bool(faults)
+    return faults
+
+
+def keys_of(faults: Iterable[str]) -> list[str]:
+    return [fault.partition(":")[0] for fault in faults]
+
+
+def test_a_sound_table_becomes_the_schema() -> None:
+    table = {**SOUND, "devices": {"imu": {"address": 0x68}}, "rows": [{"kp": 2.5, "ki": 1}]}
+    settings = strict.convert(table, Example, [])
+    assert settings == Example("a", Gains(1.0), {"imu": Device(0x68)}, (Gains(2.5, 1.0),))
+
+
+@pytest.mark.parametrize(
+    ("change", "key", "reason"),
+    [
+        ({"nmae": 1}, "nmae:", "unknown key"),
+        ({"gains": {"kp": -1}}, "gains.kp:", ">= 0"),
+        ({"gains": {"kp": "1"}}, "gains.kp:", "float"),
+        ({"gains": {"kp": True}}, "gains.kp:", "float"),
+        ({"gains": {"kp": float("nan")}}, "gains.kp:", "finite"),
+        ({"gains": {"kp": float("inf")}}, "gains.kp:", "finite"),
+        ({"gains": {}}, "gains.kp:", "missing"),
+        ({"gains": 3}, "gains:", "a table"),
+        ({"devices": {"imu": {"address": 1.5}}}, "devices.imu.address:", "int"),
+        ({"rows": [{"kp": 1}, {"kp": "x"}]}, "rows[1].kp:", "float"),
+    ],
+)
+def test_a_fault_names_key_and_reason(change: dict[str, Any], key: str, reason: str) -> None:
+    (fault,) = faults_of({**SOUND, **change})
+    assert fault.startswith(key)
+    assert reason in fault
+
+
+def test_all_faults_are_found_at_once() -> None:
+    faults = faults_of({"gains": {"kp": -1, "kd": 0}, "rows": [{}]})
+    assert [fault.split(":")[0] for fault in faults] == [
+        "name",
+        "gains.kd",
+        "gains.kp",
+        "rows[0].kp",
+    ]
+
+
+def test_malformed_toml_is_one_fault_with_its_line() -> None:
+    faults: list[str] = []
+    assert strict.parse_toml("a = 1\nb = = 2\n", faults) == {}
+    assert "line 2" in faults[0]
+
+
+@pytest.mark.parametrize(
+    ("assignment", "expected"),
+    [
+        ("gains.kp=2.5", {"gains": {"kp": 2.5}}),
+        ("gains.kp = 0x10", {"gains": {"kp": 16}}),
+        ("name=free", {"gains": {}, "name": "free"}),
+        ("name=a=b", {"gains": {}, "name": "a=b"}),
+        ("new.table.key=[1, 2]", {"gains": {}, "new": {"table": {"key": [1, 2]}}}),
+        ('limits."a.b" = [-1, 1]', {"gains": {}, "limits": {"a.b": [-1, 1]}}),
+        ("limits.'a.b'.c = 1", {"gains": {}, "limits": {"a.b": {"c": 1}}}),
+        ('limits."a = 1', {"gains": {}, "limits": {'"a': 1}}),
+    ],
+)
+def test_an_override_sets_one_key(assignment: str, expected: dict[str, Any]) -> None:
+    table: dict[str, Any] = {"gains": {}}
+    faults: list[str] = []
+    strict.override(table, [assignment], faults)
+    assert (table, faults) == (expected, [])
+
+
+@pytest.mark.parametrize("assignment", ["", "=3", "novalue", "gains.kp.deeper=1"])
+def test_an_override_that_fits_nowhere_is_a_fault(assignment: str) -> None:
+    faults: list[str] = []
+    strict.override({"gains": {"kp": 1}}, [assignment], faults)
+    assert len(faults) == 1
+
+
+class Motor(Struct, frozen=True, kw_only=True, tag_field="chip"):
+    limit: int = 0
+
+
+class I2cMotor(Motor, frozen=True, kw_only=True, tag="i2c"):
+    is_default_variant: ClassVar[bool] = True
+    address: int = 1
+
+
+class SerialMotor(Motor, frozen=True, kw_only=True, tag="serial"):
+    port: str
+
+
+AnyMotor: TypeAlias = I2cMotor | SerialMotor
+
+
+class Robot(Struct, frozen=True):
+    left: AnyMotor = I2cMotor()
+    others: dict[str, AnyMotor] = {}
+    spare: AnyMotor | None = None
+    rows: tuple[AnyMotor, ...] = ()
+    sonar: Srf08Table | None = None
+
+
+def robot_faults(table: dict[str, Any]) -> list[str]:
+    return faults_of(table, Robot)
+
+
+def test_keys_of_the_variant_chosen_are_taken() -> None:
+    table = {"left": {"address": 3}, "others": {"right": {"chip": "serial", "port": "a"}}}
+    settings = strict.convert(table, Robot, [])
+    assert settings == Robot(I2cMotor(address=3), {"right": SerialMotor(port="a")})
+
+
+def test_a_variant_may_be_left_out_stand_in_a_list_and_be_the_only_one() -> None:
+    sonar = {"chip": "srf08", "bus": "a", "address": 0x71, "period_s": 0.1, "threshold_m": 1}
+    table = {"spare": {"chip": "serial", "port": "b"}, "rows": [{"limit": 2}], "sonar": sonar}
+    settings = strict.convert(table, Robot, [])
+    assert settings is not None
+    assert settings.spare == SerialMotor(port="b")
+    assert settings.rows == (I2cMotor(limit=2),)
+    assert settings.sonar == Srf08Table(bus="a", address=0x71, period_s=0.1, threshold_m=1.0)
+
+
+def test_a_key_that_only_the_chosen_variant_needs_is_missing_there() -> None:
+    (fault,) = robot_faults({"left": {"chip": "serial"}})
+    assert fault.startswith("left.port: missing; chip 'serial' needs it")
+
+
+def test_a_choice_without_default_has_to_be_made() -> None:
+    (fault,) = robot_faults({"sonar": {"bus": "a"}})
+    assert fault.startswith("sonar.chip: missing; expected one of srf08")
+
+
+def test_a_word_like_a_choice_is_suggested() -> None:
+    (fault,) = robot_faults({"left": {"chip": "seriel"}})
+    assert "did you mean serial?" in fault
+
+
+def test_unknown_keys_and_a_wrong_choice_are_named_together() -> None:
+    faults = robot_faults({"left": {"chip": [7], "adress": 3, "port": 1}})
+    assert keys_of(faults) == ["left.adress", "left.chip"]
+
+
+def test_what_every_variant_has_is_judged_whatever_the_choice() -> None:
+    faults = robot_faults({"left": {"chip": "spi", "limit": "x", "address": "y"}})
+    assert keys_of(faults) == ["left.chip", "left.limit"]
+
+
+def test_all_faults_of_a_variant_are_found_at_once() -> None:
+    faults = robot_faults({"left": {"chip": "serial", "address": 1, "limit": "x", "prot": "a"}})
+    keys = keys_of(faults)
+    assert keys == ["left.prot", "left.address", "left.limit", "left.port"]
+
+
+def test_each_key_of_another_variant_is_a_fault_with_its_reason() -> None:
+    faults = robot_faults(
+        {"left": {"port": "a"}, "others": {"b": {"chip": "serial", "port": "c", "address": 7}}}
+    )
+    assert faults == [
+        "left.port: has no effect; chip is 'i2c', and only 'serial' has such a key",
+        "others.b.address: has no effect; chip is 'serial', and only 'i2c' has such a key",
+    ]
+
+
+def test_a_choice_that_is_wrong_itself_is_the_only_fault() -> None:
+    (fault,) = robot_faults({"left": {"chip": "spi", "address": 3}})
+    assert fault.startswith("left.chip: ")
+
+
+@pytest.mark.parametrize(
+    ("board", "assignment", "key"),
+    [
+        ("detective", "body_sonar.family=hrlv", "body_sonar.family"),
+        ("detective", "radar_sonar.port=zz", "radar_sonar.port"),
+        ("detective", "treads.port=zz", "treads.port"),
+        ("detective", "treads.timeout_s=1.0", "treads.timeout_s"),
+        ("tachobot", "controller.x.kp=2.0", "controller.x"),
+        ("tachobot", "controller.y.reference_m=1.0", "controller.y"),
+        ("tachobot", "overruns.imu.stop_after_us=5.0", "overruns.imu.stop_after_us"),
+    ],
+)
+def test_a_boards_key_without_effect_is_refused(board: str, assignment: str, key: str) -> None:
+    with pytest.raises(ConfigError) as refusal:
+        registry.load(board, [assignment])
+    (fault,) = refusal.value.faults
+    assert fault.startswith(f"{key}: has no effect; ")
+
+
+def test_all_of_them_are_named_at_once() -> None:
+    with pytest.raises(ConfigError) as refusal:
+        registry.load(
+            "detective", ["body_sonar.family=hrlv", "treads.port=zz", "radar_compass.offset=1"]
+        )
+    assert len(refusal.value.faults) == 3
+
+
+SERIAL = (
+    "treads.driver=sabertooth",
+    "treads.port=motors",
+    "treads.address=128",
+    "treads.refresh_s=0.1",
+    "ports.motors={device='/dev/no/motors', baud=9600}",
+)
+
+
+def test_a_variant_chosen_by_an_assignment_takes_the_files_keys_of_the_other_away() -> None:
+    table = registry.load("detective", SERIAL).table["treads"]
+    assert "bus" not in table
+    assert "acceleration" not in table
+    assert table["address"] == 128
+
+
+def test_a_key_that_is_assigned_beside_the_choice_is_judged_all_the_same() -> None:
+    with pytest.raises(ConfigError) as refusal:
+        registry.load("detective", [*SERIAL, "treads.acceleration=3"])
+    (fault,) = refusal.value.faults
+    assert fault.startswith("treads.acceleration: has no effect; ")
+
+
+def test_a_maxbotix_on_a_port_of_another_rate_is_refused() -> None:
+    sonar = ("body_sonar.chip=maxbotix", "body_sonar.port=sonar", "body_sonar.period_s=0.2")
+    port = "ports.sonar={device='/dev/no/sonar', baud=%d}"
+    registry.load("detective", [*sonar, port % 9600])
+    with pytest.raises(ConfigError) as refusal:
+        registry.load("detective", [*sonar, port % 57600])
+    (fault,) = refusal.value.faults
+    assert fault.startswith("ports.sonar.baud: 57600; ")
+
+
+def test_a_policy_that_stops_says_how_late() -> None:
+    with pytest.raises(ConfigError) as refusal:
+        registry.load("tachobot", ["overruns.imu.policy=stop"])
+    (fault,) = refusal.value.faults
+    assert fault.startswith("overruns.imu.stop_after_us: missing")
+
+
+def test_a_change_of_the_choice_is_a_changed_key_and_is_not_taken_up() -> None:
+    before, after = Robot(I2cMotor(limit=1)), Robot(SerialMotor(limit=2, port="a"))
+    assert set(changed_keys(before, after)) == {
+        "left.chip",
+        "left.limit",
+        "left.address",
+        "left.port",
+    }
+    assert retuned(before, after, ["left.limit"]) == Robot(I2cMotor(limit=2))
+
+
+@pytest.mark.parametrize(
+    ("union", "choice", "tags"),
+    [
+        (SonarTable, "chip", ["srf08", "maxbotix"]),
+        (CompassTable, "chip", ["cmps12", "hmc5883l"]),
+        (TreadTable, "driver", ["md25", "sabertooth"]),
+        (ControllerSettings, "mode", ["platform", "free", "track"]),
+        (ModelPolicy, "policy", ["skip", "catch-up", "stop"]),
+    ],
+)
+def test_every_union_has_one_choice_and_its_tags(
+    union: object, choice: str, tags: list[str]
+) -> None:
+    variants = variants_of(union)
+    assert variants is not None
+    assert variants.choice == choice
+    assert list(variants.schemas) == tags
+    assert {each.__struct_config__.tag_field for each in variants.schemas.values()} == {choice}
+
+
+BUS = BusSettings("/dev/i2c-1", 100_000.0)
+PORT = PortSettings("/dev/ttyS0", 9600)
+SPARE_BUS = "buses.spare={device='/dev/i2c-7', speed_hz=100_000}"
+SPARE_PORT = "ports.spare={device='/dev/ttyS7', baud=9600}"
+
+
+class Bare(BoardSettings, frozen=True, kw_only=True):
+    """Settings of which one line may be named."""
+
+    board: str = "bare"
+    description: str = ""
+    bus: str = ""
+
+
+def unused_in(settings: Bare, *, takes: tuple[str, ...] = ()) -> list[str]:
+    def build(lines: Lines) -> None:
+        for name in takes:
+            lines.buses[name].name  # noqa: B018 -- it is taken, and nothing else
+
+    return [each.partition(":")[0] for each in unused_lines(settings, build)]
+
+
+@pytest.mark.parametrize(
+    ("board", "assignments", "keys"),
+    [
+        ("tachobot", (SPARE_BUS,), ["buses.spare"]),
+        ("detective", (SPARE_BUS, SPARE_PORT), ["buses.spare", "ports.spare"]),
+    ],
+)
+def test_a_line_that_no_device_is_on_is_refused(
+    board: str, assignments: tuple[str, ...], keys: list[str]
+) -> None:
+    with pytest.raises(ConfigError) as refusal:
+        registry.load(board, assignments)
+    assert keys_of(refusal.value.faults) == keys
+
+
+def test_it_is_named_beside_other_faults() -> None:
+    with pytest.raises(ConfigError) as refusal:
+        registry.load("detective", [SPARE_BUS, "radar_motor.address=0x70"])
+    keys = keys_of(refusal.value.faults)
+    assert keys == ["radar_motor.address", "buses.spare"]
+
+
+def test_a_line_counts_as_used_if_a_table_names_it_or_the_wiring_takes_it() -> None:
+    settings = Bare(buses={"left": BUS, "right": BUS}, ports={"com": PORT}, bus="left")
+    assert unused_in(settings) == ["buses.right", "ports.com"]
+    assert unused_in(settings, takes=("right",)) == ["ports.com"]
+
+
+def test_a_robot_that_cannot_be_built_says_nothing_of_its_lines() -> None:
+    assert unused_in(Bare(buses={"left": BUS}), takes=("nowhere",)) == []
+
+
+@pytest.mark.parametrize("node", ["/dev/i2c-1", "/dev//i2c-1"])
+def test_the_second_one_is_refused(node: str) -> None:
+    second = f"buses.more={{device='{node}', speed_hz=400_000}}"
+    with pytest.raises(ConfigError) as refusal:
+        registry.load("tachobot", [second, "imu.bus='more'"])
+    (fault,) = refusal.value.faults
+    assert fault.startswith("buses.more.device: ")
+    assert "is that of buses.i2c1 already" in fault
+
+
+def test_a_device_each_is_none() -> None:
+    second = "buses.more={device='/dev/i2c-3', speed_hz=400_000}"
+    registry.load("tachobot", [second, "imu.bus='more'"])

@@ -1,0 +1,134 @@
+"""TachoBot's own models alone: attitude and allocation."""
+
+import math
+from itertools import repeat
+
+import numpy as np
+import pytest
+from firmware_boards.tachobot.allocation import T_PSEUDO_INVERSE, Allocation, T, allocate
+from firmware_boards.tachobot.attitude import FIELDS_AVERAGED, Attitude
+from firmware_drivers.chips.mpu9250_burst import InertialSample
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from firmware_runtime.devs.time import MILLISECOND, SECOND
+from firmware_runtime.models.motion import Motion
+from tests.support.atomic_bench import AtomicBench
+
+# Attitude -----------------------------------------------------------------------------------------
+
+
+class Estimator(AtomicBench):
+    """An attitude estimator alone; samples come in by hand."""
+
+    def __init__(self, *, compass_s: float = 0.0, enabled: bool = True) -> None:
+        super().__init__(Attitude("attitude", round(compass_s * SECOND), enabled=enabled))
+
+    def feel(self, at_ms: int, rate: float, heading: float | None = None) -> None:
+        """A sample at that instant; `heading` is how far the body has turned from north."""
+        field = None
+        if heading is not None:
+            field = (20e-6 * math.cos(heading), -20e-6 * math.sin(heading), -40e-6)
+        rates = (0.0, 0.0, rate)
+        sample = InertialSample((0.0, 0.0, 9.8), rates, field, 25.0, field_overflow=False)
+        self.put(at_ms, sample=sample)
+
+    @property
+    def yaw(self) -> float:
+        return float(self.values("yaw")[-1].position)
+
+
+def test_rates_are_integrated_by_the_trapezoid_rule_from_where_the_first_sample_finds_it() -> None:
+    rig = Estimator()
+    rig.feel(0, 0.0)
+    assert rig.values("yaw") == [Motion(0.0, 0.0)]
+    rig.feel(100, 1.0)
+    rig.feel(300, 1.0)
+    assert rig.yaw == pytest.approx(0.05 + 0.2)
+
+
+N = FIELDS_AVERAGED
+
+
+@pytest.mark.parametrize(
+    ("headings", "yaw_rad", "within"),
+    [
+        pytest.param(
+            [*repeat(2.0, N + 1), *repeat(2.5, 1100 - N)],
+            0.5,
+            1e-3,
+            id="the estimate is pulled to the angle turned since the first field",
+        ),
+        pytest.param(
+            [*(1.0 + (-1) ** n * 0.1 for n in range(N + 1)), *repeat(1.0, 1100 - N)],
+            0.0,
+            1e-3,
+            id="the angle at the start is the mean of the first fields",
+        ),
+        pytest.param(
+            [*repeat(math.pi - 0.1, N + 1), 0.1 - math.pi], 0.2 * 0.01, 1e-8, id="the short way"
+        ),
+    ],
+)
+def test_the_compass(headings: list[float], yaw_rad: float, within: float) -> None:
+    rig = Estimator(compass_s=1.0)
+    for n, heading in enumerate(headings):
+        rig.feel(10 * n, 0.0, heading)
+    assert rig.yaw == pytest.approx(yaw_rad, abs=within)
+
+
+def test_without_a_field_or_a_time_constant_the_gyro_stands_alone() -> None:
+    rig = Estimator(compass_s=0.0)
+    rig.feel(0, 0.0, heading=0.0)
+    rig.feel(10, 0.0, heading=1.0)
+    assert rig.yaw == 0.0
+
+
+def test_a_disabled_estimator_says_nothing_until_it_is_enabled() -> None:
+    rig = Estimator(enabled=False)
+    rig.feel(0, 1.0)
+    assert rig.values("yaw") == []
+    rig.put(5, enable=True)
+    rig.feel(10, 1.0)
+    assert rig.values("yaw") == [Motion(0.0, 1.0)]
+
+
+# Allocation ---------------------------------------------------------------------------------------
+
+
+COMMANDS = st.floats(-5.0, 5.0)
+LIMIT_N = 0.4
+MATRIX = np.array(T)
+
+
+def test_the_pseudo_inverse_is_the_papers_and_meets_commands_within_reach_exactly() -> None:
+    expected = [[0.5, 0, 0.5], [0, -0.5, -0.5], [-0.5, 0, 0.5], [0, 0.5, -0.5]]
+    assert pytest.approx(np.array(expected), abs=1e-15) == np.array(T_PSEUDO_INVERSE)
+    assert pytest.approx(np.linalg.pinv(T), abs=1e-15) == np.array(T_PSEUDO_INVERSE)
+    forces = allocate(0.1, -0.2, 0.3, LIMIT_N)[0]
+    assert pytest.approx([0.1, -0.2, 0.3], abs=1e-15) == MATRIX @ forces
+
+
+@settings(max_examples=60)
+@given(COMMANDS, COMMANDS, COMMANDS)
+def test_saturation_keeps_the_yaw_command_and_the_direction_of_x_and_y(
+    x: float, y: float, yaw: float
+) -> None:
+    forces = allocate(x, y, yaw, LIMIT_N)[0]
+    assert max(map(abs, forces)) <= LIMIT_N * (1 + 1e-12)
+    got = MATRIX @ forces
+    reachable = max(-2 * LIMIT_N, min(2 * LIMIT_N, yaw))
+    assert got[2] == pytest.approx(reachable, abs=1e-12)
+    assert got[0] * y == pytest.approx(got[1] * x, abs=1e-9)
+    assert got[0] * x + got[1] * y >= -1e-12
+
+
+def test_a_position_command_turns_with_the_body_and_counts_as_zero_if_it_is_not_renewed() -> None:
+    bench = AtomicBench(Allocation("allocation", LIMIT_N, timeout=100 * MILLISECOND))
+    bench.put(0, yaw=Motion(np.pi / 2, 0.0), x_n=0.2, yaw_n=0.0)
+    assert bench.values("forces")[-1] == pytest.approx((0.0, 0.1, 0.0, -0.1), abs=1e-15)
+    bench = AtomicBench(Allocation("allocation", LIMIT_N, timeout=100 * MILLISECOND))
+    bench.put(0, x_n=0.2, yaw_n=0.0)
+    for at_ms, force_n in ((0, 0.1), (100, 0.1), (101, 0.0)):
+        bench.put(at_ms, yaw_n=0.0)
+        assert bench.values("forces")[-1].f1 == pytest.approx(force_n, abs=1e-15)
