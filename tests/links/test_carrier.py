@@ -13,12 +13,24 @@ from subprocess import PIPE, Popen
 import pytest
 
 from firmware_runtime.errors import ConfigError
+from firmware_runtime.links.cut import udp
 from firmware_runtime.links.cut.channel import CarrierChannel, ChannelClosed
 from firmware_runtime.links.cut.counts import Carried, report_of
 from firmware_runtime.links.cut.refusal import Reason
-from firmware_runtime.links.cut.udp import AT_ONCE, Carrier
-from firmware_runtime.links.cut.wire import LONGEST, Frame, Kind, decoded, encoded, sealed
+from firmware_runtime.links.cut.udp import AT_ONCE, GREETINGS_EVERY, SESSIONS, Carrier
+from firmware_runtime.links.cut.wire import (
+    BYES,
+    LONGEST,
+    Frame,
+    Kind,
+    decoded,
+    encoded,
+    farewell_of,
+    opened,
+    sealed,
+)
 from firmware_runtime.links.key_file import read_key, write_key
+from sim_doubles.clock import ManualClock
 from tests.support.linked_runs import free_port
 from tests.support.waiting import PATIENCE_S
 
@@ -27,37 +39,46 @@ KEY = bytes(range(32))
 
 
 class Carriage:
-    """A carrier of this process, its run's end of the pair, and a socket of the network."""
+    """A carrier of this process, its run's end of the pair, and the network's sockets."""
 
-    def __init__(self, key: bytes | None = KEY) -> None:
-        self.key = key
+    def __init__(self) -> None:
         self.run, pair = socket.socketpair(
             socket.AF_UNIX, socket.SOCK_SEQPACKET | socket.SOCK_NONBLOCK
         )
         udp = socket.socket(socket.AF_INET, socket.SOCK_DGRAM | socket.SOCK_NONBLOCK)
         udp.bind(("127.0.0.1", 0))
-        self.address = udp.getsockname()
-        self.outside = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
-        self.outside.bind(("127.0.0.1", 0))
-        self.outside.settimeout(PATIENCE_S)
-        self.carrier = Carrier(pair, udp, key, None)
-        self.held = (self.run, pair, udp, self.outside)
-        self.counter = 0
+        self._address = udp.getsockname()
+        self._held = [self.run, pair, udp]
+        self.carrier = Carrier(pair, udp, KEY, None)
         self.carried = Carried()
+        self.outside = self.end()
+        self.counter = 0
+        self.says(Frame(Kind.HELLO, OWN, 0, 1, 1))
+
+    def end(self) -> socket.socket:
+        """Return another end's socket."""
+        made = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+        made.connect(self._address)
+        made.settimeout(PATIENCE_S)
+        self._held.append(made)
+        return made
 
     def says(self, frame: Frame) -> None:
         """The run sends a frame."""
         self.run.send(encoded(frame))
         self.carrier.work()
 
-    def comes(self, datagram: bytes) -> None:
-        """A datagram comes from the network."""
-        self.outside.sendto(datagram, self.address)
+    def comes(
+        self, what: Frame | bytes, end: socket.socket | None = None, key: bytes = KEY
+    ) -> list[Frame]:
+        """Return the frames that the run gets of what comes from the network."""
+        (end or self.outside).send(encoded(what, key) if isinstance(what, Frame) else what)
         self.carrier.work()
+        return self.passed()
 
-    def frame(self, kind: Kind = Kind.STEP, *, peer: int = OWN, sent_at: int = 0) -> Frame:
+    def frame(self, kind: Kind = Kind.STEP, *, peer: int = OWN) -> Frame:
         self.counter += 1
-        return Frame(kind, OTHER, peer, self.counter, sent_at or self.counter)
+        return Frame(kind, OTHER, peer, self.counter, self.counter)
 
     def passed(self) -> list[Frame]:
         """The frames that the run got, reports aside."""
@@ -70,26 +91,53 @@ class Carriage:
                 found.append(frame)
         return found
 
+    def part(self) -> None:
+        """The run closes its end of the pair: the carrier does what is left to do."""
+        self.run.close()
+        while self.carrier.work():
+            pass
+        self.carrier.part()
+
     def refused(self) -> dict[Reason, int]:
         counted: Carried = self.carrier.carried
         return {reason: count for reason, count in counted.refused.items() if count > 0}
 
+    def close(self) -> None:
+        for held in self._held:
+            held.close()
+
+
+def is_silent(end: socket.socket) -> bool:
+    """Return whether nothing more has come to another end."""
+    return not select([end], (), (), 0)[0]
+
 
 @pytest.fixture
-def carriage() -> Iterator[Carriage]:
+def clock(monkeypatch: pytest.MonkeyPatch) -> ManualClock:
+    """The carrier's clock, by hand."""
+    clock = ManualClock(GREETINGS_EVERY)
+    monkeypatch.setattr(udp, "monotonic_ns", clock)
+    return clock
+
+
+@pytest.fixture
+def fresh() -> Iterator[Carriage]:
+    """One whose run has greeted, and knows no other end."""
     made = Carriage()
-    made.says(Frame(Kind.HELLO, OWN, 0, 1, 1))
-    made.comes(encoded(made.frame(Kind.HELLO, peer=0), KEY))
-    assert [each.kind for each in made.passed()] == [Kind.HELLO]
     yield made
-    for held in made.held:
-        held.close()
+    made.close()
+
+
+@pytest.fixture
+def carriage(fresh: Carriage) -> Carriage:
+    """The same, greeted by another end."""
+    assert [each.kind for each in fresh.comes(fresh.frame(Kind.HELLO, peer=0))] == [Kind.HELLO]
+    return fresh
 
 
 def test_what_is_signed_goes_both_ways(carriage: Carriage) -> None:
     frame = carriage.frame()
-    carriage.comes(encoded(frame, KEY))
-    assert carriage.passed() == [frame]
+    assert carriage.comes(frame) == [frame]
     answer = Frame(Kind.STEP, OWN, OTHER, 2, 2)
     carriage.says(answer)
     assert carriage.outside.recv(LONGEST) == encoded(answer, KEY)
@@ -97,32 +145,32 @@ def test_what_is_signed_goes_both_ways(carriage: Carriage) -> None:
 
 def test_what_is_not_goes_no_further(carriage: Carriage) -> None:
     sound = carriage.frame()
-    for datagram in (encoded(sound), encoded(sound, bytes(32)), b"", b"x" * 200):
-        carriage.comes(datagram)
-    carriage.comes(bytes(LONGEST + 1))
-    assert carriage.passed() == []
+    for datagram in (
+        encoded(sound),
+        encoded(sound, bytes(32)),
+        b"",
+        b"x" * 200,
+        bytes(LONGEST + 1),
+    ):
+        assert carriage.comes(datagram) == []
     assert carriage.refused() == {Reason.FORGED: 4, Reason.OVERSIZED: 1}
 
 
 def test_what_came_before_goes_no_further(carriage: Carriage) -> None:
     frame = carriage.frame()
-    for _ in range(3):
-        carriage.comes(encoded(frame, KEY))
-    assert carriage.passed() == [frame]
-    carriage.comes(encoded(Frame(Kind.STEP, OWN, OTHER, 9, 9), KEY))
+    assert [len(carriage.comes(frame)) for _ in range(3)] == [1, 0, 0]
+    carriage.comes(Frame(Kind.STEP, OWN, OTHER, 9, 9))
     assert carriage.refused() == {Reason.REPLAYED: 3}, "its own, too"
 
 
 def test_what_is_meant_for_another_session_goes_no_further(carriage: Carriage) -> None:
-    carriage.comes(encoded(carriage.frame(peer=77), KEY))
-    carriage.comes(encoded(carriage.frame()._replace(session=78), KEY))
-    assert carriage.passed() == []
+    assert carriage.comes(carriage.frame(peer=77)) == []
+    assert carriage.comes(carriage.frame()._replace(session=78)) == []
     assert carriage.refused() == {Reason.WRONG_SESSION: 2}
 
 
 def test_a_report_comes_from_no_network(carriage: Carriage) -> None:
-    carriage.comes(encoded(carriage.frame(Kind.REPORT), KEY))
-    assert carriage.passed() == []
+    assert carriage.comes(carriage.frame(Kind.REPORT)) == []
     assert carriage.refused() == {Reason.MALFORMED: 1}
 
 
@@ -136,7 +184,7 @@ def test_the_run_learns_what_was_refused(carriage: Carriage) -> None:
 
 def test_one_time_it_wakes_it_carries_so_many(carriage: Carriage) -> None:
     for _ in range(2 * AT_ONCE):
-        carriage.outside.sendto(encoded(carriage.frame(), KEY), carriage.address)
+        carriage.outside.send(encoded(carriage.frame(), KEY))
     carriage.carrier.work()
     assert len(carriage.passed()) == AT_ONCE
 
@@ -145,14 +193,62 @@ def test_what_comes_faster_than_the_run_takes_it_is_dropped_and_counted(
     carriage: Carriage,
 ) -> None:
     while carriage.carrier.carried.dropped == 0:
-        carriage.comes(encoded(carriage.frame(), KEY))
-    passed = carriage.passed()
-    assert 0 < len(passed) < carriage.counter
+        carriage.outside.send(encoded(carriage.frame(), KEY))
+        carriage.carrier.work()
+    assert 0 < len(carriage.passed()) < carriage.counter
 
 
-def test_it_ends_when_the_run_closes_its_socket(carriage: Carriage) -> None:
-    carriage.run.close()
-    assert carriage.carrier.work() is False
+def test_recorded_greetings_do_not_displace_the_peer(clock: ManualClock, fresh: Carriage) -> None:
+    peer, attacker = fresh.outside, fresh.end()
+    assert fresh.comes(Frame(Kind.HELLO, OTHER, 0, 1, 1))
+    fresh.says(Frame(Kind.HEARTBEAT, OWN, OTHER, 2, 0))
+    for session in range(100, 100 + 3 * SESSIONS):
+        clock.advance(GREETINGS_EVERY)
+        assert fresh.comes(Frame(Kind.HELLO, session, 0, 1, 1), attacker)
+        fresh.says(Frame(Kind.HELLO, OWN, session, 3, 0))
+    assert fresh.comes(Frame(Kind.STEP, OTHER, OWN, 2, 2)) != []
+    peer.recv(LONGEST)
+    fresh.says(Frame(Kind.HEARTBEAT, OWN, OTHER, 4, 0))
+    assert peer.recv(LONGEST) == encoded(Frame(Kind.HEARTBEAT, OWN, OTHER, 4, 0), KEY)
+
+
+def test_greetings_of_many_sessions_are_let_through_one_in_five_milliseconds(
+    clock: ManualClock, fresh: Carriage
+) -> None:
+    passed = [fresh.comes(Frame(Kind.HELLO, 7 + n, 0, 1, 1)) for n in range(50)]
+    assert [len(each) for each in passed] == [1, *[0] * 49]
+    clock.advance(GREETINGS_EVERY)
+    assert fresh.comes(Frame(Kind.HELLO, 99, 0, 1, 1))
+
+
+# The end of a run ---------------------------------------------------------------------------------
+
+
+def test_the_last_frames_of_a_run_that_had_not_read_all_still_go_out(fresh: Carriage) -> None:
+    fresh.outside.send(encoded(Frame(Kind.HELLO, OTHER, 0, 1, 1), KEY))
+    fresh.carrier.work()
+    bye = Frame(Kind.BYE, OWN, OTHER, 2, 0)
+    fresh.run.send(encoded(bye))
+    fresh.part()
+    assert fresh.outside.recv(LONGEST) == encoded(bye, KEY)
+    assert is_silent(fresh.outside)
+
+
+def test_for_a_run_that_was_killed_its_carrier_says_the_bye(carriage: Carriage) -> None:
+    peer = carriage.outside
+    carriage.says(Frame(Kind.HEARTBEAT, OWN, OTHER, 7, 0))
+    peer.recv(LONGEST)
+    carriage.part()
+    byes = [decoded(opened(peer.recv(LONGEST), KEY)) for _ in range(BYES)]
+    assert [(each.kind, each.counter) for each in byes] == [(Kind.BYE, 8 + n) for n in range(BYES)]
+    assert {(each.session, each.peer) for each in byes} == {(OWN, OTHER)}
+    farewell = farewell_of(byes[0].body)
+    assert (farewell.is_over, farewell.failed) == (False, True)
+
+
+def test_a_run_that_had_no_peer_leaves_none(carriage: Carriage) -> None:
+    carriage.part()
+    assert is_silent(carriage.outside)
 
 
 # As a process -------------------------------------------------------------------------------------

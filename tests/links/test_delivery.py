@@ -4,8 +4,7 @@ The network delays, reorders, loses and duplicates datagrams. What left is held 
 entered, step by step, on one clock that the test moves.
 """
 
-from collections import deque
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from heapq import heappop, heappush
 from itertools import count
@@ -17,16 +16,12 @@ from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.part import part_of
 from firmware_runtime.devs.time import MILLISECOND, SECOND
-from firmware_runtime.executive.clocks import VirtualClock
-from firmware_runtime.executive.configuration import Configuration
-from firmware_runtime.executive.executive import Executive
 from firmware_runtime.executive.inbox import Bag
-from firmware_runtime.links.cut.channel import Channel
-from firmware_runtime.links.cut.cut import Terms, cut_of
+from firmware_runtime.links.cut.cut import Terms
 from firmware_runtime.links.cut.impaired_path import Decisions, Impairment
-from firmware_runtime.links.cut.link import Link
 from firmware_runtime.links.cut.refusal import Reason
 from firmware_runtime.links.cut.wire import Kind
+from tests.support.link_rig import Way, link_of
 
 NAMES = ["mind.order", "mind.sample", "mind.state", "body.turned"]
 TERMS = Terms(timeout=2 * SECOND, ordered=frozenset({"mind.order"}), retain=frozenset({NAMES[2]}))
@@ -62,6 +57,16 @@ def whole() -> Coupled:
     return model
 
 
+def is_nothing(_datagram: bytes, _now: int) -> bool:
+    """Nothing is lost."""
+    return False
+
+
+def is_step(datagram: bytes, _now: int) -> bool:
+    """Steps are lost, and everything else passes."""
+    return datagram[4] == Kind.STEP
+
+
 @dataclass
 class Network:
     """One way: datagrams arrive when `Decisions` says."""
@@ -69,8 +74,12 @@ class Network:
     decisions: Decisions
     waiting: list[tuple[int, int, bytes]] = field(default_factory=list)
     sent: int = 0
+    loses: Callable[[bytes, int], bool] = is_nothing
+    """Whether a datagram that is sent at an instant is lost in any case."""
 
     def send(self, datagram: bytes, now: int) -> None:
+        if self.loses(datagram, now):
+            return
         self.sent += 1
         for delay in self.decisions.next():
             heappush(self.waiting, (now + delay, self.sent, datagram))
@@ -82,52 +91,28 @@ class Network:
         return found
 
 
-class End(Channel):
+class End:
     """One end, whose clock is `ahead` of the test's."""
 
     def __init__(self, role: str, out: Network, ahead: int, terms: Terms) -> None:
         self.now = 0
-        self.out = out
         self.ahead = ahead
         self.bad: list[str] = []
-        self.inbox: deque[bytes] = deque()
-        part = part_of(whole(), [role])
-        self.cut = cut_of(part, NAMES, ordered=terms.ordered)
-        configuration = Configuration(has_link=True)
-        self.link = Link(
-            Executive(part.model, VirtualClock(), configuration=configuration),
-            self.cut,
-            part.entering,
-            self,
+        self._way = Way(lambda frame: out.send(frame, self.now))
+        self.link = link_of(
+            part_of(whole(), [role]),
+            self._way,
             terms,
-            board="rover",
-            role=role,
+            lambda: self.now + self.ahead,
             takes_old=role == "body",
-            log=lambda _: None,
-            time=lambda: self.now + self.ahead,
         )
         self.link.on_bad = self.bad.append
-        self.listeners = {each.name: self.link.leaves(each) for each in self.cut.leaving}
-
-    def fileno(self) -> int:
-        raise AssertionError("nothing waits here")
-
-    def receive(self) -> bytes | None:
-        return self.inbox.popleft() if self.inbox else None
-
-    def send(self, frame: bytes) -> None:
-        self.out.send(frame, self.now)
-
-    def linger(self) -> None:
-        pass
-
-    def close(self) -> None:
-        pass
+        self.listeners = {each.name: self.link.leaves(each) for each in self.link.cut.leaving}
 
     def pass_(self, now: int, arrived: Sequence[bytes]) -> list[Event]:
         """One pass of its loop; the events that came."""
         self.now = now
-        self.inbox.extend(arrived)
+        self._way.waits.extend(arrived)
         events: Sequence[Bag] = self.link.events()
         self.link.between_steps(now, 0)
         return [[(port.name.replace(":", "."), value) for port, value in bag] for bag in events]
@@ -230,14 +215,8 @@ def test_a_last_command_that_is_lost_until_it_is_too_old_turns_outputs_off(
     pair = Pair(Impairment(delay=MILLISECOND, seed=1), Terms(ordered=ordered))
     pair.tick("mind.sample")
     pair.settle()
-    send, begin = pair.ways[0].send, pair.now
-
-    def lossy(datagram: bytes, now: int) -> None:
-        is_step = datagram[4] == Kind.STEP
-        if not is_step or now - begin > SECOND:
-            send(datagram, now)
-
-    pair.ways[0].send = lossy  # type: ignore[method-assign]
+    begin = pair.now
+    pair.ways[0].loses = lambda datagram, now: is_step(datagram, now) and now - begin <= SECOND
     pair.tick("mind.sample")
     pair.settle()
     assert any("mind.sample was" in why for why in pair.body.bad)
@@ -250,20 +229,20 @@ def test_an_order_that_no_repetition_brings_is_a_failsafe_and_later_ones_enter()
     pair = Pair(Impairment(delay=MILLISECOND, seed=1), terms)
     pair.tick("mind.order")
     pair.settle()
-    send, lost = pair.ways[0].send, count()
+    lost: list[bytes] = []
 
-    def lossy(datagram: bytes, now: int) -> None:
+    def loses(datagram: bytes, _now: int) -> bool:
         if b"order 2" in datagram:
-            next(lost)
-        else:
-            send(datagram, now)
+            lost.append(datagram)
+            return True
+        return False
 
-    pair.ways[0].send = lossy  # type: ignore[method-assign]
+    pair.ways[0].loses = loses
     for _ in range(3):
         pair.tick("mind.order")
     for _ in range(400):
         pair.tick("mind.sample")
-    assert next(lost) > 2, "it was sent again"
+    assert len(lost) > 2, "it was sent again"
     assert len(pair.body.bad) > 0
     assert pair.mind.link.counts.given_up > 0
     pair.tick("mind.order")
@@ -340,17 +319,11 @@ def test_an_end_whose_steps_do_not_arrive_may_not_drive_until_they_do() -> None:
     pair = Pair(
         Impairment(delay=40 * MILLISECOND, jitter=10 * MILLISECOND, loss=0.02, seed=1), Terms()
     )
-    send = pair.ways[0].send
     for _ in range(200):
         pair.tick("mind.sample")
     assert (pair.mind.bad, pair.mind.link.why_not(0)) == ([], None)
-
-    def without_steps(datagram: bytes, now: int) -> None:
-        if datagram[4] != Kind.STEP:
-            send(datagram, now)
-
     begin = pair.now
-    pair.ways[0].send = without_steps  # type: ignore[method-assign]
+    pair.ways[0].loses = is_step
     while not pair.mind.bad:
         pair.tick("mind.sample")
         assert pair.now - begin < SECOND, "it turns bad"
@@ -359,7 +332,7 @@ def test_an_end_whose_steps_do_not_arrive_may_not_drive_until_they_do() -> None:
     for _ in range(400):
         pair.tick("mind.sample")
         assert "does not arrive" in str(pair.mind.link.why_not(0))
-    pair.ways[0].send = send  # type: ignore[method-assign]
+    pair.ways[0].loses = is_nothing
     arrives = pair.now
     while pair.mind.link.why_not(0) is not None:
         pair.tick("mind.sample")
@@ -380,24 +353,12 @@ def test_a_bad_network_alone_keeps_no_end_from_driving(seed: int) -> None:
     assert pair.mind.bad == []
 
 
-def without_steps(network: Network, marker: bytes = b"") -> None:
-    """From now on it loses steps, of those that bear this, and lets everything else pass."""
-    send = network.send
-
-    def lossy(datagram: bytes, now: int) -> None:
-        if not (datagram[4] == Kind.STEP and marker in datagram):
-            send(datagram, now)
-
-    network.send = lossy  # type: ignore[method-assign]
-
-
 @pytest.mark.parametrize("every", [30, 200], ids=["a stream", "a command now and then"])
 def test_a_robot_that_gets_heartbeats_and_no_steps_goes_off_until_it_gets_them(every: int) -> None:
     pair = Pair(Impairment(delay=20 * MILLISECOND, seed=1), Terms())
     pair.tick("mind.sample")
     pair.settle()
-    send = pair.ways[0].send
-    without_steps(pair.ways[0])
+    pair.ways[0].loses = is_step
     begin = pair.now + TICK
     for tick in range(400):
         pair.tick(*["mind.sample"] * (tick % every == 0))
@@ -406,7 +367,7 @@ def test_a_robot_that_gets_heartbeats_and_no_steps_goes_off_until_it_gets_them(e
         assert pair.is_good_to(pair.body), "its controller is there, and says so"
     assert pair.body.bad == ["mind.sample has left and does not arrive"]
     assert "does not arrive" in str(pair.body.link.why_not(0))
-    pair.ways[0].send = send  # type: ignore[method-assign]
+    pair.ways[0].loses = is_nothing
     for _ in range(300):
         pair.tick("mind.sample")
     assert pair.body.link.why_not(0) is None
@@ -416,7 +377,7 @@ def test_a_rare_command_that_is_lost_is_noticed_beside_a_stream_that_arrives() -
     pair = Pair(Impairment(delay=20 * MILLISECOND, seed=1), Terms(ordered=frozenset()))
     for _ in range(100):
         pair.tick("mind.sample")
-    without_steps(pair.ways[0], b"order")
+    pair.ways[0].loses = lambda datagram, now: is_step(datagram, now) and b"order" in datagram
     pair.tick("mind.order")
     left_at = pair.now
     while not pair.body.bad:
@@ -431,13 +392,12 @@ def test_a_last_order_that_is_lost_keeps_outputs_off_until_it_is_there() -> None
     pair = Pair(Impairment(delay=MILLISECOND, seed=1), Terms(ordered=frozenset({"mind.order"})))
     pair.tick("mind.order")
     pair.settle()
-    send = pair.ways[0].send
-    without_steps(pair.ways[0])
+    pair.ways[0].loses = is_step
     pair.tick("mind.order")
     pair.settle()
     assert pair.body.bad == ["mind.order has left and does not arrive"]
     assert "does not arrive" in str(pair.body.link.why_not(0))
-    pair.ways[0].send = send  # type: ignore[method-assign]
+    pair.ways[0].loses = is_nothing
     pair.settle()
     assert pair.body.link.counts.own[Reason.TOO_OLD] == 1
     assert pair.body.link.why_not(0) is None

@@ -38,7 +38,7 @@ def test_every_datagram_is_judged_as_the_document_says(
     [
         ("firmware_runtime.links.cut.udp.opened", lambda datagram, _key: datagram[:-32]),
         ("firmware_runtime.links.cut.window.Window.judge", lambda *_: None),
-        ("firmware_runtime.links.cut.peer_clock.PeerClock.age", lambda *_: 0),
+        ("firmware_runtime.links.cut.peer.PeerClock.age", lambda *_: 0),
         ("firmware_runtime.links.cut.cut._check", lambda *_: None),
         ("firmware_runtime.links.cut.window.Seen.has", lambda *_: False),
         ("firmware_runtime.links.cut.window.SIZE", 64),

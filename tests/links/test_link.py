@@ -1,6 +1,5 @@
 """A run's end of a link, played against the other end frame by frame, on a clock of the test."""
 
-from collections import deque
 from collections.abc import Callable, Sequence
 
 import pytest
@@ -9,15 +8,10 @@ from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.part import Part, part_of
 from firmware_runtime.devs.time import MILLISECOND, SECOND
-from firmware_runtime.executive.clocks import VirtualClock
-from firmware_runtime.executive.configuration import Configuration
-from firmware_runtime.executive.executive import Executive
 from firmware_runtime.executive.inbox import Bag
-from firmware_runtime.links.cut.channel import Channel
 from firmware_runtime.links.cut.counts import Carried, report
-from firmware_runtime.links.cut.cut import Cut, Terms, cut_of
+from firmware_runtime.links.cut.cut import Terms
 from firmware_runtime.links.cut.delivery import MOST_WAITING
-from firmware_runtime.links.cut.link import Link
 from firmware_runtime.links.cut.peer import Peer
 from firmware_runtime.links.cut.refusal import Reason
 from firmware_runtime.links.cut.wire import (
@@ -31,6 +25,7 @@ from firmware_runtime.links.cut.wire import (
     encoded,
     entries_of,
 )
+from tests.support.link_rig import Way, link_of
 
 TERMS = Terms()
 LIMITS = {"mind.command": (-1.0, 1.0)}
@@ -61,29 +56,6 @@ def part(name: str) -> Part:
     return part_of(whole, [name])
 
 
-class Way(Channel):
-    """A way in this process: what the link sends is in `sent`, what it is to get in `waits`."""
-
-    def __init__(self) -> None:
-        self.sent: deque[bytes] = deque()
-        self.waits: deque[bytes] = deque()
-
-    def fileno(self) -> int:
-        raise AssertionError("nothing waits here")
-
-    def receive(self) -> bytes | None:
-        return self.waits.popleft() if self.waits else None
-
-    def send(self, frame: bytes) -> None:
-        self.sent.append(frame)
-
-    def linger(self) -> None:
-        pass
-
-    def close(self) -> None:
-        pass
-
-
 class Ends:
     """The end with the wheels, and the frames of the other one."""
 
@@ -94,23 +66,18 @@ class Ends:
         self.bad: list[str] = []
         self.said: list[str] = []
         self.byes: list[Farewell] = []
-        self.way = Way()
-        own = part(role)
-        names = ["mind.command", "wheels.slip", "wheels.turned"]
-        self.cut: Cut = cut_of(own, names, LIMITS)
-        executive = Executive(own.model, VirtualClock(), configuration=Configuration(has_link=True))
-        self.link = Link(
-            executive,
-            self.cut,
-            own.entering,
+        self.sent: list[bytes] = []
+        self.way = Way(self.sent.append)
+        self.link = link_of(
+            part(role),
             self.way,
             terms,
-            board="rover",
-            role="robot",
+            lambda: self.now,
+            limits=LIMITS,
             takes_old=takes_old,
             log=self.said.append,
-            time=lambda: self.now,
         )
+        self.cut = self.link.cut
         self.link.on_bad = self.bad.append
         self.link.on_bye = self.byes.append
         leaving = tuple(each.number for each in self.cut.entering)
@@ -122,8 +89,8 @@ class Ends:
     def between_steps(self) -> list[Frame]:
         """What it sends now."""
         self.link.between_steps(self.now, 0)
-        frames = [decoded(each) for each in self.way.sent]
-        self.way.sent.clear()
+        frames = [decoded(each) for each in self.sent]
+        self.sent.clear()
         return frames
 
     def get(self, *frames: Frame) -> list[object]:
@@ -151,13 +118,8 @@ class Ends:
     def step(self, *entries: Entry, age: int = 0) -> Frame:
         """A step of the other end."""
         self.steps += 1
-        return self.other.frame(
-            Kind.STEP,
-            self.now,
-            ports=len(entries),
-            origin=self.now - age,
-            step=self.steps,
-            body=body_of(entries),
+        return self.other.frame(Kind.STEP, self.now, body_of(entries))._replace(
+            ports=len(entries), origin=self.now - age, step=self.steps
         )
 
     def body(self, *values: float) -> bytes:

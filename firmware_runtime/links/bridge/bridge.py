@@ -7,7 +7,7 @@ come from anywhere, and this process is the run's own user's. Each UDP sender ha
 at the robot, so the run can distinguish them, and what it answers one of them goes to no other.
 `Senders` are bounded in all and by address.
 
-With a key, only what is signed with it is taken, and answers are signed (`admission`).
+With a key, only what is signed with it is taken, and answers are signed (`signatures`).
 
 Besides, the bridge may watch ports itself, for peers (`broadcast`).
 
@@ -22,9 +22,8 @@ from time import monotonic_ns
 from typing import Final
 
 from firmware_runtime.devs.time import MILLISECOND, SECOND
-from firmware_runtime.links.bridge.admission import NotAcquainted, Signed, Unsigned
 from firmware_runtime.links.bridge.broadcast import Broadcast, Carried, Route
-from firmware_runtime.links.bridge.envelope import Refused
+from firmware_runtime.links.bridge.signatures import NotAcquainted, Refused, Signed, Unsigned
 from firmware_runtime.links.endpoint import UdpAddress, bound, written
 from firmware_runtime.links.ports.datagrams import Ask, Refusal, message_of, understood
 from firmware_runtime.links.ports.outgoing import WATCHED_FOR
@@ -118,7 +117,9 @@ class Bridge:
     def __init__(self, route: Route, log: Callable[[str], None]) -> None:
         self._udp = bound("--listen", route.listen)
         self._robot = route.robot
-        self._admission = Unsigned() if route.key is None else Signed(route.key, monotonic_ns)
+        self._admission: Unsigned | Signed = Unsigned()
+        if route.key is not None:
+            self._admission = Signed(route.key, monotonic_ns)
         self._carried = Carried()
         self._broadcast = Broadcast(route, self._carried, log)
         self._senders = Senders(self._forget)

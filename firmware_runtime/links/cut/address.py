@@ -114,9 +114,8 @@ def _ros2(rest: str) -> OpenChannel:
 
     def open_carrier(end: End) -> Channel:
         # what leads to ROS is imported where it is wanted
-        surroundings = import_module("firmware_runtime.links.ros2.interpreter")
         interpreter = import_module("firmware_runtime.links.ros2.interpreter")
-        surroundings.check_surroundings(os.environ)
+        interpreter.check_surroundings(os.environ)
         environment = interpreter.find_environment(None)
         words = interpreter.command_of(environment, ["-P"])
         variables = interpreter.variables_of(environment, os.environ)

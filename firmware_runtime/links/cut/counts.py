@@ -2,13 +2,14 @@
 
 from collections import Counter
 from dataclasses import dataclass, field
+from typing import Final
 
 import msgspec
 from msgspec import structs
 
 from firmware_runtime.executive.executive import Executive
-from firmware_runtime.links.cut.refusal import Reason, Refused
-from firmware_runtime.links.cut.wire import Frame, Kind, encoded
+from firmware_runtime.links.cut.refusal import Reason
+from firmware_runtime.links.cut.wire import Frame, Kind, encode, encoded, reading
 from firmware_runtime.statistics.histogram import Histogram
 from firmware_runtime.statistics.layout import LINK
 from firmware_runtime.statistics.rows import LinkRow
@@ -73,21 +74,12 @@ class Counts:
         return {each: self.own[each] + self.carried.refused.get(each, 0) for each in Reason}
 
 
-_encode = msgspec.msgpack.Encoder().encode
-_decode = msgspec.msgpack.Decoder(Carried).decode
+report_of: Final = reading(Carried)
 
 
 def report(carried: Carried) -> bytes:
     """A carrier's frame to its run."""
-    return encoded(Frame(Kind.REPORT, 1, 0, 1, 0, body=_encode(carried)))
-
-
-def report_of(body: bytes) -> Carried:
-    """Return what a carrier reports. Raises Refused."""
-    try:
-        return _decode(body)
-    except msgspec.MsgspecError as error:
-        raise Refused(Reason.MALFORMED, str(error)) from error
+    return encoded(Frame(Kind.REPORT, 1, 0, 1, 0, body=encode(carried)))
 
 
 class LinkMeter:

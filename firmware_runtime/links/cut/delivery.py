@@ -17,6 +17,7 @@ from typing import Any, Final, TypeAlias
 from firmware_runtime.devs.ports import InPort
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.executive.inbox import Bag
+from firmware_runtime.links.cut.counts import Counts
 from firmware_runtime.links.cut.cut import Crossing, Terms
 from firmware_runtime.links.cut.refusal import Reason, Refused
 from firmware_runtime.links.cut.window import Seen
@@ -79,11 +80,10 @@ class Delivery:
         terms: Terms,
         *,
         takes_old: bool,
+        counts: Counts,
         on_lost: Callable[[str], None],
     ) -> None:
-        self.received = 0
-        self.dropped = 0
-        self.overtaken = 0
+        self._counts = counts
         self._terms = terms
         self._on_lost = on_lost
         self._entrances = {
@@ -127,7 +127,7 @@ class Delivery:
             entrance = part.entrance
             if part.sequence <= entrance.entered:
                 entrance.seen.note(part.sequence)
-                self.overtaken += len(part.values)
+                self._counts.overtaken += len(part.values)
             else:
                 (old if is_old and not entrance.may_be_old else fresh).append(part)
         for part in fresh:
@@ -191,7 +191,7 @@ class Delivery:
         for part in step.parts:
             entrance = part.entrance
             if part.sequence <= entrance.entered:  # while its step was waiting
-                self.overtaken += len(part.values)
+                self._counts.overtaken += len(part.values)
                 continue
             if entrance.is_ordered and 0 < entrance.entered < part.sequence - 1:
                 lost = part.sequence - 1 - entrance.entered
@@ -216,7 +216,7 @@ class Delivery:
         """A step does not enter: what comes after it no longer waits for it."""
         for part in step.parts:
             part.entrance.entered = max(part.entrance.entered, part.sequence)
-            self.dropped += len(part.values)
+            self._counts.dropped += len(part.values)
         self._on_lost(f"what came before {step.parts[0].entrance.crossing.name} was lost")
 
     def _values(self, part: Part, taken: Counter[int]) -> Bag:
@@ -225,7 +225,7 @@ class Delivery:
         number = entrance.crossing.number
         taken[number] += 1
         if taken[number] > self._terms.keep and not entrance.is_ordered:
-            self.dropped += len(part.values)
+            self._counts.dropped += len(part.values)
             return []
-        self.received += len(part.values)
+        self._counts.received += len(part.values)
         return [(entrance.port, value) for value in part.values]

@@ -54,7 +54,6 @@ class Link(EventSource):
     ) -> None:
         self.cut = cut
         self.terms = terms
-        self.counts = Counts()
         self.on_bad: Callable[[str], None] = lambda _: None
         self.on_bye: Callable[[Farewell], None] = lambda _: None
         self.on_closed: Callable[[], None] = lambda: None
@@ -67,11 +66,15 @@ class Link(EventSource):
         self._log = log
         own = _greeting(cut, board, role, time() - executive.clock.now())
         self.peer = Peer(randbits(64) or 1, own, terms.timeout)
-        self._sender = Sender(
-            channel, self.peer, Departures(executive.simulator), _outbox(cut, terms)
-        )
+        counts = self.counts = Counts()
+        numbers = {each.name: each.number for each in cut.leaving}
+        self._outbox = Outbox(numbers, terms, counts)
+        departures = Departures(executive.simulator)
+        self._sender = Sender(channel, self.peer, departures, self._outbox, counts)
         ports = {each.number: (each, entering[each.name]) for each in cut.entering}
-        self._delivery = Delivery(ports, terms, takes_old=takes_old, on_lost=self._interrupt)
+        self._delivery = Delivery(
+            ports, terms, takes_old=takes_old, counts=counts, on_lost=self._interrupt
+        )
         self._steps: list[Frame] = []
         self._was_good = False
         self._accepted_since = 0
@@ -117,8 +120,7 @@ class Link(EventSource):
         """Send what has left and what was lost; judge how the link stands."""
         if self._meter is None:  # the run has begun
             self._meter = LinkMeter(self._executive)
-        sender, counts = self._sender, self.counts
-        clock = self._time()
+        sender, clock = self._sender, self._time()
         if sender.departures:
             sender.collect(clock - now)
         may_speak = self.why_silent(now) is None
@@ -134,13 +136,12 @@ class Link(EventSource):
             turns_bad_at = min(self.peer.silent_at, sender.unaccepted_at, lacks_at)
             if is_good:
                 self._executive.poll_by(now + turns_bad_at - clock)
-            sender.send_steps(clock, counts)
+            sender.send_steps(clock)
         else:
-            sender.outbox.expire(clock)
+            self._outbox.expire(clock)
         if may_speak:
-            sender.show_presence(clock, counts, is_good=is_there)
-        self._count()
-        self._meter.write(counts, is_good=is_good, silences=self.peer.silences)
+            sender.show_presence(clock, is_good=is_there)
+        self._meter.write(self.counts, is_good=is_good, silences=self.peer.silences)
 
     # For arming, and at the end -------------------------------------------------------------------
 
@@ -165,7 +166,7 @@ class Link(EventSource):
 
     def say_goodbye(self, reason: str, *, is_over: bool, failed: bool) -> None:
         """Let the other end know that this one ends, and why."""
-        self._sender.say_goodbye(self._time(), Farewell(reason, is_over, failed), self.counts)
+        self._sender.say_goodbye(self._time(), Farewell(reason, is_over, failed))
 
     def close(self) -> None:
         """Close the way to the other end."""
@@ -186,7 +187,7 @@ class Link(EventSource):
             return
         if self.peer.session_of_peer != session:
             self._meet()
-        self._sender.note(frame)
+        self._outbox.note(frame)
         round_trip = self.peer.clock.round_trip
         if frame.echo != 0 and round_trip is not None and self._meter is not None:
             self._meter.note_round_trip(round_trip)
@@ -198,7 +199,7 @@ class Link(EventSource):
 
     def _take_step(self, frame: Frame) -> None:
         """Raises Refused."""
-        age = self.peer.clock.age(self._time(), frame.origin) or 0
+        age = self._age(frame.origin)
         try:
             names = self._delivery.take(frame, age)
         except Refused as refusal:
@@ -226,7 +227,7 @@ class Link(EventSource):
         """There is another peer: it knows nothing of ours, and counts from 1."""
         self._steps.clear()
         self._delivery.begin_again()
-        self._sender.begin_again()
+        self._outbox.begin_again()
         if self.peer.greeting is not None:
             self._log(f"link: {self.peer.greeting.role} of {self.peer.greeting.board} is there")
 
@@ -260,13 +261,6 @@ class Link(EventSource):
         self._was_good = False
         self.on_bad(why)
 
-    def _count(self) -> None:
-        counts, delivery = self.counts, self._delivery
-        counts.received, counts.dropped = delivery.received, delivery.dropped
-        counts.overtaken = delivery.overtaken
-        outbox = self._sender.outbox
-        counts.given_up, counts.unconnected = outbox.given_up, outbox.unconnected
-
     def _close_down(self) -> None:
         if not self._is_closed:
             self._is_closed = True
@@ -277,10 +271,3 @@ class Link(EventSource):
 def _greeting(cut: Cut, board: str, role: str, started_at: int) -> Greeting:
     leaving = tuple(each.number for each in cut.leaving)
     return Greeting(cut.digest, leaving, board, role, boot_id(), started_at)
-
-
-def _outbox(cut: Cut, terms: Terms) -> Outbox:
-    numbers = {each.name: each.number for each in cut.leaving}
-    retained = [number for name, number in numbers.items() if name in terms.retain]
-    ordered = [number for name, number in numbers.items() if name in terms.ordered]
-    return Outbox(terms.keep, retained, ordered, terms.timeout)

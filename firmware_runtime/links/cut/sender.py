@@ -15,7 +15,7 @@ from firmware_runtime.devs.time import MILLISECOND, NEVER
 from firmware_runtime.links.cut.channel import Channel
 from firmware_runtime.links.cut.counts import Counts
 from firmware_runtime.links.cut.cut import Crossing
-from firmware_runtime.links.cut.outbox import Message, Outbox
+from firmware_runtime.links.cut.outbox import Outbox
 from firmware_runtime.links.cut.peer import Peer
 from firmware_runtime.links.cut.wire import (
     BYES,
@@ -93,11 +93,12 @@ class Sender:
     """The way out of one end; `owes_answer` says that a step has arrived since it spoke."""
 
     def __init__(
-        self, channel: Channel, peer: Peer, departures: Departures, outbox: Outbox
+        self, channel: Channel, peer: Peer, departures: Departures, outbox: Outbox, counts: Counts
     ) -> None:
         self.departures = departures
         self.outbox = outbox
         self.owes_answer = False
+        self._counts = counts
         self._channel = channel
         self._peer = peer
         self._heartbeat_every = min(peer.timeout // 5, 100 * MILLISECOND)
@@ -107,19 +108,10 @@ class Sender:
     @property
     def unaccepted_at(self) -> int:
         """The instant from which steps count as lost on the way, unless the peer accepts one."""
-        waits_since = self.outbox.unaccepted.waits_since
-        if waits_since is None:
+        if self.outbox.waits_since is None:
             return NEVER
         answered_within = (self._peer.clock.round_trip or 0) + ANSWER_WITHIN
-        return waits_since + self._peer.timeout + answered_within
-
-    def note(self, frame: Frame) -> None:
-        """The peer says what it has accepted."""
-        self.outbox.note(frame)
-
-    def begin_again(self) -> None:
-        """There is another peer: it has nothing of what was sent before."""
-        self.outbox.begin_again()
+        return self.outbox.waits_since + self._peer.timeout + answered_within
 
     def collect(self, offset: int) -> None:
         """Take up what has left; `offset` is CLOCK_MONOTONIC at instant 0 of the run."""
@@ -128,27 +120,36 @@ class Sender:
             for crossing, values, body in packed(left):
                 self.outbox.put(self._step, crossing.number, offset + at, values, body)
 
-    def send_steps(self, clock: int, counts: Counts) -> None:
+    def send_steps(self, clock: int) -> None:
         """Send what waits and what was lost."""
         for messages in self.outbox.take(clock, self._peer.clock.round_trip or 0):
-            self._send_step(messages, clock, counts)
+            first = messages[0]
+            frame = self._peer.frame(Kind.STEP, clock)._replace(
+                ports=len(messages),
+                origin=first.origin,
+                step=first.step,
+                missing=self.outbox.oldest,
+                body=body_of(each.entry for each in messages),
+            )
+            if self._send(frame):
+                self.outbox.note_sent(messages, frame.counter, clock)
 
-    def show_presence(self, clock: int, counts: Counts, *, is_good: bool) -> None:
+    def show_presence(self, clock: int, *, is_good: bool) -> None:
         """Greet, or show that this end lives, where nothing else has."""
         greets = self._peer.wants_hello or not is_good
         if greets and clock - self._hello_at >= self._hello_every:
             self._hello_at = clock
-            self._send(self._peer.hello(clock), counts)
+            self._send(self._peer.hello(clock))
         elif is_good and clock - self._sent_at >= self._speak_every:
-            missing = self.outbox.unaccepted.oldest
-            self._send(self._peer.frame(Kind.HEARTBEAT, clock, missing=missing), counts)
+            heartbeat = self._peer.frame(Kind.HEARTBEAT, clock)
+            self._send(heartbeat._replace(missing=self.outbox.oldest))
 
-    def say_goodbye(self, clock: int, farewell: Farewell, counts: Counts) -> None:
+    def say_goodbye(self, clock: int, farewell: Farewell) -> None:
         """Let the other end know that this one ends; more than once, one may be lost."""
         if self._peer.session_of_peer != 0:
             self._channel.linger()
             for _ in range(BYES):
-                self._send(self._peer.bye(clock, farewell), counts)
+                self._send(self._peer.bye(clock, farewell))
 
     # ----------------------------------------------------------------------------------------------
 
@@ -161,34 +162,12 @@ class Sender:
         asks = self.owes_answer or self.outbox.wants_answer
         return ANSWER_WITHIN if asks else self._heartbeat_every
 
-    def _send_step(self, messages: list[Message], clock: int, counts: Counts) -> None:
-        first = messages[0]
-        frame = self._peer.frame(
-            Kind.STEP,
-            clock,
-            ports=len(messages),
-            origin=first.origin,
-            step=first.step,
-            missing=self.outbox.unaccepted.oldest,
-            body=body_of(each.entry for each in messages),
-        )
-        if not self._send(frame, counts):
-            return
-        values = [(each.port, each.sequence) for each in messages]
-        self.outbox.unaccepted.note_sent(frame.counter, clock, values)
-        for message in messages:
-            if message.sent_at == 0:
-                counts.sent += message.values
-            else:
-                counts.repeated += message.values
-            message.counter, message.sent_at = frame.counter, clock
-
-    def _send(self, frame: Frame, counts: Counts) -> bool:
+    def _send(self, frame: Frame) -> bool:
         """Send a frame; whether there was room for it, and an end to take it."""
         try:
             self._channel.send(encoded(frame))
         except OSError:
-            counts.unsent += 1
+            self._counts.unsent += 1
             return False
         self._sent_at = frame.sent_at
         self.owes_answer = False

@@ -18,6 +18,7 @@ import signal
 import socket
 import sys
 from collections import OrderedDict
+from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -42,7 +43,7 @@ from firmware_runtime.links.cut.wire import (
     opened,
     sealed,
 )
-from firmware_runtime.links.endpoint import Endpoint, UdpAddress, bound, endpoint
+from firmware_runtime.links.endpoint import UdpAddress, bound, endpoint
 from firmware_runtime.links.key_file import read_key
 
 AT_ONCE: Final = 64
@@ -229,48 +230,53 @@ class Carrier:
 
 
 def main() -> int:
-    """Carry until the run closes its end of the pair, given by the number of a descriptor."""
+    """Carry over UDP."""
     parser = argparse.ArgumentParser()
-    parser.add_argument("pair", type=int)
     parser.add_argument("--listen")
     parser.add_argument("--peer")
+    return carry(parser, _udp_carrier)
+
+
+def carry(
+    parser: argparse.ArgumentParser,
+    make: Callable[[socket.socket, bytes | None, argparse.Namespace], Carrier],
+) -> int:
+    """Carry until the run closes its end of the pair, given by the number of a descriptor.
+
+    The process becomes a carrier: no signal ends it, its priority is ordinary.
+    """
+    parser.add_argument("pair", type=int)
     parser.add_argument("--key", type=Path)
     stated = parser.parse_args()
-    run = begin_carrier(stated.pair)
+    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+        signal.signal(number, signal.SIG_IGN)
+    if os.sched_getscheduler(0) != os.SCHED_OTHER:
+        os.sched_setscheduler(0, os.SCHED_OTHER, os.sched_param(0))
+    run = socket.socket(fileno=stated.pair)
+    run.setblocking(False)
     try:
-        peer = None if stated.peer is None else endpoint(_OPTION, stated.peer)
-        own = None if stated.listen is None else endpoint(_OPTION, stated.listen)
-        udp = _socket(own, peer)
         key = None if stated.key is None else read_key(stated.key, _OPTION)
+        carrier = make(run, key, stated)
     except ConfigError as error:
         sys.stderr.write(f"{error}\n")
         return Status.BAD_INPUT
     sys.stdout.write("ready\n")
     sys.stdout.flush()
-    carrier = Carrier(run, udp, key, None if peer is None else peer.where)
     while carrier.work():
         pass
     carrier.part()
     return Status.OK
 
 
-def begin_carrier(pair: int) -> socket.socket:
-    """Make this process a carrier: no signal ends it, its priority is ordinary; the run's end."""
-    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
-        signal.signal(number, signal.SIG_IGN)
-    if os.sched_getscheduler(0) != os.SCHED_OTHER:
-        os.sched_setscheduler(0, os.SCHED_OTHER, os.sched_param(0))
-    run = socket.socket(fileno=pair)
-    run.setblocking(False)
-    return run
-
-
-def _socket(own: Endpoint | None, peer: Endpoint | None) -> socket.socket:
-    """Return a socket at this address, or at any that leads to the peer. Raises ConfigError."""
-    if own is not None:
-        return bound(_OPTION, own)
-    family = socket.AF_INET if peer is None else peer.family
-    return socket.socket(family, socket.SOCK_DGRAM | socket.SOCK_NONBLOCK)
+def _udp_carrier(run: socket.socket, key: bytes | None, stated: argparse.Namespace) -> Carrier:
+    """Raises ConfigError for an address that cannot be had."""
+    peer = None if stated.peer is None else endpoint(_OPTION, stated.peer)
+    if stated.listen is not None:
+        udp = bound(_OPTION, endpoint(_OPTION, stated.listen))
+    else:  # at any address that leads to the peer
+        family = socket.AF_INET if peer is None else peer.family
+        udp = socket.socket(family, socket.SOCK_DGRAM | socket.SOCK_NONBLOCK)
+    return Carrier(run, udp, key, None if peer is None else peer.where)
 
 
 if __name__ == "__main__":

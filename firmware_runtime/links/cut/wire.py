@@ -14,11 +14,11 @@ Codec without I/O: bytes in, a frame, entries or Refused out.
 """
 
 import hmac
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from enum import IntEnum
 from hashlib import sha256
 from struct import Struct
-from typing import Final, NamedTuple
+from typing import Final, NamedTuple, TypeVar
 
 import msgspec
 
@@ -208,21 +208,21 @@ class Farewell(msgspec.Struct, frozen=True, array_like=True):
 
 
 encode = msgspec.msgpack.Encoder().encode
-_greeting = msgspec.msgpack.Decoder(Greeting).decode
-_farewell = msgspec.msgpack.Decoder(Farewell).decode
+T = TypeVar("T")
 
 
-def greeting_of(body: bytes) -> Greeting:
-    """Return what a hello says. Raises Refused."""
-    try:
-        return _greeting(body)
-    except (msgspec.MsgspecError, UnicodeDecodeError) as error:
-        raise Refused(Reason.MALFORMED, str(error)) from error
+def reading(kind: type[T]) -> Callable[[bytes], T]:
+    """Return what reads the body of a frame as this; it raises Refused."""
+    decode = msgspec.msgpack.Decoder(kind).decode
+
+    def read(body: bytes) -> T:
+        try:
+            return decode(body)
+        except (msgspec.MsgspecError, UnicodeDecodeError) as error:
+            raise Refused(Reason.MALFORMED, str(error)) from error
+
+    return read
 
 
-def farewell_of(body: bytes) -> Farewell:
-    """Return what a bye says. Raises Refused."""
-    try:
-        return _farewell(body)
-    except (msgspec.MsgspecError, UnicodeDecodeError) as error:
-        raise Refused(Reason.MALFORMED, str(error)) from error
+greeting_of: Final = reading(Greeting)
+farewell_of: Final = reading(Farewell)

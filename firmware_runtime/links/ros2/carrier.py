@@ -13,7 +13,6 @@ import sys
 from array import array
 from collections.abc import Callable
 from contextlib import suppress
-from pathlib import Path
 from threading import Lock
 from typing import Any, Final, NoReturn
 
@@ -21,10 +20,8 @@ from rclpy.node import Node
 from rclpy.qos import QoSProfile
 from std_msgs.msg import UInt8MultiArray
 
-from firmware_runtime.errors import ConfigError, Status
-from firmware_runtime.links.cut.udp import Carrier, begin_carrier
+from firmware_runtime.links.cut.udp import Carrier, carry
 from firmware_runtime.links.endpoint import UdpAddress
-from firmware_runtime.links.key_file import read_key
 from firmware_runtime.links.ros2.spinning import SpunNode
 
 _OTHER_END: Final[UdpAddress] = ("ros2", 0)
@@ -71,12 +68,19 @@ class TopicSocket:
 class TopicCarrier(Carrier):
     """Carries between a run and topics: in from the executor's thread, out from the other."""
 
-    def __init__(self, run: socket.socket, topics: TopicSocket, key: bytes | None) -> None:
-        in_place: Any = topics
+    def __init__(self, run: socket.socket, key: bytes | None, stated: argparse.Namespace) -> None:
+        self._carried_by = SpunNode(f"link_{stated.role}", stated.namespace)
+        self._topics = TopicSocket(self._carried_by.node, stated.sends, stated.receives)
+        in_place: Any = self._topics
         super().__init__(run, in_place, key, _OTHER_END)
         self._lock = Lock()
-        self._topics = topics
-        topics.on_frame = self._arrive
+        self._topics.on_frame = self._arrive
+        self._carried_by.begin()
+
+    def part(self) -> None:
+        """Say a bye in the run's place, where it has said none, and leave the graph."""
+        super().part()
+        self._carried_by.close()
 
     def _arrive(self, frame: bytes) -> None:
         with self._lock:
@@ -95,32 +99,11 @@ class TopicCarrier(Carrier):
 
 
 def main() -> int:
-    """Carry until the run closes its end of the pair, given by the number of a descriptor."""
+    """Carry over topics."""
     parser = argparse.ArgumentParser()
-    parser.add_argument("pair", type=int)
-    parser.add_argument("--namespace", required=True)
-    parser.add_argument("--role", required=True)
-    parser.add_argument("--sends", required=True)
-    parser.add_argument("--receives", required=True)
-    parser.add_argument("--key", type=Path)
-    stated = parser.parse_args()
-    run = begin_carrier(stated.pair)
-    try:
-        key = None if stated.key is None else read_key(stated.key, "--link")
-    except ConfigError as error:
-        sys.stderr.write(f"{error}\n")
-        return Status.BAD_INPUT
-    carried_by = SpunNode(f"link_{stated.role}", stated.namespace)
-    topics = TopicSocket(carried_by.node, stated.sends, stated.receives)
-    carrier = TopicCarrier(run, topics, key)
-    carried_by.begin()
-    sys.stdout.write("ready\n")
-    sys.stdout.flush()
-    while carrier.work():
-        pass
-    carrier.part()
-    carried_by.close()
-    return Status.OK
+    for option in ("--namespace", "--role", "--sends", "--receives"):
+        parser.add_argument(option, required=True)
+    return carry(parser, TopicCarrier)
 
 
 if __name__ == "__main__":

@@ -115,10 +115,6 @@ def _missing(environment: Path) -> list[str]:
         ) from error
 
 
-if __name__ == "__main__":
-    start(Path(sys.argv[1]), sys.argv[2:])
-
-
 DOMAIN: Final = "ROS_DOMAIN_ID"
 HIGHEST_DOMAIN: Final = 232
 """Those above it have no ports."""
@@ -149,3 +145,7 @@ def _of_memory(shared_memory: Path, room: int) -> list[str]:
         if found.f_blocks > 0 and free < room:  # one without blocks has no limit
             return [f"{shared_memory}: {free // 1000} kB free, expected {room // 1000} or more"]
     return []
+
+
+if __name__ == "__main__":
+    start(Path(sys.argv[1]), sys.argv[2:])

@@ -13,8 +13,7 @@ from random import Random
 from typing import Any, Final
 
 from firmware_runtime.devs.coupled import Coupled
-from firmware_runtime.links.bridge.admission import Signed
-from firmware_runtime.links.bridge.envelope import Refused
+from firmware_runtime.links.bridge.signatures import Refused, Signed
 from firmware_runtime.links.ports.datagrams import Put, Refusal, understood
 from firmware_runtime.links.ports.ports import Ports
 from firmware_runtime.models.motion import Motion

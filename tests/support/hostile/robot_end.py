@@ -13,19 +13,15 @@ from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.part import part_of
 from firmware_runtime.executive.clocks import MonotonicClock
-from firmware_runtime.executive.configuration import Configuration
-from firmware_runtime.executive.executive import Executive
 from firmware_runtime.links.cut import udp
 from firmware_runtime.links.cut.channel import Channel
-from firmware_runtime.links.cut.cut import Terms, cut_of
-from firmware_runtime.links.cut.link import Link
+from firmware_runtime.links.cut.cut import Terms
 from firmware_runtime.models.motion import Motion
 from tests.support.hostile.frames import KEY, YAW_LIMIT
 from tests.support.hostile.link_rules import MS
+from tests.support.link_rig import link_of
 
 TIMEOUT: Final = 500 * MS
-LIMITS: Final = (-YAW_LIMIT, YAW_LIMIT)
-ORDERED: Final = ("controller.turn",)
 
 
 class Controller(Atomic):
@@ -62,13 +58,6 @@ class Board(Coupled):
         self.couple(robot.forces, controller.forces)
 
 
-class Pair(Channel):
-    """The run's end of the pair of sockets between run and carrier."""
-
-    def linger(self) -> None:
-        """Every send finds room here."""
-
-
 class RobotEnd:
     """A carrier and a run's link, tied by sockets, at an instant that is set from outside."""
 
@@ -81,18 +70,13 @@ class RobotEnd:
             each.setblocking(False)
             stack.callback(each.close)
         self.carrier = udp.Carrier(to_run, to_network, KEY, None)
-        part = part_of(Board(), ["robot"])
-        self.link = Link(
-            Executive(part.model, MonotonicClock(), configuration=Configuration(has_link=True)),
-            cut_of(part, [*part.entering, *part.leaving], {"controller.yaw": LIMITS}, ORDERED),
-            part.entering,
-            Pair(run),
-            Terms(timeout=TIMEOUT, ordered=frozenset(ORDERED)),
-            board="board",
-            role="robot",
-            takes_old=False,
-            log=lambda _: None,
-            time=lambda: self.now,
+        self.link = link_of(
+            part_of(Board(), ["robot"]),
+            Channel(run),
+            Terms(timeout=TIMEOUT, ordered=frozenset({"controller.turn"})),
+            lambda: self.now,
+            limits={"controller.yaw": (-YAW_LIMIT, YAW_LIMIT)},
+            clock=MonotonicClock(),
         )
         self.link.between_steps(0, 0)  # its first greeting: the carrier knows its session by it
         self.carrier.work()
