@@ -10,7 +10,15 @@ from firmware_runtime.board import registry
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.executive.clocks import VirtualClock
 from firmware_runtime.links.ros2 import judgement
-from firmware_runtime.links.ros2.judgement import LATELY, OFTEN, Judge, Level, Status, flat
+from firmware_runtime.links.ros2.judgement import (
+    LATELY,
+    OFTEN,
+    Judge,
+    Level,
+    Status,
+    TopicJudge,
+    flat,
+)
 from firmware_runtime.runs.start import start_session
 from firmware_runtime.statistics import reader
 from firmware_runtime.statistics.figures import FaultFigures, Figures
@@ -129,3 +137,22 @@ def test_no_statistics_are_stale(tmp_path: Path) -> None:
 
 def test_what_was_not_measured_is_left_out() -> None:
     assert dict(flat({"a": {"b": None, "c": 0, "d": "text"}})) == {"a.c": "0", "a.d": "text"}
+
+
+# Of a node's topics -------------------------------------------------------------------------------
+
+
+def test_before_the_first_message_nothing_is_said() -> None:
+    assert TopicJudge("rover").judge({}, 0) == []
+
+
+def test_counts_are_shown_and_what_was_refused_is_a_warning_for_ten_seconds() -> None:
+    judge = TopicJudge("rover")
+    (status,) = judge.judge({"published": 3, "inactive": 2, "refused": 1}, 0)
+    assert (status.name, status.level) == ("rover: topics", Level.OK)  # of a time before
+    assert status.values == {"published": "3", "inactive": "2", "refused": "1"}
+    (status,) = judge.judge({"published": 9, "refused": 3}, SECOND)
+    assert status.level == Level.WARN
+    assert status.message == "in the last 10 s: 2 refused"
+    (status,) = judge.judge({"published": 9, "refused": 3}, 12 * SECOND)
+    assert status.level == Level.OK

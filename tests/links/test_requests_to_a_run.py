@@ -13,15 +13,12 @@ import pytest
 
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.errors import ControlError
-from firmware_runtime.executive.clocks import VirtualClock
 from firmware_runtime.hal.peer import Credentials
 from firmware_runtime.links import control
 from firmware_runtime.links.control import SLOW_PATIENCE, Answer, Request, ask, post
-from firmware_runtime.links.ports.ports import Ports
-from firmware_runtime.links.ports.run_socket import AT_ONCE, MOST, MOST_OF_OTHERS, RunSocket
-from tests.support.executives import Run
+from firmware_runtime.links.ports.run_socket import AT_ONCE, MOST, MOST_OF_OTHERS
 from tests.support.periodic_models import PERIOD, Robot
-from tests.support.ports_rig import Speaker
+from tests.support.ports_rig import PortsRig, Speaker
 from tests.support.waiting import PATIENCE_S
 
 NEEDS = SECOND // 100
@@ -39,55 +36,30 @@ with socket.socket(socket.AF_UNIX, socket.SOCK_SEQPACKET) as own:
 """
 
 
-class Asked:
-    """A run whose loop passes when the test says so."""
+class Asked(PortsRig):
+    """A run that is asked; its loop passes when the test says so."""
 
     def __init__(self, path: Path) -> None:
-        self.path = path
         self.seen: list[Request] = []
         self.robot = Robot()
-        self.run = Run(self.robot, VirtualClock())
         answers = dict.fromkeys(("quick", "slow", "slower", "disarm"), self._note)
-        self.socket = RunSocket(
-            path,
-            self.run.executive,
-            Ports(self.robot),
-            answers=answers,
-            slow=dict.fromkeys(("slow", "slower"), NEEDS),
-        )
-        self._speakers: list[Speaker] = []
+        slow = dict.fromkeys(("slow", "slower"), NEEDS)
+        super().__init__(path, self.robot, answers=answers, slow=slow)
+        self.socket = self.ports
 
     def _note(self, request: Request) -> Answer:
         self.seen.append(request)
         return {"refused": []}
 
-    def stranger(self) -> Speaker:
-        """A process that has connected, and that the run has not come to."""
-        self._speakers.append(Speaker(self.path))
-        return self._speakers[-1]
-
-    def speaker(self) -> Speaker:
-        """One that the run has greeted."""
-        speaker = self.stranger()
-        self.socket.receive()
-        speaker.received()
-        return speaker
-
     def say(self, speaker: Speaker, what: object) -> None:
         speaker.say(what)
         self.socket.receive()
 
-    def close(self) -> None:
-        self.socket.close()
-        for each in self._speakers:
-            each.close()
-
 
 @pytest.fixture
 def asked(tmp_path: Path) -> Iterator[Asked]:
-    found = Asked(tmp_path / "x.socket")
-    yield found
-    found.close()
+    with Asked(tmp_path / "x.socket") as found:
+        yield found
 
 
 def test_a_slow_request_waits_for_time_enough(asked: Asked) -> None:

@@ -14,7 +14,7 @@ from firmware_runtime.devs.time import MILLISECOND
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.executive.clocks import VirtualClock
 from firmware_runtime.links.ports.datagrams import TIMEOUT
-from firmware_runtime.links.ports.outgoing import MOST, RESERVE, WATCHED_FOR
+from firmware_runtime.links.ports.outgoing import MOST, RESERVE
 from firmware_runtime.links.ports.ports import Ports
 from firmware_runtime.links.ports.run_socket import AT_ONCE, RunSocket
 from firmware_runtime.models.motion import Motion
@@ -174,16 +174,6 @@ def test_a_watcher_receives_what_leaves_its_ports(rig: PortsRig) -> None:
     ]
 
 
-def test_every_watcher_receives_what_it_asked_for(rig: PortsRig) -> None:
-    often, rarely, deaf = rig.speaker(), rig.speaker(), rig.speaker()
-    often.say({"watch": ["imu.sample"]})
-    rarely.say({"watch": ["imu.sample"], "every": 3})
-    rig.run.until(6 * PERIOD)
-    assert [each["value"] for each in often.received()[1:]] == [0, 1, 2, 3, 4, 5]
-    assert [each["value"] for each in rarely.received()[1:]] == [0, 3]
-    assert deaf.received() == []
-
-
 def test_a_listener_that_ends_is_called_no_more_and_the_port_is_what_it_was(
     rig: PortsRig, robot: Robot
 ) -> None:
@@ -192,15 +182,6 @@ def test_a_listener_that_ends_is_called_no_more_and_the_port_is_what_it_was(
     speaker.say({"watch": ["imu.sample"]})
     rig.run.until(6 * PERIOD)
     assert [each.get("value") for each in speaker.received()] == [None, 0, 1, 2, None]
-    assert robot.imu.sample.listeners == ()
-
-
-def test_who_does_not_renew_is_forgotten(rig: PortsRig, robot: Robot) -> None:
-    speaker = rig.speaker()
-    robot.imu.work = lambda number: rig.now.advance(WATCHED_FOR if number == 3 else 0)
-    speaker.say({"watch": ["imu.sample"]})
-    rig.run.until(6 * PERIOD)
-    assert len(speaker.received()) < 6
     assert robot.imu.sample.listeners == ()
 
 
@@ -327,11 +308,6 @@ def test_a_place_for_no_socket_is_refused_in_a_sentence(tmp_path: Path, robot: R
     path = tmp_path / ("x" * 120 + ".socket")
     with pytest.raises(ConfigError, match="no socket can be made here"):
         ports_of(robot, path)
-
-
-def test_nothing_is_put_into_a_port_that_is_not_watched(rig: PortsRig, robot: Robot) -> None:
-    rig.run.until(3 * PERIOD)
-    assert robot.imu.sample.listeners == ()
 
 
 def test_the_time_of_the_run_is_said_with_that_of_the_machine(rig: PortsRig) -> None:

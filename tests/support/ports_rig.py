@@ -2,13 +2,17 @@
 
 import json
 import socket
+from collections.abc import Mapping
 from pathlib import Path
-from typing import Any, Self
+from types import MappingProxyType
+from typing import Any
 
 from firmware_runtime.devs.component import Component
 from firmware_runtime.executive.clocks import VirtualClock
+from firmware_runtime.links.control import Respond
 from firmware_runtime.links.ports.ports import Ports
 from firmware_runtime.links.ports.run_socket import RunSocket
+from firmware_runtime.system.resources import Closing
 from sim_doubles.clock import ManualClock
 from tests.support.executives import Run
 
@@ -42,14 +46,22 @@ class Speaker:
         self.socket.close()
 
 
-class PortsRig:
+class PortsRig(Closing):
     """A run that has not begun; `now` is the watchers' clock."""
 
-    def __init__(self, path: Path, model: Component) -> None:
+    def __init__(
+        self,
+        path: Path,
+        model: Component,
+        answers: Mapping[str, Respond] = MappingProxyType({}),
+        slow: Mapping[str, int] = MappingProxyType({}),
+    ) -> None:
         self.path = path
         self.now = ManualClock()
         self.run = Run(model, VirtualClock())
-        self.ports = RunSocket(path, self.run.executive, Ports(model), now=self.now)
+        self.ports = RunSocket(
+            path, self.run.executive, Ports(model), answers=answers, slow=slow, now=self.now
+        )
         self._speakers: list[Speaker] = []
 
     def speaker(self) -> Speaker:
@@ -65,10 +77,7 @@ class PortsRig:
         self._speakers.append(speaker)
         return speaker
 
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, *_: object) -> None:
+    def close(self) -> None:
         self.ports.close()
         for speaker in self._speakers:
             speaker.close()

@@ -13,7 +13,7 @@ It costs the loop little, and never more than a bounded amount:
 
 - messages are read between two steps, `AT_ONCE` a pass at most and one request, each time from the
   connection that has waited longest; the others wait in the kernel, each in its own connection;
-- a port that is watched costs the step one append a message, any other nothing (`outgoing.Taps`);
+- a port that is watched costs the step one append a message, any other nothing (`outgoing`);
 - what ports send, and what answers a question about them, is sent after the step, while there is
   time left until the next event; a loop that is late sends nothing but answers to requests;
 - nothing waits: what finds no room, here or in a reader's own connection, is dropped and counted.

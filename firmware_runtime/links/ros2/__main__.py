@@ -1,8 +1,13 @@
 """The node's process: spins until a signal comes, in the interpreter of a ROS environment."""
 
+import errno
+import os
+import socket
 import sys
-from collections.abc import Sequence
-from contextlib import ExitStack
+from collections.abc import Iterator, Sequence
+from contextlib import ExitStack, contextmanager
+from hashlib import sha256
+from pathlib import Path
 
 import rclpy
 from rclpy.experimental import EventsExecutor
@@ -11,11 +16,11 @@ from rclpy.signals import SignalHandlerOptions
 from firmware_runtime.board.ros.conventions import conventions
 from firmware_runtime.board.ros.topic_table import topics_in
 from firmware_runtime.board.ros.topics import Topics
-from firmware_runtime.errors import FirmwareRuntimeError, Status
+from firmware_runtime.errors import ConfigError, FirmwareRuntimeError, Status
+from firmware_runtime.hal.peer import peer_of
 from firmware_runtime.links.ros2.diagnostics import Diagnostics
 from firmware_runtime.links.ros2.node import RobotNode
 from firmware_runtime.links.ros2.only_active import OnlyActive
-from firmware_runtime.links.ros2.only_node import only_node_of
 from firmware_runtime.links.ros2.parameters import Parameters
 from firmware_runtime.links.ros2.plan import Plan, read_plan
 from firmware_runtime.links.ros2.services import Services
@@ -81,6 +86,44 @@ def main(words: Sequence[str]) -> int:
         node.destroy_node()
         rclpy.shutdown()
     return Status.OK
+
+
+@contextmanager
+def only_node_of(statistics: Path) -> Iterator[None]:
+    """This process is the node of the run with these statistics, until it is left.
+
+    A second one would take every command twice and publish every value twice. The claim is a socket
+    with a name that is in no directory, so the kernel gives it up with the process, whatever that
+    ended of; and the process that has it is found by a connection. Raises ConfigError if another
+    process is.
+    """
+    with socket.socket(socket.AF_UNIX, socket.SOCK_STREAM) as claim:
+        name = _name_of(statistics)
+        try:
+            claim.bind(name)
+        except OSError as error:
+            if error.errno != errno.EADDRINUSE:
+                raise
+            raise ConfigError.of_one(
+                str(statistics), f"another ROS 2 node of this run is up{_holder_of(name)}", "one"
+            ) from error
+        claim.listen()
+        yield
+
+
+def _name_of(statistics: Path) -> bytes:
+    told_apart = sha256(os.fsencode(statistics.resolve())).hexdigest()
+    return b"\0firmware-runtime-ros2-" + told_apart[:32].encode()
+
+
+def _holder_of(name: bytes) -> str:
+    """Return which process has the claim, if it can be known."""
+    with socket.socket(socket.AF_UNIX, socket.SOCK_STREAM | socket.SOCK_NONBLOCK) as asking:
+        try:
+            asking.connect(name)
+            return f" (process {peer_of(asking).process})"
+        except OSError:
+            return ""
 
 
 if __name__ == "__main__":

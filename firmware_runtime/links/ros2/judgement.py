@@ -11,7 +11,7 @@ Without ROS: levels are its numbers, everything else is texts.
 """
 
 import json
-from collections import Counter, deque
+from collections import deque
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from enum import IntEnum
@@ -52,13 +52,31 @@ class Status:
     values: dict[str, str] = field(default_factory=dict)
 
 
+class Lately:
+    """Counters, looked at again and again; remembers those of 10 s ago."""
+
+    def __init__(self) -> None:
+        self._before: deque[tuple[int, dict[str, int]]] = deque()
+
+    def of(self, counts: Mapping[str, int], now: int) -> dict[str, int]:
+        """Return by how much each has grown in the last 10 s, or since the first look."""
+        before = self._before
+        if before and any(counts.get(name, 0) < count for name, count in before[-1][1].items()):
+            before.clear()  # another run has begun
+        before.append((now, dict(counts)))
+        while len(before) > 1 and before[1][0] <= now - LATELY:
+            before.popleft()
+        first = before[0][1]
+        return {name: count - first.get(name, 0) for name, count in counts.items()}
+
+
 class Judge:
     """Reads a run's statistics again and again; remembers what had gone wrong 10 s ago."""
 
     def __init__(self, board: str, path: Path) -> None:
         self._board = board
         self._path = path
-        self._before: deque[tuple[int, dict[str, int]]] = deque()
+        self._lately = Lately()
 
     def judge(self, now: int) -> list[Status]:
         """Return all statuses, that of the run first; `now` is any clock in ns."""
@@ -68,26 +86,14 @@ class Judge:
         except BeingWrittenError as error:
             return [Status(f"{self._board}: run", Level.ERROR, str(error))]
         except FirmwareRuntimeError as error:
-            self._before.clear()
+            self._lately = Lately()
             return [Status(f"{self._board}: run", Level.STALE, f"no run: {error}")]
         if statistics.state is not RunState.RUNNING or not statistics.writer_alive:
-            self._before.clear()
+            self._lately = Lately()
             return [self._over(figures), *self._left(figures)]
-        wrong = wrong_counts(figures)
-        lately = self._lately(now, wrong)
+        lately = self._lately.of(wrong_counts(figures), now)
         statuses = [self._part(name, figures, lately) for name in _parts(figures)]
         return [self._run(statistics, figures, lately, statuses), *statuses]
-
-    def _lately(self, now: int, wrong: Mapping[str, int]) -> dict[str, int]:
-        """Return what has gone wrong in the last 10 s, or since the first poll."""
-        before = self._before
-        if before and any(wrong.get(name, 0) < count for name, count in before[-1][1].items()):
-            before.clear()  # another run has begun
-        before.append((now, dict(wrong)))
-        while len(before) > 1 and before[1][0] <= now - LATELY:
-            before.popleft()
-        first = before[0][1]
-        return {name: count - first.get(name, 0) for name, count in wrong.items()}
 
     def _over(self, figures: Figures) -> Status:
         run = figures.conditions.run
@@ -217,16 +223,13 @@ class TopicJudge:
 
     def __init__(self, board: str) -> None:
         self._name = f"{board}: topics"
-        self._before: deque[tuple[int, Counter[str]]] = deque()
+        self._lately = Lately()
 
     def judge(self, counts: Mapping[str, int], now: int) -> list[Status]:
         """The status; none before the first message. `now` is any clock in ns."""
         if not counts:
             return []
-        self._before.append((now, Counter(counts)))
-        while now - self._before[0][0] > LATELY:
-            self._before.popleft()
-        lately = {name: counts.get(name, 0) - self._before[0][1][name] for name in _WRONG}
+        lately = self._lately.of({name: counts.get(name, 0) for name in _WRONG}, now)
         wrong = [f"{count} {name}" for name, count in lately.items() if count > 0]
         level = Level.WARN if wrong else Level.OK
         message = f"in the last 10 s: {', '.join(wrong)}" if wrong else "every message is carried"

@@ -20,8 +20,7 @@ from firmware_runtime.board.ros.topics import Publication, Subscription, Topics
 from firmware_runtime.devs.time import MILLISECOND, NEVER
 from firmware_runtime.links.ros2.messages import message_class, message_of, stamp, stamp_of
 from firmware_runtime.links.ros2.node import Part
-from firmware_runtime.links.ros2.pace import Pace
-from firmware_runtime.links.ros2.ports_end import PortsEnd, SaidOnce
+from firmware_runtime.links.ros2.ports_end import Pace, PortsEnd, SaidOnce
 from firmware_runtime.links.ros2.spinning import SpunNode
 
 OLDEST: Final = 500 * MILLISECOND
