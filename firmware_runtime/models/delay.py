@@ -10,6 +10,15 @@ from firmware_runtime.devs.time import whole
 T = TypeVar("T")
 
 
+def whole_ns(model: Atomic, what: str, duration: object, least: int = 0) -> int:
+    """Return a duration that a model is given, in ns. Raises ModelError for what is none."""
+    ns = whole(duration)
+    if ns is None or ns < least:
+        expected = f"whole ns, {least} or more"
+        raise ModelError(f"a {what} of {duration!r}", where=model.path, expected=expected)
+    return ns
+
+
 class Delay(Atomic, Generic[T]):
     """Sends every value again `duration` ns after it came, in order; values may overlap.
 
@@ -18,13 +27,9 @@ class Delay(Atomic, Generic[T]):
 
     def __init__(self, name: str, type_: type[T], duration: int) -> None:
         super().__init__(name)
-        if (ns := whole(duration)) is None or ns < 0:
-            raise ModelError(
-                f"a delay of {duration!r}", where=self.path, expected="whole ns, 0 or more"
-            )
         self.entrance = self.in_port("in", type_, takes="any")
         self.delayed = self.out_port("out", type_)
-        self.duration = ns
+        self.duration = whole_ns(self, "delay", duration)
         self.held: deque[tuple[int, T]] = deque()
         self._age = 0
         """Ns of this model's own time, against which the held values' due times are kept."""

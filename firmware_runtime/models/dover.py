@@ -11,14 +11,13 @@ Source: Pecker Marcosig, Giribet, Castro: DEVS-over-ROS (DoveR), 2018, Figures 5
 import math
 import re
 from collections.abc import Callable, Iterable
-from typing import Final, TypeVar
+from typing import Any, Final, TypeVar
 
 from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.hal.wire_errors import Fault
 
 Taken = TypeVar("Taken", float, str)
-Turned = TypeVar("Turned", float, str)
 
 LONGEST_SENT: Final = 18
 """Characters; the papers' ROS node reads no more, and a number cut off is another number."""
@@ -69,6 +68,9 @@ class DoverBlock(Atomic):
     """Base of both blocks: a port number of UDP, and the count of what was refused in a row.
 
     waiting --in?--> passing (0) --out! | fault!--> waiting
+
+    A subclass declares its two ports, and calls `_pass` with what turns the values of one into
+    those of the other.
     """
 
     has_dover_link = True
@@ -83,20 +85,28 @@ class DoverBlock(Atomic):
         self.fault = self.out_port("fault", Fault)
         self.refused = 0
         """How many have been refused in a row."""
+        self._passed: list[Any] = []
         self._faults: list[Fault] = []
+
+    def output(self) -> None:
+        """Send what was turned, in the order in which it came, and what was refused."""
+        (out,) = (port for port in self.out_ports.values() if port is not self.fault)
+        for each in self._passed:
+            out.send(each)
+        for fault in self._faults:
+            self.fault.send(fault)
 
     def internal(self) -> None:
         """Wait for the next."""
+        self._passed.clear()
         self._faults.clear()
         self.passivate("waiting")
 
-    def _turn(
-        self, taken: Iterable[Taken], turned: Callable[[Taken], Turned], into: list[Turned]
-    ) -> None:
+    def _pass(self, taken: Iterable[Taken], turned: Callable[[Taken], object]) -> None:
         """Turn numbers into texts, or back, at once; what is refused is a fault."""
         for each in taken:
             try:
-                into.append(turned(each))
+                self._passed.append(turned(each))
             except Refused as why:
                 self.refused += 1
                 sentence = f"{self.path}, port {self.udp_port}: {why}"
@@ -113,23 +123,10 @@ class SndDover(DoverBlock):
         super().__init__(name, udp_port)
         self.value = self.in_port("value", float, takes="any")
         self.text = self.out_port("text", str)
-        self._texts: list[str] = []
-
-    def output(self) -> None:
-        """Send the texts."""
-        for text in self._texts:
-            self.text.send(text)
-        for fault in self._faults:
-            self.fault.send(fault)
-
-    def internal(self) -> None:
-        """Wait for the next value."""
-        self._texts.clear()
-        super().internal()
 
     def external(self, elapsed: int) -> None:  # noqa: ARG002 -- what waits, waits for no time
         """Put values into words."""
-        self._turn(self.value, text_of_number, self._texts)
+        self._pass(self.value, text_of_number)
 
 
 class RcvDover(DoverBlock):
@@ -143,20 +140,7 @@ class RcvDover(DoverBlock):
         super().__init__(name, udp_port)
         self.text = self.in_port("text", str)
         self.value = self.out_port("value", float)
-        self._values: list[float] = []
-
-    def output(self) -> None:
-        """Send the numbers, in the order in which they came."""
-        for value in self._values:
-            self.value.send(value)
-        for fault in self._faults:
-            self.fault.send(fault)
-
-    def internal(self) -> None:
-        """Wait for the next text."""
-        self._values.clear()
-        super().internal()
 
     def external(self, elapsed: int) -> None:  # noqa: ARG002 -- what waits, waits for no time
         """Read the texts."""
-        self._turn(self.text, number_of_text, self._values)
+        self._pass(self.text, number_of_text)

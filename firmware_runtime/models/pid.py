@@ -37,7 +37,32 @@ class PidGains(Struct, frozen=True):
         return is_limited and self.anti_windup and wanted * error > 0.0
 
 
-class Pid(Atomic):
+class _PidBlock(Atomic):
+    """Base of both controllers: the last measurement is answered at its own instant.
+
+    waiting --measurement?--> commanding (0) --command_n!--> waiting
+    """
+
+    def __init__(self, name: str, gains: PidGains) -> None:
+        super().__init__(name)
+        self.measurement = self.in_port("measurement", Motion)
+        self.command = self.out_port("command_n", float)
+        self.gains = gains
+        self.applied = Applied.ALL
+        self.integral_n = 0.0
+        self.command_n = 0.0
+        self._since_measurement = 0
+
+    def output(self) -> None:
+        """Send the command."""
+        self.command.send(self.command_n)
+
+    def internal(self) -> None:
+        """Wait for the next measurement."""
+        self.passivate("waiting")
+
+
+class Pid(_PidBlock):
     """Answers every measurement with a command, at the same instant.
 
     waiting --measurement?--> commanding (0) --command_n!--> waiting
@@ -47,26 +72,11 @@ class Pid(Atomic):
     """
 
     def __init__(self, name: str, gains: PidGains, reference: float) -> None:
-        super().__init__(name)
-        self.measurement = self.in_port("measurement", Motion)
+        super().__init__(name, gains)
         self.reference_in = self.in_port("reference", float)
         self.applied_in = self.in_port("applied", Applied)
-        self.command = self.out_port("command_n", float)
-        self.gains = gains
         self.reference = reference
-        self.applied = Applied.ALL
-        self.integral_n = 0.0
-        self.command_n = 0.0
-        self._since_measurement = 0
         self._has_measured = False
-
-    def output(self) -> None:
-        """Send the command."""
-        self.command.send(self.command_n)
-
-    def internal(self) -> None:
-        """Wait for the next measurement."""
-        self.passivate("waiting")
 
     def external(self, elapsed: int) -> None:
         """Take references and measurements in; the last of each counts."""
@@ -99,7 +109,7 @@ class Pid(Atomic):
         return command
 
 
-class TrackingPid(Atomic):
+class TrackingPid(_PidBlock):
     """Answers every measurement with a command, at the same instant, while it has a setpoint.
 
     waiting --measurement?--> commanding (0) --command_n!--> waiting
@@ -110,28 +120,13 @@ class TrackingPid(Atomic):
     """
 
     def __init__(self, name: str, gains: PidGains, inertia: float, timeout: int) -> None:
-        super().__init__(name)
-        self.measurement = self.in_port("measurement", Motion)
+        super().__init__(name, gains)
         self.setpoint = self.in_port("setpoint", Setpoint)
         self.applied_in = self.in_port("applied", Applied)
-        self.command = self.out_port("command_n", float)
-        self.gains = gains
         self.inertia = inertia
         self.timeout = timeout
-        self.applied = Applied.ALL
-        self.integral_n = 0.0
-        self.command_n = 0.0
         self._setpoint: Setpoint | None = None
         self._since_setpoint = 0
-        self._since_measurement = 0
-
-    def output(self) -> None:
-        """Send the command."""
-        self.command.send(self.command_n)
-
-    def internal(self) -> None:
-        """Wait for the next measurement."""
-        self.passivate("waiting")
 
     def external(self, elapsed: int) -> None:
         """Take the newest setpoint and measurement in."""

@@ -15,8 +15,8 @@ from collections import deque
 from collections.abc import Iterator
 
 from firmware_runtime.devs.atomic import Atomic
-from firmware_runtime.devs.model_errors import ModelError
-from firmware_runtime.devs.time import SECOND, whole
+from firmware_runtime.devs.time import SECOND
+from firmware_runtime.models.delay import whole_ns
 from firmware_runtime.models.motion import Applied, Motion
 from firmware_runtime.models.plant import PlantModel, State, travelled
 
@@ -42,16 +42,12 @@ class SmithPredictor(Atomic):
         self, name: str, plant: PlantModel, delay: int, *, from_measurement: bool = True
     ) -> None:
         super().__init__(name)
-        if (ns := whole(delay)) is None or ns < 0:
-            raise ModelError(
-                f"a delay of {delay!r}", where=self.path, expected="whole ns, 0 or more"
-            )
         self.measurement = self.in_port("measurement", Motion)
         self.command = self.in_port("command", float)
         self.applied_in = self.in_port("applied", Applied)
         self.predicted = self.out_port("predicted", Motion)
         self.plant = plant
-        self.delay = ns
+        self.delay = ns = whole_ns(self, "delay", delay)
         self.from_measurement = from_measurement
         self.prediction: Motion | None = None
         self.commands: deque[tuple[int, float]] = deque([(-ns, 0.0)])

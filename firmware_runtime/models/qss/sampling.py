@@ -5,8 +5,8 @@ from math import inf
 
 from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.model_errors import ModelError
-from firmware_runtime.devs.time import SECOND, whole
-from firmware_runtime.models.delay import Delay
+from firmware_runtime.devs.time import SECOND
+from firmware_runtime.models.delay import Delay, whole_ns
 from firmware_runtime.models.qss.segment import NANO, ZERO_SEGMENT, Segment, whole_after
 from firmware_runtime.models.qss.watch import falls_below_zero
 
@@ -19,15 +19,11 @@ class Hold(Atomic):
 
     def __init__(self, name: str, period: int) -> None:
         super().__init__(name)
-        if (ns := whole(period)) is None or ns < 1:
-            raise ModelError(
-                f"a period of {period!r}", where=self.path, expected="whole ns, 1 or more"
-            )
         self.entrance = self.in_port("in", Segment)
         self.out = self.out_port("out", Segment)
         self.direct = (self.entrance,)
         """What the output answers at once: `blocks`."""
-        self.period = ns
+        self.period = whole_ns(self, "period", period, least=1)
         self._segment = ZERO_SEGMENT
         self._has_input = False
 
