@@ -1,24 +1,15 @@
-from firmware_runtime.devs.coupled import Coupled
-from firmware_runtime.devs.simulator import Simulator
 from firmware_runtime.devs.time import MILLISECOND
 from firmware_runtime.models.delay import Delay
+from tests.support.atomic_bench import AtomicBench
 
 
-def delayed(arrivals: list[tuple[int, int]], duration_ms: int) -> list[tuple[int, int]]:
+def delayed(arrivals: list[tuple[int, int]], duration_ms: int) -> list[tuple[float, int]]:
     """What leaves a delay, as (ms, value), for values arriving at (ms, value)."""
-    top = Coupled("top")
-    delay = top.add(Delay("delay", int, duration_ms * MILLISECOND))
-    entrance = top.in_port("in", int)
-    top.couple(entrance, delay.entrance)
-    simulator = Simulator(top, checked=True)
-    left: list[tuple[int, int]] = []
-    simulator.listen(delay.delayed, lambda at, value: left.append((at // MILLISECOND, value)))
+    bench = AtomicBench(Delay("delay", int, duration_ms * MILLISECOND))
     for at_ms, value in arrivals:
-        simulator.run(max(simulator.now, at_ms * MILLISECOND - 1))
-        simulator.inject(entrance, value)
-        simulator.advance(at_ms * MILLISECOND)
-    simulator.run(10_000 * MILLISECOND)
-    return left
+        bench.meet(at_ms, **{"in": value})
+    bench.run(10_000)
+    return bench.said["out"]
 
 
 def test_values_leave_after_the_delay_in_order_though_they_overlap() -> None:

@@ -6,7 +6,6 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from firmware_runtime.devs.simulator import Simulator
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.hal.wire_errors import Fault
 from firmware_runtime.models.dover import (
@@ -16,35 +15,26 @@ from firmware_runtime.models.dover import (
     number_of_text,
     text_of_number,
 )
+from tests.support.atomic_bench import AtomicBench
 
 
 def sent(*values: float) -> tuple[list[str], list[Fault]]:
     """What a sender says to these values, all of one instant."""
     block = SndDover("snd", 62002)
-    simulator = Simulator(block, checked=True)
-    texts: list[str] = []
-    faults: list[Fault] = []
-    simulator.listen(block.text, lambda _, text: texts.append(text))
-    simulator.listen(block.fault, lambda _, fault: faults.append(fault))
+    bench = AtomicBench(block)
     for value in values:
-        simulator.inject(block.value, value)
-    simulator.run(1)
+        bench.simulator.inject(block.value, value)
+    bench.run(1)
     assert block.phase == "waiting"
-    return texts, faults
+    return bench.values("text"), bench.faults
 
 
 def received(*texts: str) -> tuple[list[float], list[Fault]]:
     """What a receiver makes of these texts, one after the other."""
-    block = RcvDover("rcv", 62001)
-    simulator = Simulator(block, checked=True)
-    values: list[float] = []
-    faults: list[Fault] = []
-    simulator.listen(block.value, lambda _, value: values.append(value))
-    simulator.listen(block.fault, lambda _, fault: faults.append(fault))
-    for at, text in enumerate(texts):
-        simulator.inject(block.text, text)
-        simulator.run(at)
-    return values, faults
+    bench = AtomicBench(RcvDover("rcv", 62001))
+    for at_ms, text in enumerate(texts):
+        bench.meet(at_ms, text=text)
+    return bench.values("value"), bench.faults
 
 
 @pytest.mark.parametrize(

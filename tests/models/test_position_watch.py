@@ -1,8 +1,7 @@
-from firmware_runtime.devs.coupled import Coupled
-from firmware_runtime.devs.simulator import Simulator
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.models.position_fix import FixReport, PositionState
 from firmware_runtime.models.position_watch import PositionPatience, PositionWatch
+from tests.support.atomic_bench import AtomicBench
 
 PATIENCE = PositionPatience(coasts=SECOND // 4, lost=SECOND, safe=5 * SECOND)
 FIX = FixReport(True, "", 0.0, 0.0, 0.0, 0.0)
@@ -16,19 +15,11 @@ TRACKING, COASTING, LOST, SAFE = (
 
 def states(fixes_s: list[float], until_s: float) -> list[tuple[float, PositionState]]:
     """What the watch says, and when, if positions come at these times."""
-    top = Coupled("top")
-    watch = top.add(PositionWatch("watch", PATIENCE))
-    fix = top.in_port("fix", FixReport)
-    top.couple(fix, watch.fix)
-    simulator = Simulator(top, checked=True)
-    said: list[tuple[float, PositionState]] = []
-    simulator.listen(watch.state, lambda at, value: said.append((at / SECOND, value)))
+    bench = AtomicBench(PositionWatch("watch", PATIENCE))
     for at_s in fixes_s:
-        simulator.run(round(at_s * SECOND))
-        simulator.inject(fix, FIX)
-        simulator.advance(round(at_s * SECOND))
-    simulator.run(round(until_s * SECOND))
-    return said
+        bench.put(at_s * 1000, fix=FIX)
+    bench.run(until_s * 1000)
+    return [(at_ms / 1000, state) for at_ms, state in bench.said["state"]]
 
 
 def test_it_says_nothing_before_the_first_position() -> None:

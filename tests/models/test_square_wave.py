@@ -2,11 +2,10 @@
 
 import pytest
 
-from firmware_runtime.devs.coupled import Coupled
-from firmware_runtime.devs.simulator import Simulator
 from firmware_runtime.devs.time import MILLISECOND, SECOND
 from firmware_runtime.models.plant import SecondOrderPlant
 from firmware_runtime.models.square_wave import SquareWave, Wave
+from tests.support.atomic_bench import AtomicBench
 
 WAVE = Wave(amplitude=2.0, period=4 * SECOND, begin=SECOND, cycles=2)
 
@@ -25,16 +24,8 @@ def test_a_free_body_comes_back_to_rest_where_it_began() -> None:
 
 
 def test_every_tick_is_answered_at_once_with_the_level_of_its_instant() -> None:
-    top = Coupled("top")
-    source = top.add(SquareWave("wave", float, WAVE))
-    tick = top.in_port("tick", float)
-    top.couple(tick, source.tick)
-    simulator = Simulator(top, checked=True)
-    sent: list[tuple[int, float]] = []
-    simulator.listen(source.level_out, lambda at, value: sent.append((at // MILLISECOND, value)))
+    bench = AtomicBench(SquareWave("wave", float, WAVE))
     for at_ms in (500, 1500, 2500, 9500):
-        simulator.run(at_ms * MILLISECOND - 1)
-        simulator.inject(tick, 0.0)
-        simulator.advance(at_ms * MILLISECOND)
-    simulator.run(10 * SECOND)
-    assert sent == [(500, 0.0), (1500, 2.0), (2500, -2.0), (9500, 0.0)]
+        bench.meet(at_ms, tick=0.0)
+    bench.run(10_000)
+    assert bench.said["level"] == [(500, 0.0), (1500, 2.0), (2500, -2.0), (9500, 0.0)]

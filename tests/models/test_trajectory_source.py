@@ -5,55 +5,33 @@ from itertools import pairwise
 
 import pytest
 
-from firmware_runtime.devs.coupled import Coupled
-from firmware_runtime.devs.simulator import Simulator
 from firmware_runtime.devs.time import MILLISECOND
 from firmware_runtime.models.motion import Motion, Setpoint
 from firmware_runtime.models.position_fix import PositionState
 from firmware_runtime.models.trajectory_paths import Circle, Pose, RejoinLimits
 from firmware_runtime.models.trajectory_source import TrajectorySource
+from tests.support.atomic_bench import AtomicBench
 
 PERIOD = 20 * MILLISECOND
 LIMITS = RejoinLimits(0.2, 0.1, 0.5, least_s=1.0, ramp_s=2.0)
 CIRCLE = Circle(Pose(0.0, 0.0, 0.5), 1.0, 20.0)
 
 
-class Follower:
+class Follower(AtomicBench):
     """A trajectory, its setpoints by coordinate, and the body's motion as the test says."""
 
     def __init__(self, *, enabled: bool = True) -> None:
-        top = Coupled("top")
-        self.source = top.add(TrajectorySource("path", CIRCLE, PERIOD, LIMITS, enabled=enabled))
-        self.inputs = {
-            port.name: top.in_port(port.name, port.type) for port in self.source.in_ports.values()
-        }
-        for name, port in self.inputs.items():
-            top.couple(port, self.source.in_ports[name])
-        self.simulator = Simulator(top, checked=True)
-        self.sent: dict[str, list[tuple[int, Setpoint]]] = {"x": [], "y": [], "yaw": []}
-        for name, sent in self.sent.items():
-            self.simulator.listen(
-                self.source.out_ports[name],
-                lambda at, value, sent=sent: sent.append((at, value)),  # type: ignore[misc]
-            )
-
-    def put(self, at_ms: int, **values: object) -> None:
-        self.simulator.run(at_ms * MILLISECOND)
-        for name, value in values.items():
-            self.simulator.inject(self.inputs[name], value)
-        self.simulator.advance(at_ms * MILLISECOND)
+        super().__init__(TrajectorySource("path", CIRCLE, PERIOD, LIMITS, enabled=enabled))
+        self.sent = {name: self.said[name] for name in ("x", "y", "yaw")}
 
     def body(self, at_ms: int, x: Motion, y: Motion, yaw: Motion, **values: object) -> None:
         self.put(at_ms, x_now=x, y_now=y, yaw_now=yaw, **values)
 
-    def run(self, until_ms: int) -> None:
-        self.simulator.run(until_ms * MILLISECOND)
 
-
-def assert_smooth(sent: list[tuple[int, Setpoint]], most: float) -> None:
+def assert_smooth(sent: list[tuple[float, Setpoint]], most: float) -> None:
     """No setpoint jumps: each is where the one before it goes on to."""
     for (begin, a), (end, b) in pairwise(sent):
-        span_s = (end - begin) / 1e9
+        span_s = (end - begin) / 1e3
         assert abs(b.position - a.position - span_s * a.rate) <= most * span_s * span_s
         assert abs(b.rate - a.rate) <= most * span_s
 
@@ -72,7 +50,7 @@ def test_it_begins_at_the_bodys_own_motion_and_reaches_the_path_without_a_jump()
     follower.body(50, x, y, yaw, state=PositionState.TRACKING)
     follower.run(40_000)
     at, first = follower.sent["x"][0]
-    assert at == 60 * MILLISECOND
+    assert at == 60
     assert first.position == pytest.approx(0.3 + 0.05 * 0.01, abs=1e-4)
     for sent in follower.sent.values():
         assert_smooth(sent, 0.5)

@@ -1,4 +1,4 @@
-"""One atomic model alone in virtual time, for tests of hardware models."""
+"""One atomic model alone in virtual time, fed by hand."""
 
 from typing import Any
 
@@ -32,9 +32,14 @@ class AtomicBench:
 
     def collide(self, at_ms: float, **values: object) -> None:
         """Put values into input ports at the very instant an internal event is due."""
+        self.simulator.run(round(at_ms * MILLISECOND) - 1)
+        assert self.simulator.next_at == round(at_ms * MILLISECOND)
+        self.meet(at_ms, **values)
+
+    def meet(self, at_ms: float, **values: object) -> None:
+        """Put values into input ports together with what is due at that instant, if anything is."""
         at = round(at_ms * MILLISECOND)
-        self.simulator.run(at - 1)
-        assert self.simulator.next_at == at
+        self.simulator.run(max(self.simulator.now, at - 1))
         self._inject(at, values)
 
     def values(self, port: str) -> list[Any]:

@@ -5,8 +5,6 @@ import math
 from dataclasses import dataclass
 from random import Random
 
-from firmware_runtime.devs.coupled import Coupled
-from firmware_runtime.devs.simulator import Simulator
 from firmware_runtime.devs.time import MILLISECOND, SECOND
 from firmware_runtime.models.motion import Motion
 from firmware_runtime.models.position_estimator import EstimatorSettings, PositionEstimator
@@ -17,6 +15,7 @@ from firmware_runtime.models.position_fix import (
     PositionFix,
     PositionState,
 )
+from tests.support.atomic_bench import AtomicBench
 
 NOISE = FilterNoise(
     position_m=0.01,
@@ -31,28 +30,29 @@ TICK = 10 * MILLISECOND
 
 
 class Estimator:
-    """A position estimator alone, fed from outside; what it sent is kept."""
+    """A position estimator alone, fed from outside; what it sent is kept. Instants in ns."""
 
     def __init__(self, noise: FilterNoise = NOISE, *, history: int = 60, latency: int = 0) -> None:
-        top = Coupled("top")
         settings = EstimatorSettings(noise, 25.0, history, latency)
-        self.model = top.add(PositionEstimator("estimator", settings))
-        self.ports = {
-            port.name: top.in_port(port.name, port.type) for port in self.model.in_ports.values()
-        }
-        for name, port in self.ports.items():
-            top.couple(port, self.model.in_ports[name])
-        self.simulator = Simulator(top, checked=True)
-        self.reports: list[FixReport] = []
-        self.x: list[Motion] = []
-        self.yaw: list[Motion] = []
-        self.simulator.listen(self.model.report, lambda _at, value: self.reports.append(value))
-        self.simulator.listen(self.model.x, lambda _at, value: self.x.append(value))
-        self.simulator.listen(self.model.yaw, lambda _at, value: self.yaw.append(value))
+        self.model = PositionEstimator("estimator", settings)
+        self._bench = AtomicBench(self.model)
+        self.simulator = self._bench.simulator
+
+    @property
+    def reports(self) -> list[FixReport]:
+        return self._bench.values("report")
+
+    @property
+    def x(self) -> list[Motion]:
+        return self._bench.values("x")
+
+    @property
+    def yaw(self) -> list[Motion]:
+        return self._bench.values("yaw")
 
     def put(self, at: int, **values: object) -> None:
         for name, value in values.items():
-            self.simulator.inject(self.ports[name], value)
+            self.simulator.inject(self.model.in_ports[name], value)
         self.simulator.advance(at)
 
     def sample(self, at: int, inertial: PlanarInertial = PlanarInertial(0, 0, 0, 0)) -> None:  # noqa: B008
