@@ -61,11 +61,6 @@ class Ads1115Double(RegisterTarget):
         self._lands_at = NEVER
         self._reset()
 
-    def power_cycle(self) -> None:
-        """Lose supply and get it back: power-up values, no conversion."""
-        super().power_cycle()
-        self._reset()
-
     def catch_up(self) -> None:
         """Carry out the conversions that have ended by now; only the last leaves a trace."""
         self._at = self._now()

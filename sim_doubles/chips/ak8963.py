@@ -17,15 +17,13 @@ see `host_reaches`; a die on a board of its own always answers.
 
 from collections.abc import Callable
 from struct import Struct
-from typing import TypeAlias
 
 from firmware_runtime.devs.time import MICROSECOND, MILLISECOND, NEVER
 from sim_doubles.chips.protocol_warnings import ProtocolWarnings
 from sim_doubles.clock import Now
 from sim_doubles.i2c_target import Target
+from sim_doubles.inertial_truth import Vector
 from sim_doubles.worlds.noise import part_noise
-
-Vector: TypeAlias = tuple[float, float, float]
 
 ADDRESS = 0x0C
 

@@ -24,21 +24,12 @@ registers above 30 read 0xFF.
 import math
 from collections.abc import Callable
 from struct import Struct
-from typing import TypeAlias
 
 from firmware_runtime.devs.time import MILLISECOND, NEVER
-from sim_doubles.chips.command_sequence import (
-    CHANGE_ADDRESS,
-    CommandSequence,
-    changed_address,
-    checked_address,
-)
-from sim_doubles.chips.protocol_warnings import ProtocolWarnings
-from sim_doubles.chips.register_target import RegisterTarget
+from sim_doubles.chips.devantech import CommandSequence, DevantechDouble
 from sim_doubles.clock import Now
+from sim_doubles.inertial_truth import Vector
 from sim_doubles.worlds.noise import part_noise
-
-Vector: TypeAlias = tuple[float, float, float]
 
 ADDRESSES = range(0x60, 0x68)
 
@@ -77,7 +68,7 @@ def _at_rest(_at: int) -> Vector:
     return (0.0, 0.0, 0.0)
 
 
-class Cmps12Double(RegisterTarget):
+class Cmps12Double(DevantechDouble):
     """A CMPS12; `bearing_deg` gives the compass bearing in degrees, clockwise from north.
 
     `pitch_roll_deg` gives both in degrees, `rate_rad_s` what the raw gyro measures. Each is called
@@ -100,8 +91,7 @@ class Cmps12Double(RegisterTarget):
         version: int = 7,
         noise_seed: int | None = 1,
     ) -> None:
-        super().__init__(now, checked_address("CMPS12", address, ADDRESSES))
-        self.warnings = ProtocolWarnings(f"CMPS12 0x{address:02x}")
+        super().__init__(now, "CMPS12", address, ADDRESSES)
         self.calibration_state = calibration_state
         self.stored_state: int | None = calibration_state
         self.temperature_c = temperature_c
@@ -113,19 +103,16 @@ class Cmps12Double(RegisterTarget):
         self.hangs_from = NEVER
         self._registers = bytes(REGISTERS)
         self._next_command_at = self._at
-        self._sequences = (
+        self._sequences += (
             CommandSequence(STORE_PROFILE, self._store, self.warnings),
             CommandSequence(ERASE_PROFILE, self._erase, self.warnings),
-            CommandSequence(CHANGE_ADDRESS, self._readdress, self.warnings),
         )
 
-    def power_cycle(self) -> None:
-        """Lose supply and get it back: calibrated as stored, or not at all; the address is kept."""
-        super().power_cycle()
+    def _reset(self) -> None:
+        """Be calibrated as stored, or not at all."""
+        super()._reset()
         self._next_command_at = self._at
         self.calibration_state = self.stored_state or 0
-        for sequence in self._sequences:
-            sequence.reset()
 
     # Bus face
 
@@ -149,21 +136,15 @@ class Cmps12Double(RegisterTarget):
         self._next_command_at = self._at + BETWEEN_COMMANDS
         if early:
             self.warnings.note(f"command 0x{byte:02x} within 20 ms of the last; it is lost")
-            for sequence in self._sequences:
-                sequence.break_off()
-            return
-        taken = [sequence.take(byte) for sequence in self._sequences]
-        if not any(taken):
-            self.warnings.note(f"command 0x{byte:02x} does not exist; it is ignored")
+            self._break_off()
+        else:
+            super()._take_command(byte)
 
     def _store(self, _byte: int) -> None:
         self.stored_state = self.calibration_state
 
     def _erase(self, _byte: int) -> None:
         self.stored_state = None
-
-    def _readdress(self, byte: int) -> None:
-        self.address = changed_address(self.address, byte, ADDRESSES, self.warnings)
 
     # Measuring
 

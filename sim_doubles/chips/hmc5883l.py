@@ -15,15 +15,13 @@ subtracted; a reserved rate or bias measures nothing.
 import math
 from collections.abc import Callable
 from struct import Struct
-from typing import TypeAlias
 
 from firmware_runtime.devs.time import MICROSECOND, MILLISECOND, NEVER
 from sim_doubles.chips.protocol_warnings import ProtocolWarnings
 from sim_doubles.chips.register_target import RegisterTarget
 from sim_doubles.clock import Now
+from sim_doubles.inertial_truth import Vector
 from sim_doubles.worlds.noise import part_noise
-
-Vector: TypeAlias = tuple[float, float, float]
 
 ADDRESS = 0x1E
 
@@ -76,11 +74,6 @@ class Hmc5883lDouble(RegisterTarget):
         self._registers = bytearray(POWER_UP)
         self._lands_at = NEVER
         self._read = 0  # the data registers read since all six were, a bit each
-        self._reset()
-
-    def power_cycle(self) -> None:
-        """Lose supply and get it back: power-up values, one measurement, then idle."""
-        super().power_cycle()
         self._reset()
 
     def catch_up(self) -> None:
@@ -150,6 +143,7 @@ class Hmc5883lDouble(RegisterTarget):
         return self._registers[CRA] & 0x03
 
     def _reset(self) -> None:
+        """Take the power-up values: one measurement, then idle."""
         self._registers[:] = POWER_UP
         self._gain = self._next_gain = POWER_UP[CRB] >> 5
         self._ready = False

@@ -16,15 +16,8 @@ import math
 from struct import Struct
 
 from firmware_runtime.devs.time import MILLISECOND, NEVER, SECOND
-from sim_doubles.chips.command_sequence import (
-    CHANGE_ADDRESS,
-    CommandSequence,
-    changed_address,
-    checked_address,
-)
+from sim_doubles.chips.devantech import DevantechDouble
 from sim_doubles.chips.motor_pair import MotorDriverDouble, MotorPair
-from sim_doubles.chips.protocol_warnings import ProtocolWarnings
-from sim_doubles.chips.register_target import RegisterTarget
 from sim_doubles.clock import Now
 
 ADDRESSES = range(0x58, 0x60)
@@ -54,7 +47,7 @@ COUNTS_PER_TURN = 360
 ENCODER = Struct(">I")
 
 
-class Md25Double(MotorDriverDouble, RegisterTarget):
+class Md25Double(MotorDriverDouble, DevantechDouble):
     """An MD25 with two EMG30 motors, whose rated speed is 170 rpm.
 
     World face: `motors` (speeds, turns, what will come), `battery_v`, `currents_a`; `regulated`
@@ -71,21 +64,13 @@ class Md25Double(MotorDriverDouble, RegisterTarget):
         currents_a: tuple[float, float] = (0.0, 0.0),
         version: int = 2,
     ) -> None:
-        super().__init__(now, checked_address("MD25", address, ADDRESSES))
-        self.warnings = ProtocolWarnings(f"MD25 0x{address:02x}")
+        super().__init__(now, "MD25", address, ADDRESSES)
         self.motors = MotorPair(self._at, LARGEST, full_speed_rad_s)
         self.battery_v = battery_v
         self.currents_a = currents_a
         self._version = version
-        self._address_change = CommandSequence(CHANGE_ADDRESS, self._readdress, self.warnings)
         self._timeout_on = True
         self._speed_written = False  # new speeds wait for STOP
-        self._reset()
-
-    def power_cycle(self) -> None:
-        """Lose supply and get it back: stopped, mode 0, encoders 0; the address is kept."""
-        super().power_cycle()
-        self._address_change.reset()
         self._reset()
 
     # Bus face
@@ -111,7 +96,7 @@ class Md25Double(MotorDriverDouble, RegisterTarget):
         if register == COMMAND:
             self._take_command(byte)
             return
-        self._address_change.break_off()
+        self._break_off()
         if register <= SPEED2:
             self._speeds[register] = byte
             self._speed_written = True
@@ -126,6 +111,8 @@ class Md25Double(MotorDriverDouble, RegisterTarget):
     # Registers
 
     def _reset(self) -> None:
+        """Take the power-up values: stopped, mode 0, encoders 0."""
+        super()._reset()
         self._mode = 0
         self._acceleration = 5
         self._speeds = [STOP_BYTE[0]] * 2
@@ -154,21 +141,17 @@ class Md25Double(MotorDriverDouble, RegisterTarget):
             self._speed_written = False
             self.motors.halt(self._at)
 
-    def _take_command(self, byte: int) -> None:
-        if self._address_change.take(byte):
-            return
-        if byte == RESET_ENCODERS:
+    def _obey(self, command: int) -> bool:
+        if command == RESET_ENCODERS:
             self._zeros = self._counts()
-        elif byte in {REGULATOR_OFF, REGULATOR_ON}:
-            self.regulated = byte == REGULATOR_ON
-        elif byte in {TIMEOUT_OFF, TIMEOUT_ON} and self._version >= 2:
-            self._timeout_on = byte == TIMEOUT_ON
+        elif command in {REGULATOR_OFF, REGULATOR_ON}:
+            self.regulated = command == REGULATOR_ON
+        elif command in {TIMEOUT_OFF, TIMEOUT_ON} and self._version >= 2:
+            self._timeout_on = command == TIMEOUT_ON
             self.motors.put_off_stop(self._at, self._at + TIMEOUT if self._timeout_on else NEVER)
         else:
-            self.warnings.note(f"command 0x{byte:02x} does not exist; it is ignored")
-
-    def _readdress(self, byte: int) -> None:
-        self.address = changed_address(self.address, byte, ADDRESSES, self.warnings)
+            return False
+        return True
 
     # Motors
 

@@ -59,11 +59,6 @@ class RegisterTableDouble(RegisterTarget):
         """Let the chip itself put a word into a register."""
         self._words[name] = word
 
-    def power_cycle(self) -> None:
-        """Lose supply and get it back: every register as at power-up."""
-        super().power_cycle()
-        self._reset()
-
     def written(self, register: Register, word: int) -> None:
         """Do what follows from a word that the host wrote; nothing, unless a subclass says so."""
 

@@ -81,12 +81,13 @@ class RegisterTarget(Target):
             self._end()
 
     def power_cycle(self) -> None:
-        """Lose supply and get it back: the transaction is over, the pointer is 0."""
+        """Lose supply and get it back: the transaction is over, the pointer 0, the chip reset."""
         self._at = self._now()
         self._pointer = 0
         self._in_transaction = self._expects_pointer = False
         self._taken.clear()
         self._given = b""
+        self._reset()
 
     def _go_on(self) -> None:
         """Be where the clock is now; a message takes time on the wire."""
@@ -102,6 +103,9 @@ class RegisterTarget(Target):
         self._given = b""
 
     # What a chip says
+
+    def _reset(self) -> None:
+        """Put everything volatile at its power-up value, at the instant `_at`."""
 
     def _listens_to(self, address: int, *, read: bool) -> bool:  # noqa: ARG002 (for general calls)
         return address == self.address

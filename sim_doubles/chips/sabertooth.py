@@ -14,7 +14,7 @@ ramping 0 jumps, above 80 is ignored.
 """
 
 from firmware_runtime.devs.time import MILLISECOND, NEVER, SECOND
-from sim_doubles.chips.command_sequence import checked_address
+from sim_doubles.chips.devantech import checked_address
 from sim_doubles.chips.motor_pair import MotorDriverDouble, MotorPair
 from sim_doubles.chips.protocol_warnings import ProtocolWarnings
 from sim_doubles.clock import Now

@@ -14,14 +14,7 @@ from collections.abc import Callable, Sequence
 
 from firmware_runtime.devs.time import MICROSECOND, MILLISECOND
 from firmware_runtime.hal.i2c import GENERAL_CALL
-from sim_doubles.chips.command_sequence import (
-    CHANGE_ADDRESS,
-    CommandSequence,
-    changed_address,
-    checked_address,
-)
-from sim_doubles.chips.protocol_warnings import ProtocolWarnings
-from sim_doubles.chips.register_target import RegisterTarget
+from sim_doubles.chips.devantech import DevantechDouble
 from sim_doubles.clock import Now
 
 ADDRESSES = range(0x70, 0x80)
@@ -50,7 +43,7 @@ GAINS = (
 )
 
 
-class Srf08Double(RegisterTarget):
+class Srf08Double(DevantechDouble):
     """An SRF08; `echoes` gives the distances of what reflects, in m, nearest first.
 
     It is called at the instant of each ping, in ns. World face: `light` (0 to 255) is taken with
@@ -66,13 +59,11 @@ class Srf08Double(RegisterTarget):
         light: int = 128,
         revision: int = 10,
     ) -> None:
-        super().__init__(now, checked_address("SRF08", address, ADDRESSES))
-        self.warnings = ProtocolWarnings(f"SRF08 0x{address:02x}")
+        super().__init__(now, "SRF08", address, ADDRESSES)
         self.light = light
         self.pings = 0
         self._echoes = echoes
         self._revision = revision
-        self._address_change = CommandSequence(CHANGE_ADDRESS, self._readdress, self.warnings)
         self._last_ping_at: int | None = None
         self._asked: int | None = None  # a ranging command that waits for STOP
         self._reset()
@@ -93,12 +84,6 @@ class Srf08Double(RegisterTarget):
     def farthest_m(self) -> float:
         """The distance from which an echo still counts."""
         return (self._range + 1) * RANGE_STEP_M
-
-    def power_cycle(self) -> None:
-        """Lose supply and get it back: gain 31, range 255, no echoes; the address is kept."""
-        super().power_cycle()
-        self._address_change.reset()
-        self._reset()
 
     # Bus face
 
@@ -121,7 +106,7 @@ class Srf08Double(RegisterTarget):
         if register == COMMAND:
             self._take_command(byte)
             return
-        self._address_change.break_off()
+        self._break_off()
         if register == GAIN:
             if byte > MOST_GAIN:
                 self.warnings.note(f"gain {byte} written; {MOST_GAIN} is the most there is")
@@ -134,21 +119,18 @@ class Srf08Double(RegisterTarget):
     # Commands
 
     def _reset(self) -> None:
+        """Take the power-up values: gain 31, range 255, no echoes."""
+        super()._reset()
         self._gain, self._range = MOST_GAIN, MOST_RANGE
         self._ready_at = self._at
         self._asked = None
         self._results = bytes([self._revision, *bytes(REGISTERS - 1)])
 
-    def _take_command(self, byte: int) -> None:
-        if self._address_change.take(byte):
-            return
-        if byte in RANGING:
-            self._asked = byte
-        else:
-            self.warnings.note(f"command 0x{byte:02x} does not exist; it is ignored")
-
-    def _readdress(self, byte: int) -> None:
-        self.address = changed_address(self.address, byte, ADDRESSES, self.warnings)
+    def _obey(self, command: int) -> bool:
+        if command not in RANGING:
+            return False
+        self._asked = command
+        return True
 
     # Ranging
 

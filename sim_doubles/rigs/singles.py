@@ -8,7 +8,7 @@ double's class takes it.
 import math
 from collections.abc import Callable, Sequence
 from functools import partial
-from typing import Final, TypeAlias
+from typing import Final
 
 from firmware_runtime.devs.time import SECOND
 from sim_doubles.chip_doubles import chip_double
@@ -22,11 +22,9 @@ from sim_doubles.chips.srf08 import Srf08Double
 from sim_doubles.clock import Now
 from sim_doubles.i2c_bus import I2cBusDouble
 from sim_doubles.i2c_target import Target
-from sim_doubles.inertial_truth import InertialTruth
+from sim_doubles.inertial_truth import InertialTruth, Vector
 from sim_doubles.serial_line import SerialLineDouble
 from sim_doubles.served.server import RealClock
-
-Vector: TypeAlias = tuple[float, float, float]
 
 BUS_HZ: Final = 400_000
 PERIOD_S: Final = 10.0
