@@ -2,7 +2,7 @@
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator, Sequence
-from typing import ClassVar, Protocol
+from typing import ClassVar, Protocol, TypeAlias
 
 from firmware_runtime.hal.accounted_bus import AccountedBus
 from firmware_runtime.hal.i2c import Message
@@ -10,8 +10,8 @@ from sim_doubles.clock import ManualClock
 from sim_doubles.faults import FaultScript
 from sim_doubles.i2c_bus import I2cBusDouble
 from sim_doubles.i2c_target import Target
-from sim_doubles.inertial_truth import Vector
 
+Vector: TypeAlias = tuple[float, float, float]
 MILLISECOND = 1_000_000
 
 
