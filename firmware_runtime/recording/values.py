@@ -25,6 +25,7 @@ imported, must be defined there and hold fields alone, and is made without its o
 (`records`).
 """
 
+from collections.abc import Callable
 from enum import Enum
 from typing import Any, Final
 
@@ -33,14 +34,12 @@ import msgspec
 from firmware_runtime.errors import ConfigError, text_of
 from firmware_runtime.recording.records import UnknownValue, class_named, name_of, record_of
 from firmware_runtime.recording.value_reader import Reader
-from firmware_runtime.recording.value_writer import DEEPEST, GENERATORS, Plain, Writer, encode
+from firmware_runtime.recording.value_writer import GENERATORS, Plain, Writer, encode
 
 __all__ = ["GENERATORS", "Plain", "Reader", "UnknownValue", "Writer"]
 
 _decode: Final = msgspec.msgpack.Decoder().decode
 _NUMBERS: Final = frozenset({"array", "scalar", "numbers"})
-_DEEPEST_FORM: Final = 3 * DEEPEST
-"""A dictionary is written as a map of a list of pairs."""
 
 
 def plain(value: object) -> Plain:
@@ -107,22 +106,63 @@ def pack(structure: Plain) -> bytes:
 
 def unpack(content: bytes) -> Plain:
     """Plain values of bytes. Raises msgspec.DecodeError."""
+    return decoded(_decode, content)
+
+
+def decoded(decode: Callable[[bytes], Any], content: bytes) -> Any:  # noqa: ANN401 -- as it returns
+    """What a decoder of MessagePack makes of bytes. Raises msgspec.DecodeError."""
+    if is_too_deep(content):
+        raise msgspec.ValidationError(f"more than {MOST_DEPTH} lists and maps in one another")
     try:
-        return shallow(_decode(content))
+        return decode(content)
     except (UnicodeDecodeError, RecursionError) as error:  # of a text, or too deep
-        raise msgspec.DecodeError(text_of(error)) from error
+        raise msgspec.ValidationError(text_of(error)) from error
 
 
-def shallow(form: Plain) -> Plain:
-    """The same, which nothing that goes through it has to fear for its stack.
+MOST_DEPTH: Final = 200
+"""Of lists and maps within another: what goes deeper is no section that a run has written."""
+_NO_CONTAINERS: Final = bytes({*range(256)} - {*range(0x80, 0xA0), *range(0xDC, 0xE0)})
+_LENGTHS: Final = {0xC4: 1, 0xC5: 2, 0xC6: 4, 0xD9: 1, 0xDA: 2, 0xDB: 4, 0xC7: 1, 0xC8: 2, 0xC9: 4}
+"""Bytes of the length of what has one: bytes, texts, extensions."""
+_SIZES: Final = dict(
+    zip(range(0xCA, 0xD9), (4, 8, 1, 2, 4, 8, 1, 2, 4, 8, 2, 3, 5, 9, 17), strict=True)
+)
+"""Bytes of numbers, and of extensions of a fixed length."""
+_COUNTS: Final = {0xDC: (2, 1), 0xDD: (4, 1), 0xDE: (2, 2), 0xDF: (4, 2)}
+"""Of lists and maps: bytes of their length, and things in an item."""
 
-    Raises msgspec.DecodeError.
-    """
-    level = [form]
-    for _ in range(_DEEPEST_FORM):
-        inner = [each for each in level if isinstance(each, list | dict | tuple)]
-        if not inner:
-            return form
-        level = [part for each in inner for part in each]
-        level += [part for each in inner if isinstance(each, dict) for part in each.values()]
-    raise msgspec.DecodeError(f"over {_DEEPEST_FORM} lists within each other")
+
+def is_too_deep(content: bytes) -> bool:
+    """Whether MessagePack has more lists and maps in one another than a stack may have room for."""
+    if len(content.translate(None, _NO_CONTAINERS)) <= MOST_DEPTH:
+        return False
+    left, place, end = [1], 0, len(content)
+    while place < end and left:
+        if left[-1] == 0:
+            left.pop()
+            continue
+        left[-1] -= 1
+        place, items = _passed(content, place)
+        if items:
+            left.append(items)
+            if len(left) > MOST_DEPTH:
+                return True
+    return False
+
+
+def _passed(content: bytes, place: int) -> tuple[int, int]:
+    """Where what stands there ends, or begins with its items, and how many these are."""
+    byte = content[place]
+    if byte in _COUNTS:
+        length, times = _COUNTS[byte]
+        count = int.from_bytes(content[place + 1 : place + 1 + length], "big")
+        return place + 1 + length, times * count
+    if 0x80 <= byte < 0xA0:
+        return place + 1, (byte & 0x0F) * (2 if byte < 0x90 else 1)
+    if 0xA0 <= byte < 0xC0:
+        return place + 1 + (byte & 0x1F), 0
+    if byte in _LENGTHS:
+        length = _LENGTHS[byte]
+        size = int.from_bytes(content[place + 1 : place + 1 + length], "big")
+        return place + 1 + length + size + (0xC7 <= byte <= 0xC9), 0
+    return place + 1 + _SIZES.get(byte, 0), 0

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from firmware_runtime.errors import ConfigError, text_of
 from firmware_runtime.executive.outcome import Outcome
-from firmware_runtime.recording.blackbox.chunk_file import Numbered, file_of, used_of
+from firmware_runtime.recording.blackbox.chunk_file import Chunk, file_of
 from firmware_runtime.recording.blackbox.locations import failed_start_beside
 from firmware_runtime.recording.blackbox.reader import kind_of, read_recording
 from firmware_runtime.recording.blackbox.section import Kind, decode
@@ -36,7 +36,7 @@ def keep_failed_start(
             recorder.finish(Outcome(RunState.FAILED, reason, error), clock.now())
         sections = [encoded_header(header_of(robot)), *recorder.before_the_run]
         recording.parent.mkdir(parents=True, exist_ok=True)
-        content = file_of([Numbered(1, sections)])
+        content = file_of([Chunk(1, sections)])
         replace_file(failed_start_beside(recording), content, OWN_AND_GROUP)
     except Exception as worse:  # noqa: BLE001 -- why the start failed is what matters
         log(f"warning: this start is not recorded: {text_of(worse)}")
@@ -50,7 +50,7 @@ def keep_recording(path: Path | None, into: Path) -> str | None:
     if path is None:
         return f"{into}: nothing of this run was recorded"
     try:
-        keep_file(into, used_of(read_recording(path)))
+        keep_file(into, file_of(read_recording(path).chunks))
     except (OSError, ConfigError) as error:
         why = (isinstance(error, OSError) and error.strerror) or text_of(error)
         return f"{into}: the recording cannot be kept there ({why}); it is in {path}"

@@ -7,9 +7,8 @@ import pytest
 
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.errors import StatisticsFileError
-from firmware_runtime.recording.blackbox.excerpts import Pieces
+from firmware_runtime.recording.blackbox.excerpts import Mirror, Pieces
 from firmware_runtime.recording.blackbox.layout import CHUNK, MAGIC, PREFIX_SIZE, Size
-from firmware_runtime.recording.blackbox.mirror import Mirror
 from firmware_runtime.recording.blackbox.reader import Recording, kind_of, read_recording
 from firmware_runtime.recording.blackbox.ring import Ring
 from firmware_runtime.recording.blackbox.ring_file import RingFile
@@ -209,7 +208,7 @@ def test_a_chunk_that_is_written_over_while_it_is_read_is_left_out(
         assert ring.content(0, 0, slot) is not None
         run.steps(1)  # into the place of the oldest
         assert ring.content(0, 0, slot) is None
-        assert [number for number, _ in ring.chunks()] == [2, 3, 4]
+        assert [each.number for each in ring.chunks()] == [2, 3, 4]
 
 
 def test_a_folder_that_goes_away_is_an_error_with_its_name(rig: Rig) -> None:
@@ -233,7 +232,7 @@ def at(content: bytes) -> int:
 def test_sections_of_a_real_run_are_kept_as_they_are(rig: Rig, tmp_path: Path) -> None:
     path = record(tmp_path / "y.recording", "detective", 0.1)
     with RingFile(path) as ring:
-        kept = [each for _, contents in ring.chunks() for each in contents[1:]]
+        kept = [each for chunk in ring.chunks() for each in chunk.contents[1:]]
     assert kept == every_section(path)
     assert rig.files == []
 

@@ -6,12 +6,12 @@ from pathlib import Path
 import pytest
 
 from firmware_runtime.errors import ConfigError
-from firmware_runtime.recording.blackbox.chunk_file import Numbered, file_of
+from firmware_runtime.recording.blackbox.chunk_file import Chunk, file_of
 from firmware_runtime.recording.blackbox.layout import CHUNK, MAGIC, PREFIX, PREFIX_SIZE, SECTION
-from firmware_runtime.recording.blackbox.reader import kind_of, read_recording, recording_in
+from firmware_runtime.recording.blackbox.reader import kind_of, read_recording
 from firmware_runtime.recording.blackbox.salvage import Saved, save
 from firmware_runtime.recording.blackbox.section import Kind
-from tests.support.recorded import every_section, in_chunks, record
+from tests.support.recorded import every_section, in_chunks, record, recording_in
 
 PATH = Path("damaged.recording")
 IN_A_CHUNK = 8
@@ -25,7 +25,7 @@ def whole(tmp_path_factory: pytest.TempPathFactory) -> bytes:
 
 
 def sections_of(content: bytes) -> list[bytes]:
-    chunks = recording_in(content, PATH).chunks
+    chunks = recording_in(content).chunks
     every = [each for chunk in chunks for each in chunk.contents]
     return [each for each in every if kind_of(each) != Kind.HEADER]
 
@@ -51,14 +51,14 @@ def places(content: bytes) -> Iterator[tuple[int, int]]:
 def saved(content: bytes) -> tuple[Saved, list[bytes]]:
     """What is saved, and its sections as a reader finds them: it is whole but for gaps."""
     done = save(PATH, content)
-    assert all("missing" in fault for fault in recording_in(done.content, PATH).faults())
+    assert all("missing" in fault for fault in recording_in(done.content).faults())
     return done, sections_of(done.content)
 
 
 def test_of_a_whole_one_nothing_is_lost(whole: bytes) -> None:
     done, sections = saved(whole)
     assert (done.lost, sections) == ([], sections_of(whole))
-    assert recording_in(done.content, PATH).is_from_start
+    assert recording_in(done.content).is_from_start
     assert len(sections) > 3 * IN_A_CHUNK
 
 
@@ -78,7 +78,7 @@ def test_a_gap_stays_a_gap(whole: bytes) -> None:
     damaged = bytearray(whole)
     damaged[begin + 20] ^= 1
     done, _ = saved(bytes(damaged))
-    (fault,) = recording_in(done.content, PATH).faults()
+    (fault,) = recording_in(done.content).faults()
     assert "is missing" in fault
 
 
@@ -96,7 +96,7 @@ def test_a_header_that_is_damaged_costs_nothing(whole: bytes) -> None:
         damaged[begin + CHUNK.size + 100] ^= 0x40
         done, sections = saved(bytes(damaged))
         assert (sections, done.lost) == (sections_of(whole), [])
-        assert recording_in(done.content, PATH).is_from_start
+        assert recording_in(done.content).is_from_start
 
 
 @pytest.mark.parametrize("lost", [1, 40, PREFIX_SIZE])
@@ -127,10 +127,8 @@ def test_chunks_of_a_recording_are_as_they_were(tmp_path: Path, whole: bytes) ->
 
 @pytest.mark.slow
 def test_what_is_saved_of_a_file_with_many_gaps_is_not_much_larger_than_it(whole: bytes) -> None:
-    header, every = recording_in(whole, PATH).chunks[0].contents[0], sections_of(whole)
-    damaged = bytearray(
-        file_of([Numbered(1, [header, *every]), Numbered(2, [header, *every * 20])])
-    )
+    header, every = recording_in(whole).chunks[0].contents[0], sections_of(whole)
+    damaged = bytearray(file_of([Chunk(1, [header, *every]), Chunk(2, [header, *every * 20])]))
     touched = list(places(bytes(damaged)))[: len(every) : 2]
     for begin, _ in touched:
         damaged[begin + SECTION.size + 4] ^= 1

@@ -6,13 +6,12 @@ from pathlib import Path
 
 import pytest
 
+from firmware_runtime.recording.blackbox.excerpts import Mirror
 from firmware_runtime.recording.blackbox.file_content import whole_content_of
 from firmware_runtime.recording.blackbox.layout import CHUNK, PREFIX, PREFIX_SIZE, SECTION
-from firmware_runtime.recording.blackbox.mirror import Mirror
-from firmware_runtime.recording.blackbox.reader import recording_in
 from firmware_runtime.recording.blackbox.ring_file import RingFile
 from firmware_runtime.recording.blackbox.salvage import save
-from tests.support.recorded import record
+from tests.support.recorded import record, recording_in
 
 PATH = Path("damaged.recording")
 SEEDS = range(25)
@@ -58,9 +57,9 @@ def check(ring: bytes, begin: int, end: int, content: bytes) -> None:
         for place, after in sections_of(ring)
         if after <= begin or place >= end or damaged[place:after] == ring[place:after]
     ]
-    recording = recording_in(save(PATH, damaged).content, PATH)
+    recording = recording_in(save(PATH, damaged).content)
     assert [each for chunk in recording.chunks for each in chunk.contents[1:]] == expected
-    assert recording.header == recording_in(ring, PATH).header
+    assert recording.header == recording_in(ring).header
 
 
 @pytest.mark.slow

@@ -13,15 +13,16 @@ import pytest
 
 from firmware_runtime.cli.main import main
 from firmware_runtime.errors import ConfigError, StatisticsFileError, Status
-from firmware_runtime.recording.blackbox.chunk_file import Numbered, file_of
+from firmware_runtime.recording.blackbox.chunk_file import Chunk, file_of
 from firmware_runtime.recording.blackbox.layout import MOST_CHUNKS, prefix
 from firmware_runtime.recording.blackbox.locations import find_recording
-from firmware_runtime.recording.blackbox.reader import kind_of, read_recording, recording_in
-from firmware_runtime.recording.blackbox.section import MOST_DEPTH, Kind, decode, is_too_deep
+from firmware_runtime.recording.blackbox.reader import kind_of, read_recording
+from firmware_runtime.recording.blackbox.section import Kind, decode
+from firmware_runtime.recording.values import MOST_DEPTH, is_too_deep
 from firmware_runtime.statistics.file_header import STATISTICS
 from firmware_runtime.statistics.paths import default_path, find_statistics
 from tests.support.mutated import EXPECTED, VERBS, deep
-from tests.support.recorded import in_chunks, record
+from tests.support.recorded import in_chunks, record, recording_in
 
 STRANGER = 54321
 """A user who is neither this one nor root nor the service's."""
@@ -31,7 +32,7 @@ STRANGER = 54321
 def whole(tmp_path_factory: pytest.TempPathFactory) -> list[list[bytes]]:
     """Some chunks of a few sections each."""
     path = record(tmp_path_factory.mktemp("recordings") / "run.recording", "detective", 0.05)
-    return [each.contents for each in recording_in(in_chunks(path, 20), path).chunks]
+    return [each.contents for each in recording_in(in_chunks(path, 20)).chunks]
 
 
 def changed(whole: Sequence[Sequence[bytes]], kind: Kind, field: int, value: object) -> bytes:
@@ -43,7 +44,7 @@ def changed(whole: Sequence[Sequence[bytes]], kind: Kind, field: int, value: obj
                 section = msgspec.msgpack.decode(content)
                 section[field] = value
                 contents[place] = msgspec.msgpack.encode(section)
-                return file_of([Numbered(n, each) for n, each in enumerate(chunks, start=1)])
+                return file_of([Chunk(n, each) for n, each in enumerate(chunks, start=1)])
     raise AssertionError(kind)
 
 
@@ -167,7 +168,7 @@ def test_a_recording_of_another_user_is_refused_with_what_to_do(
     verb: str,
 ) -> None:
     path = tmp_path / "x.recording"
-    path.write_bytes(file_of([Numbered(n, each) for n, each in enumerate(whole, start=1)]))
+    path.write_bytes(file_of([Chunk(n, each) for n, each in enumerate(whole, start=1)]))
     give(path)
     ended = command(*VERBS[verb](path, tmp_path))
     assert (ended.status, ended.out) == (Status.BAD_INPUT, "")
@@ -181,7 +182,7 @@ def test_a_folder_of_another_user_is_not_looked_in(
 ) -> None:
     state_directory.mkdir()
     path = state_directory / "detective.recording"
-    path.write_bytes(file_of([Numbered(n, each) for n, each in enumerate(whole, start=1)]))
+    path.write_bytes(file_of([Chunk(n, each) for n, each in enumerate(whole, start=1)]))
     assert find_recording("detective") == path
     give(state_directory)
     with pytest.raises(ConfigError, match=r"belongs to .*, and is not looked in"):
@@ -227,7 +228,7 @@ def test_a_test_is_the_same_whatever_the_recording_calls_itself(
         header = msgspec.msgpack.decode(contents[0])
         header[-1]["run"] = name.encode(errors="replace").decode()
         chunks.append([msgspec.msgpack.encode(header), *contents[1:]])
-    path.write_bytes(file_of([Numbered(n, each) for n, each in enumerate(chunks, start=1)]))
+    path.write_bytes(file_of([Chunk(n, each) for n, each in enumerate(chunks, start=1)]))
     assert read_recording(path).header.run
     test = tmp_path / "test_it.py"
     assert main(["replay", str(path), "--as-test", str(test), "--until", "0.04"]) == Status.OK

@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from firmware_runtime.errors import ConfigError
-from firmware_runtime.recording.blackbox.chunk_file import Numbered, file_of
+from firmware_runtime.recording.blackbox.chunk_file import Chunk, file_of
 from firmware_runtime.recording.blackbox.layout import CHUNK, PREFIX_SIZE, SECTION
 from firmware_runtime.recording.blackbox.locations import find_recording, recording_of_virtual_run
 from firmware_runtime.recording.blackbox.reader import kind_of, read_recording
@@ -105,7 +105,7 @@ def test_how_one_that_is_cut_ended_is_unknown_and_one_that_is_none_is_a_row(
 def without_its_end(path: Path) -> bytes:
     first, *_ = read_recording(path).chunks[0].contents
     contents = [each for each in every_section(path) if kind_of(each) != Kind.ENDED]
-    return file_of([Numbered(1, [first, *contents])])
+    return file_of([Chunk(1, [first, *contents])])
 
 
 def test_how_one_ended_is_said_only_where_that_is_known(

@@ -15,7 +15,7 @@ from firmware_runtime.cli import replayed_run
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.errors import Status
 from firmware_runtime.executive.clocks import MonotonicClock
-from firmware_runtime.recording.blackbox.chunk_file import Numbered, file_of
+from firmware_runtime.recording.blackbox.chunk_file import Chunk, file_of
 from firmware_runtime.recording.blackbox.locations import recording_of_virtual_run
 from firmware_runtime.recording.blackbox.reader import read_recording
 from firmware_runtime.recording.blackbox.section import Kind
@@ -144,7 +144,7 @@ def test_a_run_with_nothing_to_run_again_says_so_in_json_too(
 ) -> None:
     run = record(tmp_path / "whole.recording", "tachobot", 0.1)
     header, build, *_ = read_recording(run).chunks[0].contents
-    run.write_bytes(file_of([Numbered(1, [header, build])]))
+    run.write_bytes(file_of([Chunk(1, [header, build])]))
     ended = command("replay", run, "--json")
     said = json.loads(ended.out)
     assert (ended.status, said["identical"]) == (Status.MODEL_ERROR, False)

@@ -10,7 +10,7 @@ from firmware_runtime.board.local_settings import board_in_force
 from firmware_runtime.devs.time import MILLISECOND, SECOND
 from firmware_runtime.devs.trace import trace
 from firmware_runtime.executive.clocks import MonotonicClock
-from firmware_runtime.recording.blackbox.chunk_file import Numbered, file_of
+from firmware_runtime.recording.blackbox.chunk_file import Chunk, file_of
 from firmware_runtime.recording.blackbox.locations import recording_beside
 from firmware_runtime.recording.blackbox.reader import kind_of, read_recording
 from firmware_runtime.recording.blackbox.section import Kind
@@ -147,7 +147,7 @@ def test_what_has_been_written_over_is_said(tmp_path: Path) -> None:
     (header, *_), *_ = (each.contents for each in read_recording(path).chunks)
     sections = every_section(path)
     keyframes = [n for n, each in enumerate(sections) if kind_of(each) == Kind.KEYFRAME]
-    path.write_bytes(file_of([Numbered(2, [header, *sections[keyframes[-1] :]])]))
+    path.write_bytes(file_of([Chunk(2, [header, *sections[keyframes[-1] :]])]))
     (said,) = missing_in(read_recording(path))
     first = observed(path)[0].at
     assert first > SECOND

@@ -10,7 +10,7 @@ import pytest
 from firmware_runtime.devs.time import MILLISECOND
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.recording.blackbox import keyframe_schedule
-from firmware_runtime.recording.blackbox.chunk_file import Numbered, file_of
+from firmware_runtime.recording.blackbox.chunk_file import Chunk, file_of
 from firmware_runtime.recording.blackbox.reader import read_recording
 from firmware_runtime.recording.blackbox.section import Kind, encode
 from firmware_runtime.recording.board_of_recording import board_of_table
@@ -62,7 +62,7 @@ def test_values_within_values_are_one_sentence_on_a_small_stack(
     file = tmp_path / "deep.recording"
     section = encode((Kind.STEP.value, 0, [], [], [], [], [0, deep], [], [["in", deep]], deep))
     build = every_section(recording)[0]
-    file.write_bytes(file_of([Numbered(1, [header, build, section])]))
+    file.write_bytes(file_of([Chunk(1, [header, build, section])]))
     program = f"ulimit -s 1024; exec {sys.executable} -m firmware_runtime.cli replay {file}"
     ended = subprocess.run(["bash", "-c", program], capture_output=True, text=True, check=False)
     assert ended.returncode in {1, 2}

@@ -9,7 +9,7 @@ from typing import Any
 import msgspec
 import pytest
 
-from firmware_runtime.recording.blackbox.chunk_file import Numbered, file_of
+from firmware_runtime.recording.blackbox.chunk_file import Chunk, file_of
 from firmware_runtime.recording.blackbox.reader import read_recording
 from firmware_runtime.recording.blackbox.section import Kind, decode, encode, sent_of
 from firmware_runtime.recording.board_of_recording import board_of
@@ -41,7 +41,7 @@ def test_every_float_that_is_one_unit_off_is_found_and_named(
         section.sent = msgspec.Raw(encode([each for one in sent for each in one]))
         changed = [*contents[:place], encode(section), *contents[place + 1 :]]
         header = recording.chunks[0].contents[0]
-        path.write_bytes(file_of([Numbered(1, [header, *changed])]))
+        path.write_bytes(file_of([Chunk(1, [header, *changed])]))
         verdict = replay(read_recording(path), board)
         assert verdict.first is not None
         port = recording.header.ports[sent[pair][0]]

@@ -14,7 +14,7 @@ from firmware_runtime.errors import ConfigError
 from firmware_runtime.executive.outcome import Outcome
 from firmware_runtime.hal.i2c import Message
 from firmware_runtime.hal.wire_errors import NoAcknowledge
-from firmware_runtime.recording.blackbox.chunk_file import Numbered, file_of
+from firmware_runtime.recording.blackbox.chunk_file import Chunk, file_of
 from firmware_runtime.recording.blackbox.layout import CHUNK, PREFIX_SIZE
 from firmware_runtime.recording.blackbox.reader import read_recording
 from firmware_runtime.recording.blackbox.section import decode
@@ -133,7 +133,7 @@ def test_a_damaged_section_is_said_and_what_is_before_it_is_replayed(record: Rec
 def test_a_section_of_endless_lists_is_damage(tmp_path: Path) -> None:
     section = b"\x9a\x04\x00\xc4\x00" + b"\x90" * 5 + b"\x91" * 100_000 + b"\xc0"
     path = tmp_path / "deep.recording"
-    path.write_bytes(file_of([Numbered(1, [section])]))
+    path.write_bytes(file_of([Chunk(1, [section])]))
     with pytest.raises(ConfigError, match="no chunk of it begins with a whole header"):
         read_recording(path)
 
@@ -146,7 +146,7 @@ def test_a_header_without_a_speed_is_none(record: Record, speed: float) -> None:
     header = decode(chunk.contents[0])
     header.extra["speed"] = speed
     first = msgspec.msgpack.encode(header)
-    path.write_bytes(file_of([Numbered(1, [first, *chunk.contents[1:]])]))
+    path.write_bytes(file_of([Chunk(1, [first, *chunk.contents[1:]])]))
     with pytest.raises(ConfigError, match="no chunk of it begins with a whole header"):
         read_recording(path)
 

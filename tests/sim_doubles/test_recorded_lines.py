@@ -14,7 +14,7 @@ from firmware_runtime.hal.i2c import Message
 from firmware_runtime.hal.served.client import ServedBus, ServedDoubles, ServedPort, look, strike
 from firmware_runtime.hal.served.packets import Strike
 from firmware_runtime.hal.wire_errors import BusAbsent, BusFault, HalError, from_os_error
-from firmware_runtime.recording.blackbox.chunk_file import Numbered, file_of
+from firmware_runtime.recording.blackbox.chunk_file import Chunk, file_of
 from firmware_runtime.recording.blackbox.reader import kind_of, read_recording
 from firmware_runtime.recording.blackbox.section import DISCARD, READ, WRITE, Kind, Transfer
 from firmware_runtime.recording.board_of_recording import board_of_table
@@ -143,7 +143,7 @@ def test_a_stop_is_never_refused_though_the_run_was_killed_before_its_own(
     recording = read_recording(runs / "tachobot")
     killed = tmp_path / "killed"
     before = [each for each in every_section(runs / "tachobot") if kind_of(each) < Kind.SAFE]
-    killed.write_bytes(file_of([Numbered(1, [recording.chunks[0].contents[0], *before])]))
+    killed.write_bytes(file_of([Chunk(1, [recording.chunks[0].contents[0], *before])]))
     assert all(
         each.kind is not Kind.SAFE for each in read_recording(killed).segments()[0].sections()
     )
@@ -187,7 +187,7 @@ def test_a_recording_that_was_written_round_begins_at_a_keyframe(tmp_path: Path)
     )
     content = in_chunks(path, 20)
     path.write_bytes(content)
-    chunks = [Numbered(each.number, each.contents) for each in read_recording(path).chunks]
+    chunks = [Chunk(each.number, each.contents) for each in read_recording(path).chunks]
     path.write_bytes(file_of(chunks[keyframe // 20 - 1 :]))
     lines = served(path)
     (segment,) = lines.recording.segments()

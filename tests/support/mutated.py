@@ -24,7 +24,7 @@ import msgspec
 
 from firmware_runtime.cli.main import main
 from firmware_runtime.errors import Status
-from firmware_runtime.recording.blackbox.chunk_file import Numbered, file_of
+from firmware_runtime.recording.blackbox.chunk_file import Chunk, file_of
 from firmware_runtime.recording.blackbox.reader import read_recording
 from firmware_runtime.recording.blackbox.section import Kind
 from firmware_runtime.recording.values import pack, unpack
@@ -78,7 +78,7 @@ def mutated(chunks: Sequence[Sequence[bytes]], seed: int | str) -> Iterator[byte
             sections = chance.choice(contents)
             place = _place(sections, chance)
             sections[place] = _mutated(sections[place], chance)
-        yield file_of([Numbered(n, each) for n, each in enumerate(contents, start=1)])
+        yield file_of([Chunk(n, each) for n, each in enumerate(contents, start=1)])
 
 
 def _place(sections: list[bytes], chance: random.Random) -> int:

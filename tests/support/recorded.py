@@ -2,12 +2,13 @@
 
 from collections.abc import Callable, Sequence
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 from firmware_runtime.board.local_settings import board_in_force
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.executive.clocks import VirtualClock
-from firmware_runtime.recording.blackbox.chunk_file import Numbered, file_of
-from firmware_runtime.recording.blackbox.reader import kind_of, read_recording
+from firmware_runtime.recording.blackbox.chunk_file import Chunk, file_of
+from firmware_runtime.recording.blackbox.reader import Recording, kind_of, read_recording
 from firmware_runtime.recording.blackbox.section import Kind
 from firmware_runtime.runs.session import Session
 from firmware_runtime.runs.start import start_session
@@ -38,7 +39,15 @@ def in_chunks(path: Path, sections: int) -> bytes:
     (first, *_), *_ = (each.contents for each in read_recording(path).chunks)
     contents = every_section(path)
     groups = [contents[at : at + sections] for at in range(0, len(contents), sections)]
-    return file_of([Numbered(n, [first, *each]) for n, each in enumerate(groups, start=1)])
+    return file_of([Chunk(n, [first, *each]) for n, each in enumerate(groups, start=1)])
+
+
+def recording_in(content: bytes) -> Recording:
+    """What the bytes of a file hold."""
+    with TemporaryDirectory() as folder:
+        path = Path(folder) / "x.recording"
+        path.write_bytes(content)
+        return read_recording(path)
 
 
 def every_section(path: Path) -> list[bytes]:

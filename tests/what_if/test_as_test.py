@@ -12,7 +12,7 @@ from firmware_boards.tachobot.allocation import Allocation
 from firmware_drivers.thrust_pairs import Forces
 
 from firmware_runtime.cli.main import main
-from firmware_runtime.recording.blackbox.chunk_file import Numbered, file_of
+from firmware_runtime.recording.blackbox.chunk_file import Chunk, file_of
 from firmware_runtime.recording.blackbox.reader import read_recording
 from firmware_runtime.recording.replay.replay_assertion import assert_replays, difference_of
 from tests.support.allocation import has_attribute
@@ -148,7 +148,7 @@ def test_what_the_runs_recording_lacks_is_said_and_stands_in_the_test(
 ) -> None:
     path, test = record(tmp_path / "run.recording", "tachobot", 0.2), tmp_path / "test_that_day.py"
     path.write_bytes(in_chunks(path, 10))
-    chunks = [Numbered(each.number, each.contents) for each in read_recording(path).chunks]
+    chunks = [Chunk(each.number, each.contents) for each in read_recording(path).chunks]
     path.write_bytes(file_of([*chunks[:2], *chunks[3:]]))
     (lacking,) = read_recording(path).faults()
     assert main(["replay", str(path), "--as-test", str(test), "--json"]) == 0

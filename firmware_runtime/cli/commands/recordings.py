@@ -20,7 +20,7 @@ from firmware_runtime.cli.arguments import (
 from firmware_runtime.cli.chosen_board import chosen_board
 from firmware_runtime.devs.time import MICROSECOND, SECOND
 from firmware_runtime.errors import ConfigError, StatisticsFileError, Status
-from firmware_runtime.recording.blackbox.chunk_file import used_of
+from firmware_runtime.recording.blackbox.chunk_file import file_of
 from firmware_runtime.recording.blackbox.excerpts import Pieces
 from firmware_runtime.recording.blackbox.file_content import whole_content_of
 from firmware_runtime.recording.blackbox.layout import PREFIX_SIZE, is_of_another_format
@@ -138,7 +138,7 @@ def _keep(arguments: argparse.Namespace) -> int:
     """Write what of a recording is used, in order."""
     recording = read_recording(find_recording(arguments.run))
     path: Path = arguments.output or Path(f"{recording.header.run}.recording")
-    content = used_of(recording)
+    content = file_of(recording.chunks)
     keep_output(path, content)
     begin, until = span_of(recording)
     print(f"{path}: {begin / SECOND:.3f} s to {until / SECOND:.3f} s, {_size(content)}")

@@ -1,23 +1,25 @@
-"""A recording as a file of its own: chunks in order, each as long as it is used; then its spare."""
+"""Chunks: sections in a row behind a header; and a recording of them as a file, with its spare."""
 
 from collections.abc import Iterable, Iterator, Sequence
 from io import BytesIO
-from typing import NamedTuple
 from zlib import crc32
 
+from msgspec import Struct
+
 from firmware_runtime.recording.blackbox.layout import CHUNK, PREFIX_SIZE, SECTION, prefix, spare_of
-from firmware_runtime.recording.blackbox.reader import Recording
 
 
-class Numbered(NamedTuple):
-    """The sections of one chunk, its header first, and its number."""
+class Chunk(Struct, frozen=True):
+    """One chunk, copied: its number and sections; `damage` says what is wrong at its end."""
 
     number: int
-    contents: Sequence[bytes]
+    contents: list[bytes]
+    """Its header first."""
+    damage: str | None = None
 
 
-def file_of(chunks: Sequence[Numbered]) -> bytes:
-    """The bytes of a recording of these chunks."""
+def file_of(chunks: Sequence[Chunk]) -> bytes:
+    """The bytes of a recording of these chunks, each as long as it is used."""
     size = max(map(_size, chunks))
     file = BytesIO()  # whose bytes are not copied at the end
     file.write(prefix(size, len(chunks)))
@@ -31,8 +33,18 @@ def file_of(chunks: Sequence[Numbered]) -> bytes:
     return file.getvalue()
 
 
-def _size(chunk: Numbered) -> int:
+def _size(chunk: Chunk) -> int:
     return CHUNK.size + sum(SECTION.size + len(each) for each in chunk.contents)
+
+
+def sections_in(content: bytes, used: int) -> Iterator[tuple[bytes, int]]:
+    """Yield the sections in so many bytes of a chunk, with their checksums; the last may be cut."""
+    place = CHUNK.size
+    while place + SECTION.size <= used:
+        length, checksum = SECTION.unpack_from(content, place)
+        place += SECTION.size
+        yield content[place : min(place + length, used)], checksum
+        place += length
 
 
 def parts_of(contents: Iterable[bytes], room: int) -> Iterator[list[bytes]]:
@@ -46,8 +58,3 @@ def parts_of(contents: Iterable[bytes], room: int) -> Iterator[list[bytes]]:
         part.append(content)
         used += SECTION.size + len(content)
     yield part
-
-
-def used_of(recording: Recording) -> bytes:
-    """The bytes of a recording without the part of its memory that is not in use."""
-    return file_of([Numbered(each.number, each.contents) for each in recording.chunks])

@@ -10,24 +10,81 @@ In its folder, for the board's seventh run:
 All together take no more than the budget; the oldest make room for new ones.
 """
 
+import os
 from collections.abc import Callable
 from pathlib import Path
 from typing import Final
 
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.errors import StatisticsFileError
-from firmware_runtime.recording.blackbox.chunk_file import Numbered, file_of
+from firmware_runtime.recording.blackbox.chunk_file import file_of
+from firmware_runtime.recording.blackbox.layout import CHUNK
 from firmware_runtime.recording.blackbox.listing import state_at_end
-from firmware_runtime.recording.blackbox.mirror import Mirror
 from firmware_runtime.recording.blackbox.reader import instants_in
-from firmware_runtime.recording.blackbox.ring_file import RingFile
+from firmware_runtime.recording.blackbox.ring_file import RingFile, Slot
 from firmware_runtime.statistics.paths import Companion
-from firmware_runtime.system.atomic_file import OWN_AND_GROUP, replace_file
+from firmware_runtime.system.atomic_file import OWN_AND_GROUP, replace_file, sync_folder
+from firmware_runtime.system.resources import Closing
 
 BEFORE: Final = 60 * SECOND
 """How much of the run before an incident is kept at least, where there is so much."""
 CRASH: Final = "crash"
 ENDED_WELL: Final = frozenset({"ended", "stopped"})
+
+
+_MODE: Final = 0o640
+
+
+class Mirror(Closing):
+    """A ring's copy on a disk at `path`, which grows with the run: what power loss leaves of it.
+
+    It has the ring's layout. At each sync what is new is written and waited for, and only then each
+    chunk says how much of it is used: the disk never holds a chunk that says more than it has.
+    Raises OSError.
+    """
+
+    def __init__(self, ring: RingFile, path: Path) -> None:
+        self.path = path
+        self._ring = ring
+        self._written = [Slot(0, 0)] * ring.count
+        flags = os.O_RDWR | os.O_CREAT | os.O_CLOEXEC | os.O_NOFOLLOW
+        self._descriptor = os.open(path, flags, _MODE)
+        os.pwrite(self._descriptor, ring.prefix, 0)
+        os.pwrite(self._descriptor, ring.spare, ring.size)
+        sync_folder(path.parent)
+
+    def sync(self) -> None:
+        """Copy what is new, and return when the disk has it. Raises OSError."""
+        new = {place: slot for place in range(self._ring.count) if (slot := self._copy(place))}
+        if not new:
+            return
+        os.fdatasync(self._descriptor)
+        for place, slot in new.items():
+            begin = CHUNK.pack(slot.number, slot.used)
+            os.pwrite(self._descriptor, begin, self._ring.begin(place))
+            self._written[place] = slot
+        os.fdatasync(self._descriptor)
+
+    def close(self) -> None:
+        """Let it go; the file stays. Again does nothing."""
+        if self._descriptor >= 0:
+            os.close(self._descriptor)
+            self._descriptor = -1
+
+    def _copy(self, place: int) -> Slot | None:
+        """Copy what is new in a chunk, and return how much of it there is now; None: nothing."""
+        slot, before = self._ring.slot(place), self._written[place]
+        if slot.number == 0 or slot == before:
+            return None
+        is_longer = slot.number == before.number
+        begin = before.used if is_longer else CHUNK.size
+        content = self._ring.content(place, begin, slot)
+        if content is None:
+            return None
+        if not is_longer:  # what it said of the chunk before is true no more
+            os.pwrite(self._descriptor, bytes(CHUNK.size), self._ring.begin(place))
+        os.pwrite(self._descriptor, content, self._ring.begin(place) + begin)
+        return slot
 
 
 class Pieces:
@@ -133,7 +190,7 @@ class Pieces:
 
     def _keep_crash(self, ring: RingFile) -> None:
         chunks = ring.chunks()
-        if not chunks or state_at_end(chunks[-1][1]) in ENDED_WELL:
+        if not chunks or state_at_end(chunks[-1].contents) in ENDED_WELL:
             return
         if not any(each.stem.startswith(f"{self._stem.name}-{CRASH}-") for each in self._of_run()):
             self._keep_piece(ring, CRASH, self._number + 1, None)
@@ -144,11 +201,11 @@ class Pieces:
         if not chunks:
             return
         if span is not None:
-            since = next(instants_in(reversed(chunks[-1][1])), 0) - span
-            begins = [next(instants_in(contents), 0) for _, contents in chunks]
+            since = next(instants_in(reversed(chunks[-1].contents)), 0) - span
+            begins = [next(instants_in(each.contents), 0) for each in chunks]
             before = [place for place, at in enumerate(begins) if at <= since]
             chunks = chunks[max(before, default=0) :]
-        content = file_of([Numbered(*each) for each in chunks])
+        content = file_of(chunks)
         path = self._named(f"-{why}-{number}")
         if self._make_room(len(content), path):
             replace_file(path, content, OWN_AND_GROUP, synced=True)

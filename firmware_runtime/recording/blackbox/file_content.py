@@ -16,8 +16,7 @@ from typing import Final
 from msgspec import Struct
 
 from firmware_runtime.errors import ConfigError
-from firmware_runtime.recording.blackbox.layout import PREFIX_SIZE, is_whole
-from firmware_runtime.recording.blackbox.ring_file import sizes_in
+from firmware_runtime.recording.blackbox.layout import PREFIX_SIZE, is_whole, sizes_in
 from firmware_runtime.system.atomic_file import foreign_owner, refused
 
 LARGEST: Final = 448 << 20
@@ -36,11 +35,6 @@ class Content(Struct, frozen=True):
     """How many there are; of a file without a prefix it has at least those."""
     read: Callable[[int, int], bytes]
     """So many bytes from a place on; a chunk that a run wrote over meanwhile is empty."""
-
-
-def content_of(content: bytes) -> Content:
-    """What is in memory."""
-    return Content(len(content), lambda begin, size: content[begin : begin + size])
 
 
 @contextmanager

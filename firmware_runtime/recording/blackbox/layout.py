@@ -49,6 +49,15 @@ def prefix(chunk_size: int, chunks: int, place: int = 0) -> bytes:
     return (said + _CHECK.pack(crc32(said))).ljust(PREFIX_SIZE, b"\0")
 
 
+def sizes_in(prefix: bytes) -> tuple[int, int]:
+    """Bytes of a chunk, and how many chunks; 0 where a file does not begin as a recording does."""
+    if len(prefix) < PREFIX_SIZE or prefix[: len(MAGIC)] != MAGIC:
+        return 0, 0
+    size, count = map(int, PREFIX.unpack_from(prefix)[1:])
+    is_sensible = CHUNK.size < size <= LARGEST_CHUNK and 0 < count <= MOST_CHUNKS
+    return (size, count) if is_sensible else (0, 0)
+
+
 def is_whole(prefix: bytes) -> bool:
     """Whether the bytes are a prefix, none of them wrong; one of an older program has no check."""
     return prefix.startswith(MAGIC) and _is_checked(prefix)

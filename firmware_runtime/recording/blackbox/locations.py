@@ -17,7 +17,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from firmware_runtime.errors import ConfigError
-from firmware_runtime.recording.blackbox.chunk_file import used_of
+from firmware_runtime.recording.blackbox.chunk_file import file_of
 from firmware_runtime.recording.blackbox.file_content import check_file
 from firmware_runtime.recording.blackbox.layout import MAGIC
 from firmware_runtime.recording.blackbox.reader import read_recording
@@ -173,7 +173,7 @@ def persist(recording: Path, folder: Path, budget: int) -> Path | None:
     copy = folder / f"{header.run}{Companion.RECORDING}"
     if copy.exists():
         return None
-    content = used_of(read_recording(recording))
+    content = file_of(read_recording(recording).chunks)
     folder.mkdir(parents=True, exist_ok=True)
     if len(content) > budget:
         fault = f"{len(content) >> 20} MiB are more than recording.keep_mib"

@@ -14,15 +14,14 @@ from msgspec import Struct
 
 from firmware_runtime.devs.time import NEVER, SECOND
 from firmware_runtime.errors import ConfigError
-from firmware_runtime.recording.blackbox.file_content import Content, content_of, opened_content
+from firmware_runtime.recording.blackbox.chunk_file import Chunk, sections_in
+from firmware_runtime.recording.blackbox.file_content import Content, opened_content
 from firmware_runtime.recording.blackbox.layout import (
     CHUNK,
-    LARGEST_CHUNK,
     MAGIC,
-    MOST_CHUNKS,
     PREFIX,
     PREFIX_SIZE,
-    SECTION,
+    sizes_in,
 )
 from firmware_runtime.recording.blackbox.ring_file import Header, header_in
 from firmware_runtime.recording.blackbox.section import Kind, Section, decode
@@ -37,16 +36,6 @@ _NO_HEADER: Final = (
     "(`recordings recover` saves what is whole)"
 )
 _EXPECTED: Final = f"expected {MAGIC!r} (`recordings recover` reads one whose beginning is lost)"
-
-
-class Chunk(Struct, frozen=True):
-    """One chunk, copied; `damage` says what is wrong at its end, None if nothing is."""
-
-    number: int
-    contents: list[bytes]
-    damage: str | None
-    lines: list[int] = []
-    """The highest number of a line in each section; -1 for one without transfers."""
 
 
 class Segment(Struct, frozen=True):
@@ -166,6 +155,32 @@ class Recording(Struct, frozen=True):
         return self.chunks[0].number == 1
 
 
+def no_instant(recording: Recording, at: int) -> ConfigError:
+    """Return the error of a recording that cannot be run again from an instant, ns."""
+    segments = recording.segments()
+    if not segments:
+        why = recording.no_keyframe()
+        said = f"no section of it can be a beginning{'' if why is None else f' ({why})'}"
+        expected = "expected a keyframe, or the start of the run"
+    else:
+        spans = [(each.first_at / SECOND, each.last_at / SECOND) for each in segments]
+        ends = spans[-1][1]
+        said = f"it ends at {ends:g} s" if at / SECOND > ends else f"it has no {at / SECOND:g} s"
+        whole = " or ".join(f"from {begin:g} to {end:g} s" for begin, end in spans)
+        expected = f"expected an instant {whole}"
+    return ConfigError.of_one(str(recording.path), f"{said}{damage(recording)}; {expected}")
+
+
+def damage(recording: Recording) -> str:
+    """A clause that names what is damaged and what can be done; empty for a whole recording."""
+    faults = recording.faults()
+    if not faults:
+        return ""
+    more = f"; {len(faults) - _MOST_NAMED} more" if len(faults) > _MOST_NAMED else ""
+    named = "; ".join(faults[:_MOST_NAMED])
+    return f", and it is damaged ({named}{more}: `recordings recover` saves what is whole)"
+
+
 def _is_date(extra: Any) -> bool:  # noqa: ANN401 -- what is in a file
     is_pair = isinstance(extra, list) and len(extra) == 2
     return is_pair and all(type(each) is int for each in extra)
@@ -175,46 +190,38 @@ def _missing(first: int, last: int) -> str:
     return f"chunk {first} is missing" if first == last else f"chunks {first} to {last} are missing"
 
 
-def read_recording(path: Path) -> Recording:
-    """Read a file. Raises ConfigError, a sentence, for one of which nothing can be used."""
-    with opened_content(path) as content:
-        return _recording(content, path)
-
-
-def recording_in(content: bytes, path: Path) -> Recording:
-    """What the bytes of the file at `path` hold. Raises ConfigError as `read_recording`."""
-    return _recording(content_of(content), path)
-
-
 def another_format(path: Path, content: bytes) -> ConfigError:
     """That a file is a recording which this program does not read."""
     fault = f"a recording of another format, {content[: len(MAGIC)]!r}; expected {MAGIC!r}"
     return ConfigError.of_one(str(path), fault)
 
 
+def read_recording(path: Path) -> Recording:
+    """Read a file. Raises ConfigError, a sentence, for one of which nothing can be used."""
+    with opened_content(path) as content:
+        return _recording(content, path)
+
+
 def _recording(content: Content, path: Path) -> Recording:
     begin = content.read(0, PREFIX_SIZE)
     if begin.startswith(MAGIC[:-1]) and not begin.startswith(MAGIC):
         raise another_format(path, begin)
-    if len(begin) < PREFIX_SIZE or begin[: len(MAGIC)] != MAGIC:
-        raise _foreign(path, f"it begins with {begin[:8]!r}")
-    _, chunk_size, chunks = PREFIX.unpack_from(begin)
-    if not (CHUNK.size < chunk_size <= LARGEST_CHUNK and 0 < chunks <= MOST_CHUNKS):
-        raise _foreign(path, f"{chunks} chunks of {chunk_size} bytes")
+    chunk_size, chunks = sizes_in(begin)
+    if chunks == 0:
+        fault = f"not a recording of a run: it begins with {begin[: PREFIX.size]!r}; {_EXPECTED}"
+        raise ConfigError.of_one(str(path), fault)
     end = min(content.length, PREFIX_SIZE + chunks * chunk_size)
     begins = range(PREFIX_SIZE, end, chunk_size)
     read = {begin: _chunk(content.read(begin, chunk_size), chunk_size) for begin in begins}
     found = [each for each in read.values() if each is not None and len(each.contents) > 0]
     found.sort(key=lambda chunk: chunk.number)
-    headers = (header_in(each.contents[0]) for each in found)
-    header = next((each for each in headers if each is not None), None)
+    header = header_in(found[0].contents[0]) if found else None
     if header is None:
         raise ConfigError.of_one(str(path), _NO_HEADER)
-    found = [_with_lines(each, len(header.lines)) for each in found]
     lost = [
         begin
         for begin, each in read.items()
-        if each is not None and each.damage and len(each.contents) == 0
+        if each is not None and each.damage and not each.contents
     ]
     damages = [_unread(lost)] if lost else []
     if len(begins) < chunks:
@@ -230,10 +237,6 @@ def _unread(begins: list[int]) -> str:
     return f"no section is whole of {chunks} at byte {begins[0]} of the file"
 
 
-def _foreign(path: Path, why: str) -> ConfigError:
-    return ConfigError.of_one(str(path), f"not a recording of a run: {why}; {_EXPECTED}")
-
-
 def _chunk(content: bytes, size: int) -> Chunk | None:
     """A chunk as far as it is whole; None for one that was never written."""
     if len(content) < CHUNK.size:
@@ -247,38 +250,26 @@ def _chunk(content: bytes, size: int) -> Chunk | None:
     if used > len(content):
         used, damage = len(content), f"the file ends at {len(content)} of {used} bytes"
     contents: list[bytes] = []
-    lines: list[int] = []
-    place = CHUNK.size
-    while place + SECTION.size <= used:
-        length, checksum = SECTION.unpack_from(content, place)
-        place += SECTION.size
-        section = content[place : place + length]
-        is_whole = place + length <= used and crc32(section) == checksum
-        if not is_whole or (highest := _line_in(section)) is None:
-            damage = damage or f"section {len(contents)} is damaged"
+    lines = 0
+    for section, checksum in sections_in(content, used):
+        header = None if contents else header_in(section)
+        lines = lines if header is None else len(header.lines)
+        is_whole = crc32(section) == checksum and (contents or header is not None)
+        if why := _why_damaged(section, lines) if is_whole else "is damaged":
+            damage = damage or f"section {len(contents)} {why}"
             break
-        lines.append(highest)
         contents.append(section)
-        place += length
-    return Chunk(number, contents, damage, lines)
+    return Chunk(number, contents, damage)
 
 
-def _line_in(content: bytes) -> int | None:
-    """The highest number of a line in a section, -1 without any; None for what is no section."""
+def _why_damaged(content: bytes, lines: int) -> str | None:
+    """Return what is wrong with a section of a run that had so many lines; None if it is one."""
     try:
         section = decode(content)
-    except (msgspec.MsgspecError, RecursionError):
-        return None
+    except msgspec.MsgspecError:
+        return "is damaged"
     is_in_time = 0 <= section.at <= NEVER
     if not is_in_time or not all(each.is_one for each in section.transfers):
-        return None
-    return max((each.line for each in section.transfers), default=-1)
-
-
-def _with_lines(chunk: Chunk, count: int) -> Chunk:
-    """The chunk up to the first section that has a transfer on a line that there is not."""
-    for place, line in enumerate(chunk.lines):
-        if line >= count:
-            damage = f"section {place} has a transfer on line {line} of {count}"
-            return Chunk(chunk.number, chunk.contents[:place], damage, chunk.lines[:place])
-    return chunk
+        return "is damaged"
+    highest = max((each.line for each in section.transfers), default=-1)
+    return f"has a transfer on line {highest} of {lines}" if highest >= lines else None

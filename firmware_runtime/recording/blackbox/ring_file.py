@@ -10,21 +10,15 @@ Its header names the robot, the settings, the code and the machine.
 import errno
 import math
 import os
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import msgspec
 from msgspec import Struct
 
-from firmware_runtime.recording.blackbox.layout import (
-    CHUNK,
-    LARGEST_CHUNK,
-    MAGIC,
-    MOST_CHUNKS,
-    PREFIX,
-    PREFIX_SIZE,
-    SECTION,
-)
+from firmware_runtime.recording.blackbox.chunk_file import Chunk, sections_in
+from firmware_runtime.recording.blackbox.layout import CHUNK, PREFIX_SIZE, sizes_in
 from firmware_runtime.recording.blackbox.section import Kind, decode
 from firmware_runtime.recording.recorded_board import RecordedBoard
 from firmware_runtime.system.resources import Closing
@@ -115,40 +109,18 @@ class RingFile(Closing):
         is_whole = len(read) == slot.used - begin and self.slot(place).number == slot.number
         return read if is_whole else None
 
-    def chunks(self) -> list[tuple[int, list[bytes]]]:
-        """Number and sections of each chunk, header first, in order; the bytes of sections."""
-        found = []
-        for place in range(self.count):
-            slot = self.slot(place)
-            if slot.number > 0 and (content := self.content(place, 0, slot)) is not None:
-                found.append((slot.number, sections_in(content)))
-        return sorted(found)
+    def chunks(self) -> list[Chunk]:
+        """Return what is in it, in order of its numbers; sections are not looked into."""
+        return sorted(self._whole(), key=lambda chunk: chunk.number)
 
     def header(self) -> Header | None:
         """What the recording says of itself; None if it does not."""
+        chunk = next(self._whole(), None)
+        return None if chunk is None else header_in(next(iter(chunk.contents), b""))
+
+    def _whole(self) -> Iterator[Chunk]:
         for place in range(self.count):
             slot = self.slot(place)
             if slot.number > 0 and (content := self.content(place, 0, slot)) is not None:
-                return header_in(next(iter(sections_in(content)), b""))
-        return None
-
-
-def sizes_in(prefix: bytes) -> tuple[int, int]:
-    """Bytes of a chunk, and how many chunks; 0 where a file does not begin as a recording does."""
-    if len(prefix) < PREFIX_SIZE or prefix[: len(MAGIC)] != MAGIC:
-        return 0, 0
-    size, count = map(int, PREFIX.unpack_from(prefix)[1:])
-    is_sensible = CHUNK.size < size <= LARGEST_CHUNK and 0 < count <= MOST_CHUNKS
-    return (size, count) if is_sensible else (0, 0)
-
-
-def sections_in(content: bytes) -> list[bytes]:
-    """The sections of a chunk that is whole."""
-    found = []
-    place = CHUNK.size
-    while place + SECTION.size <= len(content):
-        length, _ = SECTION.unpack_from(content, place)
-        place += SECTION.size
-        found.append(content[place : place + length])
-        place += length
-    return found
+                sections = sections_in(content, len(content))
+                yield Chunk(slot.number, [section for section, _ in sections])

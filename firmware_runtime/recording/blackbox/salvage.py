@@ -19,7 +19,7 @@ import msgspec
 
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.errors import ConfigError
-from firmware_runtime.recording.blackbox.chunk_file import Numbered, file_of, parts_of
+from firmware_runtime.recording.blackbox.chunk_file import Chunk, file_of, parts_of
 from firmware_runtime.recording.blackbox.layout import (
     CHUNK,
     LARGEST_CHUNK,
@@ -27,10 +27,11 @@ from firmware_runtime.recording.blackbox.layout import (
     PREFIX_SIZE,
     SECTION,
     is_whole,
+    sizes_in,
     spare_in,
 )
 from firmware_runtime.recording.blackbox.reader import instants_in, kind_of
-from firmware_runtime.recording.blackbox.ring_file import header_in, sizes_in
+from firmware_runtime.recording.blackbox.ring_file import header_in
 from firmware_runtime.recording.blackbox.section import Kind, Section, decode
 
 _HEADER_BEGINS: Final = bytes((0x9A, Kind.HEADER))
@@ -92,7 +93,7 @@ def save(path: Path, content: bytes) -> Saved:
     lost += _gaps(pieces)
     saved = [each for piece in pieces for each in piece.contents]
     instants = list(instants_in(saved)) or [0]
-    chunks = list(_numbered(pieces, header)) or [Numbered(2, [header])]
+    chunks = list(_numbered(pieces, header)) or [Chunk(2, [header])]
     return Saved(file_of(chunks), len(saved), (min(instants), max(instants)), lost)
 
 
@@ -238,7 +239,7 @@ def _follows(before: _Piece, piece: _Piece) -> bool:
     return piece.follows and not before.is_cut and piece.number == before.number + 1
 
 
-def _numbered(pieces: list[_Piece], header: bytes) -> Iterator[Numbered]:
+def _numbered(pieces: list[_Piece], header: bytes) -> Iterator[Chunk]:
     """Each piece as chunks. A gap before it leaves a number out."""
     number, room = 0, _room(pieces)
     for place, piece in enumerate(pieces):
@@ -248,7 +249,7 @@ def _numbered(pieces: list[_Piece], header: bytes) -> Iterator[Numbered]:
             number += 1 if _follows(pieces[place - 1], piece) else 2
         for part, contents in enumerate(parts_of(piece.contents, room)):
             number += 1 if part else 0
-            yield Numbered(number, [header, *contents])
+            yield Chunk(number, [header, *contents])
 
 
 def _room(pieces: list[_Piece]) -> int:

@@ -12,7 +12,7 @@ import msgspec
 
 from firmware_runtime.devs.ports import Sent
 from firmware_runtime.errors import ConfigError, text_of
-from firmware_runtime.recording.values import UnknownValue, encoded, legible, plain, shallow
+from firmware_runtime.recording.values import UnknownValue, decoded, encoded, legible, plain
 
 
 class Kind(IntEnum):
@@ -157,17 +157,6 @@ encode_into: Final[Callable[[Any, bytearray], None]] = _ENCODER.encode_into
 """As `encode`, in place of what is in an array of bytes."""
 _UNKNOWN_KEY: Final = encode(_UNKNOWN)
 _decode: Final = msgspec.msgpack.Decoder(Section).decode
-MOST_DEPTH: Final = 200
-"""Of lists and maps within another: what goes deeper is no section that a run has written."""
-_NO_CONTAINERS: Final = bytes({*range(256)} - {*range(0x80, 0xA0), *range(0xDC, 0xE0)})
-_LENGTHS: Final = {0xC4: 1, 0xC5: 2, 0xC6: 4, 0xD9: 1, 0xDA: 2, 0xDB: 4, 0xC7: 1, 0xC8: 2, 0xC9: 4}
-"""Bytes of the length of what has one: bytes, texts, extensions."""
-_SIZES: Final = dict(
-    zip(range(0xCA, 0xD9), (4, 8, 1, 2, 4, 8, 1, 2, 4, 8, 2, 3, 5, 9, 17), strict=True)
-)
-"""Bytes of numbers, and of extensions of a fixed length."""
-_COUNTS: Final = {0xDC: (2, 1), 0xDD: (4, 1), 0xDE: (2, 2), 0xDF: (4, 2)}
-"""Of lists and maps: bytes of their length, and things in an item."""
 _SENT: Final = msgspec.msgpack.Decoder(list[Any]).decode
 
 
@@ -212,58 +201,17 @@ def decode(content: bytes) -> Section:
 
     Before the run the clock counts from another moment; the run's start sets it again.
     """
-    if is_too_deep(content):
-        raise msgspec.ValidationError(f"more than {MOST_DEPTH} lists and maps in one another")
-    try:
-        section = _decode(content)
-    except (UnicodeDecodeError, RecursionError) as error:  # of a text, or too deep
-        raise msgspec.ValidationError(text_of(error)) from error
+    section: Section = decoded(_decode, content)
     if section.kind is Kind.PROBE:
         section.at = 0
         section.transfers = [msgspec.structs.replace(each, at=0) for each in section.transfers]
     return section
 
 
-def is_too_deep(content: bytes) -> bool:
-    """Whether MessagePack has more lists and maps in one another than a stack may have room for."""
-    if len(content.translate(None, _NO_CONTAINERS)) <= MOST_DEPTH:
-        return False
-    left, place, end = [1], 0, len(content)
-    while place < end and left:
-        if left[-1] == 0:
-            left.pop()
-            continue
-        left[-1] -= 1
-        place, items = _passed(content, place)
-        if items:
-            left.append(items)
-            if len(left) > MOST_DEPTH:
-                return True
-    return False
-
-
-def _passed(content: bytes, place: int) -> tuple[int, int]:
-    """Where what stands there ends, or begins with its items, and how many these are."""
-    byte = content[place]
-    if byte in _COUNTS:
-        length, times = _COUNTS[byte]
-        count = int.from_bytes(content[place + 1 : place + 1 + length], "big")
-        return place + 1 + length, times * count
-    if 0x80 <= byte < 0xA0:
-        return place + 1, (byte & 0x0F) * (2 if byte < 0x90 else 1)
-    if 0xA0 <= byte < 0xC0:
-        return place + 1 + (byte & 0x1F), 0
-    if byte in _LENGTHS:
-        length = _LENGTHS[byte]
-        size = int.from_bytes(content[place + 1 : place + 1 + length], "big")
-        return place + 1 + length + size + (0xC7 <= byte <= 0xC9), 0
-    return place + 1 + _SIZES.get(byte, 0), 0
-
-
 def sent_of(section: Section) -> list[tuple[int, Any]]:
     """Number of the port and value, for all that was sent. Raises ConfigError."""
     try:
-        found = pairs_of(shallow(_SENT(bytes(section.sent))))
+        found = pairs_of(_SENT(bytes(section.sent)))
     except (msgspec.MsgspecError, ValueError, RecursionError) as error:
         raise _unreadable(str(error)) from error
     if not all(type(number) is int for number, _ in found):

@@ -10,8 +10,13 @@ from firmware_runtime.devs.collection import no_collection
 from firmware_runtime.devs.functions import Instrument
 from firmware_runtime.devs.time import NEVER, SECOND
 from firmware_runtime.errors import ConfigError
-from firmware_runtime.recording.blackbox.missing_instant import damage, no_instant
-from firmware_runtime.recording.blackbox.reader import Recording, Segment, kind_of
+from firmware_runtime.recording.blackbox.reader import (
+    Recording,
+    Segment,
+    damage,
+    kind_of,
+    no_instant,
+)
 from firmware_runtime.recording.blackbox.section import Kind, Section, decode
 from firmware_runtime.recording.blackbox.state.keyframes import ForeignState, UnkeepableState
 from firmware_runtime.recording.replay.player import Player

@@ -7,8 +7,7 @@ from typing import Final
 from firmware_runtime.board.registry import Board
 from firmware_runtime.devs.time import NEVER, SECOND, format_time
 from firmware_runtime.errors import ConfigError, Status, text_of
-from firmware_runtime.recording.blackbox.missing_instant import no_instant
-from firmware_runtime.recording.blackbox.reader import Recording, Segment, kind_of
+from firmware_runtime.recording.blackbox.reader import Recording, Segment, kind_of, no_instant
 from firmware_runtime.recording.blackbox.section import Kind, Section, count_of_unknown
 from firmware_runtime.recording.blackbox.state_of_run import places
 from firmware_runtime.recording.recorded_board import changed_versions

@@ -12,7 +12,7 @@ from typing import Final, TypeAlias
 
 from firmware_runtime.board.registry import Board
 from firmware_runtime.errors import ConfigError
-from firmware_runtime.recording.blackbox.chunk_file import Numbered, file_of, parts_of
+from firmware_runtime.recording.blackbox.chunk_file import Chunk, file_of, parts_of
 from firmware_runtime.recording.blackbox.layout import CHUNK, LARGEST_CHUNK, SECTION
 from firmware_runtime.recording.blackbox.reader import BEGINNINGS, Recording, kind_of
 from firmware_runtime.recording.blackbox.section import Kind, Section, decode, encode
@@ -106,7 +106,7 @@ class Cutter:
         """A recording of these sections, in as many chunks as they take."""
         room = LARGEST_CHUNK - CHUNK.size - 2 * SECTION.size - len(self._header)
         chunks = enumerate(parts_of(sections, room), start=1)
-        return file_of([Numbered(number, [self._header, *each]) for number, each in chunks])
+        return file_of([Chunk(number, [self._header, *each]) for number, each in chunks])
 
 
 def _piece(
