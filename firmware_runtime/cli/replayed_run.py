@@ -12,7 +12,8 @@ from firmware_runtime.errors import ConfigError, Status
 from firmware_runtime.recording.blackbox.reader import read_recording
 from firmware_runtime.recording.blackbox.section import Section
 from firmware_runtime.recording.board_of_recording import board_of
-from firmware_runtime.recording.replay.verdict import Stretch, replay
+from firmware_runtime.recording.replay.stretch import Stretch
+from firmware_runtime.recording.replay.verdict import replay
 from firmware_runtime.recording.replay.verdict_text import verdict_document, verdict_lines
 from firmware_runtime.system.atomic_file import keep_output
 from firmware_runtime.system.terminal import Progress

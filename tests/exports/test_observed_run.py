@@ -16,7 +16,7 @@ from firmware_runtime.recording.blackbox.reader import kind_of, read_recording
 from firmware_runtime.recording.blackbox.section import Kind
 from firmware_runtime.recording.board_of_recording import board_of
 from firmware_runtime.recording.exports.observed_run import Moment, missing_in, moments_of
-from firmware_runtime.recording.replay.verdict import WHOLE, Stretch
+from firmware_runtime.recording.replay.stretch import WHOLE, Stretch
 from firmware_runtime.runs.session import Session
 from firmware_runtime.runs.start import start_session
 from firmware_runtime.statistics.histogram import Histogram

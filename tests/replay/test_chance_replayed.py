@@ -18,7 +18,7 @@ from firmware_runtime.recording.blackbox import state_of_run as chance
 from firmware_runtime.recording.blackbox.reader import read_recording
 from firmware_runtime.recording.blackbox.section import Kind, decode, sent_of
 from firmware_runtime.recording.debugger.travel import Travel
-from firmware_runtime.recording.replay.verdict import Stretch
+from firmware_runtime.recording.replay.stretch import Stretch
 from firmware_runtime.recording.values import unpack
 from tests.support.allocation import has_attribute, sends
 from tests.support.recorded import every_section, record

@@ -12,7 +12,8 @@ from firmware_runtime.errors import ConfigError
 from firmware_runtime.models.pid import Pid
 from firmware_runtime.recording.blackbox.reader import Recording
 from firmware_runtime.recording.debugger.travel import Travel
-from firmware_runtime.recording.replay.verdict import Stretch, replay
+from firmware_runtime.recording.replay.stretch import Stretch
+from firmware_runtime.recording.replay.verdict import replay
 from tests.support.recorded import record
 from tests.support.replayed import opened
 

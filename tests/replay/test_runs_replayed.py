@@ -18,7 +18,8 @@ from firmware_runtime.recording.blackbox.chunk_file import Chunk, file_of
 from firmware_runtime.recording.blackbox.layout import CHUNK, PREFIX_SIZE
 from firmware_runtime.recording.blackbox.reader import read_recording
 from firmware_runtime.recording.blackbox.section import decode
-from firmware_runtime.recording.replay.verdict import Stretch, replay
+from firmware_runtime.recording.replay.stretch import Stretch
+from firmware_runtime.recording.replay.verdict import replay
 from firmware_runtime.runs.session import Session
 from tests.support.recorded import record as record_run
 from tests.support.replayed import check_identical, opened, replayed

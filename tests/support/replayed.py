@@ -5,7 +5,8 @@ from pathlib import Path
 from firmware_runtime.board.registry import Board
 from firmware_runtime.recording.blackbox.reader import Recording, read_recording
 from firmware_runtime.recording.board_of_recording import board_of
-from firmware_runtime.recording.replay.verdict import WHOLE, Stretch, Verdict, replay
+from firmware_runtime.recording.replay.stretch import WHOLE, Stretch
+from firmware_runtime.recording.replay.verdict import Verdict, replay
 
 
 def opened(path: Path) -> tuple[Recording, Board]:

@@ -208,7 +208,7 @@ def _write_run(
     from firmware_runtime.recording.blackbox.reader import read_recording  # noqa: PLC0415
     from firmware_runtime.recording.exports import run_file  # noqa: PLC0415
     from firmware_runtime.recording.exports.observed_run import missing_in  # noqa: PLC0415
-    from firmware_runtime.recording.replay.verdict import Stretch  # noqa: PLC0415
+    from firmware_runtime.recording.replay.stretch import Stretch  # noqa: PLC0415
 
     recording = read_recording(path)
     last_s = arguments.last

@@ -39,7 +39,7 @@ _EXPECTED: Final = f"expected {MAGIC!r} (`recordings recover` reads one whose be
 
 
 class Segment(Struct, frozen=True):
-    """Sections in a row, as bytes, none missing."""
+    """Sections in a row, as bytes, none missing; headers are left out."""
 
     contents: list[bytes]
 
@@ -72,10 +72,8 @@ class Segment(Struct, frozen=True):
         return decode(last).at if (last := next(steps, None)) is not None else self.first_at
 
     def sections(self) -> Iterator[Section]:
-        """All of them, headers left out."""
-        for content in self.contents:
-            if kind_of(content) != Kind.HEADER:
-                yield decode(content)
+        """All of them."""
+        return map(decode, self.contents)
 
 
 def instants_in(contents: Iterable[bytes]) -> Iterator[int]:
@@ -134,7 +132,7 @@ class Recording(Struct, frozen=True):
             for content in chunk.contents:
                 if kind_of(content) == _LOST:
                     found.append(Segment([]))
-                else:
+                elif kind_of(content) != Kind.HEADER:
                     found[-1].contents.append(content)
             expected = chunk.number + 1 if chunk.damage is None else None
         return [each for segment in found if (each := segment.from_beginning()) is not None]

@@ -34,7 +34,7 @@ class Travel:
         segment = _segment(recording, at)
         self._recording, self._board = recording, board
         self.dates = recording.dates()
-        self._contents = [each for each in segment.contents if kind_of(each) != Kind.HEADER]
+        self._contents = segment.contents
         self._starts = self._starts_of()
         self._states: dict[int, tuple[int, bytes, dict[str, object]]] = {}
         """Instant, state and last values, by how many sections had been taken."""

@@ -10,6 +10,7 @@ reads a clock of its own, they are the recorded ones, by the types of their port
 """
 
 from collections.abc import Iterator, Sequence
+from functools import partial
 from typing import NamedTuple
 
 from firmware_runtime.board.registry import Board
@@ -17,12 +18,12 @@ from firmware_runtime.devs.component import below_root
 from firmware_runtime.devs.functions import FUNCTIONS
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.executive.step import Step
-from firmware_runtime.recording.blackbox.reader import Recording, Segment
+from firmware_runtime.recording.blackbox.reader import Recording
 from firmware_runtime.recording.blackbox.section import Kind, Section
 from firmware_runtime.recording.blackbox.taps import output_ports
 from firmware_runtime.recording.exports.typed_values import Port, Sent, values_in
 from firmware_runtime.recording.replay.player import Player
-from firmware_runtime.recording.replay.verdict import WHOLE, Stretch, segments_of, stretch_of
+from firmware_runtime.recording.replay.stretch import WHOLE, Stretch, plays_of
 
 
 class Ran(NamedTuple):
@@ -50,8 +51,8 @@ def moments_of(recording: Recording, board: Board, stretch: Stretch = WHOLE) -> 
 
     Raises ConfigError for a recording that has nothing to begin with, or is none of this board.
     """
-    for segment in segments_of(recording, stretch):
-        yield from _moments(recording, board, segment.from_instant(stretch.begin), stretch)
+    for player, sections in plays_of(recording, partial(Player, recording.header, board), stretch):
+        yield from _moments(player, sections, stretch.begin)
 
 
 def missing_in(recording: Recording, begin: int = 0) -> list[str]:
@@ -63,19 +64,15 @@ def missing_in(recording: Recording, begin: int = 0) -> list[str]:
     return faults
 
 
-def _moments(
-    recording: Recording, board: Board, segment: Segment, stretch: Stretch
-) -> Iterator[Moment]:
-    sections = segment.sections()
-    player = Player(recording.header, board, next(sections))
+def _moments(player: Player, sections: Iterator[Section], begin: int) -> Iterator[Moment]:
     simulator = player.simulator
     ports = {below_root(port.path): port for port in output_ports(simulator.atomics)}
     step = player.profiler.step
     paths = [below_root(atomic.path) for atomic in simulator.atomics]
-    for section in stretch_of(sections, stretch.until):
+    for section in sections:
         found = player.differences
         player.take(section)
-        if section.has_instant and section.at >= stretch.begin:
+        if section.has_instant and section.at >= begin:
             is_recorded = player.differences == found
             sent = _sent(player, section) if is_recorded else _recorded(player, section, ports)
             ran = _ran(step, paths) if section.kind is Kind.STEP else []

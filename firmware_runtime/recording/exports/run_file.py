@@ -23,7 +23,7 @@ from firmware_runtime.recording.exports.typed_values import (
     passed,
     sections_between,
 )
-from firmware_runtime.recording.replay.verdict import Stretch
+from firmware_runtime.recording.replay.stretch import Stretch
 from firmware_runtime.statistics.late_watch import Late
 from firmware_runtime.statistics.number_formats import instant
 from firmware_runtime.statistics.paths import SUFFIX

@@ -43,11 +43,26 @@ class Change:
 class OpenPlayer(Player):
     """`outputs` collects what differs, `structure` counts what is not a matter of values."""
 
-    def __init__(self, header: Header, change: Change, beginning: Section, found: Outputs) -> None:
+    def __init__(
+        self,
+        header: Header,
+        change: Change,
+        found: Outputs,
+        structure: Counter[str],
+        beginning: Section,
+    ) -> None:
         self.outputs = found
-        self.structure: Counter[str] = Counter()
+        self.structure = structure
         self._change = change
         super().__init__(header, change.board, beginning)
+
+    @property
+    def is_over(self) -> bool:
+        """Return whether the changed code has failed."""
+        return self.failure is not None
+
+    def went_on(self) -> None:
+        """What a changed robot raises is no difference of how the run ended."""
 
     def _new_feed(self) -> Feed:
         return OpenFeed(self.header, self._note)

@@ -66,6 +66,7 @@ class Player:
         self.differences = 0
         self.first: Difference | None = None
         self.at = 0
+        self.began_at = beginning.at
         self.steps = 0
         self.end: str | None = None
         """Reason of a run that had failed; None for one that had not."""
@@ -106,6 +107,11 @@ class Player:
     def sent(self) -> Sequence[tuple[int, object]]:
         """Number of the port and value, for all that has been sent in this section so far."""
         return pairs_of(self._sent)
+
+    @property
+    def is_over(self) -> bool:
+        """Return whether no more sections can be taken: a replay goes on to the run's end."""
+        return False
 
     @property
     def code_changed(self) -> list[str]:

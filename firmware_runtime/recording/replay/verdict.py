@@ -1,18 +1,19 @@
 """The verdict on a recording, or a stretch of it: whether its replay is the run, bit for bit."""
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Final
 
 from firmware_runtime.board.registry import Board
 from firmware_runtime.devs.time import NEVER, SECOND, format_time
-from firmware_runtime.errors import ConfigError, Status, text_of
-from firmware_runtime.recording.blackbox.reader import Recording, Segment, kind_of, no_instant
+from firmware_runtime.errors import Status, text_of
+from firmware_runtime.recording.blackbox.reader import Recording
 from firmware_runtime.recording.blackbox.section import Kind, Section, count_of_unknown
 from firmware_runtime.recording.blackbox.state_of_run import places
 from firmware_runtime.recording.recorded_board import changed_versions
 from firmware_runtime.recording.replay.difference import Difference
 from firmware_runtime.recording.replay.player import Player
+from firmware_runtime.recording.replay.stretch import WHOLE, Stretch, began_earlier, plays_of
 from firmware_runtime.statistics.number_formats import NO_DATES, Dates
 
 NOTHING_AGAIN: Final = "nothing of it was run again: no step and no transfer is in it"
@@ -112,15 +113,15 @@ class Verdict:
         """Return whether any was run again; of a start that failed, what its chips were asked."""
         return self.steps > 0 or self.writes > 0
 
-    def add(self, player: Player, begin: int) -> None:
-        """Add what a player found from an instant on."""
+    def add(self, player: Player) -> None:
+        """Add what a player found."""
         self.events += player.events
         self.values += player.values.values
         self.compared += player.values.compared
         self.played_back += player.values.played_back
         self.values_not_compared += player.values.not_compared()
         self.steps += player.steps
-        self.duration += max(0, player.at - begin)
+        self.duration += max(0, player.at - player.began_at)
         self.differences += player.differences
         self.first = self.first or player.first
         self.uncompared += player.uncompared
@@ -155,24 +156,6 @@ class Verdict:
         }
 
 
-@dataclass(frozen=True, slots=True)
-class Stretch:
-    """Stretch that is run again: from the keyframe before `begin` up to and including `until`."""
-
-    begin: int = 0
-    until: int = NEVER
-
-    def __post_init__(self) -> None:
-        """Raise ConfigError for one that ends before it begins."""
-        if self.until < self.begin:
-            begin, until = (f"{each / SECOND:g}" for each in (self.begin, self.until))
-            fault = f"expected an instant after --from {begin}"
-            raise ConfigError.of_one(f"--until {until}", fault)
-
-
-WHOLE: Final = Stretch()
-
-
 def replay(
     recording: Recording,
     board: Board,
@@ -185,65 +168,42 @@ def replay(
 
     Raises ConfigError for a recording that has nothing to begin with, or is none of this board.
     """
-    versions = changed_versions(recording.header.versions)
-    verdict = Verdict(faults=recording.faults(), versions_changed=versions)
-    segments = segments_of(recording, stretch)
-    verdict.began_earlier = began_earlier(recording, segments, stretch.begin)
-    for segment in segments:
-        sections = segment.from_instant(stretch.begin).sections()
-        player = Player(recording.header, board, first := next(sections))
-        player.listeners.append(listener)
-        stood, last = places(), first
-        for section in stretch_of(sections, stretch.until):
+
+    def player(beginning: Section) -> Player:
+        made = Player(recording.header, board, beginning)
+        made.listeners.append(listener)
+        return made
+
+    return played(recording, player, stretch, before)
+
+
+def played(
+    recording: Recording,
+    player_of: Callable[[Section], Player],
+    stretch: Stretch,
+    before: Callable[[Section], None],
+) -> Verdict:
+    """Let players take a stretch of a recording; ends where one of them cannot go on."""
+    verdict = Verdict(
+        faults=recording.faults(),
+        versions_changed=changed_versions(recording.header.versions),
+        began_earlier=began_earlier(recording, stretch),
+    )
+    for player, sections in plays_of(recording, player_of, stretch):
+        stood, last = places(), None
+        for section in sections:
             before(section)
             verdict.writes += len(section.transfers)
             verdict.unknown += count_of_unknown(section)
             player.take(section)
-            last = section
-        if stretch.until == NEVER and last.kind is Kind.STEP:
+            last = section.kind
+            if player.is_over:
+                break
+        if stretch.until == NEVER and last is Kind.STEP:
             player.went_on()
-        verdict.add(player, first.at)
+        verdict.add(player)
         verdict.has_drawn |= places() != stood
         verdict.code_changed = player.code_changed
+        if player.is_over:
+            break
     return verdict
-
-
-def segments_of(recording: Recording, stretch: Stretch) -> list[Segment]:
-    """The segments that a stretch is in. Raises ConfigError where none reaches its beginning."""
-    segments = [each for each in recording.segments() if each.last_at >= stretch.begin]
-    if not segments:
-        raise no_instant(recording, stretch.begin)
-    return [each for each in segments if each.first_at <= stretch.until]
-
-
-def began_earlier(recording: Recording, segments: Sequence[Segment], begin: int) -> str | None:
-    """Say that it begins at the start, as no keyframe stands before `begin`; None if it does not.
-
-    A run whose models hold what cannot be kept, such as a lock made on the way, has no keyframes.
-    """
-    if begin == 0 or not segments:
-        return None
-    first = segments[0].from_instant(begin)
-    if kind_of(first.contents[0]) != Kind.BUILD:
-        return None
-    has_one = any(kind_of(each) == Kind.KEYFRAME for each in first.contents)
-    why = None if has_one else recording.no_keyframe()
-    because = "" if why is None else f" ({why})"
-    return f"begun at the start of the run: no keyframe is before {begin / SECOND:g} s{because}"
-
-
-def stretch_of(sections: Iterator[Section], until: int) -> Iterator[Section]:
-    """Sections up to and including an instant.
-
-    What is no step has the instant at which it was; a step that was late for its own may follow.
-    """
-    beyond: list[Section] = []
-    for section in sections:
-        if not section.has_instant or section.at <= until:
-            yield from beyond
-            beyond.clear()
-            yield section
-        elif section.kind is Kind.STEP:
-            return
-        else:
-            beyond.append(section)

@@ -18,7 +18,7 @@ from firmware_runtime.recording.blackbox.reader import BEGINNINGS, Recording, ki
 from firmware_runtime.recording.blackbox.section import Kind, Section, decode, encode
 from firmware_runtime.recording.blackbox.state.keyframes import UnkeepableState
 from firmware_runtime.recording.replay.player import Player
-from firmware_runtime.recording.replay.verdict import Stretch, segments_of
+from firmware_runtime.recording.replay.stretch import Stretch, segments_of
 
 Shows: TypeAlias = Callable[[bytes], Mapping[str, object] | None]
 _IN_TIME: Final = (Kind.STEP, Kind.KEYFRAME)
@@ -76,8 +76,7 @@ class Cutter:
 
     def _sections(self, at: int) -> list[bytes]:
         """Those of the segment that has the instant, from the beginning of it."""
-        segment = segments_of(self._recording, Stretch(at))[0]
-        return [each for each in segment.contents if kind_of(each) != Kind.HEADER]
+        return segments_of(self._recording, Stretch(at))[0].contents
 
     def _anywhere(self, sections: Sequence[bytes], end: int) -> Iterator[tuple[int, list[bytes]]]:
         """Beginnings 1, 2, 4, ... sections before the end, then the first."""

@@ -14,7 +14,8 @@ from firmware_runtime.errors import ConfigError
 from firmware_runtime.recording.blackbox.reader import Recording
 from firmware_runtime.recording.board_of_recording import changed_board
 from firmware_runtime.recording.replay.replay_assertion import difference_of, in_words
-from firmware_runtime.recording.replay.verdict import Stretch, Verdict, replay
+from firmware_runtime.recording.replay.stretch import Stretch
+from firmware_runtime.recording.replay.verdict import Verdict, replay
 from firmware_runtime.recording.what_if.checkout import ask
 from firmware_runtime.recording.what_if.piece import Cutter, Piece
 from firmware_runtime.recording.what_if.what_if import Question, answer

@@ -1,7 +1,8 @@
 """Outputs of changed code or settings on what entered: an open loop, as numbers."""
 
 from collections import Counter
-from collections.abc import Callable, Collection, Iterable, Sequence
+from collections.abc import Callable, Collection, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -9,21 +10,14 @@ from msgspec import Struct, field
 
 from firmware_runtime.board.registry import Board
 from firmware_runtime.devs.time import NEVER, SECOND
-from firmware_runtime.errors import ConfigError, text_of
+from firmware_runtime.errors import ConfigError
 from firmware_runtime.recording.blackbox.reader import Recording, read_recording
-from firmware_runtime.recording.blackbox.section import Kind, Section
+from firmware_runtime.recording.blackbox.section import Section
 from firmware_runtime.recording.board_of_recording import changed_board, changed_settings
-from firmware_runtime.recording.recorded_board import changed_versions
 from firmware_runtime.recording.replay.open_player import Change, OpenPlayer
 from firmware_runtime.recording.replay.outputs import Curves, OutputDifference, Outputs
-from firmware_runtime.recording.replay.verdict import (
-    WHOLE,
-    Stretch,
-    began_earlier,
-    segments_of,
-    stretch_of,
-)
-from firmware_runtime.statistics.number_formats import Dates
+from firmware_runtime.recording.replay.stretch import WHOLE, Stretch
+from firmware_runtime.recording.replay.verdict import played
 
 
 class WhatIf(Struct):
@@ -71,57 +65,30 @@ def what_if(
 
     Raises ConfigError where it cannot begin.
     """
-    segments = segments_of(recording, stretch)
-    outputs = Outputs(drawn)
-    found = WhatIf(
-        *(False, 0, 0.0, None, 0, 0, {}, 0, {}, None),
-        faults=recording.faults(),
+    outputs, structure = Outputs(drawn), Counter[str]()
+    player = partial(OpenPlayer, recording.header, change, outputs, structure)
+    verdict = played(recording, player, stretch, before)
+    first = verdict.first
+    return WhatIf(
+        identical=verdict.is_identical if verdict.steps > 0 else False,
+        events=verdict.events,
+        duration_s=verdict.duration / SECOND,
+        first_difference=None if first is None else first.as_json(recording.dates()),
+        differences=verdict.differences,
+        steps=verdict.steps,
+        outputs=outputs.results(),
+        compared=outputs.compared,
+        structure=dict(structure),
+        failure=verdict.failure,
+        faults=verdict.faults,
         run=recording.header.run,
         settings=list(change.board.assignments),
-        versions_changed=changed_versions(recording.header.versions),
+        curves=outputs.curves,
         settings_changed=changed_settings(change.recorded, change.board),
-        began_earlier=began_earlier(recording, segments, stretch.begin),
+        versions_changed=verdict.versions_changed,
+        began_earlier=verdict.began_earlier,
+        not_compared=verdict.not_compared,
     )
-    structure: Counter[str] = Counter()
-    dates = recording.dates()
-    for segment in segments:
-        sections = segment.from_instant(stretch.begin).sections()
-        player = OpenPlayer(recording.header, change, first := next(sections), outputs)
-        found.failure = _played(player, stretch_of(sections, stretch.until), before)
-        _add(found, player, first.at, dates)
-        structure += player.structure
-        if found.failure is not None:
-            break
-    found.structure = dict(structure)
-    found.outputs, found.compared = outputs.results(), outputs.compared
-    found.curves = outputs.curves
-    found.identical = found.steps > 0 and found.differences == 0 and not found.faults
-    if found.identical and found.not_compared:
-        found.identical = None
-    return found
-
-
-def _played(
-    player: OpenPlayer, sections: Iterable[Section], before: Callable[[Section], None]
-) -> str | None:
-    """Take sections; what the changed code raised before the end of the run, which ended it."""
-    for section in sections:
-        before(section)
-        player.take(section)
-        if player.failure is not None and section.kind is not Kind.ENDED:
-            return text_of(player.failure)
-    return None
-
-
-def _add(found: WhatIf, player: OpenPlayer, begin: int, dates: Dates) -> None:
-    found.events += player.events
-    found.steps += player.steps
-    found.duration_s += max(0, player.at - begin) / SECOND
-    found.differences += player.differences
-    found.not_compared += player.values.not_compared()
-    found.faults += [] if player.missing is None else [player.missing]
-    if found.first_difference is None and player.first is not None:
-        found.first_difference = player.first.as_json(dates)
 
 
 def most_different(found: WhatIf, count: int) -> Sequence[str]:
