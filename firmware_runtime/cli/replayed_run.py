@@ -13,8 +13,7 @@ from firmware_runtime.recording.blackbox.reader import read_recording
 from firmware_runtime.recording.blackbox.section import Section
 from firmware_runtime.recording.board_of_recording import board_of
 from firmware_runtime.recording.replay.stretch import Stretch
-from firmware_runtime.recording.replay.verdict import replay
-from firmware_runtime.recording.replay.verdict_text import verdict_document, verdict_lines
+from firmware_runtime.recording.replay.verdict import replay, verdict_document, verdict_lines
 from firmware_runtime.system.atomic_file import keep_output
 from firmware_runtime.system.terminal import Progress
 
@@ -58,7 +57,7 @@ def as_test(arguments: argparse.Namespace, path: Path) -> int:
     # Loaded for this answer only.
     from firmware_runtime.recording.replay.replay_assertion import in_words  # noqa: PLC0415
     from firmware_runtime.recording.what_if.checkout import checked_folder  # noqa: PLC0415
-    from firmware_runtime.recording.what_if.piece_as_test import (  # noqa: PLC0415
+    from firmware_runtime.recording.what_if.piece import (  # noqa: PLC0415
         piece_of,
         span_of_piece,
         test_of_piece,

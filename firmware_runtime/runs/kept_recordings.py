@@ -8,7 +8,7 @@ from pathlib import Path
 
 from firmware_runtime.errors import ConfigError, text_of
 from firmware_runtime.executive.outcome import Outcome
-from firmware_runtime.recording.blackbox.chunk_file import Chunk, file_of
+from firmware_runtime.recording.blackbox.layout import Chunk, file_of
 from firmware_runtime.recording.blackbox.locations import failed_start_beside
 from firmware_runtime.recording.blackbox.reader import kind_of, read_recording
 from firmware_runtime.recording.blackbox.section import Kind, decode

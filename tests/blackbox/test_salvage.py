@@ -6,8 +6,15 @@ from pathlib import Path
 import pytest
 
 from firmware_runtime.errors import ConfigError
-from firmware_runtime.recording.blackbox.chunk_file import Chunk, file_of
-from firmware_runtime.recording.blackbox.layout import CHUNK, MAGIC, PREFIX, PREFIX_SIZE, SECTION
+from firmware_runtime.recording.blackbox.layout import (
+    CHUNK,
+    MAGIC,
+    PREFIX,
+    PREFIX_SIZE,
+    SECTION,
+    Chunk,
+    file_of,
+)
 from firmware_runtime.recording.blackbox.reader import kind_of, read_recording
 from firmware_runtime.recording.blackbox.salvage import Saved, save
 from firmware_runtime.recording.blackbox.section import Kind

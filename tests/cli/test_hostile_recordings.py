@@ -13,8 +13,7 @@ import pytest
 
 from firmware_runtime.cli.main import main
 from firmware_runtime.errors import ConfigError, StatisticsFileError, Status
-from firmware_runtime.recording.blackbox.chunk_file import Chunk, file_of
-from firmware_runtime.recording.blackbox.layout import MOST_CHUNKS, prefix
+from firmware_runtime.recording.blackbox.layout import MOST_CHUNKS, Chunk, file_of, prefix
 from firmware_runtime.recording.blackbox.locations import find_recording
 from firmware_runtime.recording.blackbox.reader import kind_of, read_recording
 from firmware_runtime.recording.blackbox.section import Kind, decode

@@ -9,8 +9,7 @@ from typing import Any
 import pytest
 
 from firmware_runtime.errors import ConfigError
-from firmware_runtime.recording.blackbox.chunk_file import Chunk, file_of
-from firmware_runtime.recording.blackbox.layout import CHUNK, PREFIX_SIZE, SECTION
+from firmware_runtime.recording.blackbox.layout import CHUNK, PREFIX_SIZE, SECTION, Chunk, file_of
 from firmware_runtime.recording.blackbox.locations import find_recording, recording_of_virtual_run
 from firmware_runtime.recording.blackbox.reader import kind_of, read_recording
 from firmware_runtime.recording.blackbox.section import Kind

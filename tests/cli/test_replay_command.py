@@ -15,7 +15,7 @@ from firmware_runtime.cli import replayed_run
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.errors import Status
 from firmware_runtime.executive.clocks import MonotonicClock
-from firmware_runtime.recording.blackbox.chunk_file import Chunk, file_of
+from firmware_runtime.recording.blackbox.layout import Chunk, file_of
 from firmware_runtime.recording.blackbox.locations import recording_of_virtual_run
 from firmware_runtime.recording.blackbox.reader import read_recording
 from firmware_runtime.recording.blackbox.section import Kind

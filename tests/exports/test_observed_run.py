@@ -10,7 +10,7 @@ from firmware_runtime.board.local_settings import board_in_force
 from firmware_runtime.devs.time import MILLISECOND, SECOND
 from firmware_runtime.devs.trace import trace
 from firmware_runtime.executive.clocks import MonotonicClock
-from firmware_runtime.recording.blackbox.chunk_file import Chunk, file_of
+from firmware_runtime.recording.blackbox.layout import Chunk, file_of
 from firmware_runtime.recording.blackbox.locations import recording_beside
 from firmware_runtime.recording.blackbox.reader import kind_of, read_recording
 from firmware_runtime.recording.blackbox.section import Kind

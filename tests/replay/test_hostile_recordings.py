@@ -10,7 +10,7 @@ import pytest
 from firmware_runtime.devs.time import MILLISECOND
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.recording.blackbox import keyframe_schedule
-from firmware_runtime.recording.blackbox.chunk_file import Chunk, file_of
+from firmware_runtime.recording.blackbox.layout import Chunk, file_of
 from firmware_runtime.recording.blackbox.reader import read_recording
 from firmware_runtime.recording.blackbox.section import Kind, encode
 from firmware_runtime.recording.board_of_recording import board_of_table

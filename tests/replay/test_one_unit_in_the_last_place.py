@@ -9,7 +9,7 @@ from typing import Any
 import msgspec
 import pytest
 
-from firmware_runtime.recording.blackbox.chunk_file import Chunk, file_of
+from firmware_runtime.recording.blackbox.layout import Chunk, file_of
 from firmware_runtime.recording.blackbox.reader import read_recording
 from firmware_runtime.recording.blackbox.section import Kind, decode, encode, sent_of
 from firmware_runtime.recording.board_of_recording import board_of

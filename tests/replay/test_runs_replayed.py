@@ -14,8 +14,7 @@ from firmware_runtime.errors import ConfigError
 from firmware_runtime.executive.outcome import Outcome
 from firmware_runtime.hal.i2c import Message
 from firmware_runtime.hal.wire_errors import NoAcknowledge
-from firmware_runtime.recording.blackbox.chunk_file import Chunk, file_of
-from firmware_runtime.recording.blackbox.layout import CHUNK, PREFIX_SIZE
+from firmware_runtime.recording.blackbox.layout import CHUNK, PREFIX_SIZE, Chunk, file_of
 from firmware_runtime.recording.blackbox.reader import read_recording
 from firmware_runtime.recording.blackbox.section import decode
 from firmware_runtime.recording.replay.stretch import Stretch

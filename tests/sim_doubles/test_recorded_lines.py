@@ -14,7 +14,7 @@ from firmware_runtime.hal.i2c import Message
 from firmware_runtime.hal.served.client import ServedBus, ServedDoubles, ServedPort, look, strike
 from firmware_runtime.hal.served.packets import Strike
 from firmware_runtime.hal.wire_errors import BusAbsent, BusFault, HalError, from_os_error
-from firmware_runtime.recording.blackbox.chunk_file import Chunk, file_of
+from firmware_runtime.recording.blackbox.layout import Chunk, file_of
 from firmware_runtime.recording.blackbox.reader import kind_of, read_recording
 from firmware_runtime.recording.blackbox.section import DISCARD, READ, WRITE, Kind, Transfer
 from firmware_runtime.recording.board_of_recording import board_of_table

@@ -24,7 +24,7 @@ import msgspec
 
 from firmware_runtime.cli.main import main
 from firmware_runtime.errors import Status
-from firmware_runtime.recording.blackbox.chunk_file import Chunk, file_of
+from firmware_runtime.recording.blackbox.layout import Chunk, file_of
 from firmware_runtime.recording.blackbox.reader import read_recording
 from firmware_runtime.recording.blackbox.section import Kind
 from firmware_runtime.recording.values import pack, unpack

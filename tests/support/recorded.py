@@ -7,7 +7,7 @@ from tempfile import TemporaryDirectory
 from firmware_runtime.board.local_settings import board_in_force
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.executive.clocks import VirtualClock
-from firmware_runtime.recording.blackbox.chunk_file import Chunk, file_of
+from firmware_runtime.recording.blackbox.layout import Chunk, file_of
 from firmware_runtime.recording.blackbox.reader import Recording, kind_of, read_recording
 from firmware_runtime.recording.blackbox.section import Kind
 from firmware_runtime.runs.session import Session

@@ -12,7 +12,7 @@ from firmware_boards.tachobot.allocation import Allocation
 from firmware_drivers.thrust_pairs import Forces
 
 from firmware_runtime.cli.main import main
-from firmware_runtime.recording.blackbox.chunk_file import Chunk, file_of
+from firmware_runtime.recording.blackbox.layout import Chunk, file_of
 from firmware_runtime.recording.blackbox.reader import read_recording
 from firmware_runtime.recording.replay.replay_assertion import assert_replays, difference_of
 from tests.support.allocation import has_attribute

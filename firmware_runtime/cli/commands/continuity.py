@@ -25,7 +25,7 @@ from firmware_runtime.lab.stages.staged_run import own_state
 from firmware_runtime.lab.stages.way import WIFI
 from firmware_runtime.links.cut.impaired_path import impairment
 from firmware_runtime.recording.blackbox.state_of_run import UNKEPT
-from firmware_runtime.recording.replay.verdict_text import difference_in_words
+from firmware_runtime.recording.replay.verdict import difference_in_words
 from firmware_runtime.system.atomic_file import keep_output
 from firmware_runtime.system.own_folder import own_folder
 from firmware_runtime.system.signals import exit_on_signals

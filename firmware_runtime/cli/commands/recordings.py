@@ -20,10 +20,9 @@ from firmware_runtime.cli.arguments import (
 from firmware_runtime.cli.chosen_board import chosen_board
 from firmware_runtime.devs.time import MICROSECOND, SECOND
 from firmware_runtime.errors import ConfigError, StatisticsFileError, Status
-from firmware_runtime.recording.blackbox.chunk_file import file_of
 from firmware_runtime.recording.blackbox.excerpts import Pieces
 from firmware_runtime.recording.blackbox.file_content import whole_content_of
-from firmware_runtime.recording.blackbox.layout import PREFIX_SIZE, is_of_another_format
+from firmware_runtime.recording.blackbox.layout import PREFIX_SIZE, file_of, is_of_another_format
 from firmware_runtime.recording.blackbox.listing import listed, span_of, table_of, without_copies
 from firmware_runtime.recording.blackbox.locations import (
     find_recording,

@@ -17,9 +17,9 @@ from typing import Final
 
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.errors import StatisticsFileError
-from firmware_runtime.recording.blackbox.chunk_file import file_of
-from firmware_runtime.recording.blackbox.layout import CHUNK
+from firmware_runtime.recording.blackbox.layout import CHUNK, file_of
 from firmware_runtime.recording.blackbox.listing import state_at_end
+from firmware_runtime.recording.blackbox.locations import make_room
 from firmware_runtime.recording.blackbox.reader import instants_in
 from firmware_runtime.recording.blackbox.ring_file import RingFile, Slot
 from firmware_runtime.statistics.paths import Companion
@@ -217,22 +217,14 @@ class Pieces:
             fault = f"its {_mebibytes(size)} are more than the budget of {_mebibytes(self._budget)}"
             self._log(f"{path}: not kept; {fault}")
             return False
-        own = None if self._mirror is None else self._mirror.path
-        others = [
-            each
-            for each in self._stem.parent.glob(f"*{Companion.RECORDING}")
-            if each not in {path, own}
-        ]
-        others.sort(key=lambda each: each.stat().st_mtime_ns)
-        grown = self._ring.size if own is not None and self._ring is not None else 0
-        taken = grown + sum(map(_taken, others))
-        for each in others:
-            if taken + size <= self._budget:
-                break
-            taken -= _taken(each)
-            each.unlink()
+        own = set() if self._mirror is None else {self._mirror.path}
+        grown = self._ring.size if own and self._ring is not None else 0
+        if grown + size > self._budget:
+            return False
+        left = self._budget - size - grown
+        for each in make_room(self._stem.parent, left, {path, *own}):
             self._log(f"{each}: removed, to make room")
-        return taken + size <= self._budget
+        return True
 
     def _named(self, ending: str) -> Path:
         return self._stem.with_name(f"{self._stem.name}{ending}{Companion.RECORDING}")
@@ -244,11 +236,6 @@ class Pieces:
 def _number(path: Path) -> int:
     said = path.stem.rpartition("-")[2]
     return int(said) if said.isdigit() else 0
-
-
-def _taken(path: Path) -> int:
-    """Bytes of the disk that a file takes."""
-    return path.stat().st_blocks * 512
 
 
 def _mebibytes(size: int) -> str:

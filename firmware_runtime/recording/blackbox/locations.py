@@ -13,13 +13,12 @@ the run is over, or, of one that was killed, when the board's next run begins.
 
 import errno
 import os
-from collections.abc import Iterator
+from collections.abc import Collection
 from pathlib import Path
 
 from firmware_runtime.errors import ConfigError
-from firmware_runtime.recording.blackbox.chunk_file import file_of
 from firmware_runtime.recording.blackbox.file_content import check_file
-from firmware_runtime.recording.blackbox.layout import MAGIC
+from firmware_runtime.recording.blackbox.layout import MAGIC, file_of
 from firmware_runtime.recording.blackbox.reader import read_recording
 from firmware_runtime.recording.blackbox.ring_file import RingFile
 from firmware_runtime.statistics.paths import (
@@ -178,20 +177,24 @@ def persist(recording: Path, folder: Path, budget: int) -> Path | None:
     if len(content) > budget:
         fault = f"{len(content) >> 20} MiB are more than recording.keep_mib"
         raise ConfigError.of_one(str(recording), fault)
-    _make_room(folder, budget - len(content))
+    make_room(folder, budget - len(content))
     replace_file(copy, content, OWN_AND_GROUP)
     return copy
 
 
-def _make_room(folder: Path, left: int) -> None:
-    """Remove the oldest recordings until the others take no more than is left."""
-    for path, size in _newest_first(folder):
-        left -= size
-        if left < 0:
-            path.unlink(missing_ok=True)
+def make_room(folder: Path, left: int, kept: Collection[Path] = ()) -> list[Path]:
+    """Remove the oldest recordings until the others take no more of the disk than is left.
 
-
-def _newest_first(folder: Path) -> Iterator[tuple[Path, int]]:
-    found = [(path, path.stat()) for path in folder.glob(f"*{Companion.RECORDING}")]
-    for path, status in sorted(found, key=lambda each: -each[1].st_mtime_ns):
-        yield path, status.st_size
+    Return what was removed, the oldest first; those that are `kept` do not count.
+    """
+    found = [each for each in folder.glob(f"*{_ENDING}") if each not in kept]
+    statuses = {path: path.stat() for path in found}
+    left -= sum(each.st_blocks * 512 for each in statuses.values())
+    removed = []
+    for path, status in sorted(statuses.items(), key=lambda each: each[1].st_mtime_ns):
+        if left >= 0:
+            break
+        left += status.st_blocks * 512
+        path.unlink(missing_ok=True)
+        removed.append(path)
+    return removed

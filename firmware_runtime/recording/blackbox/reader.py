@@ -14,13 +14,14 @@ from msgspec import Struct
 
 from firmware_runtime.devs.time import NEVER, SECOND
 from firmware_runtime.errors import ConfigError
-from firmware_runtime.recording.blackbox.chunk_file import Chunk, sections_in
 from firmware_runtime.recording.blackbox.file_content import Content, opened_content
 from firmware_runtime.recording.blackbox.layout import (
     CHUNK,
     MAGIC,
     PREFIX,
     PREFIX_SIZE,
+    Chunk,
+    sections_in,
     sizes_in,
 )
 from firmware_runtime.recording.blackbox.ring_file import Header, header_in

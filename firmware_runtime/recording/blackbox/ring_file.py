@@ -17,8 +17,13 @@ from typing import Any
 import msgspec
 from msgspec import Struct
 
-from firmware_runtime.recording.blackbox.chunk_file import Chunk, sections_in
-from firmware_runtime.recording.blackbox.layout import CHUNK, PREFIX_SIZE, sizes_in
+from firmware_runtime.recording.blackbox.layout import (
+    CHUNK,
+    PREFIX_SIZE,
+    Chunk,
+    sections_in,
+    sizes_in,
+)
 from firmware_runtime.recording.blackbox.section import Kind, decode
 from firmware_runtime.recording.recorded_board import RecordedBoard
 from firmware_runtime.system.resources import Closing

@@ -19,14 +19,16 @@ import msgspec
 
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.errors import ConfigError
-from firmware_runtime.recording.blackbox.chunk_file import Chunk, file_of, parts_of
 from firmware_runtime.recording.blackbox.layout import (
     CHUNK,
     LARGEST_CHUNK,
     MOST_CHUNKS,
     PREFIX_SIZE,
     SECTION,
+    Chunk,
+    file_of,
     is_whole,
+    parts_of,
     sizes_in,
     spare_in,
 )

@@ -24,8 +24,12 @@ from firmware_runtime.recording.blackbox.state_of_run import state_of_run
 from firmware_runtime.recording.recorded_board import changed_modules, changed_versions, code_of
 from firmware_runtime.recording.replay.difference import NOTHING, Difference, model_and_field
 from firmware_runtime.recording.replay.feed import Feed
-from firmware_runtime.recording.replay.rebuilt_robot import Rebuilt, foreign_keyframe, rebuilt
-from firmware_runtime.recording.replay.replayed_lines import REPLAYED
+from firmware_runtime.recording.replay.rebuilt_robot import (
+    REPLAYED,
+    Rebuilt,
+    foreign_keyframe,
+    rebuilt,
+)
 from firmware_runtime.recording.replay.section_comparison import (
     ComparedValues,
     differences_of_counts,

@@ -8,19 +8,36 @@ Each piece is tried before it is taken.
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
-from typing import Final, TypeAlias
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from textwrap import wrap
+from typing import Any, Final, TypeAlias
+
+from msgspec.structs import replace
 
 from firmware_runtime.board.registry import Board
+from firmware_runtime.devs.time import NEVER, SECOND
 from firmware_runtime.errors import ConfigError
-from firmware_runtime.recording.blackbox.chunk_file import Chunk, file_of, parts_of
-from firmware_runtime.recording.blackbox.layout import CHUNK, LARGEST_CHUNK, SECTION
+from firmware_runtime.recording.blackbox.layout import (
+    CHUNK,
+    LARGEST_CHUNK,
+    SECTION,
+    Chunk,
+    file_of,
+    parts_of,
+)
 from firmware_runtime.recording.blackbox.reader import BEGINNINGS, Recording, kind_of
 from firmware_runtime.recording.blackbox.section import Kind, Section, decode, encode
 from firmware_runtime.recording.blackbox.state.keyframes import UnkeepableState
+from firmware_runtime.recording.board_of_recording import changed_board
 from firmware_runtime.recording.replay.player import Player
+from firmware_runtime.recording.replay.replay_assertion import difference_of, in_words
 from firmware_runtime.recording.replay.stretch import Stretch, segments_of
+from firmware_runtime.recording.replay.verdict import Verdict, replay
+from firmware_runtime.recording.what_if.checkout import ask
+from firmware_runtime.recording.what_if.what_if import Question, answer
 
-Shows: TypeAlias = Callable[[bytes], Mapping[str, object] | None]
+Shows: TypeAlias = Callable[[Path], Mapping[str, object] | None]
 _IN_TIME: Final = (Kind.STEP, Kind.KEYFRAME)
 
 
@@ -36,7 +53,7 @@ class Piece:
 
 
 class Cutter:
-    """Cuts pieces; `shows` says what difference a file shows, None for none."""
+    """Cuts pieces; `shows` returns the difference that a file shows, None for none."""
 
     def __init__(self, recording: Recording, board: Board, shows: Shows) -> None:
         self._recording, self._board, self._shows = recording, board, shows
@@ -52,7 +69,7 @@ class Cutter:
         begins = self._anywhere(sections, end) if is_true else _keyframes(sections, end)
         for begin, first in begins:
             content = self._file([*first, *sections[begin:end]])
-            if (found := self._shows(content)) is not None:
+            if (found := self._shown_by(content)) is not None:
                 return _piece(content, found, decode(first[0]), sections[begin:end])
         fault = "no piece of it shows the difference by itself; expected one that a keyframe keeps"
         raise ConfigError.of_one("--as-test", fault)
@@ -101,6 +118,12 @@ class Cutter:
             player.take(decode(sections[place]))
         return found
 
+    def _shown_by(self, content: bytes) -> Mapping[str, object] | None:
+        with TemporaryDirectory() as folder:
+            path = Path(folder) / "piece.recording"
+            path.write_bytes(content)
+            return self._shows(path)
+
     def _file(self, sections: Sequence[bytes]) -> bytes:
         """A recording of these sections, in as many chunks as they take."""
         room = LARGEST_CHUNK - CHUNK.size - 2 * SECTION.size - len(self._header)
@@ -140,3 +163,88 @@ def _last_at(sections: Sequence[bytes], at: int) -> int:
                 break
             last = place
     return last
+
+
+_WIDTH = 88
+_TEST = '''\
+"""{about}
+
+{written}
+"""
+
+from pathlib import Path
+
+from firmware_runtime.recording.replay.replay_assertion import assert_replays
+
+RECORDING = Path(__file__).with_suffix(".recording")
+
+
+def {name}() -> None:
+    assert_replays(RECORDING{settings})
+'''
+
+
+def piece_of(
+    recording: Recording, question: Question, checkout: Path | None
+) -> tuple[Piece, Verdict]:
+    """The piece of a run, and how the run was replayed.
+
+    It shows where the run is not its replay; or else what the question's settings, or the code of a
+    checkout, change; or else it is the question's stretch. Raises ConfigError if nothing changes.
+    """
+    board = changed_board(recording.header, ())
+    stretch = Stretch(question.begin, question.until)
+    verdict = replay(recording, board, stretch)
+    if verdict.first is not None:
+        cutter = Cutter(recording, board, _shown_here)
+        return cutter.around(verdict.first.at, is_true=False), verdict
+    if checkout is None and not question.assignments:
+        return Cutter(recording, board, _shown_here).stretch(stretch), verdict
+    first = _difference(question, checkout)
+    if first is None:
+        fault = "no output would have been another; expected a difference, or nothing that changes"
+        raise ConfigError.of_one("--as-test", fault)
+
+    def asked(path: Path) -> Mapping[str, Any] | None:
+        whole = replace(question, recording=str(path.absolute()), begin=0, until=NEVER)
+        return _difference(whole, checkout)
+
+    return Cutter(recording, board, asked).around(first["t_ns"], is_true=True), verdict
+
+
+def span_of_piece(piece: Piece) -> str:
+    """From and to which second of its run it goes."""
+    return f"{piece.begin / SECOND:.3f} to {piece.until / SECOND:.3f} s"
+
+
+def test_of_piece(
+    piece: Piece, recording: Recording, faults: Sequence[str], name: str, assignments: Sequence[str]
+) -> str:
+    """The source of a test of a piece, which looks for its recording beside itself."""
+    about = f"{recording.header.run}, {span_of_piece(piece)}: it does as it did."
+    if piece.difference is not None:
+        shown = in_words(piece.difference)
+        about = f"{recording.header.run}, {span_of_piece(piece)}: {shown}."
+    if faults:
+        about += f" The run's recording is not whole: {'; '.join(faults)}."
+    settings = f", settings={list(assignments)!r}" if assignments else ""
+    written = f"Written by `firmware-runtime replay {recording.path.name} --as-test`."
+    texts = {"about": _in_docstring(about), "written": _in_docstring(written)}
+    name = name if name.startswith("test_") else f"test_{name}"
+    return _TEST.format(**texts, name=name, settings=settings)
+
+
+def _difference(question: Question, checkout: Path | None) -> Mapping[str, Any] | None:
+    """The first difference that the settings, or the code of a checkout, make."""
+    found = answer(question) if checkout is None else ask(question, checkout)
+    return found.first_difference
+
+
+def _shown_here(path: Path) -> Mapping[str, Any] | None:
+    return difference_of(path)[0]
+
+
+def _in_docstring(text: str) -> str:
+    """A text as Python reads it in a docstring, whatever is in it, in lines not too long."""
+    quoted = repr(text)[1:-1].replace('"', '\\"')
+    return "\n".join(wrap(quoted, _WIDTH, break_long_words=False, break_on_hyphens=False))
