@@ -12,7 +12,7 @@ import firmware_runtime
 from firmware_runtime.cli.commands import run
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.lab.stages import staged_run
-from firmware_runtime.recording.blackbox import chunk_file
+from firmware_runtime.recording.blackbox import layout
 from firmware_runtime.runs import black_box, open_board
 from firmware_runtime.runs import kept_recordings as keeping
 from firmware_runtime.runs import picture_of_run as plot
@@ -83,7 +83,7 @@ def test_they_are_ended_once_the_hardware_is_released(
     closed: list[type[Any]] = [Hardware, TraceFile]
     for each in closed:
         monkeypatch.setattr(each, "close", _noted(order, each.__name__, each.close))
-    monkeypatch.setattr(keeping, "used_of", _noted(order, "recording", chunk_file.used_of))
+    monkeypatch.setattr(keeping, "file_of", _noted(order, "recording", layout.file_of))
     trace, recording = tmp_path / "trace", tmp_path / "recording"
     words = ("--trace", trace, "--record", recording)
     command("run", "tachobot", *BRIEFLY[:-1], "3", *words)
