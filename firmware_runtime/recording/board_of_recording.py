@@ -2,6 +2,7 @@
 
 import json
 from collections.abc import Mapping, Sequence
+from copy import deepcopy
 from itertools import islice
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -56,7 +57,7 @@ def changed_board(header: RecordedBoard, assignments: Sequence[str]) -> Board:
 
     A key that the code has learned since then has its value from the board's own file.
     """
-    table, faults = _copied(header.table), list[str]()
+    table, faults = deepcopy(header.table), list[str]()
     strict.override(table, assignments, faults)
     if faults:
         raise ConfigError("--set", faults)
@@ -101,12 +102,6 @@ def _value(value: object) -> str:
 
 def _assigned(board: Board, assignments: Sequence[str]) -> Board:
     return replace(board, assignments=tuple(assignments))
-
-
-def _copied(table: Mapping[str, object]) -> dict[str, object]:
-    return {
-        key: _copied(value) if isinstance(value, dict) else value for key, value in table.items()
-    }
 
 
 def _filled(table: Mapping[str, Any], shipped: Mapping[str, Any]) -> dict[str, object]:

@@ -7,9 +7,8 @@ from pathlib import Path
 import pytest
 
 from firmware_runtime.recording.blackbox.excerpts import Mirror
-from firmware_runtime.recording.blackbox.file_content import whole_content_of
 from firmware_runtime.recording.blackbox.layout import CHUNK, PREFIX, PREFIX_SIZE, SECTION
-from firmware_runtime.recording.blackbox.ring_file import RingFile
+from firmware_runtime.recording.blackbox.ring_file import RingFile, whole_content_of
 from firmware_runtime.recording.blackbox.salvage import save
 from tests.support.recorded import record, recording_in
 

@@ -21,7 +21,6 @@ from firmware_runtime.cli.chosen_board import chosen_board
 from firmware_runtime.devs.time import MICROSECOND, SECOND
 from firmware_runtime.errors import ConfigError, StatisticsFileError, Status
 from firmware_runtime.recording.blackbox.excerpts import Pieces
-from firmware_runtime.recording.blackbox.file_content import whole_content_of
 from firmware_runtime.recording.blackbox.layout import PREFIX_SIZE, file_of, is_of_another_format
 from firmware_runtime.recording.blackbox.listing import listed, span_of, table_of, without_copies
 from firmware_runtime.recording.blackbox.locations import (
@@ -30,6 +29,7 @@ from firmware_runtime.recording.blackbox.locations import (
     last_recordings,
 )
 from firmware_runtime.recording.blackbox.reader import another_format, read_recording
+from firmware_runtime.recording.blackbox.ring_file import whole_content_of
 from firmware_runtime.recording.blackbox.salvage import save
 from firmware_runtime.statistics.paths import default_path
 from firmware_runtime.statistics.recorder import Recorder

@@ -11,16 +11,14 @@ which go when the user does: so what was recorded is copied to where programs ke
 the run is over, or, of one that was killed, when the board's next run begins.
 """
 
-import errno
 import os
 from collections.abc import Collection
 from pathlib import Path
 
 from firmware_runtime.errors import ConfigError
-from firmware_runtime.recording.blackbox.file_content import check_file
 from firmware_runtime.recording.blackbox.layout import MAGIC, file_of
 from firmware_runtime.recording.blackbox.reader import read_recording
-from firmware_runtime.recording.blackbox.ring_file import RingFile
+from firmware_runtime.recording.blackbox.ring_file import RingFile, check_file
 from firmware_runtime.statistics.paths import (
     Companion,
     default_path,
@@ -160,14 +158,9 @@ def persist(recording: Path, folder: Path, budget: int) -> Path | None:
     """
     if not recording.is_file():
         return None
-    try:
-        with RingFile(recording) as ring:
-            header = ring.header()
-    except OSError as error:
-        if error.errno == errno.EINVAL:  # no recording, or an older program's
-            return None
-        raise
-    if header is None or Path(header.run).name != header.run:
+    with RingFile(recording) as ring:
+        header = ring.header()
+    if header is None or Path(header.run).name != header.run:  # an older program's, or none
         return None
     copy = folder / f"{header.run}{Companion.RECORDING}"
     if copy.exists():

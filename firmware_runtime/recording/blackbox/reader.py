@@ -14,7 +14,6 @@ from msgspec import Struct
 
 from firmware_runtime.devs.time import NEVER, SECOND
 from firmware_runtime.errors import ConfigError
-from firmware_runtime.recording.blackbox.file_content import Content, opened_content
 from firmware_runtime.recording.blackbox.layout import (
     CHUNK,
     MAGIC,
@@ -22,9 +21,8 @@ from firmware_runtime.recording.blackbox.layout import (
     PREFIX_SIZE,
     Chunk,
     sections_in,
-    sizes_in,
 )
-from firmware_runtime.recording.blackbox.ring_file import Header, header_in
+from firmware_runtime.recording.blackbox.ring_file import Header, RingFile, header_in, opened
 from firmware_runtime.recording.blackbox.section import Kind, Section, decode
 from firmware_runtime.statistics.number_formats import Dates
 
@@ -197,36 +195,33 @@ def another_format(path: Path, content: bytes) -> ConfigError:
 
 def read_recording(path: Path) -> Recording:
     """Read a file. Raises ConfigError, a sentence, for one of which nothing can be used."""
-    with opened_content(path) as content:
-        return _recording(content, path)
+    with opened(path) as file:
+        return _recording(file, path)
 
 
-def _recording(content: Content, path: Path) -> Recording:
-    begin = content.read(0, PREFIX_SIZE)
-    if begin.startswith(MAGIC[:-1]) and not begin.startswith(MAGIC):
-        raise another_format(path, begin)
-    chunk_size, chunks = sizes_in(begin)
-    if chunks == 0:
-        fault = f"not a recording of a run: it begins with {begin[: PREFIX.size]!r}; {_EXPECTED}"
+def _recording(file: RingFile, path: Path) -> Recording:
+    said = file.prefix
+    if said.startswith(MAGIC[:-1]) and not said.startswith(MAGIC):
+        raise another_format(path, said)
+    if file.count == 0:
+        fault = f"not a recording of a run: it begins with {said[: PREFIX.size]!r}; {_EXPECTED}"
         raise ConfigError.of_one(str(path), fault)
-    end = min(content.length, PREFIX_SIZE + chunks * chunk_size)
-    begins = range(PREFIX_SIZE, end, chunk_size)
-    read = {begin: _chunk(content.read(begin, chunk_size), chunk_size) for begin in begins}
+    length = file.status.st_size
+    present = min(file.count, -(-max(length - PREFIX_SIZE, 0) // file.chunk_size))
+    read = {place: _chunk(file.chunk(place), file.chunk_size) for place in range(present)}
     found = [each for each in read.values() if each is not None and len(each.contents) > 0]
     found.sort(key=lambda chunk: chunk.number)
     header = header_in(found[0].contents[0]) if found else None
     if header is None:
         raise ConfigError.of_one(str(path), _NO_HEADER)
     lost = [
-        begin
-        for begin, each in read.items()
+        file.begin(place)
+        for place, each in read.items()
         if each is not None and each.damage and not each.contents
     ]
     damages = [_unread(lost)] if lost else []
-    if len(begins) < chunks:
-        damages.append(
-            f"the file ends after {content.length} bytes, {len(begins)} of {chunks} chunks"
-        )
+    if present < file.count:
+        damages.append(f"the file ends after {length} bytes, {present} of {file.count} chunks")
     return Recording(path, header, found, damages)
 
 
