@@ -54,7 +54,7 @@ def read_text(path: Path, warnings: Warnings) -> str:
 
 
 def lines_of(text: str) -> Iterator[tuple[int, str]]:
-    """Chunk lines, from 1, that hold something besides a comment; without the comment."""
+    """Numbered lines, from 1, that hold something besides a comment; without the comment."""
     for number, line in enumerate(text.split("\n"), start=1):
         content = re.split(_COMMENT, line, maxsplit=1)[0].strip()
         if content:

@@ -17,7 +17,6 @@ from firmware_runtime.errors import ConfigError
 from firmware_runtime.recording.blackbox.layout import (
     CHUNK,
     MAGIC,
-    PREFIX,
     PREFIX_SIZE,
     Chunk,
     sections_in,
@@ -204,7 +203,7 @@ def _recording(file: RingFile, path: Path) -> Recording:
     if said.startswith(MAGIC[:-1]) and not said.startswith(MAGIC):
         raise another_format(path, said)
     if file.count == 0:
-        fault = f"not a recording of a run: it begins with {said[: PREFIX.size]!r}; {_EXPECTED}"
+        fault = f"not a recording of a run: it begins with {said[: len(MAGIC)]!r}; {_EXPECTED}"
         raise ConfigError.of_one(str(path), fault)
     length = file.status.st_size
     present = min(file.count, -(-max(length - PREFIX_SIZE, 0) // file.chunk_size))
