@@ -6,16 +6,15 @@ from typing import Any
 import pytest
 from firmware_boards.tachobot.allocation import Allocation
 
-from firmware_runtime.board.local_settings import board_in_force
 from firmware_runtime.devs.time import NEVER, SECOND
-from firmware_runtime.executive.clocks import VirtualClock
 from firmware_runtime.recording.blackbox.keyframe_schedule import (
     KEYFRAME_EVERY,
     MISSING,
     KeyframeSchedule,
     KeyframeWarnings,
 )
-from firmware_runtime.runs.start import start_session
+from tests.support.allocation import has_attribute
+from tests.support.recorded import record
 
 
 @pytest.fixture
@@ -92,28 +91,16 @@ def test_a_run_that_will_have_none_says_so_at_once(
 def test_the_field_that_grows_is_named(
     tmp_path: Path, said: list[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    build, enter = Allocation.__init__, Allocation.external
-
-    def built(self: Any, *given: Any) -> None:  # noqa: ANN401 -- any model
-        build(self, *given)
-        self.log = []
+    enter = Allocation.external
 
     def entered(self: Any, elapsed: int) -> None:  # noqa: ANN401 -- any model
         enter(self, elapsed)
         self.log += [len(self.log) + each / 2 for each in range(20)]
 
-    monkeypatch.setattr(Allocation, "__init__", built)
+    has_attribute(monkeypatch, "log", lambda _: [])
     monkeypatch.setattr(Allocation, "external", entered)
-    session = start_session(
-        board_in_force("tachobot", ("recording.minutes=0.5",)),
-        VirtualClock(),
-        doubles=True,
-        statistics_path=None,
-        recording=tmp_path / "run.recording",
-        log=said.append,
-    )
-    session.run(41 * SECOND)
-    session.close()
+    path = tmp_path / "run.recording"
+    record(path, "tachobot", 41, ["recording.minutes=0.5"], log=said.append)
     grown, missing = said[:2]
     assert "controller.allocation.log" in grown
     assert "no keyframe since" in missing

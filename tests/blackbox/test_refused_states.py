@@ -316,15 +316,18 @@ def test_a_record_is_made_and_compared_without_its_functions(kind: str) -> None:
 
 
 NAMES = ["__class__", "__dict__", "__init__", "a.b", "", "no name", 7, None]
+SHAPES: list[object] = [None, 7, [], [1], {"list": []}, {0: 7}, {"0": {}}, {99: {}}]
 
 
-@pytest.mark.parametrize("name", NAMES)
-def test_an_attribute_has_a_name_that_a_model_could_set(name: object) -> None:
+@pytest.mark.parametrize("forms", [*SHAPES, *({0: {name: 1}} for name in NAMES)])
+def test_a_state_of_another_shape_and_an_attribute_that_no_model_could_set_are_refused(
+    forms: object,
+) -> None:
     node = Node(value=None)
     table = StateTable({"node": node})
     fingerprint, built, _, aside = unpack(table.capture())
     with pytest.raises(ForeignState):
-        table.restore(pack([fingerprint, built, {0: {name: 1}}, aside]))
+        table.restore(pack([fingerprint, built, forms, aside]))
     assert vars(node) == {"value": None}
 
 
@@ -338,14 +341,6 @@ def test_what_is_no_state_at_all_is_refused(content: bytes) -> None:
         table.restore(content)
     with pytest.raises(ForeignState):
         list(table.differences(content))
-
-
-@pytest.mark.parametrize("shape", [None, 7, [], [1], {"list": []}, {0: 7}, {"0": {}}, {99: {}}])
-def test_a_state_of_another_shape_is_refused(shape: object) -> None:
-    table = StateTable({"node": Node(value=1)})
-    fingerprint, built, _, aside = unpack(table.capture())
-    with pytest.raises(ForeignState):
-        table.restore(pack([fingerprint, built, shape, aside]))
 
 
 def test_no_name_of_python_itself_is_a_value() -> None:

@@ -1,11 +1,13 @@
 """What is whole of a damaged recording is saved: no section more is lost than was touched."""
 
-from collections.abc import Iterator
+import random
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
 
 from firmware_runtime.errors import ConfigError
+from firmware_runtime.recording.blackbox.excerpts import Mirror
 from firmware_runtime.recording.blackbox.layout import (
     CHUNK,
     MAGIC,
@@ -16,6 +18,7 @@ from firmware_runtime.recording.blackbox.layout import (
     file_of,
 )
 from firmware_runtime.recording.blackbox.reader import kind_of, read_recording
+from firmware_runtime.recording.blackbox.ring_file import RingFile, whole_content_of
 from firmware_runtime.recording.blackbox.salvage import Saved, save
 from firmware_runtime.recording.blackbox.section import Kind
 from tests.support.recorded import every_section, in_chunks, record, recording_in
@@ -142,3 +145,97 @@ def test_what_is_saved_of_a_file_with_many_gaps_is_not_much_larger_than_it(whole
     done, _ = saved(bytes(damaged))
     assert done.sections == 21 * len(every) - len(touched)
     assert len(done.content) < 3 * len(damaged)
+
+
+# One damage of some KiB to a short run -----------------------------------------------------------
+
+SEEDS = range(25)
+MOST = 5 << 10
+Damage = Callable[[random.Random, int], bytes]
+
+
+def noise(chance: random.Random, length: int) -> bytes:
+    return chance.randbytes(length)
+
+
+def zeros(_: random.Random, length: int) -> bytes:
+    return bytes(length)
+
+
+def ones(_: random.Random, length: int) -> bytes:
+    return b"\xff" * length
+
+
+@pytest.fixture(scope="module")
+def ring(tmp_path_factory: pytest.TempPathFactory) -> bytes:
+    """A run that has not filled its first chunk."""
+    path = tmp_path_factory.mktemp("recordings") / "ring.recording"
+    return whole_content_of(record(path, "detective", 0.5))
+
+
+def check(ring: bytes, begin: int, end: int, content: bytes) -> None:
+    """What is saved of the ring with that in place of these bytes is all that they have not hit."""
+    damaged = ring[:begin] + content + ring[end:]
+    expected = [
+        ring[place + SECTION.size : after]
+        for place, after in places(ring)
+        if after <= begin or place >= end or damaged[place:after] == ring[place:after]
+    ]
+    recording = recording_in(save(PATH, damaged).content)
+    assert [each for chunk in recording.chunks for each in chunk.contents[1:]] == expected
+    assert recording.header == recording_in(ring).header
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("damage", [noise, zeros, ones], ids=lambda each: each.__name__)
+def test_what_lies_beyond_the_damage_is_saved(ring: bytes, damage: Damage) -> None:
+    *_, (_, last) = places(ring)
+    for seed in SEEDS:
+        chance = random.Random(seed)  # noqa: S311 -- repeatable, not secret
+        begin, length = chance.randrange(last), chance.randint(1, MOST)
+        check(ring, begin, begin + length, damage(chance, length))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("damage", [noise, zeros, ones], ids=lambda each: each.__name__)
+@pytest.mark.parametrize("begin", [0, 8, PREFIX_SIZE, PREFIX_SIZE + CHUNK.size])
+def test_a_beginning_that_is_damaged_costs_the_sections_in_it(
+    ring: bytes, begin: int, damage: Damage
+) -> None:
+    for length in (1, CHUNK.size, PREFIX_SIZE, 1 << 10, MOST):
+        chance = random.Random(length)  # noqa: S311 -- as above
+        check(ring, begin, begin + length, damage(chance, length))
+
+
+def test_a_spare_that_is_damaged_costs_nothing(ring: bytes) -> None:
+    _, size, count = PREFIX.unpack_from(ring)
+    spare = PREFIX_SIZE + size * count
+    check(ring, spare, len(ring), bytes(len(ring) - spare))
+    check(ring, spare, len(ring), b"")
+    check(ring, spare, spare + PREFIX_SIZE, bytes(PREFIX_SIZE))
+
+
+def test_what_is_saved_has_a_spare_and_a_copy_on_a_disk_too(ring: bytes, tmp_path: Path) -> None:
+    again = save(PATH, ring).content
+    check(again, 0, MOST, bytes(MOST))
+    path = tmp_path / "ring.recording"
+    path.write_bytes(ring)
+    with RingFile(path) as opened, Mirror(opened, tmp_path / "copy.recording") as mirror:
+        mirror.sync()
+    copy = whole_content_of(tmp_path / "copy.recording")
+    assert copy == ring
+    check(copy, 0, MOST, bytes(MOST))
+
+
+def test_sections_of_the_lap_before_are_none_of_a_chunk_whose_beginning_is_lost(
+    ring: bytes,
+) -> None:
+    sections = list(places(ring))
+    middle = len(sections) // 2
+    half, end = sections[middle][0], sections[-1][1]
+    first = sections[0][0]
+    lapped = ring[:first] + ring[half:end] + ring[first:half] + ring[end:]
+    damaged = bytearray(lapped)
+    damaged[PREFIX_SIZE : PREFIX_SIZE + CHUNK.size] = b"\xff" * CHUNK.size
+    done = save(PATH, bytes(damaged))
+    assert done.sections == len(sections) - middle

@@ -3,18 +3,13 @@
 import socket
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
 
 import pytest
-from firmware_boards.tachobot.allocation import Allocation
 
-from firmware_runtime.board.local_settings import board_in_force
 from firmware_runtime.cli.main import main
-from firmware_runtime.devs.time import SECOND
-from firmware_runtime.executive.clocks import VirtualClock
 from firmware_runtime.recording.blackbox.section import Kind, decode
-from firmware_runtime.runs.start import start_session
-from tests.support.recorded import every_section
+from tests.support.allocation import has_attribute
+from tests.support.recorded import every_section, record
 from tests.support.replayed import check_identical
 
 
@@ -27,13 +22,7 @@ def _line() -> Iterator[socket.socket]:
 @pytest.fixture(name="holding")
 def _holding(monkeypatch: pytest.MonkeyPatch, line: socket.socket) -> None:
     """Let TachoBot's allocation hold a socket."""
-    build = Allocation.__init__
-
-    def built(self: Any, *given: Any) -> None:  # noqa: ANN401 -- any model
-        build(self, *given)
-        self.line = line
-
-    monkeypatch.setattr(Allocation, "__init__", built)
+    has_attribute(monkeypatch, "line", lambda _: line)
 
 
 @pytest.mark.usefixtures("holding")
@@ -47,17 +36,7 @@ def test_check_names_the_attribute(capsys: pytest.CaptureFixture[str]) -> None:
 @pytest.mark.usefixtures("holding")
 def test_its_run_says_so_at_once_and_is_replayed_from_its_start(tmp_path: Path) -> None:
     said: list[str] = []
-    path = tmp_path / "run.recording"
-    session = start_session(
-        board_in_force("tachobot", ("recording.minutes=0.1",)),
-        VirtualClock(),
-        doubles=True,
-        statistics_path=None,
-        recording=path,
-        log=said.append,
-    )
-    session.run(SECOND // 2)
-    session.close()
+    path = record(tmp_path / "run.recording", "tachobot", 0.5, log=said.append)
     (warning,) = [each for each in said if "keyframe" in each]
     assert "controller.allocation.line" in warning
     assert Kind.KEYFRAME not in {decode(each).kind for each in every_section(path)}

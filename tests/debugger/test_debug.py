@@ -203,31 +203,37 @@ def test_what_is_wrong_is_said_and_the_next_command_is_taken(
     assert main(["debug", str(flight), "--at", "60"]) == 2
 
 
+@pytest.fixture
+def models(travel: Travel) -> Models:
+    """The robot's."""
+    return Models(travel.player.simulator.root)
+
+
 @pytest.mark.parametrize(
-    "text",
+    ("text", "said"),
     [
-        "__import__('os')",
-        "imu.__class__",
-        "(lambda: 1)()",
-        "[x for x in imu]",
-        "imu.sample if 1 else 2",
-        "nobody.port > 1",
-        "imu.nothing > 1",
-        "imu",
-        "imu.sample in 3",
-        "imu.sample >",
-        "abs(1, 2) > 0",
-        "(" * 300 + "1" + ")" * 300,
-        "",
+        *(
+            (each, "expected")
+            for each in (
+                *("__import__('os')", "imu.__class__", "(lambda: 1)()", "[x for x in imu]"),
+                *("imu.sample if 1 else 2", "nobody.port > 1", "imu.nothing > 1", "imu"),
+                *("imu.sample in 3", "imu.sample >", "abs(1, 2) > 0", ""),
+                "(" * 300 + "1" + ")" * 300,
+            )
+        ),
+        ("controller.forces.f5 > 0.4", r"a Forces has no f5; expected one of f1, f2, f3, f4"),
+        ("controller.yaw_reference", "passes on what enters"),
     ],
 )
-def test_a_predicate_is_a_safe_subset(travel: Travel, text: str) -> None:
-    with pytest.raises(ConfigError, match="expected"):
-        Predicate(text, Models(travel.player.simulator.root))
+def test_a_predicate_is_a_safe_subset_about_what_there_is(
+    models: Models, text: str, said: str
+) -> None:
+    with pytest.raises(ConfigError, match=said):
+        Predicate(text, models)
 
 
-def test_a_predicate_looks_at_what_was_sent_at_values_and_attributes(travel: Travel) -> None:
-    models, seen = Models(travel.player.simulator.root), Seen()
+def test_a_predicate_looks_at_what_was_sent_at_values_and_attributes(models: Models) -> None:
+    seen = Seen()
     sends = Predicate("imu.sample or imu.fault", models)
     above = Predicate(
         "not abs(controller.yaw.command_n) <= 0.5 and controller.yaw.phase == 'x'", models
@@ -244,39 +250,28 @@ def test_a_predicate_looks_at_what_was_sent_at_values_and_attributes(travel: Tra
     assert above.holds(seen)
 
 
-def test_a_coupled_model_s_port_is_the_one_that_sends_through_it(travel: Travel) -> None:
-    models, seen = Models(travel.player.simulator.root), Seen()
-    seen.last = {"controller.allocation.forces": Forces(0.5, 0.0, 0.0, 0.0)}
-    assert Predicate("controller.forces.f1 > 0.4", models).holds(seen)
-    assert not Predicate("controller.forces.f1 > 0.6", models).holds(seen)
-
-
 class Gate(Enum):
     OPEN = 1
     SHUT = 2
 
 
-def test_a_predicate_compares_an_enumeration_by_its_members_name(travel: Travel) -> None:
-    seen = Seen()
-    opened = Predicate("imu.sample == 'OPEN'", Models(travel.player.simulator.root))
-    seen.last = {"imu.sample": Gate.SHUT}
-    assert not opened.holds(seen)
-    seen.last = {"imu.sample": Gate.OPEN}
-    assert opened.holds(seen)
-
-
-def test_a_field_that_no_value_of_the_port_has_is_refused(travel: Travel) -> None:
-    models = Models(travel.player.simulator.root)
-    with pytest.raises(ConfigError, match=r"a Forces has no f5; expected one of f1, f2, f3, f4"):
-        Predicate("controller.forces.f5 > 0.4", models)
-
-
-def test_an_input_port_of_a_coupled_model_is_refused_where_it_would_never_hold(
-    travel: Travel,
+@pytest.mark.parametrize(
+    ("text", "port", "value", "holds"),
+    [
+        # of a coupled model the port that sends through it
+        ("controller.forces.f1 > 0.4", "controller.allocation.forces", Forces(0.5, 0, 0, 0), True),
+        ("controller.forces.f1 > 0.6", "controller.allocation.forces", Forces(0.5, 0, 0, 0), False),
+        # of an enumeration the member's name
+        ("imu.sample == 'OPEN'", "imu.sample", Gate.SHUT, False),
+        ("imu.sample == 'OPEN'", "imu.sample", Gate.OPEN, True),
+    ],
+)
+def test_a_predicate_holds_by_the_last_value(
+    models: Models, text: str, port: str, value: object, *, holds: bool
 ) -> None:
-    models = Models(travel.player.simulator.root)
-    with pytest.raises(ConfigError, match="passes on what enters"):
-        Predicate("controller.yaw_reference", models)
+    seen = Seen()
+    seen.last = {port: value}
+    assert Predicate(text, models).holds(seen) is holds
 
 
 def test_a_field_that_only_a_derived_record_has_is_one_that_a_value_may_have() -> None:

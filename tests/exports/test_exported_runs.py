@@ -172,7 +172,6 @@ def test_a_port_alone_has_a_column_for_each_field(
 
 
 @pytest.mark.slow
-@pytest.mark.slow
 def test_what_came_in_from_outside_is_in_it_by_its_port(tmp_path: Path) -> None:
     def turn_about(session: Session) -> None:
         port = session.robot.model.in_ports["yaw_reference"]

@@ -10,7 +10,6 @@ from firmware_runtime.board.local_settings import board_in_force
 from firmware_runtime.devs.time import MILLISECOND, SECOND
 from firmware_runtime.devs.trace import trace
 from firmware_runtime.executive.clocks import MonotonicClock
-from firmware_runtime.recording.blackbox.layout import Chunk, file_of
 from firmware_runtime.recording.blackbox.locations import recording_beside
 from firmware_runtime.recording.blackbox.reader import kind_of, read_recording
 from firmware_runtime.recording.blackbox.section import Kind
@@ -24,7 +23,7 @@ from firmware_runtime.statistics.json_values import plain
 from firmware_runtime.statistics.layout import STEP_HISTOGRAM, STEPS
 from firmware_runtime.statistics.reader import read_statistics
 from firmware_runtime.statistics.statistics import Statistics
-from tests.support.recorded import every_section, record
+from tests.support.recorded import every_section, record, rewrite
 
 Message = tuple[int, str, object]
 FUNCTIONS = {"output", "internal", "external", "confluent"}
@@ -144,10 +143,9 @@ def test_where_the_replay_is_another_run_values_are_the_recorded_ones(tmp_path: 
 @pytest.mark.slow
 def test_what_has_been_written_over_is_said(tmp_path: Path) -> None:
     path = record(tmp_path / "x.recording", "tachobot", 6.0)
-    (header, *_), *_ = (each.contents for each in read_recording(path).chunks)
     sections = every_section(path)
     keyframes = [n for n, each in enumerate(sections) if kind_of(each) == Kind.KEYFRAME]
-    path.write_bytes(file_of([Chunk(2, [header, *sections[keyframes[-1] :]])]))
+    rewrite(path, sections[keyframes[-1] :], number=2)
     (said,) = missing_in(read_recording(path))
     first = observed(path)[0].at
     assert first > SECOND

@@ -10,12 +10,10 @@ import pytest
 from firmware_runtime.devs.time import MILLISECOND
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.recording.blackbox import keyframe_schedule
-from firmware_runtime.recording.blackbox.layout import Chunk, file_of
-from firmware_runtime.recording.blackbox.reader import read_recording
 from firmware_runtime.recording.blackbox.section import Kind, encode
 from firmware_runtime.recording.board_of_recording import board_of_table
 from tests.support.mutated import VERBS, fault_of, mutations
-from tests.support.recorded import every_section, in_chunks, record
+from tests.support.recorded import every_section, in_chunks, record, rewrite
 
 MUTATIONS = 12
 
@@ -55,14 +53,13 @@ def test_values_within_values_are_one_sentence_on_a_small_stack(
     recording: Path, tmp_path: Path
 ) -> None:
     """On a stack of 1 MB, as in a container or a thread."""
-    header = read_recording(recording).chunks[0].contents[0]
     deep: object = 1
     for _ in range(DEEPEST):
         deep = [deep]
     file = tmp_path / "deep.recording"
+    file.write_bytes(recording.read_bytes())
     section = encode((Kind.STEP.value, 0, [], [], [], [], [0, deep], [], [["in", deep]], deep))
-    build = every_section(recording)[0]
-    file.write_bytes(file_of([Chunk(1, [header, build, section])]))
+    rewrite(file, [every_section(recording)[0], section])
     program = f"ulimit -s 1024; exec {sys.executable} -m firmware_runtime.cli replay {file}"
     ended = subprocess.run(["bash", "-c", program], capture_output=True, text=True, check=False)
     assert ended.returncode in {1, 2}

@@ -9,12 +9,11 @@ from typing import Any
 import msgspec
 import pytest
 
-from firmware_runtime.recording.blackbox.layout import Chunk, file_of
 from firmware_runtime.recording.blackbox.reader import read_recording
 from firmware_runtime.recording.blackbox.section import Kind, decode, encode, sent_of
 from firmware_runtime.recording.board_of_recording import board_of
 from firmware_runtime.recording.replay.verdict import replay
-from tests.support.recorded import every_section, record
+from tests.support.recorded import every_section, record, rewrite
 
 PLACES = 25
 TRACKING = ("controller.mode=track", "trajectory.kind=circle")
@@ -40,8 +39,7 @@ def test_every_float_that_is_one_unit_off_is_found_and_named(
         sent[pair][1] = _changed(sent[pair][1], leaf)
         section.sent = msgspec.Raw(encode([each for one in sent for each in one]))
         changed = [*contents[:place], encode(section), *contents[place + 1 :]]
-        header = recording.chunks[0].contents[0]
-        path.write_bytes(file_of([Chunk(1, [header, *changed])]))
+        rewrite(path, changed)
         verdict = replay(read_recording(path), board)
         assert verdict.first is not None
         port = recording.header.ports[sent[pair][0]]

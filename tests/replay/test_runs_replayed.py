@@ -63,21 +63,28 @@ def test_a_replay_begins_in_the_middle_at_a_keyframe(record: Record, board: str)
     assert late.duration < 4 * SECOND
 
 
-@pytest.mark.slow
-def test_transactions_that_failed_fail_again(record: Record) -> None:
+def failing(fails: Callable[[int], bool], error: Exception) -> Callable[[Session], None]:
+    """Let those transactions of a run's doubles fail, by their number."""
+
     def break_bus(session: Session) -> None:
         assert session.hardware.rig is not None
         bus = session.hardware.rig.buses["i2c1"]
         carry, count = bus.transaction, iter(range(1_000_000))
 
-        def sometimes(address: int, messages: Sequence[Message]) -> bytes:
-            if next(count) % 7 == 3:
-                raise NoAcknowledge(f"i2c1 address 0x{address:02x}: not acknowledged")
+        def transaction(address: int, messages: Sequence[Message]) -> bytes:
+            if fails(next(count)):
+                raise error
             return carry(address, messages)
 
-        bus.transaction = sometimes  # type: ignore[method-assign]
+        bus.transaction = transaction  # type: ignore[method-assign]
 
-    check_identical(record("tachobot", before=break_bus))
+    return break_bus
+
+
+@pytest.mark.slow
+def test_transactions_that_failed_fail_again(record: Record) -> None:
+    error = NoAcknowledge("i2c1 address 0x40: not acknowledged")
+    check_identical(record("tachobot", before=failing(lambda count: count % 7 == 3, error)))
 
 
 @pytest.mark.slow
@@ -91,18 +98,7 @@ def test_a_world_that_ended_a_run_ends_its_replay(
         assert isinstance(outcome.error, ModelError)
         return outcome
 
-    def break_world(session: Session) -> None:
-        assert session.hardware.rig is not None
-        bus = session.hardware.rig.buses["i2c1"]
-        carry, count = bus.transaction, iter(range(1_000_000))
-
-        def until_then(address: int, messages: Sequence[Message]) -> bytes:
-            if next(count) == 150:
-                raise ZeroDivisionError("float division by zero")
-            return carry(address, messages)
-
-        bus.transaction = until_then  # type: ignore[method-assign]
-
+    break_world = failing(lambda count: count == 150, ZeroDivisionError("float division by zero"))
     monkeypatch.setattr(Session, "run", run)
     check_identical(record("tachobot", before=break_world))
 

@@ -20,11 +20,13 @@ def record(
     span_s: float,
     settings: Sequence[str] = (),
     before: Callable[[Session], None] = lambda _: None,
+    *,
+    log: Callable[[str], None] = lambda _: None,
 ) -> Path:
     """Run a board, and leave its recording at `path`."""
     found = board_in_force(board, ("recording.minutes=0.1", *settings))
     session = start_session(
-        found, VirtualClock(), doubles=True, statistics_path=None, recording=path
+        found, VirtualClock(), doubles=True, statistics_path=None, recording=path, log=log
     )
     try:
         before(session)
@@ -48,6 +50,12 @@ def recording_in(content: bytes) -> Recording:
         path = Path(folder) / "x.recording"
         path.write_bytes(content)
         return read_recording(path)
+
+
+def rewrite(path: Path, sections: Sequence[bytes], number: int = 1) -> None:
+    """Leave these sections alone in it, behind its header, in one chunk of that number."""
+    header = read_recording(path).chunks[0].contents[0]
+    path.write_bytes(file_of([Chunk(number, [header, *sections])]))
 
 
 def every_section(path: Path) -> list[bytes]:
