@@ -1,7 +1,8 @@
-"""Recordings (`blackbox`): their board, and the codec of their values.
+"""Recordings: what entered a run at its edge, and all that is made of it by running it again.
 
-header        which robot, by which settings, code and versions
-of_board      that board again, also with other settings (`changed_settings`)
-values        how a value is written, and made again (`value_writer`, `value_reader`, `records`)
-code, versions, chance  what else a replay depends on
+recorded_board, board_of_recording  which robot, by which settings and code; that board again
+values    how a value is written and made again (`value_writer`, `value_reader`, `records`)
+classes   the classes of what was sent, which MessagePack does not tell
+blackbox  writer, ring and reader; state of a robot; lists of recordings, and what is kept of them
+replay    the one player, which replays, what-ifs, exports and the debugger drive
 """

@@ -54,24 +54,13 @@ class Reader:
         try:
             if isinstance(of, list):
                 return tuple([self.made(each) for each in of])
-            ((name, parts),) = of.items()
-            return self._noted(name, parts)
-        except UnknownValue:
-            raise
-        except Exception as error:  # whatever stands in a file
-            raise UnknownValue(f"{of!r:.80}: {type(error).__name__}: {error}") from error
+            return self._guarded(self._noted, of)
         finally:
             self._depth -= 1
 
     def content(self, of: Plain) -> object:
         """A container that holds what a known one did; it is not met again. Raises UnknownValue."""
-        try:
-            ((name, parts),) = of.items()
-            return _BUILTIN[name](parts, self)
-        except UnknownValue:
-            raise
-        except Exception as error:  # whatever stands in a file
-            raise UnknownValue(f"{of!r:.80}: {type(error).__name__}: {error}") from error
+        return self._guarded(lambda name, parts: _BUILTIN[name](parts, self), of)
 
     def keys(self, of: Iterable[Plain]) -> list[object]:
         """Values that can be keys. Raises UnknownValue."""
@@ -80,6 +69,16 @@ class Reader:
             if not is_key(value) and not (isinstance(form, dict) and "known" in form):
                 raise UnknownValue(f"{form!r:.80}: cannot be a key, or in a set")
         return found
+
+    def _guarded(self, make: Callable[[str, list[Any]], object], of: Plain) -> object:
+        """What is made of a form of one word. Raises UnknownValue."""
+        try:
+            ((name, parts),) = of.items()
+            return make(name, parts)
+        except UnknownValue:
+            raise
+        except Exception as error:  # whatever stands in a file
+            raise UnknownValue(f"{of!r:.80}: {type(error).__name__}: {error}") from error
 
     def _noted(self, name: str, parts: list[object]) -> object:
         before = self._values

@@ -32,7 +32,7 @@ from typing import Any, Final
 import msgspec
 
 from firmware_runtime.errors import ConfigError, text_of
-from firmware_runtime.recording.records import UnknownValue, class_named, name_of, record_of
+from firmware_runtime.recording.records import UnknownValue, class_named, record_of
 from firmware_runtime.recording.value_reader import Reader
 from firmware_runtime.recording.value_writer import GENERATORS, Plain, Writer, encode
 
@@ -52,13 +52,7 @@ def encoded(value: object) -> bytes:
 
     Raises UnknownValue, also for a text that UTF-8 has not.
     """
-    try:
-        return encode(plain(value))
-    except UnknownValue:
-        raise
-    except Exception as error:
-        fault = f"{name_of(type(value))} cannot be recorded; {type(error).__name__}: {error}"
-        raise UnknownValue(legible(fault)) from error
+    return pack(plain(value))
 
 
 def legible(text: str) -> str:
@@ -100,8 +94,11 @@ def field_names(name: str) -> tuple[str, ...]:
 
 
 def pack(structure: Plain) -> bytes:
-    """Plain values as bytes."""
-    return encode(structure)
+    """Plain values as bytes. Raises UnknownValue for a text that UTF-8 has not."""
+    try:
+        return encode(structure)
+    except UnicodeEncodeError as error:
+        raise UnknownValue(legible(f"cannot be recorded ({text_of(error)})")) from error
 
 
 def unpack(content: bytes) -> Plain:

@@ -49,7 +49,15 @@ CALLED = {
     ),
 }
 """Functions of Python, and ours that words an error."""
-ERRORS = {"UnknownValue", "ConfigError", "Exception", "AttributeError", "TypeError", "ValueError"}
+ERRORS = {
+    "UnicodeEncodeError",
+    "UnknownValue",
+    "ConfigError",
+    "Exception",
+    "AttributeError",
+    "TypeError",
+    "ValueError",
+}
 
 
 def code_of(function: Callable[..., Any]) -> Iterator[types.CodeType]:

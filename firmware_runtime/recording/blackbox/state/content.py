@@ -34,7 +34,7 @@ class Content(Row):
 
     def keep_built(self, number_of: NumberOf) -> list[Check]:
         """Keep what it was built with, as a form, where it has one."""
-        with suppress(UnknownValue, UnicodeEncodeError):
+        with suppress(UnknownValue):
             form = Writer(number_of).content(self.thing)
             # of a generator without a seed only the file knows how it was built
             self._form, self._packed = form, None if _is_generator(form) else pack(form)
@@ -51,7 +51,7 @@ class Content(Row):
         try:
             form = writer.content(self.thing)
             return None if pack(form) == self._packed else form
-        except (UnknownValue, UnicodeEncodeError) as error:
+        except UnknownValue as error:
             raise UnkeepableState(self.path, text_of(error)) from error
 
     def made(self, forms: Forms, reader: Reader) -> Any:  # noqa: ANN401 -- a container

@@ -167,7 +167,7 @@ class StateTable:
         aside = None if self._aside is None else self._aside.read()
         try:
             return pack([self.fingerprint, self._built, forms, aside])
-        except UnicodeEncodeError as error:
+        except UnknownValue as error:
             raise self._blamed(forms, error) from error
 
     def _built_otherwise(
@@ -225,8 +225,8 @@ class StateTable:
             for path, form in self._rows[number].fields(each, self._number_of):
                 try:
                     pack(form)
-                except UnicodeEncodeError:
-                    return UnkeepableState(path, "a text that UTF-8 has not")
+                except UnknownValue as why:
+                    return UnkeepableState(path, text_of(why))
         return UnkeepableState("state", text_of(error))
 
 

@@ -107,7 +107,7 @@ class Attributes(Row):
         for name, value in self._built.items():
             try:
                 self._packed[name] = pack(Writer(number_of).plain(value))
-            except (UnknownValue, UnicodeEncodeError):
+            except UnknownValue:
                 self._packed[name] = None
         return [
             Check(f"{self.path}.{name}", crc32(self._packed[name] or b""))
@@ -186,7 +186,7 @@ class Attributes(Row):
         try:
             form = writer.plain(value)
             return form, pack(form)
-        except (UnknownValue, UnicodeEncodeError) as error:
+        except UnknownValue as error:
             raise UnkeepableState(f"{self.path}.{name}", text_of(error)) from error
 
     def _may_come(self, name: Any) -> bool:  # noqa: ANN401 -- whatever stands in a file
