@@ -173,6 +173,10 @@ def test_attributes_come_and_go() -> None:
 
     assert changed_and_restored(node, change) == ["node.old", "node.new"]
     assert vars(node) == {"old": 1}
+    table = StateTable({"node": node})
+    state = table.capture()
+    del node.old
+    assert list(table.differences(state)) == [("node.old", 1, ABSENT)]
 
 
 def test_what_two_places_hold_is_one_again() -> None:
@@ -364,11 +368,3 @@ def test_the_largest_field_is_named() -> None:
     node.small = 7
     node.log += [0.5] * 100
     assert table.largest() == "node.log"
-
-
-def test_what_is_not_there_any_more_is_absent() -> None:
-    node = Node(old=1)
-    table = StateTable({"node": node})
-    state = table.capture()
-    del node.old
-    assert list(table.differences(state)) == [("node.old", 1, ABSENT)]

@@ -17,11 +17,11 @@ from firmware_runtime.recording.blackbox.layout import (
     Chunk,
     file_of,
 )
-from firmware_runtime.recording.blackbox.reader import kind_of, read_recording
+from firmware_runtime.recording.blackbox.reader import kind_of
 from firmware_runtime.recording.blackbox.ring_file import RingFile, whole_content_of
 from firmware_runtime.recording.blackbox.salvage import Saved, save
 from firmware_runtime.recording.blackbox.section import Kind
-from tests.support.recorded import every_section, in_chunks, record, recording_in
+from tests.support.recorded import in_chunks, record, recording_in
 
 PATH = Path("damaged.recording")
 IN_A_CHUNK = 8
@@ -81,15 +81,9 @@ def test_a_wrong_byte_costs_its_own_section_and_no_other(whole: bytes) -> None:
         done, sections = saved(bytes(damaged))
         assert sections == every[:number] + every[number + 1 :], number
         assert len(done.lost) == 1
-
-
-def test_a_gap_stays_a_gap(whole: bytes) -> None:
-    begin, _ = list(places(whole))[2 * IN_A_CHUNK + 3]
-    damaged = bytearray(whole)
-    damaged[begin + 20] ^= 1
-    done, _ = saved(bytes(damaged))
-    (fault,) = recording_in(done.content).faults()
-    assert "is missing" in fault
+        if 0 < number < len(every) - 1:  # a gap stays one
+            (fault,) = recording_in(done.content).faults()
+            assert "is missing" in fault
 
 
 @pytest.mark.slow
@@ -127,12 +121,6 @@ def test_bytes_that_are_missing_in_the_middle_cost_one_chunk_at_most(whole: byte
 def test_of_a_file_without_a_header_nothing_is_saved() -> None:
     with pytest.raises(ConfigError, match="no header of a recording"):
         save(PATH, MAGIC + bytes(100_000))
-
-
-def test_chunks_of_a_recording_are_as_they_were(tmp_path: Path, whole: bytes) -> None:
-    path = tmp_path / "whole.recording"
-    path.write_bytes(whole)
-    assert len(read_recording(path).chunks) == -(-len(every_section(path)) // IN_A_CHUNK)
 
 
 @pytest.mark.slow

@@ -75,11 +75,6 @@ def test_the_field_within_a_value_is_named(then: object, now: object, found: obj
     assert differences(then, now) == [found]
 
 
-def test_the_order_of_keys_is_named() -> None:
-    (found,) = differences({"a": 1, "b": 2}, {"b": 2, "a": 1})
-    assert found.path == "node.value (the order of its keys)"
-
-
 class Other:
     """Another class than a node's."""
 

@@ -126,14 +126,6 @@ def test_a_damaged_section_is_said_and_what_is_before_it_is_replayed(record: Rec
     assert "is damaged" in fault
 
 
-def test_a_section_of_endless_lists_is_damage(tmp_path: Path) -> None:
-    section = b"\x9a\x04\x00\xc4\x00" + b"\x90" * 5 + b"\x91" * 100_000 + b"\xc0"
-    path = tmp_path / "deep.recording"
-    path.write_bytes(file_of([Chunk(1, [section])]))
-    with pytest.raises(ConfigError, match="no chunk of it begins with a whole header"):
-        read_recording(path)
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize("speed", [float("nan"), float("inf"), -1.0])
 def test_a_header_without_a_speed_is_none(record: Record, speed: float) -> None:

@@ -8,11 +8,10 @@ from typing import Final
 from firmware_runtime.board.registry import Board
 from firmware_runtime.devs.collection import no_collection
 from firmware_runtime.devs.functions import Instrument
-from firmware_runtime.devs.time import NEVER, SECOND
+from firmware_runtime.devs.time import SECOND
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.recording.blackbox.reader import (
     Recording,
-    Segment,
     damage,
     kind_of,
     no_instant,
@@ -21,6 +20,7 @@ from firmware_runtime.recording.blackbox.section import Kind, Section, decode
 from firmware_runtime.recording.blackbox.state.keyframes import ForeignState, UnkeepableState
 from firmware_runtime.recording.replay.player import Player
 from firmware_runtime.recording.replay.rebuilt_robot import foreign_keyframe
+from firmware_runtime.recording.replay.stretch import Stretch, segments_of
 
 END: Final = "the recording ends here"
 _SNAPSHOT_EVERY: Final = SECOND
@@ -31,7 +31,9 @@ class Travel:
     """`index` sections have been taken; `last` has the value that left each port last, by path."""
 
     def __init__(self, recording: Recording, board: Board, at: int | None) -> None:
-        segment = _segment(recording, at)
+        segment = segments_of(recording, Stretch(at or 0))[0]
+        if at is not None and segment.first_at > at:
+            raise no_instant(recording, at)
         self._recording, self._board = recording, board
         self.dates = recording.dates()
         self._contents = segment.contents
@@ -171,16 +173,3 @@ class Travel:
             with suppress(UnkeepableState):  # then it is gone back to from where there was one
                 state = self.player.table.capture()
                 self._states[self.index] = (at, state, dict(self.last))
-
-
-def _segment(recording: Recording, at: int | None) -> Segment:
-    """The one that has the instant; the first for None. Raises ConfigError."""
-    segments = recording.segments()
-    if not segments:
-        raise no_instant(recording, at or 0)
-    if at is None:
-        return segments[0]
-    found = [each for each in segments if each.first_at <= at] or segments[:1]
-    if found[-1].last_at < at < NEVER:
-        raise no_instant(recording, at)
-    return found[-1]
