@@ -8,6 +8,7 @@ import pytest
 from hypothesis import HealthCheck, settings
 
 from tests.support import marks, skips
+from tests.support.command import Command
 
 settings.register_profile(
     "project",
@@ -60,3 +61,9 @@ def _place_of_its_own(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None
         patch.setenv("XDG_STATE_HOME", str(place / "kept"))
         patch.setenv("FIRMWARE_RUNTIME_SETTINGS_DIRECTORY", str(place / "no settings"))
         yield
+
+
+@pytest.fixture
+def command(capsys: pytest.CaptureFixture[str]) -> Command:
+    """The command `firmware-runtime` in this process."""
+    return Command(capsys)

@@ -1,15 +1,23 @@
+"""Input, options and machines that are of no use: one sentence and a status, never a traceback."""
+
+import errno
 import os
+import resource
+import socket
 import subprocess
 import sys
-from collections.abc import Callable
 from pathlib import Path
-from typing import Any, NoReturn
+from typing import NoReturn
 
 import pytest
 
 import sim_doubles.rigs.tachobot
 from firmware_runtime.board import installed as kinds
 from firmware_runtime.cli import main
+from firmware_runtime.cli import main as module
+from firmware_runtime.errors import Status
+from tests.support.command import Command, in_python
+from tests.support.waiting import PATIENCE_S
 
 VIRTUAL = ("run", "tachobot", "--doubles", "--clock", "virtual", "--for", "1")
 LONG = "x" * 5000
@@ -45,13 +53,11 @@ LONG = "x" * 5000
 )
 @pytest.mark.parametrize("verb", [VIRTUAL, ("check", "tachobot")])
 def test_a_bad_setting_is_refused_with_its_key_and_reason(
-    command: Callable[..., Any], verb: tuple[str, ...], override: str, key: str, reason: str
+    command: Command, verb: tuple[str, ...], override: str, key: str, reason: str
 ) -> None:
-    ended = command(*verb, "--set", override)
-    assert ended.status == 2
-    assert ended.out == ""
-    assert key in ended.error
-    assert reason in ended.error
+    error = command.refused(*verb, "--set", override)
+    assert key in error
+    assert reason in error
 
 
 @pytest.mark.parametrize(
@@ -63,43 +69,38 @@ def test_a_bad_setting_is_refused_with_its_key_and_reason(
     ],
 )
 def test_a_speed_controller_is_judged_where_there_is_one(
-    command: Callable[..., Any], override: str, key: str, reason: str
+    command: Command, override: str, key: str, reason: str
 ) -> None:
-    ended = command("check", "tachobot", "--set", "controller.mode=free", "--set", override)
-    assert ended.status == 2
-    assert f"{key}: " in ended.error
-    assert reason in ended.error
+    error = command.refused("check", "tachobot", "--set", "controller.mode=free", "--set", override)
+    assert f"{key}: " in error
+    assert reason in error
     assert command("check", "tachobot", "--set", override).status == 0
 
 
 def test_mode_free_demands_a_speed_controller_and_mode_platform_does_not(
-    command: Callable[..., Any], tmp_path: Path
+    command: Command, tmp_path: Path
 ) -> None:
     shipped = kinds.shipped_file("tachobot").read_text()
     before, _, rest = shipped.partition("[esc]")
     own = tmp_path / "board.toml"
     own.write_text(before + "[controller]" + rest.partition("[controller]")[2])
     assert command("check", own).status == 0
-    ended = command("check", own, "--set", "controller.mode=free")
-    assert ended.status == 2
-    assert "esc: missing" in ended.error
+    assert "esc: missing" in command.refused("check", own, "--set", "controller.mode=free")
 
 
-def test_a_bus_that_cannot_carry_the_rate_is_refused(command: Callable[..., Any]) -> None:
+def test_a_bus_that_cannot_carry_the_rate_is_refused(command: Command) -> None:
     slow = ("--set", "buses.i2c1.speed_hz=100000", "--set", "controller.period_s=0.006")
-    ended = command("check", "tachobot", *slow)
-    assert ended.status == 2
-    assert "i2c1: 90.8% of its time at 100000 Hz" in ended.error
+    assert "i2c1: 90.8% of its time at 100000 Hz" in command.refused("check", "tachobot", *slow)
     assert command(*VIRTUAL, *slow).status == 2
 
 
-def test_a_bus_that_is_half_full_is_warned_of(command: Callable[..., Any]) -> None:
+def test_a_bus_that_is_half_full_is_warned_of(command: Command) -> None:
     ended = command("check", "tachobot", "--set", "buses.i2c1.speed_hz=100000")
     assert ended.status == 0
     assert "warning: i2c1: 54.5%" in ended.out
 
 
-def test_all_faults_are_listed_at_once(command: Callable[..., Any]) -> None:
+def test_all_faults_are_listed_at_once(command: Command) -> None:
     bad = ("--set", "controller.yaw.kp=-1", "--set", "world.mass_kg=heavy", "--set", "imu.x=1")
     ended = command("check", "tachobot", *bad)
     assert "3 faults" in ended.error
@@ -107,147 +108,37 @@ def test_all_faults_are_listed_at_once(command: Callable[..., Any]) -> None:
         assert key in ended.error
 
 
-@pytest.mark.parametrize("verb", ["run", "check", "show"])
-def test_an_unknown_board_is_refused_with_those_there_are(
-    command: Callable[..., Any], verb: str
-) -> None:
-    ended = command(verb, "submarine")
-    assert ended.status == 2
-    assert "submarine: 1 fault" in ended.error
-    assert "detective" in ended.error
-
-
-@pytest.mark.parametrize("board", ["tachbot.toml", "./tachobot", "boards/none/board.toml"])
-def test_a_file_that_is_not_there_is_no_unknown_board(
-    command: Callable[..., Any], board: str
-) -> None:
-    ended = command("check", board)
-    assert ended.status == 2
-    assert "no such file" in ended.error
-    assert "unknown board" not in ended.error
-
-
-def test_a_folder_without_a_board_file_is_refused_as_such(
-    command: Callable[..., Any], tmp_path: Path
-) -> None:
-    ended = command("check", tmp_path)
-    assert ended.status == 2
-    assert "no board.toml in this folder" in ended.error
-
-
-@pytest.mark.parametrize(
-    ("words", "meant"),
-    [
-        (("chek", "tachobot"), "check"),
-        (("check", "tachobt"), "tachobot"),
-        (("check", "tachobot", "--set", "controler.yaw.kp=1"), "controller"),
-        (("check", "tachobot", "--set", "controller.yaw.kpp=1"), "kp"),
-        (("service", "statis"), "status"),
-        (("service", "logs", "detectiv"), "detective"),
-        (("run", "tachobot", "--doubles", "--clock", "virtul"), "virtual"),
-        (("bench", "timng"), "timing"),
-    ],
-)
-def test_what_was_probably_meant_is_said(
-    command: Callable[..., Any], words: tuple[str, ...], meant: str
-) -> None:
-    ended = command(*words)
-    assert ended.status == 2
-    assert f" did you mean {meant}? Expected " in ended.error
-
-
-def test_what_is_like_nothing_is_not_guessed_at(command: Callable[..., Any]) -> None:
-    ended = command("check", "submarine")
-    assert "did you mean" not in ended.error
-
-
-def test_malformed_toml_is_refused_with_its_line(
-    command: Callable[..., Any], tmp_path: Path
-) -> None:
+def test_malformed_toml_is_refused_with_its_line(command: Command, tmp_path: Path) -> None:
     copy = tmp_path / "board.toml"
     original = kinds.shipped_file("tachobot").read_text()
     copy.write_text(original.replace("[controller.yaw]", "[controller.yaw"))
-    ended = command("run", copy, "--doubles")
-    assert ended.status == 2
-    assert "not valid TOML" in ended.error
-    assert "line" in ended.error
+    error = command.refused("run", copy, "--doubles")
+    assert "not valid TOML" in error
+    assert "line" in error
 
 
 @pytest.mark.parametrize("text", [b"\xff\xfe", b'board = "t\xe4chobot"', bytes(range(128, 192))])
 def test_a_board_file_that_is_no_text_is_refused_as_such(
-    command: Callable[..., Any], tmp_path: Path, text: bytes
+    command: Command, tmp_path: Path, text: bytes
 ) -> None:
     (tmp_path / "board.toml").write_bytes(text)
-    ended = command("check", tmp_path)
-    assert ended.status == 2
-    assert "not UTF-8" in ended.error
+    assert "not UTF-8" in command.refused("check", tmp_path)
 
 
-def test_a_board_file_may_begin_with_a_byte_order_mark(
-    command: Callable[..., Any], tmp_path: Path
-) -> None:
+def test_a_board_file_may_begin_with_a_byte_order_mark(command: Command, tmp_path: Path) -> None:
     original = kinds.shipped_file("tachobot").read_bytes()
     (tmp_path / "board.toml").write_bytes(b"\xef\xbb\xbf" + original)
     assert command("check", tmp_path).status == 0
 
 
-@pytest.mark.parametrize("path", [".", "", "folder"])
-def test_statistics_are_not_kept_in_what_is_no_file(
-    command: Callable[..., Any], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, path: str
-) -> None:
-    monkeypatch.chdir(tmp_path)
-    (tmp_path / "folder").mkdir()
-    ended = command(*VIRTUAL, "--statistics", path)
-    assert (ended.status, ended.out) == (2, "")
-    assert "expected the path of a file" in ended.error
-
-
-@pytest.mark.parametrize(
-    ("clock", "named"),
-    [(("--clock", "scaled"), "expected a speed"), (("--speed", "2"), "with clock scaled only")],
-)
-def test_a_speed_and_the_scaled_clock_belong_together(
-    command: Callable[..., Any], clock: tuple[str, ...], named: str
-) -> None:
-    ended = command("run", "tachobot", "--doubles", *clock)
-    assert ended.status == 2
-    assert named in ended.error
-
-
-def test_a_users_own_copy_of_a_board_file_is_taken(
-    command: Callable[..., Any], tmp_path: Path
-) -> None:
+def test_a_users_own_copy_of_a_board_file_is_taken(command: Command, tmp_path: Path) -> None:
     original = kinds.shipped_file("tachobot").read_text()
     (tmp_path / "board.toml").write_text(original)
     assert str(tmp_path) in command("check", tmp_path).out
 
 
-@pytest.mark.parametrize(
-    "options",
-    [
-        ("--clock", "virtual"),
-        ("--doubles", "--clock", "scaled"),
-        ("--doubles", "--speed", "3"),
-        ("--doubles", "--clock", "scaled", "--speed", "0"),
-        ("--doubles", "--clock", "scaled", "--speed", "1e308"),
-        ("--doubles", "--for", "1e300"),
-        ("--doubles", "--for", "-1"),
-        ("--doubles", "--for", "nan"),
-        ("--doubles", "--clock", "sundial"),
-        ("--doubles", "--clock", "virtual", "--trace", "/nowhere/trace"),
-        ("--doubles", "--statistics", "/proc/no/such"),
-    ],
-)
-def test_options_that_make_no_sense_are_refused(
-    command: Callable[..., Any], options: tuple[str, ...]
-) -> None:
-    ended = command("run", "tachobot", *options)
-    assert ended.status == 2
-    assert ended.error != ""
-
-
 def test_nothing_is_actuated_when_a_board_is_refused(
-    command: Callable[..., Any], monkeypatch: pytest.MonkeyPatch
+    command: Command, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     built: list[object] = []
     monkeypatch.setattr(
@@ -257,46 +148,11 @@ def test_nothing_is_actuated_when_a_board_is_refused(
     assert built == []
 
 
-def test_an_absent_bus_is_named_with_what_was_expected(command: Callable[..., Any]) -> None:
-    ended = command("run", "tachobot", "--set", "buses.i2c1.device=/dev/i2c-99")
-    assert ended.status == 3
-    assert "i2c1" in ended.error
-    assert "/dev/i2c-99" in ended.error
-    assert len(ended.error.splitlines()) == 1
-
-
-def test_statistics_that_do_not_exist_are_reported(command: Callable[..., Any]) -> None:
-    ended = command("stats", "tachobot")
-    assert ended.status == 2
-    assert "no statistics of tachobot" in ended.error
-
-
-def test_a_file_that_is_no_statistics_file_is_refused(
-    command: Callable[..., Any], tmp_path: Path
-) -> None:
-    path = tmp_path / "notes.txt"
-    path.write_text("hello")
-    ended = command("stats", "--statistics", path)
-    assert ended.status == 2
-    assert str(path) in ended.error
-
-
-@pytest.mark.parametrize("ending", ["guard", "settings", "recording", "socket"])
-def test_statistics_where_something_beside_them_would_stand_are_refused(
-    command: Callable[..., Any], tmp_path: Path, ending: str
-) -> None:
-    ended = command(*VIRTUAL, "--statistics", tmp_path / f"x.{ending}")
-    assert ended.status == 2
-    assert f"x.{ending}: expected another ending" in ended.error
-
-
-def test_results_that_cannot_be_kept_are_refused_before_anything_is_measured(
-    command: Callable[..., Any], tmp_path: Path
-) -> None:
-    (tmp_path / "file").touch()
-    ended = command("bench", "devstone", "--save", tmp_path / "file" / "results")
-    assert ended.status == 2
-    assert "file/results: Not a directory; expected a directory" in ended.error
+def test_an_absent_bus_is_named_with_what_was_expected(command: Command) -> None:
+    error = command.refused("run", "tachobot", "--set", "buses.i2c1.device=/dev/i2c-99", status=3)
+    assert "i2c1" in error
+    assert "/dev/i2c-99" in error
+    assert len(error.splitlines()) == 1
 
 
 def test_ctrl_c_while_a_verb_is_imported_is_no_traceback(
@@ -318,9 +174,8 @@ def test_ctrl_c_while_a_run_begins_is_no_traceback(tmp_path: Path) -> None:
         "def interrupted(*_, **__): raise KeyboardInterrupt\n"
         "run.start_session = interrupted; sys.exit(main.main(sys.argv[1:]))"
     )
-    words = [sys.executable, "-c", program, "run", "tachobot", "--doubles"]
     environment = {**os.environ, "FIRMWARE_RUNTIME_STATE_DIRECTORY": str(tmp_path)}
-    ended = subprocess.run(words, capture_output=True, text=True, env=environment, check=False)
+    ended = in_python(program, "run", "tachobot", "--doubles", env=environment)
     assert (ended.returncode, ended.stderr) == (130, "")
 
 
@@ -334,42 +189,94 @@ def test_ctrl_c_while_a_run_begins_is_no_traceback(tmp_path: Path) -> None:
     ids=lambda words: words[0],
 )
 def test_a_name_that_no_file_can_have_is_bad_input(
-    command: Callable[..., Any], words: tuple[str, ...]
+    command: Command, words: tuple[str, ...]
 ) -> None:
-    ended = command(*words)
-    assert (ended.status, ended.out) == (2, "")
-    assert "x" * 80 + "..." in ended.error
-    assert len(ended.error) < 1000
+    error = command.refused(*words)
+    assert "x" * 80 + "..." in error
+    assert len(error) < 1000
 
 
-def test_a_board_without_a_name_is_shown_as_one(command: Callable[..., Any]) -> None:
-    ended = command("check", "")
-    assert ended.status == 2
-    assert ended.error.startswith("firmware-runtime: '': 1 fault")
+COMMAND = (sys.executable, "-m", "firmware_runtime.cli")
 
 
 @pytest.mark.parametrize(
-    ("words", "said"),
+    ("error", "said"),
     [
-        (("deploy", "host", "tachobot", "--port", "ssh"), "--port: 'ssh': expected a whole number"),
-        (("gate", "a", "b", "c", "--seed", "x"), "--seed: 'x': expected a whole number"),
-        (("run", "m:s", "--samples", "1.5"), "--samples: '1.5': expected a whole number"),
-        (("experiment", "loop-delay", "tachobot", "--every", "x"), "'x': expected a positive"),
+        (OSError(errno.EMFILE, "", "/dev/null"), "/dev/null: Too many open files; expected a "),
+        (OSError(errno.ENOSPC, "", "/srv/x"), "/srv/x: No space left on device; expected room"),
+        (MemoryError(), "Cannot allocate memory; expected more"),
+        (
+            FileNotFoundError(errno.ENOENT, "No usable temporary directory found in ['/tmp']"),
+            "No usable temporary directory found in ['/tmp']; expected one with room",
+        ),
     ],
 )
-def test_a_number_that_is_none_is_said_with_what_was_expected(
-    command: Callable[..., Any], words: tuple[str, ...], said: str
+def test_what_is_scarce_is_said(
+    error: Exception,
+    said: str,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
 ) -> None:
-    ended = command(*words)
-    assert ended.status == 2
-    assert said in ended.error
+    def fail(_: object) -> int:
+        raise error
+
+    monkeypatch.setattr(module, "_executed", fail)
+    assert module.main(["show"]) == Status.MODEL_ERROR
+    printed = capsys.readouterr().err
+    assert said in printed
+    assert len(printed.splitlines()) == 1
 
 
-def test_a_key_that_is_none_is_refused_before_a_stage_is_announced(
-    command: Callable[..., Any], tmp_path: Path
+@pytest.mark.parametrize("number", [errno.EBADF, errno.ENOENT])
+def test_any_other_error_is_not_hidden(number: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    def fail(_: object) -> int:
+        raise OSError(number, "a defect")
+
+    monkeypatch.setattr(module, "_executed", fail)
+    with pytest.raises(OSError, match="a defect"):
+        module.main(["show"])
+
+
+@pytest.mark.real_time
+@pytest.mark.parametrize("limit", [10, 12])
+def test_two_ends_without_descriptors_are_one_sentence(limit: int, tmp_path: Path) -> None:
+    ended = subprocess.run(
+        [*COMMAND, "run", "tachobot", "--stage", "network", "--for", "0.5"],
+        env=os.environ | {"FIRMWARE_RUNTIME_STATE_DIRECTORY": str(tmp_path)},
+        preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_NOFILE, (limit, limit)),
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.PIPE,
+        text=True,
+        timeout=PATIENCE_S,
+        check=False,
+    )
+    assert ended.returncode == Status.MODEL_ERROR
+    assert "Traceback" not in ended.stderr
+    assert "Too many open files" in ended.stderr
+
+
+@pytest.mark.parametrize("number", [errno.ENOSPC, errno.EROFS, errno.EDQUOT])
+@pytest.mark.parametrize("call", ["os.posix_fallocate", "socket.socket.bind"])
+def test_a_state_directory_without_room_is_no_bad_input(
+    number: int,
+    call: str,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
 ) -> None:
-    peer = ("--peer", "127.0.0.1:7302", "--key", tmp_path / "none")
-    ended = command("run", "tachobot", "--stage", "remote", *peer)
-    assert (ended.status, ended.out) == (2, "")
-    assert "--key: " in ended.error
-    assert "No such file" in ended.error
+    def fail(*_: object) -> None:
+        raise OSError(number, os.strerror(number))
+
+    monkeypatch.setenv("FIRMWARE_RUNTIME_STATE_DIRECTORY", str(tmp_path))
+    owner = os if call.startswith("os.") else FailingSocket
+    monkeypatch.setattr(owner, call.rpartition(".")[2], fail)
+    monkeypatch.setattr("socket.socket", FailingSocket)
+    ended = module.main(["run", "tachobot", "--doubles", "--for", "0.1"])
+    assert ended == Status.MODEL_ERROR  # which a service tries again, unlike bad input
+    said = capsys.readouterr().err
+    assert os.strerror(number) in said
+    assert "expected a disk with room that is writable" in said
+
+
+class FailingSocket(socket.socket):
+    """One whose methods can be replaced."""

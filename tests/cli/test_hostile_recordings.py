@@ -2,8 +2,6 @@
 
 import ast
 import os
-import subprocess
-import sys
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
@@ -20,6 +18,7 @@ from firmware_runtime.recording.blackbox.section import Kind, decode
 from firmware_runtime.recording.values import MOST_DEPTH, is_too_deep
 from firmware_runtime.statistics.file_header import STATISTICS
 from firmware_runtime.statistics.paths import default_path, find_statistics
+from tests.support.command import Command, in_python
 from tests.support.mutated import EXPECTED, VERBS, deep
 from tests.support.recorded import in_chunks, record, recording_in
 
@@ -59,7 +58,7 @@ def changed(whole: Sequence[Sequence[bytes]], kind: Kind, field: int, value: obj
     ],
 )
 def test_a_section_that_no_run_has_written_is_said_to_be_damaged(
-    command: Callable[..., Any],
+    command: Command,
     tmp_path: Path,
     whole: list[list[bytes]],
     transfers: list[Any],
@@ -77,7 +76,7 @@ def test_a_section_that_no_run_has_written_is_said_to_be_damaged(
 @pytest.mark.parametrize("verb", VERBS)
 @pytest.mark.parametrize("port", range(12))
 def test_a_whole_number_beyond_any_float_is_a_value_like_another(
-    command: Callable[..., Any], tmp_path: Path, whole: list[list[bytes]], verb: str, port: int
+    command: Command, tmp_path: Path, whole: list[list[bytes]], verb: str, port: int
 ) -> None:
     path = tmp_path / "hostile" / "x.recording"
     path.parent.mkdir()
@@ -121,20 +120,14 @@ def test_a_small_stack_and_a_gigabyte_are_enough(
     path.write_bytes(changed(whole, Kind.STEP, 6, [0, deep(levels)]))
     with path.open("ab") as file:
         file.truncate(1 << 34)
-    ran = subprocess.run(
-        [sys.executable, "-c", DEEP, "replay", path],
-        capture_output=True,
-        text=True,
-        timeout=120,
-        check=False,
-    )
+    ran = in_python(DEEP, "replay", path)
     assert ran.returncode == 0, ran.stderr
     assert ran.stdout.splitlines()[-1] in {"1", "2"}
     assert "Traceback" not in ran.stderr
 
 
 def test_a_file_that_says_it_is_large_takes_no_more_memory_than_it_has_bytes(
-    command: Callable[..., Any], tmp_path: Path
+    command: Command, tmp_path: Path
 ) -> None:
     path = tmp_path / "x.recording"
     path.write_bytes(prefix(16 << 20, MOST_CHUNKS) + bytes(100))
@@ -160,7 +153,7 @@ def give(monkeypatch: pytest.MonkeyPatch) -> Callable[[Path], None]:
 
 @pytest.mark.parametrize("verb", sorted(VERBS.keys() - {"recordings"}))
 def test_a_recording_of_another_user_is_refused_with_what_to_do(
-    command: Callable[..., Any],
+    command: Command,
     tmp_path: Path,
     whole: list[list[bytes]],
     give: Callable[[Path], None],
@@ -169,9 +162,7 @@ def test_a_recording_of_another_user_is_refused_with_what_to_do(
     path = tmp_path / "x.recording"
     path.write_bytes(file_of([Chunk(n, each) for n, each in enumerate(whole, start=1)]))
     give(path)
-    ended = command(*VERBS[verb](path, tmp_path))
-    assert (ended.status, ended.out) == (Status.BAD_INPUT, "")
-    (said,) = ended.error.splitlines()
+    (said,) = command.refused(*VERBS[verb](path, tmp_path)).splitlines()
     assert f"{path} belongs to " in said
     assert "a copy of one's own can be read" in said
 

@@ -47,8 +47,8 @@ def test_a_bus_that_is_gone_does_not_keep_the_other_from_being_switched_off(
 ) -> None:
     addresses: list[int] = []
 
-    def open_i2c(name: str, path: str, *, alone: bool) -> I2cBus:
-        assert not alone
+    def open_i2c(name: str, path: str, *, timeout_ms: int, alone: bool) -> I2cBus:
+        assert (timeout_ms, alone) == (100, False)
         if name == gone:
             raise BusAbsent(f"{name}: {path} does not exist")
         return NotedBus(name, addresses)
@@ -176,8 +176,8 @@ def test_a_bus_that_cannot_be_opened_again_is_used_as_it_is(
 
     opened: list[I2cBus] = []
 
-    def open_i2c(name: str, path: str, *, alone: bool) -> I2cBus:
-        assert not alone
+    def open_i2c(name: str, path: str, *, timeout_ms: int, alone: bool) -> I2cBus:
+        assert (timeout_ms, alone) == (100, False)
         if opened:
             raise BusAbsent(f"{name}: {path} cannot be opened (Too many open files)")
         opened.append(FailingOnce(name, addresses))

@@ -1,9 +1,8 @@
 """`firmware-runtime probe`: what is on the buses, what was left alone, and which board it fits."""
 
 import json
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 
 import pytest
 from firmware_drivers.catalogue import table
@@ -16,6 +15,7 @@ from sim_doubles.chips.mpu9250 import Mpu9250Double
 from sim_doubles.chips.pca9685 import Pca9685Double
 from sim_doubles.i2c_bus import I2cBusDouble
 from sim_doubles.inertial_truth import InertialTruth
+from tests.support.command import Command
 from tests.support.fake_machines import lay_out, link
 from tests.support.second_choice_board import second_choice_board
 
@@ -54,7 +54,7 @@ def machine(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> dict[str, I2cBus
     return buses
 
 
-def test_doubles_show_what_a_robot_would(command: Callable[..., Any]) -> None:
+def test_doubles_show_what_a_robot_would(command: Command) -> None:
     ended = command("probe", "--doubles", "tachobot")
     assert ended.status == 0
     assert "0x40  could be PCA9685 (no identity register)" in ended.out
@@ -66,7 +66,7 @@ def test_doubles_show_what_a_robot_would(command: Callable[..., Any]) -> None:
     assert "detective does not fit: 5 of 6 chips missing: treads MD25 0x58" in ended.out
 
 
-def test_the_json_says_the_same(command: Callable[..., Any]) -> None:
+def test_the_json_says_the_same(command: Command) -> None:
     document = json.loads(command("probe", "--doubles", "detective", "--json").out)
     (bus,) = document["buses"]
     found = {each["address"]: (each["chips"], each["certain"]) for each in bus["found"]}
@@ -80,9 +80,7 @@ def test_the_json_says_the_same(command: Callable[..., Any]) -> None:
     ]
 
 
-def test_a_board_of_ones_own_is_compared_by_its_file(
-    command: Callable[..., Any], tmp_path: Path
-) -> None:
+def test_a_board_of_ones_own_is_compared_by_its_file(command: Command, tmp_path: Path) -> None:
     own = second_choice_board(tmp_path)
     assert "detective fits /dev/i2c-1" in command("probe", "--doubles", own).out
     ended = command("probe", "--doubles", own, "--board", "tachobot")
@@ -92,7 +90,7 @@ def test_a_board_of_ones_own_is_compared_by_its_file(
 
 
 def test_a_chip_that_nothing_here_recognises_is_called_so(
-    command: Callable[..., Any], monkeypatch: pytest.MonkeyPatch
+    command: Command, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     known = tuple(each for each in identities() if each.chip != "MPU-9250")
     for module in (probe, table):
@@ -103,7 +101,7 @@ def test_a_chip_that_nothing_here_recognises_is_called_so(
 
 
 def test_a_chip_by_another_name_than_its_driver_says_is_called_so(
-    command: Callable[..., Any], monkeypatch: pytest.MonkeyPatch
+    command: Command, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     known = tuple(
         each._replace(chip="Mpu-9250") if each.chip == "MPU-9250" else each for each in identities()
@@ -116,7 +114,7 @@ def test_a_chip_by_another_name_than_its_driver_says_is_called_so(
 
 
 def test_a_board_on_another_bus_comes_with_what_to_set(
-    command: Callable[..., Any], machine: dict[str, I2cBus | Exception]
+    command: Command, machine: dict[str, I2cBus | Exception]
 ) -> None:
     machine |= {"/dev/i2c-1": I2cBusDouble("i2c", now, []), "/dev/i2c-7": tachobots_bus()}
     ended = command("probe")
@@ -128,7 +126,7 @@ def test_a_board_on_another_bus_comes_with_what_to_set(
 
 
 def test_a_bus_left_alone_is_asked_when_it_is_named(
-    command: Callable[..., Any], machine: dict[str, I2cBus | Exception]
+    command: Command, machine: dict[str, I2cBus | Exception]
 ) -> None:
     machine["/dev/i2c-0"] = tachobots_bus()
     assert "0x68  MPU-9250" in command("probe", "0").out
@@ -137,7 +135,7 @@ def test_a_bus_left_alone_is_asked_when_it_is_named(
 
 
 def test_a_bus_that_a_run_drives_is_left_alone(
-    command: Callable[..., Any], machine: dict[str, I2cBus | Exception]
+    command: Command, machine: dict[str, I2cBus | Exception]
 ) -> None:
     machine |= {"/dev/i2c-1": BusInUse("driven"), "/dev/i2c-7": tachobots_bus()}
     ended = command("probe")
@@ -150,7 +148,7 @@ def test_a_bus_that_a_run_drives_is_left_alone(
 
 
 def test_a_bus_that_may_not_be_opened_says_so(
-    command: Callable[..., Any], machine: dict[str, I2cBus | Exception]
+    command: Command, machine: dict[str, I2cBus | Exception]
 ) -> None:
     refused = BusAbsent("/dev/i2c-1: may not be opened by this user; add the user")
     machine |= {"/dev/i2c-1": refused, "/dev/i2c-7": BusAbsent("/dev/i2c-7: gone")}
@@ -161,7 +159,7 @@ def test_a_bus_that_may_not_be_opened_says_so(
 
 
 def test_a_held_address_is_named_with_its_driver(
-    command: Callable[..., Any],
+    command: Command,
     machine: dict[str, I2cBus | Exception],
     tmp_path: Path,
     monkeypatch: pytest.MonkeyPatch,
@@ -185,7 +183,7 @@ def test_a_held_address_is_named_with_its_driver(
 
 
 def test_on_a_machine_without_a_bus_the_sentence_says_how_to_get_one(
-    command: Callable[..., Any], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+    command: Command, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
     monkeypatch.setattr(probe, "THIS_MACHINE", lay_out(tmp_path, {}))
     ended = command("probe")

@@ -1,13 +1,12 @@
 """What the readers refuse: in one sentence, with status 2, nothing written."""
 
-from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 import pytest
 
 from firmware_runtime.statistics.file import StatisticsFile
 from firmware_runtime.statistics.layout import Layout
+from tests.support.command import Command
 
 HEADER = {"models": {}, "conditions": {"board": "tachobot"}}
 
@@ -23,11 +22,13 @@ def path(tmp_path: Path) -> Path:
 @pytest.mark.parametrize("place", [".", "/"])
 @pytest.mark.parametrize("option", [("stats", "--save"), ("stats", "--prometheus")])
 def test_a_place_that_can_be_no_file_is_refused(
-    command: Callable[..., Any], option: tuple[str, str], place: str
+    command: Command, option: tuple[str, str], place: str
 ) -> None:
-    ended = command(*option, place)
-    assert ended.status == 2
-    said = ended.error.removeprefix("firmware-runtime: ").removeprefix(f"{option[1]}: ")
+    said = (
+        command.refused(*option, place)
+        .removeprefix("firmware-runtime: ")
+        .removeprefix(f"{option[1]}: ")
+    )
     assert said.startswith(f"{place}: ")
 
 
@@ -42,12 +43,11 @@ def test_a_place_that_can_be_no_file_is_refused(
     ],
 )
 def test_a_number_without_meaning_is_refused(
-    command: Callable[..., Any], words: tuple[str, ...], number: str
+    command: Command, words: tuple[str, ...], number: str
 ) -> None:
-    ended = command(*words, number)
-    assert ended.status == 2
-    assert ended.error.startswith(f"firmware-runtime {words[0]}: {words[-1]}: {number!r}: expected")
-    assert ended.error.count("\n") == 1
+    error = command.refused(*words, number)
+    assert error.startswith(f"firmware-runtime {words[0]}: {words[-1]}: {number!r}: expected")
+    assert error.count("\n") == 1
 
 
 @pytest.mark.parametrize(
@@ -65,26 +65,20 @@ def test_a_number_without_meaning_is_refused(
     ],
 )
 def test_an_option_that_would_have_no_effect_is_refused(
-    command: Callable[..., Any], words: tuple[str, ...], idle: str
+    command: Command, words: tuple[str, ...], idle: str
 ) -> None:
-    ended = command("stats", *words)
-    assert ended.status == 2
-    assert f"{idle} does not go together with --" in ended.error
+    assert f"{idle} does not go together with --" in command.refused("stats", *words)
 
 
 @pytest.mark.parametrize("number", ["-1", "1.5", "nan", "\N{SUPERSCRIPT TWO}"])
-def test_so_many_worst_there_cannot_be(command: Callable[..., Any], number: str) -> None:
-    ended = command("stats", "--worst", number)
-    assert ended.status == 2
-    assert "expected a whole number from 0 on" in ended.error
+def test_so_many_worst_there_cannot_be(command: Command, number: str) -> None:
+    assert "expected a whole number from 0 on" in command.refused("stats", "--worst", number)
 
 
 @pytest.mark.parametrize("option", ["--save", "--since"])
 def test_a_run_s_own_file_is_not_replaced_by_a_copy(
-    command: Callable[..., Any], path: Path, option: str
+    command: Command, path: Path, option: str
 ) -> None:
     before = path.read_bytes()
-    ended = command("stats", option, path)
-    assert (ended.status, ended.out) == (2, "")
-    assert "the file of a run itself; expected another" in ended.error
+    assert "the file of a run itself; expected another" in command.refused("stats", option, path)
     assert path.read_bytes() == before

@@ -1,7 +1,6 @@
 """`service install` and `service uninstall`, below a root and on a machine that systemd runs."""
 
 import os
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -9,6 +8,7 @@ import pytest
 
 from firmware_runtime.board import registry
 from firmware_runtime.host.installation import target
+from tests.support.command import Command
 from tests.support.installation_rig import files_below
 from tests.support.systemd_machine import (
     BRIDGE,
@@ -20,7 +20,6 @@ from tests.support.systemd_machine import (
     SystemdMachine,
 )
 
-Command = Callable[..., Any]
 UNITS = "etc/systemd/system"
 COPY = "etc/firmware-runtime/tachobot.toml"
 
@@ -165,35 +164,9 @@ def test_without_systemd_nothing_is_done(
     command: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, words: str
 ) -> None:
     monkeypatch.setattr(target, "THIS_MACHINE", tmp_path)
-    ended = command("service", *words.split())
-    assert ended.status == 2
-    assert "systemd does not run this machine" in ended.error
-    assert ("or --root DIR" in ended.error) is (words != "status")  # which has no such option
-
-
-@pytest.mark.parametrize(
-    ("program", "sentence"),
-    [
-        ("/home/pi/firmware-runtime", "lies below /home, which is hidden from a service"),
-        ("/opt/my robot/run", "cannot stand in a unit"),
-        ("run", "cannot stand in a unit"),
-    ],
-)
-def test_a_program_that_units_cannot_start_is_refused(
-    command: Command, tmp_path: Path, program: str, sentence: str
-) -> None:
-    words = ("service", "install", "tachobot", "--root", tmp_path / "root", "--program", program)
-    ended = command(*words)
-    assert (ended.status, sentence in ended.error) == (2, True)
-    assert not (tmp_path / "root").exists()
-
-
-@pytest.mark.parametrize("action", ["install", "uninstall", "logs", "status"])
-def test_an_unknown_board_is_refused(command: Command, action: str) -> None:
-    ended = command("service", action, "hoverbot")
-    assert ended.status == 2
-    assert "hoverbot" in ended.error
-    assert "tachobot" in ended.error
+    error = command.refused("service", *words.split())
+    assert "systemd does not run this machine" in error
+    assert ("or --root DIR" in error) is (words != "status")  # which has no such option
 
 
 def test_a_broken_copy_of_the_settings_is_refused_with_its_faults(

@@ -6,8 +6,6 @@ import os
 import signal
 import subprocess
 import sys
-from collections.abc import Callable
-from typing import Any
 
 import pytest
 from firmware_drivers.catalogue.trial import Quantity
@@ -20,6 +18,7 @@ from firmware_runtime.hal.wire_errors import BusInUse
 from sim_doubles.chips.pca9685 import Pca9685Double
 from sim_doubles.faults import FaultScript, NackAddress
 from sim_doubles.i2c_bus import I2cBusDouble
+from tests.support.command import Command
 
 MOVE = ("try", "pca9685", "--channel", "3", "--duty", "0.5", "--for", "0.05")
 PATIENCE_S = 60
@@ -45,7 +44,7 @@ def chip(monkeypatch: pytest.MonkeyPatch) -> Pca9685Double:
     return double
 
 
-def test_a_sensors_double_is_read_without_any_hardware(command: Callable[..., Any]) -> None:
+def test_a_sensors_double_is_read_without_any_hardware(command: Command) -> None:
     ended = command("try", "cmps12", "--doubles", "--for", "0.2", "--every", "0.1")
     assert ended.status == 0
     first, *_ = ended.out.splitlines()
@@ -53,23 +52,21 @@ def test_a_sensors_double_is_read_without_any_hardware(command: Callable[..., An
     assert first.endswith("calibration 3 of 3")
 
 
-def test_json_is_a_line_a_reading_in_si_units(command: Callable[..., Any]) -> None:
+def test_json_is_a_line_a_reading_in_si_units(command: Command) -> None:
     ended = command("try", "srf08", "--doubles", "--for", "0.1", "--json")
     assert set(json.loads(ended.out.splitlines()[0])) == {"t_s", "distance_m"}
 
 
 def test_nothing_moves_without_a_terminal_that_could_be_asked(
-    command: Callable[..., Any], chip: Pca9685Double, monkeypatch: pytest.MonkeyPatch
+    command: Command, chip: Pca9685Double, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(sys, "stdin", io.StringIO("y\n"))
-    ended = command(*MOVE)
-    assert ended.status == 2
-    assert "expected --yes" in ended.error
+    assert "expected --yes" in command.refused(*MOVE)
     assert not chip.bus.log  # type: ignore[attr-defined]
 
 
 def test_nothing_moves_where_there_is_no_standard_input(
-    command: Callable[..., Any], chip: Pca9685Double, monkeypatch: pytest.MonkeyPatch
+    command: Command, chip: Pca9685Double, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(sys, "stdin", None)
     assert command(*MOVE).status == 2
@@ -78,7 +75,7 @@ def test_nothing_moves_where_there_is_no_standard_input(
 
 @pytest.mark.parametrize(("answer", "status"), [("y\n", 0), ("n\n", 5), ("\n", 5), ("", 5)])
 def test_what_moves_is_asked_first_at_a_terminal(
-    command: Callable[..., Any],
+    command: Command,
     chip: Pca9685Double,
     monkeypatch: pytest.MonkeyPatch,
     answer: str,
@@ -94,7 +91,7 @@ def test_what_moves_is_asked_first_at_a_terminal(
 
 
 def test_it_was_on_in_between(
-    command: Callable[..., Any], chip: Pca9685Double, monkeypatch: pytest.MonkeyPatch
+    command: Command, chip: Pca9685Double, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     before: list[tuple[float, ...]] = []
     monkeypatch.setattr(chip, "before_change", lambda: before.append(chip.duties))
@@ -104,7 +101,7 @@ def test_it_was_on_in_between(
 
 
 def test_a_bus_that_a_run_drives_is_left_alone(
-    command: Callable[..., Any], monkeypatch: pytest.MonkeyPatch
+    command: Command, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def in_use(_name: str, _device: str, *, alone: bool) -> I2cBus:
         assert alone
@@ -112,13 +109,11 @@ def test_a_bus_that_a_run_drives_is_left_alone(
 
     monkeypatch.setattr(single, "open_i2c", in_use)
     for words in (MOVE, ("try", "mpu9250", "--for", "1")):
-        ended = command(*words)
-        assert ended.status == 3
-        assert "driven by another process" in ended.error
+        assert "driven by another process" in command.refused(*words, status=3)
 
 
 def test_what_stays_on_is_said_and_ends_with_4(
-    command: Callable[..., Any], chip: Pca9685Double, monkeypatch: pytest.MonkeyPatch
+    command: Command, chip: Pca9685Double, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(trying, "KEEP_SWITCHING_OFF", 50 * MILLISECOND)
     move = chip.start
@@ -133,51 +128,22 @@ def test_what_stays_on_is_said_and_ends_with_4(
 
 
 def test_an_error_while_it_moves_switches_off_and_is_named(
-    command: Callable[..., Any], chip: Pca9685Double, monkeypatch: pytest.MonkeyPatch
+    command: Command, chip: Pca9685Double, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def fails(*_: object) -> None:
         raise MemoryError
 
     monkeypatch.setattr(Readings, "show", fails)
-    ended = command(*MOVE, "--yes")
-    assert ended.status == 2
-    assert "execute: MemoryError" in ended.error
+    assert "execute: MemoryError" in command.refused(*MOVE, "--yes")
     assert chip.bus.log  # type: ignore[attr-defined]
     assert not any(chip.duties)
 
 
-def test_a_chip_that_is_not_there_is_one_sentence(
-    command: Callable[..., Any], chip: Pca9685Double
-) -> None:
+def test_a_chip_that_is_not_there_is_one_sentence(command: Command, chip: Pca9685Double) -> None:
     chip.bus.faults = FaultScript([NackAddress(address=0x40, times=None)])  # type: ignore[attr-defined]
-    ended = command(*MOVE, "--yes")
-    assert ended.status == 3
-    assert "no answer; expected a PCA9685; `firmware-runtime probe` shows" in ended.error
-
-
-@pytest.mark.parametrize(
-    "words",
-    [
-        ("try",),
-        ("try", "toaster"),
-        ("try", "pca9685", "--duty", "0.5"),
-        ("try", "pca9685", "--channel", "16", "--duty", "0.5"),
-        ("try", "pca9685", "--channel", "1", "--duty", "nan"),
-        ("try", "pca9685", "--channel", "1", "--duty", "0.5", "--for", "61"),
-        ("try", "pca9685", "--channel", "1", "--duty", "0.5", "--address", "0x70"),
-        ("try", "md25", "--left", "2", "--doubles"),
-        ("try", "md25", "--doubles"),
-        ("try", "srf08", "--doubles", "--bus", "99"),
-        ("try", "maxbotix", "--doubles", "--port", "/dev/ttyS0"),
-        ("try", "cmps12", "--address", "north"),
-        ("try", "cmps12", "--yes"),
-        ("try", "maxbotix", "--family", "toaster"),
-    ],
-)
-def test_what_does_not_fit_is_bad_input(command: Callable[..., Any], words: tuple[str]) -> None:
-    ended = command(*words)
-    assert ended.status == 2
-    assert ended.error
+    assert "no answer; expected a PCA9685; `firmware-runtime probe` shows" in command.refused(
+        *MOVE, "--yes", status=3
+    )
 
 
 @pytest.mark.slow
@@ -240,7 +206,7 @@ def test_at_a_terminal_each_reading_takes_the_place_of_the_one_before() -> None:
     assert "distance inf m" in shown
 
 
-def test_a_default_is_shown_as_a_person_writes_it(command: Callable[..., Any]) -> None:
+def test_a_default_is_shown_as_a_person_writes_it(command: Command) -> None:
     shown = command("try", "pca9685", "--help").out
     assert "default 25000000" in shown
     assert ".0" not in shown

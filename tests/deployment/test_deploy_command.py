@@ -1,4 +1,5 @@
 import re
+import shutil
 import subprocess
 from collections.abc import Callable
 from pathlib import Path
@@ -10,7 +11,7 @@ from firmware_runtime.cli.main import main
 from firmware_runtime.errors import Status
 from firmware_runtime.host.scaffold.package import write_robot
 from tests.support.ssh_target import HOST, SshTarget, free_port, make_key
-from tests.support.written_package import as_installed
+from tests.support.written_package import WrittenPackage, as_installed
 
 Deploy = Callable[..., int]
 
@@ -69,6 +70,18 @@ def that_cannot_be_started(wheel: Path, into: Path) -> Path:
     return broken
 
 
+def from_a_wheel(folder: Path, site: Path) -> WrittenPackage:
+    """The package of a folder as a wheel would have installed it: so none is built of it."""
+    package = as_installed(folder, site)
+    (metadata,) = site.glob("*.dist-info")
+    (metadata / "direct_url.json").unlink()
+    (metadata / "WHEEL").write_text("Wheel-Version: 1.0\nTag: py3-none-any\n")
+    shutil.copytree(folder / folder.name, site / folder.name)
+    own = [path.relative_to(site) for path in site.rglob("*") if path.is_file()]
+    (metadata / "RECORD").write_text("".join(f"{each},,\n" for each in own))
+    return package
+
+
 @pytest.mark.slow
 def test_what_does_not_pass_leaves_no_trace_but_what_was_sent(
     target: SshTarget, deploy: Deploy, root: Path, tmp_path: Path, wheel: Path
@@ -85,7 +98,7 @@ def test_a_robot_of_anyones_own_brings_its_package_and_the_next_deployment_keeps
     home, program = root / "opt/firmware-runtime", root / "usr/local/bin/firmware-runtime"
     units = root / "etc/systemd/system"
     write_robot("rover", tmp_path / "rover")
-    package = as_installed(tmp_path / "rover", tmp_path / "site")
+    package = from_a_wheel(tmp_path / "rover", tmp_path / "site")
     fixed = [*target.words, "--root", root, "--wheel", wheel, "--python", quick_python, "--force"]
     words = [str(word) for word in fixed]
     ended = package.command("deploy", HOST, "rover", *words)
@@ -184,25 +197,6 @@ def test_every_fault_of_a_target_is_said_at_once(
     assert f"{foreign}: no link that a deployment made; move it away" in said
 
 
-@pytest.mark.parametrize("host", ["-oProxyCommand=true", "a b", "pi@host:22", "", "host;true"])
-def test_what_is_no_host_is_refused_before_anything_is_run(
-    host: str, capsys: pytest.CaptureFixture[str]
-) -> None:
-    assert main(["deploy", "--", host, "tachobot"]) == Status.BAD_INPUT
-    assert f"{host!r}: no host" in capsys.readouterr().err
-
-
-def test_board_wheel_and_settings_are_checked_first(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    words = ["deploy", "robot", "tachobit", "--wheel", str(tmp_path / "no.whl")]
-    settings = ["--settings", "boards/firmware_boards/detective/board.toml"]
-    assert main([*words, *settings]) == Status.BAD_INPUT
-    said = capsys.readouterr().err
-    assert "2 faults" in said
-    assert "settings of detective, not of tachobit" in said
-
-
 @pytest.mark.slow
 def test_a_wheel_that_was_cut_off_is_refused_here(
     target: SshTarget,
@@ -216,23 +210,3 @@ def test_a_wheel_that_was_cut_off_is_refused_here(
     assert deploy(target, "--wheel", cut) == Status.NOT_DEPLOYED
     assert "expected a wheel" in capsys.readouterr().err
     assert list(root.iterdir()) == []
-
-
-@pytest.mark.parametrize(
-    "settings", ["tachobot", "boards/firmware_boards/tachobot", "nowhere.toml"]
-)
-def test_settings_that_are_no_file_are_refused_before_anything_is_run(
-    settings: str, capsys: pytest.CaptureFixture[str]
-) -> None:
-    assert main(["deploy", "robot", "tachobot", "--settings", settings]) == Status.BAD_INPUT
-    assert f"{settings}: no file; expected a board.toml" in capsys.readouterr().err
-
-
-@pytest.mark.parametrize("root", ["", "/", "here", "/srv/a robot"])
-def test_a_root_that_no_program_could_start_from_is_refused(
-    root: str, capsys: pytest.CaptureFixture[str]
-) -> None:
-    with pytest.raises(SystemExit) as ended:
-        main(["deploy", "robot", "tachobot", "--root", root])
-    assert ended.value.code == Status.BAD_INPUT
-    assert f"{root!r}: expected a folder's whole path, without blanks" in capsys.readouterr().err

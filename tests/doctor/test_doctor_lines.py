@@ -1,13 +1,17 @@
-"""I2C buses, GPIO chips, serial ports and the clock, one circumstance at a time."""
+"""Buses, lines, ports and the clock, one circumstance at a time; and the page of all checks."""
 
 import os
+import re
 from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
+from firmware_runtime.board import registry
+from firmware_runtime.errors import Status
 from firmware_runtime.host.doctor import clock
 from firmware_runtime.host.doctor.check import Demands, Severity
+from firmware_runtime.host.doctor.registry import GROUPS, demands_of
 from tests.support.fake_machines import (
     ADAPTER,
     CLOCK,
@@ -170,3 +174,52 @@ def test_a_kernel_that_does_not_say_whether_the_clock_is_right(
 
 def test_this_kernel_says_whether_its_clock_is_right() -> None:
     assert clock.is_synchronised() in {True, False}
+
+
+def test_demands_of_tachobot() -> None:
+    demands = demands_of(registry.load("tachobot", ["executive.cpus=[3]"]))
+    assert demands.bus_hz == {"/dev/i2c-1": 400_000}
+    assert sorted(demands.addresses["/dev/i2c-1"]) == [0x40, 0x68]
+    assert demands.stretching == {"/dev/i2c-1": []}
+    assert (demands.fifo_priority, demands.lock_memory, demands.cpus) == (60, True, (3,))
+    assert demands.keep_cpu_awake
+
+
+def test_demands_of_the_detective_name_the_chips_that_may_stretch() -> None:
+    demands = demands_of(registry.load("detective"))
+    assert sorted(demands.addresses["/dev/i2c-1"]) == [0x40, 0x58, 0x61, 0x62, 0x73, 0x75]
+    assert set(demands.stretching["/dev/i2c-1"]) == {"srf08", "cmps12", "md25"}
+    assert demands.ports == []
+
+
+def test_a_chip_with_one_address_only_needs_none_in_the_file() -> None:
+    board = registry.load("detective", ["radar_compass.chip='hmc5883l'"])
+    assert 0x1E in demands_of(board).addresses["/dev/i2c-1"]
+
+
+SERVICE = (Path(__file__).parents[2] / "docs" / "service.md").read_text()
+PAGE = SERVICE.partition("\n## What the doctor checks\n")[2].partition("\n## ")[0]
+CHECKS = [check for checks in GROUPS.values() for check in checks]
+
+
+def test_the_page_has_every_check_with_why_and_the_fix_in_order() -> None:
+    rows = re.findall(r"^### (.*)$|^\| `([a-z0-9-]+)` \| (.*) \| `(.*)` \|$", PAGE, re.MULTILINE)
+    expected = [
+        row
+        for group, checks in GROUPS.items()
+        for row in ((group, "", "", ""), *(("", each.id, each.why, each.fix) for each in checks))
+    ]
+    stated = [(title.lower(), *(each.replace("\\|", "|") for each in row)) for title, *row in rows]
+    assert stated == expected
+
+
+def test_the_page_states_every_status() -> None:
+    stated = dict(re.findall(r"^\| `([a-z-]+)` \|.*\| (\d) \|$", PAGE, flags=re.MULTILINE))
+    exits = {Severity.WARNING: Status.DOCTOR_WARNS, Severity.FAILURE: Status.DOCTOR_FAILS}
+    assert stated == {each: str(int(exits.get(each, Status.OK))) for each in Severity}
+
+
+def test_there_are_enough_checks_and_each_has_a_name_of_its_own() -> None:
+    names = [check.id for check in CHECKS]
+    assert len(names) == len(set(names)) >= 20
+    assert all(re.fullmatch(r"[a-z0-9]+(-[a-z0-9]+)*", name) for name in names)

@@ -1,4 +1,4 @@
-"""The accounts hold for any stall at any tick: compared with arithmetic written down on its own."""
+"""The accounts hold for any stall at any tick, and where no clock is read in a step."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -8,14 +8,16 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from firmware_runtime.devs.time import MILLISECOND
+from firmware_runtime.devs.atomic import Atomic
+from firmware_runtime.devs.coupled import Coupled
+from firmware_runtime.devs.time import MILLISECOND, NEVER
+from firmware_runtime.executive.clocks import Clock, VirtualClock
 from firmware_runtime.executive.configuration import Configuration
 from firmware_runtime.executive.policy import ActivationPolicy
+from firmware_runtime.statistics.layout import MODEL, STEP_HISTOGRAM, STEPS
 from tests.support.executives import Run
 from tests.support.periodic_models import PERIOD, Robot, Sampler
 from tests.support.stalling_clock import StallingClock
-
-pytestmark = pytest.mark.slow
 
 UNTIL = 60 * PERIOD
 SPANS = st.integers(0, 12 * PERIOD) | st.sampled_from([PERIOD - 1, PERIOD, PERIOD + 1, 1])
@@ -57,6 +59,7 @@ class Expected:
             number = following
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("policy", ["skip", "catch-up"])
 @given(stalls=STALLS, works=WORKS)
 def test_counts_and_episodes_equal_the_arithmetic(
@@ -75,6 +78,7 @@ def test_counts_and_episodes_equal_the_arithmetic(
     assert imu["last_late_t_ns"] == (expected.late[-1][0] if expected.late else None)
 
 
+@pytest.mark.slow
 @given(tick=st.integers(0, 59), stall=st.integers(1, 400 * MILLISECOND))
 def test_one_stall_of_any_length_at_any_tick_is_closed_form(tick: int, stall: int) -> None:
     run = Run(Robot(), StallingClock({tick: stall}))
@@ -87,6 +91,7 @@ def test_one_stall_of_any_length_at_any_tick_is_closed_form(tick: int, stall: in
     assert imu["lateness_us"]["max"] == stall / 1000
 
 
+@pytest.mark.slow
 @settings(deadline=None)
 @given(
     stalls=STALLS,
@@ -131,6 +136,7 @@ def assert_identity(run: Run, *paths: str) -> None:
         assert scheduled == executed + skipped + coalesced
 
 
+@pytest.mark.slow
 def test_after_a_million_periods_no_activation_has_drifted() -> None:
     period, first, until = 9_999_991, 3, 1_000_000
     sampler, clock = Sampler("imu", period, first), StallingClock()
@@ -144,3 +150,73 @@ def test_after_a_million_periods_no_activation_has_drifted() -> None:
     assert len(numbers) > 10_000
     assert instants == [first + number * period for number in numbers]
     assert run.counts() == (until + 1, len(numbers), until + 1 - len(numbers), 0)
+
+
+TIME_ADVANCES = (0, MILLISECOND, 2 * MILLISECOND, 5 * MILLISECOND, NEVER)
+NO_SPAN = -1
+"""A time advance that is refused."""
+FAILURE = -2
+"""In the place of a span: the model raises an error."""
+plans = st.lists(st.sampled_from(TIME_ADVANCES), min_size=1, max_size=30)
+ends = st.sampled_from([NEVER, NO_SPAN, FAILURE])
+periods = st.sampled_from([NEVER, MILLISECOND, 5 * MILLISECOND])
+
+
+class Planned(Atomic):
+    """Holds for one span of a plan after the other, whatever happens; passive at its end."""
+
+    def __init__(self, name: str, plan: list[int], period: int) -> None:
+        super().__init__(name)
+        self.period = period
+        self.into = self.in_port("into", int)
+        self.out = self.out_port("out", int)
+        self._plan = iter(plan)
+
+    def initialize(self) -> None:
+        self.internal()
+
+    def output(self) -> None:
+        self.out.send(1)
+
+    def internal(self) -> None:
+        span = next(self._plan, NEVER)
+        if span == FAILURE:
+            raise ZeroDivisionError
+        self.hold_in("waiting", span)
+
+    def external(self, elapsed: int) -> None:  # noqa: ARG002 -- any input moves it on
+        self.internal()
+
+
+def counted(
+    clock: Clock, one: list[int], other: list[int], period: int = NEVER
+) -> tuple[list[list[int]], bool]:
+    """Every cell of two models that move each other on, and whether no clock was read in a step.
+
+    The first one has the period.
+    """
+    root = Coupled("root")
+    first = root.add(Planned("first", [MILLISECOND, *one], period))
+    second = root.add(Planned("second", [MILLISECOND, *other], NEVER))
+    root.couple(first.out, second.into)
+    root.couple(second.out, first.into)
+    run = Run(root, clock)
+    run.until(100 * MILLISECOND)
+    file = run.executive._ledger.file
+    blocks = [file.layout.lateness, file.layout.step]
+    cells = [list(file.cells[block(index)]) for block in blocks for index in (0, 1)]
+    begins = [file.layout.model(index) for index in (0, 1)]
+    cells += [list(file.cells[begin : begin + len(MODEL)]) for begin in begins]
+    cells.append([*file.cells[STEPS : STEPS + 1], *file.cells[STEP_HISTOGRAM]])
+    return cells, run.executive._profiler.step.stands_still
+
+
+@pytest.mark.slow
+@given(plans, plans, ends, periods)
+def test_it_counts_the_same_as_where_functions_may_take_time(
+    one: list[int], other: list[int], end: int, period: int
+) -> None:
+    untimed, is_untimed = counted(VirtualClock(), one, [*other, end], period)
+    timed, is_timed = counted(StallingClock(), one, [*other, end], period)
+    assert (is_untimed, is_timed) == (True, False)
+    assert untimed == timed

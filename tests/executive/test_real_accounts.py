@@ -1,4 +1,4 @@
-"""Seven models in a process that is stopped four times, or killed: counted as by a clock."""
+"""On the real clock: identities and order, also of a process that is stopped or killed."""
 
 import json
 import os
@@ -13,14 +13,21 @@ import pytest
 
 from firmware_runtime.devs.time import MILLISECOND
 from firmware_runtime.errors import StatisticsFileError
+from firmware_runtime.executive.clocks import Clock, MonotonicClock, ScaledClock, VirtualClock
+from firmware_runtime.executive.configuration import Configuration
+from firmware_runtime.executive.policy import ActivationPolicy
+from firmware_runtime.executive.process import ProcessSettings
+from firmware_runtime.runs.watched_run import WatchedRun
+from firmware_runtime.statistics.file_header import RunState
 from firmware_runtime.statistics.layout import ELAPSED
 from firmware_runtime.statistics.reader import read_statistics
 from firmware_runtime.statistics.statistics import Statistics
+from tests.support.executives import Run
+from tests.support.periodic_models import Robot
 from tests.support.phased_models import PERIODS, deadlines
 from tests.support.waiting import PATIENCE_S, wait_until
 
 STOPS_S = (0.03, 0.25, 0.09, 0.4)
-
 PROGRAM = """
 import json, signal, sys
 from pathlib import Path
@@ -37,8 +44,6 @@ signal.signal(signal.SIGTERM, lambda *_: executive.request_stop("asked to"))
 outcome = executive.run()
 print(json.dumps({"state": outcome.state.name, "cycles": [each.cycles for each in board.periodic]}))
 """
-
-pytestmark = pytest.mark.slow
 
 
 class Running:
@@ -99,6 +104,7 @@ def assert_counted_by_the_clock(statistics: Statistics, *, until: int) -> dict[s
     return models
 
 
+@pytest.mark.slow
 def test_four_stops_hide_no_period_of_seven_models(running: Running) -> None:
     running.wait_for(100 * MILLISECOND)
     for span_s in STOPS_S:
@@ -116,6 +122,7 @@ def test_four_stops_hide_no_period_of_seven_models(running: Running) -> None:
     assert sum(model["skipped"] for model in models.values()) > 0
 
 
+@pytest.mark.slow
 def test_while_it_stands_still_what_is_due_is_counted_all_the_same(running: Running) -> None:
     running.wait_for(100 * MILLISECOND)
     first = running.stop()
@@ -131,6 +138,28 @@ def test_while_it_stands_still_what_is_due_is_counted_all_the_same(running: Runn
     assert after["model_0"]["waiting"] == 1
 
 
+@pytest.mark.slow
+def test_what_was_due_while_it_hung_is_counted_after_kill_9_if_a_guard_saw_it(
+    running: Running,
+) -> None:
+    def skipped() -> int:
+        return int(read_statistics(running.path).as_json()["skipped"])
+
+    running.wait_for(100 * MILLISECOND)
+    stopped = running.stop().as_json()["skipped"]
+    wait_until(lambda: skipped() > stopped + 50, "the loop is late by the clock")
+    seen = skipped()
+    WatchedRun(running.path).show_presence()
+    running.process.kill()
+    running.process.wait()
+    after = read_statistics(running.path)
+    assert after.as_json()["conditions"]["run"]["state"] == "died"
+    assert skipped() >= seen
+    for model in after.as_json()["models"].values():
+        assert model["scheduled"] == model["run"] + model["skipped"] + model["coalesced"]
+
+
+@pytest.mark.slow
 def test_of_a_run_that_was_killed_every_period_up_to_its_last_word_is_accounted_for(
     running: Running,
 ) -> None:
@@ -140,3 +169,52 @@ def test_of_a_run_that_was_killed_every_period_up_to_its_last_word_is_accounted_
     killed = read_statistics(running.path)
     models = assert_counted_by_the_clock(killed, until=killed.cells[ELAPSED])
     assert all(model["waiting"] == 0 for model in models.values())
+
+
+UNTIL = 60 * MILLISECOND
+
+
+def trace(clock: Clock) -> list[tuple[int, object]]:
+    robot = Robot(imu=2 * MILLISECOND)
+    policies = {"imu": ActivationPolicy("catch-up")}
+    run = Run(robot, clock, Configuration(policies=policies))
+    sent: list[tuple[int, object]] = []
+    run.executive.simulator.listen(robot.imu.sample, lambda at, value: sent.append((at, value)))
+    assert run.until(UNTIL).state is RunState.ENDED
+    return sent
+
+
+@pytest.mark.real_time
+@pytest.mark.parametrize("clock", [MonotonicClock(), ScaledClock(3)], ids=["real", "scaled"])
+def test_its_trace_is_the_trace_in_virtual_time(clock: Clock) -> None:
+    assert trace(clock) == trace(VirtualClock())
+
+
+@pytest.mark.real_time
+@pytest.mark.parametrize("settings", [ProcessSettings(), ProcessSettings(freeze_garbage=True)])
+def test_every_activation_is_accounted_for(tmp_path: Path, settings: ProcessSettings) -> None:
+    robot = Robot(imu=MILLISECOND, compass=3 * MILLISECOND)
+    configuration = Configuration(process=settings, statistics_path=tmp_path / "robot.stats")
+    run = Run(robot, MonotonicClock(), configuration)
+    run.until(UNTIL)
+    scheduled, executed, skipped, coalesced = run.counts()
+    assert scheduled == executed + skipped + coalesced == 61 + 21
+    assert executed == robot.imu.activations + robot.compass.activations
+    assert coalesced == 0
+
+
+@pytest.mark.real_time
+def test_nothing_starts_before_its_deadline() -> None:
+    robot = Robot(imu=2 * MILLISECOND)
+    clock = MonotonicClock()
+    run = Run(robot, clock)
+    early: list[int] = []
+
+    def work(_number: int) -> None:
+        if clock.now() < run.executive.simulator.now:
+            early.append(run.executive.simulator.now)
+
+    robot.imu.work = work
+    run.until(UNTIL)
+    assert robot.imu.activations > 0
+    assert early == []

@@ -2,7 +2,6 @@
 
 import signal
 import subprocess
-import sys
 import threading
 from collections.abc import Callable
 from pathlib import Path
@@ -33,6 +32,7 @@ from firmware_runtime import (
     run,
     seconds,
 )
+from tests.support.command import in_python
 from tests.support.periodic_models import PERIOD, Actuator, Robot, Sampler
 from tests.support.stalling_clock import StallingClock
 
@@ -282,8 +282,7 @@ finally:
 
 def signalled(name: str, for_s: float | None) -> subprocess.CompletedProcess[str]:
     program = PROGRAM.format(signal=name, for_s=for_s)
-    words = [sys.executable, "-c", program]
-    return subprocess.run(words, capture_output=True, text=True, check=False)
+    return in_python(program)
 
 
 @pytest.mark.slow

@@ -60,10 +60,10 @@ class Rig:
         return self.executive.cells[ARMED], self.executive.cells[ACKNOWLEDGED]
 
 
-def test_it_is_disarmed_until_it_is_requested() -> None:
+def test_it_is_disarmed_until_it_is_requested_and_says_nothing_until_then() -> None:
     rig = Rig()
     rig.arming.between_steps(0, 0)
-    assert not rig.arming.interlock()
+    assert (rig.arming.interlock(), rig.logged) == (False, [])
     assert rig.arming.request(0) == []
     assert rig.arming.interlock()
     assert rig.cells == (1, 0)
@@ -128,13 +128,6 @@ def test_what_a_run_was_disarmed_for_is_not_said_twice() -> None:
     assert rig.logged[-1] == "not armed yet: imu has failed"
 
 
-def test_a_run_that_is_armed_on_request_says_nothing_until_then() -> None:
-    rig = Rig()
-    rig.against = "imu is not up yet"
-    rig.arming.between_steps(0, 0)
-    assert rig.logged == []
-
-
 @pytest.mark.parametrize("free", [False, True])
 def test_a_safe_state_that_came_while_it_started_keeps_it_disarmed_until_it_is_requested(
     *, free: bool
@@ -166,15 +159,23 @@ def test_a_safe_state_from_before_it_was_called_for_is_over() -> None:
     assert rig.arming.armed
 
 
-def test_a_takeover_disarms_at_once_and_is_acknowledged_once_outputs_are_safe() -> None:
+@pytest.mark.parametrize(
+    ("epoch", "said"), [(3, "the guard took over"), (-3, "safe-state took its right to drive")]
+)
+def test_a_takeover_disarms_at_once_and_is_acknowledged_once_outputs_are_safe(
+    epoch: int, said: str
+) -> None:
     rig = Rig()
     rig.arming.request(0)
-    rig.executive.cells[EPOCH] += 1
+    rig.executive.cells[EPOCH] = epoch
     assert not rig.arming.interlock()
     assert rig.cells == (1, 0)
     rig.arming.between_steps(0, 0)
-    assert (rig.safe, rig.cells) == (1, (0, 1))
-    assert "the guard took over" in rig.logged[-1]
+    assert (rig.safe, rig.cells) == (1, (0, epoch))
+    assert said in rig.logged[-1]
+    rig.executive.cells[EPOCH] = 2 * epoch  # also while it is disarmed
+    rig.arming.between_steps(0, 0)
+    assert (rig.safe, rig.cells) == (2, (0, 2 * epoch))
     assert rig.arming.request(0) == []
     assert rig.arming.interlock()
 
@@ -192,13 +193,6 @@ def test_a_request_that_comes_before_a_takeover_was_noticed_does_not_say_armed()
     assert rig.arming.interlock()
 
 
-def test_a_takeover_while_disarmed_is_acknowledged_too() -> None:
-    rig = Rig()
-    rig.executive.cells[EPOCH] = 3
-    rig.arming.between_steps(0, 0)
-    assert (rig.safe, rig.cells) == (1, (0, 3))
-
-
 def test_what_a_person_switched_off_does_not_arm_itself_as_its_board_may_want() -> None:
     rig = Rig(at_start=True)
     rig.against = "not yet"
@@ -213,37 +207,16 @@ def test_what_a_person_switched_off_does_not_arm_itself_as_its_board_may_want() 
     assert rig.arming.interlock()
 
 
-def test_a_run_that_was_armed_says_that_safe_state_took_its_right() -> None:
-    rig = Rig()
-    rig.arming.request(0)
-    rig.executive.cells[EPOCH] = -3
-    rig.arming.between_steps(0, 0)
-    assert rig.logged[-1] == "disarmed: safe-state took its right to drive"
-
-
-def test_a_free_run_is_armed_without_a_word_and_loses_its_right_all_the_same() -> None:
+def test_a_free_run_is_armed_and_pauses_without_a_word_and_loses_its_right_all_the_same() -> None:
     rig = Rig(at_start=True, free=True)
     rig.against = "an overrun"
     rig.arming.between_steps(0, 0)
     assert rig.arming.interlock()
-    assert rig.logged == []
+    rig.arming.pause()
+    rig.arming.between_steps(SECOND, 0)
+    assert (rig.safe, rig.logged, rig.arming.interlock()) == (1, [], True)
     rig.executive.cells[EPOCH] = -3
     assert not rig.arming.interlock()
-
-
-def test_a_guard_is_there_for_half_a_second_after_its_last_sign(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    rig, now = Rig(demand_guard=True), 100 * SECOND
-    monkeypatch.setattr("firmware_runtime.runs.arming.monotonic_ns", lambda: now)
-    rig.executive.cells[GUARD] = now - SECOND // 2
-    assert rig.arming.request(0) == []
-    assert rig.arming.interlock()
-    rig.executive.cells[GUARD] -= 1
-    assert not rig.arming.interlock()
-    rig.arming.between_steps(0, 0)
-    assert "the guard is gone" in rig.logged[-1]
-    assert any("the guard is absent" in why for why in rig.arming.request(0))
 
 
 def test_a_board_that_was_disarmed_does_not_arm_itself_again() -> None:
@@ -279,6 +252,7 @@ def test_a_guard_that_is_demanded_must_show_itself(monkeypatch: pytest.MonkeyPat
     assert not rig.arming.interlock()
     rig.arming.between_steps(0, 0)
     assert rig.logged[-1] == "disarmed: the guard is gone"
+    assert "the guard is absent" in rig.arming.request(0)[0]
 
 
 def test_a_pause_switches_off_and_arms_again_by_the_same_terms() -> None:
@@ -304,25 +278,18 @@ def test_a_pause_of_what_was_not_armed_switches_off_and_changes_nothing() -> Non
     assert rig.arming.reason == "not requested yet"
 
 
-def test_what_a_person_takes_in_a_pause_is_not_armed_again() -> None:
+@pytest.mark.parametrize(("epoch", "is_armed"), [(7, True), (-7, False)])
+def test_what_the_guard_takes_in_a_pause_is_armed_again_and_what_a_person_takes_is_not(
+    epoch: int, *, is_armed: bool
+) -> None:
+    """The guard takes every run over that pauses for longer than a hang is waited for."""
     rig = Rig(at_start=True)
     rig.arming.between_steps(0, 0)
     rig.arming.pause()
-    rig.executive.cells[EPOCH] = -7
+    rig.executive.cells[EPOCH] = epoch
     for now in (0, SECOND):
         rig.arming.between_steps(now, 0)
-    assert not rig.arming.interlock()
-
-
-def test_what_the_guard_takes_in_a_pause_is_armed_again_when_the_run_goes_on() -> None:
-    """It takes every run over that pauses for longer than a hang is waited for."""
-    rig = Rig(at_start=True)
-    rig.arming.between_steps(0, 0)
-    rig.arming.pause()
-    rig.executive.cells[EPOCH] = 7
-    for now in (0, SECOND):
-        rig.arming.between_steps(now, 0)
-    assert rig.arming.interlock()
+    assert rig.arming.interlock() is is_armed
 
 
 @pytest.mark.parametrize(("epoch", "by"), [(7, "the guard"), (-7, "safe-state")])
@@ -342,11 +309,3 @@ def test_what_is_taken_while_a_link_is_bad_is_not_armed_again(epoch: int, by: st
     rig.arming.suspend("silent again")
     rig.arming.between_steps(2 * SECOND, 0)
     assert rig.arming.interlock()
-
-
-def test_a_free_run_pauses_without_a_word() -> None:
-    rig = Rig(at_start=True, free=True)
-    rig.arming.between_steps(0, 0)
-    rig.arming.pause()
-    rig.arming.between_steps(SECOND, 0)
-    assert (rig.safe, rig.logged, rig.arming.interlock()) == (1, [], True)

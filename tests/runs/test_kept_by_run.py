@@ -1,4 +1,4 @@
-"""A run does not take the place of one that is under way, on chips or on doubles of its own."""
+"""A run does not take the place of one under way, and takes the same steps recorded or not."""
 
 import os
 from pathlib import Path
@@ -6,7 +6,11 @@ from pathlib import Path
 import pytest
 from msgspec.structs import asdict, replace
 
+from firmware_runtime.board.local_settings import board_in_force
+from firmware_runtime.devs.time import SECOND
 from firmware_runtime.errors import StatisticsFileError
+from firmware_runtime.executive.clocks import VirtualClock
+from firmware_runtime.runs.start import start_session
 from firmware_runtime.runs.watched_run import keep_clear_of_other_runs
 from firmware_runtime.statistics.file_header import STATISTICS, RunState
 from firmware_runtime.statistics.layout import STATE, Layout
@@ -50,16 +54,38 @@ def test_the_statistics_of_a_run_that_goes_on_are_not_taken(
         keep_clear_of_other_runs(path)
 
 
-def test_those_of_one_that_is_over_are_replaced(path: Path) -> None:
-    leave(path, another(), {}, RunState.ENDED)
+@pytest.mark.parametrize(
+    ("writer", "state"),
+    [
+        (another(), RunState.ENDED),
+        (replace(another(), started_ticks=1), RunState.RUNNING),
+        (this_process(), RunState.RUNNING),
+    ],
+    ids=["over", "killed", "its own"],
+)
+def test_others_are_replaced(path: Path, writer: ProcessIdentity, state: RunState) -> None:
+    leave(path, writer, {}, state)
     assert keep_clear_of_other_runs(path) is None
 
 
-def test_those_of_a_process_that_was_killed_are_replaced(path: Path) -> None:
-    leave(path, replace(another(), started_ticks=1), {}, RunState.RUNNING)
-    assert keep_clear_of_other_runs(path) is None
+@pytest.mark.slow
+@pytest.mark.parametrize("board", ["tachobot", "detective"])
+def test_each_model_is_activated_as_often(tmp_path: Path, board: str) -> None:
+    def activations(recording: Path | None) -> dict[str, tuple[int, int]]:
+        session = start_session(
+            board_in_force(board, ()),
+            VirtualClock(),
+            doubles=True,
+            statistics_path=None,
+            recording=recording,
+        )
+        try:
+            session.run(3 * SECOND)
+        finally:
+            session.close()
+        figures = session.executive.statistics.figures()
+        return {name: (each.run, each.reactions) for name, each in figures.models.items()}
 
-
-def test_its_own_are_replaced(path: Path) -> None:
-    leave(path, this_process(), {}, RunState.RUNNING)
-    assert keep_clear_of_other_runs(path) is None
+    bare = activations(None)
+    assert bare == activations(tmp_path / "run.recording")
+    assert sum(run + reactions for run, reactions in bare.values()) > 100

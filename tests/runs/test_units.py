@@ -1,7 +1,11 @@
-"""The units in `systemd`, judged by systemd itself."""
+"""The units in `systemd`, judged by systemd itself, and the system calls that they allow."""
 
+import json
+import platform
 import shutil
+import signal
 import subprocess
+import sys
 from configparser import RawConfigParser
 from importlib.resources import files
 from pathlib import Path
@@ -19,14 +23,20 @@ from firmware_runtime.host.installation.plan import (
 )
 from firmware_runtime.runs.restarts import FIRST_PAUSE
 from tests.support.installation_rig import install
+from tests.support.system_call_filter import HEADER, allowed_calls
 
 SYSTEM_UNITS = Path("/usr/lib/systemd/system")
 NEEDED = ("sysinit.target", "basic.target", "shutdown.target", "multi-user.target")
 REPOSITORY = Path(__file__).parents[2]
-
 with_systemd = pytest.mark.skipif(
     shutil.which("systemd-analyze") is None or not SYSTEM_UNITS.is_dir(),
     reason="needs systemd-analyze of the Debian package systemd",
+)
+
+
+with_filter = pytest.mark.skipif(
+    not (shutil.which("systemd-analyze") and platform.machine() == "x86_64" and HEADER.exists()),
+    reason="needs x86_64 and the Debian packages systemd and linux-libc-dev",
 )
 
 
@@ -159,3 +169,73 @@ def test_a_run_that_was_stopped_has_not_failed() -> None:
 def test_real_time_is_not_taken_away() -> None:
     for service in (RUNTIME, GUARD):
         assert Unit(service)["Service"]["RestrictRealtime"] == "no"
+
+
+FILTER = REPOSITORY / "tests/support/system_call_filter.py"
+RUN = REPOSITORY / "systemd/firmware-runtime@.service"
+GUARDED = REPOSITORY / "systemd/firmware-runtime-guard@.service"
+
+
+def command(unit: Path, *words: object) -> list[str]:
+    """The project's command under the filter of a unit."""
+    own = [sys.executable, "-m", "firmware_runtime.cli", *map(str, words)]
+    return [sys.executable, str(FILTER), str(unit), *own]
+
+
+@with_filter
+def test_the_filter_is_that_of_the_unit() -> None:
+    allowed = allowed_calls(RUN.read_text())
+    assert {"read", "ioctl", "mlockall", "sched_setscheduler", "sched_setaffinity"} <= allowed
+    assert not {"mbind", "setpriority", "mount", "ptrace", "clock_settime", "chown"} & allowed
+
+
+@with_filter
+@pytest.mark.parametrize("what", ["bridge", "record", "ros2"])
+def test_what_runs_beside_a_run_may_keep_off_its_processors(what: str) -> None:
+    unit = REPOSITORY / f"systemd/firmware-runtime-{what}@.service"
+    assert "sched_setaffinity" in allowed_calls(unit.read_text())
+
+
+@with_filter
+def test_what_the_filter_forbids_fails() -> None:
+    nice = [sys.executable, str(FILTER), str(RUN), sys.executable, "-c", "import os; os.nice(1)"]
+    ended = subprocess.run(nice, capture_output=True, text=True, check=False)
+    assert ended.returncode == 1
+    assert "PermissionError: [Errno 1]" in ended.stderr
+
+
+@with_filter
+@pytest.mark.slow
+def test_a_run_gets_what_it_asks_for(tmp_path: Path) -> None:
+    words = (
+        "run",
+        "tachobot",
+        "--doubles",
+        "--for",
+        "1",
+        "--json",
+        "--set",
+        "executive.cpus=[0]",
+    )
+    asked = {}
+    for sandboxed in (False, True):
+        own = [*words, "--statistics", tmp_path / f"{sandboxed}.stats"]
+        whole = command(RUN, *own)
+        ended = subprocess.run(
+            whole if sandboxed else whole[3:], capture_output=True, text=True, check=False
+        )
+        assert ended.returncode == 0, ended.stderr
+        settings = json.loads(ended.stdout)["statistics"]["conditions"]["settings"]
+        asked[sandboxed] = {name: setting["granted"] for name, setting in settings.items()}
+    assert asked[True] == asked[False]
+
+
+@with_filter
+@pytest.mark.slow
+def test_a_guard_watches_and_ends(tmp_path: Path) -> None:
+    words = command(GUARDED, "guard", "tachobot", "--statistics", tmp_path / "tachobot.stats")
+    with subprocess.Popen(words, stdout=subprocess.PIPE, text=True) as guard:
+        assert guard.stdout is not None
+        assert guard.stdout.readline().startswith(f"guard: watching {tmp_path}/tachobot.stats")
+        guard.send_signal(signal.SIGTERM)
+    assert guard.returncode == 0

@@ -10,9 +10,9 @@ from firmware_runtime.board import registry
 from firmware_runtime.errors import ControlError
 from firmware_runtime.links.control import ask
 from firmware_runtime.runs.safe_state import SafeState
-from tests.support.guarded_run import UNHURRIED, GuardedRun, guarded_run, wait_until
+from tests.support.guarded_run import UNHURRIED, GuardedRun, guarded_run
 from tests.support.trials import TURNING
-from tests.support.waiting import PATIENCE_S
+from tests.support.waiting import PATIENCE_S, wait_until
 
 pytestmark = pytest.mark.slow
 SLOW_START = """

@@ -1,25 +1,27 @@
-"""What a guard, or `safe-state`, must withstand, tried again and again: off, and off for a second.
-
-The times go into the table of `docs/safety.md`, see tests/support/trials.py; what is asserted is
-that outputs go off and stay off.
-"""
+"""What must be withstood, tried again and again: off, and off for a second."""
 
 import os
 import resource
 import signal
+import subprocess
 from collections.abc import Callable, Iterator
-from contextlib import suppress
+from contextlib import contextmanager, suppress
+from os import kill
 from pathlib import Path
+from random import Random
 from subprocess import DEVNULL, Popen
 from time import monotonic_ns
 
 import pytest
 
+from firmware_runtime.links.key_file import write_key
 from tests.support.guarded_run import COMMAND, GuardedRun, guarded_run
+from tests.support.linked_runs import free_port
 from tests.support.trials import PATIENT, TURNING, Trials, ready
 from tests.support.waiting import PATIENCE_S, wait_until
 
 pytestmark = [pytest.mark.slow, pytest.mark.timeout(7200)]
+
 LIVELOCK = """
 import sys
 from pathlib import Path
@@ -195,3 +197,99 @@ def limit_memory(run: GuardedRun, process: int) -> None:
     pages = int(Path(f"/proc/{process}/statm").read_text().split()[0])
     most = pages * resource.getpagesize()
     resource.prlimit(process, resource.RLIMIT_AS, (most, resource.RLIM_INFINITY))
+
+
+GOAL_MS = 510
+"""`timeout_s` of the link and one period of the loop."""
+
+
+class TwoEnds:
+    """A guarded robot's end on served doubles, and its controller's over UDP."""
+
+    def __init__(self, link: str, directory: Path) -> None:
+        self.link = link
+        self.run: GuardedRun
+        self.controller: subprocess.Popen[bytes] | None = None
+        self._errors = directory / "controller.log"
+        self._random = Random(link)  # noqa: S311 -- when to kill is to be repeated
+
+    def start_controller(self) -> None:
+        self.stop_controller()
+        words = ["run", "tachobot", "--role", "controller", "--link", self.link, "--json", *TURNING]
+        with self._errors.open("a") as errors:
+            self.controller = subprocess.Popen(
+                [*COMMAND, *words, "--statistics", str(self._errors.with_suffix(".stats"))],
+                stdin=subprocess.DEVNULL,
+                stdout=subprocess.DEVNULL,
+                stderr=errors,
+            )
+
+    def stop_controller(self) -> None:
+        if self.controller is not None:
+            self.controller.kill()
+            self.controller.wait()
+
+    def ready(self) -> None:
+        """Both ends are there, it drives, and some time has passed since."""
+        ready(self.run, self._keep_controller)
+        at = monotonic_ns() + self._random.randrange(200_000_000)
+        wait_until(lambda: monotonic_ns() >= at, "the instant has come")
+
+    def _keep_controller(self) -> None:
+        """Start it again once it has ended, as it does soon after its carrier."""
+        if self.controller is None or self.controller.poll() is not None:
+            self.start_controller()
+
+    def kill_controller(self) -> None:
+        assert self.controller is not None
+        self.controller.kill()
+
+    def kill_its_carrier(self) -> None:
+        assert self.controller is not None
+        kill(carrier_of(self.controller.pid), signal.SIGKILL)
+
+    def kill_the_robot_s_carrier(self) -> None:
+        kill(carrier_of(self.run.run.pid), signal.SIGKILL)
+
+    def kill_the_robot(self) -> None:
+        self.run.signal(signal.SIGKILL)
+
+
+def carrier_of(process: int) -> int:
+    """The only child of a run."""
+    (child,) = Path(f"/proc/{process}/task/{process}/children").read_text().split()
+    return int(child)
+
+
+@contextmanager
+def two_ends(directory: Path) -> Iterator[TwoEnds]:
+    key = directory / "link.key"
+    write_key(key)
+    ends = TwoEnds(f"udp:127.0.0.1:{free_port()},key={key}", directory)
+    try:
+        ends.start_controller()
+        words = (*TURNING, "--role", "robot", "--link", ends.link)
+        with guarded_run(directory, words=words) as ends.run:
+            yield ends
+    finally:
+        ends.stop_controller()
+
+
+KILLED: dict[str, Callable[[TwoEnds], None]] = {
+    "the controller": TwoEnds.kill_controller,
+    "the controller's carrier": TwoEnds.kill_its_carrier,
+    "the robot's carrier": TwoEnds.kill_the_robot_s_carrier,
+    "the robot's end, which has a guard": TwoEnds.kill_the_robot,
+}
+
+
+@pytest.mark.parametrize("what", KILLED)
+def test_outputs_go_off_when_a_part_of_a_linked_robot_is_killed(
+    tmp_path: Path, trials: Trials, what: str
+) -> None:
+    with two_ends(tmp_path) as ends:
+        for watch in trials.of(f"over UDP, SIGKILL of {what}", GOAL_MS):
+            ends.ready()
+            at = monotonic_ns()
+            KILLED[what](ends)
+            watch(ends.run, at)

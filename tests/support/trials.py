@@ -3,7 +3,7 @@
 The table in docs/safety.md is written by the tests, where they are asked to; it takes an hour:
 
     export FIRMWARE_RUNTIME_SAFETY_TRIALS=docs/safety.md
-    .venv/bin/python -m pytest tests/safety/test_trials.py tests/safety/test_link_trials.py
+    .venv/bin/python -m pytest tests/safety/test_trials.py
 """
 
 import os

@@ -1,8 +1,6 @@
 """What the kernel's text says, and what ran while a thread waited. Tracing itself takes root."""
 
 import os
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
@@ -16,6 +14,7 @@ from firmware_runtime.system.switch_trace import (
     switch_trace,
     switches,
 )
+from tests.support.command import in_python
 
 LOOP = 4711
 TEXT = """\
@@ -147,9 +146,7 @@ print(instance.exists())
 @pytest.mark.slow
 @pytest.mark.real_time
 def test_the_kernels_own_trace_has_the_switches_of_this_process_and_ends_with_it() -> None:
-    done = subprocess.run(
-        [sys.executable, "-c", _TRACED], capture_output=True, text=True, check=False
-    )
+    done = in_python(_TRACED)
     if done.returncode == 3:
         pytest.skip(f"root's right to tracefs: {done.stdout.strip()}")
     assert (done.stdout.split(), done.stderr) == (["True", "True", "False"], "")

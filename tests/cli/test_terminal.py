@@ -1,0 +1,168 @@
+"""A run in a terminal: the line of its progress, and the chart at its end."""
+
+import os
+import re
+import sys
+from collections.abc import Callable
+from select import select
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+
+from firmware_runtime.cli.terminal_chart import MOST, Series, chart
+from firmware_runtime.devs.time import MICROSECOND, NEVER, SECOND
+from firmware_runtime.runs.progress_line import EVERY, RESERVE, ProgressLine
+from firmware_runtime.system.terminal import OwnTerminal
+from tests.support.terminal import at_a_terminal, terminal_of
+from tests.support.waiting import PATIENCE_S
+
+RUN = ("-m", "firmware_runtime.cli", "run", "tachobot", "--doubles", "--clock", "scaled")
+PACE = ("--speed", "4", "--for", "6")
+
+
+class Rig:
+    """A line of progress, a run that stands still, and a real time set by hand."""
+
+    def __init__(self, until: int = NEVER) -> None:
+        self.now = 0
+        self.lines: list[str] = []
+        self.run = SimpleNamespace(
+            hooks=[],
+            accounts=[SimpleNamespace(overruns=1), SimpleNamespace(overruns=2)],
+            faults=SimpleNamespace(counted=[SimpleNamespace(count=1)]),
+            simulator=SimpleNamespace(now=0, listen=self.listen),
+        )
+        run: Any = self.run
+        terminal: Any = SimpleNamespace(show=self.lines.append)
+        shown: Any = SimpleNamespace(name="yaw_rad")
+        self.line = ProgressLine(run, terminal, until, shown, lambda: self.now)
+
+    def listen(self, _port: object, receive: Callable[[int, float], None]) -> None:
+        self.receive = receive
+
+    def between_steps(self, at: int, left: int = SECOND) -> None:
+        self.now = at
+        self.line.between_steps(at, left)
+
+
+def test_it_shows_time_value_overruns_and_faults() -> None:
+    rig = Rig(until=20 * SECOND)
+    rig.receive(0, 0.98765)
+    rig.between_steps(3 * SECOND)
+    assert rig.lines == ["3.0 of 20 s  yaw_rad 0.9877  3 overruns  1 fault"]
+    assert rig.run.hooks == [rig.line]
+
+
+def test_it_writes_a_few_times_a_second() -> None:
+    rig = Rig()
+    for at in range(0, SECOND + 1, SECOND // 100):
+        rig.between_steps(at)
+    assert len(rig.lines) == SECOND // EVERY
+
+
+def test_without_time_to_the_next_event_nothing_is_written_and_nothing_is_lost() -> None:
+    rig = Rig()
+    rig.between_steps(EVERY, left=RESERVE)
+    assert rig.lines == []
+    rig.between_steps(EVERY + 1)
+    assert len(rig.lines) == 1
+
+
+def test_after_a_write_that_took_long_there_must_be_twice_that_time(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    rig = Rig()
+    took = 10 * RESERVE
+
+    def show(line: str) -> None:
+        rig.lines.append(line)
+        rig.now += took
+
+    monkeypatch.setattr(rig.line._terminal, "show", show)
+    rig.between_steps(EVERY)
+    rig.between_steps(3 * EVERY, left=2 * took + RESERVE)
+    assert len(rig.lines) == 1
+    rig.between_steps(3 * EVERY, left=2 * took + RESERVE + 1)
+    assert len(rig.lines) == 2
+
+
+@pytest.mark.slow
+def test_a_run_in_a_terminal_shows_it_and_takes_it_away_at_the_end() -> None:
+    shown = at_a_terminal(sys.executable, *RUN, *PACE)
+    lines = re.findall(r"\r([^\r\n]*overruns?  \d+ faults?)", shown)
+    assert lines
+    assert all(" of 6 s" in line for line in lines)
+    assert re.search(r"\r +\r\r?\n", shown), "the last line is not taken away"
+    assert "ended after 6.00 s" in shown
+
+
+@pytest.mark.slow
+def test_with_json_there_is_none() -> None:
+    assert "\r{" not in (shown := at_a_terminal(sys.executable, *RUN, *PACE, "--json"))
+    assert shown.startswith('{"board"')
+
+
+def test_a_pipe_is_no_terminal() -> None:
+    reading, writing = os.pipe()
+    with os.fdopen(reading), os.fdopen(writing, "w") as stream:
+        assert OwnTerminal.of(stream) is None
+    assert OwnTerminal.of(None) is None
+
+
+FLOOD = """
+import os, sys
+from firmware_runtime.system.terminal import OwnTerminal
+terminal = OwnTerminal.of(sys.stdout)
+for _ in range(2000):
+    terminal.show("x" * 70)
+os.write(int(sys.argv[1]), b"done")
+os._exit(0)
+"""
+
+
+@pytest.mark.slow
+def test_a_terminal_that_takes_nothing_keeps_nothing_waiting() -> None:
+    reading, writing = os.pipe()
+    with terminal_of(sys.executable, "-c", FLOOD, str(writing), keep=writing):
+        os.close(writing)
+        assert select([reading], (), (), PATIENCE_S)[0], "it waits for the terminal"
+        assert os.read(reading, 4) == b"done"
+    os.close(reading)
+
+
+@pytest.mark.parametrize(
+    ("until", "shown"),
+    [(10 * SECOND, "10 s"), (10 * SECOND + 1500 * MICROSECOND, "10 s"), (SECOND // 2, "0.5 s")],
+)
+def test_the_end_of_the_time_axis_is_in_hundredths_of_a_second(until: int, shown: str) -> None:
+    assert chart([(0, 0.0), (until, 1.0)], "label", until)[-1].split("  ")[-1].strip() == shown
+
+
+def test_a_small_scale_is_not_zero_at_both_ends() -> None:
+    lines = chart([(0, -2e-5), (SECOND, 1e-5)], "label", SECOND)
+    assert [line.split()[0] for line in (lines[1], lines[8])] == ["1e-05", "-2e-05"]
+    assert len({line.index("┤") for line in lines[1:9]}) == 1
+
+
+def test_values_below_zero_have_zero_on_their_scale_as_those_above_it() -> None:
+    lines = chart([(0, -0.2), (SECOND, -0.2 - 1e-9)], "label", SECOND)
+    assert [line.split()[0] for line in (lines[1], lines[8])] == ["0.000", "-0.200"]
+
+
+def test_a_short_series_is_kept_sample_by_sample() -> None:
+    series = Series()
+    for at in range(MOST - 1):
+        series.add(at, at / 2)
+    assert series.points == [(at, at / 2) for at in range(MOST - 1)]
+
+
+@pytest.mark.parametrize("samples", [MOST, 2 * MOST, 10 * MOST + 7])
+def test_a_long_one_is_bounded_and_keeps_its_mean(samples: int) -> None:
+    series = Series()
+    for at in range(samples):
+        series.add(at, float(at))
+    assert MOST // 2 <= len(series.points) < MOST
+    width = series.points[1][0]
+    assert all(value == at + (width - 1) / 2 for at, value in series.points)
+    assert samples - width < series.points[-1][0] + width <= samples

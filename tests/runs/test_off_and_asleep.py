@@ -1,0 +1,158 @@
+"""Outputs that stay off, machines that sleep, and lines that are soon free."""
+
+from collections.abc import Iterator
+from itertools import chain, cycle, repeat
+
+import pytest
+
+from firmware_runtime.devs.time import SECOND
+from firmware_runtime.executive.clocks import Clock, MonotonicClock, VirtualClock
+from firmware_runtime.executive.configuration import Configuration
+from firmware_runtime.executive.executive import Executive
+from firmware_runtime.hal.wire_errors import BusInUse
+from firmware_runtime.runs import safe_state as module
+from firmware_runtime.runs import supervision
+from firmware_runtime.runs.arming import Arming, Permission
+from firmware_runtime.runs.open_lines import soon_free
+from firmware_runtime.runs.safe_state import BETWEEN, SafeState
+from firmware_runtime.runs.supervision import SleepWatch, watch_sleep
+from firmware_runtime.system import resources
+from tests.support.periodic_models import Robot
+
+ON = ["PCA9685 at 0x40 on i2c1: outputs 0 are on"]
+
+
+class Lights:
+    """Outputs of a chip that are on as they are told to be."""
+
+    def __init__(self, seen: Iterator[list[str]]) -> None:
+        self.seen = seen
+
+    def outputs_on(self) -> list[str]:
+        return next(self.seen)
+
+    def make_safe(self) -> list[str]:
+        return []
+
+
+class Watching:
+    """A safe-state whose board another process drives, on a clock that its waits move."""
+
+    def __init__(self, monkeypatch: pytest.MonkeyPatch, seen: Iterator[list[str]]) -> None:
+        self.now = 0
+        monkeypatch.setattr(module, "monotonic_ns", lambda: self.now)
+        self.safe_state = SafeState([], None, None)
+        monkeypatch.setattr(self.safe_state, "_outputs", [Lights(seen)])
+        monkeypatch.setattr(self.safe_state, "_is_driven", True)
+        monkeypatch.setattr(self.safe_state, "_is_known", True)
+
+    def wait(self) -> bool:
+        self.now += BETWEEN
+        return False
+
+    def result(self) -> list[str]:
+        return self.safe_state.stays_off(2 * SECOND, self.wait)
+
+
+def test_what_is_off_only_in_the_last_look_was_on(monkeypatch: pytest.MonkeyPatch) -> None:
+    """What drives it was late by a period just then."""
+    looks = 2 * SECOND // BETWEEN
+    for seen in (cycle([ON, []]), chain(repeat(ON, looks), repeat([]))):
+        assert Watching(monkeypatch, seen).result() == ON
+
+
+def test_what_stays_off_after_it_was_on_is_off(monkeypatch: pytest.MonkeyPatch) -> None:
+    assert Watching(monkeypatch, chain([ON], repeat([]))).result() == []
+
+
+class Rig:
+    """A run that never begins, armed, on a machine that sleeps when it is told to."""
+
+    def __init__(self, patch: pytest.MonkeyPatch) -> None:
+        self.asleep = 0
+        self.now = 10 * SECOND
+        patch.setattr(supervision, "monotonic_ns", lambda: self.now)
+        patch.setattr(supervision, "clock_gettime_ns", lambda _clock: self.now + self.asleep)
+        self.logged: list[str] = []
+        self.executive = Executive(Robot(), MonotonicClock(), list, Configuration())
+        permission = Permission(at_start=False, demand_guard=False)
+        self.arming = Arming(self.executive, permission, list, log=self.logged.append)
+        self.watch = SleepWatch(self.arming)
+        assert self.arming.request(0) == []
+
+    def go_on(self, asleep: int) -> None:
+        """Sleep for so long, then come to the next pass of the loop."""
+        self.now += SECOND
+        self.asleep += asleep
+        self.watch.between_steps(self.now, 0)
+
+
+@pytest.fixture
+def rig(monkeypatch: pytest.MonkeyPatch) -> Rig:
+    return Rig(monkeypatch)
+
+
+def test_a_run_on_a_machine_that_stays_awake_stays_armed(rig: Rig) -> None:
+    for _ in range(3):
+        rig.go_on(asleep=0)
+    assert rig.arming.interlock()
+
+
+def test_a_run_whose_machine_slept_is_disarmed_until_it_is_armed_again(rig: Rig) -> None:
+    rig.go_on(asleep=90 * SECOND)
+    assert not rig.arming.interlock()
+    assert rig.logged[-1] == "disarmed: the machine slept for 90.0 s"
+    assert rig.arming.request(0) == []
+    rig.go_on(asleep=0)
+    assert rig.arming.interlock()
+
+
+def test_a_sleep_while_it_was_disarmed_counts_for_nothing_later(rig: Rig) -> None:
+    rig.arming.disarm("by request")
+    rig.go_on(asleep=90 * SECOND)
+    assert rig.arming.request(0) == []
+    rig.go_on(asleep=0)
+    assert rig.arming.interlock()
+
+
+@pytest.mark.parametrize(
+    ("clock", "free", "watched"),
+    [
+        (MonotonicClock(), False, True),
+        (MonotonicClock(), True, False),
+        (VirtualClock(), False, False),
+    ],
+)
+def test_it_is_watched_where_something_may_be_hurt(
+    clock: Clock, *, free: bool, watched: bool
+) -> None:
+    executive = Executive(Robot(), clock, list, Configuration())
+    permission = Permission(at_start=False, demand_guard=False, free=free)
+    watch_sleep(executive, Arming(executive, permission, list))
+    assert any(isinstance(each, SleepWatch) for each in executive.hooks) is watched
+
+
+def test_the_clocks_of_this_machine_stay_together_while_it_is_awake() -> None:
+    before = supervision._slept()
+    assert abs(supervision._slept() - before) < SECOND
+
+
+def test_what_another_process_lets_go_is_taken_and_what_it_keeps_is_refused(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    waits: list[float] = []
+    monkeypatch.setattr(resources, "sleep", waits.append)
+    monkeypatch.setattr(resources, "monotonic", lambda: sum(waits))
+    attempts = iter([True, True, False])
+
+    def take() -> str:
+        if next(attempts, True):
+            raise BusInUse("i2c1: /dev/i2c-1 is driven by another process")
+        return "the bus"
+
+    assert soon_free(take) == "the bus"
+    assert len(waits) == 2
+    waits.clear()
+    with pytest.raises(BusInUse, match="another process"):
+        soon_free(take)
+    assert 1.0 <= sum(waits) < 1.1
