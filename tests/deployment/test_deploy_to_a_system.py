@@ -28,10 +28,12 @@ def test_a_robot_runs_after_each_deployment_that_could_make_it_safe(
         system.write(KEYS, target.identity.with_suffix(".pub").read_text())
         host = f"pi@{HOST}"
         words = ["deploy", host, "tachobot", *target.words, "--wheel", str(wheel), "--force"]
+        words += ["--health", "2"]
         assert main(words) == Status.OK, system.read("/run/robot.log")
         assert system.read("/run/units").split() == [GUARD, ROBOT]
         printed = capsys.readouterr().out
         assert "root by sudo" in printed
+        assert "  healthy for 2 s: " in printed
         summary = printed.splitlines()[-1]
         assert "100 Hz" in summary
         assert "skip" in summary

@@ -15,6 +15,7 @@ from firmware_runtime.errors import DeploymentError
 from firmware_runtime.host.deployment.connection import Commands, Connection, fault_of_host
 from firmware_runtime.host.deployment.package_wheel import with_local_dependencies
 from firmware_runtime.host.deployment.target import ROOM_KIB, Platform, Target
+from firmware_runtime.host.deployment.update import update_of
 from firmware_runtime.system.programs import Ended
 
 
@@ -153,6 +154,7 @@ def test_a_target_that_has_everything_has_no_faults(pi: Target) -> None:
         ("free_kib", str(ROOM_KIB - 1), "499 MiB free for /opt/firmware-runtime; expected 500"),
         ("superuser", "", "neither root nor sudo without a password"),
         ("systemd", "", "systemd does not run it"),
+        ("armed", "left", "left is armed, expected it disarmed: firmware-runtime disarm left"),
         ("lacking", "/dev/i2c-1", "/dev/i2c-1: not there; expected the board's device"),
         ("foreign", "/opt/firmware-runtime/venv", "no link that a deployment made"),
     ],
@@ -258,3 +260,26 @@ def test_the_wheel_has_four_names_at_its_top(wheel: Path) -> None:
         tops = {name.partition("/")[0] for name in archive.namelist()}
     packages = {each for each in tops if not each.endswith(".dist-info")}
     assert packages == {"firmware_runtime", "firmware_drivers", "firmware_boards", "sim_doubles"}
+
+
+def test_how_an_update_stands_is_read_from_what_the_target_prints() -> None:
+    printed = (
+        "venv 0.2.0 /opt/firmware-runtime/venv.b\nstate reverted\nboard tachobot\n"
+        "since 2026-11-26T10:00:00Z\nreason imu: 100 times NoAcknowledge\n"
+    )
+    commands = Recorded(Ended(0, printed, ""))
+    update = update_of(Connection("pi@robot", (), commands))
+    assert (update.state, update.previous) == ("reverted", "")
+    assert update.lines() == [
+        "in use       0.2.0 /opt/firmware-runtime/venv.b",
+        "before       none",
+        "last update  reverted 2026-11-26T10:00:00Z tachobot",
+        "because      imu: 100 times NoAcknowledge",
+    ]
+
+
+def test_a_target_that_was_never_deployed_to_has_no_update() -> None:
+    connection, _ = connected(2, "sh: 0: cannot open /opt/firmware-runtime/update.sh")
+    with pytest.raises(DeploymentError) as failed:
+        update_of(connection)
+    assert failed.value.expected == "a deployment before"

@@ -9,13 +9,15 @@ from pathlib import Path
 import pytest
 
 import firmware_runtime.host.deployment
+from firmware_runtime.host.deployment.deployment import WAY_BACK
 
 FOLDER = Path(firmware_runtime.host.deployment.__file__).parent
 SENT = (
-    ("probe.sh",),
+    ("units.sh", "probe.sh"),
     ("venvs.sh", "prepare.sh"),
     ("examine.sh",),
-    ("venvs.sh", "robots.sh", "switch.sh"),
+    ("venvs.sh", "units.sh", "robots.sh", "update.sh", "switch.sh"),
+    ("venvs.sh", "units.sh", "robots.sh", "update.sh", "persisted.sh"),
 )
 PROGRAM = """\
 #!/bin/sh
@@ -23,7 +25,10 @@ echo "$@" >>{log}
 case $1 in
 check) exit {check} ;;
 doctor) exit {doctor} ;;
-service) echo installed || exit 9; exit {service} ;;
+service)
+	[ "$2" != health ] || {{ echo "firmware-runtime: two faults"; exit {health}; }}
+	echo installed || exit 9; printf {name} >{unit}; exit {service}
+	;;
 esac
 """
 
@@ -40,7 +45,7 @@ def noted(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """What was moved and when the disk was waited for, which a test does not."""
     tools, log = tmp_path / "tools", tmp_path / "noted"
     tools.mkdir()
-    for name, real in (("sync", "true"), ("mv", shutil.which("mv"))):
+    for name, real in (("sync", "true"), ("mv", shutil.which("mv")), ("systemctl", "true")):
         tool = tools / name
         tool.write_text(NOTED.format(name=name, log=log, real=real))
         tool.chmod(0o755)
@@ -58,12 +63,25 @@ def run(names: tuple[str, ...], *arguments: object) -> "subprocess.CompletedProc
     )
 
 
-def make_venv(home: Path, name: str, *, check: int = 0, doctor: int = 0, service: int = 0) -> Path:
-    """A virtual environment whose program ends with these statuses, and notes what was asked."""
+def make_venv(
+    home: Path,
+    name: str,
+    *,
+    check: int = 0,
+    doctor: int = 0,
+    service: int = 0,
+    health: int = 0,
+    unit: Path = Path(os.devnull),
+) -> Path:
+    """A virtual environment whose program ends with these statuses, and notes what was asked.
+
+    As a service it installs a unit with its name in it.
+    """
     program = home / name / "bin" / "firmware-runtime"
     program.parent.mkdir(parents=True)
     log = home / f"{name}.log"
-    program.write_text(PROGRAM.format(log=log, check=check, doctor=doctor, service=service))
+    ends = {"check": check, "doctor": doctor, "service": service, "health": health}
+    program.write_text(PROGRAM.format(log=log, unit=unit, name=name, **ends))
     program.chmod(0o755)
     write_manifest(home / name)
     return home / name
@@ -101,11 +119,16 @@ def home(tmp_path: Path) -> Path:
     place = tmp_path / "opt" / "firmware-runtime"
     make_venv(place, "venv.before")
     (place / "venv").symlink_to(place / "venv.before")
+    scripts = place / "parcel" / "scripts"
+    scripts.mkdir(parents=True)
+    for name in ("venvs.sh", "units.sh", "robots.sh", "update.sh", "persisted.sh"):
+        shutil.copy(FOLDER / name, scripts)
+    shutil.copy(FOLDER.parent / "installation/units" / WAY_BACK, scripts)
     return place
 
 
 def switch(home: Path, venv: Path, start: str = "yes") -> "subprocess.CompletedProcess[str]":
-    return run(("venvs.sh", "robots.sh", "switch.sh"), home.parents[1], venv, "tachobot", start)
+    return run(SENT[3], home.parents[1], venv, "tachobot", start, 30)
 
 
 def test_a_new_program_takes_the_place_and_the_one_before_is_kept(home: Path) -> None:
@@ -152,8 +175,8 @@ def test_the_first_program_stays_when_its_service_does_not_start(
 
 def test_what_was_begun_is_finished_when_the_connection_is_lost(home: Path) -> None:
     venv = make_venv(home, "venv.newest")
-    text = "".join((FOLDER / name).read_text() for name in ("venvs.sh", "robots.sh", "switch.sh"))
-    words = ["sh", "-s", "--", str(home.parents[1]), str(venv), "tachobot", "yes"]
+    text = "".join((FOLDER / name).read_text() for name in SENT[3])
+    words = ["sh", "-s", "--", str(home.parents[1]), str(venv), "tachobot", "yes", "30"]
     with subprocess.Popen(
         words, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True
     ) as process:
@@ -206,22 +229,119 @@ def test_a_program_that_is_not_whole_is_not_switched_to(
     assert (home / "venv").readlink() == home / "venv.before"
 
 
-def test_the_link_moves_when_all_is_on_the_disk_and_is_there_before_robots_start(
-    home: Path, noted: Path
-) -> None:
-    noted.unlink()
+def test_the_link_moves_when_all_is_on_the_disk(home: Path, noted: Path) -> None:
     venv = make_venv(home, "venv.newest")
     assert switch(home, venv).returncode == 0
-    assert noted.read_text().splitlines() == [
-        "sync -f .",
-        "sync -f .",
-        "mv manifest.new manifest",
-        "sync -f .",
-        f"sync -f {home}",
-        f"mv -T {home}/venv.link {home}/venv",
-        f"sync -f {home}",
-        "sync ",
-    ]
+    done = noted.read_text().splitlines()
+    moved = done.index(f"mv -T {home}/venv.link {home}/venv")
+    assert done.index("mv manifest.new manifest") < moved
+    assert done[moved - 1] == done[moved + 1] == f"sync -f {home}"
+
+
+def cut_at(step: int, home: Path, tools: Path, venv: Path) -> int:
+    """Switch, and end everything before that step of what changes the disk; its status."""
+    steps = tools.with_name("steps")
+    steps.unlink(missing_ok=True)
+    for name in ("ln", "mv", "cp", "sync", "tar", "rm", "mkdir"):
+        tool = tools / name
+        real = "/bin/true" if name == "sync" else shutil.which(name, path="/usr/bin:/bin")
+        tool.write_text(CUT.format(steps=steps, step=step, real=real))
+        tool.chmod(0o755)
+    text = "".join((FOLDER / name).read_text() for name in SENT[3])
+    words = ["sh", "-s", "--", str(home.parents[1]), str(venv), "tachobot", "yes", "30"]
+    ended = subprocess.run(
+        words, input=text, text=True, capture_output=True, start_new_session=True, check=False
+    )
+    for name in ("ln", "mv", "cp", "sync", "tar", "rm", "mkdir"):
+        (tools / name).unlink()
+    return ended.returncode
+
+
+CUT = """\
+#!/bin/sh
+echo step >>{steps}
+[ "$(wc -l <{steps})" != {step} ] || kill -9 0
+exec {real} "$@"
+"""
+
+
+@pytest.mark.slow
+def test_wherever_the_power_is_cut_there_is_a_whole_version_afterwards(
+    tmp_path: Path, home: Path, noted: Path
+) -> None:
+    """With its own units and settings; the state says which."""
+    root, tools = home.parents[1], noted.with_name("tools")
+    there = bring_settings(home)
+    unit = root / "etc/systemd/system/firmware-runtime@.service"
+    unit.parent.mkdir(parents=True)
+    unit.write_text("venv.before")
+    kept = tmp_path / "kept"
+    shutil.copytree(home.parents[1] / "etc", kept / "etc", symlinks=True)
+    shutil.copytree(home, kept / "home", symlinks=True)
+    states: dict[str, int] = {}
+    for step in range(1, 100):
+        shutil.rmtree(root / "etc")
+        shutil.rmtree(home)
+        shutil.copytree(kept / "etc", root / "etc", symlinks=True)
+        shutil.copytree(kept / "home", home, symlinks=True)
+        venv = make_venv(home, "venv.newest", unit=unit)
+        ended = cut_at(step, home, tools, venv)
+        if (home / "update.sh").exists():
+            booted = subprocess.run(
+                ["sh", str(home / "update.sh"), "boot"], capture_output=True, text=True, check=False
+            )
+            assert booted.returncode == 0, booted.stderr
+        used = (home / "venv").readlink()
+        whole = f'is_whole "{used}"\n'
+        text = (FOLDER / "venvs.sh").read_text() + whole
+        assert subprocess.run(["sh", "-s"], input=text, text=True, check=False).returncode == 0
+        assert unit.read_text() == used.name
+        assert there.read_text() == {"venv.before": "old", "venv.newest": "new"}[used.name]
+        state = state_of(home)
+        assert (used.name == "venv.newest") == (state == "committed")
+        states[state] = states.get(state, 0) + 1
+        if ended == 0:
+            break
+    assert ended == 0
+    assert states.keys() == {"", "reverted", "committed"}
+    assert states["reverted"] >= 10
+
+
+@pytest.mark.parametrize(
+    ("health", "state", "used"),
+    [(0, "committed", "venv.newest"), (8, "reverted", "venv.before")],
+    ids=["healthy", "not healthy"],
+)
+def test_what_is_tried_is_kept_if_it_is_healthy(
+    home: Path, health: int, state: str, used: str
+) -> None:
+    there = bring_settings(home)
+    venv = make_venv(home, "venv.newest", health=health)
+    assert switch(home, venv).returncode == 0
+    update = home / "update"
+    update.write_text(update.read_text().replace("state committed", "state trying"))
+    asked = ["sh", str(home / "update.sh"), "watch", "1"]
+    subprocess.run(asked, check=True, capture_output=True)
+    assert state_of(home) == state
+    assert "reason two faults\n" in update.read_text()
+    assert (home / "venv").readlink().name == used
+    assert (there.read_text() == "new") == (health == 0)
+    assert venv.exists() == (health == 0)
+
+
+def test_its_way_back_says_how_it_stands(home: Path) -> None:
+    assert switch(home, make_venv(home, "venv.newest")).returncode == 0
+    asked = ["sh", str(home / "update.sh"), "status"]
+    shown = subprocess.run(asked, check=True, capture_output=True, text=True).stdout.splitlines()
+    assert shown[0].split() == ["venv", str(home / "venv.newest")]
+    assert shown[1].split() == ["previous", str(home / "venv.before")]
+    assert shown[2:4] == ["state committed", "board tachobot"]
+
+
+def state_of(home: Path) -> str:
+    update = home / "update"
+    found = update.read_text() if update.exists() else ""
+    return found.partition("\n")[0].removeprefix("state ")
 
 
 @pytest.mark.parametrize(

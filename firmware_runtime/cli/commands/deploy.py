@@ -8,18 +8,23 @@ from firmware_runtime.board import installed as kinds
 from firmware_runtime.board import registry
 from firmware_runtime.cli.arguments import SubParsers, add_verb
 from firmware_runtime.errors import ConfigError, Status
-from firmware_runtime.host.deployment.connection import Commands, fault_of_host
+from firmware_runtime.host.deployment.connection import Commands, Connection, fault_of_host
 from firmware_runtime.host.deployment.deployment import Deployment, DeploymentOptions
 from firmware_runtime.host.deployment.first_activations import TIMEOUT_S, first_figures
+from firmware_runtime.host.deployment.update import update_of
 from firmware_runtime.host.installation.plan import device_nodes
 from firmware_runtime.statistics.summary import summary
 
+_STATUS = "status"
+_LONGEST_HEALTH_S = 3600
 _ABOUT = """
 The target needs Python 3.11 or later with venv, rsync, systemd, and a login by key as root or as a
 user with sudo. Nothing is compiled there, and nothing is downloaded there. The program goes to
 /opt/firmware-runtime, beside the old one, with the packages of all its robots; a robot that runs is
-stopped, and switched off, only when the new one has passed check and doctor. What stands in
-/etc/firmware-runtime stays.
+stopped, and switched off, only when the new one has passed check and doctor; one that is armed is
+refused. The new version is kept when it has been healthy for a while, else the one before comes
+back by itself, also after a power cut. What stands in /etc/firmware-runtime stays. `deploy status
+HOST` says which versions a computer has, and why one was taken back.
 """
 
 
@@ -28,7 +33,11 @@ def add_to(verbs: SubParsers) -> None:
     about = "Install this program and a board's service on another computer, over ssh."
     verb = add_verb(verbs, "deploy", about, execute)
     verb.epilog = _ABOUT
-    verb.add_argument("host", metavar="HOST", help="as ssh takes it: a name, or USER@NAME")
+    verb.add_argument(
+        "host",
+        metavar="HOST",
+        help="as ssh takes it: a name, or USER@NAME; or `status HOST`: versions and last update",
+    )
     verb.add_argument("board", metavar="BOARD", help="a board's name, or a robot's own")
     verb.add_argument(
         "--settings",
@@ -66,6 +75,13 @@ def _add_place(verb: argparse.ArgumentParser) -> None:
         "--python", default="python3", metavar="PATH", help="the target's Python; default python3"
     )
     place.add_argument(
+        "--health",
+        type=_whole_seconds,
+        default=30,
+        metavar="SECONDS",
+        help="try the new version so long, and take it back if it is not healthy; default 30",
+    )
+    place.add_argument(
         "--no-start", action="store_true", help="leave the robot stopped, also one that ran"
     )
     place.add_argument(
@@ -79,6 +95,14 @@ def _add_place(verb: argparse.ArgumentParser) -> None:
     )
 
 
+def _whole_seconds(text: str) -> int:
+    if not text.isdecimal() or not 1 <= int(text) <= _LONGEST_HEALTH_S:
+        raise argparse.ArgumentTypeError(
+            f"{text!r}: expected whole seconds, 1 to {_LONGEST_HEALTH_S}"
+        )
+    return int(text)
+
+
 def _root(text: str) -> str:
     # the first line of an installed program names its interpreter, which ends at a blank
     if not text.startswith("/") or text.strip("/") == "" or len(text.split()) != 1:
@@ -90,6 +114,8 @@ def _root(text: str) -> str:
 
 def execute(arguments: argparse.Namespace) -> int:
     """Deploy, then wait for the first activations. Raises DeploymentError."""
+    if arguments.host == _STATUS:
+        return _show_status(arguments)
     board = _sound_board(arguments)
     options = DeploymentOptions(
         host=arguments.host,
@@ -103,6 +129,7 @@ def execute(arguments: argparse.Namespace) -> int:
         wheel=arguments.wheel,
         start=not arguments.no_start,
         force=arguments.force,
+        health_s=arguments.health,
     )
     try:
         return _deploy(options, Commands(_log, dry_run=arguments.dry_run))
@@ -120,6 +147,15 @@ def _deploy(options: DeploymentOptions, commands: Commands) -> int:
         print(f"{options.home}/venv/bin/firmware-runtime is there; nothing was started")
     elif options.start:
         return _await_activations(options, deployment)
+    return Status.OK
+
+
+def _show_status(arguments: argparse.Namespace) -> int:
+    host = arguments.board
+    if fault := fault_of_host(host):
+        raise ConfigError("deploy status", [fault])
+    connection = Connection(host, _ssh_options(arguments), Commands(_log))
+    print("\n".join(update_of(connection).lines()))
     return Status.OK
 
 

@@ -11,6 +11,7 @@ from firmware_runtime.board import installed as kinds
 from firmware_runtime.board import registry
 from firmware_runtime.board.local_settings import SETTINGS
 from firmware_runtime.cli.arguments import SubParsers, add_verb
+from firmware_runtime.cli.service_health import add_health_to
 from firmware_runtime.cli.service_status import (
     add_board_name,
     add_status_to,
@@ -53,6 +54,7 @@ def add_to(verbs: SubParsers) -> None:
     _add_install_to(actions)
     _add_uninstall_to(actions)
     add_status_to(actions)
+    add_health_to(actions)
     _add_logs_to(actions)
 
 

@@ -6,6 +6,7 @@
 4. make a virtual environment beside the one in use
 5. `check` and `doctor` by the new program, there
 6. stop the robot, put the new program in the old one's place, install the service, start
+7. try it; what does not prove itself is taken back, also when this computer has gone
 
 What is done on the target is in shell scripts beside this file.
 """
@@ -14,17 +15,23 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from importlib.metadata import Distribution
+from importlib.resources import files
 from pathlib import Path
 from shutil import which
 from tempfile import TemporaryDirectory
-from time import monotonic
+from time import monotonic, sleep
 
 from firmware_runtime.errors import DeploymentError, Status
 from firmware_runtime.host.deployment import wheels
 from firmware_runtime.host.deployment.connection import Commands, Connection
 from firmware_runtime.host.deployment.package_wheel import packages_of, with_local_dependencies
 from firmware_runtime.host.deployment.target import Target
+from firmware_runtime.host.deployment.update import update_of
 
+_OF_ROBOTS = ("venvs.sh", "units.sh", "robots.sh", "update.sh")
+WAY_BACK = "firmware-runtime-update.service"
+_LONGEST_VERDICT_S = 150.0
+"""Beyond the trial: a service may take a minute to begin, and another to be taken back."""
 _PROGRAMS = {"ssh": "openssh-client", "rsync": "rsync"}
 """What a deployment needs here, by Debian's packages."""
 
@@ -48,6 +55,8 @@ class DeploymentOptions:
     nodes: tuple[str, ...] = ()
     """The board's device nodes, as its settings here have them."""
     start: bool = True
+    health_s: int = 30
+    """For how long the new version is tried before it is kept."""
     force: bool = False
     """Go on although the doctor found a failure."""
 
@@ -69,6 +78,7 @@ class Deployment:
 
     def carry_out(self) -> None:
         """Do all steps. Raises DeploymentError with what kept one from being done."""
+        options = self._options
         if missing := [name for name in _PROGRAMS if which(name) is None]:
             packages = " ".join(_PROGRAMS[name] for name in missing)
             raise DeploymentError(
@@ -89,6 +99,9 @@ class Deployment:
             self._examine(venv, target)
         with self._step("put the new program in place"):
             self._switch(venv)
+        if options.start and not options.root:
+            with self._step(f"try it for {options.health_s} s"):
+                self._await_verdict()
 
     def _inspect(self) -> Target:
         options = self._options
@@ -96,7 +109,7 @@ class Deployment:
         connection = Connection(options.host, options.ssh_options, inspecting)
         brought = "no" if options.settings is None else "yes"
         asked = (options.root, options.python, options.board, brought, *options.nodes)
-        ended = connection.script(["probe.sh"], *asked)
+        ended = connection.script(["units.sh", "probe.sh"], *asked)
         if ended.status != 0:
             raise DeploymentError(ended.reason, where=options.host, expected="a POSIX shell")
         target = Target.read(ended.out)
@@ -115,11 +128,20 @@ class Deployment:
             place.parent.mkdir()
             place.write_bytes(options.settings.read_bytes())
         self._packages = packages_of({options.kind, *target.kinds.split()})
+        self._add_way_back(parcel / "scripts")
         wheelhouse = parcel / "wheels"
         taken_along = with_local_dependencies(self._packages)
         return wheels.collect(
             self._commands, target.platform, options.wheel, wheelhouse, taken_along
         )
+
+    def _add_way_back(self, folder: Path) -> None:
+        """What takes a version back without either program, on the target."""
+        folder.mkdir()
+        for name in (*_OF_ROBOTS, "persisted.sh"):
+            (folder / name).write_bytes((Path(__file__).parent / name).read_bytes())
+        unit = files("firmware_runtime.host.installation") / "units" / WAY_BACK
+        (folder / WAY_BACK).write_bytes(unit.read_bytes())
 
     def _prepare(self) -> str:
         options = self._options
@@ -153,12 +175,33 @@ class Deployment:
     def _switch(self, venv: str) -> None:
         options = self._options
         start = "yes" if options.start else "no"
-        scripts = ["venvs.sh", "robots.sh", "switch.sh"]
-        ended = self.connection.script(scripts, options.root, venv, options.board, start)
+        scripts = [*_OF_ROBOTS, "switch.sh"]
+        arguments = (options.root, venv, options.board, start, str(options.health_s))
+        ended = self.connection.script(scripts, *arguments)
         self._log_all(ended.out)
         self._log_all(ended.error)
         if ended.status != 0:
             raise DeploymentError(ended.reason, where=options.host)
+
+    def _await_verdict(self) -> None:
+        """Wait for what the target itself decides; it does so without this computer, too."""
+        if self._commands.dry_run:
+            return
+        give_up_at = monotonic() + self._options.health_s + _LONGEST_VERDICT_S
+        while (update := update_of(self.connection)).state in {"staged", "trying"}:
+            if monotonic() > give_up_at:
+                raise DeploymentError(
+                    "no verdict on the new version",
+                    where=self._options.host,
+                    expected="one; see firmware-runtime deploy status HOST",
+                )
+            sleep(1.0)
+        self._log_all(update.reason)
+        if update.state != "committed":
+            back = "the one before is back" if update.state == "reverted" else update.state
+            raise DeploymentError(
+                f"the new version: {update.reason}; {back}", where=self._options.host
+            )
 
     @contextmanager
     def _step(self, what: str) -> Iterator[None]:

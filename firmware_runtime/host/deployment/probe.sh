@@ -33,6 +33,13 @@ main() {
 	fi
 	if [ -w "$(nearest "$home")" ]; then echo "writable yes"; else echo "writable"; fi
 	if [ -d /run/systemd/system ]; then echo "systemd yes"; else echo "systemd"; fi
+	program=$home/venv/bin/firmware-runtime
+	armed=
+	if [ -z "$root" ] && [ -d /run/systemd/system ] && [ -s "$program" ]; then
+		# shellcheck disable=SC2046 # one word a unit
+		armed=$(armed_among "$program" $(list_units) | tr '\n' ' ')
+	fi
+	echo "armed $armed"
 	if [ -e "$home/venv" ] && [ ! -L "$home/venv" ]; then echo "foreign $home/venv"; else echo "foreign"; fi
 	if [ -e "$root/etc/firmware-runtime/$board.toml" ]; then
 		echo "settings $root/etc/firmware-runtime/$board.toml"

@@ -1,16 +1,6 @@
 # Stopping and starting robots that systemd runs.
 # What makes them safe is $safe_program, the boards' settings are in $settings.
 
-list_units() { # of this project, that run now
-	systemctl list-units --plain --no-legend --full --state=active,activating,reloading \
-		'firmware-runtime@*' 'firmware-runtime-*@*' | awk '{ print $1 }'
-}
-
-board_of() { # the board of unit $1
-	board=${1#*@}
-	echo "${board%.service}"
-}
-
 stop_units() { # for reason $1 the units that follow, which run; guards last
 	# Fails if a board that ran cannot be made safe: then its guard goes on, and goes on trying.
 	reason=$1

@@ -1,5 +1,6 @@
-# Puts a new program in the place of the old: sh -s -- ROOT VENV BOARD START.
-# Robots that run are stopped first, and run again afterwards if START is yes. With a ROOT files are
+# Puts a new program in the place of the old: sh -s -- ROOT VENV BOARD START HEALTH.
+# Robots that run are stopped first, and run again afterwards if START is yes; then the new version is
+# tried for HEALTH seconds, and taken back where it does not prove itself. With a ROOT files are
 # written below it, and systemd is left alone.
 
 set -u
@@ -8,26 +9,64 @@ umask 022
 trap '' HUP PIPE
 
 main() {
-	root=${1%/} venv=$2 board=$3 start=$4
+	root=${1%/} venv=$2 board=$3 start=$4 health=$5
 	home=$root/opt/firmware-runtime
 	settings=$root/etc/firmware-runtime
 	program=$home/venv/bin/firmware-runtime
 	[ -d "$venv" ] || fail "$venv is gone; deploy again"
 	is_whole "$venv" || fail "$venv: files are missing or were changed since it was made; deploy again"
-	safe_program=$(sound_venv "$home/venv" "$venv")/bin/firmware-runtime
+	exec 9>"$home/update.lock"
+	flock --nonblock 9 || fail "an update is being tried; see firmware-runtime deploy status"
+	if [ -z "$root" ] && [ "$(field state)" = trying ]; then
+		read_state
+		revert "nobody waited for its verdict any more" || fail "$(field reason)"
+		venv=$2 board=$3
+	fi
+	before=$(readlink "$home/venv")
 	running=
 	if [ -z "$root" ]; then running=$(list_units); fi
-
 	# shellcheck disable=SC2086 # one word a unit
-	stop_units 'a new version' $running ||
+	armed=$(armed_among "$program" $running)
+	[ -z "$armed" ] || fail "$armed is armed, expected it disarmed: firmware-runtime disarm $armed"
+
+	{ keep_system && keep_figures && keep_way_back && set_state staged "it is whole"; } ||
+		fail "the way back could not be prepared, so the old program stays"
+	safe_program=$(sound_venv "$home/venv" "$venv")/bin/firmware-runtime
+	# shellcheck disable=SC2086
+	stop_units 'a new version' $running || {
+		set_state reverted "a robot could not be made safe"
 		fail "a robot could not be made safe, so the old program stays;" \
 			"cut the power of its motors, then deploy again"
-	before=$(readlink "$home/venv")
-	{ use_new_venv "$venv" && link_program && take_settings && install_service; } || go_back
-	# shellcheck disable=SC2086
-	if [ "$start" = yes ]; then start_units $running; fi
-	remove_other_venvs
+	}
+	{ set_state trying "its health is not known yet" && use_new_venv "$venv" && link_program &&
+		take_settings && install_service; } || go_back
+	if [ -n "$root" ] || [ "$start" = no ]; then
+		set_state committed "it was not started, so not tried"
+		remove_other_venvs
+	else
+		# shellcheck disable=SC2086
+		start_units $running
+		exec 9>&-
+		systemd-run --quiet --collect --unit=firmware-runtime-watch \
+			/bin/sh "$home/update.sh" watch "$health" || go_back
+	fi
 	sync # also what systemd has written
+}
+
+keep_figures() { # of the version in use, to compare with
+	"$program" stats "$board" --json >"$home/before.json" 2>/dev/null || rm -f "$home/before.json"
+}
+
+keep_way_back() { # what takes a version back, as this version does it, and the unit that starts it
+	cat "$home"/parcel/scripts/venvs.sh "$home"/parcel/scripts/units.sh "$home"/parcel/scripts/robots.sh \
+		"$home"/parcel/scripts/update.sh "$home"/parcel/scripts/persisted.sh >"$home/update.sh.new" &&
+		sync "$home/update.sh.new" && mv "$home/update.sh.new" "$home/update.sh"
+	units=$root/etc/systemd/system
+	mkdir -p "$units/basic.target.wants" && [ -s "$home/update.sh" ] &&
+		copy "$home/parcel/scripts/firmware-runtime-update.service" \
+			"$units/firmware-runtime-update.service" &&
+		ln -sfn ../firmware-runtime-update.service \
+			"$units/basic.target.wants/firmware-runtime-update.service" && sync -f "$units"
 }
 
 link_program() {
@@ -47,14 +86,12 @@ install_service() {
 }
 
 take_settings() { # those that came along, if any; those before are kept beside them
-	kept=
 	brought=$home/parcel/settings/$board.toml
 	there=$settings/$board.toml
 	[ -e "$brought" ] || return 0
 	mkdir -p "$settings"
 	if [ -e "$there" ] && ! cmp -s "$brought" "$there"; then
 		copy "$there" "$there.previous" || return
-		kept=$there.previous
 	fi
 	copy "$brought" "$there"
 }
@@ -64,15 +101,12 @@ copy() { # file $1 to $2, which is whole at any time: the one from before or thi
 }
 
 go_back() { # to the program from before; without one, what was installed stays for inspection
-	[ -n "$before" ] || fail "the service does not run; see firmware-runtime service logs $board"
-	use_venv "$before"
-	if [ -n "${kept:-}" ]; then copy "$kept" "$there"; fi
 	if [ -z "$root" ]; then
-		systemctl stop "firmware-runtime@$board.service"
-		# shellcheck disable=SC2086
-		start_units $running
+		revert "its service did not start"
+	else
+		take_back "its service was not installed"
 	fi
-	rm -rf "$venv"
+	[ -n "$before" ] || fail "the service does not run; see firmware-runtime service logs $board"
 	fail "the service does not run with the new program; the one from before is back"
 }
 

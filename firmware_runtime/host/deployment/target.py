@@ -95,6 +95,8 @@ class Target:
     """What stands where the link to the program belongs."""
     settings: str
     """The board's settings, on the target."""
+    armed: str
+    """Its robots that are armed, with blanks between."""
     lacking: str
     """The board's device nodes that are not there, with blanks between."""
     kinds: str
@@ -157,6 +159,8 @@ class Target:
             yield f"{free} MiB free for /opt/firmware-runtime; expected {ROOM_KIB // 1024}"
 
     def _lacks_as_a_robot(self) -> Iterator[str]:
+        for board in self.armed.split():
+            yield f"{board} is armed, expected it disarmed: firmware-runtime disarm {board}"
         if not self.superuser:
             yield (
                 "neither root nor sudo without a password; log in as root, or install Debian "

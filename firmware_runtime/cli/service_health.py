@@ -1,0 +1,59 @@
+"""`firmware-runtime service health BOARD`: whether an installed robot is healthy."""
+
+import argparse
+import sys
+from pathlib import Path
+
+from firmware_runtime.cli.arguments import SubParsers, add_verb, positive
+from firmware_runtime.errors import StatisticsFileError, Status
+from firmware_runtime.host.installation.health import complaints, not_compared, observed
+from firmware_runtime.statistics.figures import Figures, figures_of
+from firmware_runtime.statistics.summary import summary
+
+_ABOUT = """
+It must begin within a minute and run for the seconds asked, without a new kind of fault. Beside
+figures from before, as `stats --json` prints them, it must be late no more often, its steps no
+longer, and late for no new cause. Exit status: 0 if it is healthy, 6 if it does not run, 8 if not.
+"""
+
+
+def add_health_to(actions: SubParsers) -> None:
+    """Add this action to the verb."""
+    about = "Watch an installed robot for a while and say whether it is healthy."
+    verb = add_verb(actions, "health", about, _execute)
+    verb.epilog = _ABOUT
+    verb.add_argument("board", metavar="BOARD", help="a board's name, or a robot's own")
+    verb.add_argument(
+        "--for",
+        type=positive,
+        default=30.0,
+        dest="seconds",
+        metavar="SECONDS",
+        help="how long; default 30",
+    )
+    verb.add_argument(
+        "--before", type=Path, metavar="FILE", help="figures to compare with; none if not there"
+    )
+
+
+def _execute(arguments: argparse.Namespace) -> int:
+    try:
+        before = _figures_in(arguments.before)
+        found = observed(arguments.board, arguments.seconds)
+    except StatisticsFileError as error:
+        print(f"firmware-runtime: {error}", file=sys.stderr)
+        return Status.NOTHING_HAPPENED
+    wrong = list(complaints(found, before))
+    for each in wrong:
+        print(f"firmware-runtime: {each}", file=sys.stderr)
+    if wrong:
+        return Status.DOCTOR_FAILS
+    why = None if before is None else not_compared(found, before)
+    print(f"healthy for {arguments.seconds:g} s: {summary(found)}{f'; {why}' if why else ''}")
+    return Status.OK
+
+
+def _figures_in(file: Path | None) -> Figures | None:
+    if file is None or not file.exists():
+        return None
+    return figures_of(file.read_bytes(), str(file))

@@ -1,0 +1,12 @@
+
+umask 022
+home=$(dirname "$0")
+root=${home%/opt/firmware-runtime}
+settings=$root/etc/firmware-runtime
+case $1 in
+boot | watch | status) "$@" ;;
+*)
+	echo "expected boot, watch SECONDS or status" >&2
+	exit 2
+	;;
+esac

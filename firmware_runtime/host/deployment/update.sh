@@ -1,0 +1,124 @@
+# An update and the way back. How far it has come is in $home/update, on the disk before each step:
+#
+#   staged --robots stopped--> trying --it is healthy--> committed
+#   staged, trying --not healthy, no verdict in time, the computer restarted--> reverted
+#
+# A first version has none to go back to: what would be reverted is `unproved`, and stays.
+# As /opt/firmware-runtime/update.sh, with the scripts of venvs and robots before it, this is also what takes a
+# version back: sh update.sh boot | watch | status. That needs neither of the two programs.
+
+set_state() { # $1, because of $2
+	running=$(echo "$running" | tr '\n' ' ')
+	{
+		echo "state $1"
+		echo "board $board"
+		echo "new $venv"
+		echo "old $before"
+		echo "running $running"
+		echo "since $(date -u +%Y-%m-%dT%H:%M:%SZ)"
+		echo "reason $2"
+	} >"$home/update.new" && sync "$home/update.new" &&
+		mv "$home/update.new" "$home/update" && sync -f "$home"
+}
+
+field() { # of the update, by its name
+	sed -n "s/^$1 *//p" "$home/update" 2>/dev/null
+}
+
+read_state() { # what `set_state` wrote
+	board=$(field board) venv=$(field new) before=$(field old) running=$(field running)
+}
+
+of_system() { # what a version puts beside its program, as paths below $root; not the way back itself
+	(
+		cd "${root:-/}" || exit
+		for each in etc/systemd/system/firmware-runtime* etc/systemd/system/*.wants/firmware-runtime* \
+			etc/sysusers.d/firmware-runtime.conf etc/tmpfiles.d/firmware-runtime.conf \
+			etc/udev/rules.d/60-firmware-runtime.rules "etc/firmware-runtime/$board.toml"; do
+			case $each in
+			*/firmware-runtime-update.service) ;;
+			*) if [ -e "$each" ] || [ -L "$each" ]; then echo "$each"; fi ;;
+			esac
+		done
+	)
+}
+
+keep_system() { # of the version in use
+	of_system | tar -C "${root:-/}" -cf "$home/before.tar.new" -T - &&
+		sync "$home/before.tar.new" && mv "$home/before.tar.new" "$home/before.tar" && sync -f "$home"
+}
+
+restore_system() { # as it was kept; what came since goes
+	kept_names=$(tar -tf "$home/before.tar") || return
+	of_system | while read -r each; do
+		printf '%s\n' "$kept_names" | grep -qxF -e "$each" -e "$each/" || rm -rf "${root:-/}/$each"
+	done
+	tar -C "${root:-/}" -xf "$home/before.tar" && sync
+}
+
+take_back() { # the version in use, because of $1, while no robot runs
+	[ -n "$before" ] || {
+		set_state unproved "$1; there is no version before it"
+		return 1
+	}
+	use_venv "$before" || return
+	restore_system || return
+	set_state reverted "$1" || return
+	if [ "$(readlink "$home/previous")" = "$before" ]; then rm -f "$home/previous"; fi
+	rm -rf "$venv"
+}
+
+revert() { # as take_back, and the robots that ran run again; those of the new version are stopped
+	safe_program=$(sound_venv "$before" "$venv")/bin/firmware-runtime
+	# shellcheck disable=SC2046 # one word a unit
+	stop_units 'an update is taken back' $(list_units) || {
+		set_state trying "$1; a robot could not be made safe: cut the power of its motors"
+		return 1
+	}
+	take_back "$1" || return
+	systemctl daemon-reload
+	# shellcheck disable=SC2086 # one word a unit
+	start_units $running
+}
+
+boot() { # before any robot is started
+	case $(field state) in
+	staged | trying)
+		read_state
+		take_back "the computer restarted before the new version had proved itself" || return
+		systemctl daemon-reload
+		;;
+	esac
+}
+
+watch() { # for $1 seconds; whatever does not end well, or not in time, is taken back
+	seconds=$1
+	exec 9>"$home/update.lock"
+	flock 9
+	read_state
+	[ "$(field state)" = trying ] || return 0
+	said=$(timeout --kill-after=5 "$((seconds + 120))" "$venv/bin/firmware-runtime" service health "$board" \
+		--for "$seconds" --before "$home/before.json" 2>&1)
+	healthy=$?
+	last=$(printf '%s\n' "$said" | tail -n 1 | sed 's/^firmware-runtime: //')
+	case $healthy in
+	0) set_state committed "$last" && remove_other_venvs ;;
+	124 | 137) revert "no verdict on its health within $((seconds + 120)) s" ;;
+	*) revert "${last:-its health could not be told (status $healthy)}" ;;
+	esac
+}
+
+status() { # what is in use, what was before, and how the last update stands
+	for link in venv previous; do
+		folder=$(readlink "$home/$link") && echo "$link $(version_of "$folder") $folder"
+	done
+	cat "$home/update" 2>/dev/null || echo "state none"
+}
+
+version_of() { # of the program in $1
+	for each in "$1"/lib/python3*/site-packages/firmware_runtime-*.dist-info; do
+		[ -e "$each" ] || continue
+		each=${each##*/firmware_runtime-}
+		echo "${each%.dist-info}"
+	done
+}

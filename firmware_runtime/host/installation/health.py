@@ -1,0 +1,106 @@
+"""Whether a robot that a service runs is healthy, and its timing no worse than a version's before.
+
+    begins within WITHIN_S -> runs for the seconds asked -> no new fault in them, all chips answer;
+    beside figures from before: late no more often, its steps no longer, late for no new cause
+
+Timing is compared as far as half a minute can tell: what is worse by less than the allowances below
+is not. Figures of another board, or of a computer that differs, are not compared.
+"""
+
+from collections.abc import Iterator
+from time import monotonic, sleep
+from typing import Final
+
+from firmware_runtime.errors import StatisticsFileError
+from firmware_runtime.statistics.comparison import difference
+from firmware_runtime.statistics.figures import Figures
+from firmware_runtime.statistics.paths import find_statistics
+from firmware_runtime.statistics.reader import read_statistics
+from firmware_runtime.statistics.statistics import Statistics
+
+WITHIN_S: Final = 60.0
+"""How long a service may take to its first activations."""
+LOOK_S: Final = 1.0
+FAULT_SHARE: Final = 0.05
+"""A kind of fault that was not there before counts from this share of a model's activations on: a
+busy computer misses a sample now and then."""
+LATE_SHARE: Final = 0.02
+"""So much larger may be the share of activations that were late."""
+LONGER: Final = 1.5
+"""So many times longer may a step be, at its median,"""
+LONGER_US: Final = 200.0
+"""or by so much."""
+NEW_CAUSE_SHARE: Final = 0.01
+"""A cause that was not there before counts from this share of all steps on."""
+_ALIKE: Final = ("board", "machine", "model", "governor", "clock")
+
+
+def observed(board: str, seconds: float) -> Figures:
+    """Return the figures of so many seconds of a run, once it has begun.
+
+    Raises StatisticsFileError where it does not begin, or ends.
+    """
+    give_up_at = monotonic() + WITHIN_S
+    while (first := _begun(board)) is None:
+        if monotonic() > give_up_at:
+            raise StatisticsFileError(
+                f"no activation within {WITHIN_S:g} s", where=board, expected="a run under way"
+            )
+        sleep(LOOK_S)
+    sleep(seconds)
+    last = _begun(board)
+    if last is None:
+        raise StatisticsFileError("the run has ended", where=board, expected="it to go on")
+    return difference(last, first).figures()
+
+
+def _begun(board: str) -> Statistics | None:
+    """Return the statistics of the run under way, once it has done a step."""
+    try:
+        found = read_statistics(find_statistics(board))
+    except StatisticsFileError:
+        return None
+    figures = found.figures()
+    begun = figures.run > 0 or figures.conditions.run.steps > 0
+    return found if begun and found.writer_alive else None
+
+
+def complaints(figures: Figures, before: Figures | None) -> Iterator[str]:
+    """Yield what is wrong with a run, and what is worse than before; nothing if it is healthy."""
+    for model, kinds in figures.faults.items():
+        known = {} if before is None else before.faults.get(model, {})
+        tolerated = FAULT_SHARE * figures.models[model].run
+        for kind, fault in kinds.items():
+            if fault.count > tolerated and kind not in known:
+                yield f"{model}: {fault.count} times {kind}; {fault.last}"
+    if before is not None and not _differing(figures, before):
+        yield from _slower(figures, before)
+
+
+def not_compared(figures: Figures, before: Figures) -> str | None:
+    """Return why timing was not compared, if it was not."""
+    differing = _differing(figures, before)
+    return f"{', '.join(differing)} differ from before" if differing else None
+
+
+def _differing(figures: Figures, before: Figures) -> list[str]:
+    now, then = figures.conditions, before.conditions
+    return [name for name in _ALIKE if now.text(name) != then.text(name)]
+
+
+def _slower(figures: Figures, before: Figures) -> Iterator[str]:
+    now, then = _late_share(figures), _late_share(before)
+    if now > then + LATE_SHARE:
+        yield f"{now:.1%} of its activations are late, {then:.1%} were before"
+    step, usual = figures.step_us.p50, before.step_us.p50
+    if step is not None and usual is not None and step > max(usual * LONGER, usual + LONGER_US):
+        yield f"a step takes {step:.0f} us at its median, {usual:.0f} us before"
+    steps = max(figures.conditions.run.steps, 1)
+    known = before.late_by_cause or {}
+    for cause, count in (figures.late_by_cause or {}).items():
+        if not known.get(cause) and count / steps > NEW_CAUSE_SHARE:
+            yield f"{count} steps were late by {cause}, none was before"
+
+
+def _late_share(figures: Figures) -> float:
+    return figures.overruns / figures.run if figures.run else 0.0
