@@ -112,7 +112,7 @@ def test_units_are_the_files_at_the_top_of_the_repository() -> None:
     packaged = files("firmware_runtime.host.installation") / "units"
     top = {path.name: path.read_text() for path in (REPOSITORY / "systemd").iterdir()}
     assert {each.name: each.read_text() for each in packaged.iterdir()} == top
-    assert len(top) == 9
+    assert len(top) == 10
 
 
 def test_a_service_that_is_ready_says_so_and_shows_itself() -> None:
