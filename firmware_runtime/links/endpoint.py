@@ -1,14 +1,16 @@
 """Addresses of UDP, `ADDRESS:PORT` on the command line: IPv4, IPv6 in brackets, or a name."""
 
 import socket
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from ipaddress import ip_address
-from typing import Any, TypeAlias
+from typing import Any, Final, TypeAlias
 
 from firmware_runtime.errors import ConfigError
 
 _HIGHEST_PORT = 0xFFFF
+AT_ONCE: Final = 64
+"""Datagrams of a socket that are read before others have their turn."""
 UdpAddress: TypeAlias = tuple[Any, ...]
 """An address as sockets have it: host, port, and of IPv6 two numbers more."""
 
@@ -64,6 +66,22 @@ def bound(option: str, at: Endpoint) -> socket.socket:
 def connected(option: str, to: Endpoint) -> socket.socket:
     """Return a UDP socket that sends to an address alone, and never blocks; raises ConfigError."""
     return _made(option, to, "a way there", lambda made: made.connect(to.where))
+
+
+def datagrams(
+    udp: socket.socket, longest: int, most: int = AT_ONCE
+) -> Iterator[tuple[bytes, UdpAddress]]:
+    """Yield what has come to a socket that never blocks, and from where; some of it at a time.
+
+    What an earlier datagram of ours met on its way is passed over.
+    """
+    for _ in range(most):
+        try:
+            yield udp.recvfrom(longest)
+        except BlockingIOError:
+            return
+        except OSError:
+            continue
 
 
 def _made(

@@ -1,6 +1,5 @@
 """docs/wire.md suffices to write an end: its vectors are made anew, and a robot's end is driven."""
 
-import hmac
 import re
 import signal
 from contextlib import closing
@@ -9,32 +8,33 @@ from pathlib import Path
 import pytest
 
 from firmware_runtime.links.key_file import write_key
+from tests.support.hostile.frames import BYE, HELLO, STEP, Entry, Fields, frame, pack, step
 from tests.support.linked_runs import free_port, linked
-from tests.support.peer_by_hand import BYE, HEAD, HELLO, STEP, PeerByHand, entry, pack
+from tests.support.peer_by_hand import PeerByHand
 from tests.support.waiting import wait_until
 
 PAGE = Path(__file__).parents[2] / "docs/wire.md"
 ONE, TWO = 0x1111111111111111, 0x2222222222222222
-
-
-def head(kind: int, ports: int, peer: int, counter: int, sent_at: int, *rest: int) -> bytes:
-    return HEAD.pack(b"FWL3", kind, 0, ports, ONE, peer, counter, sent_at, *rest)
-
-
 VECTORS = {
-    "hello": head(HELLO, 0, 0, 1, 10**9, 0, 0, 0, 0, 0, 0, 0, 0, 0)
-    + pack([bytes(32), [1], "tachobot", "robot", "boot", 0, False]),
-    "step": head(
-        *(STEP, 2, TWO, 7, 1_500_000_000),
+    "hello": Fields(
+        *(HELLO, ONE, 0, 1, 10**9),
+        body=pack([bytes(32), [1], "tachobot", "robot", "boot", 0, False]),
+    ),
+    "step": Fields(
+        *(STEP, ONE, TWO, 7, 1_500_000_000),
         *(1_400_000_000, 250_000, 9, 0b11),
         *(1_499_900_000, 3, 1_499_800_000, 2, 1),
-    )
-    + entry(1, 3, 0, [[0.5, -1.25]])
-    + entry(4, 2, 1, ["stop", "turn"]),
-    "step, signed": head(STEP, 1, TWO, 8, 1_600_000_000, 0, 0, 0, 0, 1_600_000_000, 4, 0, 0, 0)
-    + entry(0, 1, 0, [1.0]),
-    "bye": head(BYE, 0, TWO, 9, 1_700_000_000, 0, 0, 0, 0, 0, 0, 0, 0, 0)
-    + pack(["SIGTERM", False, False]),
+        ports=2,
+        body=step(Entry(1, 3, 0, pack([[0.5, -1.25]])), Entry(4, 2, 1, pack(["stop", "turn"]))),
+    ),
+    "step, signed": Fields(
+        *(STEP, ONE, TWO, 8, 1_600_000_000),
+        origin=1_600_000_000,
+        step=4,
+        ports=1,
+        body=step(Entry(0, 1, 0, pack([1.0]))),
+    ),
+    "bye": Fields(BYE, ONE, TWO, 9, 1_700_000_000, body=pack(["SIGTERM", False, False])),
 }
 
 
@@ -42,9 +42,8 @@ VECTORS = {
 def test_a_vector_of_the_page_is_what_its_words_make(name: str) -> None:
     found = re.search(rf"^{name}:\n\n((?:    [0-9a-f ]+\n)+)", PAGE.read_text(), re.MULTILINE)
     assert found is not None
-    plain = VECTORS[name]
-    tag = hmac.digest(bytes(range(32)), plain, "sha256") if "signed" in name else b""
-    assert bytes.fromhex(found[1]) == plain + tag
+    key = bytes(range(32)) if "signed" in name else None
+    assert bytes.fromhex(found[1]) == frame(VECTORS[name], key)
 
 
 @pytest.mark.slow

@@ -24,10 +24,10 @@ from typing import Final
 from firmware_runtime.devs.time import MILLISECOND, SECOND
 from firmware_runtime.links.bridge.broadcast import Broadcast, Carried, Route
 from firmware_runtime.links.bridge.signatures import NotAcquainted, Refused, Signed, Unsigned
-from firmware_runtime.links.endpoint import UdpAddress, bound, written
+from firmware_runtime.links.endpoint import UdpAddress, bound, datagrams, written
 from firmware_runtime.links.ports.datagrams import Ask, Refusal, message_of, understood
 from firmware_runtime.links.ports.outgoing import WATCHED_FOR
-from firmware_runtime.links.ports.robot_end import AT_ONCE, RobotEnd
+from firmware_runtime.links.ports.robot_end import RobotEnd
 
 POLL_EVERY: Final = 250 * MILLISECOND
 """Ns from one poll whether there is a run to the next."""
@@ -171,11 +171,7 @@ class Bridge:
     # ----------------------------------------------------------------------------------------------
 
     def _from_udp(self) -> None:
-        for _ in range(AT_ONCE):
-            try:
-                datagram, address = self._udp.recvfrom(self._admission.longest + 1)
-            except OSError:
-                return
+        for datagram, address in datagrams(self._udp, self._admission.longest + 1):
             try:
                 self._carry(*self._admission.admit(datagram), address)
             except NotAcquainted as why:

@@ -29,13 +29,11 @@ from typing import Any, Final, Literal, TypeAlias
 
 from firmware_runtime.devs.time import MICROSECOND, MILLISECOND, SECOND
 from firmware_runtime.errors import ConfigError, suggested
-from firmware_runtime.links.endpoint import Endpoint, bound, endpoint, written
+from firmware_runtime.links.endpoint import Endpoint, bound, datagrams, endpoint, written
 from firmware_runtime.system.signals import until_signal
 
 LARGEST: Final = 1 << 16
 MOST_WAITING: Final = 10_000
-AT_ONCE: Final = 64
-"""Datagrams read of one socket before the other has its turn."""
 POLL_S: Final = 1.0
 
 
@@ -244,11 +242,7 @@ class ImpairedPath:
 
     def _receive(self, at: socket.socket, way: OneWay, answers: OneWay | None, now: int) -> None:
         """Take what has come; `answers` learn where it came from."""
-        for _ in range(AT_ONCE):
-            try:
-                datagram, address = at.recvfrom(LARGEST)
-            except OSError:  # none is left, or an address refused one of ours
-                return
+        for datagram, address in datagrams(at, LARGEST):
             if answers is not None:
                 answers.address = address
             way.take(datagram, now)

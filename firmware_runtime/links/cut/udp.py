@@ -43,10 +43,9 @@ from firmware_runtime.links.cut.wire import (
     opened,
     sealed,
 )
-from firmware_runtime.links.endpoint import UdpAddress, bound, endpoint
+from firmware_runtime.links.endpoint import AT_ONCE, UdpAddress, bound, datagrams, endpoint
 from firmware_runtime.links.key_file import read_key
 
-AT_ONCE: Final = 64
 SESSIONS: Final = 16
 """How many sessions of other ends are kept apart; the one that was quiet longest makes room, unless
 it is the run's peer."""
@@ -154,13 +153,7 @@ class Carrier:
     # From the network -----------------------------------------------------------------------------
 
     def _from_udp(self) -> None:
-        for _ in range(AT_ONCE):
-            try:
-                datagram, address = self._udp.recvfrom(LONGEST + 1)
-            except BlockingIOError:
-                return
-            except OSError:  # what an earlier datagram met on its way
-                continue
+        for datagram, address in datagrams(self._udp, LONGEST + 1):
             self.take(datagram, address)
 
     def take(self, datagram: bytes, address: UdpAddress) -> None:

@@ -11,7 +11,6 @@ To the loop each port is a source, and the link a hook that sends between two st
 import socket
 from collections import deque
 from collections.abc import Sequence
-from contextlib import suppress
 from functools import partial
 from typing import Any, Final, TypeAlias
 
@@ -20,7 +19,7 @@ from firmware_runtime.devs.coupled import Coupled, with_all_below
 from firmware_runtime.devs.ports import InPort, Owner
 from firmware_runtime.executive.clocks import Clock, VirtualClock
 from firmware_runtime.executive.executive import Executive
-from firmware_runtime.links.endpoint import Endpoint, bound
+from firmware_runtime.links.endpoint import AT_ONCE, Endpoint, bound, datagrams
 from firmware_runtime.models.dover import DoverBlock, RcvDover, SndDover
 
 LOOPBACK: Final = "127.0.0.1"
@@ -28,8 +27,6 @@ NEWEST: Final = 8
 """Texts of one port that enter the model at once; older ones that came with them are dropped."""
 ROOM: Final = 256
 """Texts that may wait to be sent; then the oldest makes room."""
-AT_ONCE: Final = 64
-"""Datagrams of one port that are read in one pass of the loop."""
 _LONGEST: Final = 256
 """Bytes that are read of a datagram: more than any text that is a number."""
 
@@ -142,11 +139,7 @@ def bound_to(udp_port: int, option: str) -> socket.socket:
 
 def waiting_in(taken: socket.socket, most: int) -> list[bytes]:
     """Return the datagrams that have come, `most` of them, without waiting."""
-    texts: list[bytes] = []
-    with suppress(OSError):
-        while len(texts) < most:
-            texts.append(taken.recv(_LONGEST))
-    return texts
+    return [text for text, _ in datagrams(taken, _LONGEST, most)]
 
 
 def _is_coupled(block: DoverBlock) -> bool:

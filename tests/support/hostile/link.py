@@ -35,7 +35,7 @@ from tests.support.hostile.peer_frames import PeerFrames
 from tests.support.hostile.robot_end import TIMEOUT, RobotEnd
 from tests.support.hostile.sweep import ACCEPTED, NO_VALUE, Attempt
 
-OWN_PORTS = array(b"\x00", b"\x01", b"\x02")
+OWN_PORTS = [0, 1, 2]
 """The numbers of what the peer sends: motion, turn and yaw."""
 OLD = (TIMEOUT + 50 * MS, 10**13)
 """How much older what is too old can be, ns."""
@@ -53,7 +53,7 @@ class LinkTarget:
         self._hellos = {
             fits: "",
             hello(bytes(32), OWN_PORTS): "other_cut",
-            hello(link.cut.digest, array(b"\x03")): "other_cut",
+            hello(link.cut.digest, [3]): "other_cut",
             fits[:-1]: "malformed",
             fits + b"\x00": "malformed",
             b"": "malformed",

@@ -75,13 +75,17 @@ class PeerFrames:
             sent_at,
             now - 2 * way - held,
             held,
-            ports,
-            sent_at - old - self._random.randrange(2 * MS),
-            self._steps,
-            body,
-            flags,
-            *(() if missing is None else (sent_at - missing[0], *missing[1:])),
+            origin=sent_at - old - self._random.randrange(2 * MS),
+            step=self._steps,
+            ports=ports,
+            body=body,
+            flags=flags,
         )
+        if missing is not None:
+            since, sequence, port = missing
+            fields = fields._replace(
+                missing_since=sent_at - since, missing=sequence, missing_port=port
+            )
         made = frame(fields, key)
         if key is KEY and self._random.random() < 0.02:
             self.recorded = [*self.recorded[-500:], made]
