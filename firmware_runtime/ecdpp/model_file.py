@@ -57,20 +57,13 @@ def read_model(
     path: Path, classes: Mapping[str, AtomicClass], warnings: Warnings | None = None
 ) -> Coupled:
     """The file's top model, of these atomic classes; raises ConfigError with every fault found."""
-    return read_file(path, classes, warnings).model
+    warnings = warnings or Warnings()
+    return parse_file(read_text(path, warnings), str(path), classes, warnings).model
 
 
 def parse_model(text: str, source: str, classes: Mapping[str, AtomicClass]) -> Coupled:
     """The text's top model; `source` names it in a ConfigError."""
     return parse_file(text, source, classes).model
-
-
-def read_file(
-    path: Path, classes: Mapping[str, AtomicClass], warnings: Warnings | None = None
-) -> FileModel:
-    """The file's top model and how it was made; raises ConfigError with every fault found."""
-    warnings = warnings or Warnings()
-    return parse_file(read_text(path, warnings), str(path), classes, warnings)
 
 
 def parse_file(

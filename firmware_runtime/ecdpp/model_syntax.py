@@ -167,16 +167,15 @@ T = TypeVar("T")
 
 def declare_ports(model: Coupled, section: Section) -> Iterator[tuple[int, str]]:
     """Give the model its ports; yields each fault and its line."""
-    for entry in section.inputs:
-        if fault := _taken(model.in_ports, entry):
-            yield entry.line, fault
-        else:
-            model.in_port(entry.key, _narrowest(_types_ahead(model, section, entry.key)))
-    for entry in section.outputs:
-        if fault := _taken(model.out_ports, entry):
-            yield entry.line, fault
-        else:
-            model.out_port(entry.key, _widest(_types_behind(model, section, entry.key)))
+    for is_input, entries in ((True, section.inputs), (False, section.outputs)):
+        for entry in entries:
+            ports: Mapping[str, AnyPort] = model.in_ports if is_input else model.out_ports
+            if look_up(ports, entry.key) is not None:
+                yield entry.line, f"port {entry.key!r} is declared twice"
+            elif is_input:
+                model.in_port(entry.key, _narrowest(_types_ahead(model, section, entry.key)))
+            else:
+                model.out_port(entry.key, _widest(_types_behind(model, section, entry.key)))
 
 
 def draw_links(model: Coupled, section: Section) -> Iterator[tuple[int, str]]:
@@ -191,10 +190,6 @@ def draw_links(model: Coupled, section: Section) -> Iterator[tuple[int, str]]:
             model.couple(_source(model, source), _end(model, end))
         except (CouplingError, LookupError) as error:
             yield line, f"Link: {error.args[0]}"
-
-
-def _taken(ports: Mapping[str, AnyPort], entry: Entry) -> str:
-    return "" if look_up(ports, entry.key) is None else f"port {entry.key!r} is declared twice"
 
 
 # From references to ports -----------------------------------------------------------------------

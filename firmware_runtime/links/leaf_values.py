@@ -37,10 +37,13 @@ class Form(NamedTuple):
 # What was decoded ---------------------------------------------------------------------------------
 
 
+_ARTICLES: Final = {list: "an array", dict: "an object"}
+
+
 def unpack_plain(kind: type[Any], found: object) -> Any:  # noqa: ANN401 -- of that class
-    """Return what must be of this very class. Raises TypeError."""
+    """Return what must be of this very class: a text is a sequence too. Raises TypeError."""
     if type(found) is not kind:
-        raise TypeError(f"{found!r:.40}: expected {kind.__name__}")
+        raise TypeError(f"{found!r:.40}: expected {_ARTICLES.get(kind, kind.__name__)}")
     return found
 
 
@@ -63,20 +66,6 @@ def unpack_int(found: object, *, in_json: bool) -> int:
     if in_json and number not in _INT64:
         raise ValueError(f"{number!r:.40}: expected a whole number of 64 bits")
     return number
-
-
-def array_in(found: object) -> list[Any]:
-    """Return what must be an array: a text is a sequence too. Raises TypeError."""
-    if not isinstance(found, list):
-        raise TypeError(f"{found!r:.40}: expected an array")
-    return found
-
-
-def object_in(found: object) -> dict[str, Any]:
-    """Return what must be an object. Raises TypeError."""
-    if not isinstance(found, dict):
-        raise TypeError(f"{found!r:.40}: expected an object")
-    return found
 
 
 # Records ------------------------------------------------------------------------------------------
@@ -182,14 +171,6 @@ def array_of(found: Ext) -> Any:  # noqa: ANN401 -- as above
 def same(value: object) -> object:
     """Return the value itself."""
     return value
-
-
-def at_place(place: object, form: Form, found: object) -> Any:  # noqa: ANN401 -- of the form's type
-    """Read a part of a value; a fault in it is named with its place."""
-    try:
-        return form.unpack(found)
-    except Exception as error:
-        raise ValueError(f"{place}: {error}") from error
 
 
 def first_that_fits(forms: list[Form], found: object) -> object:

@@ -50,9 +50,7 @@ from firmware_runtime.links.leaf_values import (
     SUBCLASS,
     Form,
     any_of,
-    array_in,
     array_of,
-    at_place,
     class_name,
     decode,
     default_text,
@@ -61,7 +59,6 @@ from firmware_runtime.links.leaf_values import (
     first_that_fits,
     is_array,
     is_record,
-    object_in,
     pack_array,
     pack_int,
     same,
@@ -173,21 +170,22 @@ class _Codec:
             return [form.pack(getattr(value, name)) for name, form in forms.items()]
 
         def unpack_array(found: list[Any]) -> object:
-            made = zip(forms.items(), array_in(found), strict=True)
+            made = zip(forms.items(), unpack_plain(list, found), strict=True)
             return kind(**{name: form.unpack(each) for (name, form), each in made})
 
         def unpack_object(found: object) -> object:
-            for name in object_in(found).keys() - forms.keys():
-                raise ValueError(f"{name}: unknown field")
+            made = {}
+            for name, each in unpack_plain(dict, found).items():
+                if name not in forms:
+                    raise ValueError(f"{name}: unknown field")
+                try:
+                    made[name] = forms[name].unpack(each)
+                except Exception as error:
+                    raise ValueError(f"{name}: {error}") from error
             for name, default in defaults.items():
-                if default is REQUIRED and name not in object_in(found):
+                if default is REQUIRED and name not in made:
                     raise ValueError(f"{name}: missing")
-            return kind(
-                **{
-                    name: at_place(name, forms[name], each)
-                    for name, each in object_in(found).items()
-                }
-            )
+            return kind(**made)
 
         shown = {
             name: default_text(each) if self._in_json else "" for name, each in defaults.items()
@@ -209,7 +207,8 @@ class _Codec:
             self._named(tuple, f"[{', '.join(form.text for form in forms)}]"),
             lambda value: [form.pack(each) for form, each in zip(forms, value, strict=True)],
             lambda found: tuple(
-                form.unpack(each) for form, each in zip(forms, array_in(found), strict=True)
+                form.unpack(each)
+                for form, each in zip(forms, unpack_plain(list, found), strict=True)
             ),
         )
 
@@ -219,7 +218,7 @@ class _Codec:
         return Form(
             self._named(kind, f"[{form.text}, ...]"),
             lambda value: [form.pack(each) for each in value],
-            lambda found: kind(map(form.unpack, array_in(found))),
+            lambda found: kind(map(form.unpack, unpack_plain(list, found))),
         )
 
     def map_(self, parts: tuple[Hint, ...]) -> Form:
@@ -232,7 +231,7 @@ class _Codec:
             lambda value: {name: form.pack(each) for name, each in value.items()},
             lambda found: {
                 unpack_plain(str, name): form.unpack(each)
-                for name, each in object_in(found).items()
+                for name, each in unpack_plain(dict, found).items()
             },
         )
 
