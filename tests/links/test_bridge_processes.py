@@ -41,10 +41,19 @@ def end_of(run: "subprocess.Popen[bytes]") -> dict[str, Any]:
     return report
 
 
-def test_a_reference_set_over_udp_turns_the_command_that_is_watched(robot: BridgedRun) -> None:
+def test_a_reference_set_over_udp_turns_the_command_and_each_sender_is_answered_alone(
+    robot: BridgedRun,
+) -> None:
     run, bridge = robot.run(), robot.bridge()
-    talker = robot.talker(address(bridge))
+    where = address(bridge)
+    talker, other = robot.talker(where), robot.talker(where)
     line(bridge, "a run listens")
+    other.say({"port": "nothing", "value": 1})
+    ports = talker.ask({"list": True})["ports"]
+    assert {"name": "yaw_reference", "direction": "in", "type": "float"} in ports
+    assert {"name": "imu.sample", "direction": "out", "type": "InertialSample"} in ports
+    assert "no such input port" in other.receive()["error"]
+    assert talker.ask({"list": True})["counts"]["refused"] == 1
     watched = ["controller.yaw.command_n"]
     assert talker.ask({"watch": watched}) == {"watching": watched, "for_s": 10}
     received = [talker.receive()]
@@ -55,22 +64,14 @@ def test_a_reference_set_over_udp_turns_the_command_that_is_watched(robot: Bridg
     assert {message["port"] for message in received} == {*watched}
     instants = [message["t_ns"] for message in received]
     assert instants == sorted(set(instants))
+    process = Path("/proc", str(run.pid))
+    before = sockets_of(process)
+    unix = {row.split()[6] for row in (process / "net" / "unix").read_text().splitlines()[1:]}
+    lasting = before & sockets_of(process)
+    assert lasting
+    assert lasting <= unix, "the run itself knows nothing of UDP"
     assert stop(bridge, signal.SIGTERM)[0] == 0
     end_of(run)
-
-
-def test_each_sender_is_answered_alone(robot: BridgedRun) -> None:
-    robot.run()
-    bridge = robot.bridge()
-    where = address(bridge)
-    line(bridge, "a run listens")
-    one, two = robot.talker(where), robot.talker(where)
-    one.say({"port": "nothing", "value": 1})
-    ports = two.ask({"list": True})["ports"]
-    assert {"name": "yaw_reference", "direction": "in", "type": "float"} in ports
-    assert {"name": "imu.sample", "direction": "out", "type": "InertialSample"} in ports
-    assert "no such input port" in one.receive()["error"]
-    assert two.ask({"list": True})["counts"]["refused"] == 1
 
 
 def test_peers_receive_without_asking_across_a_restart_of_the_run(robot: BridgedRun) -> None:
@@ -78,7 +79,8 @@ def test_peers_receive_without_asking_across_a_restart_of_the_run(robot: Bridged
         peer.bind(("::1", 0))
         peer.settimeout(PATIENCE_S)
         peer_at = f"[::1]:{peer.getsockname()[1]}"
-        bridge = robot.bridge("--peer", peer_at, "--watch", "imu.sample", "--every", "5")
+        words = ("--peer", peer_at, "--watch", "imu.sample", "--every", "5")
+        bridge = robot.bridge(*words, listen="[::1]:0")
         talker = robot.talker(address(bridge))
         line(bridge, r"no run listens \(No such file or directory\); waiting for one")
         assert "no run listens" in talker.ask({"list": True})["error"]
@@ -145,17 +147,6 @@ def test_ten_thousand_datagrams_and_a_deaf_watcher_leave_the_run_as_it_is(
     assert statistics["conditions"]["run"]["inputs_dropped"] == 0
 
 
-def test_every_socket_of_the_run_is_a_unix_socket(robot: BridgedRun) -> None:
-    run, bridge = robot.run(), robot.bridge()
-    line(bridge, "a run listens")
-    process = Path("/proc", str(run.pid))
-    before = sockets_of(process)
-    unix = {row.split()[6] for row in (process / "net" / "unix").read_text().splitlines()[1:]}
-    lasting = before & sockets_of(process)
-    assert lasting
-    assert lasting <= unix
-
-
 def sockets_of(process: Path) -> set[str]:
     """The inodes of a process's sockets, given its folder in /proc."""
     inodes = set()
@@ -164,11 +155,6 @@ def sockets_of(process: Path) -> set[str]:
             found = re.fullmatch(r"socket:\[(\d+)\]", str(descriptor.readlink()))
             inodes |= {found[1]} if found else set()
     return inodes
-
-
-def test_it_listens_on_ipv6_too(robot: BridgedRun) -> None:
-    bridge = robot.bridge(listen="[::1]:0")
-    assert "no run listens" in robot.talker(address(bridge)).ask({"list": True})["error"]
 
 
 def reported_until(manager: socket.socket, last: str) -> list[str]:

@@ -40,15 +40,21 @@ def stats(robot: RosProcesses) -> dict[str, Any]:
     return found
 
 
-def test_they_are_the_numbers_of_stats(robot: RosProcesses, user: RosUser) -> None:
-    run = started(robot)
+def test_they_are_stale_without_a_run_and_else_the_numbers_of_stats(
+    robot: RosProcesses, user: RosUser
+) -> None:
     robot.node()
     received = Listener(user)
+    (status,) = received.next().values()
+    assert (status.name, status.level) == ("tachobot: run", STALE)
+    run = started(robot)
+    wait_until(lambda: received.next()["tachobot: run"].level != STALE, "the run is seen")
     assert received.next()["tachobot: run"].hardware_id == "tachobot"
     run.kill()  # from then on they stay as they are
     run.wait()
     wait_until(lambda: received.next()["tachobot: run"].level == STALE, "the run is gone")
     statuses, printed = received.next(), stats(robot)
+    assert "died" in statuses["tachobot: run"].message
     for path, model in printed["models"].items():
         said = {each.key: each.value for each in statuses[f"tachobot: {path}"].values}
         assert said == dict(flat({**model, "faults": printed["faults"].get(path, {})}))
@@ -69,18 +75,6 @@ def test_a_run_that_stands_still_is_an_error(robot: RosProcesses, user: RosUser)
         lambda: "stands still" in received.next()["tachobot: run"].message, "it stands still"
     )
     assert received.next()["tachobot: run"].level == ERROR
-
-
-def test_they_are_stale_without_a_run(robot: RosProcesses, user: RosUser) -> None:
-    robot.node()
-    received = Listener(user)
-    (status,) = received.next().values()
-    assert (status.name, status.level) == ("tachobot: run", STALE)
-    run = started(robot)
-    wait_until(lambda: received.next()["tachobot: run"].level != STALE, "the run is seen")
-    run.kill()
-    wait_until(lambda: received.next()["tachobot: run"].level == STALE, "the run is gone")
-    assert "died" in received.next()["tachobot: run"].message
 
 
 def test_topics_of_a_node_that_is_configured_are_counted(

@@ -60,7 +60,7 @@ def test_a_node_is_configured_only_when_its_run_is_there(
     assert user.state(NODE) == "unconfigured"
 
 
-def test_a_transition_that_the_state_has_not_is_refused_and_ends_no_node(
+def test_an_active_node_is_an_armed_robot_and_a_transition_that_it_has_not_ends_neither(
     robot: RosProcesses, user: RosUser
 ) -> None:
     started(robot, *FREE)
@@ -74,6 +74,10 @@ def test_a_transition_that_the_state_has_not_is_refused_and_ends_no_node(
     assert is_armed(robot)
     assert user.change_by_number(NODE, Transition.TRANSITION_DEACTIVATE)
     assert not is_armed(robot)
+    assert user.state(NODE) == "inactive"
+    assert user.change(NODE, "activate")
+    assert user.change(NODE, "deactivate")
+    assert not is_armed(robot)
 
 
 def test_activation_is_refused_with_the_sentences_of_the_run(
@@ -86,17 +90,6 @@ def test_activation_is_refused_with_the_sentences_of_the_run(
     assert "the guard is absent" in line(node, "activate refused")
     assert user.state(NODE) == "inactive"
     assert not is_armed(robot)
-
-
-def test_an_active_node_is_an_armed_robot(robot: RosProcesses, user: RosUser) -> None:
-    started(robot, *FREE)
-    robot.node(*PATIENT)
-    activate(user)
-    assert user.state(NODE) == "active"
-    assert is_armed(robot)
-    assert user.change(NODE, "deactivate")
-    assert not is_armed(robot)
-    assert user.state(NODE) == "inactive"
 
 
 @pytest.mark.parametrize("is_active", [False, True])

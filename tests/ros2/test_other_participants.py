@@ -5,13 +5,13 @@ from pathlib import Path
 import pytest
 from rcl_interfaces.msg import Parameter, ParameterValue
 from rcl_interfaces.srv import SetParameters
-from rclpy.executors import SingleThreadedExecutor
 from rclpy.parameter import Parameter as Value
 
 from firmware_runtime.links.ros2.__main__ import topics_of_plan
 from firmware_runtime.links.ros2.node import RobotNode
 from tests.ros2.test_lifecycle import NODE
 from tests.support.bridged_run import line
+from tests.support.parrot_node import spinning
 from tests.support.replies import Replies
 from tests.support.ros_processes import RosProcesses
 from tests.support.ros_user import RosUser
@@ -34,15 +34,8 @@ def test_a_clock_of_ros_that_stands_still_keeps_no_node_from_its_run(
 ) -> None:
     """All may set use_sim_time; nothing publishes /clock here."""
     node.set_parameters([Value("use_sim_time", value=True)])
-    executor = SingleThreadedExecutor()
-    executor.add_node(node)
-    with Replies(tmp_path / "parrot.stats") as run:
-        for _ in range(100 * PATIENCE_S):
-            if run.has_request():
-                break
-            executor.spin_once(timeout_sec=0.01)
-        assert run.requests()
-    executor.shutdown()
+    with Replies(tmp_path / "parrot.stats") as run, spinning(node) as until:
+        until(run.has_request)
 
 
 @pytest.mark.parametrize("node", [["--ros-args", "-r", "cmd_vel:=/mux/cmd_vel"]], indirect=True)

@@ -2,7 +2,6 @@
 
 from typing import Any
 
-import pytest
 from rcl_interfaces.msg import Parameter, ParameterValue
 from rcl_interfaces.srv import (
     DescribeParameters,
@@ -37,51 +36,32 @@ def in_node(user: RosUser, name: str) -> float:
     return float(found.double_value)
 
 
-@pytest.fixture
-def _configured(robot: RosProcesses, user: RosUser) -> None:
+def test_parameters_are_those_of_the_run(robot: RosProcesses, user: RosUser) -> None:
     started(robot)
     robot.node()
     assert user.change(NODE, "configure")
 
+    def set_(*parameters: Parameter) -> list[Any]:
+        name = f"{NODE}/set_parameters"
+        return list(user.call(SetParameters, name, parameters=list(parameters)).results)
 
-@pytest.mark.usefixtures("_configured")
-def test_a_parameter_is_set_in_the_run(robot: RosProcesses, user: RosUser) -> None:
-    results = user.call(
-        SetParameters, f"{NODE}/set_parameters", parameters=[value(KP, 0.5), value(KI, 0.02)]
-    ).results
+    results = set_(value(KP, 0.5), value(KI, 0.02))
     assert [each.successful for each in results] == [True, True]
-    assert (in_run(robot)[KP], in_run(robot)[KI]) == (0.5, 0.02)
-
-
-@pytest.mark.usefixtures("_configured")
-@pytest.mark.parametrize(("name", "refused"), [(KP, -1.0), (LIMIT, 0.001), (KP, "much")])
-def test_one_that_is_out_of_range_is_refused(
-    robot: RosProcesses, user: RosUser, name: str, refused: object
-) -> None:
     before = in_run(robot)
-    (result,) = user.call(
-        SetParameters, f"{NODE}/set_parameters", parameters=[value(name, refused)]
-    ).results
-    assert not result.successful
-    assert result.reason
-    assert in_run(robot) == before
-
-
-@pytest.mark.usefixtures("_configured")
-def test_several_are_set_all_or_none(robot: RosProcesses, user: RosUser) -> None:
-    before = in_run(robot)
-    wanted = [value(KP, 0.5), value(LIMIT, 0.001)]
+    assert (before[KP], before[KI]) == (0.5, 0.02)
+    for name, refused in ((KP, -1.0), (LIMIT, 0.001), (KP, "much")):
+        (result,) = set_(value(name, refused))
+        assert not result.successful
+        assert result.reason
+        assert in_run(robot) == before, "one that is out of range is refused"
+    wanted = [value(KP, 0.6), value(LIMIT, 0.001)]
     result = user.call(
         SetParametersAtomically, f"{NODE}/set_parameters_atomically", parameters=wanted
     ).result
     assert not result.successful
     assert "two control periods" in result.reason
-    assert in_run(robot) == before
+    assert in_run(robot) == before, "several are set all or none"
     assert in_node(user, KP) == before[KP]
-
-
-@pytest.mark.usefixtures("_configured")
-def test_each_has_a_range_and_a_description(user: RosUser) -> None:
     (found,) = user.call(
         DescribeParameters, f"{NODE}/describe_parameters", names=[LIMIT]
     ).descriptors
@@ -89,10 +69,6 @@ def test_each_has_a_range_and_a_description(user: RosUser) -> None:
     assert (limits.from_value, limits.to_value) == (0.0, 1e9)
     assert "switched off" in found.description
     assert found.additional_constraints.startswith("above 0")
-
-
-@pytest.mark.usefixtures("_configured")
-def test_what_is_set_in_the_run_otherwise_is_followed(robot: RosProcesses, user: RosUser) -> None:
     assert ask(robot.statistics, "set", values={KP: 0.25})["refused"] == []
     wait_until(lambda: in_node(user, KP) == 0.25, "the node has followed")
 

@@ -4,7 +4,6 @@ from pathlib import Path
 from time import monotonic_ns, time_ns
 
 import pytest
-from rclpy.executors import SingleThreadedExecutor
 from std_msgs.msg import Float64
 
 from firmware_runtime.devs.time import SECOND
@@ -12,9 +11,10 @@ from firmware_runtime.errors import ControlError
 from firmware_runtime.links.ros2.__main__ import topics_of_plan
 from firmware_runtime.links.ros2.node import IN_DOUBT, STANDSTILL, Part, RobotNode
 from firmware_runtime.links.ros2.topics import OLDEST, check_age
+from tests.support.parrot_node import spinning
 from tests.support.replies import Replies
 from tests.support.ros_user import RosUser
-from tests.support.waiting import PATIENCE_S, wait_until
+from tests.support.waiting import wait_until
 
 STATE = {"run": "a", "armed": False, "reason": None, "revision": 0, "refused": []}
 
@@ -49,27 +49,27 @@ def _is_handed_on(run: Replies) -> bool:
 def test_a_node_that_may_have_lost_its_lease_hands_no_command_on(
     node: RobotNode, user: RosUser, tmp_path: Path
 ) -> None:
-    executor = SingleThreadedExecutor()
-    executor.add_node(node)
     commands = user.node.create_publisher(Float64, "/parrot/say", 10)
-    with Replies(tmp_path / "parrot.stats") as run:
+    with Replies(tmp_path / "parrot.stats") as run, spinning(node) as until:
         taken = topics_of_plan(node, node.plan)
         taken.configure()
         taken.activate()
         node.run.lease = "one that no run has confirmed"
         for kind, number in (("refused", 1.0), ("taken", 2.0)):
-            for _ in range(100 * PATIENCE_S):
+
+            def has_come(number: float = number) -> bool:
                 if taken.counts["refused"] + taken.counts["taken"] >= number:
-                    break
+                    return True
                 commands.publish(Float64(data=number))
-                executor.spin_once(timeout_sec=0.01)
+                return False
+
+            until(has_come)
             assert taken.counts[kind] == 1
             if kind == "taken":
                 wait_until(lambda: _is_handed_on(run), "it is handed on")
             assert not _is_handed_on(run)
             node.run.lease = None
         taken.clean_up()
-    executor.shutdown()
 
 
 def test_a_node_that_has_stood_still_doubts_what_waited_meanwhile(
@@ -101,21 +101,18 @@ def test_a_run_that_does_not_answer_when_its_settings_change_ends_no_node(
     node: RobotNode, tmp_path: Path
 ) -> None:
     failing = Failing()
-    executor = SingleThreadedExecutor()
-    executor.add_node(node)
-    with Replies(tmp_path / "parrot.stats") as run:
+    with Replies(tmp_path / "parrot.stats") as run, spinning(node) as until:
         run.answer_in_background(STATE)
         node.trigger_configure()
         run.wait()
         assert node.phase == "inactive"
         node.parts.append(failing)
-        for _ in range(100 * PATIENCE_S):
-            executor.spin_once(timeout_sec=0.01)
+
+        def has_followed() -> bool:
             if run.has_request():
                 run.answer(STATE)
-            if failing.followed == 2:
-                break
+            return failing.followed == 2
+
+        until(has_followed)
     assert node.phase == "inactive"
-    assert failing.followed == 2
     assert "no answer within 1 s" in node.refusal
-    executor.shutdown()

@@ -1,10 +1,11 @@
 """The lifecycle node of a robot that answers what it is sent, in the test's own process."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
 import rclpy
+from rclpy.executors import SingleThreadedExecutor
 
 from firmware_runtime.board.ros.topic_table import table_of
 from firmware_runtime.board.ros.topics import topics
@@ -13,6 +14,24 @@ from firmware_runtime.links.ros2.node import RobotNode
 from firmware_runtime.links.ros2.plan import Plan
 from firmware_runtime.runs.requests import LONGEST_S
 from tests.support.topics_run import EchoRobot
+from tests.support.waiting import PATIENCE_S
+
+
+@contextmanager
+def spinning(node: RobotNode) -> Iterator[Callable[[Callable[[], bool]], None]]:
+    """Yield a function that handles what comes to a node until something holds."""
+    executor = SingleThreadedExecutor()
+    executor.add_node(node)
+
+    def until(true: Callable[[], bool]) -> None:
+        for _ in range(100 * PATIENCE_S):
+            if true():
+                return
+            executor.spin_once(timeout_sec=0.01)
+        raise AssertionError("nothing came of it")
+
+    yield until
+    executor.shutdown()
 
 
 @contextmanager
