@@ -12,9 +12,10 @@ from firmware_runtime.cli.main import main
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.links.bridge import bridge as bridge_module
 from firmware_runtime.links.bridge.bridge import MOST, MOST_OF_ADDRESS, POLL_EVERY, QUIET, Bridge
-from firmware_runtime.links.bridge.broadcast import RENEW_EVERY, Route
+from firmware_runtime.links.bridge.broadcast import Route
 from firmware_runtime.links.bridge.signatures import Acquaintance
 from firmware_runtime.links.endpoint import endpoint
+from firmware_runtime.links.ports.datagrams import RENEW_EVERY
 from firmware_runtime.links.ports.robot_end import ROOM
 from firmware_runtime.statistics.paths import Companion
 from sim_doubles.clock import ManualClock

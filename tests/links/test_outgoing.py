@@ -9,8 +9,8 @@ from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.executive.clocks import VirtualClock
 from firmware_runtime.links.local_socket import Connection
-from firmware_runtime.links.ports.datagrams import Refusal, Watch
-from firmware_runtime.links.ports.outgoing import MOST, ROOM, WATCHED_FOR, Outgoing
+from firmware_runtime.links.ports.datagrams import WATCHED_FOR, Refusal, Watch
+from firmware_runtime.links.ports.outgoing import MOST, ROOM, Outgoing
 from firmware_runtime.links.ports.ports import Ports
 from sim_doubles.clock import ManualClock
 from tests.support.devs_models import Clock, Log

@@ -25,8 +25,13 @@ from firmware_runtime.devs.time import MILLISECOND, SECOND
 from firmware_runtime.links.bridge.broadcast import Broadcast, Carried, Route
 from firmware_runtime.links.bridge.signatures import NotAcquainted, Refused, Signed, Unsigned
 from firmware_runtime.links.endpoint import UdpAddress, bound, datagrams, written
-from firmware_runtime.links.ports.datagrams import Ask, Refusal, message_of, understood
-from firmware_runtime.links.ports.outgoing import WATCHED_FOR
+from firmware_runtime.links.ports.datagrams import (
+    WATCHED_FOR,
+    Ask,
+    Refusal,
+    message_of,
+    understood,
+)
 from firmware_runtime.links.ports.robot_end import RobotEnd
 
 POLL_EVERY: Final = 250 * MILLISECOND

@@ -10,10 +10,9 @@ from typing import Final
 from firmware_runtime.devs.time import MILLISECOND, SECOND
 from firmware_runtime.links.bridge.signatures import Acquaintance, Refused
 from firmware_runtime.links.endpoint import Endpoint
+from firmware_runtime.links.ports.datagrams import TIMEOUT
 from firmware_runtime.links.ports.robot_end import AT_ONCE, NoAnswer
 
-TIMEOUT: Final = 2 * SECOND
-"""Ns that a bridge has to answer a hello."""
 HELLO_EVERY: Final = 250 * MILLISECOND
 _LONGEST: Final = 1 << 16
 

@@ -4,15 +4,10 @@ from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Final
 
-from firmware_runtime.devs.time import SECOND
 from firmware_runtime.links.endpoint import Endpoint, connected
-from firmware_runtime.links.ports.datagrams import message_of, said_in
+from firmware_runtime.links.ports.datagrams import RENEW_EVERY, message_of, said_in
 from firmware_runtime.links.ports.robot_end import RobotEnd
-
-RENEW_EVERY: Final = 2 * SECOND
-"""Ns from one request to watch to the next: a run that has just begun knows nothing of the last."""
 
 
 @dataclass(frozen=True, slots=True)

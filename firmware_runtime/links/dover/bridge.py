@@ -16,12 +16,11 @@ from typing import Any, Final, NamedTuple
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.links.dover.dover import LOOPBACK, bound_to, waiting_in
-from firmware_runtime.links.ports.datagrams import MOST_PORTS, message_of, said_in
+from firmware_runtime.links.ports.datagrams import MOST_PORTS, RENEW_EVERY, message_of, said_in
 from firmware_runtime.links.ports.ports_client import PortsClient
 from firmware_runtime.links.ports.robot_end import NoAnswer, RobotEnd
 from firmware_runtime.models.dover import Refused, number_of_text, text_of_number
 
-RENEW_EVERY: Final = 2 * SECOND
 SILENT_AFTER: Final = 3 * RENEW_EVERY
 _AT_ONCE: Final = 256
 

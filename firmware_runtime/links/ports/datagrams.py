@@ -34,6 +34,10 @@ GREETING: Final = b'{"greets":"firmware-runtime"}'
 MOST_PORTS: Final = 64
 """How many ports one sender may watch."""
 LARGEST_EVERY: Final = 1_000_000
+WATCHED_FOR: Final = 10 * SECOND
+"""How long messages go to a watcher that does not ask again, ns."""
+RENEW_EVERY: Final = 2 * SECOND
+"""Ns from one request to watch to the next: a run that has just begun knows nothing of the last."""
 TIMEOUT: Final = 2 * SECOND
 """Ns that a run has to answer; a value that has waited longer is refused."""
 

@@ -18,7 +18,7 @@ from firmware_runtime.devs.ports import Listening, OutPort
 from firmware_runtime.devs.time import MICROSECOND, NEVER, SECOND
 from firmware_runtime.executive.executive import Executive
 from firmware_runtime.links.local_socket import Connection
-from firmware_runtime.links.ports.datagrams import Refusal, Watch, message_of
+from firmware_runtime.links.ports.datagrams import WATCHED_FOR, Refusal, Watch, message_of
 from firmware_runtime.links.ports.ports import Ports
 
 ROOM: Final = 256
@@ -27,8 +27,6 @@ ROOM_FOR_ANSWERS: Final = 64
 """How many answers may wait to be sent."""
 MOST: Final = 16
 """How many may watch at a time."""
-WATCHED_FOR: Final = 10 * SECOND
-"""How long messages go to a watcher that does not ask again, ns."""
 RESERVE: Final = 200 * MICROSECOND
 """Nothing more is sent when the next event is as near as this, ns."""
 

@@ -23,12 +23,10 @@ from firmware_runtime.errors import ConfigError
 from firmware_runtime.links.bridge.bridge_end import BridgeEnd
 from firmware_runtime.links.endpoint import endpoint
 from firmware_runtime.links.key_file import read_key
-from firmware_runtime.links.ports.datagrams import TIMEOUT, Said, message_of, said_in
+from firmware_runtime.links.ports.datagrams import RENEW_EVERY, TIMEOUT, Said, message_of, said_in
 from firmware_runtime.links.ports.robot_end import NoAnswer, RobotEnd
 from firmware_runtime.system.resources import Closing
 
-RENEW_EVERY: Final = 3 * SECOND
-"""Ns from one request to watch to the next, of which a run forgets those that are 10 s old."""
 ROOM: Final = 1024
 """Messages that wait to be read; then the oldest makes room."""
 

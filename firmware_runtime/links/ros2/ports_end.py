@@ -21,10 +21,9 @@ from typing import Any, Final, Generic, TypeVar
 import msgspec
 
 from firmware_runtime.devs.time import NEVER, SECOND
-from firmware_runtime.links.ports.datagrams import LONGEST, MOST_PORTS, message_of
+from firmware_runtime.links.ports.datagrams import LONGEST, MOST_PORTS, RENEW_EVERY, message_of
 from firmware_runtime.links.ports.robot_end import OneRunsEnd, RobotEnd
 
-WATCH_EVERY: Final = 4 * SECOND
 TIME_EVERY: Final = SECOND
 
 _decode = msgspec.json.Decoder().decode
@@ -107,7 +106,7 @@ class PortsEnd:
             self._time_at = now + TIME_EVERY
             self._say(self._time, b'{"time": true}')
         if now >= self._watch_at and self.stamps.is_known:
-            self._watch_at = now + WATCH_EVERY
+            self._watch_at = now + RENEW_EVERY
             for end, request in zip(self._ends, self._requests, strict=True):
                 self._say(end, request)
         return min(self._time_at, self._watch_at if self.stamps.is_known else NEVER)
