@@ -1,12 +1,14 @@
-"""What `--link` says, and what it may not say."""
+"""What `--link` says and may not say, and how the last frames leave by a way of it."""
 
 import socket
 from pathlib import Path
+from threading import Thread
 
 import pytest
 
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.links.cut.address import End, link_address
+from firmware_runtime.links.cut.channel import PathChannel
 
 END = End("tachobot", "robot", has_hardware=True, timeout=1)
 
@@ -67,3 +69,38 @@ def test_a_path_at_which_another_process_listens_is_left_to_it(tmp_path: Path, k
         assert path.is_socket()
     link_address(f"unix:{path}")(END).close()
     assert not path.exists(), "one that is left behind is replaced, and removed at the end"
+
+
+def test_a_send_finds_no_room_at_an_end_that_is_slow_but_the_last_ones_wait_for_some(
+    tmp_path: Path,
+) -> None:
+    own = PathChannel(tmp_path / "a", tmp_path / "b")
+    other = PathChannel(tmp_path / "b", tmp_path / "a")
+    sent = 0
+    while _finds_room(own):
+        sent += 1
+    own.linger()
+    with pytest.raises(BlockingIOError):  # they wait 0.2 s at most
+        own.send(b"bye")
+    found: list[bytes] = []
+    reader = Thread(target=_read, args=(other, sent + 1, found))
+    reader.start()
+    own.send(b"bye")
+    reader.join()
+    assert found[-1] == b"bye"
+    own.close()
+    other.close()
+
+
+def _finds_room(channel: PathChannel) -> bool:
+    try:
+        channel.send(b"frame")
+    except BlockingIOError:
+        return False
+    return True
+
+
+def _read(channel: PathChannel, most: int, found: list[bytes]) -> None:
+    while len(found) < most:
+        if (frame := channel.receive()) is not None:
+            found.append(frame)

@@ -1,4 +1,4 @@
-"""How a value of a port is written: said by `ports`, and where one is refused."""
+"""How a value of a port is written, as `ports` says it, and as a refusal does."""
 
 from dataclasses import dataclass, field
 from enum import Enum
@@ -7,6 +7,8 @@ from typing import Annotated, Literal, NamedTuple
 import pytest
 from msgspec import Meta, Raw, Struct
 
+from firmware_runtime.board.ends import end_of, robot_of
+from firmware_runtime.board.registry import load
 from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.links.ports.datagrams import Refusal
 from firmware_runtime.links.ports.ports import LONGEST_FORM, Ports, entry_of
@@ -99,3 +101,14 @@ def test_the_list_has_the_form_of_what_enters_and_of_no_other_port() -> None:
     model.out_port("report", Report)
     listed = {each["name"]: each.get("value") for each in Ports(model).listing()}
     assert listed == {"pilot": PILOT, "depth": None, "anything": None, "report": None}
+
+
+def test_a_port_of_the_other_end_is_refused_with_that_end() -> None:
+    board = load("tachobot")
+    whole = board.unconnected()
+    _, part = robot_of(end_of(board, "robot"), whole)
+    here = Ports(whole.model).of_part(part, "tachobot.controller")
+    with pytest.raises(Refusal, match=r"expected `send tachobot\.controller yaw_reference=VALUE`"):
+        here.arrival("yaw_reference", Raw(b"1.0"))
+    with pytest.raises(Refusal, match="no such input port of the top model, which has none here"):
+        here.arrival("nothing", Raw(b"1.0"))
