@@ -14,9 +14,7 @@ while nothing is applied.
 """
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 from types import MappingProxyType
-from typing import NamedTuple
 
 from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.ports import InPort
@@ -37,28 +35,6 @@ from firmware_runtime.models.state_table import (
 _NO_WORDS: Words = MappingProxyType({})
 
 
-class _External(NamedTuple):
-    """An arrow that an input takes."""
-
-    label: Accepted
-    arrow: Arrow
-
-
-class _Internal(NamedTuple):
-    """An arrow taken when the state's duration is over, and what is sent then."""
-
-    label: tuple[Sent, ...]
-    arrow: Arrow
-
-
-@dataclass(frozen=True, slots=True)
-class _Row:
-    """A state whose labels were taken to ports and functions."""
-
-    external: tuple[_External, ...]
-    internal: tuple[_Internal, ...]
-
-
 class StateDiagram(Atomic):
     """Follows a table; `phase` is the state's name, `kept` holds values from inputs by their words.
 
@@ -75,7 +51,10 @@ class StateDiagram(Atomic):
         self.applied = Applied.ALL
         self.watch: Callable[[str], None] | None = None
         """Called with every state that is entered, for a picture of a run; it may only read."""
-        self._rows: dict[str, _Row] = {}
+        self._external: dict[str, tuple[tuple[Accepted, Arrow], ...]] = {}
+        """By state the arrows that inputs take."""
+        self._internal: dict[str, tuple[tuple[tuple[Sent, ...], Arrow], ...]] = {}
+        """Arrows taken when a state's duration is over, with what is sent then."""
         self._moving: frozenset[str] = frozenset()
         self._left = NEVER
         """What is left of the duration of a moving state that stands still."""
@@ -91,7 +70,13 @@ class StateDiagram(Atomic):
             self._moving = frozenset(state.name for state in states if state.moving)
             self.durations = {state.name: _duration(state, durations) for state in states}
             labels = Labels(self, words)
-            self._rows = {state.name: self._row(state, labels) for state in states}
+            for state in states:
+                self._external[state.name] = tuple(
+                    (labels.accepted(mark), each) for each in state.external for mark in each.marks
+                )
+                self._internal[state.name] = tuple(
+                    (tuple(map(labels.sent, each.marks)), each) for each in state.internal
+                )
             _check_kept(states, labels)
         except StateTableError as error:
             raise StateTableError(error, where=self.path) from error
@@ -105,12 +90,14 @@ class StateDiagram(Atomic):
 
     def output(self) -> None:
         """Send what the label of the arrow to be taken says."""
-        for port, value in self._due().label:
+        sent, _ = self._due()
+        for port, value in sent:
             port.send(value(self.kept))
 
     def internal(self) -> None:
         """The state's duration is over: take the arrow."""
-        self._enter(self._due().arrow.to)
+        _, arrow = self._due()
+        self._enter(arrow.to)
 
     def external(self, elapsed: int) -> None:
         """Offer every input to the state that is then the present one."""
@@ -139,14 +126,14 @@ class StateDiagram(Atomic):
         elif applied is not Applied.NOTHING and self._left != NEVER:
             self.sigma, self._left = self._left, NEVER
 
-    def _due(self) -> _Internal:
-        for internal in self._rows[self.phase].internal:
-            if self._is_open(internal.arrow):
-                return internal
+    def _due(self) -> tuple[tuple[Sent, ...], Arrow]:
+        for sent, arrow in self._internal[self.phase]:
+            if self._is_open(arrow):
+                return sent, arrow
         raise LookupError("no arrow's condition holds")
 
     def _offer(self, port: InPort[object], value: object) -> None:
-        for label, arrow in self._rows[self.phase].external:
+        for label, arrow in self._external[self.phase]:
             if label.port is port and label.accepts(value, self.kept) and self._is_open(arrow):
                 if label.word is not None:
                     self.kept[label.word] = value
@@ -155,19 +142,6 @@ class StateDiagram(Atomic):
 
     def _is_open(self, arrow: Arrow) -> bool:
         return arrow.when is None or arrow.when(self.kept)
-
-    def _row(self, state: State, labels: Labels) -> _Row:
-        return _Row(
-            tuple(
-                _External(labels.accepted(mark), arrow)
-                for arrow in state.external
-                for mark in arrow.marks
-            ),
-            tuple(
-                _Internal(tuple(labels.sent(mark) for mark in arrow.marks), arrow)
-                for arrow in state.internal
-            ),
-        )
 
 
 def _duration(state: State, durations: Mapping[str, int]) -> int:

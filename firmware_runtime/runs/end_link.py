@@ -166,7 +166,7 @@ def open_link(  # noqa: PLR0913 -- put together once, by the start
         ordered=frozenset(stated.ordered),
     )
     with kept_off(board.settings.executive.cpus):
-        channel = open_channel(End(board.name, end.role, end.has_hardware, terms.timeout))
+        channel = open_channel(End(board.name, end.role, end.has_hardware))
     link = Link(
         executive,
         cut,

@@ -10,7 +10,7 @@ from firmware_runtime.errors import ConfigError
 from firmware_runtime.links.cut.address import End, link_address
 from firmware_runtime.links.cut.channel import PathChannel
 
-END = End("tachobot", "robot", has_hardware=True, timeout=1)
+END = End("tachobot", "robot", has_hardware=True)
 
 
 @pytest.mark.parametrize(

@@ -32,8 +32,6 @@ class End:
     board: str
     role: str
     has_hardware: bool
-    timeout: int
-    """Ns after which a frame is too old."""
 
 
 OpenChannel: TypeAlias = Callable[[End], Channel]
