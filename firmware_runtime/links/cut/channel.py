@@ -119,14 +119,13 @@ class CarrierChannel(Channel):
     """A carrier of its own: module `carrier` of Python, with these arguments and the pair's end.
 
     It is started at once, at ordinary priority. It ends when the pair is closed, also by the
-    kernel. Raises ConfigError about `where`, with what it says, if it cannot begin.
+    kernel. Raises ConfigError with what it says, if it cannot begin.
     """
 
     def __init__(
         self,
         carrier: str,
         arguments: Sequence[str],
-        where: str = "--link",
         interpreter: Interpreter = Interpreter(),
     ) -> None:
         own, theirs = socket.socketpair(
@@ -147,7 +146,7 @@ class CarrierChannel(Channel):
             )
         finally:
             theirs.close()
-        self._begin(where)
+        self._begin()
 
     def receive(self) -> bytes | None:
         """Return the next frame; None if there is none. Raises ChannelClosed."""
@@ -167,7 +166,7 @@ class CarrierChannel(Channel):
             if pipe is not None:
                 pipe.close()
 
-    def _begin(self, where: str) -> None:
+    def _begin(self) -> None:
         """Wait until it has its sockets. Raises ConfigError with its sentence if it has none."""
         assert self.process.stdout is not None  # noqa: S101 -- it is a pipe
         ready, _, _ = select([self.process.stdout], (), (), _BEGINS_WITHIN_S)
@@ -177,7 +176,7 @@ class CarrierChannel(Channel):
             _, failure = self.process.communicate()
             self._socket.close()
             text = failure.decode(errors="replace").strip() or "the carrier has not begun"
-            raise ConfigError.of_one(where, text.removeprefix(f"{where}: "))
+            raise ConfigError.of_one("--link", text.removeprefix("--link: "))
 
 
 def _is_taken(path: Path) -> bool:
