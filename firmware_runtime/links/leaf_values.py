@@ -37,7 +37,7 @@ class Form(NamedTuple):
 # What was decoded ---------------------------------------------------------------------------------
 
 
-_ARTICLES: Final = {list: "an array", dict: "an object"}
+_ARTICLES: Final[dict[type, str]] = {list: "an array", dict: "an object"}
 
 
 def unpack_plain(kind: type[Any], found: object) -> Any:  # noqa: ANN401 -- of that class

@@ -17,7 +17,7 @@ from firmware_runtime.links.cut import udp
 from firmware_runtime.links.cut.channel import CarrierChannel, ChannelClosed
 from firmware_runtime.links.cut.counts import Carried, report_of
 from firmware_runtime.links.cut.refusal import Reason
-from firmware_runtime.links.cut.udp import AT_ONCE, GREETINGS_EVERY, SESSIONS, Carrier
+from firmware_runtime.links.cut.udp import GREETINGS_EVERY, SESSIONS, Carrier
 from firmware_runtime.links.cut.wire import (
     BYES,
     LONGEST,
@@ -29,6 +29,7 @@ from firmware_runtime.links.cut.wire import (
     opened,
     sealed,
 )
+from firmware_runtime.links.endpoint import AT_ONCE
 from firmware_runtime.links.key_file import read_key, write_key
 from sim_doubles.clock import ManualClock
 from tests.support.linked_runs import free_port

@@ -56,7 +56,9 @@ def fields_of(plain: bytes) -> Fields | None:
     if len(plain) < HEADER or plain[:4] != b"FWL3":
         return None
     magic, kind, flags, ports, *numbers = _HEAD.unpack_from(plain)
-    found = Fields(kind, *numbers, ports, plain[HEADER:], flags, magic)
+    found = Fields(kind, *numbers)._replace(
+        ports=ports, body=plain[HEADER:], flags=flags, magic=magic
+    )
     is_sound = 1 <= found.kind <= 5 and found.flags == 0 and 0 not in (found.session, found.counter)
     return found if is_sound else None
 
