@@ -1,10 +1,16 @@
-"""Configuration of the loop by a board's settings: policies, deadlines, lines, process."""
+"""Configuration of the loop by a board's settings: policies, deadlines, lines, process, inputs.
 
-from collections.abc import Collection, Iterable
-from typing import Any
+Input ports of the top model: a value comes from another process (`send`, a bridge, ROS 2), which
+may end. So each input port of a robot that has outputs has a timeout: outputs are off from then
+until the next value comes. A port of references, settings or events is declared to `HOLD`: its last
+value counts until there is another.
+"""
+
+from collections.abc import Collection, Iterable, Mapping
+from typing import Any, Final, Literal, TypeAlias
 
 from firmware_runtime.board.registry import Board
-from firmware_runtime.board.robot import Lines
+from firmware_runtime.board.robot import Lines, Robot
 from firmware_runtime.board.settings import (
     ExecutiveSettings,
     ModelPolicy,
@@ -15,7 +21,7 @@ from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.component import Component, below_root
 from firmware_runtime.devs.coupled import Coupled, ports_below, with_all_below
 from firmware_runtime.devs.ports import OutPort
-from firmware_runtime.devs.time import MICROSECOND, seconds
+from firmware_runtime.devs.time import MICROSECOND, SECOND, seconds
 from firmware_runtime.errors import ConfigError, did_you_mean
 from firmware_runtime.executive.configuration import Configuration
 from firmware_runtime.executive.deadlines import PathDeadline
@@ -23,6 +29,35 @@ from firmware_runtime.executive.policy import ActivationPolicy
 from firmware_runtime.executive.process import ProcessSettings
 from firmware_runtime.hal.accounted_bus import AccountedBus
 from firmware_runtime.hal.accounted_port import AccountedPort
+
+TIMEOUT_S: Final = 0.5
+"""Of a port of which nothing is declared."""
+HOLD: Final = "hold"
+
+Inputs: TypeAlias = Mapping[str, float | Literal["hold"]]
+"""By the name of an input port of the top model, its timeout in seconds, or `HOLD`."""
+
+
+def input_timeouts(board: Board, robot: Robot) -> dict[str, int | None]:
+    """The timeout of each input port of the board's whole robot, ns; None where it holds.
+
+    A robot without outputs has none to switch off.
+    """
+    return {
+        name: _timeout(board.inputs.get(name, TIMEOUT_S)) if robot.stop else None
+        for name in robot.model.in_ports
+    }
+
+
+def described(name: str, timeout: int | None) -> str:
+    """Return what the silence of a port does, a few words."""
+    if timeout is None:
+        return f"input {name}: holds its last value"
+    return f"input {name}: outputs are off {timeout / SECOND:g} s after its last value"
+
+
+def _timeout(stated: float | str) -> int | None:
+    return None if isinstance(stated, str) else seconds(stated)
 
 
 def configuration_of(

@@ -23,8 +23,6 @@ from typing import Any, Final, Literal, TypeAlias
 
 from msgspec import Struct, field
 
-from firmware_runtime.board.assignments import assignments_of
-
 Number: TypeAlias = Callable[[Any], float]
 """Of a board's settings."""
 
@@ -132,6 +130,8 @@ class Experiment(Struct, frozen=True, kw_only=True):
     @property
     def assignments(self) -> list[str]:
         """Its settings, as `--set` has them."""
+        from firmware_runtime.board.assignments import assignments_of  # noqa: PLC0415 -- to run it
+
         return assignments_of(self.settings)
 
 

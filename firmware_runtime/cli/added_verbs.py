@@ -5,7 +5,7 @@ from contextlib import suppress
 from typing import Any, NamedTuple
 
 from firmware_runtime.board.installed import blamed_on, broken
-from firmware_runtime.cli.parser import Parser
+from firmware_runtime.cli.main import Parser
 from firmware_runtime.cli.verbs import OTHERS
 from firmware_runtime.errors import ConfigError, FirmwareRuntimeError, Status
 from firmware_runtime.system.packages import EntryPoint

@@ -3,6 +3,7 @@
 import sys
 from collections.abc import Sequence
 from functools import cache
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from firmware_runtime.board.local_settings import board_in_force, settings_in_force
@@ -11,6 +12,14 @@ from firmware_runtime.system.terminal import print_line
 
 if TYPE_CHECKING:
     from firmware_runtime.board.ends import BoardEnd
+
+
+SUFFIX = ".ma"
+
+
+def is_model(word: str) -> bool:
+    """Whether this is a model file, or an object of a module, rather than a board."""
+    return word.endswith(SUFFIX) or (":" in word and not Path(word).exists())
 
 
 def chosen_board(board: str, assignments: Sequence[str] = ()) -> Board:

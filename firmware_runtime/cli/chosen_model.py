@@ -5,25 +5,15 @@ from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from firmware_runtime.board.assignments import assigned
-from firmware_runtime.cli.chosen_board import chosen_board
+from firmware_runtime.cli.chosen_board import SUFFIX, chosen_board, is_model
 from firmware_runtime.devs.component import Component
-from firmware_runtime.errors import (
-    ConfigError,
-)
-from firmware_runtime.runs.named_model import named_model
+from firmware_runtime.errors import ConfigError
 
 if TYPE_CHECKING:
     from firmware_runtime.models.qss import System
 
-SUFFIX = ".ma"
 ABOUT = "a board whose model takes event files, a FILE.ma, or MODULE:CLASS"
 ANY = "any board, a FILE.ma, or MODULE:CLASS"
-
-
-def is_model(word: str) -> bool:
-    """Whether this is a model file, or an object of a module, rather than a board."""
-    return word.endswith(SUFFIX) or (":" in word and not Path(word).exists())
 
 
 def chosen_model(word: str, assignments: Sequence[str] = ()) -> "Component | System":
@@ -37,6 +27,9 @@ def chosen_model(word: str, assignments: Sequence[str] = ()) -> "Component | Sys
             raise ConfigError.of_one(board.name, "its model takes no event files", expected=ABOUT)
         return board.event_model(None)
     if not word.endswith(SUFFIX):
+        # a run of a board starts without what models of other modules take
+        from firmware_runtime.runs.named_model import named_model  # noqa: PLC0415
+
         return named_model(word, dict(_arguments(assignments)), ABOUT)
     if assignments:
         raise ConfigError.of_one(word, "--set changes a board or a class", expected="one of them")
@@ -71,6 +64,8 @@ def _of_file(path: Path) -> Component:
 
 def _arguments(assignments: Iterable[str]) -> Iterator[tuple[str, object]]:
     """Names and values, which are TOML or else texts. Raises ConfigError."""
+    from firmware_runtime.board.assignments import assigned  # noqa: PLC0415 -- as above
+
     for text in assignments:
         name, separator, _ = text.partition("=")
         if not (name.strip() and separator):

@@ -10,11 +10,11 @@ import re
 import sys
 from collections.abc import Iterator, Sequence
 from contextlib import AbstractContextManager, nullcontext
-from functools import partial
+from functools import cache, partial
 from importlib import import_module
 from types import ModuleType
+from typing import Any, NoReturn
 
-from firmware_runtime.cli.parser import Parser
 from firmware_runtime.cli.verbs import ADDED, VERBS, help_lines, verb_names
 from firmware_runtime.errors import (
     ConfigError,
@@ -50,6 +50,11 @@ _NO_NAME = r"[^/\s]{256,}"
 """What is longer than any file's name."""
 ONE_THREAD = ("OPENBLAS_NUM_THREADS", "1")
 """For numpy, whose import starts a pool of threads else: the thread of the loop is the only one."""
+_ARGUMENT = "argument "
+"""What argparse begins with where it names an option."""
+_NUMBERS = {"int": "a whole number", "float": "a number"}
+"""What argparse calls the types that a verb takes as they are, and what they are."""
+_CHOICE = r"invalid choice: '(.*)' \(choose from (.*)\)$"
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -148,6 +153,53 @@ class _ShowVersion(argparse.Action):
         packages = import_module("firmware_runtime.system.packages")
         print(f"{parser.prog} {packages.version_of('firmware-runtime')}")
         parser.exit()
+
+
+@cache
+def _columns() -> int:
+    """How wide the terminal is; 80 where there is none."""
+    stated = os.environ.get("COLUMNS", "")
+    if stated.isdecimal() and int(stated) > 0:
+        return int(stated)
+    try:
+        return os.get_terminal_size(sys.__stdout__.fileno()).columns or 80  # type: ignore[union-attr]
+    except (AttributeError, ValueError, OSError):
+        return 80
+
+
+class _Formatter(argparse.HelpFormatter):
+    """As argparse's, which loads `shutil` for the width each time an argument is added."""
+
+    def __init__(self, *arguments: Any, **options: Any) -> None:  # noqa: ANN401 -- as argparse has it
+        super().__init__(*arguments, **{"width": _columns() - 2, **options})
+
+
+class Parser(argparse.ArgumentParser):
+    """Like argparse's, and so are those of its verbs."""
+
+    def __init__(self, *arguments: Any, **options: Any) -> None:  # noqa: ANN401 -- as argparse has it
+        super().__init__(*arguments, **{"formatter_class": _Formatter, **options})
+
+    def error(self, message: str) -> NoReturn:
+        """Print what is wrong, with what was probably meant and what was expected; exit with 2.
+
+        A value that is none is a sentence; a word too many or too few is shown with the usage.
+        """
+        found = re.search(_CHOICE, message)
+        if found is not None:
+            word, choices = found[1], re.findall(r"[^\s',]+", found[2])
+            message = f"{message[: found.start()]}'{word}': {expected_one_of(word, choices)}"
+        for kind, expected in _NUMBERS.items():
+            message = re.sub(
+                rf"invalid {kind} value: ('.*')$", rf"\1: expected {expected}", message
+            )
+        if message.startswith(_ARGUMENT):
+            self.refuse(message.removeprefix(_ARGUMENT))
+        super().error(message)
+
+    def refuse(self, sentence: str) -> NoReturn:
+        """Print one sentence on what is wrong; exit with 2."""
+        self.exit(Status.BAD_INPUT, f"{self.prog}: {sentence}\n")
 
 
 class _Top(Parser):

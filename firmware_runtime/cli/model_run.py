@@ -7,8 +7,8 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from firmware_runtime.cli.arguments import refuse_idle
-from firmware_runtime.cli.chosen_board import chosen_board
-from firmware_runtime.cli.chosen_model import chosen_model, is_model, print_warnings
+from firmware_runtime.cli.chosen_board import chosen_board, is_model
+from firmware_runtime.cli.chosen_model import chosen_model, print_warnings
 from firmware_runtime.cli.run_options import clock_of
 from firmware_runtime.cli.written import check_output, write_text
 from firmware_runtime.devs.component import Component

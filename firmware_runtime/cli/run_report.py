@@ -7,18 +7,51 @@ from collections.abc import Callable, Iterator
 from math import isfinite
 from typing import Any, TypeVar
 
-from firmware_runtime.cli.terminal_chart import Series, chart
 from firmware_runtime.devs.time import NEVER, seconds
 from firmware_runtime.errors import ConfigError, FirmwareRuntimeError, Status, text_of
 from firmware_runtime.executive.outcome import Outcome
 from firmware_runtime.runs.session import Session
 from firmware_runtime.statistics.figures import Figures
 from firmware_runtime.statistics.file_header import RunState
-from firmware_runtime.statistics.run_text import statistics_text
-from firmware_runtime.statistics.summary import outputs_text, periods_not_kept
 from firmware_runtime.system.terminal import print_line
 
 T = TypeVar("T")
+MOST = 8192
+"""Points of a series that are kept."""
+
+
+class Series:
+    """Points are means of as many samples each, at the instant of the first; fewer than `MOST`."""
+
+    def __init__(self) -> None:
+        self.points: list[tuple[int, float]] = []
+        self._samples_in_point = 1
+        self._began_at = 0
+        self._sum = 0.0
+        self._count = 0
+
+    def add(self, at: int, value: float) -> None:
+        """Add one sample; the last few of a long series wait until they make a point."""
+        if self._samples_in_point == 1:
+            self._add_point(at, value)
+            return
+        if self._count == 0:
+            self._began_at = at
+        self._sum += value
+        self._count += 1
+        if self._count == self._samples_in_point:
+            self._add_point(self._began_at, self._sum / self._count)
+            self._sum, self._count = 0.0, 0
+
+    def _add_point(self, at: int, value: float) -> None:
+        self.points.append((at, value))
+        if len(self.points) == MOST:
+            self._halve()
+
+    def _halve(self) -> None:
+        pairs = zip(self.points[::2], self.points[1::2], strict=True)
+        self.points = [(at, (first + second) / 2) for (at, first), (_, second) in pairs]
+        self._samples_in_point *= 2
 
 
 class Report:
@@ -66,6 +99,8 @@ class Report:
 
     def end(self, outcome: Outcome) -> None:
         """Print the result; sentences on what went wrong go to standard error."""
+        from firmware_runtime.statistics.summary import periods_not_kept  # noqa: PLC0415 -- at the end
+
         if self._has_failed(outcome):
             self._say(outcome.reason)
         figures = self._session.executive.statistics.figures()
@@ -102,6 +137,11 @@ class Report:
         return document if self._stage is None else of_one_process(self._stage, document)
 
     def _as_text(self, outcome: Outcome, figures: Figures) -> Iterator[str]:
+        # nothing that is printed at the end is loaded before a run
+        from firmware_runtime.cli.terminal_chart import chart  # noqa: PLC0415
+        from firmware_runtime.statistics.run_text import statistics_text  # noqa: PLC0415
+        from firmware_runtime.statistics.summary import outputs_text  # noqa: PLC0415
+
         session = self._session
         if self._has_failed(outcome):
             yield f"failed: {outcome.reason}"

@@ -25,7 +25,7 @@ from firmware_runtime.recording.blackbox.section import Kind, encode
 from firmware_runtime.recording.blackbox.state_of_run import state_of_run
 from firmware_runtime.recording.blackbox.taps import output_ports
 from firmware_runtime.recording.recorded_board import recorded_board
-from firmware_runtime.runs.recorded_robot import RecordedRobot
+from firmware_runtime.runs.hardware import RecordedRobot
 
 _LONGER = 4
 """A run off the robot has a ring for so many times the time it is to run for: it may go on."""

@@ -34,16 +34,6 @@ _UNANSWERED = (
 _FORGED = "signed with another key, or from another address; expected the same key at both ends"
 
 
-def way_of(stated: str | None) -> "OpenChannel | None":
-    """Return what opens the way to the other end, if one is stated. Raises ConfigError."""
-    if stated is None:
-        return None
-    # a run without a link starts without all that one takes
-    from firmware_runtime.links.cut.address import link_address  # noqa: PLC0415
-
-    return link_address(stated)
-
-
 def check_end(end: BoardEnd | None, link: "OpenChannel | None", clock: Clock) -> None:
     """Refuse what cannot be run. Raises ConfigError."""
     faults = []

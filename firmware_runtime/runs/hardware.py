@@ -4,12 +4,14 @@ from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
-from firmware_runtime.board.ends import BoardEnd
+from msgspec import Struct
+
 from firmware_runtime.board.registry import Board
 from firmware_runtime.board.rig import Doubles, Rig
 from firmware_runtime.board.rigs import blamed_on_rig, of_rig, rig_for, served_doubles
 from firmware_runtime.board.robot import Lines, Robot
 from firmware_runtime.executive.clocks import Clock, OutsideClock, WorldClock
+from firmware_runtime.executive.executive import Executive
 from firmware_runtime.hal.interlock import Interlock
 from firmware_runtime.hal.wire_errors import HalError
 from firmware_runtime.recording.blackbox.recorder import Recorder
@@ -17,6 +19,7 @@ from firmware_runtime.runs.open_lines import close_lines, open_lines, soon_free
 from firmware_runtime.runs.outputs import switched_off
 
 if TYPE_CHECKING:
+    from firmware_runtime.board.ends import BoardEnd
     from firmware_runtime.hal.served.client import ServedDoubles
 
 
@@ -88,7 +91,7 @@ class Hardware:
                 return of_rig(self._board, "outputs", self.doubles.outputs)
         return None
 
-    def conditions(self, end: BoardEnd | None) -> dict[str, Any]:
+    def conditions(self, end: "BoardEnd | None") -> dict[str, Any]:
         """The board, and how a guard would switch it off; doubles made for the run have none."""
         conditions: dict[str, Any] = {
             "board": self._board.name if end is None else end.name,
@@ -111,3 +114,16 @@ class Hardware:
         if not self.is_here:
             return self._board.absent_lines()
         return open_lines(self._board, self.doubles, interlock, self.world_now, recorder)
+
+
+class RecordedRobot(Struct, frozen=True):
+    """Robot that runs here, and what records it."""
+
+    recorder: Recorder
+    executive: Executive
+    robot: Robot
+    lines: Lines
+    board: Board
+    end: "BoardEnd | None"
+    rig: Rig | None
+    """Its doubles and their world, where they are in this process."""

@@ -13,7 +13,7 @@ from firmware_runtime.recording.blackbox.locations import failed_start_beside
 from firmware_runtime.recording.blackbox.reader import kind_of, read_recording
 from firmware_runtime.recording.blackbox.section import Kind, decode
 from firmware_runtime.runs.black_box import encoded_header, header_of
-from firmware_runtime.runs.recorded_robot import RecordedRobot
+from firmware_runtime.runs.hardware import RecordedRobot
 from firmware_runtime.statistics.file_header import RunState
 from firmware_runtime.system.atomic_file import OWN_AND_GROUP, keep_file, replace_file
 

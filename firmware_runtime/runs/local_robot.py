@@ -5,10 +5,9 @@ from typing import TYPE_CHECKING, Any
 
 from msgspec import Struct
 
-from firmware_runtime.board.ends import BoardEnd, input_timeouts, other_end, robot_of
+from firmware_runtime.board.configuration import input_timeouts
 from firmware_runtime.board.registry import Board
 from firmware_runtime.board.robot import Robot
-from firmware_runtime.devs.part import Part
 from firmware_runtime.devs.ports import InPort
 from firmware_runtime.errors import text_of
 from firmware_runtime.hal.wire_errors import HalError
@@ -18,6 +17,8 @@ from firmware_runtime.runs.outputs import forget_settings, keep_settings
 from firmware_runtime.runs.recorded_edge import RecordedEdge
 
 if TYPE_CHECKING:
+    from firmware_runtime.board.ends import BoardEnd
+    from firmware_runtime.devs.part import Part
     from firmware_runtime.links.ports.ports import Ports
 
 
@@ -26,7 +27,7 @@ class LocalRobot(Struct, frozen=True):
 
     robot: Robot
     hardware: Hardware
-    part: Part | None
+    part: "Part | None"
     """None where the whole board runs here."""
     ports: "Ports | None"
     timeouts: dict[InPort[Any], int]
@@ -41,7 +42,7 @@ class LocalRobot(Struct, frozen=True):
 def local_robot(  # noqa: PLR0913 -- put together once, by the start
     board: Board,
     hardware: Hardware,
-    end: BoardEnd | None,
+    end: "BoardEnd | None",
     edge: RecordedEdge,
     statistics: Path | None,
     *,
@@ -53,9 +54,13 @@ def local_robot(  # noqa: PLR0913 -- put together once, by the start
     edge.own(whole.model)
     hardware.attach(whole)
     timeouts = input_timeouts(board, whole)
-    robot, part = (whole, None) if end is None else robot_of(end, whole)
-    if ports is not None and end is not None and part is not None:
-        ports = ports.of_part(part, other_end(board, end).name)
+    robot, part = whole, None
+    if end is not None:
+        from firmware_runtime.board.ends import other_end, robot_of  # noqa: PLC0415 -- few runs
+
+        robot, part = robot_of(end, whole)
+        if ports is not None:
+            ports = ports.of_part(part, other_end(board, end).name)
     in_ports = robot.model.in_ports
     noticed = {
         in_ports[name]: ns for name, ns in timeouts.items() if ns is not None and name in in_ports

@@ -23,7 +23,7 @@ from firmware_runtime.executive.outcome import Outcome
 from firmware_runtime.hal.wire_errors import HalError
 from firmware_runtime.recording.blackbox.locations import recording_beside
 from firmware_runtime.runs.arming import permission_for
-from firmware_runtime.runs.end_link import idle_options, way_of
+from firmware_runtime.runs.end_link import idle_options
 from firmware_runtime.runs.open_run import OpenRun, RunResult
 from firmware_runtime.runs.options import (
     ClockName,
@@ -34,7 +34,7 @@ from firmware_runtime.runs.options import (
     path_of,
 )
 from firmware_runtime.runs.session import Session
-from firmware_runtime.runs.start import start_session
+from firmware_runtime.runs.start import start_session, way_of
 from firmware_runtime.statistics.file_header import RunState
 from firmware_runtime.statistics.paths import check_ending, default_path
 from firmware_runtime.system.atomic_file import why_not_writable

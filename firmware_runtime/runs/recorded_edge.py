@@ -3,9 +3,8 @@
 from collections.abc import Callable
 from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from firmware_runtime.board.ends import BoardEnd
 from firmware_runtime.board.registry import Board
 from firmware_runtime.board.robot import Robot
 from firmware_runtime.devs.coupled import Coupled
@@ -14,8 +13,10 @@ from firmware_runtime.executive.executive import Executive
 from firmware_runtime.recording.blackbox.recorder import Recorder
 from firmware_runtime.recording.blackbox.section import Kind
 from firmware_runtime.recording.blackbox.taps import own_atomics
-from firmware_runtime.runs.hardware import Hardware
-from firmware_runtime.runs.recorded_robot import RecordedRobot
+from firmware_runtime.runs.hardware import Hardware, RecordedRobot
+
+if TYPE_CHECKING:
+    from firmware_runtime.board.ends import BoardEnd
 
 
 class RecordedEdge:
@@ -51,7 +52,7 @@ class RecordedEdge:
             self.recorder.own = frozenset(own_atomics(model))
 
     def built(
-        self, executive: Executive, robot: Robot, hardware: Hardware, end: BoardEnd | None
+        self, executive: Executive, robot: Robot, hardware: Hardware, end: "BoardEnd | None"
     ) -> None:
         """The robot has been put together; no chip has been asked."""
         if self.recorder is not None:

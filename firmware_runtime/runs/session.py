@@ -2,10 +2,10 @@
 
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
+from typing import TYPE_CHECKING
 
 from msgspec import Struct
 
-from firmware_runtime.board.ends import BoardEnd
 from firmware_runtime.board.registry import Board
 from firmware_runtime.board.rigs import shown_by
 from firmware_runtime.board.robot import Ending, Robot
@@ -15,11 +15,14 @@ from firmware_runtime.devs.ports import OutPort
 from firmware_runtime.executive.executive import Executive
 from firmware_runtime.executive.outcome import Outcome
 from firmware_runtime.runs.arming import Arming
-from firmware_runtime.runs.end_link import LinkedEnd
 from firmware_runtime.runs.hardware import Hardware
 from firmware_runtime.runs.local_robot import SwitchingOff
 from firmware_runtime.runs.recorded_edge import RecordedEdge
 from firmware_runtime.runs.tuning import Tuning
+
+if TYPE_CHECKING:
+    from firmware_runtime.board.ends import BoardEnd
+    from firmware_runtime.runs.end_link import LinkedEnd
 
 
 @contextmanager
@@ -64,7 +67,7 @@ class Session(Struct, frozen=True, kw_only=True):
     """
 
     board: Board
-    end_of_board: BoardEnd | None
+    end_of_board: "BoardEnd | None"
     """The part of the board's model that runs here; None for all of it."""
     edge: RecordedEdge
     hardware: Hardware
@@ -74,7 +77,7 @@ class Session(Struct, frozen=True, kw_only=True):
     robot: Robot
     executive: Executive
     task: Task
-    linked: LinkedEnd | None
+    linked: "LinkedEnd | None"
     arming: Arming | None
     tuning: Tuning
     undo: ExitStack

@@ -18,18 +18,15 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from firmware_runtime.board.configuration import configuration_of
-from firmware_runtime.board.ends import BoardEnd
 from firmware_runtime.board.registry import Board
 from firmware_runtime.board.robot import Robot
 from firmware_runtime.devs.coupled import with_all_below
 from firmware_runtime.executive.clocks import Clock, MonotonicClock
 from firmware_runtime.executive.executive import Executive
 from firmware_runtime.recording.blackbox.section import Kind
-from firmware_runtime.runs.arming import FREE, Arming, Permission, PrearmCheck
-from firmware_runtime.runs.end_link import LinkedEnd, check_end, open_link
+from firmware_runtime.runs.arming import FREE, Arming, Permission, PrearmCheck, prearm_checks
 from firmware_runtime.runs.hardware import Hardware
 from firmware_runtime.runs.local_robot import LocalRobot, local_robot
-from firmware_runtime.runs.prearm_checks import prearm_checks
 from firmware_runtime.runs.recorded_edge import RecordedEdge
 from firmware_runtime.runs.session import Session, Task
 from firmware_runtime.runs.supervision import Commanders, RightToDrive, watch_load, watch_sleep
@@ -42,11 +39,23 @@ from firmware_runtime.runs.watched_run import (
 from firmware_runtime.statistics.paths import Companion
 
 if TYPE_CHECKING:
+    from firmware_runtime.board.ends import BoardEnd
     from firmware_runtime.links.cut.address import OpenChannel
     from firmware_runtime.links.dover.dover import DoverBlocks
+    from firmware_runtime.runs.end_link import LinkedEnd
 
 Log: TypeAlias = Callable[[str], None]
 """Prints a sentence."""
+
+
+def way_of(stated: str | None) -> "OpenChannel | None":
+    """Return what opens the way to the other end, if one is stated. Raises ConfigError."""
+    if stated is None:
+        return None
+    # a run without a link starts without all that one takes
+    from firmware_runtime.links.cut.address import link_address  # noqa: PLC0415
+
+    return link_address(stated)
 
 
 class _Start(Struct, frozen=True):
@@ -56,7 +65,7 @@ class _Start(Struct, frozen=True):
     clock: Clock
     doubles: bool | Path
     statistics: Path | None
-    end: BoardEnd | None
+    end: "BoardEnd | None"
     link: "OpenChannel | None"
     log: Log
     undo: ExitStack
@@ -69,7 +78,7 @@ def start_session(  # noqa: PLR0913 -- one path for the command and for programs
     doubles: bool | Path,
     statistics_path: Path | None,
     permission: Permission | None = None,
-    end: BoardEnd | None = None,
+    end: "BoardEnd | None" = None,
     link: "OpenChannel | None" = None,
     recording: Path | None = None,
     log: Log = lambda _: None,
@@ -86,7 +95,7 @@ def start_session(  # noqa: PLR0913 -- one path for the command and for programs
     A start that fails once chips are asked switches off what it can reach, releases the hardware,
     and only then leaves its recording.
     """
-    check_end(end, link, clock)
+    _check_end(end, link, clock)
     with ExitStack() as undo:
         start = _Start(board, clock, doubles, statistics_path, end, link, log, undo)
         edge = _recording(start, recording)
@@ -125,6 +134,14 @@ def start_session(  # noqa: PLR0913 -- one path for the command and for programs
             tuning=tuning,
             undo=undo.pop_all(),
         )
+
+
+def _check_end(end: "BoardEnd | None", link: "OpenChannel | None", clock: Clock) -> None:
+    """Refuse an end that cannot be run. Raises ConfigError."""
+    if end is not None or link is not None:
+        from firmware_runtime.runs.end_link import check_end  # noqa: PLC0415 -- as `way_of`
+
+        check_end(end, link, clock)
 
 
 def _recording(start: _Start, path: Path | None) -> RecordedEdge:
@@ -197,10 +214,12 @@ def _dover(start: _Start, executive: Executive, blocks: "DoverBlocks | None") ->
 
 def _linked(
     start: _Start, local: LocalRobot, executive: Executive, task: Task, right: RightToDrive
-) -> LinkedEnd | None:
+) -> "LinkedEnd | None":
     """Open the link to the other end, if there is one."""
     if start.link is None or start.end is None or local.part is None:
         return None
+    from firmware_runtime.runs.end_link import LinkedEnd, open_link  # noqa: PLC0415 -- as `way_of`
+
     board, end, log = start.board, start.end, start.log
     link = open_link(board, end, local.part, executive, start.link, log=log)
     start.undo.callback(link.close)
@@ -217,7 +236,7 @@ def _commanders(
     local: LocalRobot,
     executive: Executive,
     right: RightToDrive,
-    linked: LinkedEnd | None,
+    linked: "LinkedEnd | None",
 ) -> PrearmCheck | None:
     """Watch the input ports whose silence is noticed; None where there are none."""
     if not local.timeouts:

@@ -1,12 +1,11 @@
 """Settings that a run is driven by, those of them that change while it does, and their reload."""
 
 from collections.abc import Callable, Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from msgspec.structs import replace
 
 from firmware_runtime.board import registry
-from firmware_runtime.board.ends import BoardEnd, gains_elsewhere, other_end
 from firmware_runtime.board.registry import Board
 from firmware_runtime.board.retuning import (
     changed_keys,
@@ -22,11 +21,16 @@ from firmware_runtime.errors import ConfigError, suggested, text_of
 from firmware_runtime.executive.executive import Executive
 from firmware_runtime.system.messages import Notices
 
+if TYPE_CHECKING:
+    from firmware_runtime.board.ends import BoardEnd
 
-def tuning_of(board: Board, end: BoardEnd | None, retune: Callable[[Any], None]) -> "Tuning":
+
+def tuning_of(board: Board, end: "BoardEnd | None", retune: Callable[[Any], None]) -> "Tuning":
     """The gains and limits of a robot, or of one end of it: those that a model there takes up."""
     if end is None:
         return Tuning(board, retune)
+    from firmware_runtime.board.ends import gains_elsewhere, other_end  # noqa: PLC0415 -- few runs
+
     elsewhere = gains_elsewhere(board, end)
     other = other_end(board, end).name if elsewhere else ""
     return Tuning(board, retune, dict.fromkeys(elsewhere, other))

@@ -9,9 +9,16 @@ from collections.abc import Iterator
 from contextlib import contextmanager, nullcontext
 
 
+class _Process:
+    """Process of a command; `has_start` once the start of one that is its own is exempt."""
+
+    has_start = False
+
+
 @contextmanager
 def no_collection_of_the_start() -> Iterator[None]:
     """Within the block nothing is collected; what is there at its end never is."""
+    _Process.has_start = True
     gc.disable()
     try:
         yield
@@ -26,7 +33,7 @@ def no_collection_of_what_a_verb_loads() -> Iterator[None]:
 
     A program that calls the command line in its own process keeps its collections as they are.
     """
-    with no_collection_of_the_start() if gc.get_freeze_count() > 0 else nullcontext():
+    with no_collection_of_the_start() if _Process.has_start else nullcontext():
         yield
 
 

@@ -1,7 +1,7 @@
 """Base of rigs: buses and ports of doubles, the enable line, the state of outputs."""
 
 from collections.abc import Mapping
-from typing import Protocol, cast, runtime_checkable
+from typing import TYPE_CHECKING, Protocol, cast, runtime_checkable
 
 from firmware_runtime.board import rigs
 from firmware_runtime.board.registry import Board
@@ -17,7 +17,9 @@ from firmware_runtime.hal.wire_errors import PortClosed
 from sim_doubles.chips.pca9685 import Pca9685Double
 from sim_doubles.i2c_bus import I2cBusDouble
 from sim_doubles.i2c_target import Target
-from sim_doubles.serial_line import SerialLineDouble, SerialTarget
+
+if TYPE_CHECKING:
+    from sim_doubles.serial_line import SerialTarget
 
 
 class DoublesRig(Rig, Protocol):
@@ -122,8 +124,10 @@ class BoardRig:
             if self.enable is not None and isinstance(each, Pca9685Double):
                 self.enable.wire(each)
 
-    def plug_in(self, port: str, target: SerialTarget, name: str = "") -> None:
+    def plug_in(self, port: str, target: "SerialTarget", name: str = "") -> None:
         """Put a double on a serial port; likewise."""
+        from sim_doubles.serial_line import SerialLineDouble  # noqa: PLC0415 -- few boards have one
+
         self.ports[port] = SerialLineDouble(port, self.now, target)
         self._take_in(target, name)
 

@@ -10,7 +10,8 @@ from typing import Any
 
 import pytest
 
-from firmware_runtime.cli.terminal_chart import MOST, Series, chart
+from firmware_runtime.cli.run_report import MOST, Series
+from firmware_runtime.cli.terminal_chart import chart
 from firmware_runtime.devs.time import MICROSECOND, NEVER, SECOND
 from firmware_runtime.runs.progress_line import EVERY, RESERVE, ProgressLine
 from firmware_runtime.system.terminal import OwnTerminal

@@ -7,7 +7,7 @@ import pytest
 from msgspec.structs import replace
 
 from firmware_runtime.board import registry
-from firmware_runtime.board.ends import described, input_timeouts
+from firmware_runtime.board.configuration import described, input_timeouts
 from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.component import Component
 from firmware_runtime.devs.coupled import Coupled
@@ -17,8 +17,7 @@ from firmware_runtime.executive.clocks import Clock, VirtualClock
 from firmware_runtime.executive.configuration import Configuration
 from firmware_runtime.executive.executive import Executive
 from firmware_runtime.executive.policy import ActivationPolicy
-from firmware_runtime.runs.arming import Arming, Permission
-from firmware_runtime.runs.prearm_checks import prearm_checks
+from firmware_runtime.runs.arming import Arming, Permission, prearm_checks
 from firmware_runtime.runs.requests import LONGEST_S, SHORTEST_S, Leases
 from firmware_runtime.runs.session import Session
 from firmware_runtime.runs.start import start_session

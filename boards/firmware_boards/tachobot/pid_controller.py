@@ -7,7 +7,6 @@ from firmware_boards.tachobot.settings import PidSettings, TachobotSettings
 from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.ports import InPort, OutPort
 from firmware_runtime.devs.time import seconds
-from firmware_runtime.models.delay import Delay
 from firmware_runtime.models.motion import Applied
 from firmware_runtime.models.pid import PidGains
 
@@ -53,6 +52,8 @@ class PidController(Coupled, Generic[P]):
         """The port at which the yaw command leaves after the delay; its own where there is none."""
         if not delay_s:
             return command
+        from firmware_runtime.models.delay import Delay  # noqa: PLC0415 -- few runs have one
+
         delay = self.add(Delay("yaw_delay", float, seconds(delay_s)))
         self.couple(command, delay.entrance)
         return delay.delayed

@@ -5,8 +5,6 @@ from typing import TYPE_CHECKING
 from firmware_drivers.chips.mpu9250 import Mpu9250
 from firmware_drivers.chips.mpu9250_settings import Mpu9250Settings
 from firmware_drivers.chips.pca9685 import Pca9685
-from firmware_drivers.esc import Esc
-from firmware_drivers.esc import EscSettings as EscModelSettings
 from firmware_drivers.gyro_bias import GyroBias
 from firmware_drivers.imu import Imu
 from firmware_drivers.thrust_pairs import ThrustPairs, ThrustSettings
@@ -20,6 +18,8 @@ from firmware_runtime.devs.time import seconds
 from firmware_runtime.models.motion import Motion
 
 if TYPE_CHECKING:
+    from firmware_drivers.esc import EscSettings as EscModelSettings
+
     from firmware_boards.tachobot.tracking import TrackingController
 
 
@@ -102,6 +102,8 @@ class Tachobot(Coupled):
 
     def _add_lift(self, settings: EscSettings, lines: Lines) -> None:
         """Arm the central propeller at the start; control begins once it is armed and lifts."""
+        from firmware_drivers.esc import Esc  # noqa: PLC0415 -- where it hovers
+
         chip = Pca9685(lines.buses[settings.bus], settings.address, osc_hz=settings.osc_hz)
         self.pwm_chips.append(chip)
         esc = self.add(Esc("esc", chip, esc_settings(settings), lines.interlock))
@@ -180,8 +182,10 @@ def thrust_settings(settings: TachobotSettings) -> ThrustSettings:
     )
 
 
-def esc_settings(esc: EscSettings) -> EscModelSettings:
+def esc_settings(esc: EscSettings) -> "EscModelSettings":
     """Return the speed controller's settings."""
+    from firmware_drivers.esc import EscSettings as EscModelSettings  # noqa: PLC0415 -- as above
+
     return EscModelSettings(
         channel=esc.channel,
         frequency_hz=esc.frequency_hz,

@@ -2,7 +2,8 @@
 
 import argparse
 
-from firmware_runtime.board.ends import check_ends, described, input_timeouts
+from firmware_runtime.board.configuration import described, input_timeouts
+from firmware_runtime.board.ends import check_ends
 from firmware_runtime.board.ros.topics import topics_of
 from firmware_runtime.cli.arguments import SubParsers, add_board, add_verb
 from firmware_runtime.cli.chosen_board import chosen_board

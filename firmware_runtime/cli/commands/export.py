@@ -15,7 +15,8 @@ from firmware_runtime.cli.arguments import (
     refuse_idle,
     second,
 )
-from firmware_runtime.cli.chosen_model import ABOUT, SUFFIX, devs_model, print_warnings
+from firmware_runtime.cli.chosen_board import SUFFIX
+from firmware_runtime.cli.chosen_model import ABOUT, devs_model, print_warnings
 from firmware_runtime.cli.written import check_output, write_text
 from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.time import MICROSECOND, NEVER, seconds

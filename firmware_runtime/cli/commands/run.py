@@ -10,36 +10,29 @@ from time import monotonic_ns
 from typing import TYPE_CHECKING, Any
 
 from firmware_runtime.board import registry
-from firmware_runtime.board.ends import BoardEnd, end_of
 from firmware_runtime.cli.arguments import SubParsers, add_board, add_verb
-from firmware_runtime.cli.chosen_board import chosen_board
-from firmware_runtime.cli.chosen_model import is_model
+from firmware_runtime.cli.chosen_board import chosen_board, is_model
 from firmware_runtime.cli.run_options import (
     add_input_option,
     add_run_options,
+    add_stage_options,
     choose_clock,
+    choose_stage,
     clock_of,
 )
 from firmware_runtime.cli.run_report import Report
-from firmware_runtime.cli.stage_options import add_stage_options, choose_stage
-from firmware_runtime.cli.written import check_files
 from firmware_runtime.devs.time import MICROSECOND, seconds
 from firmware_runtime.errors import ConfigError, StatisticsFileError, Status, text_of
+from firmware_runtime.executive.executive import Executive
 from firmware_runtime.executive.outcome import Outcome
 from firmware_runtime.recording.blackbox.locations import recording_beside, recording_of_virtual_run
 from firmware_runtime.runs.arming import permission_for
-from firmware_runtime.runs.end_link import idle_options, way_of
-from firmware_runtime.runs.planned_inputs import plan_inputs
 from firmware_runtime.runs.progress_line import Messages, progress_shown
-from firmware_runtime.runs.reporter import Reporter
-from firmware_runtime.runs.restarts import Restarts, counted
-from firmware_runtime.runs.run_files import RunFiles
 from firmware_runtime.runs.session import Session
-from firmware_runtime.runs.start import start_session
+from firmware_runtime.runs.start import start_session, way_of
 from firmware_runtime.runs.tuning import Reloading
 from firmware_runtime.statistics.file_header import RunState
 from firmware_runtime.statistics.paths import check_ending, default_path
-from firmware_runtime.statistics.summary import summary
 from firmware_runtime.system.command_garbage import no_collection_of_what_a_verb_loads
 from firmware_runtime.system.messages import Journal, Notices
 from firmware_runtime.system.packages import refuse_ros
@@ -48,7 +41,11 @@ from firmware_runtime.system.terminal import OutputError, not_printed, readers_m
 from firmware_runtime.system.this_process import started_at
 
 if TYPE_CHECKING:
+    from firmware_runtime.board.ends import BoardEnd
     from firmware_runtime.lab.stages.reports import EndReports
+    from firmware_runtime.runs.reporter import Reporter
+    from firmware_runtime.runs.restarts import Restarts
+    from firmware_runtime.runs.run_files import RunFiles
 
 
 _SUMMARY = "Run a robot until its time is up or a signal stops it; or a model alone."
@@ -75,8 +72,7 @@ def add_to(verbs: SubParsers) -> None:
 def execute(arguments: argparse.Namespace) -> int:
     """Run the robot; print how it ended."""
     refuse_ros()
-    options = ("trace", "record", "plot", "outputs")
-    check_files("run", {f"--{each}": getattr(arguments, each) for each in options})
+    _check_files(arguments)
     choose_stage(arguments)
     choose_clock(arguments)
     if arguments.events is not None or is_model(arguments.board):
@@ -92,6 +88,16 @@ def execute(arguments: argparse.Namespace) -> int:
     return _run_one_process(arguments, board)
 
 
+def _check_files(arguments: argparse.Namespace) -> None:
+    """Refuse files that cannot be written. Raises ConfigError."""
+    options = ("trace", "record", "plot", "outputs")
+    stated = {f"--{each}": getattr(arguments, each) for each in options}
+    if any(path is not None for path in stated.values()):
+        from firmware_runtime.cli.written import check_files  # noqa: PLC0415 -- of few runs
+
+        check_files("run", stated)
+
+
 def _run_one_process(arguments: argparse.Namespace, board: registry.Board) -> int:
     """Run a robot, or one end of it, in this process, however often a manager starts it again."""
     messages = Messages()
@@ -102,7 +108,7 @@ def _run_one_process(arguments: argparse.Namespace, board: registry.Board) -> in
     path, notices = _statistics_path(arguments, board, end), Notices.from_environment()
     within = seconds(board.settings.executive.bring_up_s)
 
-    def run(restarts: Restarts | None) -> int:
+    def run(restarts: "Restarts | None") -> int:
         notices.progress("starts: finds its chips", within)
         with no_collection_of_what_a_verb_loads():
             session = _session(arguments, board, end, path, messages)
@@ -111,13 +117,17 @@ def _run_one_process(arguments: argparse.Namespace, board: registry.Board) -> in
             session.executive.hooks.append(restarts)
         return _run(arguments, session, notices, messages)
 
+    if path is None or not notices.is_there:
+        return run(None)
+    from firmware_runtime.runs.restarts import counted  # noqa: PLC0415 -- of a service
+
     return counted(run, path, notices, within)
 
 
 def _session(
     arguments: argparse.Namespace,
     board: registry.Board,
-    end: BoardEnd | None,
+    end: "BoardEnd | None",
     path: Path | None,
     messages: Messages,
 ) -> Session:
@@ -142,20 +152,15 @@ def _run(
     arguments: argparse.Namespace, session: Session, notices: Notices, messages: Messages
 ) -> int:
     """Run it; its files are written to their ends once the hardware is released."""
-    executive, files = session.executive, RunFiles(messages)
+    executive, files = session.executive, _files(arguments, messages)
     try:
         with closing(session):
             draw = _plotting(session, arguments.plot)
             report = Report(session, arguments, messages)
-            plan_inputs(
-                executive,
-                session.robot.model,
-                session.board.name,
-                arguments.inputs,
-                report.until,
-            )
+            _plan_inputs(session, arguments, report.until)
             reports = _reports(session, arguments.report_to)
-            files.begin(session, arguments.trace, arguments.record)
+            if files is not None:
+                files.begin(session, arguments.trace, arguments.record)
             with (
                 _serving(session, notices, messages) as reload,
                 progress_shown(session, report.until, messages, wanted=not arguments.json),
@@ -186,23 +191,45 @@ def _run(
                 messages(text_of(error))
                 status = status or Status.NOT_PRINTED
     finally:
-        written = files.close()
+        written = Status.OK if files is None else files.close()
     if reports is not None:
         reports.close()
     return status or written
 
 
-def _end_of(arguments: argparse.Namespace, board: registry.Board) -> BoardEnd | None:
+def _files(arguments: argparse.Namespace, messages: Messages) -> "RunFiles | None":
+    """Return the files that the run is to leave beside its statistics; None for none."""
+    if arguments.trace is None and arguments.record is None:
+        return None
+    from firmware_runtime.runs.run_files import RunFiles  # noqa: PLC0415 -- of few runs
+
+    return RunFiles(messages)
+
+
+def _plan_inputs(session: Session, arguments: argparse.Namespace, end: int) -> None:
+    """Let the values of `--input` arrive when they are due. Raises ConfigError."""
+    if arguments.inputs:
+        from firmware_runtime.runs.planned_inputs import plan_inputs  # noqa: PLC0415 -- of few runs
+
+        model, name = session.robot.model, session.board.name
+        plan_inputs(session.executive, model, name, arguments.inputs, end)
+
+
+def _end_of(arguments: argparse.Namespace, board: registry.Board) -> "BoardEnd | None":
     """The end that is to be run; None for the whole robot. Raises ConfigError."""
     if arguments.role is None and arguments.link is None:
         return None
     if arguments.role is None or arguments.link is None:
         fault = "--role and --link belong together; expected both or neither"
         raise ConfigError("run", [fault])
+    from firmware_runtime.board.ends import end_of  # noqa: PLC0415 -- few runs are of one end
+
     end = end_of(board, arguments.role)
     if arguments.loop is not None:
         loop_model = import_module("firmware_runtime.lab.experiments.loop_model")
         end = loop_model.loop_end(end)
+    from firmware_runtime.runs.end_link import idle_options  # noqa: PLC0415 -- of an end only
+
     idle = ("doubles", "arm", "supervised")
     faults = idle_options(end, **{f"--{name}": getattr(arguments, name) for name in idle})
     if faults:
@@ -236,7 +263,7 @@ def _standing(session: Session) -> dict[str, Any]:
 
 
 def _statistics_path(
-    arguments: argparse.Namespace, board: registry.Board, end: BoardEnd | None
+    arguments: argparse.Namespace, board: registry.Board, end: "BoardEnd | None"
 ) -> Path | None:
     if arguments.statistics is not None or arguments.clock == "virtual":
         path: Path | None = arguments.statistics
@@ -272,6 +299,17 @@ def _plotting(session: Session, path: Path | None) -> Callable[[str], None]:
     return lambda reason: plot.write_plot(session, path, reason)
 
 
+def _reporter(executive: Executive, notices: Notices, journal: Journal) -> "Reporter | None":
+    """Return what reports to systemd and the journal, where there is one of them."""
+    if not (notices.is_there or journal.is_there):
+        return None
+    # neither is there at a terminal
+    from firmware_runtime.runs.reporter import Reporter  # noqa: PLC0415
+    from firmware_runtime.statistics.summary import summary  # noqa: PLC0415
+
+    return Reporter(executive, notices, journal, summary)
+
+
 @contextmanager
 def _serving(
     session: Session, notices: Notices, messages: Messages
@@ -279,9 +317,7 @@ def _serving(
     """Report to systemd and the journal; yields what SIGHUP is for, None at a terminal."""
     journal = Journal.from_environment()
     executive = session.executive
-    reporter: Reporter | None = None
-    if notices.is_there or journal.is_there:
-        reporter = Reporter(executive, notices, journal, summary)
+    reporter = _reporter(executive, notices, journal)
     reloading = Reloading(session.tuning, executive, notices, messages)
     try:
         yield None if sys.stdin.isatty() else reloading.request

@@ -15,8 +15,8 @@ from firmware_runtime.cli.arguments import (
     add_output,
     add_verb,
 )
-from firmware_runtime.cli.chosen_board import chosen_board, chosen_end
-from firmware_runtime.cli.chosen_model import ANY, devs_model, is_model
+from firmware_runtime.cli.chosen_board import chosen_board, chosen_end, is_model
+from firmware_runtime.cli.chosen_model import ANY, devs_model
 from firmware_runtime.cli.written import check_output, write_text
 from firmware_runtime.devs.component import Component
 from firmware_runtime.devs.tree import tree

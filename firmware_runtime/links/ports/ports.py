@@ -1,19 +1,21 @@
 """The ports of a model that others may write and watch, by the names they go by in datagrams."""
 
 from collections.abc import Iterable
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
 
 from msgspec import Raw, Struct
 from msgspec.json import decode
 
 from firmware_runtime.devs.component import Component
 from firmware_runtime.devs.coupled import ports_below
-from firmware_runtime.devs.part import Part
 from firmware_runtime.devs.ports import InPort, OutPort
 from firmware_runtime.errors import did_you_mean, with_article
 from firmware_runtime.links.leaf_values import PLAIN, Form
 from firmware_runtime.links.ports.datagrams import Refusal
 from firmware_runtime.links.typed_values import json_form
+
+if TYPE_CHECKING:
+    from firmware_runtime.devs.part import Part
 
 LONGEST_FORM: Final = 400
 """Letters; the text of a form that is longer is cut."""
@@ -54,7 +56,7 @@ class Ports:
         self.entries = {port.name: entry_of(port) for port in root.in_ports.values()}
         self.outputs = ports_below(root)
 
-    def of_part(self, part: Part, other: str) -> "Ports":
+    def of_part(self, part: "Part", other: str) -> "Ports":
         """Return those of a part of this model; where it was cut is no port of it.
 
         `other` is the name of the run that has the rest.

@@ -17,7 +17,6 @@ from pathlib import Path
 
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.recording.blackbox.layout import MAGIC, file_of
-from firmware_runtime.recording.blackbox.reader import read_recording
 from firmware_runtime.recording.blackbox.ring_file import RingFile, check_file
 from firmware_runtime.statistics.paths import (
     Companion,
@@ -165,6 +164,9 @@ def persist(recording: Path, folder: Path, budget: int) -> Path | None:
     copy = folder / f"{header.run}{Companion.RECORDING}"
     if copy.exists():
         return None
+    # the start of a run, which looks for what is to be copied, mostly finds nothing
+    from firmware_runtime.recording.blackbox.reader import read_recording  # noqa: PLC0415
+
     content = file_of(read_recording(recording).chunks)
     folder.mkdir(parents=True, exist_ok=True)
     if len(content) > budget:

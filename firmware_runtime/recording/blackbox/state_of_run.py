@@ -12,10 +12,9 @@ import sys
 from array import array
 from collections.abc import Iterable, Mapping, Sequence
 from hashlib import sha256
-from importlib.abc import Loader
 from importlib.machinery import ModuleSpec, PathFinder
 from types import ModuleType
-from typing import Any, Final, cast
+from typing import TYPE_CHECKING, Any, Final, cast
 
 from firmware_runtime.board.robot import Lines, Robot
 from firmware_runtime.devs.atomic import Atomic
@@ -26,6 +25,9 @@ from firmware_runtime.hal.accounted_bus import AccountedBus
 from firmware_runtime.recording.blackbox.state.keyframes import StateTable, UnkeepableState
 from firmware_runtime.recording.blackbox.taps import TappedPort, TappedTime
 from firmware_runtime.statistics.file import StatisticsFile
+
+if TYPE_CHECKING:
+    from importlib.abc import Loader  # of which Python itself makes use only for types
 
 _NUMPY: Final = "numpy.random.mtrand"
 _LOADS_IT: Final = "numpy.random"
