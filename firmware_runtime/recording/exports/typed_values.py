@@ -58,17 +58,13 @@ def values_in(section: Section, paths: Sequence[str], ports: dict[str, Port]) ->
     """Yield what left ports in a section, in the order in which it was sent."""
     for number, form in sent_of(section):
         path = paths[number] if 0 <= number < len(paths) else str(number)
-        port = ports.get(path)
-        yield Sent(section.at, path, _made(form) if port is None else typed(form, port.type))
+        yield Sent(section.at, path, _value(form, ports.get(path)))
 
 
 def entered_in(section: Section, entrances: Mapping[str, InPort[object]]) -> Iterator[Sent]:
     """Yield what came in from outside in a section, by input ports of the top model."""
     for name, form in section.entered:
-        port = entrances.get(name)
-        yield Sent(
-            section.at, entrance(name), _made(form) if port is None else typed(form, port.type)
-        )
+        yield Sent(section.at, entrance(name), _value(form, entrances.get(name)))
 
 
 def entrance(name: str) -> str:
@@ -98,6 +94,10 @@ def typed(form: Any, kind: Any) -> Any:  # noqa: ANN401 -- whatever a port carri
         except (msgspec.ValidationError, TypeError):
             continue
     return _made(form)
+
+
+def _value(form: object, port: Port | InPort[object] | None) -> object:
+    return _made(form) if port is None else typed(form, port.type)
 
 
 def _made(form: object) -> object:

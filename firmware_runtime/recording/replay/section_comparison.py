@@ -158,7 +158,14 @@ class ComparedValues:
                 continue
             if was is not None:
                 self.count(was[0])
-            yield _difference(section.at, was, now, self._ports)
+            yield self._difference(section.at, was, now)
+
+    def _difference(self, at: int, was: Any, now: Any) -> Difference:  # noqa: ANN401 -- pairs
+        if was is not None and now is not None and was[0] != now[0]:
+            now = None  # it sent from another port: what was sent then is missing
+        model, _, port = self.name((was or now)[0]).rpartition(".")
+        recorded = NOTHING if was is None else was[1]
+        return Difference(at, "value", model, port, recorded, NOTHING if now is None else now[1])
 
     def words(self, section: Section, numbers: Sequence[int]) -> list[Word | None]:
         """The word of each value of a section, as they left these ports."""
@@ -216,13 +223,3 @@ def _is_same(was: Any, now: Any, sent: Any) -> bool:  # noqa: ANN401 -- pairs
     if encode_sent([*was]) == encode_sent([*now]):
         return True
     return bool(was[0] == now[0]) and is_same_but_for_order(sent[1], was[1])
-
-
-def _difference(at: int, was: Any, now: Any, ports: Sequence[str]) -> Difference:  # noqa: ANN401
-    if was is not None and now is not None and was[0] != now[0]:
-        now = None  # it sent from another port: what was sent then is missing
-    number = (was if was is not None else now)[0]
-    path = ports[number] if 0 <= number < len(ports) else f"port {number}"
-    model, _, port = path.rpartition(".")
-    recorded = NOTHING if was is None else was[1]
-    return Difference(at, "value", model, port, recorded, NOTHING if now is None else now[1])
