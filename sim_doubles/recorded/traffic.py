@@ -8,6 +8,7 @@ from firmware_runtime.devs.time import SECOND
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.recording.blackbox.reader import Recording
 from firmware_runtime.recording.blackbox.section import DISCARD, READ, WRITE, Transfer
+from firmware_runtime.recording.replay.feed import device_name
 
 _ON_A_PORT: Final = {WRITE: "W", READ: "R", DISCARD: "throw away"}
 
@@ -64,11 +65,6 @@ def traffic_of(recording: Recording, chosen: Collection[str], begin: int) -> Tra
     return Traffic(lines, ports, total)
 
 
-def device_of(line: str, address: int) -> str:
-    """A line, and the device on it where it is a bus."""
-    return line if address < 0 else f"{line} 0x{address:02x}"
-
-
 def in_words(address: int, messages: Any) -> str:  # noqa: ANN401 -- of a bus or of a port
     """Return the bytes that a transaction writes, in hex, and the number that it reads."""
     if address < 0:
@@ -90,11 +86,11 @@ class Deviation:
     """Outcome: refused, or the answer that it got."""
 
     def __str__(self) -> str:
-        asked = f"asked {device_of(self.line, self.address)} {self.asked}; {self.done}"
+        asked = f"asked {device_name(self.line, self.address)} {self.asked}; {self.done}"
         if self.due is None:
             return f"after the last recorded transaction of {self.line}: {asked}"
         then = self.due.transfer
-        place = f"transaction {self.due.number}, {device_of(self.line, then.address)}"
+        place = f"transaction {self.due.number}, {device_name(self.line, then.address)}"
         instant = f"at {then.at / SECOND:.6f} s of the run"
         return f"{place}, {instant}: recorded {in_words(then.address, then.messages)}, {asked}"
 
@@ -110,10 +106,10 @@ class Deviation:
             "number": None if self.due is None else self.due.number,
             "line": self.line,
             "recorded": recorded and in_words(recorded.address, recorded.messages),
-            "recorded_device": recorded and device_of(self.line, recorded.address),
+            "recorded_device": recorded and device_name(self.line, recorded.address),
             "run_ns": recorded and recorded.at,
             "asked": self.asked,
-            "device": device_of(self.line, self.address),
+            "device": device_name(self.line, self.address),
             "done": self.done,
         }
 

@@ -173,10 +173,10 @@ def _error(name: object, sentence: object) -> Exception:
 
 
 class PlayedWorld:
-    """Stands in the place of models that are none of the robot's own.
+    """Tap of a replay: where a run's notes what a world does, this one plays it.
 
-    `sent` is what the replay has sent so far in the section, so it says where in the recorded one
-    the next value stands.
+    It stands in the place of models that are none of the robot's own. `sent` is what the replay has
+    sent so far in the section, so it says where in the recorded one the next value stands.
     """
 
     def __init__(self, own: frozenset[Atomic], feed: Feed, sent: Sent) -> None:
@@ -192,6 +192,9 @@ class PlayedWorld:
         confluent = None if functions.confluent is None else partial(internal)
         external = partial(self._reached, atomic)
         return Wrapped(atomic, partial(self._output, atomic), internal, external, confluent)
+
+    def watch(self, step: Step) -> None:
+        """Note nothing: the readings are the recorded ones."""
 
     def _output(self, atomic: Atomic) -> None:
         ports = {port.number: port for port in atomic.out_ports.values()}
@@ -228,16 +231,6 @@ def foreign_keyframe(error: ForeignState, code_changed: Sequence[str]) -> Config
 
 
 Port: TypeAlias = OutPort[object]
-
-
-class _ReplayTap:
-    """The tap of a replay: where a run's notes what a world does, this one plays it."""
-
-    def __init__(self, world: PlayedWorld) -> None:
-        self.instrument = world.instrument
-
-    def watch(self, step: Step) -> None:
-        """Note nothing: the readings are the recorded ones."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -279,7 +272,7 @@ def rebuilt(header: Header, board: Board, feed: Feed) -> Rebuilt:
     clock = VirtualClock() if feed.is_virtual else MonotonicClock()
     DoverBlocks(robot.model, clock)
     sent: Sent = []
-    tap: Any = _ReplayTap(PlayedWorld(own, feed, sent))
+    tap: Any = PlayedWorld(own, feed, sent)
     configuration = replace(configuration_of(board, robot.model, lines, elsewhere), tap=tap)
     profiler = Profiler(robot.model, feed.reading, configuration, stands_still=feed.is_virtual)
     atomics = profiler.simulator.atomics
