@@ -28,6 +28,7 @@ from firmware_runtime.recording.classes import (
 )
 from firmware_runtime.recording.replay.difference import Difference
 from firmware_runtime.recording.replay.verdict import Verdict, replay
+from firmware_runtime.recording.what_if.what_if import Question, answer
 from tests.support.allocation import has_attribute
 from tests.support.recorded import record
 from tests.support.replayed import opened
@@ -200,6 +201,21 @@ def test_what_has_the_same_form_and_is_of_another_class_is_a_difference(
     assert verdict.is_identical is False
     assert set(found) >= set(DIFFERENT)
     assert {found[name].model for name in DIFFERENT} == {"controller.allocation"}
+
+
+@pytest.mark.slow
+def test_the_order_of_a_set_is_no_difference_of_a_replay_nor_of_an_open_loop(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    telling(monkeypatch, ["set"])
+    TOLD["set"] = lambda: {0, 8}
+    path = record(tmp_path / "run.recording", "tachobot", 1.0)
+    TOLD["set"] = lambda: {8, 0}
+    assert [*{0, 8}] != [*{8, 0}]
+    verdict, found = replayed(path)
+    assert (verdict.is_identical, found) == (True, {})
+    open_loop = answer(Question(recording=str(path)))
+    assert (open_loop.identical, open_loop.outputs) == (True, {})
 
 
 @pytest.mark.slow

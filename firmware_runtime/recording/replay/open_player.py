@@ -5,22 +5,23 @@ something to do, and those of its own that were not recorded as they come due.
 """
 
 from collections import Counter
-from collections.abc import Iterable
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from itertools import chain, zip_longest
 from typing import Any, Final
 
 import msgspec
 
 from firmware_runtime.board.registry import Board
+from firmware_runtime.devs.ports import Sent
 from firmware_runtime.hal.wire_errors import HalError
 from firmware_runtime.recording.blackbox.ring_file import Header
-from firmware_runtime.recording.blackbox.section import Section, encode_sent, pairs_of, sent_of
-from firmware_runtime.recording.classes import Word
+from firmware_runtime.recording.blackbox.section import Section
 from firmware_runtime.recording.replay.difference import NOTHING, Difference
 from firmware_runtime.recording.replay.feed import Feed, OpenFeed
-from firmware_runtime.recording.replay.outputs import Outputs, compare_in_order
+from firmware_runtime.recording.replay.outputs import Outputs
 from firmware_runtime.recording.replay.player import Player
-from firmware_runtime.recording.values import unpack
+from firmware_runtime.recording.replay.section_comparison import Aligned, ComparedValues, Pairs
 
 OWN_STEPS: Final = 100_000
 """Steps between two recorded ones after which the changed code is said to be stuck."""
@@ -38,6 +39,44 @@ class Change:
     """By the settings that are tried."""
     recorded: Board
     """By those of the run."""
+
+
+class _OpenValues(ComparedValues):
+    """Compares port by port: changed code may send in another order, or not at all."""
+
+    def __init__(self, ports: Sequence[str], played: frozenset[int], outputs: Outputs) -> None:
+        super().__init__(ports, played)
+        self._outputs = outputs
+        self._world = {self.name(number).rpartition(".")[0] for number in played}
+
+    def differences(self, section: Section, sent: Sent) -> Iterator[Difference]:
+        """Values of the robot's own that are not the recorded ones, in order."""
+        found = super().differences(section, sent)
+        return (each for each in found if each.model not in self._world)
+
+    def _are_all_same(self, numbers: Sequence[int]) -> bool:
+        if not self._outputs.draws:
+            self._outputs.same(map(self.name, numbers))
+        return not self._outputs.draws
+
+    def _aligned(self, recorded: Pairs, replayed: Pairs) -> Aligned:
+        by_port: dict[int, tuple[list[int], list[int]]] = {}
+        for side, sent in enumerate((recorded, replayed)):
+            for place, (number, _) in enumerate(sent):
+                by_port.setdefault(number, ([], []))[side].append(place)
+        return chain.from_iterable(zip_longest(*places) for places in by_port.values())
+
+    def _is_same(self, at: int, was: Any, now: Any, value: object) -> bool:  # noqa: ANN401 -- pairs
+        number = (was or now)[0]
+        if number in self.played:
+            return super()._is_same(at, was, now, value)
+        if was is None or now is None:
+            self._outputs.missing(self.name(number), at, replayed=was is None)
+            return False
+        is_same = super()._is_same(at, was, now, value)
+        form = was[1] if is_same else now[1]  # a set has another order in each process
+        self._outputs.compare(self.name(number), at, was[1], form)
+        return is_same
 
 
 class OpenPlayer(Player):
@@ -66,6 +105,9 @@ class OpenPlayer(Player):
 
     def _new_feed(self) -> Feed:
         return OpenFeed(self.header, self._note)
+
+    def _new_values(self, played: frozenset[int]) -> ComparedValues:
+        return _OpenValues(self.ports, played, self.outputs)
 
     def _compare_state(self, section: Section) -> None:
         """A changed robot has another state."""
@@ -121,42 +163,8 @@ class OpenPlayer(Player):
     # What is compared -----------------------------------------------------------------------------
 
     def _compare_sent(self, section: Section) -> None:
-        self.events += len(self._sent) // 2
-        content = encode_sent(self._sent)
-        if content == bytes(section.sent) and not self.outputs.draws:
-            self.outputs.same(self.ports[number] for number in self._sent[::2])
-            self._noted += self.values.differences(section, self._sent)
-        else:
-            self._compare_ports(section, pairs_of(unpack(content)))
+        super()._compare_sent(section)
         self._compare_writes(section)
-
-    def _compare_ports(self, section: Section, replayed: list[Any]) -> None:
-        recorded = sent_of(section)
-        words = self.values.words(section, [number for number, _ in recorded])
-        by_port: dict[int, tuple[list[object], list[object]]] = {}
-        for side, sent in enumerate((recorded, replayed)):
-            for number, form in sent:
-                by_port.setdefault(number, ([], []))[side].append(form)
-        for number, (were, are) in by_port.items():
-            if number not in self.values.played:
-                path = self.values.name(number)
-                model, _, port = path.rpartition(".")
-                for was, now in compare_in_order(self.outputs, path, section.at, were, are):
-                    self._note(Difference(section.at, "value", model, port, was, now))
-            self._compare_classes(section.at, number, zip(recorded, words, strict=True))
-
-    def _compare_classes(
-        self, at: int, number: int, recorded: Iterable[tuple[tuple[int, object], Word | None]]
-    ) -> None:
-        """Compare those of what left a port both times with the same form."""
-        values = [value for other, value in self.sent if other == number]
-        for (other, form), word in recorded:
-            if other == number:
-                value = values.pop(0) if values else None
-                if encode_sent([0, value]) == encode_sent([0, form]):
-                    self._noted += self.values.compare(at, number, word, value)
-                else:
-                    self.values.count(number)
 
     def _compare_writes(self, section: Section) -> None:
         """Compare what was read from each device and written to it."""

@@ -13,7 +13,6 @@ from typing import Any, Final
 from msgspec import Struct
 
 from firmware_runtime.devs.time import SECOND
-from firmware_runtime.recording.replay.difference import NOTHING
 from firmware_runtime.recording.values import numbers_in, pack
 
 _MISSING: Final = object()
@@ -157,18 +156,6 @@ class Outputs:
         for value, points in ((was, curves.recorded), (now, curves.replayed)):
             if _is_number(value) and math.isfinite(value):  # type: ignore[arg-type]
                 points.append((at / SECOND, float(value)))  # type: ignore[arg-type]
-
-
-def compare_in_order(
-    outputs: Outputs, name: str, at: int, recorded: Sequence[object], replayed: Sequence[object]
-) -> Iterator[tuple[object, object]]:
-    """Compare what left by one output at one instant; yields the pairs that differ."""
-    for was, now in zip_longest(recorded, replayed, fillvalue=_MISSING):
-        if was is _MISSING or now is _MISSING:
-            outputs.missing(name, at, replayed=was is _MISSING)
-            yield (NOTHING if was is _MISSING else was), (NOTHING if now is _MISSING else now)
-        elif not outputs.compare(name, at, was, now):
-            yield was, now
 
 
 def leaves(name: str, form: object) -> Iterator[tuple[str, object]]:

@@ -94,7 +94,7 @@ class Player:
         self._models = {below_root(each.path) for each in with_all_below(found.robot.model)}
         self.table = self._state_table(found)
         played = [n for n, path in enumerate(self.ports) if path.rpartition(".")[0] in world]
-        self.values = ComparedValues(self.ports, frozenset(played))
+        self.values = self._new_values(frozenset(played))
         if beginning.kind is Kind.BUILD:
             self._report()
         else:
@@ -169,6 +169,9 @@ class Player:
 
     def _new_feed(self) -> Feed:
         return Feed(self.header, self._note)
+
+    def _new_values(self, played: frozenset[int]) -> ComparedValues:
+        return ComparedValues(self.ports, played)
 
     # What each kind of section is -----------------------------------------------------------------
 

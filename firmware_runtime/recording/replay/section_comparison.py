@@ -1,8 +1,9 @@
 """Comparison of what a section's replay sent and counted with what is recorded."""
 
 from collections import Counter
-from collections.abc import Container, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import fields, is_dataclass
+from itertools import zip_longest
 from typing import Any, Final, TypeAlias
 
 import msgspec
@@ -93,6 +94,10 @@ def _written(value: object) -> bytes:
     return encode_sent([0, value])
 
 
+Pairs: TypeAlias = Sequence[tuple[int, object]]
+"""Number of a port and value."""
+Aligned: TypeAlias = Iterable[tuple[Any, Any]]
+"""Places among what was recorded and what was replayed; None where there is none."""
 Counts: TypeAlias = Mapping[str, Mapping[str, int]]
 """By model and what is counted."""
 
@@ -106,7 +111,7 @@ class ComparedValues:
     none of the robot's own: they are played back.
     """
 
-    def __init__(self, ports: Sequence[str], played: Container[int]) -> None:
+    def __init__(self, ports: Sequence[str], played: frozenset[int]) -> None:
         self.values = 0
         """Own values that are recorded."""
         self.compared = 0
@@ -142,23 +147,39 @@ class ComparedValues:
 
     def differences(self, section: Section, sent: Sent) -> Iterator[Difference]:
         """Values that are not the recorded ones, in order."""
-        content = encode_sent(sent)
-        if content == bytes(section.sent):
-            words = self.words(section, sent[::2])
+        content, at = encode_sent(sent), section.at
+        if content == bytes(section.sent) and self._are_all_same(sent[::2]):
+            words = self._words(section, sent[::2])
             for number, value, word in zip(sent[::2], sent[1::2], words, strict=True):
-                yield from self.compare(section.at, number, word, value)
+                yield from self._compare_classes(at, number, word, value)
             return
         recorded, replayed, values = sent_of(section), pairs_of(unpack(content)), pairs_of(sent)
-        words = self.words(section, [number for number, _ in recorded])
-        for place in range(max(len(recorded), len(replayed))):
-            was = recorded[place] if place < len(recorded) else None
-            now = replayed[place] if place < len(replayed) else None
-            if was is not None and now is not None and _is_same(was, now, values[place]):
-                yield from self.compare(section.at, was[0], words[place], values[place][1])
+        words = self._words(section, [number for number, _ in recorded])
+        for first, second in self._aligned(recorded, replayed):
+            was = None if first is None else recorded[first]
+            now = None if second is None else replayed[second]
+            value = None if second is None else values[second][1]
+            if self._is_same(at, was, now, value) and was is not None:
+                yield from self._compare_classes(at, was[0], words[first], value)
                 continue
             if was is not None:
-                self.count(was[0])
-            yield self._difference(section.at, was, now)
+                self._count(was[0])
+            yield self._difference(at, was, now)
+
+    def _are_all_same(self, _numbers: Sequence[int]) -> bool:
+        """Return whether no more is to be looked at where all that was sent is the same."""
+        return True
+
+    def _aligned(self, recorded: Pairs, replayed: Pairs) -> Aligned:
+        """Yield places of values that are to be the same: here in the order in which they left."""
+        return zip_longest(range(len(recorded)), range(len(replayed)))
+
+    def _is_same(self, _at: int, was: Any, now: Any, value: object) -> bool:  # noqa: ANN401 -- pairs
+        if was is None or now is None:
+            return False
+        if encode_sent([*was]) == encode_sent([*now]):
+            return True
+        return bool(was[0] == now[0]) and is_same_but_for_order(value, was[1])
 
     def _difference(self, at: int, was: Any, now: Any) -> Difference:  # noqa: ANN401 -- pairs
         if was is not None and now is not None and was[0] != now[0]:
@@ -167,7 +188,7 @@ class ComparedValues:
         recorded = NOTHING if was is None else was[1]
         return Difference(at, "value", model, port, recorded, NOTHING if now is None else now[1])
 
-    def words(self, section: Section, numbers: Sequence[int]) -> list[Word | None]:
+    def _words(self, section: Section, numbers: Sequence[int]) -> list[Word | None]:
         """The word of each value of a section, as they left these ports."""
         if self._noted is None or section.kind is not Kind.STEP:
             return [None] * len(numbers)
@@ -176,7 +197,7 @@ class ComparedValues:
         except ValueError as error:
             raise _foreign(error) from error
 
-    def compare(
+    def _compare_classes(
         self, at: int, number: int, word: Word | None, value: object
     ) -> Iterator[Difference]:
         """Compare the classes of a value that has the form of the recorded one; count it."""
@@ -193,7 +214,7 @@ class ComparedValues:
             model, _, port = self.name(number).rpartition(".")
             yield Difference(at, "class", model, port, word.removeprefix(SHALLOW), now)
 
-    def count(self, number: int) -> None:
+    def _count(self, number: int) -> None:
         """Count a recorded value that differs, or was not sent."""
         if number in self.played:
             self.played_back += 1
@@ -217,9 +238,3 @@ def differences_of_counts(at: int, recorded: Counts, replayed: Counts) -> Iterat
 
 def _foreign(error: ValueError) -> ConfigError:
     return ConfigError.of_one("recording", error, expected="those that a run notes")
-
-
-def _is_same(was: Any, now: Any, sent: Any) -> bool:  # noqa: ANN401 -- pairs
-    if encode_sent([*was]) == encode_sent([*now]):
-        return True
-    return bool(was[0] == now[0]) and is_same_but_for_order(sent[1], was[1])
