@@ -6,9 +6,9 @@ from pathlib import Path
 
 import pytest
 
-from firmware_runtime.cli.main import main
 from firmware_runtime.recording.blackbox.section import Kind, decode
 from tests.support.allocation import has_attribute
+from tests.support.command import Command
 from tests.support.recorded import every_section, record
 from tests.support.replayed import check_identical
 
@@ -26,9 +26,9 @@ def _holding(monkeypatch: pytest.MonkeyPatch, line: socket.socket) -> None:
 
 
 @pytest.mark.usefixtures("holding")
-def test_check_names_the_attribute(capsys: pytest.CaptureFixture[str]) -> None:
-    main(["check", "tachobot"])
-    (said,) = [each for each in capsys.readouterr().out.splitlines() if "keyframes" in each]
+def test_check_names_the_attribute(command: Command) -> None:
+    checked = command("check", "tachobot").out
+    (said,) = [each for each in checked.splitlines() if "keyframes" in each]
     assert "controller.allocation.line: a socket:socket" in said
 
 
@@ -44,8 +44,5 @@ def test_its_run_says_so_at_once_and_is_replayed_from_its_start(tmp_path: Path) 
 
 
 @pytest.mark.parametrize("board", ["tachobot", "detective", "balancing", "pan_tilt"])
-def test_of_our_robots_every_state_can_be_kept(
-    board: str, capsys: pytest.CaptureFixture[str]
-) -> None:
-    main(["check", board])
-    assert "keyframes" not in capsys.readouterr().out
+def test_of_our_robots_every_state_can_be_kept(board: str, command: Command) -> None:
+    assert "keyframes" not in command("check", board).out

@@ -11,17 +11,18 @@ from typing import Any
 import pytest
 from firmware_drivers.thrust_pairs import Forces
 
-from firmware_runtime.cli.main import main
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.errors import ConfigError, Status
 from firmware_runtime.recording.debugger.model_state import Models
 from firmware_runtime.recording.debugger.predicate import Predicate, Seen, may_have
 from firmware_runtime.recording.debugger.travel import Travel
 from tests.support.allocation import sends
+from tests.support.command import Command, Ended
 from tests.support.recorded import record
 from tests.support.replayed import opened
 
 Debug = Callable[..., list[Any]]
+Prompt = Callable[..., Ended]
 YAW = "controller.yaw"
 
 
@@ -38,15 +39,24 @@ def travel(flight: Path) -> Travel:
 
 
 @pytest.fixture
-def debug(
-    flight: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> Debug:
+def prompt(flight: Path, monkeypatch: pytest.MonkeyPatch, command: Command) -> Prompt:
+    """Give commands, from second 6 on or where these words say."""
+
+    def prompted(*lines: str, words: tuple[str, ...] = ("--at", "6")) -> Ended:
+        monkeypatch.setattr("sys.stdin", io.StringIO("\n".join(lines)))
+        return command("debug", flight, *words)
+
+    return prompted
+
+
+@pytest.fixture
+def debug(prompt: Prompt) -> Debug:
     """Give commands; returns the answers, from JSON."""
 
     def debugged(*lines: str, words: tuple[str, ...] = ("--at", "6"), status: int = 0) -> list[Any]:
-        monkeypatch.setattr("sys.stdin", io.StringIO("\n".join(lines)))
-        assert main(["debug", str(flight), "--json", *words]) == status
-        return [json.loads(line) for line in capsys.readouterr().out.splitlines()]
+        ended = prompt(*lines, words=("--json", *words))
+        assert ended.status == status
+        return [json.loads(line) for line in ended.out.splitlines()]
 
     return debugged
 
@@ -142,13 +152,10 @@ def test_breakpoints_of_functions_and_predicates(debug: Debug) -> None:
 
 
 @pytest.mark.slow
-def test_pdb_stops_inside_the_models_function(
-    flight: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_pdb_stops_inside_the_models_function(prompt: Prompt) -> None:
     lines = ["pdb controller.yaw.external", "p self.name", "p elapsed", "q", "where"]
-    monkeypatch.setattr("sys.stdin", io.StringIO("\n".join(lines)))
-    assert main(["debug", str(flight), "--at", "6"]) == 0
-    printed = capsys.readouterr().out
+    status, printed, _ = prompt(*lines)
+    assert status == 0
     assert "def external(self, elapsed: int)" in printed
     assert "(Pdb) 'yaw'" in printed
     assert printed.count("between two instants") == 1  # quit leaves both
@@ -156,12 +163,11 @@ def test_pdb_stops_inside_the_models_function(
 
 @pytest.mark.slow
 def test_from_pdb_continue_goes_back_to_the_recording_behind_the_call(
-    flight: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    prompt: Prompt,
 ) -> None:
     lines = [f"pdb {YAW}.external", "n", "c", "break", "continue"]
-    monkeypatch.setattr("sys.stdin", io.StringIO("\n".join(lines)))
-    assert main(["debug", str(flight), "--at", "6"]) == 0
-    printed = capsys.readouterr().out
+    status, printed, _ = prompt(*lines)
+    assert status == 0
     assert printed.count("--Call--") == 1
     assert f"after {YAW} external" in printed
     assert "no breakpoints" in printed
@@ -170,13 +176,12 @@ def test_from_pdb_continue_goes_back_to_the_recording_behind_the_call(
 
 @pytest.mark.slow
 def test_an_instant_outside_of_the_recording_is_no_place_to_go_to(
-    flight: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    prompt: Prompt,
 ) -> None:
-    monkeypatch.setattr("sys.stdin", io.StringIO("goto 99\nwhere\ngoto 8\n"))
-    assert main(["debug", str(flight), "--at", "6"]) == Status.BAD_INPUT
-    printed = capsys.readouterr()
-    assert "expected an instant from 0 to 8 s" in printed.err
-    assert "at 8.000000000 s" in printed.out
+    ended = prompt("goto 99", "where", "goto 8")
+    assert ended.status == Status.BAD_INPUT
+    assert "expected an instant from 0 to 8 s" in ended.error
+    assert "at 8.000000000 s" in ended.out
 
 
 @pytest.mark.slow
@@ -190,17 +195,14 @@ def test_the_command_line_says_where_to_stop_and_what_to_print(debug: Debug) -> 
 
 
 @pytest.mark.slow
-def test_what_is_wrong_is_said_and_the_next_command_is_taken(
-    flight: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_what_is_wrong_is_said_and_the_next_command_is_taken(prompt: Prompt) -> None:
     wrong = ["stepp", "print controller.yew", "next 0", "goto nowhere", "until imu", "pdb imu", "b"]
-    monkeypatch.setattr("sys.stdin", io.StringIO("\n".join([*wrong, "where"])))
-    assert main(["debug", str(flight), "--at", "6"]) == 2
-    said = capsys.readouterr()
-    assert len(said.err.splitlines()) == 6
-    assert "did you mean step?" in said.err
-    assert said.out.count("between two instants") == 2
-    assert main(["debug", str(flight), "--at", "60"]) == 2
+    ended = prompt(*wrong, "where")
+    assert ended.status == Status.BAD_INPUT
+    assert len(ended.error.splitlines()) == 6
+    assert "did you mean step?" in ended.error
+    assert ended.out.count("between two instants") == 2
+    assert prompt(words=("--at", "60")).status == Status.BAD_INPUT
 
 
 @pytest.fixture

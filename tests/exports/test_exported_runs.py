@@ -24,6 +24,7 @@ from firmware_runtime.recording.exports.typed_values import entered_in, sections
 from firmware_runtime.runs.session import Session
 from firmware_runtime.statistics.json_values import plain
 from firmware_runtime.statistics.number_formats import utc
+from tests.support.command import Command
 from tests.support.recorded import record
 
 PARQUET: Any = import_module("pyarrow.parquet")
@@ -218,25 +219,21 @@ def test_bad_words_are_refused(
     run: Path,
     tmp_path: Path,
     monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture[str],
+    command: Command,
     case: tuple[list[str], str],
 ) -> None:
     words, what = case
     monkeypatch.chdir(tmp_path)
-    assert main(["export", *(str(run) if each == "RUN" else each for each in words)]) == 2
-    assert what in capsys.readouterr().err
+    assert what in command.refused("export", *(run if each == "RUN" else each for each in words))
     assert list(tmp_path.iterdir()) == []
 
 
 def test_without_the_extra_its_name_is_said(
-    run: Path,
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture[str],
+    run: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, command: Command
 ) -> None:
     monkeypatch.setitem(sys.modules, "mcap_ros2.writer", None)
-    assert main(["export", str(run), "-o", str(tmp_path / "x.mcap")]) == 2
-    assert "expected the extra mcap" in capsys.readouterr().err
+    said = command.refused("export", run, "-o", tmp_path / "x.mcap")
+    assert "expected the extra mcap" in said
 
 
 def test_what_came_in_over_a_link_has_the_name_that_it_crosses_by() -> None:
@@ -272,15 +269,10 @@ def test_values_are_what_their_ports_types_say(
     ],
 )
 def test_a_stretch_that_the_run_has_not_is_refused(
-    run: Path,
-    tmp_path: Path,
-    capsys: pytest.CaptureFixture[str],
-    words: tuple[str, ...],
-    said: str,
+    run: Path, tmp_path: Path, command: Command, words: tuple[str, ...], said: str
 ) -> None:
     for path in (tmp_path / "x.csv", tmp_path / "x.mcap", tmp_path / "x.parquet"):
-        assert main(["export", str(run), "-o", str(path), *words]) == 2
-        assert said in capsys.readouterr().err
+        assert said in command.refused("export", run, "-o", path, *words)
         assert not path.exists()
 
 

@@ -10,7 +10,6 @@ from typing import Any
 import numpy as np
 import pytest
 
-from firmware_runtime.cli.main import main
 from firmware_runtime.devs.time import MILLISECOND, SECOND
 from firmware_runtime.host.scaffold.package import write_robot
 from firmware_runtime.recording.blackbox import keyframe_schedule
@@ -21,6 +20,7 @@ from firmware_runtime.recording.debugger.travel import Travel
 from firmware_runtime.recording.replay.stretch import Stretch
 from firmware_runtime.recording.values import unpack
 from tests.support.allocation import has_attribute, sends
+from tests.support.command import Command
 from tests.support.recorded import every_section, record
 from tests.support.replayed import check_identical, opened, replayed
 from tests.support.written_package import as_installed
@@ -119,7 +119,7 @@ def test_going_back_in_the_debugger_draws_the_same_again(tmp_path: Path) -> None
 
 @pytest.mark.slow
 def test_a_replay_says_that_they_were_drawn_from(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, command: Command
 ) -> None:
     path = tmp_path / "run.recording"
     with monkeypatch.context() as patched:
@@ -127,10 +127,8 @@ def test_a_replay_says_that_they_were_drawn_from(
         record(path, "tachobot", 1.0)
         assert not replayed(path).has_drawn
     sends(monkeypatch, lambda _, force: force + random.random())  # noqa: S311
-    main(["replay", str(path), "--json"])
-    assert json.loads(capsys.readouterr().out)["has_drawn"] is True
-    main(["replay", str(path)])
-    assert chance.UNKEPT in capsys.readouterr().out
+    assert json.loads(command("replay", path, "--json").out)["has_drawn"] is True
+    assert chance.UNKEPT in command("replay", path).out
 
 
 def _drawn_from(path: Path) -> list[bool]:

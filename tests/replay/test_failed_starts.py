@@ -1,9 +1,7 @@
 """A start that fails since a chip is missing or another one leaves a recording, and is replayed."""
 
-import json
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 import pytest
 from firmware_boards.tachobot.allocation import Allocation
@@ -12,7 +10,6 @@ from firmware_drivers.chips.pca9685 import Pca9685
 
 from firmware_runtime.board import registry
 from firmware_runtime.board.robot import Robot
-from firmware_runtime.cli.main import main
 from firmware_runtime.devs.model_errors import ModelError
 from firmware_runtime.errors import FirmwareRuntimeError, text_of
 from firmware_runtime.executive.clocks import VirtualClock
@@ -28,6 +25,7 @@ from firmware_runtime.runs.recorded_edge import RecordedEdge
 from firmware_runtime.runs.session import Session
 from firmware_runtime.runs.start import start_session
 from sim_doubles.chips.mpu9250_registers import power_up
+from tests.support.command import Command
 from tests.support.recorded import record
 from tests.support.replayed import replayed
 
@@ -101,14 +99,14 @@ def test_whatever_a_driver_raises_in_its_bring_up_is_replayed(
 
 
 def test_a_start_that_is_broken_off_is_replayed(
-    state: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    state: Path, monkeypatch: pytest.MonkeyPatch, command: Command
 ) -> None:
     with monkeypatch.context() as patched:
         raise_in_bring_up(patched, KeyboardInterrupt())
         with pytest.raises(KeyboardInterrupt):
             record(recording_of_virtual_run("tachobot"), "tachobot", 0.1)
-    assert main(["replay", "tachobot"]) == 0
-    assert "the run had failed: KeyboardInterrupt" in capsys.readouterr().out
+    ended = command("replay", "tachobot")
+    assert (ended.status, "the run had failed: KeyboardInterrupt" in ended.out) == (0, True)
     assert (state / "tachobot.start.recording").exists()
 
 
@@ -139,21 +137,16 @@ def test_a_model_whose_initial_state_raises_leaves_none_since_no_chip_was_asked(
     assert not state.exists()
 
 
-def test_verbs_take_it(
-    state: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_verbs_take_it(state: Path, monkeypatch: pytest.MonkeyPatch, command: Command) -> None:
     said = fail_to_start(recording_of_virtual_run("tachobot"), monkeypatch)
-    ended: Callable[..., Any] = lambda *words: (main(list(words)), capsys.readouterr().out)  # noqa: E731
-    status, out = ended("replay", "tachobot")
-    assert (status, said in out) == (0, True)
-    status, out = ended("recordings", "list", "--json")
-    (row,) = json.loads(out)
+    ended = command("replay", "tachobot")
+    assert (ended.status, said in ended.out) == (0, True)
+    (row,) = command.document("recordings", "list")
     assert (row["name"], row["why"], row["end"], row["whole"]) == (
         *("tachobot", "start", "failed"),
         True,
     )
-    status, out = ended("replay", "tachobot", "--json")
-    assert (status, json.loads(out)["identical"]) == (0, True)
+    assert command.document("replay", "tachobot")["identical"] is True
     assert row["file"] == str(state / "tachobot.start.recording")
 
 

@@ -7,7 +7,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from firmware_runtime.cli.main import main
 from firmware_runtime.errors import Status
 from firmware_runtime.recording.blackbox.section import (
     Section,
@@ -19,6 +18,7 @@ from firmware_runtime.recording.blackbox.section import (
 from firmware_runtime.recording.exports.typed_values import values_in
 from firmware_runtime.recording.replay.difference import Difference
 from tests.support.allocation import sends
+from tests.support.command import Command
 from tests.support.recorded import record
 
 HUGE = 1 << 70
@@ -67,16 +67,15 @@ class Level(float):
 
 @pytest.mark.slow
 def test_a_replay_says_how_many_values_it_could_not_compare_as_a_whole(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, command: Command
 ) -> None:
     path = record(tmp_path / "plain.recording", "tachobot", 1.0)
-    assert main(["replay", str(path), "--json"]) == 0
-    assert json.loads(capsys.readouterr().out)["unknown"] == 0
+    assert command.document("replay", path)["unknown"] == 0
     sends(monkeypatch, lambda _, force: Level(force))
     path = record(tmp_path / "level.recording", "tachobot", 1.0)
-    assert main(["replay", str(path), "--json"]) == Status.NOT_ALL_COMPARED
-    said = json.loads(capsys.readouterr().out)
+    ended = command("replay", path, "--json")
+    said = json.loads(ended.out)
+    assert ended.status == Status.NOT_ALL_COMPARED
     assert said["identical"] is None
     assert said["unknown"] == said["values"] - said["compared"] > 10
-    assert main(["replay", str(path)]) == Status.NOT_ALL_COMPARED
-    assert f"{said['unknown']} values of controller.allocation" in capsys.readouterr().out
+    assert f"{said['unknown']} values of controller.allocation" in command("replay", path).out

@@ -17,7 +17,6 @@ import pytest
 from firmware_boards.tachobot.allocation import Allocation
 from msgspec import Struct
 
-from firmware_runtime.cli.main import main
 from firmware_runtime.devs.ports import OutPort, Owner, Sent
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.errors import Status
@@ -30,6 +29,7 @@ from firmware_runtime.recording.replay.difference import Difference
 from firmware_runtime.recording.replay.verdict import Verdict, replay
 from firmware_runtime.recording.what_if.what_if import Question, answer
 from tests.support.allocation import has_attribute
+from tests.support.command import Command
 from tests.support.recorded import record
 from tests.support.replayed import opened
 
@@ -220,7 +220,7 @@ def test_the_order_of_a_set_is_no_difference_of_a_replay_nor_of_an_open_loop(
 
 @pytest.mark.slow
 def test_what_cannot_be_compared_is_counted_and_said(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, command: Command
 ) -> None:
     telling(monkeypatch, list(NOT_COMPARED))
     for name, (first, second) in NOT_COMPARED.items():
@@ -232,35 +232,35 @@ def test_what_cannot_be_compared_is_counted_and_said(
         assert (verdict.is_identical, found) == (None, {}), name
         assert verdict.compared < verdict.values
         assert name in verdict.not_compared[0]
-    assert main(["replay", str(path), "--json"]) == Status.NOT_ALL_COMPARED
-    said = json.loads(capsys.readouterr().out)
+    ended = command("replay", path, "--json")
+    said = json.loads(ended.out)
+    assert ended.status == Status.NOT_ALL_COMPARED
     assert said["identical"] is None
     assert said["values"] - said["compared"] == verdict.values - verdict.compared > 0
     assert said["not_compared"] == verdict.not_compared
-    assert main(["replay", str(path)]) == Status.NOT_ALL_COMPARED
-    words = capsys.readouterr().out
-    assert f"no difference in {said['compared']} of {said['values']} values" in words
-    assert "identical" not in words
-    assert main(["replay", str(path), "--set", "recording.minutes=0.2", "--json"]) == Status.OK
-    assert json.loads(capsys.readouterr().out)["not_compared"] == verdict.not_compared
+    ended = command("replay", path)
+    assert ended.status == Status.NOT_ALL_COMPARED
+    assert f"no difference in {said['compared']} of {said['values']} values" in ended.out
+    assert "identical" not in ended.out
+    open_loop = command.document("replay", path, "--set", "recording.minutes=0.2")
+    assert open_loop["not_compared"] == verdict.not_compared
 
 
 @pytest.mark.slow
 def test_whatever_is_compared_as_a_whole_is_identical_from_a_keyframe_on_too(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, command: Command
 ) -> None:
     telling(monkeypatch, list(SURE))
     TOLD.update(SURE)
     path = record(tmp_path / "run.recording", "tachobot", 6)
     for words in ([], ["--from", "5.5"]):
-        assert main(["replay", str(path), "--json", *words]) == Status.OK
-        said = json.loads(capsys.readouterr().out)
+        said = command.document("replay", path, *words)
         assert said["identical"] is True
         assert said["compared"] == said["values"]
         assert said["events"] == said["values"] + said["played_back"]
     test = tmp_path / "test_piece.py"
     stretch = ["--from", "2.5", "--until", "3"]
-    assert main(["replay", str(path), "--as-test", str(test), *stretch]) == Status.OK
+    assert command("replay", path, "--as-test", test, *stretch).status == Status.OK
     verdict, _ = replayed(test.with_suffix(".recording"))
     assert verdict.is_identical
 

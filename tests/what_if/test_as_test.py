@@ -1,6 +1,5 @@
 """A piece of a run becomes a test, as short as shows the difference, with its recording."""
 
-import json
 import subprocess
 import sys
 from collections.abc import Callable
@@ -11,11 +10,11 @@ import pytest
 from firmware_boards.tachobot.allocation import Allocation
 from firmware_drivers.thrust_pairs import Forces
 
-from firmware_runtime.cli.main import main
 from firmware_runtime.recording.blackbox.layout import Chunk, file_of
 from firmware_runtime.recording.blackbox.reader import read_recording
 from firmware_runtime.recording.replay.replay_assertion import assert_replays, difference_of
 from tests.support.allocation import has_attribute
+from tests.support.command import Command
 from tests.support.recorded import in_chunks, record
 
 GAIN = "controller.yaw.kp=0.8"
@@ -29,14 +28,12 @@ def flight(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture
-def write(flight: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> Write:
+def write(flight: Path, tmp_path: Path, command: Command) -> Write:
     """Write a test; returns what the verb says of it."""
 
     def written(*words: object) -> dict[str, Any]:
-        test = str(tmp_path / "test_that_day.py")
-        arguments = ["replay", str(flight), "--as-test", test, "--json", *map(str, words)]
-        assert main(arguments) == 0
-        said: dict[str, Any] = json.loads(capsys.readouterr().out)
+        test = tmp_path / "test_that_day.py"
+        said: dict[str, Any] = command.document("replay", flight, "--as-test", test, *words)
         return said
 
     return written
@@ -114,43 +111,41 @@ def test_the_file_is_a_test_that_pytest_runs(write: Write) -> None:
 )
 @pytest.mark.slow
 def test_what_can_be_no_test_is_refused_and_nothing_is_written(
-    flight: Path, tmp_path: Path, name: str, words: list[str], capsys: pytest.CaptureFixture[str]
+    flight: Path, tmp_path: Path, name: str, words: list[str], command: Command
 ) -> None:
-    assert main(["replay", str(flight), "--as-test", str(tmp_path / name), *words]) == 2
-    assert "expected" in capsys.readouterr().err
+    said = command.refused("replay", flight, "--as-test", tmp_path / name, *words)
+    assert "expected" in said
     assert list(tmp_path.iterdir()) == []
 
 
 @pytest.mark.slow
-def test_a_test_is_not_written_over(write: Write, flight: Path) -> None:
+def test_a_test_is_not_written_over(write: Write, flight: Path, command: Command) -> None:
     said = write("--until", 0.2)
-    assert main(["replay", str(flight), "--as-test", said["test"]]) == 2
+    command.refused("replay", flight, "--as-test", said["test"])
     assert difference_of(Path(said["recording"])) == (None, [])
 
 
 @pytest.mark.slow
 def test_a_stretch_whose_state_cannot_be_kept_is_refused(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, command: Command
 ) -> None:
     has_attribute(monkeypatch, "numbers", lambda _: (number for number in range(3)))
     path = record(tmp_path / "run.recording", "tachobot", 1.0)
-    test = str(tmp_path / "test_that_day.py")
-    assert main(["replay", str(path), "--from", "0.5", "--as-test", test]) == 2
-    said = capsys.readouterr().err
+    test = tmp_path / "test_that_day.py"
+    said = command.refused("replay", path, "--from", "0.5", "--as-test", test)
     assert said.count("\n") == 1
     assert "cannot be kept where the stretch begins; expected one from the run's start" in said
-    assert main(["replay", str(path), "--as-test", test]) == 0
+    assert command("replay", path, "--as-test", test).status == 0
 
 
 @pytest.mark.slow
 def test_what_the_runs_recording_lacks_is_said_and_stands_in_the_test(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    tmp_path: Path, command: Command
 ) -> None:
     path, test = record(tmp_path / "run.recording", "tachobot", 0.2), tmp_path / "test_that_day.py"
     path.write_bytes(in_chunks(path, 10))
     chunks = [Chunk(each.number, each.contents) for each in read_recording(path).chunks]
     path.write_bytes(file_of([*chunks[:2], *chunks[3:]]))
     (lacking,) = read_recording(path).faults()
-    assert main(["replay", str(path), "--as-test", str(test), "--json"]) == 0
-    assert json.loads(capsys.readouterr().out)["faults"] == [lacking]
+    assert command.document("replay", path, "--as-test", test)["faults"] == [lacking]
     assert f"recording is not whole: {lacking}" in " ".join(test.read_text().split())

@@ -18,6 +18,7 @@ from firmware_runtime.recording.blackbox.reader import read_recording
 from firmware_runtime.recording.replay.difference import in_lines
 from firmware_runtime.recording.what_if.watch import Watched, since
 from firmware_runtime.recording.what_if.what_if import Question, WhatIf, answer
+from tests.support.command import Command
 from tests.support.recorded import record
 
 YAW = "controller.yaw.command_n"
@@ -35,11 +36,6 @@ def flight(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def _asked(path: Path, *assignments: str, begin_s: float = 0) -> WhatIf:
     begin = round(begin_s * SECOND)
     return answer(Question(recording=str(path), assignments=[*assignments], begin=begin))
-
-
-def _printed(capsys: pytest.CaptureFixture[str], words: Sequence[object]) -> str:
-    assert main([str(each) for each in words]) == 0
-    return capsys.readouterr().out
 
 
 @pytest.mark.slow
@@ -92,44 +88,42 @@ def test_other_models_run_on_what_there_is_and_it_is_said(flight: Path) -> None:
 
 
 @pytest.mark.slow
-def test_plots_show_recorded_and_replayed(
-    flight: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_plots_show_recorded_and_replayed(flight: Path, tmp_path: Path, command: Command) -> None:
     picture, page = tmp_path / "plot.svg", tmp_path / "plot.html"
     what = ("replay", flight, "--set", "controller.yaw.kp=0.8", "--until", 2, "-o")
-    printed = _printed(capsys, [*what, picture])
-    assert printed.startswith("what if: controller.yaw.kp=0.8 (in the run 0.75)\n")
+    assert command(*what, picture).out.startswith(
+        "what if: controller.yaw.kp=0.8 (in the run 0.75)\n"
+    )
     drawn = fromstring(picture.read_text())  # noqa: S314 -- our own file
     titles = [each.text for each in drawn.iter("{http://www.w3.org/2000/svg}title")]
     assert titles.count("recorded") == titles.count("replayed") >= 3
     assert YAW in titles
-    _printed(capsys, [*what, page])
+    assert command(*what, page).status == 0
     assert YAW in page.read_text()
 
 
 @pytest.mark.slow
 def test_other_code_answers_in_a_process_of_its_own(
-    flight: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    flight: Path, tmp_path: Path, command: Command
 ) -> None:
     checkout = tmp_path / "checkout"
     shutil.copytree(ROOT / "boards", checkout / "boards")
     allocation = checkout / "boards/firmware_boards/tachobot" / "attitude.py"
     allocation.write_text(allocation.read_text() + "\n")  # the same in other bytes
-    what = ("replay", flight, "--with", checkout, "--json")
-    assert json.loads(_printed(capsys, what))["identical"] is True
+    what = ("replay", flight, "--with", checkout)
+    assert command.document(*what)["identical"] is True
     changed = allocation.with_name("allocation.py")
     sent = "self.forces_out.send(self.forces)"
     halved = "self.forces_out.send(Forces(*(each / 2 for each in self.forces)))"
     changed.write_text(changed.read_text().replace(sent, halved))
-    said = json.loads(_printed(capsys, what))
+    said = command.document(*what)
     assert said["identical"] is False
     assert said["first_difference"]["model"] == "controller.allocation"
     assert {"events", "duration_s", "outputs"} <= said.keys()
-    late = json.loads(_printed(capsys, [*what, "--from", 6]))
+    late = command.document(*what, "--from", 6)
     assert late["outputs"].keys() == said["outputs"].keys()
     changed.write_text("is no Python")
-    assert main([str(each) for each in what]) == 2
-    assert "SyntaxError" in capsys.readouterr().err
+    assert "SyntaxError" in command.refused(*what)
 
 
 @pytest.mark.slow
@@ -161,10 +155,9 @@ def test_what_the_code_of_a_folder_prints_or_fails_with_is_said(
 
 
 def test_a_folder_without_the_robots_code_is_refused(
-    flight: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    flight: Path, tmp_path: Path, command: Command
 ) -> None:
-    assert main(["replay", str(flight), "--with", str(tmp_path / "none")]) == 2
-    assert "no folder" in capsys.readouterr().err
+    assert "no folder" in command.refused("replay", flight, "--with", tmp_path / "none")
     with pytest.raises(ConfigError, match="none of the robot's code"):
         Watched(tmp_path, read_recording(flight).header)
 
@@ -172,11 +165,11 @@ def test_a_folder_without_the_robots_code_is_refused(
 @pytest.mark.slow
 @pytest.mark.parametrize("folder", ["empty", "above"])
 def test_a_folder_that_gives_no_module_is_not_answered_by_what_is_installed(
-    flight: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], folder: str
+    flight: Path, tmp_path: Path, command: Command, folder: str
 ) -> None:
     checkout = tmp_path if folder == "empty" else ROOT.parent
-    assert main(["replay", str(flight), "--until", "0.1", "--with", str(checkout)]) == 2
-    assert "no module of the robot is in it" in capsys.readouterr().err
+    said = command.refused("replay", flight, "--until", "0.1", "--with", checkout)
+    assert "no module of the robot is in it" in said
 
 
 def test_a_save_is_seen_and_a_file_of_an_editor_is_not(flight: Path, tmp_path: Path) -> None:
@@ -234,7 +227,6 @@ def test_what_is_not_as_the_last_time_is_said(flight: Path) -> None:
 
 @pytest.mark.parametrize("words", [["-o", "plot.svg"], ["--set", "x=1", "-o", "plot.txt"]])
 def test_plots_of_nothing_and_of_another_kind_are_refused(
-    flight: Path, words: Sequence[str], capsys: pytest.CaptureFixture[str]
+    flight: Path, words: Sequence[str], command: Command
 ) -> None:
-    assert main(["replay", str(flight), *words]) == 2
-    assert "expected" in capsys.readouterr().err
+    assert "expected" in command.refused("replay", flight, *words)
