@@ -74,15 +74,23 @@ class Captures:
         return self.now
 
 
+def opened(
+    monkeypatch: pytest.MonkeyPatch, captures: Captures, written: list[bytes], *, real: bool = True
+) -> KeyframeSchedule:
+    """The schedule of a run that begins."""
+    monkeypatch.setattr(keyframe_schedule, "monotonic_ns", captures.monotonic_ns)
+    schedule = KeyframeSchedule()
+    schedule.plan(lambda: captures, is_real_time=real)
+    schedule.open(written.append)
+    return schedule
+
+
 @pytest.fixture(name="run_with")
 def _run_with(monkeypatch: pytest.MonkeyPatch) -> Callable[..., list[int]]:
     """The instants at which keyframes were taken, of a run with a pause after each step."""
 
     def run_with(captures: Captures, *, pause: int, until: int) -> list[int]:
-        monkeypatch.setattr(keyframe_schedule, "monotonic_ns", captures.monotonic_ns)
-        schedule, taken, written = KeyframeSchedule(), list[int](), list[bytes]()
-        schedule.plan(lambda: captures, is_real_time=True)
-        schedule.open(written.append)
+        schedule, taken = opened(monkeypatch, captures, []), list[int]()
         for at in range(0, until, pause):
             if at < schedule.due_at or not schedule.has_time(at, pause):
                 continue
@@ -114,10 +122,11 @@ def test_a_first_one_that_is_slow_is_no_measure(run_with: Callable[..., list[int
     assert run_with(captures, pause=PAUSE, until=SECOND) == [0]
 
 
-def test_one_for_which_there_is_never_time_is_not_taken(
-    run_with: Callable[..., list[int]],
+@pytest.mark.parametrize("takes", [12 * MILLISECOND, None], ids=["never time", "fails"])
+def test_one_for_which_there_is_never_time_or_that_has_failed_is_not_taken(
+    run_with: Callable[..., list[int]], takes: int | None
 ) -> None:
-    captures = Captures(then=12 * MILLISECOND)
+    captures = Captures(then=takes)
     assert run_with(captures, pause=PAUSE, until=60 * SECOND) == []
     assert captures.captured == REHEARSED
 
@@ -130,22 +139,11 @@ def test_keyframes_that_fail_are_tried_ever_later(run_with: Callable[..., list[i
     assert run_with(captures, pause=SECOND, until=600 * SECOND) != []
 
 
-def test_one_that_fails_is_not_tried_where_there_is_no_time_for_it(
-    run_with: Callable[..., list[int]],
-) -> None:
-    captures = Captures(then=None)
-    assert run_with(captures, pause=PAUSE, until=60 * SECOND) == []
-    assert captures.captured == REHEARSED
-
-
 def test_how_long_a_keyframe_takes_is_known_before_the_first(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    captures = Captures(then=10 * MILLISECOND)
-    monkeypatch.setattr(keyframe_schedule, "monotonic_ns", captures.monotonic_ns)
-    schedule, written = KeyframeSchedule(), list[bytes]()
-    schedule.plan(lambda: captures, is_real_time=True)
-    schedule.open(written.append)
+    captures, written = Captures(then=10 * MILLISECOND), list[bytes]()
+    schedule = opened(monkeypatch, captures, written)
     assert schedule.has_time(0, 30 * MILLISECOND + RESERVE)
     assert schedule.fault is None
     assert not schedule.has_time(0, 30 * MILLISECOND)
@@ -154,10 +152,7 @@ def test_how_long_a_keyframe_takes_is_known_before_the_first(
     assert captures.captured == len(written) == REHEARSED
 
 
-def test_in_virtual_time_there_is_time_for_any() -> None:
+def test_in_virtual_time_there_is_time_for_any(monkeypatch: pytest.MonkeyPatch) -> None:
     captures = Captures(then=10 * MILLISECOND)
-    schedule, written = KeyframeSchedule(), list[bytes]()
-    schedule.plan(lambda: captures, is_real_time=False)
-    schedule.open(written.append)
-    assert schedule.has_time(0, 0)
+    assert opened(monkeypatch, captures, [], real=False).has_time(0, 0)
     assert captures.captured == 0

@@ -51,21 +51,6 @@ class Live:
         self.messages.append((at, port, plain(value)))
 
 
-@pytest.fixture(scope="module")
-def in_real_time(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Live, Statistics]:
-    """A run in real time: its recording, what left its ports, and what it counted."""
-    path = tmp_path_factory.mktemp("run") / "tachobot.stats"
-    board = board_in_force("tachobot", ("executive.fifo_priority=0", "recording.minutes=0.1"))
-    recording, live = recording_beside(path), Live()
-    session = start_session(
-        board, MonotonicClock(), doubles=True, statistics_path=path, recording=recording
-    )
-    with closing(session):
-        live.listen(session)
-        session.run(SECOND)
-    return recording, live, read_statistics(path)
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize("board", ["tachobot", "detective"])
 def test_values_are_those_that_left_their_ports(tmp_path: Path, board: str) -> None:
@@ -80,24 +65,30 @@ def test_values_are_those_that_left_their_ports(tmp_path: Path, board: str) -> N
 
 @pytest.mark.slow
 @pytest.mark.real_time
-def test_so_they_are_in_real_time(in_real_time: tuple[Path, Live, Statistics]) -> None:
-    path, live, _ = in_real_time
-    assert messages_of(observed(path)) == live.messages
-
-
-@pytest.mark.slow
-@pytest.mark.real_time
-def test_instants_add_up_to_what_the_run_has_counted(
-    in_real_time: tuple[Path, Live, Statistics],
+def test_in_real_time_instants_follow_one_another_and_add_up_to_what_was_counted(
+    tmp_path: Path,
 ) -> None:
-    path, _, counted = in_real_time
-    steps = [each for each in observed(path) if each.is_step]
+    path, live = tmp_path / "tachobot.stats", Live()
+    board = board_in_force("tachobot", ("executive.fifo_priority=0", "recording.minutes=0.1"))
+    recording = recording_beside(path)
+    session = start_session(
+        board, MonotonicClock(), doubles=True, statistics_path=path, recording=recording
+    )
+    with closing(session):
+        live.listen(session)
+        session.run(SECOND)
+    moments, counted = observed(recording), read_statistics(path)
+    assert messages_of(moments) == live.messages
+    own: Counter[str] = Counter()
+    for moment in moments:
+        laps = [at for each in moment.ran for at in (each.begin, each.end)]
+        assert [moment.begin, *laps, moment.end] == sorted([moment.begin, *laps, moment.end])
+        assert {each.function for each in moment.ran} <= FUNCTIONS
+        for each in moment.ran:
+            own[each.model] += each.end - each.begin
+    steps = [each for each in moments if each.is_step]
     assert len(steps) == counted.cells[STEPS]
     assert sum(each.end - each.begin for each in steps) == _sum(counted, STEP_HISTOGRAM)
-    own: Counter[str] = Counter()
-    for step in steps:
-        for each in step.ran:
-            own[each.model] += each.end - each.begin
     events = [n for n, each in counted.header.models.items() if each.period_ns is None]
     assert len(events) > 3
     for model in events:
@@ -107,18 +98,6 @@ def test_instants_add_up_to_what_the_run_has_counted(
 
 def _sum(counted: Statistics, place: slice) -> int:
     return Histogram(counted.cells[place]).sum
-
-
-@pytest.mark.slow
-@pytest.mark.real_time
-def test_functions_follow_one_another_within_their_step(
-    in_real_time: tuple[Path, Live, Statistics],
-) -> None:
-    path, *_ = in_real_time
-    for step in observed(path):
-        laps = [step.begin, *(at for each in step.ran for at in (each.begin, each.end)), step.end]
-        assert laps == sorted(laps)
-        assert {each.function for each in step.ran} <= FUNCTIONS
 
 
 @pytest.mark.slow

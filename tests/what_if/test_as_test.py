@@ -10,7 +10,7 @@ import pytest
 from firmware_boards.tachobot.allocation import Allocation
 from firmware_drivers.thrust_pairs import Forces
 
-from firmware_runtime.recording.blackbox.layout import Chunk, file_of
+from firmware_runtime.recording.blackbox.layout import file_of
 from firmware_runtime.recording.blackbox.reader import read_recording
 from firmware_runtime.recording.replay.replay_assertion import assert_replays, difference_of
 from tests.support.allocation import has_attribute
@@ -144,7 +144,7 @@ def test_what_the_runs_recording_lacks_is_said_and_stands_in_the_test(
 ) -> None:
     path, test = record(tmp_path / "run.recording", "tachobot", 0.2), tmp_path / "test_that_day.py"
     path.write_bytes(in_chunks(path, 10))
-    chunks = [Chunk(each.number, each.contents) for each in read_recording(path).chunks]
+    chunks = read_recording(path).chunks
     path.write_bytes(file_of([*chunks[:2], *chunks[3:]]))
     (lacking,) = read_recording(path).faults()
     assert command.document("replay", path, "--as-test", test)["faults"] == [lacking]
