@@ -14,12 +14,15 @@ from firmware_runtime.lab.continuity.certificate_page import (
     certificate_page,
     signals_of,
 )
-from firmware_runtime.lab.continuity.stage_run import End, Plan, StageRun, all_of, run_stage
+from firmware_runtime.lab.continuity.stage_run import End, StageRun, all_of, run_stage
 from firmware_runtime.lab.stages import staged_run
+from firmware_runtime.lab.stages.staged_run import Staged
 from firmware_runtime.recording.blackbox.reader import Recording, read_recording
 from firmware_runtime.recording.board_of_recording import board_of
 from firmware_runtime.recording.replay.verdict import replay
 from tests.support.recorded import in_chunks, record
+
+PLAN = Staged(board=load("tachobot"), named="tachobot", for_s=1.0)
 
 
 @pytest.fixture(scope="module")
@@ -35,7 +38,7 @@ def run(end: End) -> StageRun:
 
 
 def certificate(*runs: StageRun) -> Certificate:
-    return Certificate(Plan(load("tachobot"), "tachobot", 1.0), runs)
+    return Certificate(PLAN, runs)
 
 
 def test_no_stage_at_all_is_no_pass() -> None:
@@ -143,18 +146,12 @@ def test_what_is_drawn_goes_by_the_names_it_has_in_recordings() -> None:
     assert signals_of(load("tachobot")) == ("world.yaw_rad", ("controller.allocation.forces",))
 
 
-def test_a_plan_says_where_everything_is_kept(tmp_path: Path) -> None:
-    staged = Plan(load("tachobot"), "tachobot", 2.0).staged(Stage.SIMULATION, tmp_path)
-    assert (staged.stage, staged.for_s) == (Stage.SIMULATION, 2.0)
-    assert staged.record == tmp_path / "simulation.recording"
-
-
 @pytest.mark.slow
 def test_a_recording_of_another_run_in_the_folder_is_not_taken_for_this_one(
     tmp_path: Path, end: End
 ) -> None:
     (tmp_path / "simulation.recording").write_bytes(end.recording.path.read_bytes())
-    plan = Plan(load("tachobot"), str(tmp_path / "no_board.toml"), 1.0)
+    plan = replace(PLAN, named=str(tmp_path / "no_board.toml"))
     found = run_stage(plan, Stage.SIMULATION, tmp_path)
     assert not found.has_run
     assert found.why_not is not None
@@ -167,7 +164,7 @@ def test_a_stage_that_does_not_end_is_ended_and_is_a_fault(
 ) -> None:
     monkeypatch.setattr(staged_run, "_AT_LEAST_S", 0.5)
     monkeypatch.setattr(staged_run, "_TIMES", 0.0)
-    found = run_stage(Plan(load("tachobot"), "tachobot", 600.0), Stage.SIMULATION, tmp_path)
+    found = run_stage(replace(PLAN, for_s=600.0), Stage.SIMULATION, tmp_path)
     assert (found.has_run, found.fault) == (True, "stage simulation: no end within 0.5 s")
 
 

@@ -20,8 +20,8 @@ from firmware_runtime.cli.written import check_output
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.lab.continuity.certificate import Certificate
 from firmware_runtime.lab.continuity.certificate_page import certificate_page
-from firmware_runtime.lab.continuity.stage_run import Plan, StageRun, run_stage
-from firmware_runtime.lab.stages.staged_run import own_state
+from firmware_runtime.lab.continuity.stage_run import StageRun, run_stage
+from firmware_runtime.lab.stages.staged_run import Staged, own_state
 from firmware_runtime.lab.stages.way import WIFI
 from firmware_runtime.links.cut.impaired_path import impairment
 from firmware_runtime.recording.blackbox.state_of_run import UNKEPT
@@ -90,7 +90,13 @@ def execute(arguments: argparse.Namespace) -> int:
     _refuse_without_effect(arguments)
     board = chosen_board(arguments.board, arguments.assignments)
     duration_s = arguments.duration_s or board.doubles_run_s
-    plan = Plan(board, arguments.board, duration_s, how, arguments.link == "ros2")
+    plan = Staged(
+        board=board,
+        named=arguments.board,
+        for_s=duration_s,
+        how=how,
+        is_over_ros=arguments.link == "ros2",
+    )
     with exit_on_signals(), own_state(), _folder(arguments.keep) as folder:
         runs = list(_runs(plan, arguments.stages, folder))
         certificate = Certificate(plan, runs)
@@ -127,7 +133,7 @@ def _folder(stated: Path | None) -> Iterator[Path]:
     yield stated
 
 
-def _runs(plan: Plan, stages: list[str], folder: Path) -> Iterator[StageRun]:
+def _runs(plan: Staged, stages: list[str], folder: Path) -> Iterator[StageRun]:
     for stage in Stage:
         if stage.value not in stages:
             yield StageRun(stage, "left out by --stages")

@@ -30,8 +30,8 @@ from firmware_runtime.lab.experiments.results import (
     write_experiment,
     write_series,
 )
-from firmware_runtime.lab.experiments.trial import Choices, Trial
-from firmware_runtime.lab.stages.staged_run import own_state
+from firmware_runtime.lab.experiments.trial import Trial
+from firmware_runtime.lab.stages.staged_run import Staged, own_state
 from firmware_runtime.lab.stages.way import WIFI
 from firmware_runtime.links.cut.impaired_path import impairment
 from firmware_runtime.system.own_folder import nearest, whole_folder
@@ -150,11 +150,9 @@ def _trials(
         yield Trial(
             name=name,
             experiment=known[name],
-            board=chosen_board(arguments.board, assignments),
-            named=arguments.board,
+            plan=_plan(arguments, chosen_board(arguments.board, assignments)),
             stages=stages,
             folder=folder,
-            choices=_choices(arguments),
             say=_say,
         )
 
@@ -163,14 +161,16 @@ def _is_chosen(arguments: argparse.Namespace, stage: Stage) -> bool:
     return arguments.stage is None or Stage(arguments.stage) is stage
 
 
-def _choices(arguments: argparse.Namespace) -> Choices:
-    return Choices(
+def _plan(arguments: argparse.Namespace, board: Board) -> Staged:
+    return Staged(
+        board=board,
+        named=arguments.board,
         how=WIFI if arguments.impair is None else impairment(arguments.impair),
         is_over_ros=arguments.link == "ros2",
         peer=arguments.peer,
         key=arguments.key,
-        for_s=arguments.duration_s,
-        every_s=arguments.every_s,
+        for_s=arguments.duration_s or 0.0,
+        loop_s=arguments.every_s,
     )
 
 
@@ -184,7 +184,7 @@ def _chosen(arguments: argparse.Namespace) -> Board:
         expected = "expected NAME, BOARD and -o FOLDER, or none of them for a list"
         raise ConfigError("experiment", [f"no {' and no '.join(missing)}; {expected}"])
     board = chosen_board(arguments.board, arguments.assignments)
-    _choices(arguments)  # what cannot be read is refused before anything runs
+    _plan(arguments, board)  # what cannot be read is refused before anything runs
     faults = [*_name_faults(arguments, board), *_loop_faults(arguments), *_way_faults(arguments)]
     faults += _output_faults(arguments.output)
     if faults:

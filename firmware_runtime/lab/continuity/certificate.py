@@ -16,7 +16,8 @@ from typing import Any, Final
 import msgspec
 
 from firmware_runtime.errors import Status
-from firmware_runtime.lab.continuity.stage_run import Plan, StageRun, all_of
+from firmware_runtime.lab.continuity.stage_run import StageRun, all_of
+from firmware_runtime.lab.stages.staged_run import Staged
 from firmware_runtime.recording.blackbox.ring_file import Header
 from firmware_runtime.recording.recorded_board import digest_of
 from firmware_runtime.system.conditions import system_conditions
@@ -28,7 +29,8 @@ CLAIM: Final = "each stage's run replays bit for bit, on the same code and setti
 class Certificate:
     """The stages of one board."""
 
-    plan: Plan
+    plan: Staged
+    """Settings that all of them had."""
     runs: Sequence[StageRun]
 
     @property

@@ -1,17 +1,15 @@
 """One stage of a board as a process of its own: recorded, then replayed and compared."""
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
+from time import monotonic_ns
 from typing import Any, Final
 
-from firmware_runtime.board.registry import Board
 from firmware_runtime.board.roles import CONTROLLER, ROBOT, Stage
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.errors import ConfigError, FirmwareRuntimeError, Status
 from firmware_runtime.lab.stages.staged_run import Staged, beside, run_to_end
-from firmware_runtime.lab.stages.way import WIFI
-from firmware_runtime.links.cut.impaired_path import Impairment
 from firmware_runtime.recording.blackbox.reader import Recording, read_recording
 from firmware_runtime.recording.board_of_recording import board_of
 from firmware_runtime.recording.replay.difference import Difference
@@ -19,31 +17,6 @@ from firmware_runtime.recording.replay.verdict import Verdict, replay
 
 _CANNOT: Final = (Status.BAD_INPUT, Status.NO_DEVICE, Status.REFUSED)
 """Exit statuses of a run that this machine or this board does not allow."""
-
-
-@dataclass(frozen=True, slots=True)
-class Plan:
-    """Runs of a board's stages; `named` is the board as the command line has it."""
-
-    board: Board
-    named: str
-    for_s: float
-    how: Impairment = WIFI
-    """Stage remote's network, each way."""
-    is_over_ros: bool = False
-    """True if stage network goes over ROS 2 instead of UDP."""
-
-    def staged(self, stage: Stage, folder: Path) -> Staged:
-        """A stage, recorded in this folder."""
-        return Staged(
-            board=self.board,
-            named=self.named,
-            stage=stage,
-            for_s=self.for_s,
-            how=self.how,
-            is_over_ros=self.is_over_ros,
-            record=folder / f"{stage}.recording",
-        )
 
 
 @dataclass(frozen=True, slots=True)
@@ -134,13 +107,14 @@ def all_of(found: Iterable[bool | None]) -> bool | None:
     return False if False in every else None if None in every else True
 
 
-def run_stage(plan: Plan, stage: Stage, folder: Path) -> StageRun:
-    """Run a stage to its end, then replay it. A stage that this machine cannot run says why.
+def run_stage(plan: Staged, stage: Stage, folder: Path) -> StageRun:
+    """Run a stage to its end as planned for any, then replay it.
 
-    Raises SystemExit for a signal.
+    It is recorded in the folder. A stage that this machine cannot run says why. Raises SystemExit
+    for a signal.
     """
-    staged, said = plan.staged(stage, folder), list[str]()
-    path = folder / f"{stage}.recording"
+    path, said = folder / f"{stage}.recording", list[str]()
+    staged = replace(plan, stage=stage, record=path, called_at=monotonic_ns())
     for each in (path, beside(path)):
         each.unlink(missing_ok=True)  # of another run, in a folder that is kept
     try:

@@ -98,10 +98,10 @@ def run_loop(trial: Trial) -> Findings:
 
 def _measured(trial: Trial, stage: Stage) -> tuple[Sequence[Round], StageDelays]:
     """Rounds of a stage, without its beginning and its end."""
-    for_s = trial.choices.for_s or DEFAULT_S
-    every_s = trial.choices.every_s or PERIODS_S[stage]
+    for_s = trial.plan.for_s or DEFAULT_S
+    every_s = trial.plan.loop_s or PERIODS_S[stage]
     trial.say(f"{trial.experiment.title}: stage {stage}, {for_s:g} s")
-    with trial.run_loop(stage, for_s=for_s, every_s=every_s) as run:
+    with trial.run(stage, for_s=for_s, loop_s=every_s) as run:
         every, document, between = rounds_of(run.trace), run.document, run.between
     found = settled(every)
     delays = delays_of(found)

@@ -11,8 +11,9 @@ stays beside the experiment's other files, its trace goes with the block.
 import json
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
+from time import monotonic_ns
 from typing import Any, TypeAlias
 
 from firmware_runtime.board.assignments import assignments_of
@@ -24,8 +25,6 @@ from firmware_runtime.devs.senders import Senders
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.errors import ConfigError, Status
 from firmware_runtime.lab.stages.staged_run import Staged, run_to_end
-from firmware_runtime.lab.stages.way import WIFI
-from firmware_runtime.links.cut.impaired_path import Impairment
 from firmware_runtime.system.own_folder import own_folder
 
 Say = Callable[[str], None]
@@ -88,35 +87,24 @@ class Traced:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Choices:
-    """Choices of the command line beside the stage."""
-
-    how: Impairment = WIFI
-    """Stage remote's network, each way."""
-    is_over_ros: bool = False
-    """True if stage network goes over ROS 2 instead of UDP."""
-    peer: str | None = None
-    key: Path | None = None
-    for_s: float | None = None
-    every_s: float | None = None
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
 class Trial:
-    """One experiment with one board; `board` has the experiment's settings in it."""
+    """One experiment with one board, which has the experiment's settings in it."""
 
     name: str
     experiment: Experiment
-    board: Board
-    named: str
-    """The board as the command line has it."""
+    plan: Staged
+    """Settings of its runs; `for_s` and `loop_s` where the command line has them, for a loop."""
     stages: Sequence[Stage]
     """Those that are to be run, in order."""
     folder: Path
     """Folder of the experiment's files; what is put there stays."""
-    choices: Choices
     say: Say
     """Shows how far it is, a sentence."""
+
+    @property
+    def board(self) -> Board:
+        """Return the board."""
+        return self.plan.board
 
     @contextmanager
     def run(  # noqa: PLR0913 -- each may be left out, and has a name
@@ -128,58 +116,41 @@ class Trial:
         settings: Mapping[str, object] | None = None,
         label: str | None = None,
         is_drawn: bool = False,
+        loop_s: float | None = None,
     ) -> Iterator[Traced]:
         """Run the board on doubles; its trace is there within the block.
 
         `inputs` are `SECONDS:PORT=VALUE`, as `run --input` has them; `settings` are values of
         board.toml for this run alone. `label` distinguishes the recording from others of this
         experiment, default is the stage. A rig that can draw does so where `is_drawn`, in a stage
-        of one process. Raises ConfigError for a run that failed, SystemExit for a signal.
+        of one process. `loop_s` runs a loop in place of the board's model, unrecorded: a value
+        every so often, out and back. Raises ConfigError for a run that failed, SystemExit for a
+        signal.
         """
-        board = self.board
+        board, named = self.board, label or stage
         if settings:
             assignments = [*board.assignments, *assignments_of(settings)]
-            board = board_in_force(self.named, assignments)
+            board = board_in_force(self.plan.named, assignments)
         with own_folder() as folder:
-            staged = Staged(
+            staged = replace(
+                self.plan,
                 board=board,
-                named=self.named,
                 stage=stage,
                 for_s=for_s,
-                how=self.choices.how,
-                is_over_ros=self.choices.is_over_ros,
                 inputs=inputs,
-                trace=folder / "trace.jsonl",
-                record=self.folder / f"{self.name}-{label or stage}.recording",
+                trace=(trace := folder / "trace.jsonl"),
+                record=None if loop_s else self.folder / f"{self.name}-{named}.recording",
+                loop_s=loop_s,
+                called_at=monotonic_ns(),
             )
-            yield self._traced(staged, is_drawn=is_drawn)
+            may_draw = is_drawn and not stage.has_two_ends
+            yield self._traced(staged, trace, trace.with_suffix(".svg") if may_draw else None)
 
-    @contextmanager
-    def run_loop(self, stage: Stage, *, for_s: float, every_s: float) -> Iterator[Traced]:
-        """Run a loop in place of the board's model: a value every so often, out and back."""
-        with own_folder() as folder:
-            staged = Staged(
-                board=self.board,
-                named=self.named,
-                stage=stage,
-                for_s=for_s,
-                how=self.choices.how,
-                is_over_ros=self.choices.is_over_ros,
-                peer=self.choices.peer,
-                key=self.choices.key,
-                loop_s=every_s,
-                trace=folder / "trace.jsonl",
-            )
-            yield self._traced(staged)
-
-    def _traced(self, staged: Staged, *, is_drawn: bool = False) -> Traced:
-        assert staged.trace is not None  # noqa: S101 -- as `run` and `run_loop` have it
-        may_draw = is_drawn and not staged.stage.has_two_ends
-        picture = staged.trace.with_suffix(".svg") if may_draw else None
+    def _traced(self, staged: Staged, trace: Path, picture: Path | None) -> Traced:
         result = run_to_end(staged, self.say, picture)
         if result.status != Status.OK:
             fault = f"the run did not reach its end: {result.reason}"
             raise ConfigError.of_one(f"stage {staged.stage}", fault)
         senders = Senders(staged.board.unconnected().model)
         drawn = "" if picture is None else picture.read_text("utf-8")
-        return Traced(result.document, staged.trace, result.shown, senders, drawn)
+        return Traced(result.document, trace, result.shown, senders, drawn)

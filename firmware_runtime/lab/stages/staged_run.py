@@ -37,16 +37,21 @@ Say = Callable[[str], None]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Staged:
-    """Settings of a stage; `named` is the board as the command line has it."""
+    """Settings of a stage, or of several one after the other, each with its own in place.
+
+    `named` is the board as the command line has it.
+    """
 
     board: Board
     named: str
-    stage: Stage
-    for_s: float
+    stage: Stage = Stage.SIMULATION
+    for_s: float = 0.0
     how: Impairment = WIFI
+    """Stage remote's network, each way."""
     peer: str | None = None
     key: Path | None = None
     is_over_ros: bool = False
+    """True if stage network goes over ROS 2 instead of UDP."""
     inputs: Sequence[str] = ()
     trace: Path | None = None
     record: Path | None = None
