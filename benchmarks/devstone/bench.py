@@ -8,7 +8,7 @@ finding the next one costs as N grows.
 
 import argparse
 import sys
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from functools import partial
 from typing import Any
 
@@ -16,9 +16,7 @@ from benchmarks.devstone import shapes
 from benchmarks.devstone.models import SHAPES
 from benchmarks.hold import measure as hold
 from benchmarks.shared.results import (
-    add_common_options,
     conditions,
-    conditions_text,
     finish,
     positive,
 )
@@ -38,7 +36,6 @@ GOALS = {"HI": 11.0, "HO": 11.0, "HOmod": 11.0, "hold 50 distinct": 30.0}
 
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Add what this bench takes."""
-    add_common_options(parser)
     parser.add_argument(
         "--shapes", nargs="*", choices=list(SHAPES), default=list(SHAPES), help="default: all"
     )
@@ -69,8 +66,8 @@ def execute(arguments: argparse.Namespace) -> int:
         print(f"firmware-runtime: bench devstone: {error}", file=sys.stderr)
         return Status.MODEL_ERROR
     report.update(_verdict(report["models"]))
-    text = partial(_text, repetitions=arguments.repetitions)
-    finish(arguments, "devstone", report, text)
+    lines = partial(_lines, repetitions=arguments.repetitions)
+    finish(arguments, "devstone", report, lines)
     return Status.OK
 
 
@@ -103,27 +100,23 @@ def _verdict(models: list[dict[str, Any]]) -> dict[str, Any]:
     return {"worst": worst["name"], "ratio": worst["ratio"]}
 
 
-def _text(report: Mapping[str, Any], repetitions: int) -> str:
-    lines = [
-        f"CPU time, set-up included, medians of {repetitions} runs each",
-        f"{conditions_text(report['conditions'])}; {PEER} {report['conditions'][PEER]}",
-        "",
-        f"{'':20}{'transitions':>12}{OURS:>18}{PEER:>12}{'ratio':>8}{'goal':>6}{'run alone':>11}",
-    ]
+def _lines(report: Mapping[str, Any], repetitions: int) -> Iterator[str]:
+    yield f"CPU time, set-up included, medians of {repetitions} runs each\n"
+    yield f"{'':20}{'transitions':>12}{OURS:>18}{PEER:>12}{'ratio':>8}{'goal':>6}{'run alone':>11}"
     for each in report["models"]:
         ours, peer = (
             each["seconds"][engine]["total"] / each["transitions"] * 1e6 for engine in (OURS, PEER)
         )
         goal = f"{GOALS[each['name']]:g}" if each["name"] in GOALS else ""
-        lines.append(
+        yield (
             f"{each['name']:20}{each['transitions']:12}{ours:15.3f} us{peer:9.2f} us"
             f"{each['ratio']:8.1f}{goal:>6}{each['run_ratio']:11.1f}"
         )
-    lines += ["", *_growth(report["models"])]
+    yield ""
+    yield from _growth(report["models"])
     if report["ratio"] is not None:
         aim = f", goal {GOALS[report['worst']]:g}" if report["worst"] in GOALS else ""
-        lines.append(f"ratio {report['ratio']:.1f} ({report['worst']}{aim})")
-    return "\n".join(lines)
+        yield f"ratio {report['ratio']:.1f} ({report['worst']}{aim})"
 
 
 def _growth(models: list[dict[str, Any]]) -> list[str]:

@@ -8,7 +8,7 @@ keyframes take, is printed, and last how many activations waited for one. Exit s
 import argparse
 import subprocess
 import sys
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from contextlib import ExitStack
 from pathlib import Path
 from statistics import median
@@ -19,9 +19,7 @@ from unittest.mock import patch
 
 from benchmarks.loop.rates import assignments
 from benchmarks.shared.results import (
-    add_common_options,
     conditions,
-    conditions_text,
     finish,
     positive,
 )
@@ -54,7 +52,6 @@ class WatchedRecorder(Recorder):
 
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Add what this bench takes."""
-    add_common_options(parser)
     parser.add_argument("--rate", type=positive, default=999, metavar="HZ", help="default 999")
     parser.add_argument(
         "--seconds", type=positive_number, default=600.0, metavar="S", help="default 600"
@@ -75,7 +72,7 @@ def execute(arguments: argparse.Namespace) -> int:
         folder = Path(stack.enter_context(TemporaryDirectory(prefix="keyframes-bench-")))
         found = measured(folder, arguments.rate, arguments.seconds)
     report = {"conditions": before, "neighbours": arguments.neighbours, **found}
-    finish(arguments, "keyframes", report, _text)
+    finish(arguments, "keyframes", report, lines_of)
     return Status.MODEL_ERROR if report["waited"] else Status.OK
 
 
@@ -110,17 +107,15 @@ def measured(folder: Path, rate_hz: int, span_s: float) -> dict[str, Any]:
     }
 
 
-def _text(report: Mapping[str, Any]) -> str:
+def lines_of(report: Mapping[str, Any]) -> Iterator[str]:
+    """The report in words."""
     where = f"{report['rate_hz']} Hz for {report['seconds']:g} s beside {report['neighbours']} busy"
     activations = f"{report['activations']} activations, {report['dropped']} of them dropped"
-    lines = [
-        conditions_text(report["conditions"]),
-        f"{where} processes: {activations}",
-        f"keyframes: {report['keyframes']}",
-    ]
+    yield f"{where} processes: {activations}"
+    yield f"keyframes: {report['keyframes']}"
     if report["keyframes"]:
-        lines.append(
+        yield (
             f"  one took {report['took_us']:.0f} us (median), {report['took_at_most_us']:.0f} us "
             f"at most; the next event was then {report['nearest_event_us']:.0f} us away or more"
         )
-    return "\n".join([*lines, f"activations that waited for a keyframe: {report['waited']}"])
+    yield f"activations that waited for a keyframe: {report['waited']}"

@@ -17,8 +17,8 @@ from typing import Any
 
 from benchmarks.loop.rates import HIGHEST_HZ, LOWEST_HZ, highest, run
 from benchmarks.loop.split import BUS, split
-from benchmarks.loop.text import report_text
-from benchmarks.shared.results import add_common_options, conditions, finish, positive
+from benchmarks.loop.text import loop_lines
+from benchmarks.shared.results import conditions, finish, positive
 from firmware_runtime.board import registry
 from firmware_runtime.errors import Status
 from firmware_runtime.hal.budget import REFUSED_ABOVE_PERCENT, BusLoad, transaction_ns
@@ -29,7 +29,6 @@ RATES = (50, 100, 200, 500, 999)
 
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Add what this bench takes."""
-    add_common_options(parser)
     parser.add_argument(
         "--rates", type=rates, default=RATES, metavar="HZ,...", help="default 50,100,200,500,999"
     )
@@ -82,7 +81,7 @@ def execute(arguments: argparse.Namespace) -> int:
     report["highest_hz_by_us"] = max(ours, default=None)
     report["own_hz"] = own_hz
     report["ratio"] = max(held, default=0) / own_hz
-    finish(arguments, "loop", report, report_text)
+    finish(arguments, "loop", report, loop_lines)
     return Status.OK
 
 

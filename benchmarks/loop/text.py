@@ -1,11 +1,10 @@
 """The report of `bench loop` for people."""
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 from benchmarks.loop.rates import ALLOWED, needed
 from benchmarks.loop.split import KINDS
-from benchmarks.shared.results import conditions_text
 
 _COLUMNS = (
     "activations",
@@ -20,23 +19,17 @@ _COLUMNS = (
 )
 
 
-def report_text(report: Mapping[str, Any]) -> str:
-    """The whole report of the bench."""
-    lines = [
-        conditions_text(report["conditions"]),
-        "",
-        *_split_text(report["split"]),
-        "",
-        *_wire_text(report["wire"], report["split"], report["own_hz"]),
-        "",
-        *_rates_text(report["rates"]),
-    ]
+def loop_lines(report: Mapping[str, Any]) -> Iterator[str]:
+    """All lines."""
+    yield from ("", *_split_text(report["split"]), "")
+    yield from _wire_text(report["wire"], report["split"], report["own_hz"])
+    yield from ("", *_rates_text(report["rates"]))
     found = report["highest_hz"]
-    lines.append("  none of these rates holds" if found is None else f"  highest: {found} Hz")
+    yield "  none of these rates holds" if found is None else f"  highest: {found} Hz"
     if report["highest_hz_by_us"] is not None:
-        lines.append(f"  highest without one late by us: {report['highest_hz_by_us']} Hz")
+        yield f"  highest without one late by us: {report['highest_hz_by_us']} Hz"
     by = f"highest rate that holds by the board's own {report['own_hz']} Hz"
-    return "\n".join([*lines, f"ratio {report['ratio']:.2f} ({by})"])
+    yield f"ratio {report['ratio']:.2f} ({by})"
 
 
 def _split_text(splits: list[dict[str, Any]]) -> list[str]:

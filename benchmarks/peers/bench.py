@@ -15,8 +15,8 @@ from typing import Any
 from benchmarks.peers.figures import Round, medians, quiet_figures, ratio, stall_figures
 from benchmarks.peers.plan import Plan
 from benchmarks.peers.run import ENGINES
-from benchmarks.peers.text import peers_text
-from benchmarks.shared.results import add_common_options, conditions, finish, positive
+from benchmarks.peers.text import peers_lines
+from benchmarks.shared.results import conditions, finish, positive
 from benchmarks.shared.side_by_side import answer_of, missing_peer, peer_version, turned
 from firmware_runtime.cli.arguments import positive as positive_number
 from firmware_runtime.errors import Status
@@ -30,7 +30,6 @@ STALL_AT_S, STALLED_RUN_S = 0.5, 2.0
 
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Add what this bench takes."""
-    add_common_options(parser)
     parser.add_argument(
         "--seconds",
         type=positive_number,
@@ -67,7 +66,7 @@ def execute(arguments: argparse.Namespace) -> int:
         ]
         report["rates"][str(rate_hz)] = medians(rounds)
         report["ratio"] = ratio(rounds, PEER, OURS)
-    finish(arguments, "peers", report, peers_text)
+    finish(arguments, "peers", report, peers_lines)
     return Status.OK
 
 

@@ -3,18 +3,11 @@
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from benchmarks.shared.results import conditions_text
-
 _WIDTH = 15
 
 
-def peers_text(report: Mapping[str, Any]) -> str:
+def peers_lines(report: Mapping[str, Any]) -> Iterator[str]:
     """All lines."""
-    return "\n".join(_lines(report))
-
-
-def _lines(report: Mapping[str, Any]) -> Iterator[str]:
-    yield f"{conditions_text(report['conditions'])}; xdevs.py {report['xdevs.py']}"
     settings = next(iter(next(iter(report["rates"].values())).values()))["settings"]
     granted = [name for name, each in settings.items() if each["granted"]]
     yield f"granted to all: {', '.join(granted) or 'nothing'}"

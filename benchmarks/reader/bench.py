@@ -8,7 +8,7 @@ How sure a ratio is stands beside it, and so does a control without a reader on 
 import argparse
 import sys
 import tempfile
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -16,9 +16,7 @@ from benchmarks.loop.bench import rates
 from benchmarks.reader.ratio import GOAL, summary
 from benchmarks.reader.rounds import rounds
 from benchmarks.shared.results import (
-    add_common_options,
     conditions,
-    conditions_text,
     finish,
     positive,
 )
@@ -31,7 +29,6 @@ RATES = (100, 999)
 
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Add what this bench takes."""
-    add_common_options(parser)
     parser.add_argument(
         "--rates", type=rates, default=RATES, metavar="HZ,...", help="default 100,999"
     )
@@ -56,7 +53,7 @@ def execute(arguments: argparse.Namespace) -> int:
             found, readings = rounds(Path(directory), rate_hz, arguments.rounds, arguments.segment)
         report["rates"].append({"rate_hz": rate_hz, "readings": readings, **summary(found)})
     report["ratio"] = max((each["ratio"] for each in report["rates"]), key=_distance)
-    finish(arguments, "reader", report, _text)
+    finish(arguments, "reader", report, _lines)
     return Status.OK
 
 
@@ -65,19 +62,17 @@ def _distance(ratio: float) -> float:
     return max(ratio, 1 / ratio)
 
 
-def _text(report: Mapping[str, Any]) -> str:
-    lines = [conditions_text(report["conditions"])]
+def _lines(report: Mapping[str, Any]) -> Iterator[str]:
     for each in report["rates"]:
-        lines += ["", f"{each['rate_hz']} Hz, lateness in us; {each['readings']} readings:"]
-        lines.append(f"  {'':14}{'samples':>10}{'p50':>10}{'p99':>10}{'p99.9':>10}")
-        lines += [
-            f"  {kind:14}{each['samples'][kind]:10}"
-            + "".join(f"{us[name]:10.1f}" for name in ("p50", "p99", "p999"))
-            for kind, us in each["us"].items()
-        ]
-        lines += [f"  {_interval(each['control'])}, both alone: the control", f"  {_verdict(each)}"]
-        lines.append(f"ratio {_interval(each)}, p99 read by p99 alone at {each['rate_hz']} Hz")
-    return "\n".join([*lines, f"ratio {report['ratio']:.2f} (the farthest from 1)"])
+        yield f"\n{each['rate_hz']} Hz, lateness in us; {each['readings']} readings:"
+        yield f"  {'':14}{'samples':>10}{'p50':>10}{'p99':>10}{'p99.9':>10}"
+        for kind, us in each["us"].items():
+            cells = "".join(f"{us[name]:10.1f}" for name in ("p50", "p99", "p999"))
+            yield f"  {kind:14}{each['samples'][kind]:10}{cells}"
+        yield f"  {_interval(each['control'])}, both alone: the control"
+        yield f"  {_verdict(each)}"
+        yield f"ratio {_interval(each)}, p99 read by p99 alone at {each['rate_hz']} Hz"
+    yield f"ratio {report['ratio']:.2f} (the farthest from 1)"
 
 
 def _interval(ratio: dict[str, Any]) -> str:

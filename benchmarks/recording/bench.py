@@ -17,9 +17,7 @@ from typing import Any
 from benchmarks.recording.lateness import TOLERANCE, compared, text
 from benchmarks.recording.runs import AGAIN, BARE, OWN, RECORDED, Run, Unwaiting, least_us, measured
 from benchmarks.shared.results import (
-    add_common_options,
     conditions,
-    conditions_text,
     finish,
     positive,
 )
@@ -33,7 +31,6 @@ BOARDS = ("tachobot", "detective")
 
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Add what this bench takes."""
-    add_common_options(parser)
     parser.add_argument("--pairs", type=positive, default=10, metavar="N", help="default 10")
     parser.add_argument(
         "--virtual",
@@ -57,7 +54,7 @@ def execute(arguments: argparse.Namespace) -> int:
     with TemporaryDirectory(prefix="recording-bench-") as folder:
         found = {board: _measured(board, Path(folder), arguments) for board in BOARDS}
     report = {"conditions": before, "boards": found}
-    finish(arguments, "recording", report, _report_text)
+    finish(arguments, "recording", report, _lines)
     return Status.OK
 
 
@@ -110,12 +107,12 @@ def _least_cost(runs: dict[str, list[Run]], name: str) -> dict[str, float]:
     }
 
 
-def _report_text(report: Mapping[str, Any]) -> str:
-    boards = [line for each in report["boards"].items() for line in _text(*each)]
-    return "\n".join([conditions_text(report["conditions"]), *boards])
+def _lines(report: Mapping[str, Any]) -> Iterator[str]:
+    for board, figures in report["boards"].items():
+        yield from _of_board(board, figures)
 
 
-def _text(board: str, figures: dict[str, Any]) -> Iterator[str]:
+def _of_board(board: str, figures: dict[str, Any]) -> Iterator[str]:
     bare, recorded = figures["step_us"][BARE], figures["step_us"][RECORDED]
     yield f"{board}"
     least = f"{min(bare):.1f} us bare, {min(recorded):.1f} us recorded"

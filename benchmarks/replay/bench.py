@@ -16,7 +16,7 @@ import resource
 import subprocess
 import sys
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from contextlib import ExitStack
 from functools import partial
 from pathlib import Path
@@ -26,9 +26,7 @@ from typing import Any
 
 from benchmarks.replay.seeded_run import SeededRun
 from benchmarks.shared.results import (
-    add_common_options,
     conditions,
-    conditions_text,
     finish,
     positive,
 )
@@ -42,7 +40,6 @@ SPEED_TURNS = 3
 
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Add what this bench takes."""
-    add_common_options(parser)
     parser.add_argument("--runs", type=positive, default=100, metavar="N", help="default 100")
     parser.add_argument(
         "--seed", type=positive, default=1, metavar="N", help="of the first run; default 1"
@@ -67,7 +64,7 @@ def execute(arguments: argparse.Namespace) -> int:
                 sys.stderr.write(f"\r{len(results)} of {arguments.runs}\x1b[K")
     identical = sum(each["identical"] for each in results)
     report = {"conditions": before, "identical": identical, "runs": results, "ratio": speed}
-    finish(arguments, "replay", report, partial(_text, speed_of=arguments.speed_of))
+    finish(arguments, "replay", report, partial(_lines, speed_of=arguments.speed_of))
     return Status.OK if identical == len(results) else Status.MODEL_ERROR
 
 
@@ -117,15 +114,13 @@ def _command(folder: Path, *words: str) -> "subprocess.CompletedProcess[str]":
     return subprocess.run(command, env=environment, capture_output=True, text=True, check=False)
 
 
-def _text(report: Mapping[str, Any], speed_of: float) -> str:
+def _lines(report: Mapping[str, Any], speed_of: float) -> Iterator[str]:
     results = report["runs"]
     counted = Counter(kind for each in results for kind in each["done"])
-    lines = [conditions_text(report["conditions"])]
-    lines += [f"  {count} times {kind}" for kind, count in sorted(counted.items())]
-    lines += [f"  {sum(each.get('steps', 0) for each in results)} steps run again"]
+    yield from (f"  {count} times {kind}" for kind, count in sorted(counted.items()))
+    yield f"  {sum(each.get('steps', 0) for each in results)} steps run again"
     for each in results:
         if not each["identical"]:
-            lines.append(f"  seed {each['seed']}: {json.dumps(each)}")
-    of = f"robot time by a replay's processor time, {speed_of:g} s"
-    lines += [f"identical: {report['identical']} of {len(results)}"]
-    return "\n".join([*lines, f"ratio {report['ratio']:.0f} ({of})"])
+            yield f"  seed {each['seed']}: {json.dumps(each)}"
+    yield f"identical: {report['identical']} of {len(results)}"
+    yield f"ratio {report['ratio']:.0f} (robot time by a replay's processor time, {speed_of:g} s)"

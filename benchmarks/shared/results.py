@@ -1,14 +1,14 @@
 """Results of benches, printed and kept in `benchmarks/results/NAME.json`, and their conditions.
 
-The module `bench` of a bench's folder has `SUMMARY`, `add_options(parser)` and
-`execute(arguments) -> exit status`; its options are its own and those of `add_common_options`. It
-prints its ratio last.
+The module `bench` of a bench's folder has `SUMMARY`, `add_options(parser)` for its own options and
+`execute(arguments) -> exit status`; all have those of `add_common_options`. It prints its ratio
+last.
 """
 
 import argparse
 import json
 import os
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from functools import partial
 from pathlib import Path
 from typing import Any, Final
@@ -53,16 +53,19 @@ def finish(
     arguments: argparse.Namespace,
     name: str,
     report: Mapping[str, Any],
-    text: Callable[[Mapping[str, Any]], str],
+    lines: Callable[[Mapping[str, Any]], Iterable[str]],
 ) -> None:
     """Keep a report in the directory that was stated, if one was; print it, as JSON or in words.
 
-    Raises OSError.
+    In words its conditions go before `lines`. Raises OSError.
     """
     if arguments.save is not None:
         kept = json.dumps(report, indent=1, allow_nan=False)
         (arguments.save / f"{name}.json").write_text(f"{kept}\n")
-    print(json.dumps(report) if arguments.json else text(report))
+    if arguments.json:
+        print(json.dumps(report))
+    else:
+        print("\n".join([_conditions_text(report["conditions"]), *lines(report)]))
 
 
 def conditions() -> dict[str, Any]:
@@ -71,13 +74,14 @@ def conditions() -> dict[str, Any]:
     return {**system_conditions(), "cpu": _cpu_name(), "load": load, PEER: peer_version()}
 
 
-def conditions_text(found: Mapping[str, Any]) -> str:
+def _conditions_text(found: Mapping[str, Any]) -> str:
     """The conditions in one line."""
     where = "a virtual machine" if found["virtualised"] else "no virtual machine seen"
+    peer = "" if found[PEER] is None else f"; {PEER} {found[PEER]}"
     return (
         "{python} on {kernel} {machine}, {cpu}, {cpu_count} CPUs, {where}, "
-        "clock {clock_source}, governor {governor}, load {load}"
-    ).format(where=where, **found)
+        "clock {clock_source}, governor {governor}, load {load}{peer}"
+    ).format(where=where, peer=peer, **found)
 
 
 def _cpu_name() -> str:

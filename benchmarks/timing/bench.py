@@ -13,12 +13,12 @@ from collections.abc import Callable, Mapping
 from dataclasses import replace
 from typing import Any
 
-from benchmarks.shared.results import add_common_options, conditions, finish, positive
+from benchmarks.shared.results import conditions, finish, positive
 from benchmarks.shared.side_by_side import turned
 from benchmarks.timing.contestants import CYCLICTEST, Taken, Task, cyclictest, executive
 from benchmarks.timing.contestants import is_installed as cyclictest_is_installed
 from benchmarks.timing.report import PLAIN, SPINNING, summary
-from benchmarks.timing.text import timing_text
+from benchmarks.timing.text import timing_lines
 from firmware_runtime.cli.arguments import positive as positive_number
 from firmware_runtime.errors import Status
 from firmware_runtime.executive.process import CPU_DMA_LATENCY
@@ -33,7 +33,6 @@ Run = Callable[[], Taken]
 
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Add what this bench takes."""
-    add_common_options(parser)
     parser.add_argument(
         "--rate", type=int, choices=(100, 1000), default=1000, help="Hz; default 1000"
     )
@@ -95,7 +94,7 @@ def execute(arguments: argparse.Namespace) -> int:
         "cpus": sections,
         "ratio": next(iter(sections.values()))["ratio"],
     }
-    finish(arguments, f"timing-{arguments.rate}", report, timing_text)
+    finish(arguments, f"timing-{arguments.rate}", report, timing_lines)
     return Status.OK
 
 

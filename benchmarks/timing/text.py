@@ -3,8 +3,6 @@
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from benchmarks.shared.results import conditions_text
-
 _WIDTH, _NAMES = 21, 20
 _STATES = {
     "awake": "all hold /dev/cpu_dma_latency at 0",
@@ -13,13 +11,8 @@ _STATES = {
 _TITLES = {"p50": "p50", "p99": "p99", "p999": "p99.9"}
 
 
-def timing_text(report: Mapping[str, Any]) -> str:
+def timing_lines(report: Mapping[str, Any]) -> Iterator[str]:
     """All lines."""
-    return "\n".join(_lines(report))
-
-
-def _lines(report: Mapping[str, Any]) -> Iterator[str]:
-    yield conditions_text(report["conditions"])
     priority = report["fifo_priority"]
     scheduler = f"SCHED_FIFO {priority}" if priority else "SCHED_OTHER (SCHED_FIFO not granted)"
     yield (

@@ -9,6 +9,7 @@ an input port of Velocity                   cmd_vel
 
 import math
 from collections.abc import Sequence
+from functools import partial
 from typing import Any, Final
 
 from firmware_drivers.chips.md25 import Md25Report
@@ -32,6 +33,7 @@ _NOT_ESTIMATED: Final = [-1.0, *[0.0] * 8]
 ULTRASOUND: Final = 0
 """`radiation_type` of a sonar's Range."""
 EMG30_COUNTS_PER_TURN: Final = 360.0
+_stamped: Final = partial(Outgoing, is_stamped=True)
 
 
 def _vector(values: Sequence[float]) -> Fields:
@@ -60,14 +62,9 @@ INERTIAL_SAMPLE: Final = Convention(
     of=InertialSample,
     base="imu",
     out=(
-        Outgoing(type="sensor_msgs/msg/Imu", leaf="data_raw", fields=_imu, is_stamped=True),
-        Outgoing(type="sensor_msgs/msg/MagneticField", leaf="mag", fields=_field, is_stamped=True),
-        Outgoing(
-            type="sensor_msgs/msg/Temperature",
-            leaf="temperature",
-            fields=_temperature,
-            is_stamped=True,
-        ),
+        _stamped(type="sensor_msgs/msg/Imu", leaf="data_raw", fields=_imu),
+        _stamped(type="sensor_msgs/msg/MagneticField", leaf="mag", fields=_field),
+        _stamped(type="sensor_msgs/msg/Temperature", leaf="temperature", fields=_temperature),
     ),
 )
 
@@ -100,7 +97,7 @@ def _limits(sonar: Component) -> Options:
 SONAR: Final = Convention(
     of=Sonar,
     port="distance",
-    out=(Outgoing(type="sensor_msgs/msg/Range", leaf="range", fields=_range, is_stamped=True),),
+    out=(_stamped(type="sensor_msgs/msg/Range", leaf="range", fields=_range),),
     options={"field_of_view_rad": UNKNOWN, "min_range_m": 0.0, "max_range_m": math.inf},
     options_of=_limits,
 )
@@ -125,12 +122,8 @@ COMPASS: Final = Convention(
     of=Compass,
     port="heading_deg",
     out=(
-        Outgoing(
-            type="geometry_msgs/msg/QuaternionStamped",
-            leaf="heading",
-            fields=_heading,
-            is_stamped=True,
-            frame="map",
+        _stamped(
+            type="geometry_msgs/msg/QuaternionStamped", leaf="heading", fields=_heading, frame="map"
         ),
     ),
     options={"clockwise": 1.0},
@@ -164,18 +157,8 @@ MD25_REPORT: Final = Convention(
     of=Md25Report,
     base="",
     out=(
-        Outgoing(
-            type="sensor_msgs/msg/JointState",
-            leaf="joint_states",
-            fields=_joints,
-            is_stamped=True,
-        ),
-        Outgoing(
-            type="sensor_msgs/msg/BatteryState",
-            leaf="battery_state",
-            fields=_battery,
-            is_stamped=True,
-        ),
+        _stamped(type="sensor_msgs/msg/JointState", leaf="joint_states", fields=_joints),
+        _stamped(type="sensor_msgs/msg/BatteryState", leaf="battery_state", fields=_battery),
     ),
     options={"counts_per_turn": EMG30_COUNTS_PER_TURN},
 )

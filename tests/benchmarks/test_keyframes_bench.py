@@ -5,7 +5,6 @@ import json
 import pytest
 
 from benchmarks.keyframes import bench
-from benchmarks.shared.results import conditions
 from firmware_runtime.cli.main import main
 
 
@@ -24,6 +23,6 @@ def test_every_keyframe_is_watched(capsys: pytest.CaptureFixture[str]) -> None:
 def test_what_waited_comes_last() -> None:
     keyframes = {"keyframes": 2, "took_us": 300.0, "took_at_most_us": 310.0}
     counted = {"activations": 100, "dropped": 0, "nearest_event_us": -5.0, "waited": 1}
-    run = {"rate_hz": 999, "seconds": 1.0, "neighbours": 1, "conditions": conditions()}
-    lines = bench._text({**run, **keyframes, **counted}).splitlines()
+    run = {"rate_hz": 999, "seconds": 1.0, "neighbours": 1}
+    lines = list(bench.lines_of({**run, **keyframes, **counted}))
     assert lines[-1] == "activations that waited for a keyframe: 1"

@@ -24,7 +24,7 @@ from benchmarks.loop.rates import (
     outcome,
 )
 from benchmarks.loop.split import KINDS, Stopwatch
-from benchmarks.loop.text import report_text
+from benchmarks.loop.text import loop_lines
 from benchmarks.shared.process import LoopError, tachobot
 from firmware_runtime.board import registry
 from firmware_runtime.cli.main import main
@@ -224,7 +224,7 @@ def test_the_report_adds_up_and_the_ratio_comes_last(
     assert 0 <= tried["dropped"] <= tried["late"] <= tried["activations"]
     assert tried["holds"] == (tried["late"] == 0)
     assert report["ratio"] == (9.99 if tried["holds"] else 0)
-    lines = report_text(report).splitlines()
+    lines = list(loop_lines(report))
     assert lines[-1].startswith(f"ratio {report['ratio']:.2f}")
     assert any("computed, not measured" in line for line in lines)
 

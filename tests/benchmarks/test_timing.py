@@ -8,7 +8,6 @@ from pathlib import Path
 
 import pytest
 
-from benchmarks.shared.results import conditions
 from benchmarks.timing import bench as timing
 from benchmarks.timing.contestants import (
     Lateness,
@@ -19,7 +18,7 @@ from benchmarks.timing.contestants import (
     from_cyclictest,
 )
 from benchmarks.timing.report import PLAIN, SPINNING, summary
-from benchmarks.timing.text import timing_text
+from benchmarks.timing.text import timing_lines
 from firmware_runtime.cli.main import main
 from firmware_runtime.system.conditions import Neighbours
 
@@ -54,23 +53,16 @@ ROUNDS = [
 ]
 
 
-def test_what_cyclictest_reports_is_read_with_its_overflows() -> None:
-    found = from_cyclictest(REPORT, 0.5)
-    assert found.lateness.samples == [(100, 7), (900, 2), (5000, 1)]
-    assert (found.lateness.count, found.lateness.largest, found.cpu) == (10, 5000, 0.5)
+@pytest.mark.parametrize(("in_ns", "unit"), [(1, 1), (0, 1000)])
+def test_what_cyclictest_reports_is_read_with_its_overflows(in_ns: int, unit: int) -> None:
+    found = from_cyclictest({**REPORT, "resolution_in_ns": in_ns}, 0.5)
+    assert found.lateness.samples == [(100 * unit, 7), (900 * unit, 2), (5000 * unit, 1)]
+    assert (found.lateness.count, found.lateness.largest, found.cpu) == (10, 5000 * unit, 0.5)
 
 
-def test_whole_microseconds_of_cyclictest_are_read_as_such() -> None:
-    found = from_cyclictest({**REPORT, "resolution_in_ns": 0}, 0.5)
-    assert found.lateness.samples == [(100_000, 7), (900_000, 2), (5_000_000, 1)]
-
-
-def test_a_percentile_is_the_sample_of_that_rank() -> None:
+def test_a_percentile_is_the_sample_of_that_rank_and_none_is_over_the_largest() -> None:
     found = taken((10, 500), (20, 490), (30, 9), (99, 1)).lateness
     assert [found.percentile(rank) for rank in (500, 990, 999, 1000)] == [10, 20, 30, 99]
-
-
-def test_no_percentile_is_over_the_largest_sample() -> None:
     assert Lateness([(103, 10)], 101).percentile(990) == 101
 
 
@@ -117,44 +109,25 @@ def test_every_sample_is_in_one_row_of_the_histogram() -> None:
     assert rows == {"1000": 3, "1500": 12, str(7_000_000_000): 16}
 
 
-def report_text() -> list[str]:
+def test_the_text_has_refusals_neighbours_intervals_and_goals_and_the_ratio_last() -> None:
     section = summary(ROUNDS, AT_1_KHZ, "cyclictest")
-    report = {
-        "conditions": conditions(),
-        "rate_hz": 1000,
-        "fifo_priority": 80,
-        "spin_us": 150.0,
-        "cpus": {"awake": {**section, "others": {"processes": 0.25, "host": 0.0}}},
-        "ratio": section["ratio"],
-    }
-    return timing_text(report).splitlines()
-
-
-def test_the_ratio_comes_last() -> None:
-    assert report_text()[-1] == "ratio 1.30 (awake: p99 of executive by cyclictest)"
-
-
-def test_the_text_says_what_was_refused_and_who_else_was_busy() -> None:
-    [line] = [line for line in report_text() if line.startswith("not granted")]
-    assert line == (
+    others = {"processes": 0.25, "host": 0.0}
+    report = {"rate_hz": 1000, "fifo_priority": 80, "spin_us": 150.0, "ratio": section["ratio"]}
+    lines = list(timing_lines({**report, "cpus": {"awake": {**section, "others": others}}}))
+    assert (
         "not granted: fifo_priority; meanwhile other processes took 25.0% of the processors, "
         "the host 0.0%"
-    )
-
-
-def test_the_text_has_a_row_for_every_interval_in_which_something_fell() -> None:
-    rows = [line.split() for line in report_text() if line.startswith("<")]
+    ) in lines
+    rows = [line.split() for line in lines if line.startswith("<")]
     assert [row[1:3] for row in rows] == [
         [edge, "us"] for edge in ("1", "1.5", "3", "15", "30", "100")
     ]
     assert rows[3][3:] == ["200", "█" * 13, "100", "█" * 13]
-
-
-def test_the_text_says_which_goals_were_met() -> None:
-    assert [line for line in report_text() if line.startswith("goal")] == [
+    assert [line for line in lines if line.startswith("goal")] == [
         "goal of executive: p50 1.30, at most 1.3: met; p99 1.30, at most 1.5: met",
         "goal of executive, spinning: p50 0.10, at most 1: met; p99 0.10, at most 1: met",
     ]
+    assert lines[-1] == "ratio 1.30 (awake: p99 of executive by cyclictest)"
 
 
 def test_who_else_was_busy_is_what_is_left_of_all_ticks() -> None:
@@ -162,23 +135,6 @@ def test_who_else_was_busy_is_what_is_left_of_all_ticks() -> None:
     own = iter([30.0, 70.0])
     found = Neighbours(lambda: next(lines), lambda: next(own)).shares()
     assert found == {"processes": 30 / 200, "host": 20 / 200}
-
-
-def test_who_is_first_changes_from_round_to_round() -> None:
-    begun: list[str] = []
-    names = ["a", "b", "c"]
-
-    def entrant(name: str) -> timing.Run:
-        def run() -> Taken:
-            begun.append(name)
-            return taken((1, 1))
-
-        return run
-
-    entrants = {name: entrant(name) for name in names}
-    for repetition in range(3):
-        assert list(timing._round(entrants, repetition)) == names
-    assert begun == [*"abc", *"bca", *"cab"]
 
 
 def test_without_cyclictest_one_sentence_names_the_package(
@@ -199,20 +155,18 @@ def test_where_processors_cannot_be_kept_awake_only_the_rest_is_measured(
     assert "may not be written" in capsys.readouterr().err
 
 
-def test_a_priority_that_is_refused_leaves_everyone_with_the_usual_class(
+def test_a_priority_is_asked_for_elsewhere_and_one_that_is_refused_leaves_all_the_usual_class(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
+    before = os.sched_getscheduler(0)
+    timing._may_have_fifo(80)
+    assert os.sched_getscheduler(0) == before
+
     def refuse(*_arguments: object) -> None:
         raise PermissionError(1, "Operation not permitted")
 
     monkeypatch.setattr(os, "sched_setscheduler", refuse)
     assert not timing._may_have_fifo(80)
-
-
-def test_asking_for_a_priority_leaves_the_bench_itself_as_it_was() -> None:
-    before = os.sched_getscheduler(0)
-    timing._may_have_fifo(80)
-    assert os.sched_getscheduler(0) == before
 
 
 @pytest.mark.slow

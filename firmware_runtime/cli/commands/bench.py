@@ -49,6 +49,7 @@ def execute(arguments: argparse.Namespace) -> int:
     parser = argparse.ArgumentParser(
         prog=f"firmware-runtime bench {arguments.bench}", description=bench.SUMMARY
     )
+    import_module("benchmarks.shared.results").add_common_options(parser)
     bench.add_options(parser)
     try:
         status: int = bench.execute(parser.parse_args(arguments.options))
