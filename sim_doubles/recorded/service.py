@@ -8,29 +8,20 @@ import errno
 import os
 from collections.abc import Callable
 
-from firmware_runtime.devs.time import NEVER
 from firmware_runtime.hal.served.packets import (
-    Answered,
-    Asked,
     Conclude,
-    Concluded,
-    Done,
     Enable,
-    Failed,
-    Look,
-    Part,
     Read,
     Standing,
-    Strike,
     Transfer,
     Write,
 )
 from sim_doubles.recorded.lines import RecordedBus, RecordedPort, Rules
 from sim_doubles.recorded.traffic import Traffic
-from sim_doubles.served.service import line_of, reply
+from sim_doubles.served.service import Carried, Service, line_of
 
 
-class RecordedService:
+class RecordedService(Service):
     """The lines of a recorded run of `board`.
 
     `over` is called once all that was recorded has been asked for, `left` when the last client goes
@@ -74,14 +65,10 @@ class RecordedService:
         due = (each.due for each in self._lines if not each.is_over)
         return min((each.number for each in due if each is not None), default=None)
 
-    def catch_up(self) -> int:
-        """Nothing here happens by itself."""
-        return NEVER
-
     def answer(self, packet: bytes | memoryview, client: int = 0) -> bytes:
         """Answer a client's packet."""
         self._clients.add(client)
-        answer = reply(packet, lambda asked: self._answered(asked, client))
+        answer = super().answer(packet, client)
         if not self._was_over and self.is_over:
             self._was_over = True
             self.over()
@@ -94,22 +81,16 @@ class RecordedService:
         if self._was_over and not self._clients:
             self.left()
 
-    def _answered(self, asked: Asked, client: int) -> Answered:
-        match asked:
-            case Look():
-                return Standing(self._board, self.last_at, {}, {})
-            case Conclude(_, own):
-                return Concluded(dict(own))
-            case Enable():
-                return Done(b"")
-        try:
-            return Done(self._carried_out(asked, client))
-        except OSError as error:
-            return Failed(error.errno or errno.EIO)
+    def _standing(self) -> Standing:
+        return Standing(self._board, self.last_at, {}, {})
 
-    def _carried_out(self, asked: Transfer | Part | Write | Read | Strike, client: int) -> bytes:
-        """Answer a transaction. Raises the OSError that was reported, or a refusal."""
+    def _result(self, asked: Conclude) -> dict[str, object]:
+        return dict(asked.own)
+
+    def _carried_out(self, asked: Carried, client: int) -> bytes:
         match asked:
+            case Enable():
+                return b""
             case Transfer(bus, address, messages):
                 return line_of(self.buses, bus).transfer(address, messages)
             case Write(port, data):

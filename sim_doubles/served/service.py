@@ -2,9 +2,11 @@
 
 import errno
 import os
-from collections.abc import Callable, Mapping
-from typing import Protocol, TypeVar
+from abc import ABC, abstractmethod
+from collections.abc import Mapping
+from typing import TypeAlias, TypeVar
 
+from firmware_runtime.devs.time import NEVER
 from firmware_runtime.hal.served.packets import (
     Answer,
     Answered,
@@ -31,31 +33,55 @@ from sim_doubles.rigs.board_rig import DoublesRig
 from sim_doubles.served.logs import OutputLog
 
 T = TypeVar("T")
+Carried: TypeAlias = Transfer | Part | Write | Read | Strike | Enable
+"""Questions whose answer is bytes, or an errno."""
 
 
-class Service(Protocol):
+class Service(ABC):
     """Service behind a server of doubles."""
 
     def catch_up(self) -> int:
         """Bring all up to now; return the instant until which nothing happens by itself, ns."""
+        return NEVER
 
     def answer(self, packet: bytes | memoryview, client: int = 0) -> bytes:
-        """Answer a client's packet."""
+        """Answer a client's packet; what is no question is refused and does nothing."""
+        try:
+            question = read_question(packet)
+        except (ValueError, RecursionError) as error:
+            return encode(Answer(0, Refused(f"no question: {error}")))
+        return encode(Answer(question.number, self._answered(question.asked, client)))
 
+    @abstractmethod
     def release(self, client: int) -> None:
         """Free what a client held that has gone."""
 
+    @abstractmethod
+    def _standing(self) -> Standing:
+        """Say what is served and how it stands."""
 
-def reply(packet: bytes | memoryview, answered: Callable[[Asked], Answered]) -> bytes:
-    """The packet that answers a packet; what is no question is refused and does nothing."""
-    try:
-        question = read_question(packet)
-    except (ValueError, RecursionError) as error:
-        return encode(Answer(0, Refused(f"no question: {error}")))
-    return encode(Answer(question.number, answered(question.asked)))
+    @abstractmethod
+    def _result(self, asked: Conclude) -> dict[str, object]:
+        """Return how a run ended."""
+
+    @abstractmethod
+    def _carried_out(self, asked: Carried, client: int) -> bytes:
+        """Carry out anything else. Raises the OSError that an adapter reports."""
+
+    def _answered(self, asked: Asked, client: int) -> Answered:
+        match asked:
+            case Look():
+                return self._standing()
+            case Conclude():
+                return Concluded(self._result(asked))
+        try:
+            return Done(self._carried_out(asked, client))
+        except OSError as error:
+            # the errors of a double's serial line have no errno
+            return Failed(error.errno or errno.EIO)
 
 
-class DoublesService:
+class DoublesService(Service):
     """The doubles of a board, or of single chips.
 
     While a question is answered, only wire time passes on their clock.
@@ -74,9 +100,9 @@ class DoublesService:
         return self._log.catch_up(self._now())
 
     def answer(self, packet: bytes | memoryview, client: int = 0) -> bytes:
-        """Answer a client's packet; what is no question is refused and does nothing."""
+        """Answer a client's packet; the log has what changed before and by it."""
         self._log.catch_up(self._now())
-        answer = reply(packet, lambda asked: self._answered(asked, client))
+        answer = super().answer(packet, client)
         self._log.catch_up(self._now())
         return answer
 
@@ -87,27 +113,14 @@ class DoublesService:
             self._holder = None
             self._log.catch_up(self._now())
 
-    def _answered(self, asked: Asked, client: int) -> Answered:
-        match asked:
-            case Look():
-                return self._standing()
-            case Conclude(elapsed, own):
-                return Concluded(self._rig.result(elapsed, own))
-        try:
-            if isinstance(asked, Enable):
-                self._let_through(client, enabled=asked.enabled)
-                return Done(b"")
-            return Done(self._carried_out(asked))
-        except OSError as error:
-            # the errors of a double's serial line have no errno
-            return Failed(error.errno or errno.EIO)
-
     def _standing(self) -> Standing:
         at = self._now()
         return Standing(self._board, at, self._rig.outputs, self._rig.levels(at))
 
-    def _carried_out(self, asked: Transfer | Part | Write | Read | Strike) -> bytes:
-        """Carry out a transaction. Raises the OSError that an adapter reports."""
+    def _result(self, asked: Conclude) -> dict[str, object]:
+        return self._rig.result(asked.elapsed, asked.own)
+
+    def _carried_out(self, asked: Carried, client: int) -> bytes:
         match asked:
             case Transfer(bus, address, messages):
                 return line_of(self._rig.buses, bus).transfer(address, messages)
@@ -121,6 +134,9 @@ class DoublesService:
                 return line_of(self._rig.ports, port).read_available()
             case Strike():
                 self._strike(asked)
+                return b""
+            case Enable(enabled):
+                self._let_through(client, enabled=enabled)
                 return b""
 
     def _let_through(self, client: int, *, enabled: bool) -> None:
