@@ -18,9 +18,8 @@ from typing import Final
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.errors import StatisticsFileError
 from firmware_runtime.recording.blackbox.layout import CHUNK, file_of
-from firmware_runtime.recording.blackbox.listing import state_at_end
 from firmware_runtime.recording.blackbox.locations import make_room
-from firmware_runtime.recording.blackbox.reader import instants_in
+from firmware_runtime.recording.blackbox.reader import end_in, instants_in
 from firmware_runtime.recording.blackbox.ring_file import RingFile, Slot
 from firmware_runtime.statistics.paths import Companion
 from firmware_runtime.system.atomic_file import OWN_AND_GROUP, replace_file, sync_folder
@@ -190,7 +189,7 @@ class Pieces:
 
     def _keep_crash(self, ring: RingFile) -> None:
         chunks = ring.chunks()
-        if not chunks or state_at_end(chunks[-1].contents) in ENDED_WELL:
+        if not chunks or str(end_in(chunks[-1].contents).get("state")) in ENDED_WELL:
             return
         if not any(each.stem.startswith(f"{self._stem.name}-{CRASH}-") for each in self._of_run()):
             self._keep_piece(ring, CRASH, self._number + 1, None)

@@ -18,8 +18,12 @@ from firmware_runtime.recording.blackbox.locations import (
     find_recording,
     state_folder,
 )
-from firmware_runtime.recording.blackbox.reader import Recording, instants_in, read_recording
-from firmware_runtime.recording.blackbox.section import Kind, decode
+from firmware_runtime.recording.blackbox.reader import (
+    Recording,
+    end_in,
+    instants_in,
+    read_recording,
+)
 from firmware_runtime.statistics.file_header import RunState
 from firmware_runtime.statistics.number_formats import local, utc
 from firmware_runtime.statistics.paths import SUFFIX, Companion, directories
@@ -132,22 +136,13 @@ def span_of(recording: Recording) -> tuple[int, int]:
     return (min(ats), max(ats)) if ats else (0, 0)
 
 
-def state_at_end(contents: list[bytes]) -> str | None:
-    """How a run ended whose last sections these are: its state; None if they do not say."""
-    for content in reversed(contents):
-        section = decode(content)
-        if section.kind is Kind.ENDED and isinstance(section.extra, dict):
-            return str(section.extra.get("state"))
-    return None
-
-
 def _end(recording: Recording, why: str) -> str:
-    state = state_at_end(recording.chunks[-1].contents) if recording.chunks else None
-    if state is not None:
-        return state
+    last = recording.chunks[-1]
+    if end := end_in(last.contents):
+        return str(end.get("state"))
     if why in {"guard", "late"}:
         return WENT_ON
-    if not why or any(chunk.damage for chunk in recording.chunks[-1:]):
+    if not why or last.damage:
         return UNKNOWN
     if why in {LAST, GROWN} and _is_under_way(recording):
         return "running"

@@ -4,7 +4,7 @@ A file is taken for what is whole in it. A section whose CRC-32 is wrong ends it
 that is missing between two leaves a gap; both are said, and what follows begins at a keyframe.
 """
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Final
 from zlib import crc32
@@ -79,6 +79,13 @@ def instants_in(contents: Iterable[bytes]) -> Iterator[int]:
     return (section.at for section in map(decode, contents) if section.has_instant)
 
 
+def end_in(contents: Sequence[bytes]) -> Mapping[str, Any]:
+    """What the last sections of a run say of its end; empty where they say nothing."""
+    last = next((each for each in reversed(contents) if kind_of(each) == Kind.ENDED), None)
+    extra = None if last is None else decode(last).extra
+    return extra if isinstance(extra, dict) else {}
+
+
 def kind_of(content: bytes) -> int:
     """The kind of a section, which is the first of its fields."""
     return content[1]
@@ -115,9 +122,7 @@ class Recording(Struct, frozen=True):
 
     def no_keyframe(self) -> str | None:
         """Why the run had no keyframe at its end, as it says; None if it had, or does not say."""
-        last = self.chunks[-1].contents[-1]
-        extra = decode(last).extra if kind_of(last) == Kind.ENDED else None
-        why = extra.get("no_keyframe") if isinstance(extra, dict) else None
+        why = end_in(self.chunks[-1].contents).get("no_keyframe")
         return why if isinstance(why, str) else None
 
     def segments(self) -> list["Segment"]:

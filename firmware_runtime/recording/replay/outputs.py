@@ -69,12 +69,11 @@ class Outputs:
         """Values that left these ports are as they were."""
         self._compared.update(names)
 
-    def compare(self, name: str, at: int, recorded: object, replayed: object) -> bool:
-        """Compare what left by an output; returns whether it is the same."""
+    def compare(self, name: str, at: int, recorded: object, replayed: object) -> None:
+        """Compare what left by an output."""
         self._compared[name] += 1
-        is_same = pack(recorded) == pack(replayed)
-        if is_same and not self._drawn:
-            return True
+        if not self._drawn and pack(recorded) == pack(replayed):
+            return
         before, after = dict(leaves(name, recorded)), dict(leaves(name, replayed))
         for leaf in before | after:
             was, now = before.get(leaf, _MISSING), after.get(leaf, _MISSING)
@@ -82,7 +81,6 @@ class Outputs:
                 self._draw(leaf, at, was, now)
             if was is _MISSING or now is _MISSING or pack(was) != pack(now):
                 self._differ(leaf, at, was, now)
-        return is_same
 
     def compare_writes(
         self, name: str, at: int, recorded: Sequence[object], replayed: Sequence[object]
