@@ -161,29 +161,22 @@ def test_a_broken_definition_is_one_sentence_with_its_packages_name(
     assert registry.load("tachobot").name == "tachobot"
 
 
-def test_where_in_a_package_it_broke_is_said(heron: Heron) -> None:
+def refused(call: Callable[[], object]) -> ConfigError:
+    with pytest.raises(ConfigError) as caught:
+        call()
+    return caught.value
+
+
+def test_where_in_a_package_it_broke_is_said_and_the_others_are_listed(
+    heron: Heron, capsys: pytest.CaptureFixture[str]
+) -> None:
     folder = heron.install("import msgspec\n\nraise OSError('no file')", BOARD)
-    with pytest.raises(ConfigError) as caught:
-        registry.load("heron")
-    assert f"{folder / 'definition.py'}, line 3" in caught.value.faults[0]
-
-
-@pytest.mark.parametrize(
-    "build",
-    [
-        "raise TypeError('no')",
-        "return None",
-        "return settings.wheels",
-        "return Robot(model=3, probe=(), stop=())",
-        "return Robot(model=Coupled('heron'), probe=(3,), stop=())",
-        "return Robot(model=Coupled('heron'), probe=(), stop=None)",
-    ],
-)
-def test_a_build_that_breaks_is_named(heron: Heron, build: str) -> None:
-    heron.install(f"{MODULE}\ndef build(settings, lines):\n    {build}\n", BARE)
-    with pytest.raises(ConfigError) as caught:
-        registry.load("heron").build(None)  # type: ignore[arg-type]
-    assert caught.value.where == "board heron of the package heron"
+    (fault, *_) = refused(lambda: registry.load("heron")).faults
+    assert f"{folder / 'definition.py'}, line 3" in fault
+    assert main(["show"]) == 2
+    printed = capsys.readouterr()
+    assert "tachobot" in printed.out
+    assert "of the package heron" in printed.err
 
 
 DRIVEN = """
@@ -196,17 +189,6 @@ def build(settings, lines):
     model.add(Esc("wing", chip, EscSettings(0, 50.0, 1000.0, 2000.0, 0), lines.interlock))
     return Robot(model=model, probe=(), stop=())
 """
-
-
-def test_a_robot_that_drives_and_that_nothing_would_switch_off_is_refused(heron: Heron) -> None:
-    heron.install(f"{MODULE}{DRIVEN}", BARE)
-    board = registry.load("heron")
-    with pytest.raises(ConfigError) as caught:
-        board.build(absent_lines(board.settings.buses))
-    assert caught.value.where == "board heron of the package heron"
-    assert "stop: wing may drive" in caught.value.faults[0]
-
-
 SHY = """
 from firmware_runtime.devs.atomic import Atomic
 
@@ -215,43 +197,58 @@ class Shy:
     def __class__(self):
         raise RuntimeError("no")
 """
+MIND = "Coupled('heron')\n    model.add(Atomic('mind')).shy = Shy()"
+"""Beside an object that does not say its class, who drives is found too."""
+UNSTOPPED = "stop: wing may drive"
 
 
-def test_who_drives_is_found_beside_an_object_that_does_not_say_its_class(heron: Heron) -> None:
-    mind = "Coupled('heron')\n    model.add(Atomic('mind')).shy = Shy()"
-    shy = DRIVEN.replace('Coupled("heron")', mind)
-    heron.install(f"{MODULE}{SHY}{shy}", BARE)
+@pytest.mark.parametrize(
+    ("build", "fault"),
+    [
+        *(
+            (f"def build(settings, lines):\n    {body}\n", "")
+            for body in (
+                "raise TypeError('no')",
+                "return None",
+                "return settings.wheels",
+                "return Robot(model=3, probe=(), stop=())",
+                "return Robot(model=Coupled('heron'), probe=(3,), stop=())",
+                "return Robot(model=Coupled('heron'), probe=(), stop=None)",
+            )
+        ),
+        pytest.param(DRIVEN, UNSTOPPED, id="what drives and nothing would switch off"),
+        pytest.param(SHY + DRIVEN.replace('Coupled("heron")', MIND), UNSTOPPED, id="shy"),
+    ],
+)
+def test_a_build_that_breaks_is_named(heron: Heron, build: str, fault: str) -> None:
+    heron.install(f"{MODULE}\n{build}", BARE)
     board = registry.load("heron")
-    with pytest.raises(ConfigError, match="stop: wing may drive"):
-        board.build(absent_lines(board.settings.buses))
+    error = refused(lambda: board.build(absent_lines(board.settings.buses)))
+    assert error.where == "board heron of the package heron"
+    assert fault in error.faults[0]
 
 
 @pytest.mark.parametrize("defect", [lambda: 1 / 0, lambda: 3])
-def test_a_result_that_breaks_is_named(defect: Callable[[], dict[str, object]]) -> None:
-    robot = Robot(model=Coupled("heron"), probe=(), stop=(), result=defect)
-    with pytest.raises(ConfigError) as caught:
-        robot.own_result()
-    assert caught.value.where == "robot heron"
-    assert caught.value.faults[0].startswith("result: ")
-
-
-def test_a_probe_with_a_defect_is_named() -> None:
+def test_a_result_or_a_probe_that_breaks_is_named(defect: Callable[[], dict[str, object]]) -> None:
     wheels: dict[str, None] = {}
-    robot = Robot(model=Coupled("heron"), probe=(lambda: wheels["left"],), stop=())
-    with pytest.raises(ConfigError) as caught:
-        robot.find_chips()
-    assert caught.value.where == "robot heron"
-    assert caught.value.faults == ("probe: KeyError: 'left'",)
+    model = Coupled("heron")
+    robot = Robot(model=model, probe=(lambda: wheels["left"],), stop=(), result=defect)
+    result, probe = refused(robot.own_result), refused(robot.find_chips)
+    assert result.where == probe.where == "robot heron"
+    assert result.faults[0].startswith("result: ")
+    assert probe.faults == ("probe: KeyError: 'left'",)
 
 
-def test_a_file_of_another_kind_than_its_package_is_refused(heron: Heron) -> None:
+def test_a_file_of_another_kind_than_its_package_or_its_name_is_refused(
+    heron: Heron, tmp_path: Path
+) -> None:
     folder = heron.install(OBJECT)
+    (tmp_path / "board.toml").write_text(f'name = "tachobot"\n{TOML}')
+    (fault,) = refused(lambda: registry.load(str(tmp_path))).faults
+    assert fault.startswith("name: 'tachobot'")
     (folder / "board.toml").write_text(TOML.replace("heron", "tachobot"))
-    with pytest.raises(ConfigError) as caught:
-        registry.load("heron")
-    assert caught.value.faults == (
-        "board: 'tachobot': expected 'heron', as its entry point is called",
-    )
+    expected = "board: 'tachobot': expected 'heron', as its entry point is called"
+    assert refused(lambda: registry.load("heron")).faults == (expected,)
 
 
 QUITTING = """
@@ -284,47 +281,30 @@ def test_a_model_that_quits_the_program_is_a_failed_run_with_outputs_off(
     assert "SystemExit(0)" in printed.err
 
 
-def test_a_broken_board_does_not_keep_the_others_from_being_listed(
+def test_a_kind_that_two_packages_provide_is_refused_in_a_sentence_that_names_both(
     heron: Heron, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    heron.install("1 / 0")
-    assert main(["show"]) == 2
-    printed = capsys.readouterr()
-    assert "tachobot" in printed.out
-    assert "of the package heron" in printed.err
-
-
-def test_two_packages_that_provide_one_kind_are_both_named(heron: Heron) -> None:
     heron.install(OBJECT)
-    heron.install(OBJECT, provider="egret")
-    with pytest.raises(ConfigError) as caught:
-        registry.load("heron")
-    assert "egret and heron" in caught.value.faults[0]
-
-
-@pytest.mark.parametrize("words", [["check"], ["run", "--doubles"]])
-def test_a_kind_that_two_packages_provide_is_refused_in_a_sentence(
-    heron: Heron, capsys: pytest.CaptureFixture[str], words: list[str]
-) -> None:
-    heron.install(OBJECT)
-    heron.install(OBJECT, provider="egret")
-    assert main([words[0], "heron", *words[1:]]) == Status.BAD_INPUT
-    (said,) = capsys.readouterr().err.splitlines()
-    assert "egret and heron both provide it; expected one of them uninstalled" in said
-
-
-def test_a_package_that_stands_on_the_path_twice_is_not_its_own_rival(heron: Heron) -> None:
-    heron.install(OBJECT)
-    heron.install(OBJECT, provider="heron")
+    heron.install(OBJECT, provider="heron")  # on the path twice, it is not its own rival
     assert registry.load("heron").kind == "heron"
+    heron.install(OBJECT, provider="egret")
+    assert "egret and heron" in refused(lambda: registry.load("heron")).faults[0]
+    for words in (["check", "heron"], ["run", "heron", "--doubles"]):
+        assert main(words) == Status.BAD_INPUT
+        (said,) = capsys.readouterr().err.splitlines()
+        assert "egret and heron both provide it; expected one of them uninstalled" in said
 
 
-def test_without_a_rig_every_use_of_doubles_says_so(
+def test_without_a_rig_every_use_of_doubles_says_so_and_no_load_is_known(
     heron: Heron, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     heron.install(OBJECT)
     assert not has_rig(registry.load("heron"))
     assert main(["check", "heron"]) == 0
+    said = capsys.readouterr().out
+    assert "i2c1: no load is stated at 100000 Hz" in said
+    assert "whether 10 min fit is not known, for no load of i2c1 is stated" in said
+    assert "%" not in said
     for words in (
         ["run", "heron", "--doubles"],
         ["doubles", "serve", "heron", "--socket", str(tmp_path / "socket")],
@@ -334,19 +314,7 @@ def test_without_a_rig_every_use_of_doubles_says_so(
         assert "has no rig" in capsys.readouterr().err
 
 
-@pytest.mark.parametrize(
-    "rig",
-    [
-        *("", "HeronRig = 3", "1 / 0", "class HeronRig:\n    pass"),
-        "class HeronRig:\n    def __init__(self, settings, clock):\n        settings.world",
-        "class HeronRig:\n    def __init__(self, settings, clock):\n        pass",
-    ],
-)
-def test_a_broken_rig_is_named(heron: Heron, rig: str) -> None:
-    heron.install(OBJECT, BOARD + RIG, rig)
-    with pytest.raises(ConfigError) as caught:
-        rig_for(registry.load("heron"), WorldClock())
-    assert caught.value.where == "rig heron of the package heron"
+# Rigs ---------------------------------------------------------------------------------------------
 
 
 RIG_OF_NOTHING = """
@@ -368,6 +336,26 @@ class HeronRig:
     def next_change_at(self, at):
         return at
 """
+WITHOUT_A_BUS = RIG_OF_NOTHING.replace('{"i2c1": I2cBusDouble("i2c1", clock, ())}', "{}")
+RUN = ["run", "heron", "--doubles", "--clock", "virtual", "--for", "1"]
+
+
+@pytest.mark.parametrize(
+    ("rig", "fault"),
+    [
+        *((rig, "") for rig in ("", "HeronRig = 3", "1 / 0", "class HeronRig:\n    pass")),
+        *(
+            (f"class HeronRig:\n    def __init__(self, settings, clock):\n        {body}", "")
+            for body in ("settings.world", "pass")
+        ),
+        (WITHOUT_A_BUS, "i2c1"),
+    ],
+)
+def test_a_broken_rig_is_named(heron: Heron, rig: str, fault: str) -> None:
+    heron.install(OBJECT, BOARD + RIG, rig)
+    error = refused(lambda: rig_for(registry.load("heron"), WorldClock()))
+    assert error.where == "rig heron of the package heron"
+    assert fault in error.faults[0]
 
 
 def test_a_rig_may_show_nothing(heron: Heron) -> None:
@@ -380,36 +368,32 @@ def test_a_rig_may_show_nothing(heron: Heron) -> None:
     session.close()
 
 
-@pytest.mark.parametrize("part", ["attach", "shown", "result", "outputs"])
-def test_a_part_of_a_rig_that_breaks_is_named(
-    heron: Heron, part: str, capsys: pytest.CaptureFixture[str]
-) -> None:
-    broken = f"    @property\n    def {part}(self):\n        return 1 / 0\n"
-    heron.install(OBJECT, BOARD + RIG, RIG_OF_NOTHING + broken)
-    assert main(["run", "heron", "--doubles", "--clock", "virtual", "--for", "1"]) == 2
-    said = capsys.readouterr().err
-    assert "rig heron of the package heron" in said
-    assert f"{part}: ZeroDivisionError" in said
-
-
 @pytest.mark.parametrize(
     ("defect", "named"),
     [
+        *(
+            (
+                f"@property\n    def {part}(self):\n        return 1 / 0",
+                f"{part}: ZeroDivisionError",
+            )
+            for part in ("attach", "shown", "result", "outputs")
+        ),
         ("buses = None", "buses None"),
         ("buses = property(lambda self: {'i2c1': 3})", "buses {'i2c1': 3}"),
         ("ports = []", "ports []"),
         ("enable = 3", "enable 3"),
         ("outputs = [3]", "outputs: [3]"),
         ("def result(self, elapsed, own):\n        return [3]", "result: [3]"),
+        ("shown = 'yaw'", "shown: 'yaw'; expected an OutPort"),
     ],
 )
-def test_a_part_of_a_rig_of_another_type_is_named(
+def test_a_part_of_a_rig_that_breaks_or_is_of_another_type_is_named(
     heron: Heron, capsys: pytest.CaptureFixture[str], defect: str, named: str
 ) -> None:
     rig = RIG_OF_NOTHING.replace("        self.buses =", "        buses =")
     lines = rig if defect.startswith("buses") else RIG_OF_NOTHING
     heron.install(OBJECT, BOARD + RIG, f"{lines}\n    {defect}\n")
-    assert main(["run", "heron", "--doubles", "--clock", "virtual", "--for", "1"]) == 2
+    assert main(RUN) == 2
     said = capsys.readouterr().err
     assert "rig heron of the package heron" in said
     assert named in said
@@ -420,44 +404,8 @@ def test_a_result_is_json_whatever_it_holds(
 ) -> None:
     result = "    def result(self, elapsed, own):\n        return {'x': float('nan'), 'y': {1j}}\n"
     heron.install(OBJECT, BOARD + RIG, f"{RIG_OF_NOTHING}\n{result}")
-    words = ["run", "heron", "--doubles", "--clock", "virtual", "--for", "1", "--json"]
-    assert main(words) == 0
+    assert main([*RUN, "--json"]) == 0
     assert json.loads(capsys.readouterr().out)["result"] == {"x": "nan", "y": "{1j}"}
-
-
-def test_a_robot_is_not_called_as_another_kind_of_board(heron: Heron, tmp_path: Path) -> None:
-    heron.install(OBJECT)
-    (tmp_path / "board.toml").write_text(f'name = "tachobot"\n{TOML}')
-    with pytest.raises(ConfigError, match="name: 'tachobot'"):
-        registry.load(str(tmp_path))
-
-
-def test_what_a_rig_shows_is_a_port(heron: Heron, capsys: pytest.CaptureFixture[str]) -> None:
-    heron.install(OBJECT, BOARD + RIG, RIG_OF_NOTHING + "    shown = 'yaw'\n")
-    assert main(["run", "heron", "--doubles", "--clock", "virtual", "--for", "1"]) == 2
-    assert "shown: 'yaw'; expected an OutPort" in capsys.readouterr().err
-
-
-def test_a_rig_without_one_of_the_boards_buses_is_named(heron: Heron) -> None:
-    heron.install(
-        OBJECT,
-        BOARD + RIG,
-        RIG_OF_NOTHING.replace('{"i2c1": I2cBusDouble("i2c1", clock, ())}', "{}"),
-    )
-    with pytest.raises(ConfigError) as caught:
-        rig_for(registry.load("heron"), WorldClock())
-    assert "i2c1" in caught.value.faults[0]
-
-
-def test_a_bus_of_which_no_load_is_stated_has_none_that_is_known(
-    heron: Heron, capsys: pytest.CaptureFixture[str]
-) -> None:
-    heron.install(OBJECT)
-    assert main(["check", "heron"]) == 0
-    said = capsys.readouterr().out
-    assert "i2c1: no load is stated at 100000 Hz" in said
-    assert "whether 10 min fit is not known, for no load of i2c1 is stated" in said
-    assert "%" not in said
 
 
 BARE_TABLES = """

@@ -41,27 +41,19 @@ def ports(model: Component) -> list[tuple[str, type]]:
     return own + [each for component in inner for each in ports(component)]
 
 
-def test_the_model_file_builds_the_same_flat_model_as_the_wiring() -> None:
+def durations(model: Coupled) -> list[tuple[str, dict[str, int]]]:
+    diagrams = (each for each in Wiring(model).atomics if isinstance(each, StateDiagram))
+    return [(atomic.path, atomic.durations) for atomic in diagrams]
+
+
+def test_the_model_file_builds_the_same_model_as_the_wiring_with_its_ports_and_defaults() -> None:
     built, wired = read_model(MODEL_FILE, ATOMIC_CLASSES), Detective()
     assert list(flat_couplings(built)) == list(flat_couplings(wired))
     assert len(list(flat_couplings(wired))) == 20
-
-
-def test_the_model_file_gives_every_port_the_wirings_type() -> None:
-    assert ports(read_model(MODEL_FILE, ATOMIC_CLASSES)) == ports(Detective())
-
-
-def test_the_model_file_states_the_defaults() -> None:
-    def durations(model: Coupled) -> list[tuple[str, dict[str, int]]]:
-        return [
-            (atomic.path, atomic.durations)
-            for atomic in Wiring(model).atomics
-            if isinstance(atomic, StateDiagram)
-        ]
-
-    built = durations(read_model(MODEL_FILE, ATOMIC_CLASSES))
-    assert built == durations(Detective())
-    assert len(built) == 9
+    assert ports(built) == ports(wired)
+    assert durations(built) == durations(wired)
+    assert len(durations(built)) == 9
+    assert Parameters() == Parameters(10 * MILLISECOND, 3 * SECOND, 0.0), "as the README lists them"
 
 
 def test_parameters_of_the_model_file_reach_the_models() -> None:
@@ -119,10 +111,6 @@ def test_the_states_are_those_of_the_papers_set_s(model: str, states: list[str])
     assert [state.name for state in controller.states] == states
 
 
-def test_the_parameters_default_to_what_the_readme_lists() -> None:
-    assert Parameters() == Parameters(10 * MILLISECOND, 3 * SECOND, 0.0)
-
-
 LINES = OUTPUTS.splitlines()
 
 
@@ -134,13 +122,10 @@ def from_model_file() -> Coupled:
 def test_figure_6_comes_out_line_by_line(build: Callable[[], Coupled]) -> None:
     model = build()
     events = parse_events(EVENTS, "figure 6", model)
-    assert [str(line) for line in run_events(model, events, checked=True)] == LINES
-
-
-def test_nothing_is_due_after_figure_6() -> None:
-    model = Detective()
-    events = parse_events(EVENTS, "figure 6", model)
-    assert len(run_events(model, events, until=3600 * SECOND)) == len(LINES)
+    until = 3600 * SECOND  # nothing is due afterwards
+    assert [str(line) for line in run_events(model, events, until, checked=True)] == LINES
+    shipped = Path(__file__).parents[2] / "boards/firmware_boards/detective/figure6.ev"
+    assert shipped.read_text(encoding="utf-8") == EVENTS
 
 
 def at(
@@ -183,8 +168,3 @@ def test_inputs_that_no_state_names_change_nothing_in_figure_6(unnamed: list[Eve
     model = Detective()
     events = sorted([*parse_events(EVENTS, "figure 6", model), *unnamed])
     assert [str(line) for line in run_events(model, events)] == LINES
-
-
-def test_the_event_file_that_comes_with_the_board_is_that_of_figure_6() -> None:
-    shipped = Path(__file__).parents[2] / "boards/firmware_boards/detective/figure6.ev"
-    assert shipped.read_text(encoding="utf-8") == EVENTS

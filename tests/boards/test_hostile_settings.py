@@ -114,14 +114,14 @@ def test_kept_settings_without_end_are_a_fault(tmp_path: Path, depth: int) -> No
 
 
 @pytest.mark.slow
-@settings(max_examples=40)
+@settings(max_examples=25)
 @given(st.text() | st.binary().map(lambda raw: raw.decode("utf-8", "surrogateescape")))
 def test_any_override_is_refused_or_taken(assignment: str) -> None:
     refused_or_taken(lambda: registry.load("tachobot", [assignment]))
 
 
 @pytest.mark.slow
-@settings(max_examples=40)
+@settings(max_examples=25)
 @given(
     st.sampled_from([(name, key) for name, keys in KEYS.items() for key in keys]),
     NUMBERS | WORDS | st.lists(NUMBERS).map(lambda each: f"[{','.join(each)}]"),
@@ -132,7 +132,7 @@ def test_any_value_of_any_key_is_refused_or_taken(where: tuple[str, str], value:
 
 
 @pytest.mark.slow
-@settings(max_examples=40)
+@settings(max_examples=25)
 @given(st.sampled_from([(n, key) for n, keys in KEYS.items() for key in keys]), TREES)
 def test_any_tree_in_kept_settings_is_refused_or_taken(
     tmp_path_factory: pytest.TempPathFactory, where: tuple[str, str], value: object

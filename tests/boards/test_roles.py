@@ -1,5 +1,6 @@
 """Roles of a board's components, the two ends they make, and what is wrong with such tables."""
 
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -25,6 +26,10 @@ from firmware_runtime.devs.part import Part, part_of
 from firmware_runtime.errors import ConfigError, SettingError
 from firmware_runtime.lab.experiments.loop_model import loop_board, loop_end
 from firmware_runtime.runs.tuning import tuning_of
+
+
+def left_end(board: Board) -> object:
+    return end_of(board, "left")
 
 
 def model_of(board: Board) -> Coupled:
@@ -60,29 +65,25 @@ def test_the_controller_is_what_no_role_names() -> None:
     ]
 
 
-@pytest.mark.parametrize("roles", [{}, {"robot": ("imu",)}])
-def test_a_role_that_the_board_has_not_is_refused(roles: dict[str, tuple[str, ...]]) -> None:
-    model = model_of(load("tachobot"))
-    with pytest.raises(ConfigError, match="pilot: this board has no such role"):
-        components_of(roles, model, "pilot")
-
-
-def test_a_role_without_components_is_refused() -> None:
-    model = model_of(load("tachobot"))
-    with pytest.raises(ConfigError, match="robot: no component is left"):
-        components_of({"robot": ("wheels",)}, model, "robot")
+@pytest.mark.parametrize(
+    ("roles", "role", "words"),
+    [
+        ({}, "pilot", "pilot: this board has no such role"),
+        ({"robot": ("imu",)}, "pilot", "pilot: this board has no such role"),
+        ({"robot": ("wheels",)}, "robot", "robot: no component is left"),
+    ],
+)
+def test_a_role_that_the_board_has_not_or_that_is_empty_is_refused(
+    roles: dict[str, tuple[str, ...]], role: str, words: str
+) -> None:
+    with pytest.raises(ConfigError, match=words):
+        components_of(roles, model_of(load("tachobot")), role)
 
 
 def faults_of(*assignments: str) -> tuple[str, ...]:
     with pytest.raises(ConfigError) as refused:
         load("tachobot", assignments)
     return refused.value.faults
-
-
-def test_all_boards_roles_are_sound() -> None:
-    assert load("tachobot").settings.link.retain == ("esc.armed",)
-    assert load("tachobot", ["controller.mode='free'"]).settings.roles
-    assert load("detective").settings.roles
 
 
 @pytest.mark.parametrize(
@@ -105,23 +106,23 @@ def test_it_is_named(assignment: str, words: str) -> None:
     assert any(words in fault for fault in faults_of(assignment))
 
 
+def test_boards_are_sound_and_all_faults_are_named_at_once() -> None:
+    assert load("tachobot").settings.link.retain == ("esc.armed",)
+    assert load("tachobot", ["controller.mode='free'"]).settings.roles
+    assert load("detective").settings.roles
+    limits = 'link.limits={"controller.forces"=[1.0, -1.0]}'
+    assert len(faults_of('roles.robot=["wings"]', "roles.left=[]", limits)) == 3
+    everything = ["imu", "thrust_pairs", "esc", "lift", "position_input", "controller"]
+    (fault,) = faults_of(f"roles.robot={everything}", "link.retain=[]")
+    assert fault.endswith("crosses no cut between roles; expected none, as nothing does")
+
+
 def test_a_port_of_a_component_is_no_component() -> None:
     with pytest.raises(ConfigError) as refused:
         load("detective", ['roles.robot=["treads", "model.Out4"]'])
     (fault,) = refused.value.faults
     assert fault.startswith("roles.robot: 'model.Out4': expected some of ")
     assert fault.count("model.Out4") == 1
-
-
-def test_that_nothing_crosses_a_cut_is_said() -> None:
-    everything = ["imu", "thrust_pairs", "esc", "lift", "position_input", "controller"]
-    (fault,) = faults_of(f"roles.robot={everything}", "link.retain=[]")
-    assert fault.endswith("crosses no cut between roles; expected none, as nothing does")
-
-
-def test_all_of_it_at_once() -> None:
-    limits = 'link.limits={"controller.forces"=[1.0, -1.0]}'
-    assert len(faults_of('roles.robot=["wings"]', "roles.left=[]", limits)) == 3
 
 
 def test_optional_components_are_names() -> None:
@@ -144,16 +145,7 @@ def test_the_role_without_hardware_goes_by_any_name(assignment: list[str], role:
     assert role_without_hardware(load("tachobot", assignment)) == role
 
 
-def test_a_cut_that_leaves_hardware_at_both_ends_has_no_such_role() -> None:
-    with pytest.raises(ConfigError, match="hardware at both ends"):
-        role_without_hardware(load("tachobot", ['roles={eye=["imu"]}', "link={}"]))
-
-
 BALANCING = Path(__file__).parents[2] / "examples/balancing/balancing/board.toml"
-
-
-def whole(board: Board) -> Robot:
-    return board.unconnected()
 
 
 @pytest.mark.parametrize("name", ["tachobot", "detective", str(BALANCING)])
@@ -168,61 +160,65 @@ def test_the_hardware_is_at_the_end_of_the_role_robot(name: str) -> None:
     assert robot.crossings == controller.crossings
 
 
-def test_the_end_without_hardware_has_nothing_to_find_and_to_switch_off() -> None:
-    board = load("tachobot")
-    robot, _ = robot_of(end_of(board, "robot"), whole(board))
-    controller, _ = robot_of(end_of(board, "controller"), whole(board))
+def test_what_the_other_end_has_and_knows_is_not_made_up() -> None:
+    results = {
+        ("tachobot", "robot"): {},
+        ("detective", "controller"): {},
+        ("detective", "robot"): {"found": False},
+    }
+    ends = {}
+    for name in ("tachobot", "detective"):
+        board = load(name)
+        for role in ("robot", "controller"):
+            ends[name, role], _ = robot_of(end_of(board, role), board.unconnected())
+    for key, result in results.items():
+        assert ends[key].own_result() == result
+    robot, controller = ends["tachobot", "robot"], ends["tachobot", "controller"]
+    assert controller.own_result()["yaw_rad"] is None
     assert (len(robot.probe), len(robot.stop)) == (3, 1)
     assert (controller.probe, controller.stop, controller.still_on) == ((), (), ())
-
-
-def test_what_the_other_end_knows_is_not_made_up() -> None:
-    tachobot, detective = load("tachobot"), load("detective")
-    for board, role, result in (
-        (tachobot, "robot", {}),
-        (detective, "controller", {}),
-        (detective, "robot", {"found": False}),
-    ):
-        robot, _ = robot_of(end_of(board, role), whole(board))
-        assert robot.own_result() == result
-    controller, _ = robot_of(end_of(tachobot, "controller"), whole(tachobot))
-    assert controller.own_result()["yaw_rad"] is None
-
-
-def test_the_robot_s_ending_is_known_where_it_is() -> None:
-    board = load("detective")
-    assert robot_of(end_of(board, "robot"), whole(board))[0].ended is not None
-    assert robot_of(end_of(board, "controller"), whole(board))[0].ended is None
+    assert ends["detective", "robot"].ended is not None
+    assert ends["detective", "controller"].ended is None
 
 
 @pytest.mark.parametrize(
-    ("roles", "words"),
+    ("roles", "words", "uses"),
     [
         (
             '{left = ["imu"], right = ["thrust_pairs", "controller"]}',
             "all of it in one role",
+            (left_end, check_ends),
         ),
-        ('{left = ["imu", "thrust_pairs", "controller"]}', "names every component"),
-        ('{left = ["imu"], right = ["thrust_pairs"]}', "expected two parts"),
+        (
+            '{left = ["imu", "thrust_pairs", "controller"]}',
+            "names every component",
+            (left_end, check_ends),
+        ),
+        (
+            '{left = ["imu"], right = ["thrust_pairs"]}',
+            "expected two parts",
+            (left_end, check_ends),
+        ),
+        ("{}", "no table", (ends_of,)),
+        ('{left = ["imu"]}', "all of it in one role", (ends_of,)),
+        ('{eye = ["imu"]}', "hardware at both ends", (role_without_hardware,)),
     ],
 )
-def test_a_cut_that_cannot_be_is_refused(roles: str, words: str) -> None:
+def test_a_cut_that_cannot_be_is_refused(
+    roles: str, words: str, uses: tuple[Callable[[Board], object], ...]
+) -> None:
     board = load("tachobot", [f"roles={roles}", "link={}"])
-    with pytest.raises(ConfigError, match=words):
-        end_of(board, "left")
-    with pytest.raises(ConfigError, match=words):
-        check_ends(board)
+    for use in uses:
+        with pytest.raises(ConfigError, match=words):
+            use(board)
 
 
-def test_a_role_of_absent_components_is_no_fault() -> None:
-    check_ends(load("tachobot", ['roles={robot = ["imu", "thrust_pairs"], crane = ["lift"]}']))
-
-
-def test_any_other_cut_is_possible() -> None:
+def test_any_other_cut_is_possible_and_a_role_of_absent_components_no_fault() -> None:
     board = load("tachobot", ['roles={mind = ["controller"]}', "link={}"])
     mind, rest = end_of(board, "mind"), end_of(board, "controller")
     assert (mind.has_hardware, rest.has_hardware) == (False, True)
     assert rest.components == ("thrust_pairs", "imu")
+    check_ends(load("tachobot", ['roles={robot = ["imu", "thrust_pairs"], crane = ["lift"]}']))
 
 
 @pytest.mark.parametrize("name", ["controller", "mind"])
@@ -232,30 +228,22 @@ def test_ends_are_told_apart_by_their_hardware_whatever_they_are_called(name: st
     assert ends_of(board) == {"robot": "robot", "controller": name}
 
 
-@pytest.mark.parametrize(
-    ("roles", "words"),
-    [("{}", "no table"), ('{left = ["imu"]}', "all of it in one role")],
-)
-def test_a_board_that_has_no_two_ends_is_refused(roles: str, words: str) -> None:
-    with pytest.raises(ConfigError, match=words):
-        ends_of(load("tachobot", [f"roles={roles}", "link={}"]))
-
-
 # Gains --------------------------------------------------------------------------------------------
 
 GAINS = {f"controller.yaw.{key}" for key in ("kp", "ki", "kd", "anti_windup")}
 LIMITS = {"thrust_pairs.slew_per_s", "thrust_pairs.timeout_s"}
 
 
-@pytest.mark.parametrize(("role", "elsewhere"), [("robot", GAINS), ("controller", LIMITS)])
-def test_gains_are_the_controllers_and_limits_the_robots(role: str, elsewhere: set[str]) -> None:
+@pytest.mark.parametrize(
+    ("role", "elsewhere", "other"),
+    [("robot", GAINS, "x.controller"), ("controller", LIMITS, "x")],
+)
+def test_gains_are_the_controllers_and_limits_the_robots(
+    role: str, elsewhere: set[str], other: str
+) -> None:
     board = registry.load("tachobot")
     assert gains_elsewhere(board, end_of(board, role)) == elsewhere
-
-
-@pytest.mark.parametrize(("role", "other"), [("robot", "x.controller"), ("controller", "x")])
-def test_the_other_end_goes_by_its_own_name(role: str, other: str) -> None:
-    board = registry.load("tachobot")
+    assert set(tuning_of(board, None, lambda _: None).values) == GAINS | LIMITS, "of a whole robot"
     named = replace(board, name="x")
     assert other_end(named, end_of(named, role)).name == other
 
@@ -279,7 +267,3 @@ def test_a_board_without_hardware_at_either_end_has_nothing_to_set(role: str) ->
     end = loop_end(end_of(board, role))
     assert tuning_of(board, end, lambda _: None).values == {}
     assert other_end(board, end).role == ({"robot", "controller"} - {role}).pop()
-
-
-def test_a_whole_robot_takes_up_all_of_them() -> None:
-    assert set(tuning_of(registry.load("tachobot"), None, lambda _: None).values) == GAINS | LIMITS

@@ -98,6 +98,10 @@ def test_a_record_is_its_numbers_and_their_names() -> None:
     assert (dimension["size"], dimension["stride"]) == (5, 5)
     assert fields["data"][:3] == [1.0, math.inf, 3.0]
     assert math.isnan(fields["data"][3])
+    (each,) = topics(robot(Source("a", duties=tuple)), RosSettings()).publications
+    assert each.message.fields([0.5, 1], each.options) is not None
+    with pytest.raises(TypeError, match="expected a number"):
+        each.message.fields([0.5, "off"], each.options)
 
 
 def test_what_holds_no_numbers_alone_has_no_topic_and_it_is_said_why() -> None:
@@ -106,13 +110,6 @@ def test_what_holds_no_numbers_alone_has_no_topic_and_it_is_said_why() -> None:
     assert set(found.without) == {"a.words", "a.fault"}
     assert "Words" in found.without["a.words"]
     assert "/diagnostics" in found.without["a.fault"]
-
-
-def test_a_plain_tuple_may_turn_out_to_hold_no_numbers() -> None:
-    (each,) = topics(robot(Source("a", duties=tuple)), RosSettings()).publications
-    assert each.message.fields([0.5, 1], each.options) is not None
-    with pytest.raises(TypeError, match="expected a number"):
-        each.message.fields([0.5, "off"], each.options)
 
 
 def test_inputs_of_the_top_model_are_taken() -> None:
@@ -146,9 +143,6 @@ def test_the_only_inertial_sensor_is_called_imu_and_one_of_two_by_its_own_name()
         "right_link",
     }
     assert "left/data_raw" in published(topics(two, RosSettings()))
-
-
-def test_names_become_names_of_ros() -> None:
     assert [ros_name(each) for each in ("a-b", "2nd", "Ä")] == ["a_b", "_2nd", "_"]
 
 
@@ -165,12 +159,8 @@ def test_a_port_may_have_another_name_frame_and_rate_or_no_topic() -> None:
     assert list(published(found)) == ["top/imu/data_raw", "top/imu/mag", "top/imu/temperature"]
     assert {(each.frame, each.rate_hz) for each in found.publications} == {("mast", 5.0)}
     assert found.without == {"chip.on": "off in board.toml"}
-
-
-def test_ports_deep_in_the_model_are_published_where_they_are_stated() -> None:
-    inner = Coupled("inner")
+    inner, top = Coupled("inner"), robot()
     inner.add(Source("pid", command=float, error=float))
-    top = robot()
     top.add(inner)
     found = topics(top, stated(RosTopicSettings("inner.pid.command")))
     assert published(found) == {"inner/pid/command": "std_msgs/msg/Float64"}
@@ -184,8 +174,11 @@ def test_every_fault_of_the_table_is_found() -> None:
         RosTopicSettings("yaw", rate_hz=2.0, options={"gain": 1.0}),
         RosTopicSettings("chip.angle", name="chip/count"),
         RosTopicSettings("chip.off", off=True, rate_hz=3.0),
+        RosTopicSettings("chip.word", frame="mast"),
+        RosTopicSettings("chip.gait", convention="sonarr"),
     )
-    source = Source("chip", sample=InertialSample, on=bool, angle=float, count=int, off=bool)
+    types = {"on": bool, "angle": float, "count": int, "off": bool, "word": str, "gait": float}
+    source = Source("chip", sample=InertialSample, **types)
     faults = topics(robot(source, yaw=float), ros).faults
     for said in (
         "'chip.smaple': no such port",
@@ -195,19 +188,10 @@ def test_every_fault_of_the_table_is_found() -> None:
         "yaw: rate_hz: has no effect",
         "chip/count is the topic of chip.angle and of chip.count",
         "chip.off: rate_hz: has no effect; off is true",
+        "chip.word: frame: has no effect",
+        "did you mean sonar?",
     ):
         assert any(said in fault for fault in faults), (said, faults)
-
-
-def test_a_frame_of_a_message_without_header_and_an_unknown_convention_are_refused() -> None:
-    source = Source("chip", on=bool, angle=float)
-    ros = stated(
-        RosTopicSettings("chip.on", frame="mast"),
-        RosTopicSettings("chip.angle", convention="sonarr"),
-    )
-    framed, unknown = sorted(topics(robot(source), ros).faults, key=lambda fault: "angle" in fault)
-    assert "frame: has no effect" in framed
-    assert "did you mean sonar?" in unknown
 
 
 def test_a_convention_makes_a_number_a_range() -> None:
@@ -252,7 +236,12 @@ def test_a_broken_convention_is_named_with_its_entry_point(tmp_path: Path) -> No
 # Boards -----------------------------------------------------------------------------------------
 
 
-def test_the_topics_of_tachobot() -> None:
+def test_the_topics_of_tachobot_and_a_wrong_port_in_its_file(tmp_path: Path) -> None:
+    copy = tmp_path / "board.toml"
+    copy.write_text(load("tachobot").source.read_text() + '[[ros.topics]]\nport = "imu.smaple"\n')
+    with pytest.raises(ConfigError, match=r"ros\.topics\[0\]\.port") as refused:
+        topics_of(load(str(copy)))
+    assert "did you mean imu.sample?" in str(refused.value)
     found = topics_of(load("tachobot"))
     assert published(found) == {
         "thrust_pairs/applied": "std_msgs/msg/Int64",
@@ -274,11 +263,3 @@ def test_the_detectives_sonars_are_ranges_and_its_compasses_headings() -> None:
     options = {each.topic: each.options for each in found.publications}
     assert options["radar_sonar/range"]["max_range_m"] == pytest.approx(5.031)
     assert options["radar_compass/heading"]["clockwise"] == 0.0
-
-
-def test_a_board_file_with_a_wrong_port_is_refused(tmp_path: Path) -> None:
-    copy = tmp_path / "board.toml"
-    copy.write_text(load("tachobot").source.read_text() + '[[ros.topics]]\nport = "imu.smaple"\n')
-    with pytest.raises(ConfigError, match=r"ros\.topics\[0\]\.port") as refused:
-        topics_of(load(str(copy)))
-    assert "did you mean imu.sample?" in str(refused.value)

@@ -29,9 +29,16 @@ from sim_doubles.chips.sabertooth import SabertoothDouble
 from sim_doubles.chips.srf08 import Srf08Double
 from sim_doubles.contract.chip import CHECKS, Check
 from sim_doubles.contract.row import Row
-from tests.support.analog_rows import Ads1115Row
-from tests.support.detective_rows import Cmps12Row, Hmc5883lRow, Md25Row, Srf08Row
-from tests.support.tachobot_rows import Ak8963Row, Mpu9250Row, Pca9685Row
+from tests.support.chip_rows import (
+    Ads1115Row,
+    Ak8963Row,
+    Cmps12Row,
+    Hmc5883lRow,
+    Md25Row,
+    Mpu9250Row,
+    Pca9685Row,
+    Srf08Row,
+)
 
 PARTS_OF_DRIVERS = {
     "__init__",

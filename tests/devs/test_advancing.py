@@ -1,5 +1,7 @@
 """How a loop around the simulator drives it: next_at, inject, advance, postpone, listen, exit."""
 
+from collections.abc import Callable
+
 import pytest
 
 from firmware_runtime.devs.classic import ClassicSimulator
@@ -84,30 +86,46 @@ def test_the_end_of_a_run_is_inclusive_and_one_before_now_is_refused(kind: type[
     assert clock.count == 3
 
 
-@pytest.mark.parametrize("at", [4, 11, NEVER])
-def test_an_instant_in_the_past_or_beyond_the_next_event_is_refused(at: int) -> None:
+BEYOND = r"^top: cannot advance to .*0\.000000005 s \(now\)"
+EARLIER = r"^top\.clock: cannot postpone .*0\.000000010 s"
+
+
+@pytest.mark.parametrize(
+    ("use", "error", "sentence"),
+    [
+        *((lambda s, at=at: s.simulator.advance(at), ModelError, BEYOND) for at in (4, 11, NEVER)),
+        *(
+            (lambda s, at=at: s.simulator.postpone(s.clock, at), ModelError, EARLIER)
+            for at in (9, 0, NEVER)
+        ),
+        (lambda s: s.simulator.postpone(s.log, SECOND), ModelError, r"^top\.log: cannot postpone"),
+        (
+            lambda s: s.simulator.inject(s.log.values, 1),
+            ModelError,
+            r"^top\.log\.values: not an input port of top$",
+        ),
+        (
+            lambda s: s.simulator.inject(s.inlet, 1.5),
+            PortTypeError,
+            r"^top at .*: port 'in' carries int, not 1\.5$",
+        ),
+        (
+            lambda s: s.simulator.due_at(Clock("stranger", 1)),
+            ModelError,
+            r"^stranger: not an atomic model in top$",
+        ),
+    ],
+)
+def test_what_a_loop_may_not_ask_for_is_refused(
+    use: Callable[[Shell], object], error: type[ModelError], sentence: str
+) -> None:
     shell = Shell()
     shell.inject(5, 1)
-    with pytest.raises(ModelError, match=r"^top: cannot advance to .*0\.000000005 s \(now\)"):
-        shell.simulator.advance(at)
-
-
-def test_never_is_no_instant_to_advance_to() -> None:
-    simulator = Simulator(top(Log("log")))
+    with pytest.raises(error, match=sentence):
+        use(shell)
+    assert shell.simulator.due_at(shell.clock) == 10
     with pytest.raises(ModelError, match="cannot advance to never"):
-        simulator.advance(NEVER)
-
-
-def test_only_the_roots_input_ports_take_input_from_outside() -> None:
-    shell = Shell()
-    with pytest.raises(ModelError, match=r"^top\.log\.values: not an input port of top$"):
-        shell.simulator.inject(shell.log.values, 1)
-
-
-def test_an_injected_value_of_another_type_is_refused() -> None:
-    shell = Shell()
-    with pytest.raises(PortTypeError, match=r"^top at .*: port 'in' carries int, not 1\.5$"):
-        shell.simulator.inject(shell.inlet, 1.5)  # type: ignore[misc]
+        Simulator(top(Log("log"))).advance(NEVER)
 
 
 def test_a_postponed_model_holds_its_phase_longer() -> None:
@@ -125,25 +143,6 @@ def test_input_during_the_postponed_time_leaves_the_rest_of_it() -> None:
     simulator.inject(model.inlet, 1)
     simulator.advance(12)
     assert (model.sigma, simulator.due_at(model)) == (18, 30)
-
-
-@pytest.mark.parametrize("at", [9, 0, NEVER])
-def test_an_event_is_not_postponed_to_an_earlier_instant_nor_to_never(at: int) -> None:
-    shell = Shell()
-    with pytest.raises(ModelError, match=r"^top\.clock: cannot postpone .*0\.000000010 s"):
-        shell.simulator.postpone(shell.clock, at)
-    assert shell.simulator.due_at(shell.clock) == 10
-
-
-def test_a_passive_model_has_nothing_to_postpone() -> None:
-    shell = Shell()
-    with pytest.raises(ModelError, match=r"^top\.log: cannot postpone"):
-        shell.simulator.postpone(shell.log, SECOND)
-
-
-def test_a_model_of_another_simulator_is_refused() -> None:
-    with pytest.raises(ModelError, match=r"^stranger: not an atomic model in top$"):
-        Shell().simulator.due_at(Clock("stranger", 1))
 
 
 def test_listeners_are_called_in_the_order_in_which_they_came() -> None:

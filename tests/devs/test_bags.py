@@ -83,31 +83,6 @@ def test_one_output_reaches_two_ports_of_a_model_in_one_transition() -> None:
     assert model.bags == [([0], [0]), ([1], [1])]
 
 
-def test_several_senders_that_feed_the_same_ports_fill_every_bag_in_order() -> None:
-    clocks = [Clock("a", 1), Clock("b", 2), Clock("c", 1)]
-    logs = [Log("x"), Log("y")]
-    model = top(*clocks, *logs)
-    for clock in clocks:
-        for log in logs:
-            model.couple(clock.ticks, log.values)
-    simulator = Simulator(model)
-    simulator.run(2)
-    assert [log.bags for log in logs] == [[[0, 0], [1, 0, 1]]] * 2
-    assert simulator.external_transitions == 4
-
-
-def test_a_model_reached_by_overlapping_groups_of_wires_transits_once() -> None:
-    clocks, logs = [Clock("a", 1), Clock("b", 1)], [Log("x"), Log("y"), Log("z")]
-    model = top(*clocks, *logs)
-    for clock, ends in zip(clocks, (logs[:2], logs[1:]), strict=True):
-        for log in ends:
-            model.couple(clock.ticks, log.values)
-    simulator = Simulator(model)
-    simulator.run(1)
-    assert [log.bags for log in logs] == [[[0]], [[0, 0]], [[0]]]
-    assert simulator.external_transitions == 3
-
-
 def test_a_value_that_comes_by_two_routes_comes_twice() -> None:
     inner, clock = Coupled("inner"), Clock("clock", 1)
     log = inner.add(Log("log"))
@@ -165,31 +140,20 @@ Wires: TypeAlias = list[list[int]]
 Bags: TypeAlias = tuple[InPort[Any], ...]
 
 
-def shared(*feeds: Bags) -> list[Bags]:
-    """The bags of each pool, given the bags that each port feeds."""
+@pytest.mark.parametrize(
+    ("feeds", "pools_"),
+    [
+        pytest.param([(A, B, C), (A, B, C)], [(A, B, C)], id="two ports that feed the same bags"),
+        pytest.param([(A, B), (C, D)], [], id="one port alone"),
+        pytest.param([(A, B, C), (A, B, C), (B, C)], [(B, C)], id="those that the same ones feed"),
+        pytest.param([(A, B), (A, B), (B, C), (B, C)], [], id="none that the same ones feed"),
+        pytest.param([(A, B, C), (A, B, C), (B,)], [(A, C)], id="one fed by a port by itself"),
+        pytest.param([(A, B, A, C, B), (A, B, A, C, B)], [], id="bags fed twice by a port"),
+    ],
+)
+def test_bags_share_a_pool(feeds: list[Bags], pools_: list[Bags]) -> None:
     ports = [(OutPort(A.owner, f"out_{number}", int), [*each]) for number, each in enumerate(feeds)]
-    return [tuple(pool.bags) for pool in pools(ports, [])]
-
-
-def test_two_ports_that_feed_the_same_bags_give_these_a_pool() -> None:
-    assert shared((A, B, C), (A, B, C)) == [(A, B, C)]
-
-
-def test_one_port_alone_feeds_its_bags_without_a_pool() -> None:
-    assert shared((A, B), (C, D)) == []
-
-
-def test_bags_that_other_ports_feed_too_share_with_those_that_the_same_ones_feed() -> None:
-    assert shared((A, B, C), (A, B, C), (B, C)) == [(B, C)]
-    assert shared((A, B), (A, B), (B, C), (B, C)) == []
-
-
-def test_a_bag_that_a_port_feeds_by_itself_shares_with_no_other() -> None:
-    assert shared((A, B, C), (A, B, C), (B,)) == [(A, C)]
-
-
-def test_a_bag_fed_twice_by_a_port_shares_with_none() -> None:
-    assert shared((A, B, A, C, B), (A, B, A, C, B)) == []
+    assert [tuple(pool.bags) for pool in pools(ports, [])] == pools_
 
 
 WIRES = st.lists(
@@ -210,7 +174,10 @@ def test_every_bag_gets_what_was_sent_to_it_in_order_whoever_shares(
         sender.count = 100 * first
         for end in ends:
             model.couple(sender.ticks, logs[end].values)
-    Simulator(model).run(rounds)
+    simulator = Simulator(model)
+    simulator.run(rounds)
+    reached = {number for ends in wires for number in ends}
+    assert simulator.external_transitions == rounds * len(reached), "each transits once a round"
     for number, log in enumerate(logs):
         received = [100 * first for first, ends in enumerate(wires) if number in ends]
         expected = [[value + tick for value in received] for tick in range(rounds)]

@@ -5,7 +5,9 @@ from collections.abc import Callable
 import pytest
 from firmware_drivers.actuator import Actuator
 from firmware_drivers.chips.step import Step
+from firmware_drivers.output_state import OutputState
 
+from firmware_runtime.devs.simulator import Simulator
 from firmware_runtime.devs.time import MILLISECOND
 from firmware_runtime.hal.interlock import POLL_PERIOD
 from firmware_runtime.hal.wire_errors import HalError, NoAcknowledge, NotReady
@@ -158,3 +160,19 @@ def test_an_esc_whose_low_pulse_is_lost_is_switched_off_all_the_same() -> None:
     with pytest.raises(NoAcknowledge):
         bench.actuator.write_stop()
     assert bench.double.all_off
+
+
+def test_it_says_at_first_how_it_is_and_then_what_changes() -> None:
+    enabled = {"now": False}
+    model = OutputState("outputs", lambda: enabled["now"])
+    said: list[tuple[int, int]] = []
+    simulator = Simulator(model)
+    simulator.listen(model.enabled, lambda at, value: said.append((at, value)))
+    for at, is_enabled in ((0, False), (50, True), (100, True), (150, False), (200, False)):
+        enabled["now"] = is_enabled
+        while simulator.next_at <= at * MILLISECOND:
+            simulator.advance(simulator.next_at)
+    assert [value for _, value in said] == [0, 1, 0]
+    assert said[0][0] == 0
+    assert said[1][0] <= 70 * MILLISECOND
+    assert said[2][0] <= 170 * MILLISECOND

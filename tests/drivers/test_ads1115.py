@@ -1,13 +1,17 @@
-"""The driver beside its row in the contract of all chips: settings, and what is no reading."""
+"""The ADS1115's driver and the model that reads its inputs in turn, on its double."""
 
 import pytest
+from firmware_drivers.analog_inputs import AnalogInputs, AnalogInputsSettings, Voltages
 from firmware_drivers.chips.ads1115 import Ads1115, Ads1115Settings
 
+from firmware_runtime.devs.time import MILLISECOND, SECOND
 from firmware_runtime.errors import SettingError
-from firmware_runtime.hal.wire_errors import NotReady, WrongDevice
+from firmware_runtime.hal.wire_errors import Fault, NotReady, WrongDevice
 from sim_doubles.chips.ads1115 import Ads1115Double
 from sim_doubles.clock import ManualClock
+from sim_doubles.faults import FaultScript, NackAddress
 from sim_doubles.i2c_bus import I2cBusDouble
+from tests.support.virtual_bus import VirtualBus
 from tests.support.wire import take
 
 
@@ -89,3 +93,77 @@ def test_every_wrong_setting_is_named(rig: Rig) -> None:
         Ads1115(rig.bus, 0x50, settings)
     with pytest.raises(SettingError, match=r"'AIN3-AIN0'.*AIN0-AIN3"):
         rig.driver.measurement("AIN3-AIN0")
+
+
+# The model that reads its inputs in turn ---------------------------------------------------------
+
+
+class Model:
+    """The model on the chip's double, in a simulator's time."""
+
+    def __init__(self, inputs: tuple[str, ...] = ("AIN0", "AIN1", "AIN3"), ms: int = 50) -> None:
+        self.volts = [0.5, 1.0, -0.25, 2.0]
+        self.rig = VirtualBus()
+        self.double = self.rig.connect(Ads1115Double, inputs=lambda _at: self.volts)
+        chip = Ads1115(self.rig.bus, settings=Ads1115Settings(full_scale_v=2.048, rate_sps=250))
+        self.model = AnalogInputs("adc", chip, AnalogInputsSettings(inputs, ms * MILLISECOND))
+        self._said = self.rig.simulate([self.model], self.model.voltages, self.model.fault_out)
+
+    @property
+    def voltages(self) -> list[Voltages]:
+        return [value for _, value in self._said if isinstance(value, Voltages)]
+
+    @property
+    def faults(self) -> list[Fault]:
+        return [value for _, value in self._said if isinstance(value, Fault)]
+
+
+def test_every_input_is_read_once_a_period_and_differences_with_their_sign() -> None:
+    model = Model()
+    model.rig.run(SECOND)
+    assert (model.faults, model.double.warnings) == ([], [])
+    assert model.voltages[0].volts == pytest.approx((0.5, 1.0, 2.0), abs=1e-4)
+    assert len(model.voltages) == 17  # after 0.14 s of bring-up
+    model = Model(("AIN2-AIN3", "AIN0-AIN1"))
+    model.volts[3] = 0.0
+    model.rig.run(300 * MILLISECOND)
+    assert model.voltages[0].volts == pytest.approx((-0.25, -0.5), abs=1e-4)
+
+
+def test_a_chip_that_lost_its_supply_is_brought_up_again_and_nothing_is_made_up() -> None:
+    model = Model()
+    model.rig.run(500 * MILLISECOND)
+    seen = len(model.voltages)
+    model.double.power_cycle()
+    model.volts[0] = 0.75
+    model.rig.run(2 * SECOND)
+    assert model.faults != []
+    assert all(each.volts[0] == pytest.approx(0.75, abs=1e-4) for each in model.voltages[seen:])
+    assert model.model.unready() is None
+
+
+@pytest.mark.parametrize(
+    ("volts", "fault", "kind", "is_ready"),
+    [
+        pytest.param(
+            1.0, NackAddress(address=0x48, times=None), "NoAcknowledge", False, id="silent"
+        ),
+        pytest.param(3.0, NackAddress(times=0), "NotReady", None, id="beyond the scale"),
+    ],
+)
+def test_a_chip_that_gives_no_voltage_is_a_fault_and_no_reading(
+    volts: float, fault: NackAddress, kind: str, *, is_ready: bool | None
+) -> None:
+    model = Model()
+    model.rig.doubles.faults = FaultScript([fault])
+    model.volts[1] = volts
+    model.rig.run(SECOND)
+    assert model.voltages == []
+    assert {fault.kind for fault in model.faults} == {kind}
+    assert is_ready is None or (model.model.unready() is None) == is_ready
+
+
+@pytest.mark.parametrize(("inputs", "ms"), [((), 50), (("AIN0",) * 4, 10), (("AIN7",), 50)])
+def test_what_cannot_be_measured_in_time_is_refused(inputs: tuple[str, ...], ms: int) -> None:
+    with pytest.raises(SettingError):
+        Model(inputs, ms)

@@ -1,161 +1,134 @@
-"""What actuators say that they apply of their commands: when it changes, and at once."""
+"""What actuators apply of their commands: said when it changes, and nothing while disabled."""
 
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 
 import pytest
 from firmware_drivers.servo import Servos
-from firmware_drivers.thrust_pairs import Forces, ThrustPairs, ThrustSettings
-from firmware_drivers.treads import Treads, TreadSpeeds
+from firmware_drivers.thrust_pairs import ThrustPairs, ThrustSettings
+from firmware_drivers.treads import Treads
 
-from firmware_runtime.devs.coupled import Coupled
-from firmware_runtime.devs.simulator import Simulator
 from firmware_runtime.devs.time import MILLISECOND
 from firmware_runtime.models.motion import Applied, LeastApplied
+from tests.support.atomic_bench import AtomicBench
 from tests.support.pca9685_bench import Pca9685Bench, esc_bench
 from tests.support.scripted_treads import ScriptedDriver, settings
 from tests.support.servos import PAN, servos_settings
+from tests.support.wire import sentences
 
-NOTHING, PART, ALL = Applied
-WEAK = Forces(0.1, 0.0, 0.2, 0.0)
+BOTH = servos_settings(PAN, replace(PAN, name="tilt", channel=3))
 
 
-def thrust(slew_per_s: float = 1e6, *, enabled: bool = True) -> Pca9685Bench:
+def thrust(slew_per_s: float = 1e6) -> Pca9685Bench:
     given = ThrustSettings(0.4, 1000.0, slew_per_s, 50 * MILLISECOND, 0)
-    return Pca9685Bench(
-        lambda chip, interlock: ThrustPairs("thrust", chip, given, interlock), enabled=enabled
-    )
+    return Pca9685Bench(lambda chip, interlock: ThrustPairs("thrust", chip, given, interlock))
 
 
-def treads() -> Pca9685Bench:
-    return Pca9685Bench(
-        lambda _, interlock: Treads("treads", ScriptedDriver(), settings(), interlock)
-    )
+class TreadsBench(Pca9685Bench):
+    """Treads on a scripted driver; the PCA9685 has no part in it."""
+
+    def __init__(self) -> None:
+        self.driver = ScriptedDriver()
+        self.driver.now = self.now
+        super().__init__(lambda _, interlock: Treads("treads", self.driver, settings(), interlock))
+
+    @property
+    def driven(self) -> str:
+        return " ".join(str(call).replace(", ", "/") for call, _ in self.driver.driven)
 
 
-def servos() -> Pca9685Bench:
-    both = servos_settings(PAN, replace(PAN, name="tilt", channel=3))
-    return Pca9685Bench(lambda chip, interlock: Servos("head", chip, both, interlock))
+BENCHES: Mapping[str, Callable[[], Pca9685Bench]] = {
+    "thrust": thrust,
+    "slow thrust": lambda: thrust(20.0),
+    "treads": TreadsBench,
+    "servos": lambda: Pca9685Bench(lambda chip, lock: Servos("head", chip, BOTH, lock)),
+    "esc": esc_bench,
+}
+WEAK, NONE, ALL, FAR = (f"forces=({f1},0,0.2,0)" for f1 in (0.1, 0.0, 0.4, 0.5))
+MANY = "; ".join(f"{at_ms} {WEAK}" for at_ms in range(100, 200, 10))
+DRIVING = "50 right=1 left=1"
 
 
-@pytest.mark.parametrize(
-    ("slew_per_s", "enabled", "pushes", "said"),
-    [
-        pytest.param(
-            1e6,
-            True,
-            {100: WEAK, 110: WEAK, 120: WEAK},
-            [(0, NOTHING), (100, ALL)],
-            id="nothing from the start and all from the first command",
+@sentences(
+    {
+        "nothing from the start and all from the first command": (
+            f"thrust: 100 {WEAK}; 110 {WEAK}; 120 {WEAK}; applied is NOTHING ALL; "
+            "applied_at is 0 100"
         ),
-        pytest.param(
-            1e6,
-            False,
-            dict.fromkeys(range(100, 200, 10), WEAK),
-            [(0, NOTHING)],
-            id="nothing is said while nothing changes however many commands come",
+        "nothing is said while nothing changes however many commands come": (
+            f"thrust: switch; {MANY}; applied is NOTHING; off is True; consecutive is ()"
         ),
-        pytest.param(
-            1e6,
-            True,
-            {100: Forces(0.5, 0.0, 0.0, 0.0), 110: Forces(0.4, 0.0, 0.0, 0.0)},
-            [(0, NOTHING), (100, PART), (110, ALL)],
-            id="part of forces beyond a pair",
+        "part of forces beyond a pair": (
+            f"thrust: 100 {FAR}; 110 {ALL}; applied is NOTHING PART ALL; applied_at is 0 100 110"
         ),
-        pytest.param(
-            20.0,
-            True,
-            {100: Forces(0.0, 0.0, 0.0, 0.0), 110: Forces(0.4, 0.0, 0.0, 0.0)},
-            [(0, NOTHING), (100, ALL), (110, PART)],
-            id="part of duties on their way",
+        "part of duties on their way": (
+            f"slow thrust: 100 {NONE.replace('0.2', '0')}; 110 {ALL}; applied is NOTHING ALL PART"
         ),
-    ],
+        "nothing at once when the interlock switches it off": (
+            f"thrust: 100 {WEAK}; switch; 110 {WEAK}; applied is NOTHING ALL NOTHING; "
+            "applied_at is 0 100 110; off is True; consecutive is (); switch; 120 "
+            f"{WEAK}; off is False"
+        ),
+        "nothing at once when the chip fails": (
+            f"thrust: 100 {WEAK}; refuse 2; 110 {WEAK}; applied is NOTHING ALL NOTHING; "
+            "applied_at is 0 100 110"
+        ),
+        "nothing at once when no forces come": (
+            f"thrust: 100 {WEAK}; 160; applied is NOTHING ALL NOTHING; applied_at is 0 100 150"
+        ),
+        "nothing at once of what is no number": (
+            f"thrust: 100 {WEAK}; 110 forces=(nan,0,0,0); applied is NOTHING ALL NOTHING; "
+            "applied_at is 0 100 110"
+        ),
+        "a chip that failed may be enabled again once it answers": (
+            f"thrust: 100 {WEAK}; refuse 3; 110 {WEAK}; switch; "
+            f"unready is has failed 2 times in a row; 160 {WEAK}; off is True; unready is ()"
+        ),
+        "part of speeds that were clipped and nothing while disabled": (
+            "treads: 100 speeds=(0.5,0.5); 110 speeds=(1.5,0.5); switch; 200; switch; 300; "
+            "applied is NOTHING ALL PART NOTHING PART"
+        ),
+        "driving treads notice within a poll that they were disabled": (
+            "treads: 100 speeds=(0.5,0.5); 110; switch; 131; applied is NOTHING ALL NOTHING"
+        ),
+        "a command to treads is kept until enabled": (
+            f"treads: switch; {DRIVING}; 500; switch; 530; driven is stop (0.5/0.5)"
+        ),
+        "moving treads are stopped and go on once enabled": (
+            f"treads: {DRIVING}; 60; switch; 300; switch; 330; driven is (0.5/0.5) stop (0.5/0.5)"
+        ),
+        "part on their way and at a limit and nothing when limp": (
+            "servos: 100 pan=0.0; 110 pan=0.1; 310 pan=1.5; 2010 release=True; "
+            "applied is NOTHING ALL PART ALL PART NOTHING"
+        ),
+        "all once armed and part of a throttle beyond 1": (
+            "esc: 100 arm=True; 3500 throttle=1.5; 3600 throttle=0.5; 3700 arm=False; "
+            "applied is NOTHING ALL PART ALL NOTHING; applied_at is 0 3100 3500 3600 3700"
+        ),
+        "an esc is armed again once outputs are enabled again": (
+            "esc: switch; 1000 arm=True; 5000; armed is (); phase is disabled; switch; 9000; "
+            "armed is 8020; switch; 10000; armed is 8020 -9020; phase is disabled; switch; 14000; "
+            "armed is 8020 -9020 13020"
+        ),
+    }
 )
-def test_thrust_pairs_apply(
-    slew_per_s: float,
-    pushes: dict[int, Forces],
-    said: list[tuple[int, Applied]],
-    *,
-    enabled: bool,
-) -> None:
-    bench = thrust(slew_per_s, enabled=enabled)
-    for at_ms, forces in pushes.items():
-        bench.put(at_ms, forces=forces)
-    assert bench.said["applied"] == said
+def test_applied(lines: str) -> None:
+    """Lines on the bench that they begin with."""
+    kind, _, lines = lines.partition(": ")
+    BENCHES[kind]().play(lines)
 
 
 @pytest.mark.parametrize("silent_ms", [60, 5000])
 def test_the_slew_counts_no_time_spent_off(silent_ms: int) -> None:
     bench = thrust(slew_per_s=2.0)
-    bench.put(100 + silent_ms, forces=Forces(0.0, 0.0, 0.0, 0.0))
+    bench.play(f"{100 + silent_ms} forces=(0,0,0,0)")
     assert bench.double.duties[0] == pytest.approx(0.1, abs=1 / 4096)
 
 
-@pytest.mark.parametrize("cause", ["interlock", "chip", "silence", "no number"])
-def test_whatever_switches_it_off_it_applies_nothing_at_once(cause: str) -> None:
-    bench = thrust()
-    bench.put(100, forces=WEAK)
-    bench.enabled = cause != "interlock"
-    if cause == "chip":
-        bench.refuse(2)
-    if cause == "silence":
-        bench.run(160)
-    else:
-        bench.put(110, forces=Forces(float("nan"), 0, 0, 0) if cause == "no number" else WEAK)
-    off_at = 150 if cause == "silence" else 110
-    assert bench.said["applied"] == [(0, NOTHING), (100, ALL), (off_at, NOTHING)]
-
-
-def test_treads_apply_part_of_speeds_that_were_clipped_and_nothing_while_disabled() -> None:
-    bench = treads()
-    bench.put(100, speeds=TreadSpeeds(0.5, 0.5))
-    bench.put(110, speeds=TreadSpeeds(1.5, 0.5))
-    bench.enabled = False
-    bench.run(200)
-    bench.enabled = True
-    bench.run(300)
-    assert bench.values("applied") == [NOTHING, ALL, PART, NOTHING, PART]
-
-
-def test_driving_treads_notice_within_a_poll_that_they_were_disabled() -> None:
-    bench = treads()
-    bench.put(100, speeds=TreadSpeeds(0.5, 0.5))
-    bench.run(110)
-    bench.enabled = False
-    bench.run(131)
-    assert bench.values("applied")[-1] is NOTHING
-
-
-def test_servos_apply_part_on_their_way_and_at_a_limit_and_nothing_when_limp() -> None:
-    bench = servos()
-    bench.put(100, pan=0.0)
-    bench.put(110, pan=0.1)
-    bench.put(310, pan=1.5)
-    bench.put(2010, release=True)
-    assert bench.values("applied") == [NOTHING, ALL, PART, ALL, PART, NOTHING]
-
-
-def test_an_esc_applies_all_once_armed_and_part_of_a_throttle_beyond_1() -> None:
-    bench = esc_bench()
-    bench.put(100, arm=True)
-    bench.put(3500, throttle=1.5)
-    bench.put(3600, throttle=0.5)
-    bench.put(3700, arm=False)
-    assert bench.values("applied") == [NOTHING, ALL, PART, ALL, NOTHING]
-    assert [at for at, _ in bench.said["applied"]][2:] == [3500, 3600, 3700]
-
-
 def test_of_several_actuators_the_least_counts_and_one_that_said_nothing() -> None:
-    top = Coupled("top")
-    both = top.add(LeastApplied("both", ["left", "right"]))
-    ports = {name: top.in_port(name, Applied) for name in ("left", "right")}
-    for name, port in ports.items():
-        top.couple(port, both.applied[name])
-    simulator = Simulator(top, checked=True)
-    said: list[Applied] = []
-    simulator.listen(both.least, lambda _, applied: said.append(applied))
-    for at, (name, applied) in enumerate(
-        [("left", ALL), ("right", PART), ("right", ALL), ("left", NOTHING), ("right", PART)]
-    ):
-        simulator.inject(ports[name], applied)
-        simulator.advance(at * MILLISECOND)
-    assert said == [NOTHING, PART, ALL, NOTHING]
+    bench = AtomicBench(LeastApplied("both", ["left", "right"]))
+    nothing, part, all_ = Applied
+    said = [("left", all_), ("right", part), ("right", all_), ("left", nothing), ("right", part)]
+    for at_ms, (name, applied) in enumerate(said):
+        bench.put(at_ms, **{name: applied})
+    assert bench.values("least") == [nothing, part, all_, nothing]

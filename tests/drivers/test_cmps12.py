@@ -23,17 +23,6 @@ def bare() -> Bare:
     return Bare()
 
 
-@pytest.mark.parametrize("tenths", [0, 1, 900, 2565, 3599])
-def test_the_bearing_is_given_in_degrees_to_a_tenth(bare: Bare, tenths: int) -> None:
-    bare.point(tenths)
-    assert bare.driver.read_bearing().bearing_deg == pytest.approx(tenths / 10, abs=1e-12)
-
-
-def test_a_reading_is_two_short_transactions_and_writes_nothing(bare: Bare) -> None:
-    bare.driver.read_bearing()
-    assert bare.sent == [(b"\x00", 12), (b"\x1e", 1)]
-
-
 @pytest.mark.parametrize(("state", "calibration"), [(0x00, 0), (0xFC, 0), (0x32, 2), (0xFF, 3)])
 def test_the_calibration_of_the_magnetometer_comes_with_it(
     bare: Bare, state: int, calibration: int
@@ -76,22 +65,21 @@ def test_what_cannot_be_a_bearing_is_none(bare: Bare, content: str, reason: str)
         bare.driver.read_bearing()
 
 
-@pytest.mark.parametrize("tenths", range(0, 3600, 97))
-@pytest.mark.parametrize("steps", [255, 256])
-def test_both_ways_to_divide_the_circle_into_a_byte_are_taken(
-    bare: Bare, tenths: int, steps: int
+def test_bearings_are_given_to_a_tenth_and_both_ways_to_divide_the_circle_are_taken(
+    bare: Bare,
 ) -> None:
-    for coarse in {tenths * steps // 3600, min(255, round(tenths * steps / 3600))}:
+    """A reading is two short transactions and writes nothing."""
+    pairs = {(3599, 0), (0, 255)}  # across north
+    for tenths in (*range(0, 3600, 97), 1, 900, 2565, 3599):
+        for steps in (255, 256):
+            exact = tenths * steps / 3600
+            pairs |= {(tenths, int(exact)), (tenths, min(255, round(exact)))}
+    for tenths, coarse in pairs:
         bare.point(tenths, coarse=coarse)
         bare.driver.identify()
+        bare.bus.wire.clear()
         assert bare.driver.read_bearing().bearing_deg == tenths / 10
-
-
-def test_bearings_that_differ_across_north_are_close(bare: Bare) -> None:
-    for tenths, coarse in ((3599, 0), (0, 255)):
-        bare.point(tenths, coarse=coarse)
-        bare.driver.identify()
-        assert bare.driver.read_bearing().bearing_deg == tenths / 10
+        assert bare.sent == [(b"\x00", 12), (b"\x1e", 1)]
 
 
 @pytest.mark.parametrize(

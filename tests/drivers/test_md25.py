@@ -96,16 +96,15 @@ def test_speeds_are_one_burst_about_128(
     assert sum(map(bits, running.sent)) == 194
 
 
-def test_opposite_speeds_are_sent_as_opposite_steps(running: Bare) -> None:
+def test_opposite_speeds_are_opposite_steps_and_the_report_is_read_in_the_same_call(
+    running: Bare,
+) -> None:
     for hundredths in range(-100, 101):
         speed = hundredths / 100
         running.driver.set_speeds(speed, -speed)
         _, left, right = bytes(running.written[-1])
         assert left + right == 2 * 128
         assert abs(left - 128 - 127 * speed) <= 0.5
-
-
-def test_the_report_is_read_in_the_same_call(running: Bare) -> None:
     running.hold({0x02: struct.pack(">2i3B", -360, 70_000, 121, 3, 28)})
     report = running.driver.set_speeds(0.1, 0.2)
     assert report == pytest.approx(Md25Report(-360, 70_000, 12.1, 0.3, 2.8))
@@ -118,27 +117,31 @@ def test_a_speed_that_is_none_is_refused_and_nothing_is_sent(running: Bare, spee
     assert running.sent == []
 
 
-def test_before_bring_up_and_identified_again_it_is_not_driven_until_it_was_verified(
-    fresh: Bare,
-) -> None:
-    """Its mode may be another by now: a new bring-up begins so."""
-    fresh.refuses("speeds before bring-up")
-    assert fresh.sent == []
-    fresh.bring_up()
-    fresh.driver.identify()
-    fresh.bus.wire.clear()
-    fresh.refuses("speeds before bring-up")
-    assert fresh.sent == []
-    fresh.driver.verify()
-    fresh.driver.set_speeds(0.1, 0.1)
-
-
-def test_a_chip_that_was_reset_is_reported_and_not_driven_on() -> None:
+def test_it_is_driven_only_as_long_as_it_is_as_brought_up() -> None:
+    """A new bring-up begins with what identifies it: its mode may be another by then."""
     bare = Bare(Md25Settings(acceleration=10))
+    bare.refuses("speeds before bring-up")
+    assert bare.sent == []
     bare.bring_up()
+    bare.driver.identify()
+    bare.bus.wire.clear()
+    bare.refuses("speeds before bring-up")
+    assert bare.sent == []
+    bare.driver.verify()
+    bare.driver.set_speeds(0.1, 0.1)
     bare.memory[0x0E] = 5
     bare.refuses("acceleration, mode read 5, 0, expected 10, 0; it was reset")
     bare.refuses("speeds before bring-up")
+    bare.bring_up()
+    bare.memory[0x0F] = 1
+    with pytest.raises(NotReady, match="read 10, 1, expected 10, 0"):
+        bare.driver.verify()
+    bare.refuses("speeds before bring-up")
+    bare.bring_up()
+    bare.memory[0x0F] = 1
+    bare.refuses("read 10, 1, expected 10, 0")
+    bare.driver.stop()
+    assert bare.written[-1] == SIGNED_STOP
 
 
 @pytest.mark.parametrize(("mode", "stop"), [(0, STOP), (1, SIGNED_STOP), (3, SIGNED_STOP)])
@@ -171,19 +174,3 @@ def test_a_stop_whose_mode_is_not_answered_is_tried_in_the_last_words_and_not_ta
     with pytest.raises(NoAcknowledge):
         running.driver.stop()
     assert running.written == written
-
-
-def test_a_mode_changed_by_another_program_is_reported_and_stopped_in_its_words(
-    running: Bare,
-) -> None:
-    running.memory[0x0F] = 1
-    running.refuses("read 5, 1, expected 5, 0")
-    running.driver.stop()
-    assert running.written[-1] == SIGNED_STOP
-
-
-def test_verify_says_whether_it_may_be_driven(running: Bare) -> None:
-    running.memory[0x0F] = 1
-    with pytest.raises(NotReady, match="read 5, 1, expected 5, 0"):
-        running.driver.verify()
-    running.refuses("speeds before bring-up")

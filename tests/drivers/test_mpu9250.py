@@ -1,3 +1,5 @@
+"""The MPU-9250's driver on bare registers: settings, bring-up, samples."""
+
 import math
 import struct
 
@@ -6,9 +8,10 @@ from firmware_drivers.chips.mpu9250 import Mpu9250
 from firmware_drivers.chips.mpu9250_settings import Mpu9250Settings
 from firmware_drivers.chips.step import duration_ns
 
+from firmware_runtime.errors import SettingError
 from firmware_runtime.hal.budget import bits, wire_bytes
 from firmware_runtime.hal.wire_errors import NotReady, WrongDevice
-from tests.support.bare_chip import BareChip
+from tests.support.bare_chip import BareChip, RegisterBus
 
 MPU, AK = 0x68, 0x0C
 IDENTITY = 0x75
@@ -132,11 +135,22 @@ def test_without_magnetometer_it_goes_on_with_six_axes_and_says_so_until_it_is_f
     assert bare.driver.has_magnetometer
 
 
-def test_a_magnetometer_that_fails_half_way_is_left_out(bare: Bare) -> None:
+def test_a_magnetometer_that_fails_half_way_is_left_out_and_one_that_stops_answering_said(
+    bare: Bare,
+) -> None:
+    with pytest.raises(NotReady, match="read before bring-up"):
+        bare.driver.read_sample()
+    assert bare.bus.wire == []
     bare.hold({0x10: bytes(3)}, AK)
     bare.bring_up()
     assert not bare.driver.has_magnetometer
     assert "fuse ROM reads 00 00 00" in bare.driver.warnings[0]
+    bare = Bare()
+    bare.bring_up()
+    assert bare.driver.check_magnetometer()
+    bare.memory[0x36] = 0x01
+    assert not bare.driver.check_magnetometer()
+    assert "its AK8963 stopped answering" in bare.driver.warnings[-1]
 
 
 def test_verify_finds_settings_that_are_gone(ready: Bare) -> None:
@@ -149,17 +163,12 @@ def test_verify_finds_settings_that_are_gone(ready: Bare) -> None:
 # Samples ------------------------------------------------------------------------------------------
 
 
-def test_a_sample_is_one_burst_of_26_bytes(ready: Bare) -> None:
-    ready.show()
-    ready.bus.wire.clear()
-    ready.driver.read_sample()
-    assert ready.sent == [(b"\x3a", 23)]
-    assert (wire_bytes(ready.sent[0]), bits(ready.sent[0])) == (26, 237)
-
-
 def test_a_sample_is_in_si_units(ready: Bare) -> None:
     ready.show(accel=(-4096, 0, 8192), gyro=(16384, 0, -1), temperature=3339)
+    ready.bus.wire.clear()
     sample = ready.driver.read_sample()
+    assert ready.sent == [(b"\x3a", 23)], "in one burst"
+    assert (wire_bytes(ready.sent[0]), bits(ready.sent[0])) == (26, 237)
     assert sample.acceleration == pytest.approx((-0.5 * 9.80665, 0, 9.80665))
     assert sample.rate == pytest.approx((math.radians(250), 0, -math.radians(500 / 32768)))
     assert sample.temperature_c == pytest.approx(31.0, abs=1e-3)
@@ -225,14 +234,41 @@ def test_what_is_no_new_sample_is_not_given(
         ready.driver.read_sample()
 
 
-def test_reading_before_bring_up_is_refused(bare: Bare) -> None:
-    with pytest.raises(NotReady, match="read before bring-up"):
-        bare.driver.read_sample()
-    assert bare.bus.wire == []
+def test_all_wrong_settings_are_listed_at_once() -> None:
+    settings = Mpu9250Settings(
+        sample_hz=300, bandwidth_hz=42, accel_range_g=3, gyro_range_dps=501, mounting="+x +y"
+    )
+    assert [fault.split(":")[0] for fault in settings.faults()] == [
+        "bandwidth_hz",
+        "accel_range_g",
+        "gyro_range_dps",
+        "sample_hz",
+        "mounting",
+    ]
+    with pytest.raises(SettingError, match="accel_range_g: 3, expected one of 2, 4, 8, 16; gyro"):
+        Mpu9250(RegisterBus(), settings=settings)
 
 
-def test_a_magnetometer_that_stopped_answering_is_reported_when_asked(ready: Bare) -> None:
-    assert ready.driver.check_magnetometer()
-    ready.memory[0x36] = 0x01
-    assert not ready.driver.check_magnetometer()
-    assert "its AK8963 stopped answering" in ready.driver.warnings[-1]
+@pytest.mark.parametrize("sample_hz", [0, 3, 300, 1001, -200])
+def test_a_sample_rate_that_is_no_whole_division_is_refused(sample_hz: int) -> None:
+    (fault,) = Mpu9250Settings(sample_hz=sample_hz).faults()
+    assert fault == f"sample_hz: {sample_hz}, expected a divisor of 1000 from 4 to 1000"
+
+
+@pytest.mark.parametrize(
+    ("sample_hz", "samples"), [(4, 1), (100, 1), (125, 2), (200, 2), (250, 3), (1000, 10)]
+)
+def test_the_magnetometer_is_fetched_at_most_as_often_as_it_measures(
+    sample_hz: int, samples: int
+) -> None:
+    settings = Mpu9250Settings(sample_hz=sample_hz)
+    assert settings.faults() == ()
+    assert settings.samples_a_fetch() == samples
+    assert sample_hz / samples <= 100
+
+
+def test_settings_become_the_registers_of_the_map() -> None:
+    settings = Mpu9250Settings(
+        sample_hz=1000, bandwidth_hz=5, accel_range_g=16, gyro_range_dps=2000
+    )
+    assert settings.registers() == bytes((0x00, 0x06, 0x18, 0x18, 0x06))

@@ -1,8 +1,23 @@
-"""Recognising a chip by reading: every one with a driver, and nothing that only looks like it."""
+"""Chips recognised by reading, those of other packages, and addresses that cannot be."""
+
+from collections.abc import Callable, Iterator
+from typing import NamedTuple
 
 import pytest
+from firmware_drivers.catalogue import table
+from firmware_drivers.catalogue.sensors import HMC5883L, MAXBOTIX
 from firmware_drivers.catalogue.table import recognise
+from firmware_drivers.catalogue.trial import Identity, OnBus
+from firmware_drivers.chips.ads1115 import Ads1115
+from firmware_drivers.chips.cmps12 import Cmps12
+from firmware_drivers.chips.i2c_chip import I2cChip
+from firmware_drivers.chips.md25 import Md25
+from firmware_drivers.chips.mpu9250 import Mpu9250
+from firmware_drivers.chips.pca9685 import Pca9685
+from firmware_drivers.chips.srf08 import Srf08
 
+from firmware_runtime.errors import SettingError
+from firmware_runtime.hal.i2c import I2cBus
 from firmware_runtime.hal.wire_errors import NoAcknowledge
 from sim_doubles.chips.ads1115 import Ads1115Double
 from sim_doubles.chips.ak8963 import Ak8963Double
@@ -16,6 +31,7 @@ from sim_doubles.faults import FaultScript, NackAddress
 from sim_doubles.i2c_bus import I2cBusDouble
 from sim_doubles.i2c_target import Target
 from sim_doubles.inertial_truth import InertialTruth
+from tests.support.bare_chip import RegisterBus
 
 REST = InertialTruth((0.0, 0.0, 9.8), (0.0, 0.0, 0.0), (2e-5, 0.0, -4e-5), 25.0)
 
@@ -102,3 +118,81 @@ def test_a_chip_that_went_silent_meanwhile_is_no_error() -> None:
     with pytest.raises(NoAcknowledge):
         bus.read(0x68, 1)
     assert recognise(bus, 0x68).chips == ()
+
+
+class EntryPoint(NamedTuple):
+    name: str
+    loaded: object
+
+    def load(self) -> object:
+        if isinstance(self.loaded, Exception):
+            raise self.loaded
+        return self.loaded
+
+
+def evidence(_bus: object, _address: int) -> str:
+    return "it says so"
+
+
+MINE = OnBus(
+    name="mine",
+    title="a chip of my own",
+    address=0x29,
+    addresses=(0x29,),
+    build=HMC5883L.build,
+    identity=Identity("MINE", (0x29,), evidence, certain=True),
+)
+
+
+@pytest.fixture
+def installed(monkeypatch: pytest.MonkeyPatch) -> Iterator[list[EntryPoint]]:
+    found = [EntryPoint("hmc5883l", HMC5883L), EntryPoint("maxbotix", MAXBOTIX)]
+    monkeypatch.setattr(table, "installed", lambda _: found)
+    forget()
+    yield found
+    forget()
+
+
+def forget() -> None:
+    table.chips.cache_clear()
+    table.identities.cache_clear()
+
+
+def test_a_chip_of_another_package_is_tried_and_recognised_like_ours(
+    installed: list[EntryPoint],
+) -> None:
+    installed.append(EntryPoint("mine", MINE))
+    assert list(table.chips()) == ["hmc5883l", "maxbotix", "mine"]
+    addresses = [min(each.addresses) for each in table.identities()]
+    assert addresses == sorted(addresses)
+    assert "MINE" in {each.chip for each in table.identities()}
+
+
+@pytest.mark.parametrize("loaded", [ImportError("no module named x"), 3, MINE])
+def test_what_cannot_be_loaded_is_left_out_with_a_sentence(
+    loaded: object, installed: list[EntryPoint], capsys: pytest.CaptureFixture[str]
+) -> None:
+    installed.append(EntryPoint("broken", loaded))
+    assert list(table.chips()) == ["hmc5883l", "maxbotix"]
+    assert "chip broken left out" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("make", "wrong", "expected"),
+    [
+        (Ads1115, (0x47, 0x4C), "0x48 to 0x4b"),
+        (Cmps12, (0x5F, 0x68), "0x60 to 0x67"),
+        (Md25, (0x57, 0x60), "0x58 to 0x5f"),
+        (Mpu9250, (0x67, 0x6A), "0x68, 0x69"),
+        (Pca9685, (0x3F, 0x80), "0x40 to 0x7f"),
+        (Srf08, (0x6F, 0x80), "0x70 to 0x7f"),
+    ],
+)
+def test_an_address_that_a_chip_cannot_have_is_refused(
+    make: Callable[[I2cBus, int], I2cChip],
+    wrong: tuple[int, int],
+    expected: str,
+) -> None:
+    for address in wrong:
+        with pytest.raises(SettingError, match=f"address: 0x{address:02x}, expected {expected}"):
+            make(RegisterBus(), address)

@@ -88,17 +88,16 @@ def test_direction_is_the_command_and_speed_the_value(speed: float, sent: str) -
 # The driver ---------------------------------------------------------------------------------------
 
 
-def test_bring_up_sends_the_autobaud_byte_then_timeout_and_stop(port: RecordingPort) -> None:
-    chip = Sabertooth(port)
-    autobaud, stop = chip.bring_up()
+def test_bring_up_sends_the_autobaud_byte_if_it_takes_one_then_timeout_and_stop(
+    port: RecordingPort,
+) -> None:
+    autobaud, stop = Sabertooth(port).bring_up()
     autobaud.action()
     assert port.written == [b"\xaa"]
     assert autobaud.wait_ns == 500_000_000
     stop.action()
-    assert port.written[1].hex(" ") == "80 0e 03 11 80 00 00 00 80 04 00 04"
-
-
-def test_a_model_that_stores_its_rate_is_ready_at_once(port: RecordingPort) -> None:
+    assert port.written.pop().hex(" ") == "80 0e 03 11 80 00 00 00 80 04 00 04"
+    port.written.clear()
     steps = Sabertooth(port, settings=SabertoothSettings(autobaud=False)).bring_up()
     for step in steps:
         step.action()

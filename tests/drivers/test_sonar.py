@@ -1,12 +1,18 @@
 import pytest
+from firmware_drivers.chips.srf08 import Srf08, Srf08Settings
 from firmware_drivers.chips.step import Step
 from firmware_drivers.sonar import READINGS, Sonar, SonarSettings
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from firmware_runtime.devs.time import MILLISECOND
 from firmware_runtime.errors import SettingError
 from firmware_runtime.hal.wire_errors import BusTimeout, HalError, NotReady
+from sim_doubles.chips.srf08 import Srf08Double
+from sim_doubles.faults import AbsentTarget, FaultScript
 from tests.support.scripted_bench import ScriptedBench
 from tests.support.scripted_chip import ScriptedChip
+from tests.support.virtual_bus import VirtualBus
 from tests.support.wire import sentences
 
 BUSY = NotReady("scripted chip: no answer, expected the echo")
@@ -195,3 +201,40 @@ def test_failed_uses_of_one_that_failed(
     assert len(bench.faults) > 2
     assert bench.model.failed_uses() == (len(bench.faults) if counts else 0)
     assert bench.model.unready() is not None
+
+
+# On its double ------------------------------------------------------------------------------------
+
+
+@pytest.mark.slow
+@settings(max_examples=10, deadline=None)
+@given(st.lists(st.tuples(st.integers(0, 2_000_000), st.booleans()), max_size=40))
+def test_starts_and_stops_at_any_time_never_disturb_a_ranging(
+    orders: list[tuple[int, bool]],
+) -> None:
+    rig = VirtualBus()
+    double = rig.connect(Srf08Double, address=0x75, echoes=lambda _: [1.5])
+    chip = Srf08(rig.bus, 0x75, Srf08Settings(max_range_m=11.0))
+    sonar = Sonar("sonar", chip, SonarSettings(66 * MILLISECOND, threshold_m=1.0))
+    received = rig.simulate([sonar], sonar.distance_out, sonar.fault_out)
+    for at_us, start in sorted(orders):
+        rig.run(at_us * 1000)
+        rig.send(sonar.start, int(start), at_us * 1000)
+    rig.run(2200 * MILLISECOND)
+    assert rig.doubles.errors == 1  # the silence that the bring-up asks for
+    assert list(double.warnings) == []
+    assert {value for _, value in received} <= {1.5}
+
+
+def test_one_unplugged_in_mid_run_is_a_fault_each_period_until_it_is_back() -> None:
+    rig = VirtualBus()
+    double = rig.connect(Srf08Double, address=0x75, echoes=lambda _: [1.5])
+    gone = AbsentTarget(target=double, since=1001 * MILLISECOND, until=1999 * MILLISECOND)
+    rig.doubles.faults = FaultScript([gone])
+    sonar = Sonar("sonar", Srf08(rig.bus, 0x75), SonarSettings(100 * MILLISECOND, threshold_m=1.0))
+    received = rig.simulate([sonar], sonar.distance_out, sonar.fault_out)
+    rig.send(sonar.start, 1, 0)
+    rig.run(3000 * MILLISECOND)
+    times = [at // MILLISECOND for at, value in received if value != 1.5]
+    assert (len(times), times[0] < 1100) == (10, True)
+    assert [at // MILLISECOND for at, value in received if value == 1.5][-1] > 2900

@@ -108,8 +108,20 @@ def test_a_revision_that_is_none_is_another_device(bare: Bare, revision: int) ->
 # Ranging ------------------------------------------------------------------------------------------
 
 
-def test_every_ranging_brings_gain_and_range_with_it(ranging: Bare) -> None:
-    assert ranging.sent == [(b"\x01\x0c",), (b"\x02\x8b",), (b"\x00\x51",)]
+def test_nothing_is_read_before_a_ranging_nor_of_one_that_could_not_be_started(
+    bare: Bare,
+) -> None:
+    bare.has_no_echo("no ranging to read")
+    assert bare.sent == []
+    bare.driver.start_ranging()
+    assert bare.sent == [(b"\x01\x0c",), (b"\x02\x8b",), (b"\x00\x51",)]
+    with bare.silent():
+        bare.has_no_echo("expected the echo 36 ms after the ping")
+    bare.show(100)
+    assert bare.driver.read_distance() == 1.0, "though it was silent while ranging"
+    with bare.silent(), pytest.raises(NoAcknowledge, match="no answer to a ranging command"):
+        bare.driver.start_ranging()
+    bare.has_no_echo("no ranging to read")
 
 
 @pytest.mark.parametrize(
@@ -126,28 +138,9 @@ def test_an_echo_is_given_in_metres_and_once(
     assert ranging.sent == []
 
 
-def test_nothing_is_read_before_a_ranging(bare: Bare) -> None:
-    bare.has_no_echo("no ranging to read")
-    assert bare.sent == []
-
-
-def test_silence_while_ranging_is_not_ready_and_the_echo_can_still_be_read(ranging: Bare) -> None:
-    with ranging.silent():
-        ranging.has_no_echo("expected the echo 36 ms after the ping")
-    ranging.show(100)
-    assert ranging.driver.read_distance() == 1.0
-
-
 @pytest.mark.parametrize(
     "read", ["ff 80 00 64", "ff 80 ff ff", "00 80 00 64", "0a 80 04 4e", "00 00 00 00"]
 )
 def test_bytes_that_cannot_be_an_echo_are_not_made_one(ranging: Bare, read: str) -> None:
     ranging.hold({0: bytes.fromhex(read)})
     ranging.has_no_echo(f"registers 0 to 3 read {read}; expected")
-
-
-def test_a_ranging_that_could_not_be_started_gives_no_echo(ranging: Bare) -> None:
-    with ranging.silent(), pytest.raises(NoAcknowledge, match="no answer to a ranging command"):
-        ranging.driver.start_ranging()
-    ranging.show(100)
-    ranging.has_no_echo("no ranging to read")

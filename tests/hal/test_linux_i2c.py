@@ -204,16 +204,12 @@ def test_an_address_is_claimed_once_before_its_first_transfer(kernel: Kernel, bu
     assert kernel.claims == [0x40, 0x68, 0x00]
 
 
-def test_an_address_held_by_a_kernel_driver_is_refused_untouched(
+def test_an_address_held_by_a_kernel_driver_and_a_closed_bus_are_left_untouched(
     kernel: Kernel, bus: I2cBus
 ) -> None:
     kernel.held_by_a_driver = {0x68}
     with pytest.raises(AddressInUse, match="i2c-1 address 0x68: a kernel driver holds"):
         bus.write(0x68, b"\x6b\x80")
-    assert kernel.wire == []
-
-
-def test_a_closed_bus_says_so_and_closing_twice_is_harmless(kernel: Kernel, bus: I2cBus) -> None:
     bus.write(0x40, b"\x00")
     bus.close()
     bus.close()
@@ -231,11 +227,6 @@ def test_a_bus_pulled_out_under_us_is_absent_not_a_fault(kernel: Kernel, bus: I2
             bus.write(address, b"\x00")
 
 
-def test_an_absent_bus_names_its_node_and_its_fix() -> None:
-    with pytest.raises(BusAbsent, match=r"^front: /dev/i2c-9999 does not exist \(.+i2c-dev"):
-        linux.open_i2c("front", 9999)
-
-
 @pytest.mark.parametrize(
     ("failure", "advice"),
     [(errno.EACCES, "add the user to the group"), (errno.EBUSY, "cannot be opened")],
@@ -251,18 +242,20 @@ def test_a_node_that_may_not_be_opened_is_absent_and_says_why(
         linux.open_i2c("i2c-1", "/dev/i2c-1")
 
 
+def test_a_bus_that_is_absent_or_speaks_smbus_alone_is_refused(kernel: Kernel, node: str) -> None:
+    kernel.functions = I2C_FUNC_SMBUS_BYTE
+    with pytest.raises(BusAbsent, match="plain I2C transfers"):
+        linux.open_i2c("i2c-1", node)
+    with pytest.raises(BusAbsent, match=r"^front: /dev/i2c-9999 does not exist \(.+i2c-dev"):
+        linux.open_i2c("front", 9999)
+
+
 def test_a_node_that_is_no_bus_is_refused_and_left_closed(node: str) -> None:
     gc.collect()  # what garbage of earlier tests has open is closed now, not while this one looks
     before = set(Path("/proc/self/fd").iterdir())
     with pytest.raises(BusAbsent, match="is not an I2C bus"):
         linux.open_i2c("i2c-1", node)
     assert set(Path("/proc/self/fd").iterdir()) == before
-
-
-def test_an_adapter_that_only_speaks_smbus_is_refused(kernel: Kernel, node: str) -> None:
-    kernel.functions = I2C_FUNC_SMBUS_BYTE
-    with pytest.raises(BusAbsent, match="plain I2C transfers"):
-        linux.open_i2c("i2c-1", node)
 
 
 def test_a_port_that_may_be_opened_is_left_as_it_was() -> None:

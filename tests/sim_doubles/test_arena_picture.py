@@ -70,18 +70,6 @@ def test_title_axes_units_and_models_are_written_out_and_every_state_named_once(
         assert texts(svg).count(state) == 1
 
 
-def test_every_class_used_has_a_rule_and_both_schemes_colour_the_same(
-    mission: ArenaMission, svg: ET.Element
-) -> None:
-    style = draw_run(mission.log, mission.at, TITLE).partition("</style>")[0]
-    used = {css for element in svg.iter() for css in element.get("class", "").split()}
-    assert {css for css in used if not re.search(rf"\.{css}\b", style)} == set()
-    light, _, dark = style.partition("@media (prefers-color-scheme: dark)")
-    coloured = set(re.findall(r"(\S+) \{ (?:fill|stroke): #", light))
-    assert coloured == set(re.findall(r"(\S+) \{ (?:fill|stroke): #", dark))
-    assert len(coloured) > 20
-
-
 def test_radar_echoes_are_drawn_one_by_one_and_the_rest_as_one_fan(
     mission: ArenaMission, svg: ET.Element
 ) -> None:
@@ -143,7 +131,16 @@ def test_beams_are_one_figure_a_sonar_on_paper_so_that_no_colours_mix(svg: ET.El
     assert order.index("beam body") < order.index("path hue0")
 
 
-def test_states_of_two_models_never_share_a_colour() -> None:
+def test_every_class_has_a_rule_both_schemes_colour_the_same_and_models_share_no_colour(
+    mission: ArenaMission, svg: ET.Element
+) -> None:
+    style = draw_run(mission.log, mission.at, TITLE).partition("</style>")[0]
+    used = {css for element in svg.iter() for css in element.get("class", "").split()}
+    assert {css for css in used if not re.search(rf"\.{css}\b", style)} == set()
+    light, _, dark = style.partition("@media (prefers-color-scheme: dark)")
+    coloured = set(re.findall(r"(\S+) \{ (?:fill|stroke): #", light))
+    assert coloured == set(re.findall(r"(\S+) \{ (?:fill|stroke): #", dark))
+    assert len(coloured) > 20
     log = ArenaLog(ArenaRig().arena)
     for model in ("radar", "treads"):
         log.enter(0, model, "Idle")
@@ -152,7 +149,7 @@ def test_states_of_two_models_never_share_a_colour() -> None:
     assert len({hue for states in hues.values() for hue in states.values()}) == 4
 
 
-def test_the_map_holds_the_whole_path(svg: ET.Element) -> None:
+def test_the_map_holds_the_whole_path_and_its_ticks_are_round(svg: ET.Element) -> None:
     frame = shapes(svg, "frame")[0]
     left, width = float(frame.get("x", "")), float(frame.get("width", ""))
     states = [path for path in shapes(svg, "path") if path not in key_of(svg)]
@@ -160,6 +157,9 @@ def test_the_map_holds_the_whole_path(svg: ET.Element) -> None:
     assert len(states) == 5
     assert all(left < x < left + width for x in xs)
     assert len(xs) > 100
+    assert Axis(-1.0, 2.0, 0.0, 300.0).ticks(60.0) == [-1.0, 0.0, 1.0, 2.0]
+    assert Axis(0.0, 0.9, 0.0, 300.0).ticks(60.0) == pytest.approx([0.0, 0.2, 0.4, 0.6, 0.8])
+    assert Axis(0.0, 100.0, 50.0, 550.0).ticks(60.0) == [0, 20, 40, 60, 80, 100]
 
 
 def test_a_run_without_pings_and_states_or_that_ended_at_once_is_drawn_too() -> None:
@@ -186,12 +186,6 @@ def test_the_log_gives_the_arenas_echoes_and_the_stays_between_entries() -> None
     log.enter(4, "radar", "Passing")
     log.enter(4, "radar", "Turning")
     assert log.stays(9) == {"radar": [Stay("Idle", 0, 4), Stay("Turning", 4, 9)]}
-
-
-def test_ticks_are_round_and_far_enough_apart() -> None:
-    assert Axis(-1.0, 2.0, 0.0, 300.0).ticks(60.0) == [-1.0, 0.0, 1.0, 2.0]
-    assert Axis(0.0, 0.9, 0.0, 300.0).ticks(60.0) == pytest.approx([0.0, 0.2, 0.4, 0.6, 0.8])
-    assert Axis(0.0, 100.0, 50.0, 550.0).ticks(60.0) == [0, 20, 40, 60, 80, 100]
 
 
 def test_svg_is_written_as_it_is_and_png_by_resvg(

@@ -269,9 +269,9 @@ def test_contact_stops_both_at_the_same_place_for_good(obstacle: dict[str, tuple
 def test_a_mission_ends_in_front_of_the_target_on_either() -> None:
     found = {}
     for solver in ("exact", "qss2"):
-        chosen = {"world.solver": solver}
+        chosen = {"world.solver": solver, "world.target": [-0.6, 0.35]}
         with open_board("detective", doubles=True, clock="virtual", set=chosen) as board:
-            board.run(60.0)
+            board.run(20.0)
             board.rig.catch_up()  # type: ignore[union-attr]
             arena = board.rig.arena  # type: ignore[union-attr]
             found[solver] = arena.pose(board.now), arena.distance_to_target(board.now)
@@ -299,10 +299,9 @@ def mission(
     return done
 
 
-@pytest.mark.parametrize("distance_m", [1.0, 2.0, 4.0])
-def test_it_stops_in_front_of_a_target_anywhere_around(distance_m: float) -> None:
+def test_it_stops_in_front_of_a_target_anywhere_around() -> None:
     for bearing_deg in range(0, 360, 36):
-        done = mission(distance_m, bearing_deg)
+        done = mission(1.0 + bearing_deg / 120, bearing_deg)
         assert NEAREST_M < done.rig.arena.distance_to_target(done.at) < FARTHEST_M
         assert not done.rig.arena.collided
 

@@ -1,6 +1,6 @@
 """Doubles of single chips: which words mean which, what cannot be, what they do on one bus."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import pytest
@@ -9,6 +9,12 @@ from firmware_runtime.devs.time import NEVER
 from firmware_runtime.errors import ConfigError
 from sim_doubles import chip_doubles
 from sim_doubles.chip_doubles import chip_double, names
+from sim_doubles.chips.cmps12 import Cmps12Double
+from sim_doubles.chips.maxbotix import MaxbotixDouble
+from sim_doubles.chips.md25 import Md25Double
+from sim_doubles.chips.pca9685 import Pca9685Double
+from sim_doubles.chips.sabertooth import SabertoothDouble
+from sim_doubles.chips.srf08 import Srf08Double
 from sim_doubles.clock import ManualClock
 from sim_doubles.rigs.chips import BUS, ChipsRig, placed
 
@@ -66,6 +72,39 @@ def test_what_cannot_be_is_refused_all_at_once(words: list[str], named: list[str
     assert len(found) == len(named)
     for fault, part in zip(found, named, strict=True):
         assert part in fault
+
+
+NOW = ManualClock()
+
+
+@pytest.mark.parametrize(
+    ("make", "fault"),
+    [
+        (lambda: Md25Double(NOW, 0x60), "MD25: address is 0x60, expected 0x58 to 0x5f"),
+        (
+            lambda: Cmps12Double(NOW, 0x68, bearing_deg=lambda _: 0.0, noise_seed=None),
+            "CMPS12: address is 0x68, expected 0x60 to 0x67",
+        ),
+        (
+            lambda: Srf08Double(NOW, 0x60, echoes=lambda _: []),
+            "SRF08: address is 0x60, expected 0x70 to 0x7f",
+        ),
+        (lambda: SabertoothDouble(NOW, 136), "Sabertooth: address is 0x88, expected 0x80 to 0x87"),
+        *(
+            (lambda at=at: Pca9685Double(NOW, at), "expected 0x40 to 0x7f without 0x70")
+            for at in (0x3F, 0x70, 0x80)
+        ),
+        (
+            lambda: MaxbotixDouble(NOW, lambda _: 1.0, family="hr"),
+            r"family is 'hr', expected one of \['lv', 'xl', 'hrlv'\]",
+        ),
+    ],
+)
+def test_an_address_that_a_chip_cannot_have_is_refused(
+    make: Callable[[], object], fault: str
+) -> None:
+    with pytest.raises(ValueError, match=fault):
+        make()
 
 
 def test_outputs_are_called_by_chip_and_output() -> None:

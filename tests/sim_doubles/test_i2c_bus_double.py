@@ -87,18 +87,12 @@ def test_one_target_acknowledges_for_all_and_one_that_refused_sees_no_more() -> 
     bus_of(unwilling, willing).write(0x40, b"\x01\x02")
     assert willing.seen == ["W", "01", "02", "P"]
     assert unwilling.seen == ["W", "01", "P"]
-
-
-def test_byte_that_all_refuse_ends_the_transaction_with_stop() -> None:
     first, second = Recorder(0x40, refuses=b"\x02"), Recorder(0x40, refuses=b"\x02")
     with pytest.raises(NoAcknowledge):
         bus_of(first, second).transaction(0x40, [b"\x01\x02\x03", 1])
-    assert first.seen == second.seen == ["W", "01", "02", "P"]
-
-
-def test_colliding_reads_are_the_bitwise_and() -> None:
+    assert first.seen == second.seen == ["W", "01", "02", "P"], "a byte that all refuse ends it"
     bus = bus_of(Recorder(0x70, answers=b"\xf3\x0f"), Recorder(0x70, answers=b"\x3c\xff"))
-    assert bus.read(0x70, 2) == b"\x30\x0f"
+    assert bus.read(0x70, 2) == b"\x30\x0f", "reads that collide are the bitwise AND"
 
 
 @pytest.mark.parametrize(
@@ -139,12 +133,6 @@ def test_each_adapter_reports_its_own_errno(
     assert errno_of(bus, 0x40, b"\x01") == stuck
 
 
-def test_bcm2835_refuses_a_read_that_is_not_last_before_any_start() -> None:
-    chip = Recorder(0x40)
-    assert errno_of(bus_of(chip), 0x40, 1, b"\x00") == errno.EOPNOTSUPP
-    assert chip.seen == []
-
-
 @pytest.mark.parametrize("adapter", ["bcm2835", "i2c-gpio", "i2c-tiny-usb"])
 def test_empty_write_probes_an_address(adapter: str) -> None:
     chip = Recorder(0x40)
@@ -155,10 +143,23 @@ def test_empty_write_probes_an_address(adapter: str) -> None:
 
 
 @pytest.mark.parametrize(
-    ("adapter", "message"), [("designware", b""), ("designware", 0), ("i2c-tiny-usb", 0)]
+    ("adapter", "messages"),
+    [
+        ("designware", [b""]),
+        ("designware", [0]),
+        ("i2c-tiny-usb", [0]),
+        pytest.param("bcm2835", [1, b"\x00"], id="a read that is not last"),
+    ],
 )
-def test_adapter_without_empty_messages_refuses_them(adapter: str, message: bytes | int) -> None:
-    assert errno_of(bus_of(Recorder(0x40), adapter=adapter), 0x40, message) == errno.EOPNOTSUPP
+def test_what_an_adapter_cannot_do_is_a_bus_fault_before_any_start(
+    adapter: str, messages: list[bytes | int]
+) -> None:
+    chip = Recorder(0x40)
+    bus = bus_of(chip, adapter=adapter)
+    assert errno_of(bus, 0x40, *messages) == errno.EOPNOTSUPP
+    with pytest.raises(BusFault, match=r"ENOTSUP|EOPNOTSUPP"):
+        bus.transaction(0x40, messages)
+    assert chip.seen == []
 
 
 def test_linux_limits_of_messages_and_bytes_hold() -> None:
@@ -169,23 +170,13 @@ def test_linux_limits_of_messages_and_bytes_hold() -> None:
     assert errno_of(bus, 0x40, bytes(8193)) == errno.EINVAL
 
 
-def test_refusal_of_the_adapter_reaches_a_driver_as_a_bus_fault() -> None:
-    with pytest.raises(BusFault, match=r"ENOTSUP|EOPNOTSUPP"):
-        bus_of(Recorder(0x40), adapter="designware").write(0x40, b"")
-
-
-def test_closed_bus_refuses_and_leaves_its_targets_alone() -> None:
-    chip = Recorder(0x40)
-    bus = bus_of(chip)
+def test_power_cycle_reaches_every_target_and_a_closed_bus_none() -> None:
+    chips = [Recorder(0x40), Recorder(0x41)]
+    bus = bus_of(*chips)
+    bus.power_cycle()
     bus.close()
     with pytest.raises(PortClosed):
         bus.write(0x40, b"\x00")
-    assert chip.seen == []
-
-
-def test_power_cycle_of_the_bus_reaches_every_target() -> None:
-    chips = [Recorder(0x40), Recorder(0x41)]
-    bus_of(*chips).power_cycle()
     assert [chip.seen for chip in chips] == [["power"], ["power"]]
 
 
@@ -276,38 +267,36 @@ def test_it_takes_its_bits_and_the_overhead(
     assert rig.target.seen[-1] == ("stop", rig.clock())
 
 
-def test_what_is_written_arrives_when_its_message_has_ended() -> None:
+def test_what_is_written_arrives_at_the_end_of_its_message_and_what_is_read_at_its_beginning() -> (
+    None
+):
     rig = Rig()
     rig.bus.write(0x40, b"\x01\x02")
     end = 1000 + transaction_ns((b"\x01\x02",), BUS_HZ)
     assert rig.target.seen == [("start", 1000), ("write", end), ("write", end), ("stop", end)]
-
-
-def test_what_is_read_is_what_was_so_when_its_message_began() -> None:
     rig = Rig()
     rig.bus.read(0x40, 1)
     assert rig.target.seen[:2] == [("start", 1000), ("read", 1000)]
-
-
-def test_an_address_that_is_not_acknowledged_takes_no_more_than_that() -> None:
-    rig = Rig()
-    with pytest.raises(OSError, match="0x41"):
-        rig.bus.transaction(0x41, (bytes(30),))
-    assert rig.clock() == 1000 + NACK
-
-
-def test_a_transaction_the_adapter_refuses_takes_no_time() -> None:
-    rig = Rig()
-    with pytest.raises(OSError, match="0x40"):
-        rig.bus.transaction(0x40, (b"",))
-    assert rig.clock() == 1000
-
-
-def test_without_a_clock_to_move_it_happens_at_one_instant() -> None:
     clock = ManualClock(at=1000)
     target = Witness(clock)
     I2cBusDouble("i2c-1", clock, [target]).write_read(0x40, b"\x00", 20)
-    assert {at for _, at in target.seen} == {1000}
+    assert {at for _, at in target.seen} == {1000}, "without a clock to move"
+
+
+@pytest.mark.parametrize(
+    ("address", "message", "takes"),
+    [
+        pytest.param(0x41, bytes(30), NACK, id="an address that is not acknowledged"),
+        pytest.param(0x40, b"", 0, id="what the adapter refuses"),
+    ],
+)
+def test_a_transaction_that_fails_takes_no_more_than(
+    address: int, message: bytes, takes: int
+) -> None:
+    rig = Rig()
+    with pytest.raises(OSError, match=f"0x{address:x}"):
+        rig.bus.transaction(address, (message,))
+    assert rig.clock() == 1000 + takes
 
 
 ADDRESS = 0x40

@@ -110,8 +110,3 @@ def test_bytes_for_the_sonar_are_ignored_with_a_warning(sonar: Wired) -> None:
     assert sonar.sent(350 * MILLISECOND) == BANNER + b"R123\r"
     (warning,) = sonar.chip.warnings
     assert "bytes 52 0d sent to the RX pin" in warning
-
-
-def test_an_unknown_family_is_refused(clock: ManualClock) -> None:
-    with pytest.raises(ValueError, match=r"family is 'hr', expected one of \['lv', 'xl', 'hrlv'\]"):
-        MaxbotixDouble(clock, lambda _: 1.0, family="hr")

@@ -215,8 +215,3 @@ def test_the_world_advances_before_the_timeout_or_a_command_changes_its_course(
     motors.chip.motors.before_change = advance_world
     motors.play(AHEAD, "5 s", LOOK)
     assert speeds == [0, pytest.approx((0.025 * 1625 + 1.35 * 127) * COUNT_RAD * 1e9)]
-
-
-def test_an_address_outside_the_eight_is_refused(clock: ManualClock) -> None:
-    with pytest.raises(ValueError, match="MD25: address is 0x60, expected 0x58 to 0x5f"):
-        Md25Double(clock, 0x60)

@@ -106,12 +106,6 @@ def test_sub_address_answers_once_enabled(asleep: WiredPca9685, enable: str, add
     asleep.play(f"0x{address} W 00 -> refused; W 00 {enable}; 0x{address} W 01, R 04")
 
 
-@pytest.mark.parametrize("address", [0x3F, 0x70, 0x80])
-def test_address_a_pca9685_cannot_have_is_refused(clock: ManualClock, address: int) -> None:
-    with pytest.raises(ValueError, match="expected 0x40 to 0x7f without 0x70"):
-        Pca9685Double(clock, address)
-
-
 @sentences(
     {
         "all-call writes every chip and reads their AND": (

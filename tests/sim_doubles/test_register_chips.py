@@ -23,7 +23,7 @@ from sim_doubles.faults import StuckSda
 from sim_doubles.i2c_bus import I2cBusDouble
 from sim_doubles.i2c_target import Target
 from sim_doubles.worlds.swinging import swinging
-from tests.support.analog_rows import Ads1115Row
+from tests.support.chip_rows import Ads1115Row
 from tests.support.table_chip import EIGHT_BITS, WORDS, driver_of, row_of, table_of
 
 ADDRESS = 0x36

@@ -181,8 +181,3 @@ def test_the_world_advances_before_its_course_changes(driver: Sabertooth) -> Non
     driver.chip.motors.before_change = lambda: at.append(driver.clock())
     driver.play(AHEAD, "1 s", AHEAD, "S 80 00 00 00 80 04 00 04")
     assert at == [0, 0, 1_000_000_000, 1_000_000_000]
-
-
-def test_an_address_the_switches_cannot_set_is_refused(clock: ManualClock) -> None:
-    with pytest.raises(ValueError, match="Sabertooth: address is 0x88, expected 0x80 to 0x87"):
-        SabertoothDouble(clock, 136)

@@ -113,22 +113,27 @@ def test_a_client_that_writes_without_end_does_not_run_the_doubles_ahead_of_the_
     assert rig.clock.look() == later  # real time has caught up
 
 
-def test_stop_ends_serving_and_takes_the_path_away(tmp_path: Path) -> None:
+# The path ----------------------------------------------------------------------------------------
+
+
+def test_stop_ends_serving_and_takes_the_path_away_and_who_comes_later_finds_none(
+    tmp_path: Path,
+) -> None:
     rig = Rig(tmp_path)
     with rig.log, rig.server:
+        with pytest.raises(ServingError, match="another server listens here"):
+            listen(rig.path)
+        connection = Connection(rig.path)
+        rig.server.step()
         rig.server.stop()
         rig.server.serve()
         assert rig.path.is_socket()
     assert not rig.path.exists()
     assert not lock_of(rig.path).exists()
-
-
-# The path ----------------------------------------------------------------------------------------
-
-
-def test_a_path_with_a_listener_is_refused(rig: Rig) -> None:
-    with pytest.raises(ServingError, match="another server listens here"):
-        listen(rig.path)
+    with pytest.raises(BusAbsent, match="have gone"):
+        connection.ask(Look(), "doubles")
+    with pytest.raises(BusAbsent, match="doubles serve BOARD --socket"):
+        Connection(rig.path)
 
 
 def test_a_path_that_a_dead_server_left_is_taken(tmp_path: Path) -> None:
@@ -137,6 +142,8 @@ def test_a_path_that_a_dead_server_left_is_taken(tmp_path: Path) -> None:
     assert path.is_socket()
     unlisten(listen(path), path)
     assert not path.exists()
+    with pytest.raises(ServingError, match="the log cannot be written"):
+        OutputLog(tmp_path / "no" / "log", rig_for(registry.load("tachobot"), RealClock()))
 
 
 @pytest.mark.parametrize("name", ["no/such/folder", "x" * 200, "notes"])
@@ -150,18 +157,7 @@ def test_a_path_that_cannot_be_had_is_refused_and_a_file_there_left_alone(
     assert notes.read_text() == "keep me"
 
 
-def test_a_log_that_cannot_be_made_is_refused(tmp_path: Path) -> None:
-    doubles = rig_for(registry.load("tachobot"), RealClock())
-    with pytest.raises(ServingError, match="the log cannot be written"):
-        OutputLog(tmp_path / "no" / "log", doubles)
-
-
 # The client's side -------------------------------------------------------------------------------
-
-
-def test_without_a_listener_the_command_that_serves_is_named(tmp_path: Path) -> None:
-    with pytest.raises(BusAbsent, match="doubles serve BOARD --socket"):
-        Connection(tmp_path / "none")
 
 
 def test_an_answer_that_comes_too_late_is_not_taken_for_the_next_one(tmp_path: Path) -> None:
@@ -177,16 +173,6 @@ def test_an_answer_that_comes_too_late_is_not_taken_for_the_next_one(tmp_path: P
     connection.close()
     server.close()
     unlisten(listener, path)
-
-
-def test_a_server_that_has_gone_is_absent(tmp_path: Path) -> None:
-    rig = Rig(tmp_path)
-    with rig.log:
-        with rig.server:
-            connection = Connection(rig.path)
-            rig.server.step()
-        with pytest.raises(BusAbsent, match="have gone"):
-            connection.ask(Look(), "doubles")
 
 
 def test_one_drives_the_doubles_and_when_it_is_gone_another_may(rig: Rig) -> None:

@@ -168,8 +168,3 @@ def test_a_sonar_left_at_0x70_puts_a_pca9685_to_sleep_with_its_clock_gone(
     wired = WiredChip(clock, pwm, 0x40, [pwm, Srf08Double(clock, echoes=lambda _: [])])
     wired.play("0x70 W 00 51; warns EXTCLK set; W 00, R 51")  # EXTCLK, SLEEP, ALLCALL
     wired.play("W 00 01; warns EXTCLK written 0; W 00, R 41; running is False")
-
-
-def test_an_address_outside_the_sixteen_is_refused(clock: ManualClock) -> None:
-    with pytest.raises(ValueError, match="SRF08: address is 0x60, expected 0x70 to 0x7f"):
-        Srf08Double(clock, 0x60, echoes=lambda _: [])

@@ -2,8 +2,6 @@
 
 import re
 import shlex
-import subprocess
-import sys
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
@@ -12,6 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from firmware_runtime.cli.main import main
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.errors import ConfigError, SettingError
 from sim_doubles.clock import ManualClock
@@ -133,13 +132,42 @@ def blocks(language: str) -> list[str]:
     return re.findall(rf"(?ms)^```{language}\n(.*?)^```", PAGE.read_text("utf-8"))
 
 
+FAILING = """
+from smbus2 import SMBus
+
+def test_log(i2c_double, i2c_log):
+    i2c_double("pca9685")
+    SMBus(1).read_byte_data(0x40, 0)
+    assert i2c_log == ["0x40 W 00, R 10"]
+
+def test_warning(i2c_double, no_protocol_warning):
+    i2c_double("pca9685")
+    SMBus(1).write_byte_data(0x40, 0, 0x01)
+    SMBus(1).write_byte_data(0x40, 0xFE, 3)
+"""
+TIMED = 'def test_it(board, assert_timing):\n    assert_timing(board("tachobot"), skips=0)\n'
+
+
 @pytest.mark.slow
-def test_the_ten_lines_pass(tmp_path: Path) -> None:
+def test_in_a_package_of_ones_own_the_ten_lines_pass_and_failures_show_log_and_warnings(
+    tmp_path: Path,
+) -> None:
+    """A limit that cannot be told is skipped; with a setting of pytest, every one is strict."""
     lines = blocks("python")[0]
     assert len(lines.splitlines()) == 10
-    (tmp_path / "test_ten_lines.py").write_text(lines)
-    done = run_pytest(tmp_path, "-W", "error")
-    assert (done.returncode, done.stdout.splitlines()[-1][:9]) == (0, "1 passed ")
+    for name, content in (("ten_lines", lines), ("failing", FAILING), ("timed", TIMED)):
+        (tmp_path / f"test_{name}.py").write_text(content)
+    done = run_pytest(tmp_path, "-W", "error", "-rA")
+    shown = [line.strip().removeprefix("E").strip() for line in done.stdout.splitlines()]
+    ended = {line for line in shown if line.startswith("PASSED ")}
+    assert {line.partition("::")[0] for line in ended} == {"PASSED test_ten_lines.py"}
+    assert {"-0x40 W 00, R 10", "+0x40 W 00, R 11"} <= {*shown}
+    assert any("PRE_SCALE" in line for line in shown)
+    assert shown[-1].startswith("2 failed, 1 passed, 1 skipped")
+    (tmp_path / "pytest.ini").write_text("[pytest]\nstrict_timing = true\n")
+    strict = run_pytest(tmp_path, "-W", "error", "test_timed.py").stdout
+    assert "1 failed" in strict.splitlines()[-1]
+    assert "in virtual time" in strict
 
 
 @pytest.mark.slow
@@ -151,15 +179,11 @@ def test_what_it_says_without_pytest_prints_the_prescaler(
 
 
 @pytest.mark.slow
-def test_the_workflows_runs_end_well(tmp_path: Path) -> None:
+def test_the_workflows_runs_end_well(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     commands = re.findall(r"- run: (firmware-runtime .*)", blocks("yaml")[0])
     assert len(commands) == 3
+    monkeypatch.chdir(tmp_path)
     for command in commands:
         _, *arguments = shlex.split(command.replace("--for 60", "--for 1"))
-        subprocess.run(
-            [Path(sys.executable).with_name("firmware-runtime"), *arguments],
-            cwd=tmp_path,
-            capture_output=True,
-            check=True,
-        )
+        assert main(arguments) == 0, command
     assert (tmp_path / "timing.html").stat().st_size > 10_000

@@ -15,7 +15,6 @@ from firmware_runtime.statistics.histogram import Distribution
 from firmware_runtime.system.conditions import busy
 from sim_doubles.testing.limits import Judgement, Limits, judge, reasons_of
 from sim_doubles.testing.timing import assert_timing
-from tests.support.pytest_in_a_folder import run_pytest
 
 ROBOTS = {"clock": "MonotonicClock", "scheduler": "SCHED_FIFO", "governor": "performance"}
 LATE = Distribution(p50=20.0, p90=40.0, p99=80.0, p999=90.0, max=300.0, mean=25.0)
@@ -191,19 +190,6 @@ def test_a_run_and_a_file_of_statistics_are_asserted_on(tmp_path: Path) -> None:
     for each in (result, result.statistics, path, str(path)):
         with pytest.raises(pytest.skip.Exception, match="virtual time"):
             assert_timing(each, skips=0)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(("setting", "ended"), [("false", "1 skipped"), ("true", "1 failed")])
-def test_a_setting_of_pytest_makes_every_assertion_strict(
-    setting: str, ended: str, tmp_path: Path
-) -> None:
-    asserted = 'def test_it(board, assert_timing):\n    assert_timing(board("tachobot"), skips=0)\n'
-    (tmp_path / "test_asserted.py").write_text(asserted)
-    (tmp_path / "pytest.ini").write_text(f"[pytest]\nstrict_timing = {setting}\n")
-    done = run_pytest(tmp_path, "-W", "error").stdout
-    assert ended in done.splitlines()[-1]
-    assert "in virtual time" in done or setting == "false"
 
 
 def test_the_fixture_takes_an_open_board(

@@ -97,16 +97,8 @@ def test_configuration_interface_and_delay_are_taken_and_what_is_not_known_stall
     host: Host, setup: Sequence[int], status: int
 ) -> None:
     assert host.ask(setup).status == status
-
-
-def test_another_endpoint_stalls(rig: ServedRig) -> None:
-    conversation = Conversation(I2cTinyUsb("x", transfer_of(rig.service, "i2c1")))
-    sent = submit((VENDOR_IN, GET_FUNCTIONALITY, 0, 0, 4), endpoint=1)
-    assert answers(conversation.receive(sent))[0].status == -errno.EPIPE
-
-
-def test_functionality_is_plain_transfers_and_emulated_smbus(host: Host) -> None:
-    assert host.read(GET_FUNCTIONALITY, 0, 0, 4).read == FUNCTIONALITY.to_bytes(4, "little")
+    functions = host.read(GET_FUNCTIONALITY, 0, 0, 4).read
+    assert functions == FUNCTIONALITY.to_bytes(4, "little")
     assert FUNCTIONALITY & 1
     assert not FUNCTIONALITY & 0x0100_0000, "block reads need a length that comes while reading"
 
@@ -249,19 +241,6 @@ def test_requests_may_come_in_pieces_of_any_size(sizes: list[int]) -> None:
     assert answers(second)[0].read == ACKNOWLEDGED
 
 
-def test_a_request_cut_short_is_not_carried_out(rig: ServedRig) -> None:
-    conversation = of_rig(rig)
-    whole = submit((VENDOR_OUT, TRANSFER + FIRST + LAST, 0, PWM, 2), b"\x00\x21")
-    assert conversation.receive(whole[:-1]) == b""
-    assert rig.doubles.buses["i2c1"].transactions == 0
-
-
-def test_a_request_withdrawn_was_answered_before(rig: ServedRig) -> None:
-    conversation = of_rig(rig)
-    (answer,) = answers(conversation.receive(unlink(9, 8)))
-    assert (answer.command, answer.number, answer.status) == (4, 9, 0)
-
-
 @pytest.mark.parametrize(
     ("bytes_", "sentence"),
     [
@@ -274,6 +253,17 @@ def test_what_is_no_request_is_refused_in_a_sentence(bytes_: bytes, sentence: st
     conversation = Conversation(I2cTinyUsb("x", lambda _piece: b""))
     with pytest.raises(NotUsbip, match=sentence):
         conversation.receive(bytes_)
+
+
+def test_requests_to_another_endpoint_cut_short_or_withdrawn(rig: ServedRig) -> None:
+    conversation = of_rig(rig)
+    sent = submit((VENDOR_IN, GET_FUNCTIONALITY, 0, 0, 4), endpoint=1)
+    assert answers(conversation.receive(sent))[0].status == -errno.EPIPE
+    (answer,) = answers(conversation.receive(unlink(9, 8)))
+    assert (answer.command, answer.number, answer.status) == (4, 9, 0)
+    whole = submit((VENDOR_OUT, TRANSFER + FIRST + LAST, 0, PWM, 2), b"\x00\x21")
+    assert conversation.receive(whole[:-1]) == b""
+    assert rig.doubles.buses["i2c1"].transactions == 0
 
 
 @settings(deadline=None)
@@ -313,25 +303,15 @@ def test_a_device_is_attached_to_the_first_free_port(tmp_path: Path) -> None:
     with ours, theirs:
         port = controller(tmp_path, TAKEN, FREE_PORT, FREE_SUPER_SPEED).attach(theirs, 7)
         assert (tmp_path / "attach").read_text() == f"1 {theirs.fileno()} 7 2"
+        controller(tmp_path, TAKEN).detach(0)
+        assert (tmp_path / "detach").read_text() == "0"
+        with pytest.raises(NotAttached, match="no port is free"):
+            controller(tmp_path, TAKEN, FREE_SUPER_SPEED).attach(theirs, 1)
+        none = HostController(tmp_path / "none")
+        with pytest.raises(NotAttached, match="expected root and the module vhci-hcd"):
+            none.attach(theirs, 1)
+        none.detach(1)
     assert port == 1
-
-
-def test_a_device_is_detached_by_its_port(tmp_path: Path) -> None:
-    controller(tmp_path, TAKEN).detach(0)
-    assert (tmp_path / "detach").read_text() == "0"
-
-
-def test_no_free_port_is_said_in_a_sentence(tmp_path: Path) -> None:
-    ours, theirs = socketpair()
-    with ours, theirs, pytest.raises(NotAttached, match="no port is free"):
-        controller(tmp_path, TAKEN, FREE_SUPER_SPEED).attach(theirs, 1)
-
-
-def test_a_kernel_without_the_controller_is_said_in_a_sentence(tmp_path: Path) -> None:
-    ours, theirs = socketpair()
-    with ours, theirs, pytest.raises(NotAttached, match="expected root and the module vhci-hcd"):
-        HostController(tmp_path).attach(theirs, 1)
-    HostController(tmp_path).detach(1)
 
 
 def test_the_device_node_is_that_of_the_port(tmp_path: Path) -> None:

@@ -36,8 +36,9 @@ class Pca9685Bench(PlayedBench):
         """Enable the outputs or disable them."""
         self.enabled = not self.enabled
 
-    def unready(self) -> str | None:
-        return self.actuator.unready()
+    @property
+    def unready(self) -> str:
+        return self.actuator.unready() or ""
 
     @property
     def running(self) -> str:

@@ -25,6 +25,15 @@ class PlayedBench(AtomicBench):
         return [fault.consecutive for fault in self.faults]
 
     @property
+    def applied(self) -> str:
+        """What an actuator said that it applies, by name."""
+        return " ".join(each.name for each in self.values("applied"))
+
+    @property
+    def applied_at(self) -> list[float]:
+        return [at for at, _ in self.said["applied"]]
+
+    @property
     def phase(self) -> str:
         return self.model.phase
 
@@ -53,10 +62,9 @@ class PlayedBench(AtomicBench):
 
     def value(self, port: str, text: str) -> object:
         """What a line has for a port: a number, or the numbers of a tuple of the port's kind."""
-        if text in {"nan", "inf"}:
-            return float(text)
-        found, kind = ast.literal_eval(text), self.model.in_ports[port].type
-        return kind(*found) if isinstance(found, tuple) else found
+        if text.startswith("("):
+            return self.model.in_ports[port].type(*map(float, text.strip("()").split(",")))
+        return float(text) if text in {"nan", "inf"} else ast.literal_eval(text)
 
 
 class ScriptedBench(PlayedBench, Generic[C]):

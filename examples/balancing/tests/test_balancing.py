@@ -1,11 +1,12 @@
 """The robot, whole, on its doubles in virtual time."""
 
 import json
+from collections.abc import Mapping
 from pathlib import Path
 
 import pytest
 
-from firmware_runtime import SECOND, ConfigError, open_board
+from firmware_runtime import SECOND, ConfigError, OpenBoard, open_board
 from firmware_runtime.board import registry
 from firmware_runtime.cli.main import main
 from sim_doubles.faults import FaultScript, NackAddress
@@ -13,10 +14,20 @@ from sim_doubles.faults import FaultScript, NackAddress
 IMU = 0x68
 
 
-@pytest.mark.parametrize("start_rad", [-0.1, 0.0, 0.05, 0.1])
-def test_it_stands_where_it_was_let_go(start_rad: float) -> None:
-    start = {"world.start_pitch_rad": start_rad}
-    with open_board("balancing", doubles=True, clock="virtual", set=start) as robot:
+def on_doubles(settings: Mapping[str, object]) -> OpenBoard:
+    """The robot on doubles of its chips, with these settings."""
+    return open_board("balancing", doubles=True, clock="virtual", set=settings)
+
+
+@pytest.mark.parametrize(
+    "settings",
+    [
+        *({"world.start_pitch_rad": start_rad} for start_rad in (-0.1, 0.0, 0.05, 0.1)),
+        {"wheels.right.is_reversed": True},  # wheels mounted the other way turn the other way
+    ],
+)
+def test_it_stands_where_it_was_let_go(settings: Mapping[str, object]) -> None:
+    with on_doubles(settings) as robot:
         robot.run(6.0)
         assert robot.result["standing"] is True
         assert abs(robot.world.place_m) < 1.1  # the noise of its gyro has it roll about
@@ -25,7 +36,7 @@ def test_it_stands_where_it_was_let_go(start_rad: float) -> None:
 
 
 def test_it_begins_when_its_outputs_are_enabled_and_the_hand_waits_for_that() -> None:
-    with open_board("balancing", doubles=True, clock="virtual") as robot:
+    with on_doubles({}) as robot:
         parts = robot.model.components
         for name in ("outputs", "left", "right"):
             parts[name].interlock = lambda: robot.now >= 5 * SECOND
@@ -38,53 +49,38 @@ def test_it_begins_when_its_outputs_are_enabled_and_the_hand_waits_for_that() ->
         assert not robot.world.has_fallen
 
 
-def test_a_push_is_taken_up() -> None:
-    with open_board("balancing", doubles=True, clock="virtual") as robot:
+def test_a_push_is_taken_up_and_at_the_end_all_outputs_are_off() -> None:
+    with on_doubles({}) as robot:
         robot.run(4.0)
         robot.world.push(1.0)
         robot.run(4.0)
         assert robot.result["standing"] is True
-
-
-def test_wheels_that_are_mounted_the_other_way_round_turn_the_other_way() -> None:
-    reversed_ = {"wheels.right.is_reversed": True}
-    with open_board("balancing", doubles=True, clock="virtual", set=reversed_) as robot:
-        robot.run(4.0)
-        assert robot.result["standing"] is True
+        rig = robot.rig
+        assert rig.outputs != {"wheels": 0}
+    assert rig.outputs == {"wheels": 0}
 
 
 def test_without_its_motors_it_falls() -> None:
-    weak = {"controller.max_drive": 0.001}
-    with open_board("balancing", doubles=True, clock="virtual", set=weak) as robot:
+    with on_doubles({"controller.max_drive": 0.001}) as robot:
         robot.run(4.0)
         assert robot.result["standing"] is False
         assert robot.world.has_fallen
 
 
 def test_lying_it_leaves_the_motors_alone() -> None:
-    lying = {"world.start_pitch_rad": 1.2, "world.held_s": 10.0}
-    with open_board("balancing", doubles=True, clock="virtual", set=lying) as robot:
+    with on_doubles({"world.start_pitch_rad": 1.2, "world.held_s": 10.0}) as robot:
         robot.run(3.0)
         assert robot.outputs == {"wheels": 0}
         assert robot.model.components["controller"].components["mode"].phase == "Lying"
 
 
 def test_an_imu_that_falls_silent_switches_the_motors_off() -> None:
-    with open_board("balancing", doubles=True, clock="virtual") as robot:
-        robot.run(3.0)
+    with on_doubles({}) as robot:
         silent = NackAddress(address=IMU, times=None, since=3 * SECOND)
         robot.rig.buses["i2c1"].faults = FaultScript([silent])
-        robot.run(3.0)
+        robot.run(6.0)
         assert robot.world.has_fallen
         assert robot.outputs == {"wheels": 0}
-
-
-def test_at_the_end_all_outputs_are_off() -> None:
-    with open_board("balancing", doubles=True, clock="virtual") as robot:
-        robot.run(3.0)
-        rig = robot.rig
-        assert rig.outputs != {"wheels": 0}
-    assert rig.outputs == {"wheels": 0}
 
 
 @pytest.mark.parametrize(
@@ -103,19 +99,14 @@ def test_what_cannot_be_is_refused_by_its_key(assignment: str, key: str) -> None
 
 
 @pytest.mark.slow
-def test_its_run_is_its_replay(tmp_path: Path) -> None:
-    output = tmp_path / "certificate.json"
+def test_its_run_is_its_replay_and_it_rolls_to_where_it_is_to_stand(tmp_path: Path) -> None:
+    output, out = tmp_path / "certificate.json", tmp_path / "out"
     words = ("continuity", "balancing", "--for", "3", "--stages", "simulation", "-o", str(output))
     assert main(words) == 0
     stage = json.loads(output.read_text())["stages"]["simulation"]
     assert stage["events"] > 0
     assert stage["identical"] is True
-
-
-@pytest.mark.slow
-def test_it_rolls_to_where_it_is_to_stand(tmp_path: Path) -> None:
-    out = tmp_path / "out"
-    words = ["experiment", "place-step", "balancing", "--stage", "simulation", "-o", str(out)]
+    words = ("experiment", "place-step", "balancing", "--stage", "simulation", "-o", str(out))
     assert main(words) == 0
     found = json.loads((out / "place-step.json").read_text())["ours"]
     assert found["simulation_final_m"] == pytest.approx(0.3, abs=0.03)
