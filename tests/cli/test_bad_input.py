@@ -5,7 +5,6 @@ import os
 import resource
 import socket
 import subprocess
-import sys
 from pathlib import Path
 from typing import NoReturn
 
@@ -16,7 +15,7 @@ from firmware_runtime.board import installed as kinds
 from firmware_runtime.cli import main
 from firmware_runtime.cli import main as module
 from firmware_runtime.errors import Status
-from tests.support.command import Command, in_python
+from tests.support.command import COMMAND, Command, in_python
 from tests.support.waiting import PATIENCE_S
 
 VIRTUAL = ("run", "tachobot", "--doubles", "--clock", "virtual", "--for", "1")
@@ -194,9 +193,6 @@ def test_a_name_that_no_file_can_have_is_bad_input(
     error = command.refused(*words)
     assert "x" * 80 + "..." in error
     assert len(error) < 1000
-
-
-COMMAND = (sys.executable, "-m", "firmware_runtime.cli")
 
 
 @pytest.mark.parametrize(

@@ -18,14 +18,12 @@ from firmware_runtime.hal.served.packets import Strike
 from firmware_runtime.hal.wire_errors import BusAbsent, BusFault, BusTimeout, NoAcknowledge
 from firmware_runtime.recording.blackbox.reader import read_recording
 from sim_doubles.recorded.traffic import traffic_of
-from tests.support.command import Command, own_process
+from tests.support.command import Command, own_process, started
 from tests.support.guarded_run import answer_like_chips
 from tests.support.recorded import record
 from tests.support.second_choice_board import second_choice_board
 from tests.support.served_rig import served_rig
 from tests.support.waiting import PATIENCE_S
-
-COMMAND = (sys.executable, "-m", "firmware_runtime.cli")
 
 
 @dataclass
@@ -39,11 +37,8 @@ class Served:
 
     def run(self, *arguments: str) -> "subprocess.Popen[str]":
         """Start a runtime against it."""
-        return subprocess.Popen(
-            [*COMMAND, "run", self.board, "--doubles", str(self.socket), *arguments],
-            stdout=subprocess.PIPE,
-            stderr=subprocess.PIPE,
-            text=True,
+        return started(
+            "run", self.board, "--doubles", self.socket, *arguments, stderr=subprocess.PIPE
         )
 
     def wait_for(self, is_it: Callable[[dict[str, Any]], bool]) -> dict[str, Any]:
@@ -69,11 +64,7 @@ def is_gone(line: dict[str, Any]) -> bool:
 @contextmanager
 def serving(board: str, folder: Path) -> Iterator[Served]:
     socket, log = folder / "doubles.sock", folder / "doubles.log"
-    process = subprocess.Popen(
-        [*COMMAND, "doubles", "serve", board, "--socket", str(socket), "--log", str(log)],
-        stdout=subprocess.PIPE,
-        text=True,
-    )
+    process = started("doubles", "serve", board, "--socket", socket, "--log", log)
     assert process.stdout is not None
     assert process.stdout.readline().startswith("serving ")
     answer_like_chips(process.pid)
@@ -193,11 +184,7 @@ def test_where_nothing_is_served_there_is_one_sentence(command: Command, tmp_pat
 def test_served_chips_answer_and_fail_as_asked(command: Command, tmp_path: Path) -> None:
     socket = tmp_path / "doubles"
     words = ["doubles", "serve", "--chip", "pca9685@0x41", "--chip", "mpu9250"]
-    with subprocess.Popen(
-        [sys.executable, "-m", "firmware_runtime.cli", *words, "--socket", str(socket)],
-        stdout=subprocess.PIPE,
-        text=True,
-    ) as server:
+    with started(*words, "--socket", socket) as server:
         assert server.stdout is not None
         assert "serving chips" in server.stdout.readline()
         connection = Connection(socket, answer_s=PATIENCE_S)

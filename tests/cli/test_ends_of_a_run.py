@@ -29,7 +29,7 @@ from firmware_runtime.statistics.paths import default_path
 from firmware_runtime.statistics.reader import read_statistics
 from firmware_runtime.statistics.trace_file import TraceFile
 from sim_doubles.rigs.tachobot import TachobotRig
-from tests.support.command import Command, own_process
+from tests.support.command import Command, own_process, started
 from tests.support.waiting import PATIENCE_S, wait_until
 
 BRIEFLY = ("--doubles", "--clock", "virtual", "--for", "0.05")
@@ -295,17 +295,11 @@ def test_it_ends_where_the_board_says_so(tmp_path: Path) -> None:
     assert "overload: " in said
 
 
-COMMAND = (sys.executable, "-m", "firmware_runtime.cli")
-
-
 @contextmanager
 def running() -> Iterator["subprocess.Popen[str]"]:
     """A robot that runs in real time, seen to be running."""
-    process = subprocess.Popen(
-        [*COMMAND, "run", "tachobot", "--doubles", "--for", "600", "--json"],
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
+    process = started(
+        "run", "tachobot", "--doubles", "--for", "600", "--json", stderr=subprocess.PIPE
     )
     try:
         wait_until(lambda: steps() > 200 or process.poll() is not None, "its propellers turn")

@@ -4,7 +4,6 @@ import json
 import re
 import signal
 import subprocess
-import sys
 from importlib.resources import files
 from itertools import cycle
 from pathlib import Path
@@ -21,7 +20,7 @@ from firmware_runtime.statistics.file_header import RunState
 from firmware_runtime.statistics.reader import read_statistics
 from firmware_runtime.statistics.statistics import Statistics
 from tests.support import figure_6
-from tests.support.command import Command, own_process
+from tests.support.command import Command, own_process, started
 from tests.support.recorded import record
 from tests.support.trace_rules import assert_sound, slices
 from tests.support.waiting import PATIENCE_S
@@ -198,7 +197,6 @@ def test_a_file_that_cannot_be_written_is_said(
     )
 
 
-COMMAND = (sys.executable, "-m", "firmware_runtime.cli")
 LIMIT_US = 100_000
 
 
@@ -206,10 +204,18 @@ LIMIT_US = 100_000
 @pytest.mark.real_time
 def test_a_stall_takes_a_trace_that_shows_it(tmp_path: Path) -> None:
     output = tmp_path / "trace.json"
-    run = started("run", "tachobot", "--doubles", "--for", "600")
+    run = started("run", "tachobot", "--doubles", "--for", "600", stderr=subprocess.DEVNULL)
     try:
         wait_for_steps(run)
-        watch = started("export", "tachobot", "-o", str(output), "--when-late", str(LIMIT_US))
+        watch = started(
+            "export",
+            "tachobot",
+            "-o",
+            str(output),
+            "--when-late",
+            str(LIMIT_US),
+            stderr=subprocess.PIPE,
+        )
         stall_until_it_ends(run, watch)
         said, complaint = watch.communicate(timeout=PATIENCE_S)
     finally:
@@ -223,12 +229,6 @@ def test_a_stall_takes_a_trace_that_shows_it(tmp_path: Path) -> None:
     late = [(begin, end) for _, _, begin, end in slices(trace, "waking") if end - begin > LIMIT_US]
     assert any(begin < mark["ts"] <= end + 1000 for begin, end in late)
     assert {depth for depth, *_ in slices(trace, "loop")} == {0, 1}
-
-
-def started(*words: str) -> "subprocess.Popen[str]":
-    return subprocess.Popen(
-        [*COMMAND, *words], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
-    )
 
 
 def wait_for_steps(run: "subprocess.Popen[str]") -> None:

@@ -3,7 +3,6 @@
 import json
 import os
 import shlex
-import subprocess
 import sys
 from pathlib import Path
 from types import SimpleNamespace
@@ -18,7 +17,7 @@ from firmware_runtime.lab.identification.plant import KEYS, PlantParameters
 from firmware_runtime.lab.tuning import search
 from firmware_runtime.lab.tuning.task import stated_plant
 from firmware_runtime.system.packages import module_of_extra
-from tests.support.command import Command, in_python
+from tests.support.command import Command, in_python, own_process
 from tests.support.made_once import made_once
 
 PLANT = "inertia_kg_m2=0.15,damping_nms=0.02,delay_s=0.03"
@@ -39,13 +38,14 @@ def test_gains_for_a_stated_plant_are_written_to_a_copy(command: Command, tmp_pa
 
 
 @pytest.mark.slow
-def test_what_was_found_is_shown_as_a_table(
-    command: Command, monkeypatch: pytest.MonkeyPatch
+def test_what_was_found_is_shown_as_a_table_beside_its_doubts(
+    command: Command, monkeypatch: pytest.MonkeyPatch, identified: Path
 ) -> None:
     monkeypatch.setattr(search, "_GENERATIONS", 1)
-    shown = command("tune", "tachobot", "--plant", PLANT).out
+    shown = command("tune", "tachobot", "--plant", identified).out
     assert "phase margin, deg" in shown
     assert "runs that were not searched on" in shown
+    assert f"warning: {WARNING}" in shown
 
 
 @pytest.mark.slow
@@ -53,13 +53,9 @@ def test_a_plant_that_is_not_named_is_that_of_the_settings(
     command: Command, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(search, "_GENERATIONS", 1)
-    ended = command(
-        "tune", "tachobot", "--set", "world.yaw_inertia_kg_m2=0.15", "--plant", "--json"
-    )
-    assert (ended.status, ended.error) == (Status.OK, "")
-    found = json.loads(ended.out)
-    assert found["plant"]["inertia_kg_m2"] == 0.15
-    assert found["plant"]["delay_s"] == 0.01
+    stated = ("--set", "world.yaw_inertia_kg_m2=0.15", "--plant")
+    found = command.document("tune", "tachobot", *stated)
+    assert (found["plant"]["inertia_kg_m2"], found["plant"]["delay_s"]) == (0.15, 0.01)
     assert found["margins"]["gain_db"] >= 6.0
 
 
@@ -103,31 +99,20 @@ def test_a_plant_may_come_through_a_pipe(identified: Path) -> None:
 
 
 @pytest.mark.slow
-def test_doubts_are_printed_beside_the_gains(
-    command: Command, monkeypatch: pytest.MonkeyPatch, identified: Path
-) -> None:
-    monkeypatch.setattr(search, "_GENERATIONS", 1)
-    shown = command("tune", "tachobot", "--plant", identified)
-    assert f"warning: {WARNING}" in shown.out
-    found = json.loads(command("tune", "tachobot", "--plant", identified, "--json").out)
-    assert found["warnings"][0] == WARNING
-
-
-@pytest.mark.slow
 def test_a_run_that_shows_hardly_anything_is_said_too(
     command: Command, monkeypatch: pytest.MonkeyPatch, identified: Path
 ) -> None:
     monkeypatch.setattr(search, "_GENERATIONS", 1)
     found = json.loads(identified.read_text())["parameters"]
-    estimates = {key: SimpleNamespace(**each) for key, each in found.items()}
     told = SimpleNamespace(
-        parameters=estimates,
+        parameters={key: SimpleNamespace(**each) for key, each in found.items()},
         plant=PlantParameters(*VALUES.values()),
         noise=0.0,
         warnings=[WARNING],
     )
     monkeypatch.setattr(tune, "identified_from", lambda *_words: (None, told, None))
-    assert f"warning: {WARNING}" in command("tune", "tachobot", "--from", "any").out
+    document = command.document("tune", "tachobot", "--from", "any")
+    assert document["warnings"][0] == WARNING
 
 
 FRICTION = (
@@ -153,8 +138,7 @@ def _make(folder: Path) -> Path:
     words += [word for each in FRICTION for word in ("--set", each)]
     words += [word for each in REFERENCES for word in ("--input", each)]
     environment = {**os.environ, "FIRMWARE_RUNTIME_STATE_DIRECTORY": str(folder)}
-    program = [sys.executable, "-m", "firmware_runtime.cli", *words]
-    subprocess.run(program, check=True, capture_output=True, env=environment)
+    own_process(*words, check=True, env=environment)
     return folder
 
 

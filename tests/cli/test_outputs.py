@@ -190,11 +190,3 @@ def test_a_bus_that_cannot_be_opened_again_is_used_as_it_is(
     assert outputs.make_safe() == ["i2c1 0x40: the adapter reported a fault"]
     assert outputs.make_safe() == []
     assert addresses == [0x40] * 3
-
-
-def test_doubles_that_are_not_served_are_a_reason_not_to_be_guarded(tmp_path: Path) -> None:
-    board, doubles = registry.load("tachobot"), tmp_path / "doubles.socket"
-    outputs = Outputs(board, doubles, tmp_path / "x.stats")
-    outputs.prepare()
-    run = {"switched_off": switched_off(board, doubles)}
-    assert "no doubles are served here" in str(outputs.why_unguarded(run))

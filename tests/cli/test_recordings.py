@@ -6,7 +6,6 @@ import os
 import shutil
 import signal
 import subprocess
-import sys
 from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
@@ -23,7 +22,7 @@ from firmware_runtime.statistics.file_header import RunState
 from firmware_runtime.statistics.layout import STATE, Layout
 from firmware_runtime.statistics.reader import read_statistics
 from firmware_runtime.system import atomic_file as whole_file
-from tests.support.command import Command
+from tests.support.command import Command, own_process, started
 from tests.support.recorded import every_section, record
 from tests.support.waiting import PATIENCE_S, wait_until
 from tests.support.written_run import WrittenRun
@@ -189,23 +188,20 @@ def test_check_says_how_much_is_recorded(command: Command) -> None:
     assert "of 1000 min in 264 MiB, which is the most" in said
 
 
-COMMAND = (sys.executable, "-m", "firmware_runtime.cli")
-
-
 @pytest.mark.slow
 def test_two_runs_leave_two_files_that_the_other_verbs_read(
     command: Command, tmp_path: Path
 ) -> None:
     folder, kept = tmp_path / "kept", tmp_path / "tachobot.stats"
     words = ["recordings", "collect", "tachobot", "--into", str(folder), "--statistics", str(kept)]
-    with subprocess.Popen([*COMMAND, *words], stdout=subprocess.PIPE, text=True) as recorder:
+    with started(*words) as recorder:
         assert recorder.stdout is not None
         with ExitStack() as at_failure:
             at_failure.callback(recorder.kill)
             assert "waiting for a run" in recorder.stdout.readline()
             for _ in range(2):
                 run = ["run", "tachobot", "--doubles", "--for", "1", "--statistics", str(kept)]
-                subprocess.run([*COMMAND, *run], check=True, capture_output=True)
+                own_process(*run, check=True)
                 said = next(line for line in recorder.stdout if "the run is over" in line)
                 assert "its statistics are kept" in said
             recorder.send_signal(signal.SIGTERM)
@@ -228,11 +224,9 @@ def test_of_a_run_that_is_killed_the_recording_is_kept_and_replays(
     words = ["recordings", "collect", "tachobot", "--into", str(folder), "--statistics", str(kept)]
     run = ["run", "tachobot", "--doubles", "--statistics", str(kept), "--for", "600"]
     with ExitStack() as at_end:
-        recorder = at_end.enter_context(
-            subprocess.Popen([*COMMAND, *words], stdout=subprocess.PIPE, text=True)
-        )
+        recorder = at_end.enter_context(started(*words))
         at_end.callback(recorder.kill)
-        robot = at_end.enter_context(subprocess.Popen([*COMMAND, *run], stdout=subprocess.DEVNULL))
+        robot = at_end.enter_context(started(*run, stdout=subprocess.DEVNULL))
         at_end.callback(robot.kill)
         assert recorder.stdout is not None
         assert any("keeping run 1" in line for line in recorder.stdout)

@@ -3,7 +3,6 @@
 import json
 import signal
 import subprocess
-import sys
 import tempfile
 from contextlib import suppress
 from pathlib import Path
@@ -19,7 +18,7 @@ from firmware_runtime.errors import ConfigError, Status
 from firmware_runtime.lab.stages.stage_text import end_text, stage_line
 from firmware_runtime.links.cut.refusal import Reason
 from firmware_runtime.runs import end_link as linking
-from tests.support.command import Command
+from tests.support.command import Command, started
 from tests.support.waiting import PATIENCE_S, wait_until
 
 
@@ -240,21 +239,13 @@ def test_of_a_board_without_roles_the_stages_of_one_process_are_run(
 
 
 @pytest.mark.slow
-def test_the_page_is_written(command: Command, tmp_path: Path) -> None:
-    output = tmp_path / "certificate.html"
-    words = ("continuity", "tachobot", "--for", 1.5, "-o", output, "--stages", "simulation")
-    assert command(*words, "--keep", tmp_path / "kept").status == Status.OK
-    assert command("replay", tmp_path / "kept" / "simulation.recording").status == Status.OK
-    assert output.read_text().startswith("<!DOCTYPE html>")
-
-
-@pytest.mark.slow
 @pytest.mark.real_time
 def test_a_signal_ends_the_stage_under_way_too(tmp_path: Path) -> None:
     kept = tmp_path / "kept"
     words = ["continuity", "tachobot", "--for", "600", "--stages", "network", "--keep", str(kept)]
-    command = [sys.executable, "-m", "firmware_runtime.cli", *words, "-o", str(tmp_path / "x.json")]
-    with subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL) as process:
+    with started(
+        *words, "-o", tmp_path / "x.json", stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
+    ) as process:
         try:
             wait_until(lambda: len(processes_with(str(kept))) >= 3, "both ends are there")
             process.send_signal(signal.SIGTERM)
@@ -266,33 +257,23 @@ def test_a_signal_ends_the_stage_under_way_too(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-def test_folders_of_one_that_was_killed_go_at_the_next_start(
+def test_folders_of_one_that_was_killed_go_at_the_next_start_which_writes_a_page(
     command: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    place = tmp_path / "temporary"
+    place, kept, page = tmp_path / "temporary", tmp_path / "kept", tmp_path / "page.html"
     place.mkdir()
     monkeypatch.setenv("TMPDIR", str(place))
     monkeypatch.setattr(tempfile, "tempdir", str(place))
-    monkeypatch.setenv("TMPDIR", str(place))
-    words = ["continuity", "tachobot", "--for", "2", "--stages", "simulation"]
-    command_ = [
-        sys.executable,
-        "-m",
-        "firmware_runtime.cli",
-        *words,
-        "-o",
-        str(tmp_path / "x.json"),
-    ]
-    with subprocess.Popen(
-        command_, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
-    ) as process:
+    words = ["continuity", "tachobot", "--for", "1.5", "--stages", "simulation", "-o", page]
+    with started(*words, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL) as process:
         wait_until(lambda: len(list(place.iterdir())) == 2, "recordings and state have a place")
         process.kill()
     left = set(place.iterdir())
     assert left
-    ended = command(*words, "-o", tmp_path / "y.json")
-    assert ended.status == Status.OK, ended
+    assert command(*words, "--keep", kept).status == Status.OK
     assert left.isdisjoint(place.iterdir())
+    assert command("replay", kept / "simulation.recording").status == Status.OK
+    assert page.read_text().startswith("<!DOCTYPE html>")
 
 
 def processes_with(word: str) -> list[str]:

@@ -4,7 +4,6 @@ import io
 import json
 import os
 import signal
-import subprocess
 import sys
 
 import pytest
@@ -18,7 +17,7 @@ from firmware_runtime.hal.wire_errors import BusInUse
 from sim_doubles.chips.pca9685 import Pca9685Double
 from sim_doubles.faults import FaultScript, NackAddress
 from sim_doubles.i2c_bus import I2cBusDouble
-from tests.support.command import Command
+from tests.support.command import Command, started
 
 MOVE = ("try", "pca9685", "--channel", "3", "--duty", "0.5", "--for", "0.05")
 PATIENCE_S = 60
@@ -159,9 +158,7 @@ def test_a_chip_that_is_not_there_is_one_sentence(command: Command, chip: Pca968
 )
 def test_a_signal_switches_off_before_it_ends_a_trial(number: signal.Signals, status: int) -> None:
     words = ("try", "pca9685", "--doubles", "--channel", "0", "--duty", "0.5", "--for", "60")
-    with subprocess.Popen(
-        [sys.executable, "-m", "firmware_runtime.cli", *words], stdout=subprocess.PIPE, text=True
-    ) as trial:
+    with started(*words) as trial:
         assert trial.stdout is not None
         assert "duty 0.5" in trial.stdout.readline()
         trial.send_signal(number)
@@ -172,9 +169,7 @@ def test_a_signal_switches_off_before_it_ends_a_trial(number: signal.Signals, st
 @pytest.mark.slow
 def test_a_reader_that_goes_ends_watching() -> None:
     words = ("try", "cmps12", "--doubles", "--every", "0.05")
-    with subprocess.Popen(
-        [sys.executable, "-m", "firmware_runtime.cli", *words], stdout=subprocess.PIPE, text=True
-    ) as trial:
+    with started(*words) as trial:
         assert trial.stdout is not None
         trial.stdout.readline()
         trial.stdout.close()

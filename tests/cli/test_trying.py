@@ -10,14 +10,31 @@ from firmware_drivers.chips.md25 import Md25
 from firmware_drivers.chips.pca9685 import Pca9685
 from firmware_drivers.commands.trying import Watch, drive, switch_off, take
 
-from firmware_runtime.devs.time import MILLISECOND, SECOND
+from firmware_runtime.devs.time import MILLISECOND, NEVER, SECOND
 from firmware_runtime.errors import SettingError
 from firmware_runtime.hal.wire_errors import NoAcknowledge, NotReady
 from sim_doubles.chip_doubles import chip_double, names
+from sim_doubles.clock import ManualClock
 from sim_doubles.faults import FaultScript, NackAddress
 from sim_doubles.i2c_bus import I2cBusDouble
 from sim_doubles.serial_line import SerialLineDouble
-from tests.support.trial_pace import TrialPace
+
+
+class TrialPace:
+    """The doubles' clock, and a stop that comes at an instant."""
+
+    def __init__(self, stop_at: int = NEVER) -> None:
+        self.clock = ManualClock(1_000_000_000)
+        self._stop_at = stop_at
+
+    def now(self) -> int:
+        return self.clock()
+
+    def wait(self, span: int) -> bool:
+        stops = self.clock() + span >= self._stop_at
+        self.clock.advance(min(span, max(self._stop_at - self.clock(), 0)))
+        return stops
+
 
 MOVES: Mapping[str, dict[str, Any]] = {
     "pca9685": {"channel": 3, "duty": 0.25},

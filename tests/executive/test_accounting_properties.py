@@ -92,7 +92,7 @@ def test_one_stall_of_any_length_at_any_tick_is_closed_form(tick: int, stall: in
 
 
 @pytest.mark.slow
-@settings(deadline=None)
+@settings(max_examples=50)
 @given(
     stalls=STALLS,
     periods=st.tuples(*[st.integers(2 * MILLISECOND, 5 * PERIOD)] * 2),
@@ -212,6 +212,7 @@ def counted(
 
 
 @pytest.mark.slow
+@settings(max_examples=50)
 @given(plans, plans, ends, periods)
 def test_it_counts_the_same_as_where_functions_may_take_time(
     one: list[int], other: list[int], end: int, period: int

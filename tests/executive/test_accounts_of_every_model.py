@@ -140,7 +140,7 @@ def _phases(draw: st.DrawFn) -> tuple[int, ...]:
 
 
 @pytest.mark.slow
-@settings(deadline=None)
+@settings(max_examples=50)
 @given(
     phases=_phases(),
     begin_at=st.integers(0, 9 * MILLISECOND),
@@ -158,7 +158,7 @@ def test_any_structure_of_phases_is_scheduled_as_the_clock_says(
 
 
 @pytest.mark.slow
-@settings(deadline=None, max_examples=60)
+@settings(max_examples=40)
 @given(
     phases=_phases(),
     stalls=st.dictionaries(st.integers(0, 60), st.integers(1, 40 * MILLISECOND), max_size=5),

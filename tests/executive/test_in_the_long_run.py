@@ -270,7 +270,7 @@ def test_an_episode_keeps_its_latest_activation_not_the_last_or_the_least() -> N
     assert account.latest_in_episode == 35 * MILLISECOND
 
 
-WARM_UP, TICKS = 2_000, 8_000
+WARM_UP, TICKS = 1_000, 4_000
 NOT_OURS = [
     tracemalloc.Filter(inclusive=False, filename_pattern=name)
     for name in (tracemalloc.__file__, __file__)

@@ -30,7 +30,7 @@ from firmware_runtime.statistics.metrics import (
     text_of,
 )
 from firmware_runtime.system import packages
-from tests.support.command import Command
+from tests.support.command import Command, started
 from tests.support.executives import Run
 from tests.support.phased_models import FIFTY_HZ, Phased
 from tests.support.waiting import PATIENCE_S
@@ -177,8 +177,7 @@ def test_a_missing_extra_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
 @contextmanager
 def exporting(listen: str) -> Iterator[str]:
     """The real exporter in a process of its own; gives what it says it listens on."""
-    command = [sys.executable, "-m", "firmware_runtime.cli", "stats", "--serve", listen]
-    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
+    with started("stats", "--serve", listen) as process:
         assert process.stdout is not None
         yield process.stdout.readline()
         process.send_signal(signal.SIGTERM)

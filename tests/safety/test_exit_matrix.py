@@ -8,6 +8,7 @@ tests/support/safety_table.py): a busy machine changes a time, and must not fail
 import signal
 from collections.abc import Iterator
 from pathlib import Path
+from socket import AF_UNIX, SOCK_DGRAM, socket
 from time import monotonic_ns
 
 import pytest
@@ -17,27 +18,62 @@ from firmware_runtime.links.control import ask
 from tests.support.guarded_run import GuardedRun, guarded_run
 from tests.support.memory_limit import enter, killed_by_memory, memory_limit
 from tests.support.safety_table import SafetyTable
-from tests.support.supervisor import Supervisor
 from tests.support.trials import PATIENT
 from tests.support.waiting import PATIENCE_S, wait_until
 
 pytestmark = pytest.mark.slow
+
+
+class Supervisor:
+    """Listens where NOTIFY_SOCKET says and waits until no sign of life comes any more."""
+
+    def __init__(self, path: Path, watchdog_ns: int) -> None:
+        self.environment = {"NOTIFY_SOCKET": str(path), "WATCHDOG_USEC": str(watchdog_ns // 1000)}
+        self._watchdog_ns = watchdog_ns
+        self._socket = socket(AF_UNIX, SOCK_DGRAM)
+        self._socket.bind(str(path))
+
+    def wait_for_the_watchdog(self) -> None:
+        """Return when no `WATCHDOG=1` has come for the time of the watchdog."""
+        self._take_what_waits()
+        expires_at = monotonic_ns() + self._watchdog_ns
+        while (left := expires_at - monotonic_ns()) > 0:
+            self._socket.settimeout(left / 1e9)
+            try:
+                said = self._socket.recv(65536)
+            except TimeoutError:
+                return
+            if b"WATCHDOG=1" in said.splitlines():
+                expires_at = monotonic_ns() + self._watchdog_ns
+
+    def close(self) -> None:
+        """Stop listening."""
+        self._socket.close()
+
+    def _take_what_waits(self) -> None:
+        """What was said before is no sign of life now; some of it must have been one."""
+        self._socket.setblocking(False)
+        said = []
+        try:
+            while True:
+                said.append(self._socket.recv(65536))
+        except BlockingIOError:
+            assert any(b"WATCHDOG=1" in each.splitlines() for each in said)
+
+
 WATCHDOG_NS = 2 * SECOND
 """WatchdogSec of the unit."""
-
 JUDGED = (
     *PATIENT,
     *("--set", "controller.period_s=0.05"),
     *("--set", "arming.max_late_percent=99"),
 )
 """No later than a period that is longer than other programs delay a step, shorter than a hang."""
-
 ENABLE_LINE = """
 [output_enable]
 chip = "/dev/gpiochip0"
 line = 17
 """
-
 BROKEN_MODEL = """
 import sys
 from firmware_runtime.cli.main import main

@@ -4,7 +4,6 @@ import ast
 import re
 import shlex
 import subprocess
-import sys
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -14,6 +13,7 @@ from firmware_drivers.actuator import Actuator
 
 from firmware_runtime.board.registers.register_table import Register, RegisterTable
 from firmware_runtime.cli.main import main
+from tests.support.command import started
 from tests.support.pages import PROJECT
 from tests.support.waiting import PATIENCE_S
 from tests.support.written_package import WrittenPackage, as_installed
@@ -75,10 +75,7 @@ def run(
 
 def served(package: WrittenPackage, words: list[str], folder: Path) -> "subprocess.Popen[str]":
     environment = {**package.environment, "PYTHONUNBUFFERED": "1"}
-    command = [sys.executable, "-m", "firmware_runtime.cli", *words[1:]]
-    server = subprocess.Popen(
-        command, cwd=folder, env=environment, stdout=subprocess.PIPE, text=True
-    )
+    server = started(*words[1:], cwd=folder, env=environment)
     assert server.stdout is not None
     assert "serving" in server.stdout.readline()
     return server

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from msgspec.structs import replace
 
@@ -66,6 +66,7 @@ def buckets(statistics: Statistics) -> list[int]:
 
 
 @pytest.mark.slow
+@settings(max_examples=50)
 @given(SAMPLES, SAMPLES)
 def test_a_merge_is_the_histogram_of_all_samples(first: list[int], second: list[int]) -> None:
     both = merged([Counted().count(first), Counted().count(second)])
@@ -76,6 +77,7 @@ def test_a_merge_is_the_histogram_of_all_samples(first: list[int], second: list[
 
 
 @pytest.mark.slow
+@settings(max_examples=50)
 @given(SAMPLES, SAMPLES, SAMPLES)
 def test_merging_is_associative_and_commutative(
     first: list[int], second: list[int], third: list[int]
@@ -87,6 +89,7 @@ def test_merging_is_associative_and_commutative(
 
 
 @pytest.mark.slow
+@settings(max_examples=50)
 @given(SAMPLES, SAMPLES)
 def test_a_difference_is_what_was_counted_since(before: list[int], since: list[int]) -> None:
     run = Counted()

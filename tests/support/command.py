@@ -77,3 +77,9 @@ def ended_program(
     """Run a program to its end; it has its time, and what it prints is kept."""
     chosen = {"capture_output": True, "text": True, "timeout": PATIENCE_S, **options}
     return subprocess.run([*map(str, words)], check=check, **chosen)
+
+
+def started(*words: object, **options: Any) -> "subprocess.Popen[str]":  # noqa: ANN401 -- of Popen
+    """Start the command in a process of its own; what it prints can be read line by line."""
+    chosen = {"stdout": subprocess.PIPE, "text": True, **options}
+    return subprocess.Popen([*COMMAND, *map(str, words)], **chosen)
