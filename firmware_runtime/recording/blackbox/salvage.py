@@ -10,6 +10,7 @@ sections go on in time: behind them may be those of the ring's lap before.
 
 import itertools
 from collections.abc import Iterator
+from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Final
@@ -34,7 +35,7 @@ from firmware_runtime.recording.blackbox.layout import (
 )
 from firmware_runtime.recording.blackbox.reader import instants_in, kind_of
 from firmware_runtime.recording.blackbox.ring_file import header_in
-from firmware_runtime.recording.blackbox.section import Kind, Section, decode
+from firmware_runtime.recording.blackbox.section import Kind, decode
 
 _HEADER_BEGINS: Final = bytes((0x9A, Kind.HEADER))
 """A MessagePack array of ten, whose first is the kind of section."""
@@ -224,14 +225,11 @@ def _section_at(content: bytes, place: int, end: int) -> bytes | None:
     if length < 2 or begin + length > end or content[begin] != _SECTION_BEGINS[0]:
         return None
     section = content[begin : begin + length]
-    return section if crc32(section) == checksum and _decoded(section) is not None else None
-
-
-def _decoded(section: bytes) -> Section | None:
-    try:
-        return decode(section)
-    except msgspec.MsgspecError:
-        return None
+    if crc32(section) == checksum:
+        with suppress(msgspec.MsgspecError):
+            decode(section)
+            return section
+    return None
 
 
 # What follows what --------------------------------------------------------------------------------
