@@ -1,7 +1,6 @@
 """What a run prints: for people as it goes and at its end, or one JSON object at its end."""
 
 import argparse
-import json
 import sys
 from collections.abc import Callable, Iterator
 from math import isfinite
@@ -111,7 +110,9 @@ class Report:
         for warning in self._session.robot.warnings:
             self._say(f"warning: {warning}")
         if self._json:
-            print(json.dumps(self._as_json(outcome, figures), allow_nan=False))
+            from json import dumps  # noqa: PLC0415 -- as `_as_json`
+
+            print(dumps(self._as_json(outcome, figures), allow_nan=False))
         else:
             print("\n".join(self._as_text(outcome, figures)))
 

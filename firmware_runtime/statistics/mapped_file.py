@@ -15,7 +15,6 @@ full disk refuses the run instead of killing it later. Other readers and writers
 `pwrite`, never a mapping: a file that is cut short meanwhile cannot kill them.
 """
 
-import json
 import mmap
 import os
 import stat
@@ -61,7 +60,9 @@ class Kind(Struct, frozen=True):
 
     def encode(self, header: Mapping[str, Any], cells: int) -> bytes:
         """Everything before the cells, which it leaves aligned."""
-        text = json.dumps(header, separators=(",", ":")).encode()
+        from json import dumps  # noqa: PLC0415 -- a start that makes no file needs none of it
+
+        text = dumps(header, separators=(",", ":")).encode()
         text += b" " * (-len(text) % 8)
         size = PREFIX.size + len(text) + 8 * cells
         return PREFIX.pack(self.magic, self.schema, size, len(text)) + text
@@ -178,8 +179,10 @@ class ReadableFile:
             raise self.damaged(f"its header has no usable {in_words(error)}") from error
 
     def _read_header(self, size: int) -> dict[str, Any]:
+        from json import loads  # noqa: PLC0415 -- as above
+
         try:
-            header = json.loads(os.pread(self._descriptor, size, PREFIX.size))
+            header = loads(os.pread(self._descriptor, size, PREFIX.size))
         except (ValueError, RecursionError) as error:
             raise self.damaged(f"its header is not JSON ({error})") from error
         if not isinstance(header, dict):

@@ -171,6 +171,31 @@ def test_nothing_is_imported_that_only_a_run_needs(board: str) -> None:
     assert loaded & not_needed == set()
 
 
+AT_THE_FIRST_STEP = """
+import os, sys
+from firmware_runtime.cli.main import main
+from firmware_runtime.executive.loop import Loop
+def show(*_):
+    print("loaded:", *sys.modules, flush=True)
+    os._exit(0)
+Loop._work_off = show
+sys.argv[1:] = ["run", "tachobot", "--doubles"]
+main()
+"""
+OURS = {"firmware_runtime", "firmware_drivers", "firmware_boards", "sim_doubles"}
+MOST_MODULES = 220
+NOT_FOR_A_RUN = {"dataclasses", "inspect", "importlib.resources"}
+"""Of Python itself: each takes milliseconds of a start."""
+
+
+@pytest.mark.slow
+def test_a_plain_run_has_loaded_what_it_needs_by_its_first_step() -> None:
+    loaded = in_python(AT_THE_FIRST_STEP, check=True).stdout.partition("loaded:")[2].split()
+    ours = [each for each in loaded if each.partition(".")[0] in OURS]
+    assert len(ours) <= MOST_MODULES
+    assert not NOT_FOR_A_RUN.intersection(loaded)
+
+
 ENTRIES = "[firmware_runtime.commands]\nwave = heron.wave\n"
 SOUND = """
 def add_to(verbs):

@@ -127,7 +127,7 @@ class _Walk:
     def __init__(self, edges: Iterable[object]) -> None:
         given = [*_PLUMBING, *edges]
         self.found: list[Found] = []
-        self._edge_kinds = tuple(each for each in given if isinstance(each, type))
+        self._edge_kinds = frozenset(each for each in given if isinstance(each, type))
         self._edges = {id(each): each for each in given if not isinstance(each, type)}
         self._seen: set[int] = set()
         self._passed: set[int] = set()
@@ -191,8 +191,7 @@ class _Walk:
 
     def _is_edge(self, thing: object) -> bool:
         # by inheritance: abstract classes take long to answer `isinstance`
-        kinds = type(thing).__mro__
-        return id(thing) in self._edges or any(each in kinds for each in self._edge_kinds)
+        return id(thing) in self._edges or not self._edge_kinds.isdisjoint(type(thing).__mro__)
 
 
 def _of_container(thing: Thing) -> Iterator[tuple[str, Thing]]:
