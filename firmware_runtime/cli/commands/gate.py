@@ -15,8 +15,7 @@ from firmware_runtime.lab.gate.decision import (
     MOST_PAIRS,
     Verdict,
 )
-from firmware_runtime.lab.gate.gate import Outcome, pass_gate
-from firmware_runtime.lab.gate.gate_text import gate_lines
+from firmware_runtime.lab.gate.gate import Outcome, gate_lines, pass_gate
 from firmware_runtime.lab.gate.pairs import measured_pairs
 from firmware_runtime.system.own_folder import own_folder
 from firmware_runtime.system.signals import exit_on_signals
