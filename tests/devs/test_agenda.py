@@ -61,14 +61,11 @@ def test_models_due_together_come_in_order_of_declaration(order: list[int]) -> N
     assert agenda.take(7) == sorted(set(order))
 
 
-def test_an_instant_beyond_the_end_of_time_is_never() -> None:
+def test_never_is_never_and_a_timeout_that_is_always_rebooked_does_not_fill_the_memory() -> None:
     agenda = Agenda(1)
     agenda.book(0, NEVER + 5)
     assert agenda.next_at() == NEVER
     assert agenda.due_at == [NEVER]
-
-
-def test_a_timeout_that_is_always_rebooked_does_not_fill_the_memory() -> None:
     agenda = Agenda(2)
     agenda.book(1, 3)
     for at in range(10, 10_010):

@@ -26,7 +26,7 @@ def test_simultaneous_values_arrive_in_one_bag_in_order_of_the_senders() -> None
     assert log.bags == [[0], [1], [2], [0, 0, 3]]
 
 
-def test_values_sent_one_after_the_other_keep_their_order() -> None:
+def test_values_sent_one_after_the_other_keep_their_order_and_the_bag_is_empty_after() -> None:
     sender, log = Scripted("sender", sigma=1), Log("log")
 
     def send() -> None:
@@ -38,9 +38,6 @@ def test_values_sent_one_after_the_other_keep_their_order() -> None:
     model.couple(sender.outlet, log.values)
     Simulator(model).run(1)
     assert log.bags == [[3, 1, 2]]
-
-
-def test_the_bag_is_empty_again_after_the_transition() -> None:
     clock, log = Clock("clock", 1), Log("log")
     model = top(clock, log)
     model.couple(clock.ticks, log.values)

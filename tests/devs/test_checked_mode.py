@@ -101,7 +101,7 @@ def test_an_output_function_that_only_reads_and_sends_is_let_pass() -> None:
     assert received == [2]
 
 
-def test_transitions_may_change_state() -> None:
+def test_transitions_may_change_state_and_without_checked_mode_outputs_too() -> None:
     model = Stateful()
 
     def transit() -> None:
@@ -111,6 +111,10 @@ def test_transitions_may_change_state() -> None:
 
     model.on_internal = transit
     Simulator(model, checked=True).run(5)
+    assert model.values == [1, 2, 3]
+    model = Stateful()
+    model.on_output = lambda: model.values.append(3)
+    Simulator(model).run(5)
     assert model.values == [1, 2, 3]
 
 
@@ -130,16 +134,13 @@ def test_sending_in_a_transition_is_refused(function: str) -> None:
         simulator.advance(5)
 
 
-def test_sending_in_initialize_is_refused() -> None:
+def test_sending_in_initialize_or_on_another_models_port_is_refused() -> None:
     class Eager(Scripted):
         def initialize(self) -> None:
             self.outlet.send(1)
 
     with pytest.raises(SentOutsideOutput, match=r"^eager at 0\.000000000 s: sent on port 'out'"):
         Simulator(Eager("eager"), checked=True)
-
-
-def test_sending_on_another_models_port_is_refused() -> None:
     model, other = Scripted("model", sigma=5), Scripted("other")
     model.on_output = lambda: other.outlet.send(1)
     with pytest.raises(SentOutsideOutput, match=r"^top\.other at .*: sent on port 'out' outside"):
@@ -154,26 +155,16 @@ def test_a_value_of_another_type_is_refused() -> None:
     assert str(refusal.value) == ("top.model at 0.000000005 s: port 'out' carries int, not 'one'")
 
 
-def test_a_value_of_a_subclass_is_let_pass() -> None:
+def test_a_value_of_a_subclass_and_a_whole_number_for_a_float_are_let_pass() -> None:
     model = Scripted("model", sigma=5)
     model.on_output = lambda: model.outlet.send(True)
     Simulator(top(model), checked=True).run(5)
     assert model.calls == [("internal", 0)]
-
-
-def test_a_whole_number_is_let_pass_where_a_float_is_expected() -> None:
     model = Scripted("model", sigma=5)
     real = model.out_port("real", float)
     model.on_output = lambda: real.send(1)
     Simulator(model, checked=True).run(5)
     assert model.calls == [("internal", 0)]
-
-
-def test_without_checked_mode_nothing_is_watched() -> None:
-    model = Stateful()
-    model.on_output = lambda: model.values.append(3)
-    Simulator(model).run(5)
-    assert model.values == [1, 2, 3]
 
 
 def test_instruments_see_the_model_inside_the_checks() -> None:

@@ -13,11 +13,8 @@ def test_a_clock_ticks_at_exact_multiples_of_its_period() -> None:
     ]
 
 
-def test_an_atomic_model_runs_as_the_root() -> None:
+def test_an_atomic_model_runs_as_the_root_and_takes_injected_input() -> None:
     assert traced(Simulator(Clock("clock", 3)), 7) == [(3, "ticks", 0), (6, "ticks", 1)]
-
-
-def test_an_atomic_root_takes_injected_input() -> None:
     echo = Echo("echo", delay=2)
     simulator = Simulator(echo)
     simulator.inject(echo.inlet, 7)

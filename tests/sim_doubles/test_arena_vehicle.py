@@ -34,21 +34,18 @@ def test_right_forward_and_left_backward_turn_anticlockwise_on_the_spot(
     assert heading - NORTH == pytest.approx(turn * 2 * 20 * M_PER_UNIT_S / 0.25)
 
 
-def test_a_standing_left_tread_is_the_centre_of_the_turn() -> None:
+def test_a_standing_tread_is_the_centre_of_a_turn_and_motors_that_stop_stop_the_vehicle() -> None:
     rig = ArenaRig(OPEN)
     rig.drive(0, 40, 0)
     quarter = round(0.25 * (math.pi / 2) / (40 * M_PER_UNIT_S) * SECOND)
     assert rig.arena.pose(quarter) == pytest.approx((-0.125, 0.125, math.pi), abs=1e-8)
-
-
-def test_motors_that_stop_by_themselves_stop_the_vehicle_then() -> None:
     rig = ArenaRig(OPEN)
     rig.drive(0, 20, 20)
     rig.motors.put_off_stop(0, 2 * SECOND)
     assert rig.arena.pose(9 * SECOND).y_m == pytest.approx(2 * 20 * M_PER_UNIT_S)
 
 
-def test_slip_is_lost_from_the_way_of_its_side() -> None:
+def test_slip_is_lost_from_the_way_of_its_side_and_drawn_by_the_seed() -> None:
     rig = ArenaRig(replace(OPEN, right_slip=0.1))
     rig.drive(0, 20, 20)
     pose = rig.arena.pose(SECOND)
@@ -56,9 +53,6 @@ def test_slip_is_lost_from_the_way_of_its_side() -> None:
     straight = ArenaRig(replace(OPEN, right_slip=0.2, left_slip=0.2))
     straight.drive(0, 20, 20)
     assert straight.arena.pose(SECOND).y_m == pytest.approx(0.8 * 20 * M_PER_UNIT_S)
-
-
-def test_the_seed_draws_the_slip_of_both_sides() -> None:
     ends = set()
     for seed in (1, 1, 2):
         rig = ArenaRig(replace(OPEN, slip_std=0.02, seed=seed))

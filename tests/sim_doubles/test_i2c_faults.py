@@ -110,29 +110,23 @@ def test_a_fault_strikes_from_its_first_transaction_as_often_as_scripted() -> No
     assert [strike.number for strike in faulty.script.record] == [2, 3, 4]
 
 
-def test_two_equal_faults_are_counted_apart() -> None:
+def test_equal_faults_are_counted_apart_and_one_added_later_strikes_from_then_on() -> None:
     first, second = NackAddress(), NackAddress()
     faulty = Faulty(first, second)
     faulty.play("0x40 reads x.")
     assert faulty.counts(first, second) == [1, 1]
-
-
-def test_a_fault_added_later_strikes_from_then_on() -> None:
     faulty = Faulty()
     faulty.play("0x40 reads ..")
     faulty.script.add(NackAddress())
     faulty.play("0x40 reads x.")
 
 
-def test_a_refused_byte_is_counted_across_messages_and_ends_the_transaction() -> None:
+def test_a_refused_byte_is_counted_across_messages_and_a_first_one_is_no_empty_message() -> None:
     bus = Faulty(NackByte(index=2), adapter="i2c-gpio").bus
     with pytest.raises(BusFault, match="EIO"):
         bus.transaction(0x40, [b"\x02", b"\x03\x04", 1])
     # START, address, 02; repeated START, address, 03, 04 refused; STOP
     assert (bus.bytes, bus.bits) == (5, 5 * 9 + 3)
-
-
-def test_a_refused_first_byte_is_no_empty_message_for_the_adapter() -> None:
     Faulty(NackByte(index=0), adapter="designware").play("W 00 -> refused")
 
 
@@ -164,13 +158,10 @@ def test_a_stuck_bus_times_out_until_it_got_nine_pulses_and_no_other_fault_is_sp
     faulty.play("0x40 reads x.")
 
 
-def test_a_brown_out_takes_one_chip_back_to_its_power_up_state() -> None:
+def test_a_brown_out_or_an_absence_is_of_one_chip() -> None:
     faulty = Faulty()
     faulty.script.add(BrownOut(target=faulty.chip, first=2))
     faulty.play("W 00 20; 0x41 W 00 20; W 00, R 11; 0x41 W 00, R 20")
-
-
-def test_an_absent_target_sees_nothing_while_others_answer_the_shared_address() -> None:
     faulty = Faulty()
     faulty.script.add(AbsentTarget(target=faulty.chip, last=1))
     faulty.play("W 00 -> refused; 0x70 W 02 aa; 0x41 W 02, R aa; W 02, R e2")  # all-call: SUBADR1

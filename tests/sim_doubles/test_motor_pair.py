@@ -14,14 +14,11 @@ from sim_doubles.clock import ManualClock
 NEVER = (1 << 63) - 1
 
 
-def test_a_ramp_steps_after_each_period_and_its_last_step_may_be_less() -> None:
+def test_a_ramp_steps_after_each_period_and_is_integrated_step_by_step() -> None:
     ramp = Ramp(since=100, start=2, target=9, step=3, first_at=110, period=20)
     speeds = [ramp.speed(at) for at in (100, 109, 110, 129, 130, 149, 150, 1000)]
     assert speeds == [2, 2, 5, 5, 8, 8, 9, 9]
     assert [ramp.next_step_at(at) for at in (100, 110, 149, 150)] == [110, 130, 150, NEVER]
-
-
-def test_a_ramp_down_is_integrated_step_by_step() -> None:
     ramp = Ramp(since=0, start=4, target=-3, step=5, first_at=10, period=10, turned_before=7)
     turned = [ramp.turned(at) for at in (0, 10, 15, 20, 30)]
     assert turned == [7, 47, 42, 37, 7]  # 4 x 10, then -1 x 10, then -3 x 10
@@ -119,33 +116,27 @@ def test_the_time_before_the_last_change_is_gone() -> None:
         pair.turned_rad(1_500_000_000)
 
 
-def test_manual_clock_stands_still_until_advanced() -> None:
+def test_manual_clock_stands_still_until_advanced_and_does_not_go_back() -> None:
     clock = ManualClock(5)
     assert clock() == 5
     clock.advance(20)
     clock.advance(0)
     assert clock() == 25
-
-
-def test_manual_clock_does_not_go_back() -> None:
     with pytest.raises(ValueError, match="advanced by -1 ns"):
         ManualClock().advance(-1)
 
 
-def test_warning_names_its_chip() -> None:
+def test_warnings_name_their_chip_the_first_hundred_are_kept_and_all_counted() -> None:
     warnings = ProtocolWarnings("PCA9685 0x40")
     warnings.note("PRE_SCALE written awake; the real chip ignores it")
     assert warnings == ["PCA9685 0x40: PRE_SCALE written awake; the real chip ignores it"]
-
-
-def test_first_hundred_warnings_are_kept_and_all_are_counted() -> None:
     warnings = ProtocolWarnings("chip")
     for number in range(250):
         warnings.note(str(number))
     assert (len(warnings), warnings[-1], warnings.total) == (100, "chip: 99", 250)
 
 
-def test_first_warning_of_each_kind_is_kept_however_many_came_before() -> None:
+def test_the_first_warning_of_each_kind_is_kept_however_many_came_before() -> None:
     warnings = ProtocolWarnings("chip")
     for number in range(250):
         warnings.note(f"accessed {number / 10} ms too early, register 0x{number:02x}")
@@ -157,9 +148,6 @@ def test_first_warning_of_each_kind_is_kept_however_many_came_before() -> None:
         "chip: mode 3 does not exist",
     ]
     assert warnings.total == 253
-
-
-def test_packets_that_differ_in_bytes_are_of_one_kind() -> None:
     warnings = ProtocolWarnings("chip")
     for number in range(150):
         packet = bytes((0x80, number, 0x3F))

@@ -138,14 +138,11 @@ def test_a_line_that_was_closed_is_closed_for_its_client_only(rig: ServedRig) ->
     assert other_port.read_available() == b""
 
 
-def test_a_line_that_is_not_there_is_absent(rig: ServedRig) -> None:
+def test_an_absent_line_and_an_adapter_pulled_out_are_errors_of_the_line(rig: ServedRig) -> None:
     with pytest.raises(BusAbsent, match="i2c9 0x40: no such device"):
         ServedBus("i2c9", rig.ask).read(0x40, 1)
     with pytest.raises(BusAbsent, match="radio: no such device"):
         ServedPort("radio", rig.ask)
-
-
-def test_an_adapter_pulled_out_is_a_bus_fault(rig: ServedRig) -> None:
     served, line = ServedPort("sonar", rig.ask), rig.doubles.ports["sonar"]
     assert isinstance(line, SerialLineDouble)
     line.unplugged = True
