@@ -1,7 +1,6 @@
 """A real carrier and a real run, without a controller: nothing that is sent drives a motor."""
 
 import json
-import os
 import signal
 import socket
 import subprocess
@@ -19,7 +18,7 @@ from firmware_runtime.errors import StatisticsFileError
 from firmware_runtime.links.key_file import write_key
 from firmware_runtime.statistics.figures import LinkFigures
 from firmware_runtime.statistics.reader import read_statistics
-from tests.support.guarded_run import COMMAND
+from tests.support.bridged_run import Processes
 from tests.support.linked_runs import free_port
 from tests.support.waiting import PATIENCE_S, wait_until
 
@@ -60,16 +59,18 @@ class Relay:
                     self._front.sendto(datagram, controller)
 
 
-class Robot:
+class Robot(Processes):
     """The robot's end on served doubles, which keep a log of every output."""
 
     def __init__(self, directory: Path, stack: ExitStack) -> None:
-        self.log, self._directory, self._stack = directory / "doubles.log", directory, stack
+        super().__init__(directory, stack)
+        self.log = directory / "doubles.log"
         self.key = directory / "link.key"
         write_key(self.key)
         self.where = ("127.0.0.1", free_port())
         doubles = directory / "doubles.socket"
-        self.start("doubles", "serve", "tachobot", "--socket", doubles, "--log", self.log)
+        serves = ("doubles", "serve", "tachobot", "--socket", doubles, "--log", self.log)
+        self.start(*serves, out=None)
         wait_until(doubles.exists, "the doubles are served")
         settings = ("arming.demand_guard=false", "arming.max_late_percent=100")
         self._words = [
@@ -78,26 +79,14 @@ class Robot:
             *(word for each in settings for word in ("--set", each)),
         ]
 
-    def start(self, *words: object) -> "subprocess.Popen[bytes]":
-        environment = {**os.environ, "FIRMWARE_RUNTIME_STATE_DIRECTORY": str(self._directory)}
-        process = subprocess.Popen(
-            [*COMMAND, *map(str, words)],
-            env=environment,
-            stdin=subprocess.DEVNULL,
-            stdout=subprocess.DEVNULL,
-        )
-        self._stack.callback(process.wait)
-        self._stack.callback(process.kill)
-        return process
-
     def run(self) -> "subprocess.Popen[bytes]":
         link = f"udp:{self.where[0]}:{self.where[1]},key={self.key}"
         options = ["--role", "robot", "--link", link, "--supervised", "--arm", "--for", 600]
-        return self.start("run", "tachobot", *self._words, *options)
+        return self.start("run", "tachobot", *self._words, *options, out=None)
 
     def controller(self, where: tuple[str, int]) -> "subprocess.Popen[bytes]":
         link = f"udp:{where[0]}:{where[1]},key={self.key}"
-        return self.start("run", "tachobot", "--role", "controller", "--link", link)
+        return self.start("run", "tachobot", "--role", "controller", "--link", link, out=None)
 
     def logged(self) -> list[dict[str, Any]]:
         """The log of the doubles as far as it is written, in whole lines."""
@@ -115,7 +104,7 @@ class Robot:
     def link(self, process: "subprocess.Popen[bytes]") -> LinkFigures | None:
         """What this run's end of the link has counted, once there is something."""
         try:
-            found = read_statistics(self._directory / "tachobot.stats")
+            found = read_statistics(self.directory / "tachobot.stats")
         except StatisticsFileError:
             return None
         return found.figures().link if found.header.writer.pid == process.pid else None

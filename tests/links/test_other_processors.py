@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from firmware_runtime.system.this_process import keep_off, kept_off
-from tests.support.bridged_run import kill
+from tests.support.bridged_run import Processes
 from tests.support.linked_runs import free_port
 from tests.support.waiting import wait_until
 
@@ -20,28 +20,19 @@ OTHERS = ALL - {GIVEN} or ALL
 SHIPPED = Path(__file__).parents[2] / "boards/firmware_boards/tachobot/board.toml"
 
 
-class Beside:
+class Beside(Processes):
     """Starts commands on a board that gives one processor to its run."""
 
     def __init__(self, folder: Path, stack: ExitStack) -> None:
+        super().__init__(folder, stack)
         self.board = folder / "tachobot.toml"
         text = SHIPPED.read_text("utf-8")
         assert text.count("cpus = []") == 1
         self.board.write_text(text.replace("cpus = []", f"cpus = [{GIVEN}]"), "utf-8")
-        self._environment = {**os.environ, "FIRMWARE_RUNTIME_STATE_DIRECTORY": str(folder)}
-        self._stack = stack
 
-    def start(self, verb: str, *words: str) -> int:
+    def on_board(self, verb: str, *words: str) -> int:
         """The number of the command's process."""
-        process = subprocess.Popen(
-            [sys.executable, "-m", "firmware_runtime.cli", *verb.split(), str(self.board), *words],
-            env=self._environment,
-            stdin=subprocess.DEVNULL,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.STDOUT,
-        )
-        self._stack.callback(kill, process)
-        return process.pid
+        return self.start(*verb.split(), self.board, *words).pid
 
 
 @pytest.fixture
@@ -62,7 +53,7 @@ def test_the_carrier_of_a_run_keeps_off_the_processor_that_is_its_own(
     beside: Beside,
 ) -> None:
     to = ("--role", "robot", "--link", f"udp:127.0.0.1:{free_port()}")
-    run = beside.start("run", *to, "--doubles", "--for", "600")
+    run = beside.on_board("run", *to, "--doubles", "--for", "600")
     wait_until(lambda: os.sched_getaffinity(run) == {GIVEN}, "the run is where it belongs")
     (carrier,) = children(run)
     assert os.sched_getaffinity(carrier) == OTHERS
@@ -81,7 +72,7 @@ def test_a_verb_beside_a_run_keeps_off_its_processor(
     beside: Beside, tmp_path: Path, verb: str, words: tuple[str, ...]
 ) -> None:
     words = tuple(str(tmp_path / word) if word == "kept" else word for word in words)
-    process = beside.start(verb, *words)
+    process = beside.on_board(verb, *words)
     wait_until(lambda: os.sched_getaffinity(process) == OTHERS, "it keeps off")
 
 

@@ -7,7 +7,7 @@ import signal
 import socket
 import subprocess
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from select import select
@@ -51,26 +51,52 @@ class Talker:
         raise AssertionError(f"no answer with {key!r}")
 
 
-class BridgedRun:
-    """Starts processes that share a directory; `path` has the run's statistics."""
+class Processes:
+    """Starts commands of the program that share a directory; all are gone at the end."""
+
+    command: Sequence[str] = COMMAND
 
     def __init__(self, directory: Path, stack: ExitStack) -> None:
-        self.path = directory / "tachobot.stats"
-        self.environment = {**os.environ, "FIRMWARE_RUNTIME_STATE_DIRECTORY": str(directory)}
+        self.directory = directory
         self._stack = stack
 
-    def start(self, *words: str, **environment: str) -> "subprocess.Popen[bytes]":
-        """A command that is killed at the end, if it is still there."""
+    def start(
+        self,
+        *words: object,
+        under: Sequence[str] = (),
+        out: int | None = subprocess.PIPE,
+        **environment: str,
+    ) -> "subprocess.Popen[bytes]":
+        """A command, `under` another; both of its outputs are one."""
+        return self.start_words([*under, *self.command, *map(str, words)], out, **environment)
+
+    def start_words(
+        self, words: Sequence[str], out: int | None = subprocess.PIPE, **environment: str
+    ) -> "subprocess.Popen[bytes]":
+        """Any command."""
         process = subprocess.Popen(
-            [*COMMAND, *words],
+            words,
             env={**self.environment, **environment},
             stdin=subprocess.DEVNULL,
-            stdout=subprocess.PIPE,
+            stdout=out,
             stderr=subprocess.STDOUT,
             bufsize=0,  # so that `select` sees all that has not been read
         )
         self._stack.callback(kill, process)
         return process
+
+    @property
+    def environment(self) -> dict[str, str]:
+        """The variables of each."""
+        return {**os.environ, "FIRMWARE_RUNTIME_STATE_DIRECTORY": str(self.directory)}
+
+
+class BridgedRun(Processes):
+    """A run and its bridges; `path` has the run's statistics."""
+
+    def __init__(self, directory: Path, stack: ExitStack) -> None:
+        super().__init__(directory, stack)
+        self.path = directory / "tachobot.stats"
 
     def run(self) -> "subprocess.Popen[bytes]":
         """A run on doubles, in real time, until it is stopped."""
@@ -126,8 +152,8 @@ def kill(process: "subprocess.Popen[bytes]") -> None:
     """Kill it, and close what it prints to."""
     process.kill()
     process.wait()
-    assert process.stdout is not None
-    process.stdout.close()
+    if process.stdout is not None:
+        process.stdout.close()
 
 
 @contextmanager

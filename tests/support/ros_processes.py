@@ -8,7 +8,7 @@ from contextlib import ExitStack, contextmanager
 from itertools import cycle, islice
 from pathlib import Path
 
-from tests.support.bridged_run import kill, line
+from tests.support.bridged_run import Processes, line
 
 ROOT = Path(__file__).parents[2]
 PYTHON = os.environ.get("FIRMWARE_RUNTIME_TEST_PYTHON", str(ROOT / ".venv/bin/python"))
@@ -20,40 +20,19 @@ DOMAINS = range(1, 101)
 _in_turn = cycle(DOMAINS)
 
 
-class RosProcesses:
-    """Starts processes that share a directory; all are killed at the end."""
+class RosProcesses(Processes):
+    """Runs and nodes, outside of the tests' own environment."""
+
+    command = (PYTHON, "-m", "firmware_runtime.cli")
 
     def __init__(self, directory: Path, stack: ExitStack) -> None:
+        super().__init__(directory, stack)
         self.statistics = directory / "tachobot.stats"
-        self.directory = directory
-        self._stack = stack
 
-    def start(
-        self, *words: str, under: Sequence[str] = (), **environment: str
-    ) -> "subprocess.Popen[bytes]":
-        """A command of the program, `under` another, outside of the tests' own environment."""
-        return self.start_words(
-            [*under, PYTHON, "-m", "firmware_runtime.cli", *words], **environment
-        )
-
-    def start_words(self, words: Sequence[str], **environment: str) -> "subprocess.Popen[bytes]":
-        """Any command, outside of the tests' own environment."""
-        inherited = {name: text for name, text in os.environ.items() if name not in _OF_ROS}
-        process = subprocess.Popen(
-            words,
-            env={
-                **inherited,
-                "FIRMWARE_RUNTIME_STATE_DIRECTORY": str(self.directory),
-                "PYTHONUNBUFFERED": "1",
-                **environment,
-            },
-            stdin=subprocess.DEVNULL,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.STDOUT,
-            bufsize=0,
-        )
-        self._stack.callback(kill, process)
-        return process
+    @property
+    def environment(self) -> dict[str, str]:
+        variables = {**super().environment, "PYTHONUNBUFFERED": "1"}
+        return {name: text for name, text in variables.items() if name not in _OF_ROS}
 
     def run(self, *words: str, board: str = "tachobot") -> "subprocess.Popen[bytes]":
         """A run on doubles, in real time, until it is stopped."""
