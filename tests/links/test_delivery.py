@@ -12,49 +12,20 @@ from typing import TypeAlias
 
 import pytest
 
-from firmware_runtime.devs.atomic import Atomic
-from firmware_runtime.devs.coupled import Coupled
-from firmware_runtime.devs.part import part_of
 from firmware_runtime.devs.time import MILLISECOND, SECOND
 from firmware_runtime.executive.inbox import Bag
 from firmware_runtime.links.cut.cut import Terms
 from firmware_runtime.links.cut.impaired_path import Decisions, Impairment
 from firmware_runtime.links.cut.refusal import Reason
 from firmware_runtime.links.cut.wire import Kind
-from tests.support.link_rig import Way, link_of
+from tests.support.link_rig import Way, link_of, role_of
 
-NAMES = ["mind.order", "mind.sample", "mind.state", "body.turned"]
-TERMS = Terms(timeout=2 * SECOND, ordered=frozenset({"mind.order"}), retain=frozenset({NAMES[2]}))
+PORTS = {"mind.order": str, "mind.sample": int, "mind.state": int, "body.turned": int}
+TERMS = Terms(
+    timeout=2 * SECOND, ordered=frozenset({"mind.order"}), retain=frozenset({"mind.state"})
+)
 TICK = 5 * MILLISECOND
 Event: TypeAlias = list[tuple[str, object]]
-
-
-class Mind(Atomic):
-    def __init__(self) -> None:
-        super().__init__("mind")
-        self.turned = self.in_port("turned", int)
-        self.order = self.out_port("order", str)
-        self.sample = self.out_port("sample", int)
-        self.state = self.out_port("state", int)
-
-
-class Body(Atomic):
-    def __init__(self) -> None:
-        super().__init__("body")
-        self.order = self.in_port("order", str)
-        self.sample = self.in_port("sample", int)
-        self.state = self.in_port("state", int)
-        self.turned = self.out_port("turned", int)
-
-
-def whole() -> Coupled:
-    model = Coupled("rover")
-    mind, body = model.add(Mind()), model.add(Body())
-    model.couple(mind.order, body.order)
-    model.couple(mind.sample, body.sample)
-    model.couple(mind.state, body.state)
-    model.couple(body.turned, mind.turned)
-    return model
 
 
 def is_nothing(_datagram: bytes, _now: int) -> bool:
@@ -100,7 +71,7 @@ class End:
         self.bad: list[str] = []
         self._way = Way(lambda frame: out.send(frame, self.now))
         self.link = link_of(
-            part_of(whole(), [role]),
+            role_of(PORTS, role),
             self._way,
             terms,
             lambda: self.now + self.ahead,
@@ -202,7 +173,7 @@ def test_events_all_enter_in_order_samples_rise_and_steps_stay_what_they_are(
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", range(4))
 def test_nothing_is_lost_or_repeated_where_the_network_only_shuffles(seed: int) -> None:
-    everything = Terms(timeout=2 * SECOND, ordered=frozenset(NAMES[:3]))
+    everything = Terms(timeout=2 * SECOND, ordered=frozenset(PORTS) - {"body.turned"})
     pair = run(seed, 0.0, 30 * MILLISECOND, everything)
     assert [sorted(event) for event in pair.entered] == [sorted(step) for step in pair.left]
     assert (pair.body.bad, pair.mind.link.counts.given_up) == ([], 0)

@@ -4,9 +4,6 @@ from collections.abc import Callable, Sequence
 
 import pytest
 
-from firmware_runtime.devs.atomic import Atomic
-from firmware_runtime.devs.coupled import Coupled
-from firmware_runtime.devs.part import Part, part_of
 from firmware_runtime.devs.time import MILLISECOND, SECOND
 from firmware_runtime.executive.inbox import Bag
 from firmware_runtime.links.cut.counts import Carried, report
@@ -25,35 +22,13 @@ from firmware_runtime.links.cut.wire import (
     encoded,
     entries_of,
 )
-from tests.support.link_rig import Way, link_of
+from tests.support.link_rig import Way, link_of, role_of
 
 TERMS = Terms()
 LIMITS = {"mind.command": (-1.0, 1.0)}
 
 
-class Wheels(Atomic):
-    def __init__(self) -> None:
-        super().__init__("wheels")
-        self.command = self.in_port("command", float)
-        self.turned = self.out_port("turned", float)
-        self.slip = self.out_port("slip", float)
-
-
-class Mind(Atomic):
-    def __init__(self) -> None:
-        super().__init__("mind")
-        self.turned = self.in_port("turned", float)
-        self.slip = self.in_port("slip", float)
-        self.command = self.out_port("command", float)
-
-
-def part(name: str) -> Part:
-    whole = Coupled("rover")
-    wheels, mind = whole.add(Wheels()), whole.add(Mind())
-    whole.couple(wheels.turned, mind.turned)
-    whole.couple(wheels.slip, mind.slip)
-    whole.couple(mind.command, wheels.command)
-    return part_of(whole, [name])
+PORTS = {"mind.command": float, "wheels.turned": float, "wheels.slip": float}
 
 
 class Ends:
@@ -69,7 +44,7 @@ class Ends:
         self.sent: list[bytes] = []
         self.way = Way(self.sent.append)
         self.link = link_of(
-            part(role),
+            role_of(PORTS, role),
             self.way,
             terms,
             lambda: self.now,

@@ -1,9 +1,12 @@
 """A run's end of a link in this process, on a clock of the test's own; what it sends is taken."""
 
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from typing import Any
 
-from firmware_runtime.devs.part import Part
+from firmware_runtime.devs.atomic import Atomic
+from firmware_runtime.devs.coupled import Coupled
+from firmware_runtime.devs.part import Part, part_of
 from firmware_runtime.executive.clocks import Clock, VirtualClock
 from firmware_runtime.executive.configuration import Configuration
 from firmware_runtime.executive.executive import Executive
@@ -33,6 +36,22 @@ class Way(Channel):
 
     def close(self) -> None:
         """There is no socket."""
+
+
+def role_of(ports: Mapping[str, type[Any]], role: str) -> Part:
+    """Return a part of a model of two: each `part.port` is an output there, an input of the other.
+
+    The parts do nothing.
+    """
+    whole = Coupled("rover")
+    parts = {
+        name: whole.add(Atomic(name)) for name in sorted({each.split(".")[0] for each in ports})
+    }
+    for path, kind in ports.items():
+        name, _, port = path.partition(".")
+        (other,) = parts.keys() - {name}
+        whole.couple(parts[name].out_port(port, kind), parts[other].in_port(port, kind))
+    return part_of(whole, [role])
 
 
 def link_of(

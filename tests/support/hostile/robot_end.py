@@ -9,9 +9,6 @@ from contextlib import ExitStack
 from typing import Final
 from unittest.mock import patch
 
-from firmware_runtime.devs.atomic import Atomic
-from firmware_runtime.devs.coupled import Coupled
-from firmware_runtime.devs.part import part_of
 from firmware_runtime.executive.clocks import MonotonicClock
 from firmware_runtime.links.cut import udp
 from firmware_runtime.links.cut.channel import Channel
@@ -19,43 +16,17 @@ from firmware_runtime.links.cut.cut import Terms
 from firmware_runtime.models.motion import Motion
 from tests.support.hostile.frames import KEY, YAW_LIMIT
 from tests.support.hostile.link_rules import MS
-from tests.support.link_rig import link_of
+from tests.support.link_rig import link_of, role_of
 
 TIMEOUT: Final = 500 * MS
 
 
-class Controller(Atomic):
-    """What the other end runs."""
-
-    def __init__(self) -> None:
-        super().__init__("controller")
-        self.forces = self.in_port("forces", float)
-        self.motion = self.out_port("motion", Motion)
-        self.turn = self.out_port("turn", str)
-        self.yaw = self.out_port("yaw", float)
-
-
-class Robot(Atomic):
-    """What this end runs."""
-
-    def __init__(self) -> None:
-        super().__init__("robot")
-        self.motion = self.in_port("motion", Motion)
-        self.turn = self.in_port("turn", str)
-        self.yaw = self.in_port("yaw", float)
-        self.forces = self.out_port("forces", float)
-
-
-class Board(Coupled):
-    """Both, coupled."""
-
-    def __init__(self) -> None:
-        super().__init__("board")
-        controller, robot = self.add(Controller()), self.add(Robot())
-        self.couple(controller.motion, robot.motion)
-        self.couple(controller.turn, robot.turn)
-        self.couple(controller.yaw, robot.yaw)
-        self.couple(robot.forces, controller.forces)
+PORTS: Final = {
+    "controller.motion": Motion,
+    "controller.turn": str,
+    "controller.yaw": float,
+    "robot.forces": float,
+}
 
 
 class RobotEnd:
@@ -71,7 +42,7 @@ class RobotEnd:
             stack.callback(each.close)
         self.carrier = udp.Carrier(to_run, to_network, KEY, None)
         self.link = link_of(
-            part_of(Board(), ["robot"]),
+            role_of(PORTS, "robot"),
             Channel(run),
             Terms(timeout=TIMEOUT, ordered=frozenset({"controller.turn"})),
             lambda: self.now,
