@@ -62,6 +62,8 @@ class Relay:
 class Robot(Processes):
     """The robot's end on served doubles, which keep a log of every output."""
 
+    out = None
+
     def __init__(self, directory: Path, stack: ExitStack) -> None:
         super().__init__(directory, stack)
         self.log = directory / "doubles.log"
@@ -69,8 +71,7 @@ class Robot(Processes):
         write_key(self.key)
         self.where = ("127.0.0.1", free_port())
         doubles = directory / "doubles.socket"
-        serves = ("doubles", "serve", "tachobot", "--socket", doubles, "--log", self.log)
-        self.start(*serves, out=None)
+        self.start("doubles", "serve", "tachobot", "--socket", doubles, "--log", self.log)
         wait_until(doubles.exists, "the doubles are served")
         settings = ("arming.demand_guard=false", "arming.max_late_percent=100")
         self._words = [
@@ -82,11 +83,11 @@ class Robot(Processes):
     def run(self) -> "subprocess.Popen[bytes]":
         link = f"udp:{self.where[0]}:{self.where[1]},key={self.key}"
         options = ["--role", "robot", "--link", link, "--supervised", "--arm", "--for", 600]
-        return self.start("run", "tachobot", *self._words, *options, out=None)
+        return self.start("run", "tachobot", *self._words, *options)
 
     def controller(self, where: tuple[str, int]) -> "subprocess.Popen[bytes]":
         link = f"udp:{where[0]}:{where[1]},key={self.key}"
-        return self.start("run", "tachobot", "--role", "controller", "--link", link, out=None)
+        return self.start("run", "tachobot", "--role", "controller", "--link", link)
 
     def logged(self) -> list[dict[str, Any]]:
         """The log of the doubles as far as it is written, in whole lines."""

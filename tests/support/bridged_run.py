@@ -55,30 +55,25 @@ class Processes:
     """Starts commands of the program that share a directory; all are gone at the end."""
 
     command: Sequence[str] = COMMAND
+    out: int | None = subprocess.PIPE
 
     def __init__(self, directory: Path, stack: ExitStack) -> None:
         self.directory = directory
         self._stack = stack
 
     def start(
-        self,
-        *words: object,
-        under: Sequence[str] = (),
-        out: int | None = subprocess.PIPE,
-        **environment: str,
+        self, *words: object, under: Sequence[str] = (), **environment: str
     ) -> "subprocess.Popen[bytes]":
         """A command, `under` another; both of its outputs are one."""
-        return self.start_words([*under, *self.command, *map(str, words)], out, **environment)
+        return self.start_words([*under, *self.command, *map(str, words)], **environment)
 
-    def start_words(
-        self, words: Sequence[str], out: int | None = subprocess.PIPE, **environment: str
-    ) -> "subprocess.Popen[bytes]":
+    def start_words(self, words: Sequence[str], **environment: str) -> "subprocess.Popen[bytes]":
         """Any command."""
         process = subprocess.Popen(
             words,
             env={**self.environment, **environment},
             stdin=subprocess.DEVNULL,
-            stdout=out,
+            stdout=self.out,
             stderr=subprocess.STDOUT,
             bufsize=0,  # so that `select` sees all that has not been read
         )
