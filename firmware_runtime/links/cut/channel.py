@@ -52,6 +52,13 @@ class Channel:
         except BlockingIOError:
             return None
 
+    def frames(self, most: int) -> Iterator[bytes]:
+        """Yield the frames that have come, `most` at most. Raises ChannelClosed."""
+        for _ in range(most):
+            if (frame := self.receive()) is None:
+                return
+            yield frame
+
     def send(self, frame: bytes) -> None:
         """Send without waiting. Raises OSError where there is no room, or no other end."""
         self._socket.send(frame)
@@ -68,15 +75,6 @@ class Channel:
     def close(self) -> None:
         """Close the socket."""
         self._socket.close()
-
-
-def frames(channel: Channel, most: int) -> Iterator[bytes]:
-    """Yield the frames that have come, `most` at most. Raises ChannelClosed."""
-    for _ in range(most):
-        frame = channel.receive()
-        if frame is None:
-            return
-        yield frame
 
 
 class PathChannel(Channel):

@@ -115,8 +115,8 @@ class Delivery:
         newest = max(entrance.entered, entrance.seen.highest)
         return entrance.crossing.name if newest < missing.sequence else None
 
-    def take(self, frame: Frame, age: int) -> list[str]:
-        """Take a step of this age; the crossings of which something is new. Raises Refused.
+    def take(self, frame: Frame, age: int) -> int:
+        """Take a step of this age; of how many ports something is new. Raises Refused.
 
         Nothing of a step enters if a value in it is none of its port, or outside of its limits.
         """
@@ -140,7 +140,7 @@ class Delivery:
             self._release()
             text = f"{old[0].entrance.crossing.name} was {age / SECOND:.3f} s old"
             raise Refused(Reason.TOO_OLD, text)
-        return [part.entrance.crossing.name for part in fresh]
+        return len(fresh)
 
     def bags(self, age: Age) -> list[Bag]:
         """The events for the model; what has waited too long is given up."""

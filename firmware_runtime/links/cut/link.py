@@ -14,7 +14,7 @@ from firmware_runtime.devs.ports import InPort
 from firmware_runtime.devs.time import NEVER, SECOND
 from firmware_runtime.executive.executive import Executive
 from firmware_runtime.executive.inbox import Bag, EventSource
-from firmware_runtime.links.cut.channel import Channel, ChannelClosed, frames
+from firmware_runtime.links.cut.channel import Channel, ChannelClosed
 from firmware_runtime.links.cut.counts import Counts, LinkMeter, report_of
 from firmware_runtime.links.cut.cut import Crossing, Cut, Terms
 from firmware_runtime.links.cut.delivery import Delivery
@@ -99,7 +99,7 @@ class Link(EventSource):
     def events(self) -> Sequence[Bag]:
         """The steps that have come, in the order in which they left."""
         try:
-            for datagram in frames(self._channel, AT_ONCE):
+            for datagram in self._channel.frames(AT_ONCE):
                 try:
                     self._take(decoded(datagram))
                 except Refused as refusal:
@@ -201,13 +201,13 @@ class Link(EventSource):
         """Raises Refused."""
         age = self._age(frame.origin)
         try:
-            names = self._delivery.take(frame, age)
+            fresh = self._delivery.take(frame, age)
         except Refused as refusal:
             if refusal.reason is Reason.TOO_OLD:
                 self._interrupt(str(refusal))
             raise
         if self._meter is not None:
-            for _ in names:
+            for _ in range(fresh):
                 self._meter.note_age(age)
 
     def _why_bad(self, clock: int) -> str | None:

@@ -203,6 +203,7 @@ class Outbox:
     def _give_up(self, waiting: deque[Message]) -> None:
         """Forget the oldest; what comes after it comes after the one before it, then."""
         lost = waiting.popleft()
+        lost.body = b""  # the frames that it was sent in are remembered for longer
         if self._latest.get(lost.port) is lost:
             del self._latest[lost.port]
         is_ordered = lost.port in self._ordered

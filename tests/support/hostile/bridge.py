@@ -17,10 +17,9 @@ from firmware_runtime.links.bridge.signatures import Refused, Signed
 from firmware_runtime.links.ports.datagrams import Put, Refusal, understood
 from firmware_runtime.links.ports.ports import Ports
 from firmware_runtime.models.motion import Motion
+from tests.support.hostile.frames import KEY, OTHER_KEY
 from tests.support.hostile.sweep import ACCEPTED, Attempt
 
-KEY: Final = hashlib.sha256(b"a key").digest()
-OTHER_KEY: Final = hashlib.sha256(b"another key").digest()
 _STRANGER = "0" * 16
 _HEX = frozenset(b"0123456789abcdef")
 _DIGITS = frozenset(b"0123456789")
