@@ -6,6 +6,7 @@ run's own sentences. One that changes in another way (`firmware-runtime set`, a 
 
 import sys
 from collections.abc import Sequence
+from typing import Any, Final
 
 from rcl_interfaces.msg import (
     FloatingPointRange,
@@ -20,8 +21,11 @@ from firmware_runtime.board.setting_descriptions import Setting
 from firmware_runtime.errors import FirmwareRuntimeError
 from firmware_runtime.links.ros2.node import Part, Refused, RobotNode
 
-_LARGEST = sys.float_info.max
-_LARGEST_INT = (1 << 63) - 1
+_RANGES: Final[dict[str, tuple[str, Any, type[float], float]]] = {
+    "float": ("floating_point_range", FloatingPointRange, float, sys.float_info.max),
+    "int": ("integer_range", IntegerRange, int, (1 << 63) - 1),
+}
+"""By the type of a setting: the descriptor's field, its class, its numbers, and the largest."""
 
 
 class Parameters(Part):
@@ -91,18 +95,9 @@ def descriptor(setting: Setting) -> ParameterDescriptor:
     high = setting.most if setting.below is None else setting.below
     if low is None and high is None:
         return made
-    if setting.type == "float":
-        made.floating_point_range = [
-            FloatingPointRange(
-                from_value=float(-_LARGEST if low is None else low),
-                to_value=float(_LARGEST if high is None else high),
-            )
-        ]
-    elif setting.type == "int":
-        made.integer_range = [
-            IntegerRange(
-                from_value=int(-_LARGEST_INT if low is None else low),
-                to_value=int(_LARGEST_INT if high is None else high),
-            )
-        ]
+    if setting.type in _RANGES:
+        attribute, kind, number, largest = _RANGES[setting.type]
+        ends = (-largest if low is None else low, largest if high is None else high)
+        from_value, to_value = map(number, ends)
+        setattr(made, attribute, [kind(from_value=from_value, to_value=to_value)])
     return made
