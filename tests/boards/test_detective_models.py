@@ -88,7 +88,7 @@ class Watched:
             self.simulator.run(self.simulator.now)
 
 
-def test_a_mission_that_takes_too_long_has_failed_once() -> None:
+def test_a_mission_that_takes_too_long_has_failed_once_and_disarmed_time_does_not_count() -> None:
     watched = Watched()
     watched.run(20)
     assert watched.endings == []
@@ -97,9 +97,6 @@ def test_a_mission_that_takes_too_long_has_failed_once() -> None:
     assert at_s == 21
     assert ending.failed
     assert "20 s" in ending.reason
-
-
-def test_time_while_disarmed_does_not_count() -> None:
     watched = Watched()
     watched.may_move = False
     watched.run(1000)

@@ -117,15 +117,13 @@ def test_boards_are_sound_and_all_faults_are_named_at_once() -> None:
     assert fault.endswith("crosses no cut between roles; expected none, as nothing does")
 
 
-def test_a_port_of_a_component_is_no_component() -> None:
+def test_a_port_is_no_component_and_optional_components_are_names() -> None:
     with pytest.raises(ConfigError) as refused:
         load("detective", ['roles.robot=["treads", "model.Out4"]'])
     (fault,) = refused.value.faults
     assert fault.startswith("roles.robot: 'model.Out4': expected some of ")
     assert fault.count("model.Out4") == 1
 
-
-def test_optional_components_are_names() -> None:
     def build(_settings: object, _lines: object) -> Robot:
         return Robot(Coupled("none"), (), ())
 

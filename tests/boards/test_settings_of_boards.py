@@ -76,7 +76,7 @@ def test_a_fault_names_key_and_reason(change: dict[str, Any], key: str, reason: 
     assert reason in fault
 
 
-def test_all_faults_are_found_at_once() -> None:
+def test_all_faults_are_found_at_once_and_malformed_toml_is_one_with_its_line() -> None:
     faults = faults_of({"gains": {"kp": -1, "kd": 0}, "rows": [{}]})
     assert [fault.split(":")[0] for fault in faults] == [
         "name",
@@ -84,10 +84,7 @@ def test_all_faults_are_found_at_once() -> None:
         "gains.kp",
         "rows[0].kp",
     ]
-
-
-def test_malformed_toml_is_one_fault_with_its_line() -> None:
-    faults: list[str] = []
+    faults = []
     assert strict.parse_toml("a = 1\nb = = 2\n", faults) == {}
     assert "line 2" in faults[0]
 
@@ -256,14 +253,11 @@ SERIAL = (
 )
 
 
-def test_a_variant_chosen_by_an_assignment_takes_the_files_keys_of_the_other_away() -> None:
+def test_a_variant_chosen_by_an_assignment_takes_keys_away_and_others_are_judged() -> None:
     table = registry.load("detective", SERIAL).table["treads"]
     assert "bus" not in table
     assert "acceleration" not in table
     assert table["address"] == 128
-
-
-def test_a_key_that_is_assigned_beside_the_choice_is_judged_all_the_same() -> None:
     with pytest.raises(ConfigError) as refusal:
         registry.load("detective", [*SERIAL, "treads.acceleration=3"])
     (fault,) = refusal.value.faults
@@ -335,7 +329,4 @@ def test_a_line_counts_as_used_if_a_table_names_it_or_the_wiring_takes_it() -> N
     settings = Bare(buses={"left": BUS, "right": BUS}, ports={"com": PORT}, bus="left")
     assert unused_in(settings) == ["buses.right", "ports.com"]
     assert unused_in(settings, takes=("right",)) == ["ports.com"]
-
-
-def test_a_robot_that_cannot_be_built_says_nothing_of_its_lines() -> None:
     assert unused_in(Bare(buses={"left": BUS}), takes=("nowhere",)) == []

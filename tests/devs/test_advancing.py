@@ -29,10 +29,15 @@ class Shell:
         self.simulator.advance(at)
 
 
-def test_advance_takes_one_instant() -> None:
+def test_an_instant_is_advanced_to_and_may_be_again() -> None:
     shell = Shell()
     shell.simulator.advance(shell.simulator.next_at)
     assert (shell.simulator.now, shell.simulator.next_at, shell.clock.count) == (10, 20, 1)
+    shell = Shell()
+    shell.inject(10, 1)
+    shell.inject(10, 2)
+    assert (shell.log.bags, shell.log.elapsed) == ([[1], [2]], [10, 0])
+    assert shell.clock.count == 1
 
 
 def test_an_input_arrives_between_events_with_its_elapsed_time() -> None:
@@ -41,14 +46,6 @@ def test_an_input_arrives_between_events_with_its_elapsed_time() -> None:
     shell.inject(7, 3)
     assert (shell.log.bags, shell.log.elapsed) == ([[1, 2], [3]], [3, 4])
     assert shell.simulator.next_at == 10
-
-
-def test_an_instant_that_ended_may_be_advanced_to_again() -> None:
-    shell = Shell()
-    shell.inject(10, 1)
-    shell.inject(10, 2)
-    assert (shell.log.bags, shell.log.elapsed) == ([[1], [2]], [10, 0])
-    assert shell.clock.count == 1
 
 
 def test_an_input_at_an_internal_events_instant_is_confluent_with_it() -> None:
@@ -128,15 +125,12 @@ def test_what_a_loop_may_not_ask_for_is_refused(
         Simulator(top(Log("log"))).advance(NEVER)
 
 
-def test_a_postponed_model_holds_its_phase_longer() -> None:
+def test_a_postponed_model_holds_its_phase_longer_and_input_leaves_the_rest_of_it() -> None:
     shell = Shell()
     shell.simulator.postpone(shell.clock, 25)
     assert shell.simulator.due_at(shell.clock) == shell.simulator.next_at == 25
     shell.simulator.run(40)
     assert (shell.clock.count, shell.simulator.due_at(shell.clock)) == (2, 45)
-
-
-def test_input_during_the_postponed_time_leaves_the_rest_of_it() -> None:
     model = Scripted("model", sigma=10)
     simulator = Simulator(model)
     simulator.postpone(model, 30)
@@ -243,7 +237,7 @@ def test_an_output_fed_straight_from_an_input_is_listened_to_at_every_source() -
     assert received == [(3, 7), (5, 0)]
 
 
-def test_listening_changes_nothing_for_the_receivers() -> None:
+def test_listening_changes_nothing_and_a_new_simulator_takes_the_ports_over() -> None:
     clock, logs = Clock("clock", 1), [Log("first"), Log("second")]
     model = top(clock, *logs)
     for log in logs:
@@ -252,9 +246,6 @@ def test_listening_changes_nothing_for_the_receivers() -> None:
     simulator.listen(clock.ticks, lambda _at, _value: None)
     simulator.run(2)
     assert [log.bags for log in logs] == [[[0], [1]]] * 2
-
-
-def test_a_new_simulator_takes_the_models_ports_over() -> None:
     shell = Shell()
     shell.simulator.inject(shell.inlet, 1)
     shell.simulator.listen(shell.clock.ticks, lambda _at, _value: pytest.fail("still listening"))

@@ -21,7 +21,7 @@ def test_an_atomic_model_runs_as_the_root_and_takes_injected_input() -> None:
     assert traced(simulator, 10) == [(2, "out", 7)]
 
 
-def test_elapsed_counts_from_the_last_transition_of_any_kind() -> None:
+def test_elapsed_counts_from_the_last_transition_and_continuing_keeps_the_planned_instant() -> None:
     clock, model = Clock("clock", 4), Scripted("model")
     root = top(clock, model)
     root.couple(clock.ticks, model.inlet)
@@ -29,9 +29,6 @@ def test_elapsed_counts_from_the_last_transition_of_any_kind() -> None:
     model.on_external = lambda _elapsed: model.hold_in("holding", next(holds))
     Simulator(root).run(12)  # inputs at 4, 8 and 12; internal at 8 + 3
     assert model.calls == [("external", 4), ("external", 4), ("internal", 0), ("external", 1)]
-
-
-def test_continuing_keeps_the_planned_instant() -> None:
     clock, model = Clock("clock", 3), Scripted("model", sigma=10)
     root = top(clock, model)
     root.couple(clock.ticks, model.inlet)

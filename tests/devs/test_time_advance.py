@@ -71,16 +71,13 @@ def test_a_computed_time_advance_is_called_after_an_own_confluent_function() -> 
     assert (table.step, simulator.next_at) == (4, 8)
 
 
-def test_initial_conditions_hold_before_anything_runs() -> None:
+def test_initial_conditions_hold_and_the_first_instant_is_not_lost() -> None:
     clock, idle = Clock("clock", 5, offset=0), Log("idle")
     simulator = Simulator(top(clock, idle))
     assert (simulator.now, simulator.next_at) == (0, 0)
     assert (simulator.due_at(clock), simulator.due_at(idle)) == (0, NEVER)
     assert (clock.phase, idle.phase) == ("ticking", "passive")
     assert (simulator.internal_transitions, simulator.external_transitions) == (0, 0)
-
-
-def test_a_run_that_starts_at_zero_does_not_lose_its_first_instant() -> None:
     assert traced(Simulator(top(Clock("clock", 5, offset=0))), 5) == [
         (0, "clock.ticks", 0),
         (5, "clock.ticks", 1),

@@ -29,27 +29,21 @@ def driven(velocities: list[tuple[int, Velocity]]) -> list[tuple[int, TreadSpeed
     return left
 
 
-def test_it_turns_to_the_left_with_its_right_side() -> None:
+def test_it_turns_to_the_left_with_its_right_side_and_what_is_too_fast_keeps_its_curve() -> None:
     (_, speeds), _ = driven([(0, Velocity(0.5, 1.0))])
     assert speeds == pytest.approx((0.3, 0.7))
+    (_, (left, right)), _ = driven([(0, Velocity(2.0, 2.5))])
+    assert right == 1.0
+    assert left / right == pytest.approx((2.0 - 0.5) / (2.0 + 0.5))
 
 
-def test_it_stands_when_no_velocity_comes() -> None:
+def test_it_stands_when_no_velocity_comes_and_standing_needs_no_renewal() -> None:
     assert driven([(0, Velocity(0.5, 0.0)), (400, Velocity(0.25, 0.0))]) == [
         (0, TreadSpeeds(0.5, 0.5)),
         (400, TreadSpeeds(0.25, 0.25)),
         (900, STANDING),
     ]
-
-
-def test_standing_needs_no_renewal() -> None:
     assert driven([(0, Velocity(0.0, 0.0))]) == [(0, STANDING)]
-
-
-def test_what_is_too_fast_keeps_its_curve() -> None:
-    (_, (left, right)), _ = driven([(0, Velocity(2.0, 2.5))])
-    assert right == 1.0
-    assert left / right == pytest.approx((2.0 - 0.5) / (2.0 + 0.5))
 
 
 @pytest.mark.parametrize("wrong", [(0.0, 1.0, 1), (0.4, -1.0, 1), (0.4, 1.0, 0)])

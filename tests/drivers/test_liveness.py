@@ -145,15 +145,12 @@ def test_what_is_no_rest_is_refused(rates: list[Rate], reason: str) -> None:
         bias_of(*rates).mean()
 
 
-def test_restarting_forgets_the_motion() -> None:
+def test_a_restart_forgets_the_motion_and_one_sample_is_no_bias() -> None:
     bias = bias_of((5.0, 0.0, 0.0))
     bias.restart()
     for _ in range(2):
         bias.add((0.01, 0.0, 0.0))
     assert bias.mean() == pytest.approx((0.01, 0.0, 0.0))
-
-
-def test_a_bias_of_one_sample_cannot_be_asked_for() -> None:
     with pytest.raises(ValueError, match="1 samples, expected 2 or more"):
         GyroBias(1)
 

@@ -83,12 +83,9 @@ def test_what_is_not_quite_a_frame_is_none(stream: str) -> None:
     assert FrameDecoder((3,)).feed(stream.encode()) == []
 
 
-def test_a_power_up_banner_is_skipped() -> None:
+def test_a_banner_is_skipped_and_a_frame_cut_in_two_by_a_restart_not_put_together() -> None:
     banner = b"XL-MaxSonar\rMB1200 RoHS 1.9b\rCopyright MaxBotix\rTempI\r"
     assert FrameDecoder((3,)).feed(banner + b"R042\rR043\r") == [42, 43]
-
-
-def test_a_frame_cut_in_two_by_a_restart_is_not_put_together() -> None:
     decoder = FrameDecoder((3,))
     decoder.feed(b"R1")
     decoder.restart()
@@ -193,12 +190,9 @@ def test_an_unknown_family_is_refused_with_the_known_ones(port: ScriptedPort) ->
         Maxbotix(port, "ez")
 
 
-def test_the_longest_frame_takes_its_time_at_9600_baud() -> None:
+def test_the_longest_frame_takes_its_time_and_a_table_knows_every_family() -> None:
     """R, four digits, carriage return, with a start and a stop bit each."""
     longest = 1 + max(max(family.digits) for family in FAMILIES.values()) + 1
     assert FRAME_NS == longest * 10 * 1_000_000_000 // BAUD == 6_250_000
     assert BAUD == 9600
-
-
-def test_a_boards_table_knows_every_family_of_the_driver() -> None:
     assert get_args(get_type_hints(MaxbotixTable)["family"]) == tuple(FAMILIES)

@@ -30,12 +30,9 @@ def test_exactly_the_24_rotations_are_taken() -> None:
     assert {determinant(mounting) for mounting in taken} == {1}
 
 
-def test_body_axes_are_named_in_order_by_the_sensor_axes_along_them() -> None:
+def test_axes_are_named_in_order_and_composing_equals_turning_twice() -> None:
     mounting = parse_mounting("+y -x +z")
     assert mounting.factors((1.0, 10.0, 100.0)) == (10.0, -1.0, 100.0)
-
-
-def test_composing_equals_turning_twice() -> None:
     outer, inner = parse_mounting("+y -x +z"), parse_mounting("-z +y +x")
     raw = (1.0, 10.0, 100.0)
     assert outer.of(inner).factors(raw) == outer.factors(inner.factors(raw))

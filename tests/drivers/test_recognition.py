@@ -99,14 +99,11 @@ def test_what_answers_and_is_none_of_ours_is_named_and_not_taken_for_it(
     assert what in found.what
 
 
-def test_a_driver_that_woke_it_shows() -> None:
+def test_what_a_driver_woke_shows_and_what_is_none_of_ours_is_not_asked() -> None:
     bus = I2cBusDouble("i2c1", now, [Pca9685Double(now, 0x40)])
     assert "asleep" in recognise(bus, 0x40).what
     bus.write(0x40, b"\x00\x20")
     assert "awake" in recognise(bus, 0x40).what
-
-
-def test_an_address_of_none_of_our_chips_is_not_asked() -> None:
     bus = I2cBusDouble("i2c1", now, [])
     assert recognise(bus, 0x3C).chips == ()
     assert not bus.log

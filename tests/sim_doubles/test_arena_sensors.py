@@ -140,21 +140,20 @@ def test_an_offset_is_added_to_what_a_compass_shows() -> None:
 # Sonars
 
 
-def test_the_radar_receives_the_target_s_echo_when_the_head_points_at_it() -> None:
+def test_sonars_sit_on_head_and_front_and_distance_is_from_the_front() -> None:
     rig = ArenaRig(replace(QUIET, target=(1.5, 0.0)))
     assert rig.arena.radar_echoes(0) == []
     rig.turn_head(0, 1.0)
     at_90_deg = round(1.5 * SECOND)
     assert rig.arena.radar_echoes(at_90_deg) == [pytest.approx(1.4)]
     assert rig.arena.body_echoes(at_90_deg) == []
-
-
-def test_the_body_sonar_sits_on_the_front() -> None:
     rig = ArenaRig(replace(QUIET, target=(0.0, 1.0)))
     assert rig.arena.body_echoes(0) == [pytest.approx(1.0 - 0.10 - 0.15)]
     assert rig.arena.distance_to_target(0) == pytest.approx(0.75)
     rig.drive(0, 10, 10)
     assert rig.arena.body_echoes(SECOND) == [pytest.approx(0.75 - 10 * M_PER_UNIT_S)]
+    rig = ArenaRig(replace(QUIET, target=(1.0, 0.0)))
+    assert rig.arena.distance_to_target(0) == pytest.approx(math.hypot(1.0, 0.15) - 0.10)
 
 
 def test_echoes_come_from_everything_in_the_beam_nearest_first() -> None:
@@ -169,20 +168,12 @@ def test_echoes_come_from_everything_in_the_beam_nearest_first() -> None:
     assert echoes == pytest.approx([nearest, 2.9, 4.0], abs=0.01)
 
 
-def test_echoes_from_too_near_or_too_far_are_not_received() -> None:
+def test_echoes_are_of_what_is_neither_too_near_nor_too_far_nor_looked_over() -> None:
     parameters = replace(QUIET, target=(0.0, 5.0), sonar_nearest_m=0.3, sonar_farthest_m=4.5)
     near = replace(parameters, obstacles=((0.0, 0.5, 0.1),))
     assert ArenaRig(near).arena.body_echoes(0) == []
     assert ArenaRig(parameters).arena.radar_echoes(0) == []
     assert ArenaRig(replace(parameters, sonar_farthest_m=4.95)).arena.radar_echoes(0) == [4.9]
-
-
-def test_the_distance_to_the_target_is_from_the_front_wherever_that_points() -> None:
-    rig = ArenaRig(replace(QUIET, target=(1.0, 0.0)))
-    assert rig.arena.distance_to_target(0) == pytest.approx(math.hypot(1.0, 0.15) - 0.10)
-
-
-def test_the_radar_looks_over_what_is_low_and_the_body_does_not() -> None:
     north = ArenaParameters(target=(0.0, 3.0), low_walls=((-1.0, 1.0, 1.0, 1.0),))
     rig = ArenaRig(replace(north, low_obstacles=((0.0, 2.0, 0.1),)))
     assert rig.arena.radar_echoes(0) == [pytest.approx(2.9)]
@@ -213,21 +204,15 @@ def test_a_circle_beside_the_beam_is_met_where_the_edge_cuts_it() -> None:
     assert Circle(2.0, -aside - 0.05, 0.1).echo(AHEAD) == pytest.approx(grazed)
 
 
-def test_nothing_behind_echoes() -> None:
+def test_nothing_behind_echoes_and_a_sonar_inside_a_circle_receives_at_once() -> None:
     assert Circle(-1.0, 0.0, 0.5).echo(AHEAD) == math.inf
     assert Wall(-1.0, -3.0, -1.0, 3.0).echo(AHEAD) == math.inf
-
-
-def test_a_sonar_inside_a_circle_receives_its_echo_at_once() -> None:
     assert Circle(0.0, 0.2, 0.3).echo(AHEAD) == 0.0
 
 
-def test_a_wall_along_the_way_is_met_at_the_edge_of_the_beam() -> None:
+def test_a_wall_is_met_at_the_edge_of_the_beam_and_is_as_far_as_its_nearest_part() -> None:
     assert Wall(-3.0, 0.5, 9.0, 0.5).echo(AHEAD) == pytest.approx(0.5 / math.sin(TEN_DEG))
     assert Wall(-3.0, -0.5, 9.0, -0.5).echo(AHEAD) == pytest.approx(0.5 / math.sin(TEN_DEG))
-
-
-def test_a_wall_is_as_far_from_a_point_as_its_nearest_part() -> None:
     wall = Wall(0.0, 0.0, 4.0, 0.0)
     assert wall.distance(1.0, -2.0) == pytest.approx(2.0)
     assert wall.distance(7.0, 4.0) == pytest.approx(5.0)

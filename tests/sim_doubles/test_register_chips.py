@@ -184,14 +184,11 @@ def test_the_second_byte_of_a_word_has_an_address_of_its_own_where_the_pointer_g
     assert double.warnings == []
 
 
-def test_a_quantity_is_the_worlds_at_its_first_byte_and_stops_at_the_ends_of_its_scale() -> None:
+def test_a_quantity_is_the_worlds_at_its_first_byte_and_a_word_cut_short_is_not_taken() -> None:
     double, bus = wired(EIGHT_BITS)
     assert bus.write_read(0x29, b"\x04", 2) == b"\x00\x00"  # -10 N, the middle of the scale
     assert double.table.registers[3].word(1e9) == 0x7FFF
     assert double.table.registers[3].word(-1e9) == 0x8000
-
-
-def test_a_word_cut_short_is_not_taken() -> None:
     double, bus = wired(WORDS)
     bus.write(0x40, b"\x00\x12")
     assert double.word("CONFIG") == 0x399F

@@ -100,7 +100,7 @@ def test_equal_duties_move_nothing(mounting: Mounting, duty: float) -> None:
     assert rig.world.state(SECOND) == TachobotState(0, 0, 0, 0, 0, 0)
 
 
-def test_full_off_leaves_a_turning_body_turning() -> None:
+def test_full_off_leaves_a_turning_body_turning_and_the_platform_pins_x_and_y() -> None:
     rig = Rig(TachobotParameters())
     rig.drive(0, 1, -1, 1, -1)
     rig.world.advance(SECOND)
@@ -108,9 +108,6 @@ def test_full_off_leaves_a_turning_body_turning() -> None:
     settled, later = (rig.world.state(n * SECOND).yaw_rate_rad_s for n in (3, 9))
     assert settled > 4.0
     assert later == pytest.approx(settled, rel=1e-12)
-
-
-def test_the_platform_pins_x_and_y() -> None:
     turned = after_one_second(TachobotParameters(), 1, 1, 0, 0)
     assert turned[:4] == (0, 0, 0, 0)
     pushed = after_one_second(TachobotParameters(), 1, 0, 0, 0)

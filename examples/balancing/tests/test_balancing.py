@@ -60,14 +60,11 @@ def test_a_push_is_taken_up_and_at_the_end_all_outputs_are_off() -> None:
     assert rig.outputs == {"wheels": 0}
 
 
-def test_without_its_motors_it_falls() -> None:
+def test_without_its_motors_it_falls_and_lying_it_leaves_them_alone() -> None:
     with on_doubles({"controller.max_drive": 0.001}) as robot:
         robot.run(4.0)
         assert robot.result["standing"] is False
         assert robot.world.has_fallen
-
-
-def test_lying_it_leaves_the_motors_alone() -> None:
     with on_doubles({"world.start_pitch_rad": 1.2, "world.held_s": 10.0}) as robot:
         robot.run(3.0)
         assert robot.outputs == {"wheels": 0}

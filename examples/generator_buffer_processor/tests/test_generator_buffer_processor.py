@@ -46,11 +46,8 @@ def test_the_file_is_what_the_python_model_is_exported_as() -> None:
     assert links(model_text(Top(), ATOMIC_CLASSES)) == links((FILES / "top.ma").read_text())
 
 
-def test_a_generator_that_is_switched_on_again_goes_on_counting() -> None:
+def test_switched_on_again_it_goes_on_counting_and_what_is_on_is_not_changed() -> None:
     events = "00:00:00:000 in 1\n00:00:01:500 in 0\n00:00:20:000 in 1\n00:00:21:500 in 0"
     assert played(Top(), events) == ["00:00:02:600 out 1", "00:00:22:600 out 2"]
-
-
-def test_switching_on_what_is_on_changes_nothing() -> None:
     events = "00:00:00:000 in 1\n00:00:00:900 in 1\n00:00:01:500 in 0"
     assert played(Top(), events) == ["00:00:02:600 out 1"]

@@ -45,13 +45,10 @@ def test_it_sees_as_well_by_a_driver_that_was_written_for_circuitpython() -> Non
         assert robot.statistics.bus["i2c1"].errors == 0
 
 
-def test_a_light_that_swings_is_followed() -> None:
+def test_a_light_that_swings_is_followed_on_a_bus_as_busy_as_its_board_file_says() -> None:
     with on_doubles({}) as robot:
         robot.run(8.0)
         assert robot.result["on_target"] is True
-
-
-def test_its_bus_is_as_busy_as_its_board_file_says() -> None:
     with on_doubles({}) as robot:
         bus = rig_of(robot).buses["i2c1"]
         robot.run(1.0)
@@ -61,15 +58,12 @@ def test_its_bus_is_as_busy_as_its_board_file_says() -> None:
         assert (bus.bits - before) / load.bus_hz / 5.0 == pytest.approx(load.utilisation, rel=0.02)
 
 
-def test_in_the_dark_it_searches_to_and_fro() -> None:
+def test_in_the_dark_or_when_its_light_goes_out_it_searches_to_and_fro() -> None:
     dark = {"world.shines_from_s": 100.0}
     with on_doubles(dark) as robot:
         robot.run(5.0)
         assert robot.result["following"] is False
         assert abs(rig_of(robot).pan.angle_rad(robot.now)) > 0.5
-
-
-def test_a_light_that_goes_out_is_searched_for() -> None:
     brief = {"world.shines_until_s": 3.0}
     with on_doubles(brief) as robot:
         robot.run(3.0)
