@@ -9,12 +9,14 @@ from collections.abc import Iterable, Iterator, Sequence
 from contextlib import suppress
 from fcntl import LOCK_EX, LOCK_NB, flock
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from firmware_runtime.board.registry import Board
 from firmware_runtime.runs.watched_run import WatchedRun
 from firmware_runtime.statistics.file_header import STATISTICS
-from firmware_runtime.system.device_nodes import Holder, holders
-from firmware_runtime.system.kernel_files import THIS_MACHINE
+
+if TYPE_CHECKING:
+    from firmware_runtime.system.device_nodes import Holder
 
 
 def lines_of(board: Board, doubles: Path | None) -> list[str]:
@@ -43,12 +45,16 @@ def run_at(statistics: Path, places: Sequence[str]) -> WatchedRun | None:
     return None
 
 
-def holders_of(lines: Sequence[str]) -> list[Holder]:
+def holders_of(lines: Sequence[str]) -> "list[Holder]":
     """The processes that have these lines open, as far as this user may look into them."""
+    # looked for once outputs are off
+    from firmware_runtime.system.device_nodes import holders  # noqa: PLC0415
+    from firmware_runtime.system.kernel_files import THIS_MACHINE  # noqa: PLC0415
+
     return holders(THIS_MACHINE, lines).found
 
 
-def statistics_of(found: Iterable[Holder]) -> Iterator[tuple[Path, Path]]:
+def statistics_of(found: "Iterable[Holder]") -> Iterator[tuple[Path, Path]]:
     """The statistics that these processes keep open.
 
     Each as a path to the very file, by its descriptor, and as the path that it had when opened.
@@ -59,6 +65,8 @@ def statistics_of(found: Iterable[Holder]) -> Iterator[tuple[Path, Path]]:
 
 def folders_of_runs() -> list[Path]:
     """Return where all processes keep statistics open, as far as this user may see."""
+    from firmware_runtime.system.kernel_files import THIS_MACHINE  # noqa: PLC0415 -- as above
+
     processes = (Path(each) for each in THIS_MACHINE.matching("/proc/[0-9]*"))
     return sorted({name.parent for each in processes for _, name in _statistics_of(each)})
 

@@ -11,12 +11,12 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
 from pathlib import Path
 from time import monotonic_ns
+from typing import TYPE_CHECKING
 
 from firmware_runtime.board.registry import Board
 from firmware_runtime.devs.time import MILLISECOND, SECOND
 from firmware_runtime.errors import StatisticsFileError
 from firmware_runtime.hal.wire_errors import HalError
-from firmware_runtime.links.control import post
 from firmware_runtime.runs.active_runs import (
     holders_of,
     is_driven,
@@ -27,7 +27,9 @@ from firmware_runtime.runs.active_runs import (
 from firmware_runtime.runs.outputs import Outputs, kept_settings, switched_off
 from firmware_runtime.runs.watched_run import WatchedRun, note_safe_state
 from firmware_runtime.statistics.paths import Companion
-from firmware_runtime.system.device_nodes import Holder
+
+if TYPE_CHECKING:
+    from firmware_runtime.system.device_nodes import Holder
 
 BETWEEN = 20 * MILLISECOND
 WATCH = SECOND // 2
@@ -151,7 +153,7 @@ class SafeState:
         try:
             run = run_at(file, self._places)
         except StatisticsFileError:  # none; or of another version, which can be requested at least
-            post(name, "disarm")
+            _ask_to_disarm(name)
             return
         if run is None:
             return
@@ -160,7 +162,7 @@ class SafeState:
             self._runs[pid].close()
         self._runs[pid] = run
         if not run.take_right(by_request=True):
-            post(name, "disarm")
+            _ask_to_disarm(name)
         self._add_kept(name)
 
     def _add_kept(self, statistics: Path) -> None:
@@ -230,3 +232,10 @@ class SafeState:
                     for place in outputs.unseen
                 )
         return found
+
+
+def _ask_to_disarm(statistics: Path) -> None:
+    """Ask a run whose right cannot be taken to disarm itself; its answer is not waited for."""
+    from firmware_runtime.links.control import post  # noqa: PLC0415 -- few runs have to be asked
+
+    post(statistics, "disarm")
