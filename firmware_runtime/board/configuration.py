@@ -7,7 +7,7 @@ value counts until there is another.
 """
 
 from collections.abc import Collection, Iterable, Mapping
-from typing import Any, Final, Literal, TypeAlias
+from typing import Final, Literal, TypeAlias
 
 from firmware_runtime.board.registry import Board
 from firmware_runtime.board.robot import Lines, Robot
@@ -95,7 +95,7 @@ def find_component(root: Component, path: str) -> Component | None:
     return found
 
 
-def find_out_port(root: Component, path: str) -> OutPort[Any] | None:
+def find_out_port(root: Component, path: str) -> OutPort[object] | None:
     """The output port at a path such as `imu.sample`; None if there is none."""
     owner, _, name = path.rpartition(".")
     component = find_component(root, owner) if owner else root

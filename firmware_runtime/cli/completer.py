@@ -9,7 +9,7 @@ import argparse
 import os
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
-from typing import Any, TextIO
+from typing import TextIO
 
 import argcomplete
 from argcomplete.completers import BaseCompleter, FilesCompleter
@@ -126,7 +126,7 @@ def _recordings(boards: Iterable[str]) -> Iterable[str]:
     return dict.fromkeys(boards)
 
 
-def _leaves(table: Mapping[str, Any], prefix: str = "") -> Iterator[str]:
+def _leaves(table: Mapping[str, object], prefix: str = "") -> Iterator[str]:
     for key, value in table.items():
         if isinstance(value, Mapping):
             yield from _leaves(value, f"{prefix}{key}.")

@@ -4,7 +4,7 @@ import argparse
 import sys
 from collections.abc import Callable, Iterator
 from math import isfinite
-from typing import Any, TypeVar
+from typing import TypeVar
 
 from firmware_runtime.devs.time import NEVER, seconds
 from firmware_runtime.errors import ConfigError, FirmwareRuntimeError, Status, text_of
@@ -119,7 +119,7 @@ class Report:
     def _has_failed(self, outcome: Outcome) -> bool:
         return outcome.state in {RunState.FAILED, RunState.OVERRUN} or self._session.task.has_failed
 
-    def _as_json(self, outcome: Outcome, figures: Figures) -> dict[str, Any]:
+    def _as_json(self, outcome: Outcome, figures: Figures) -> dict[str, object]:
         # a run that is printed for people starts without
         from firmware_runtime.lab.stages.document import of_one_process  # noqa: PLC0415
         from firmware_runtime.statistics.json_values import plain  # noqa: PLC0415

@@ -19,7 +19,6 @@ Values injected from outside arrive first, before any imminent model is activate
 from bisect import bisect_left
 from collections import deque
 from collections.abc import Callable, Iterable, Sequence
-from typing import Any
 
 from firmware_runtime.devs.agenda import NO_MODEL
 from firmware_runtime.devs.component import Component
@@ -36,7 +35,7 @@ from firmware_runtime.errors import text_of
 class _Queue:
     """In the place of a bag: puts each value behind those that were sent before."""
 
-    def __init__(self, end: InPort[Any], sent: deque[tuple[InPort[Any], object]]) -> None:
+    def __init__(self, end: InPort[object], sent: deque[tuple[InPort[object], object]]) -> None:
         self.bags = (end,)
         self._end = end
         self._sent = sent
@@ -50,7 +49,7 @@ class ClassicSimulator(Engine):
     """Runs a model as classic DEVS: one imminent model at a time, one message at a time."""
 
     def _connect(self, feeds: Iterable[Feed]) -> None:
-        self._sent: deque[tuple[InPort[Any], object]] = deque()
+        self._sent: deque[tuple[InPort[object], object]] = deque()
         self._lineages = [self._lineage(atomic) for atomic in self.atomics]
         self._round = 0
         self._rounds = [0] * len(self.atomics)

@@ -1,7 +1,7 @@
 """The coupled model: components, and couplings drawn one wire a line."""
 
 from collections.abc import Iterator, Sequence
-from typing import Any, TypeVar
+from typing import TypeVar
 
 from firmware_runtime.devs.component import Component, below_root, check_constructed
 from firmware_runtime.devs.model_errors import CouplingError
@@ -105,7 +105,7 @@ class Coupled(Component):
         return f"{wire}: a port of {kinds}"
 
 
-def ports_below(root: Component) -> dict[str, OutPort[Any]]:
+def ports_below(root: Component) -> dict[str, OutPort[object]]:
     """The output ports of a model and of all that it is made of, by their paths below it."""
     return {
         below_root(port.path): port

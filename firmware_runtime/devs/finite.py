@@ -56,13 +56,13 @@ def all_items(values: Iterable[object], are_sound: Check = isfinite) -> bool:
     return True
 
 
-def check_of(port: InPort[Any]) -> Check | None:
+def check_of(port: InPort[object]) -> Check | None:
     """Return what checks the values that enter a port; None where it takes all of its type."""
     return _check_for(port.type, port.takes)  # type: ignore[arg-type]  # a class has a hash
 
 
 @cache
-def _check_for(kind: type[Any], takes: Takes) -> Check | None:
+def _check_for(kind: type[object], takes: Takes) -> Check | None:
     if takes == "any" or not _may_hold_floats(kind):
         return None
     are_sound = isfinite if takes == "finite" else _is_number
@@ -73,7 +73,7 @@ def _check_for(kind: type[Any], takes: Takes) -> Check | None:
     return partial(all_numbers, are_sound=are_sound)
 
 
-def check_of_all(port: OutPort[Any], ends: Iterable[InPort[Any]]) -> Check | None:
+def check_of_all(port: OutPort[object], ends: Iterable[InPort[object]]) -> Check | None:
     """Return a check that is true of what all these ends of a port take; None if they take all."""
     if issubclass(port.type, int):
         return None
@@ -83,7 +83,7 @@ def check_of_all(port: OutPort[Any], ends: Iterable[InPort[Any]]) -> Check | Non
     return lambda value: all(check(value) for check in checks)
 
 
-def takes(end: InPort[Any], value: object) -> bool:
+def takes(end: InPort[object], value: object) -> bool:
     """Return whether a value gets into a bag."""
     check = check_of(end)
     try:
@@ -98,7 +98,7 @@ def _is_number(value: float) -> bool:
     return value == value  # noqa: PLR0124 -- NaN alone is not
 
 
-def _may_hold_floats(kind: type[Any]) -> bool:
+def _may_hold_floats(kind: type[object]) -> bool:
     if issubclass(kind, float | complex | list) or kind is tuple:
         return True
     if not issubclass(kind, tuple) and not _fields_of(kind):
@@ -107,13 +107,13 @@ def _may_hold_floats(kind: type[Any]) -> bool:
     return not annotations or not annotations <= _WITHOUT_FLOATS | _NAMES_WITHOUT_FLOATS
 
 
-def _fields_of(kind: type[Any]) -> Iterable[str]:
+def _fields_of(kind: type[object]) -> Iterable[str]:
     """The fields of a msgspec Struct or a dataclass; none of any other class."""
     fields: Iterable[str] = getattr(kind, "__struct_fields__", ())
     return fields or getattr(kind, "__dataclass_fields__", ())
 
 
-def _annotations_of(kind: type[Any]) -> set[object]:
+def _annotations_of(kind: type[object]) -> set[object]:
     """What stands behind the fields' names, of all bases; nothing where it cannot be had."""
     try:
         return {

@@ -83,13 +83,13 @@ def _own(model: Coupled, whole: Coupled, port: AnyPort) -> AnyPort:
     return model.out_ports[port.name]
 
 
-def _entrance(part: Part, path: str, kind: type[Any]) -> InPort[Any]:
+def _entrance(part: Part, path: str, kind: type[object]) -> InPort[object]:
     if path not in part.entering:
         part.entering[path] = part.model.in_port(path.replace(".", ":"), kind)
     return part.entering[path]
 
 
-def _exit(part: Part, path: str, kind: type[Any]) -> OutPort[Any]:
+def _exit(part: Part, path: str, kind: type[object]) -> OutPort[object]:
     if path not in part.leaving:
         part.leaving[path] = part.model.out_port(path.replace(".", ":"), kind)
     return part.leaving[path]

@@ -204,7 +204,7 @@ class OutPort(Generic[T]):
         self._is_checked = True
         self._choose_way()
 
-    def record(self, number: int, sent: Sent, unlike: list[Any] | None = None) -> None:
+    def record(self, number: int, sent: Sent, unlike: list[object] | None = None) -> None:
         """From now on, append what leaves to `sent`, by this number; all is unlike at first."""
         self.number, self.sent, self.unlike = number, sent, unlike
         self.kind = self.look = self.seen = None
@@ -236,7 +236,7 @@ class Listening(AbstractContextManager["Listening"]):
     """
 
     def __init__(
-        self, listener: Listener[Any], ports: Sequence[OutPort[Any]], simulator: Carrier
+        self, listener: Listener[Any], ports: Sequence[OutPort[object]], simulator: Carrier
     ) -> None:
         self.listener = listener
         self.simulator = simulator

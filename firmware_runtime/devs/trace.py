@@ -25,6 +25,6 @@ def trace(simulator: Engine, write: Write, ports: Iterable[OutPort[Any]] | None 
         _trace_port(simulator, port, write)
 
 
-def _trace_port(simulator: Engine, port: OutPort[Any], write: Write) -> None:
+def _trace_port(simulator: Engine, port: OutPort[object], write: Write) -> None:
     path = below_root(port.path)
     simulator.listen(port, lambda at, value: write(at, path, value))

@@ -8,7 +8,6 @@ are further ones dropped.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
-from typing import Any
 
 from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.component import below_root
@@ -96,7 +95,7 @@ class Accounting:
                 return True
         return False
 
-    def settle(self, now: int, samples: list[Any]) -> ModelAccount | None:
+    def settle(self, now: int, samples: list[object]) -> ModelAccount | None:
         """Count a step's activations, skip what is due before `now` where that is the policy.
 
         Returns the account of the activation that ran latest, if any ran. `samples` gets histograms

@@ -49,7 +49,7 @@ class Tap(Protocol):
     def end(self, at: int, next_at: int) -> None:
         """The step has ended without an error and is counted; the next one is for `next_at`."""
 
-    def entered(self, port: InPort[Any], value: object) -> None:
+    def entered(self, port: InPort[object], value: object) -> None:
         """A value for an input port of the root is about to enter the step that has begun."""
 
     def go_on(self, until: int) -> None:

@@ -115,7 +115,7 @@ class Arrivals:
         self._all: list[Inbox | AnySource] = [inbox, *sources]
         self.waiting: deque[Arrival] = deque()
         """What has arrived, in order."""
-        self.planned: list[tuple[int, int, InPort[Any], object]] = []
+        self.planned: list[tuple[int, int, InPort[object], object]] = []
         """What is planned, a heap."""
         self._plans = 0
 
@@ -164,7 +164,7 @@ class Arrivals:
             return max(min(first, self.waiting[0][0]) if self.waiting else first, earliest)
         return max(self.waiting[0][0], earliest) if self.waiting else NEVER
 
-    def take(self, at: int) -> Iterator[tuple[InPort[Any], object]]:
+    def take(self, at: int) -> Iterator[tuple[InPort[object], object]]:
         """Remove what arrived up to instant `at`."""
         while self.planned and self.planned[0][0] <= at:
             _, _, port, value = heappop(self.planned)

@@ -5,7 +5,6 @@ late step is counted with the others, at once; why it was late is found in the s
 """
 
 from time import monotonic_ns, process_time_ns
-from typing import Any
 
 from firmware_runtime.devs.time import MILLISECOND, NEVER
 from firmware_runtime.executive.clocks import Clock, MonotonicClock
@@ -96,7 +95,7 @@ class Ledger:
         if ended >= self._look_at:
             self._look(ended)
         cells[SEQUENCE] = file.sequence + 1  # as `open_section`, without the call
-        samples: list[Any] = [self._step_times, step_time]
+        samples: list[object] = [self._step_times, step_time]
         latest = self._accounting.settle(ended if ended <= until else until + 1, samples)
         record_all(samples)
         self._steps = cells[STEPS] = self._steps + 1

@@ -16,8 +16,6 @@ because of it, at once or by way of phases before the deadline. If one of those 
 it was the activation. A model that is passive has no deadline until an input makes it book one.
 """
 
-from typing import Any
-
 from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.functions import CONFLUENT, EXTERNAL, EXTERNAL_OF_BOTH
 from firmware_runtime.devs.time import NEVER
@@ -66,7 +64,7 @@ class PeriodicAccount(ModelAccount):
         """Take over the model's first booking, NEVER if it has none."""
         self.due = self.booked = due
 
-    def count(self, step: Step, samples: list[Any]) -> None:
+    def count(self, step: Step, samples: list[object]) -> None:
         """Count what the step has left."""
         at, own_time = step.at, step.own_times[self.number]
         if not self.has_run:

@@ -61,7 +61,9 @@ def give_up_priority() -> None:
     os.sched_setscheduler(0, os.SCHED_OTHER, os.sched_param(0))
 
 
-def run_conditions(clock: Clock, granted: Settings, stated: Mapping[str, Any]) -> dict[str, Any]:
+def run_conditions(
+    clock: Clock, granted: Settings, stated: Mapping[str, object]
+) -> dict[str, object]:
     """Those of a run: its clock, the system's, the settings requested, and what else is stated."""
     settings = to_builtins(granted)
     return {"clock": type(clock).__name__, **system_conditions(), SETTINGS: settings, **stated}

@@ -7,7 +7,6 @@ how long it took and what it has booked; what leaves a model is listened to (`fa
 
 from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import Any
 
 from firmware_runtime.devs.component import Component
 from firmware_runtime.devs.simulator import Simulator
@@ -73,7 +72,7 @@ class Profiler:
         names = ("simulator", "step", "accounting", "faults", "watches", "buses")
         return {name: getattr(self, name) for name in names}
 
-    def open_file(self, header: Mapping[str, Any], path: Path | None) -> StatisticsFile:
+    def open_file(self, header: Mapping[str, object], path: Path | None) -> StatisticsFile:
         """A statistics file at `path`, or in memory; the models join the header.
 
         Raises StatisticsFileError.

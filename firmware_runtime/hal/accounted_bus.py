@@ -18,7 +18,7 @@ retried.
 
 import threading
 from collections.abc import Callable, Sequence
-from typing import Any, Final
+from typing import Final
 
 from msgspec import Struct
 
@@ -99,10 +99,10 @@ class AccountedBus(I2cBus, BusCounters):
         self._time = time
         self._lock = threading.Lock()
         self._number = 0
-        self._noted: list[tuple[Any, ...]] | None = None
+        self._noted: list[tuple[object, ...]] | None = None
         self._now: Callable[[], int] = int
 
-    def record(self, number: int, noted: list[tuple[Any, ...]], now: Callable[[], int]) -> None:
+    def record(self, number: int, noted: list[tuple[object, ...]], now: Callable[[], int]) -> None:
         """From now on, append each attempt: this number, address, messages, how it ended, when.
 
         It ends with what was read, or with an error's class and sentence.

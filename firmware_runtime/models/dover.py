@@ -11,7 +11,7 @@ Source: Pecker Marcosig, Giribet, Castro: DEVS-over-ROS (DoveR), 2018, Figures 5
 import math
 import re
 from collections.abc import Callable, Iterable
-from typing import Any, Final, TypeVar
+from typing import Final, TypeVar
 
 from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.errors import ConfigError
@@ -85,7 +85,7 @@ class DoverBlock(Atomic):
         self.fault = self.out_port("fault", Fault)
         self.refused = 0
         """How many have been refused in a row."""
-        self._passed: list[Any] = []
+        self._passed: list[object] = []
         self._faults: list[Fault] = []
 
     def output(self) -> None:

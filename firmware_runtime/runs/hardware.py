@@ -2,7 +2,7 @@
 
 from contextlib import suppress
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Final
 
 from msgspec import Struct
 
@@ -91,9 +91,9 @@ class Hardware:
                 return of_rig(self._board, "outputs", self.doubles.outputs)
         return None
 
-    def conditions(self, end: "BoardEnd | None") -> dict[str, Any]:
+    def conditions(self, end: "BoardEnd | None") -> dict[str, object]:
         """The board, and how a guard would switch it off; doubles made for the run have none."""
-        conditions: dict[str, Any] = {
+        conditions: dict[str, object] = {
             "board": self._board.name if end is None else end.name,
             "board_sha256": self._board.fingerprint,
         }

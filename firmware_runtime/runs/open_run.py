@@ -66,7 +66,7 @@ class OpenRun(Closing):
         """What the model's blocks of `models.dover` have sent and received; None if it has none."""
         self._executive = executive
         self._until = 0
-        self._watched: dict[str, PortValues[Any]] = {}
+        self._watched: dict[str, PortValues[object]] = {}
         self._is_closed = False
         self._running = threading.Lock()
 
@@ -144,7 +144,10 @@ class OpenRun(Closing):
         """
         if path not in self._watched:
             root = self._executive.simulator.root
-            known: dict[str, InPort[Any] | OutPort[Any]] = {**root.in_ports, **ports_below(root)}
+            known: dict[str, InPort[object] | OutPort[object]] = {
+                **root.in_ports,
+                **ports_below(root),
+            }
             if path not in known:
                 raise UnknownName.of("port", path, known)
             self._watched[path] = PortValues(known[path], self._executive)

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from firmware_runtime.board.ends import BoardEnd
 
 
-def tuning_of(board: Board, end: "BoardEnd | None", retune: Callable[[Any], None]) -> "Tuning":
+def tuning_of(board: Board, end: "BoardEnd | None", retune: Callable[[object], None]) -> "Tuning":
     """The gains and limits of a robot, or of one end of it: those that a model there takes up."""
     if end is None:
         return Tuning(board, retune)
@@ -52,7 +52,7 @@ class Tuning:
         self._elsewhere = elsewhere
 
     @property
-    def values(self) -> dict[str, Any]:
+    def values(self) -> dict[str, object]:
         """Gains and limits that may change while the robot runs, by key."""
         values = retunable_values(self.board.settings, self.board.retunable)
         return {key: value for key, value in values.items() if key not in self._elsewhere}

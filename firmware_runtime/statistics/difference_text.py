@@ -33,9 +33,9 @@ class Difference(Struct, frozen=True):
     conditions: dict[str, Pair]
     figures: dict[str, Compared]
 
-    def as_json(self) -> dict[str, Any]:
+    def as_json(self) -> dict[str, object]:
         """As `stats --diff A B --json` prints it."""
-        printed: dict[str, Any] = to_builtins(self)
+        printed: dict[str, object] = to_builtins(self)
         return printed
 
 

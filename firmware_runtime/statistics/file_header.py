@@ -113,12 +113,12 @@ class Conditions(Struct, frozen=True):
         """System settings that were requested and not granted."""
         return {name: each for name, each in self.settings.items() if each.is_refused}
 
-    def as_json(self) -> dict[str, Any]:
+    def as_json(self) -> dict[str, object]:
         """One table, as other programs know it."""
         return {**self.stated, **to_builtins({SETTINGS: self.settings, "run": self.run})}
 
 
-def conditions_of(stated: Mapping[str, Any], run: RunFigures, yielded_ns: int = 0) -> Conditions:
+def conditions_of(stated: Mapping[str, object], run: RunFigures, yielded_ns: int = 0) -> Conditions:
     """A header's conditions, less the priority that the run gave up at `yielded_ns`; 0: never."""
     asked, others = settings_of(stated), dict(stated)
     others.pop(SETTINGS, None)
@@ -128,7 +128,7 @@ def conditions_of(stated: Mapping[str, Any], run: RunFigures, yielded_ns: int = 
     return Conditions(others, settings, run)
 
 
-def settings_of(stated: Mapping[str, Any]) -> Settings:
+def settings_of(stated: Mapping[str, object]) -> Settings:
     """The requested system settings. Raises ValidationError, a ValueError, where it is no such."""
     return convert(stated, _Asked).settings
 
@@ -220,7 +220,7 @@ class Header(Driver, frozen=True, kw_only=True):
         board = self.conditions.get("board")
         return None if board is None else str(board)
 
-    def as_json(self) -> dict[str, Any]:
+    def as_json(self) -> dict[str, object]:
         """As the file carries it, with the place of every number."""
         table = {**to_builtins(self), "layout": self.layout.describe()}
         return {name: value for name, value in table.items() if value is not None}

@@ -216,7 +216,7 @@ class Layout(Struct, frozen=True):
             **self._fault_block(),
         }
 
-    def _counter_blocks(self) -> dict[str, Any]:
+    def _counter_blocks(self) -> dict[str, object]:
         """Return what counts up: the run, its models, buses, deadlines and serial ports."""
         return {
             "run_block": {"at": 0, "fields": RUN, "then": ["step histogram"]},
@@ -235,7 +235,7 @@ class Layout(Struct, frozen=True):
             "port_block": {"at": self.port(0), "stride": len(SERIAL), "fields": SERIAL},
         }
 
-    def _kept_blocks(self) -> dict[str, Any]:
+    def _kept_blocks(self) -> dict[str, object]:
         """Return the blocks of single events: the worst, the ending, the timeline."""
         return {
             "worst_block": {
@@ -258,7 +258,7 @@ class Layout(Struct, frozen=True):
             },
         }
 
-    def _fault_block(self) -> dict[str, Any]:
+    def _fault_block(self) -> dict[str, object]:
         return {
             "fault_block": {
                 "at": self.faults.start,
@@ -274,7 +274,7 @@ class Layout(Struct, frozen=True):
             "late_by_cause_block": {"at": self.late_by_cause.start, "fields": self.causes},
         }
 
-    def _describe_link(self) -> dict[str, Any]:
+    def _describe_link(self) -> dict[str, object]:
         if not self.has_link:
             return {}
         then = ["age histogram", "round trip histogram"]

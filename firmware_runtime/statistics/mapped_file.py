@@ -23,7 +23,7 @@ import weakref
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import TypeVar
 
 import msgspec
 from msgspec import Struct
@@ -58,7 +58,7 @@ class Kind(Struct, frozen=True):
     magic: bytes
     schema: int
 
-    def encode(self, header: Mapping[str, Any], cells: int) -> bytes:
+    def encode(self, header: Mapping[str, object], cells: int) -> bytes:
         """Everything before the cells, which it leaves aligned."""
         from json import dumps  # noqa: PLC0415 -- a start that makes no file needs none of it
 
@@ -67,7 +67,7 @@ class Kind(Struct, frozen=True):
         size = PREFIX.size + len(text) + 8 * cells
         return PREFIX.pack(self.magic, self.schema, size, len(text)) + text
 
-    def create(self, path: Path | None, header: Mapping[str, Any], cells: int) -> Cells:
+    def create(self, path: Path | None, header: Mapping[str, object], cells: int) -> Cells:
         """Map a new file, with all cells zero; without a path the memory is anonymous.
 
         Raises StatisticsFileError when the file cannot be made.
@@ -127,7 +127,7 @@ class ReadableFile:
         self._first = PREFIX.size + header_size
         if not PREFIX.size <= self._first <= min(self._size, _LONGEST_HEADER):
             raise self.damaged(f"a header of {header_size} bytes in a file of {self._size}")
-        self.header: dict[str, Any] = self._read_header(header_size)
+        self.header: dict[str, object] = self._read_header(header_size)
 
     def _read_prefix(self) -> tuple[int, int]:
         """Return how many bytes the file has, and how many of them its header."""
@@ -178,7 +178,7 @@ class ReadableFile:
         except (ValueError, RecursionError) as error:  # msgspec's errors are ValueErrors
             raise self.damaged(f"its header has no usable {in_words(error)}") from error
 
-    def _read_header(self, size: int) -> dict[str, Any]:
+    def _read_header(self, size: int) -> dict[str, object]:
         from json import loads  # noqa: PLC0415 -- as above
 
         try:

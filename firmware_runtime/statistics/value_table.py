@@ -17,9 +17,9 @@ def wide_columns(values: Iterable[object]) -> dict[str, Column]:
     return {name or ALONE: _of_one_kind([row.get(name) for row in rows]) for name in names}
 
 
-def cells_of(value: Any, name: str = "") -> Iterator[tuple[str, Any]]:  # noqa: ANN401 -- JSON's
+def cells_of(value: object, name: str = "") -> Iterator[tuple[str, object]]:
     """Fields of a value at any depth, such as `acceleration.0`; empty for a value that has none."""
-    parts: Iterable[tuple[Any, Any]] = ()
+    parts: Iterable[tuple[object, object]] = ()
     if isinstance(value, dict):
         parts = value.items()
     elif isinstance(value, list):
@@ -30,7 +30,7 @@ def cells_of(value: Any, name: str = "") -> Iterator[tuple[str, Any]]:  # noqa: 
         yield from cells_of(each, f"{name}.{key}" if name else str(key))
 
 
-def number_of(cell: Any) -> float | None:  # noqa: ANN401 -- JSON's
+def number_of(cell: object) -> float | None:
     """A cell as a number; None for what is none, or beyond any float."""
     if cell in {"nan", "inf", "-inf"} or isinstance(cell, int | float):
         try:

@@ -66,7 +66,7 @@ def _kernel_name() -> str:
     return f"{system.sysname} {system.release}"
 
 
-def _kernel(files: SystemFiles) -> dict[str, Any]:
+def _kernel(files: SystemFiles) -> dict[str, object]:
     throttling = realtime_throttling(files)
     return {
         "kernel": _kernel_name(),
@@ -78,7 +78,7 @@ def _kernel(files: SystemFiles) -> dict[str, Any]:
     }
 
 
-def _processors(files: SystemFiles) -> dict[str, Any]:
+def _processors(files: SystemFiles) -> dict[str, object]:
     return {
         "machine": os.uname().machine,
         "model": computer_model(files),

@@ -53,7 +53,7 @@ class EntryPoint(NamedTuple):
 
     def load(self) -> Any:  # noqa: ANN401 -- whatever the package has there
         """Import the object. Raises ImportError or AttributeError, or what its module raises."""
-        found: Any = import_module(self.module)
+        found: object = import_module(self.module)
         for name in self.value.partition(":")[2].partition("[")[0].split("."):
             found = getattr(found, name.strip()) if name.strip() else found
         return found

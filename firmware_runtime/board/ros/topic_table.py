@@ -5,7 +5,7 @@ that package installed as well.
 """
 
 from collections.abc import Iterable, Mapping
-from typing import Any, TypeVar
+from typing import TypeVar
 
 import msgspec
 from msgspec import Struct
@@ -39,7 +39,7 @@ class _Table(Struct, frozen=True):
     without: dict[str, str]
 
 
-def table_of(topics: Topics) -> dict[str, Any]:
+def table_of(topics: Topics) -> dict[str, object]:
     """Return the topics in JSON's types."""
     table = _Table(
         tuple(
@@ -51,7 +51,7 @@ def table_of(topics: Topics) -> dict[str, Any]:
         ),
         dict(topics.without),
     )
-    built: dict[str, Any] = msgspec.to_builtins(table)
+    built: dict[str, object] = msgspec.to_builtins(table)
     return built
 
 

@@ -136,7 +136,9 @@ def topics(model: Coupled, ros: RosSettings) -> Topics:
 # --------------------------------------------------------------------------------------------------
 
 
-def _shown(model: Coupled, stated: set[str]) -> Iterator[tuple[str, InPort[Any] | OutPort[Any]]]:
+def _shown(
+    model: Coupled, stated: set[str]
+) -> Iterator[tuple[str, InPort[object] | OutPort[object]]]:
     yield from model.in_ports.items()
     yield from model.out_ports.items()
     for component in model.components.values():
@@ -145,7 +147,7 @@ def _shown(model: Coupled, stated: set[str]) -> Iterator[tuple[str, InPort[Any] 
 
 def _outputs(
     component: Component, path: str, stated: set[str], *, is_deep: bool = False
-) -> Iterator[tuple[str, OutPort[Any]]]:
+) -> Iterator[tuple[str, OutPort[object]]]:
     """Output ports of a component, and of those below it the ones that are stated."""
     for name, port in component.out_ports.items():
         if not is_deep or f"{path}.{name}" in stated:
@@ -155,7 +157,7 @@ def _outputs(
             yield from _outputs(child, f"{path}.{child.name}", stated, is_deep=True)
 
 
-def _owner(model: Coupled, port: InPort[Any] | OutPort[Any]) -> Component:
+def _owner(model: Coupled, port: InPort[object] | OutPort[object]) -> Component:
     return port.owner if isinstance(port.owner, Component) else model
 
 

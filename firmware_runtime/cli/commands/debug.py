@@ -5,7 +5,6 @@ import json
 import sys
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
-from typing import Any
 
 from firmware_runtime.cli.arguments import SubParsers, add_recorded, add_verb, second
 from firmware_runtime.errors import ConfigError, Status
@@ -119,7 +118,7 @@ class _Session:
                 self.status = Status.BAD_INPUT
             return False
 
-    def _say(self, lines: list[str], found: dict[str, Any]) -> None:
+    def _say(self, lines: list[str], found: dict[str, object]) -> None:
         print(json.dumps(found, allow_nan=False) if self._is_json else "\n".join(lines))
         sys.stdout.flush()
 

@@ -3,7 +3,7 @@
 import argparse
 import json
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from firmware_runtime.board.registry import Board
 from firmware_runtime.cli.arguments import SubParsers, add_board, add_output, add_verb, since
@@ -85,7 +85,7 @@ def identified_from(
     return series, identified, fit
 
 
-def _as_json(board: Board, identified: "Identified") -> dict[str, Any]:
+def _as_json(board: Board, identified: "Identified") -> dict[str, object]:
     found = module_of_extra("firmware_runtime.lab.identification.identified", "tuning")
     title = "" if board.plant is None else board.plant.title
     return {"board": board.name, "plant": title, **found.as_json(identified)}

@@ -7,7 +7,7 @@ from contextlib import closing, contextmanager
 from importlib import import_module
 from pathlib import Path
 from time import monotonic_ns
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from firmware_runtime.board import registry
 from firmware_runtime.cli.arguments import SubParsers, add_board, add_verb
@@ -248,10 +248,10 @@ def _reports(session: Session, descriptor: int | None) -> "EndReports | None":
     return EndReports(session.executive, descriptor, session.shown, lambda: _standing(session))
 
 
-def _standing(session: Session) -> dict[str, Any]:
+def _standing(session: Session) -> dict[str, object]:
     """Whether it is armed, and how its link stands."""
     arming, linked = session.arming, session.linked
-    standing: dict[str, Any] = {"armed": arming is None or arming.armed}
+    standing: dict[str, object] = {"armed": arming is None or arming.armed}
     if linked is not None:
         peer = linked.link.peer
         round_trip = peer.clock.round_trip

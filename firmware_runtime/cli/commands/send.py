@@ -6,7 +6,6 @@ from contextlib import contextmanager
 from functools import partial
 from itertools import islice
 from pathlib import Path
-from typing import Any
 
 import msgspec
 
@@ -94,7 +93,7 @@ def _connected(arguments: argparse.Namespace) -> Iterator[PortsClient]:
         yield robot
 
 
-def _pair(text: str) -> tuple[str, Any]:
+def _pair(text: str) -> tuple[str, object]:
     """A port's name and the value for it. Raises ConfigError."""
     port, equals, value = text.partition("=")
     if not (port and equals):

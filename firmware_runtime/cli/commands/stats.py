@@ -5,7 +5,7 @@ import json
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 from types import ModuleType
-from typing import Any, Final
+from typing import Final
 
 import msgspec
 
@@ -236,7 +236,7 @@ def _serve(arguments: argparse.Namespace) -> None:
         serving.serve(arguments.serve, _collector(arguments), wait)
 
 
-def _collector(arguments: argparse.Namespace) -> Any:  # noqa: ANN401 -- of a module of an extra
+def _collector(arguments: argparse.Namespace) -> object:
     """What reads the statistics of the board, or of every board that ran, when it is asked."""
     return _collecting().StatisticsCollector(lambda: all_statistics(arguments.board))
 

@@ -1,7 +1,7 @@
 """What tuning found, for people and as a document."""
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from firmware_runtime.board.registry import Board
 from firmware_runtime.statistics.run_text import aligned
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 def tuned_document(
     board: Board, keys: dict[str, str], task: "Task", tuned: "Tuned"
-) -> dict[str, Any]:
+) -> dict[str, object]:
     """Return gains, margins and costs, shipped and tuned, for JSON."""
     plant = module_of_extra("firmware_runtime.lab.identification.plant", "tuning")
     structure = "rotation" if board.plant is None else board.plant.structure

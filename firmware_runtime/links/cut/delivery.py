@@ -76,7 +76,7 @@ class Delivery:
 
     def __init__(
         self,
-        ports: Mapping[int, tuple[Crossing, InPort[Any]]],
+        ports: Mapping[int, tuple[Crossing, InPort[object]]],
         terms: Terms,
         *,
         takes_old: bool,

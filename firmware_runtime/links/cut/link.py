@@ -8,7 +8,7 @@ Nothing waits: what finds no room is dropped and counted, and one pass reads `AT
 from collections.abc import Callable, Mapping, Sequence
 from secrets import randbits
 from time import monotonic_ns
-from typing import Any, Final
+from typing import Final
 
 from firmware_runtime.devs.ports import InPort
 from firmware_runtime.devs.time import NEVER, SECOND
@@ -42,7 +42,7 @@ class Link(EventSource):
         self,
         executive: Executive,
         cut: Cut,
-        entering: Mapping[str, InPort[Any]],
+        entering: Mapping[str, InPort[object]],
         channel: Channel,
         terms: Terms,
         *,

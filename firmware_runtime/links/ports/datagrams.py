@@ -107,7 +107,7 @@ def understood(datagram: bytes) -> Request:
     raise Refusal(f"the datagram asks for nothing known; {_EXPECTED}")
 
 
-def _ask_of(said: dict[str, Any]) -> Ask:
+def _ask_of(said: dict[str, object]) -> Ask:
     name = said.pop("request")
     if not isinstance(name, str):
         raise Refusal(f"{name!r}: expected a name; {_EXPECTED}", where="request")

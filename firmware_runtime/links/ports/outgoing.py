@@ -10,7 +10,7 @@ others. A port is listened to while it is watched; one that is not costs nothing
 from collections import deque
 from collections.abc import Callable, Iterable, Mapping
 from functools import partial
-from typing import Any, Final
+from typing import Final
 
 from msgspec import Struct
 
@@ -63,7 +63,7 @@ class Outgoing:
         """Path of a port, instant in ns and value of what was sent there."""
         self._watchers: dict[Connection, _Watcher] = {}
         self._first_ends_at = NEVER
-        self._watched: Mapping[str, OutPort[Any]] = {}
+        self._watched: Mapping[str, OutPort[object]] = {}
         self._listening: list[Listening] = []
 
     def watch(self, connection: Connection, asked: Watch) -> None:

@@ -36,7 +36,7 @@ class Entry(Struct, frozen=True):
         return text if len(text) <= LONGEST_FORM else f"{text[:LONGEST_FORM]}..."
 
 
-def entry_of(port: InPort[Any]) -> Entry:
+def entry_of(port: InPort[object]) -> Entry:
     """Return how values enter by a port."""
     try:
         return Entry(port, json_form(port.type))
@@ -67,7 +67,7 @@ class Ports:
         found.elsewhere = dict.fromkeys(self.entries.keys() - found.entries.keys(), other)
         return found
 
-    def arrival(self, name: str, value: Raw) -> tuple[InPort[Any], object]:
+    def arrival(self, name: str, value: Raw) -> tuple[InPort[object], object]:
         """An input port, and the value for it that a datagram bears. Raises Refusal."""
         entry = self.entries.get(name)
         if entry is None:
@@ -90,9 +90,9 @@ class Ports:
         known = ", ".join(self.entries)
         return f"no such input port of the top model; expected one of {known}"
 
-    def watched(self, paths: Iterable[str]) -> dict[str, OutPort[Any]]:
+    def watched(self, paths: Iterable[str]) -> dict[str, OutPort[object]]:
         """The output ports at these paths. Raises Refusal."""
-        found: dict[str, OutPort[Any]] = {}
+        found: dict[str, OutPort[object]] = {}
         for path in paths:
             if path not in self.outputs:
                 raise Refusal(

@@ -16,7 +16,7 @@ from selectors import EVENT_READ, DefaultSelector
 from socket import socketpair
 from threading import Thread
 from time import monotonic_ns, time_ns
-from typing import Any, Final, Generic, TypeVar
+from typing import Final, Generic, TypeVar
 
 import msgspec
 
@@ -39,7 +39,7 @@ class PortsEnd:
         self,
         statistics: Path,
         ports: Sequence[str],
-        receive: Callable[[str, int, Any], None],
+        receive: Callable[[str, int, object], None],
         log: Callable[[str], None],
     ) -> None:
         self.counts: Counter[str] = Counter()

@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterator
 from functools import partial
 from pathlib import Path
 from time import monotonic_ns, time_ns
-from typing import Any, Final
+from typing import Final
 
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
@@ -74,7 +74,7 @@ class RobotTopics(Part):
         self._outs: dict[str, list[_Out]] = {}
         self._beside: list[SpunNode] = []
         """Participants beside this one, which alone cannot take two types of message on a topic."""
-        self._subscriptions: list[tuple[Node, Any]] = []
+        self._subscriptions: list[tuple[Node, object]] = []
         self._run: PortsEnd | None = None
         self._is_active = False
         self._log_once = SaidOnce(self._log)
@@ -124,7 +124,7 @@ class RobotTopics(Part):
 
     # From the run ---------------------------------------------------------------------------------
 
-    def _arrived(self, port: str, t_ns: int, value: Any) -> None:  # noqa: ANN401 -- as JSON shows it
+    def _arrived(self, port: str, t_ns: int, value: object) -> None:
         now = monotonic_ns()
         for out in self._outs.get(port, ()):
             each = out.publication
@@ -181,7 +181,7 @@ class RobotTopics(Part):
         )
         self._subscriptions.append((node, made))
 
-    def _take(self, each: Subscription, message: Any) -> None:  # noqa: ANN401 -- of any type
+    def _take(self, each: Subscription, message: object) -> None:
         run = self._run
         if run is None or not self._is_active:
             self._own["inactive"] += 1

@@ -8,7 +8,7 @@ import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Final
+from typing import Final
 
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.errors import ConfigError, StatisticsFileError
@@ -64,7 +64,7 @@ class Listed:
     began: int | None = None
     """The date of the run's start, ns since 1970."""
 
-    def as_json(self) -> dict[str, Any]:
+    def as_json(self) -> dict[str, object]:
         """For a program."""
         return {
             "name": self.name,

@@ -103,7 +103,7 @@ def own_atomics(component: Component) -> Iterator[Atomic]:
     return (each for each in with_all_below(component) if isinstance(each, Atomic))
 
 
-def output_ports(atomics: Iterable[Atomic]) -> list[OutPort[Any]]:
+def output_ports(atomics: Iterable[Atomic]) -> list[OutPort[object]]:
     """All of them, in the order of their numbers."""
     return [port for atomic in atomics for port in atomic.out_ports.values()]
 
@@ -112,7 +112,7 @@ def tap_outputs(
     atomics: Iterable[Atomic],
     sent: Sent,
     numbers: Iterable[int] | None = None,
-    unlike: list[Any] | None = None,
+    unlike: list[object] | None = None,
 ) -> None:
     """Append what leaves every output port from now on, by these numbers or in order."""
     ports = output_ports(atomics)

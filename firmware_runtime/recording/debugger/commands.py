@@ -1,7 +1,7 @@
 """The debugger's commands: one line each, with the short names of pdb and gdb."""
 
 from collections.abc import Callable, Iterator
-from typing import Any, Final, NamedTuple
+from typing import Final, NamedTuple
 
 from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.time import NEVER, SECOND, format_time
@@ -109,7 +109,7 @@ def as_json(value: object) -> object:
         return as_text(value)
 
 
-def _value(debugger: Debugger, name: str, words: list[str]) -> Any:  # noqa: ANN401 -- any
+def _value(debugger: Debugger, name: str, words: list[str]) -> object:
     component = debugger.models.component(name)
     if words[0] in component.out_ports:
         key = debugger.models.sender(name, words[0])

@@ -5,7 +5,7 @@ import io
 import json
 import re
 from collections.abc import Collection, Iterable, Iterator
-from typing import Any, Final, NamedTuple
+from typing import Final, NamedTuple
 
 from firmware_runtime.board.registry import Board
 from firmware_runtime.devs.senders import Senders
@@ -96,7 +96,7 @@ def _number_or_text(cell: object) -> tuple[float | None, str | None]:
     return (None, str(cell)) if number is None else (number, None)
 
 
-def _csv_cell(cell: Any) -> Any:  # noqa: ANN401
+def _csv_cell(cell: object) -> object:
     return str(cell).lower() if isinstance(cell, bool) else cell
 
 

@@ -5,7 +5,7 @@ it was. Where it does not, such as for a port of any tuple, the value stays as i
 """
 
 from collections.abc import Iterator, Mapping, Sequence
-from typing import Any, NamedTuple, TypeAlias
+from typing import NamedTuple, TypeAlias
 
 import msgspec
 
@@ -86,7 +86,7 @@ def passed(
         yield from values_in(section, header.ports, ports)
 
 
-def typed(form: Any, kind: Any) -> Any:  # noqa: ANN401 -- whatever a port carries
+def typed(form: object, kind: object) -> object:
     """The value of this type that was recorded as `form`."""
     for each in (form, numbers_in(form)):
         try:

@@ -45,7 +45,7 @@ _CHECK: Final = Struct("<H")
 class Aside(Protocol):
     """State that no root leads to, such as a generator of the process."""
 
-    def read(self) -> Any:  # noqa: ANN401 -- plain values
+    def read(self) -> object:
         """What it is now; None for what it is without a word."""
 
     def put(self, found: Any) -> None:  # noqa: ANN401 -- as above
@@ -190,7 +190,7 @@ class StateTable:
             forms = before.get(path, ABSENT_FORM), after.get(path, ABSENT_FORM)
             yield from between(path, *forms)
 
-    def _put(self, made: list[Any]) -> None:
+    def _put(self, made: list[object]) -> None:
         """Let each object hold what was made: what a model does in `restore` comes first."""
         pairs = [*zip(self._rows, made, strict=True)]
         for row, each in sorted(pairs, key=lambda pair: not isinstance(pair[0], Declared)):
@@ -204,7 +204,7 @@ class StateTable:
             raise UnknownValue(f"{number!r:.40}; expected the number of an object")
         return self._rows[number].thing
 
-    def _read(self, content: bytes) -> tuple[bytes, dict[int, Forms], Any]:
+    def _read(self, content: bytes) -> tuple[bytes, dict[int, Forms], object]:
         """Checks of what was built, the forms of a file by number, and what is aside."""
         try:
             fingerprint, built, forms, aside = unpack(content)
