@@ -4,6 +4,8 @@ A heap of instants and models. Rebooking leaves the old entry behind; it is pass
 instant comes, because `due_at` no longer agrees (lazy deletion). When the entries left behind
 outnumber the models, all are dropped at once, so a timeout that is always rebooked and never comes
 does not fill the memory.
+
+The simulator books and takes in its own frame, as `book` and `take` do.
 """
 
 from heapq import heapify, heappop, heappush
@@ -25,7 +27,8 @@ class Agenda:
         self.due_at: list[int] = [NEVER] * models
         self.heap: list[tuple[int, int]] = [_BOTTOM]
         """Its first instant is `next_at`, or before that: an entry left behind."""
-        self._most = 2 * models + _SPARE
+        self.most = 2 * models + _SPARE
+        """Entries that it may have before `drop_stale`."""
 
     def book(self, model: int, at: int) -> None:
         """Make `at` the one instant at which `model` is due; from NEVER on it is never due."""
@@ -34,8 +37,8 @@ class Agenda:
         elif self.due_at[model] != at:
             self.due_at[model] = at
             heappush(self.heap, (at, model))
-            if len(self.heap) > self._most:
-                self._drop_stale()
+            if len(self.heap) > self.most:
+                self.drop_stale()
 
     def next_at(self) -> int:
         """The earliest instant at which a model is due, or NEVER."""
@@ -60,9 +63,10 @@ class Agenda:
     def restore(self, due_at: list[int]) -> None:
         """Have these bookings in place of those there are."""
         self.due_at[:] = due_at
-        self._drop_stale()
+        self.drop_stale()
 
-    def _drop_stale(self) -> None:
+    def drop_stale(self) -> None:
+        """Be rid of the entries left behind."""
         bookings = [(at, model) for model, at in enumerate(self.due_at) if at != NEVER]
         self.heap[:] = [*bookings, _BOTTOM]
         heapify(self.heap)

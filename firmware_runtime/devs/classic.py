@@ -58,7 +58,13 @@ class ClassicSimulator(Engine):
             number = self._numbers.get(port.owner, NO_MODEL)
             port.connect(self, number, queues, check_of_all(port, ends))
 
-    def _work_off(self, at: int, imminent: list[int]) -> None:
+    def advance(self, at: int) -> None:
+        """As `Engine.advance`."""
+        self._check_instant(at)
+        self.visit = self.visit + 1 if at == self.now else 0
+        self.now = at
+        self._send_injected()
+        imminent = self.agenda.take(at)
         for number in imminent:
             self._rounds[number] = 0
         self._round = 0

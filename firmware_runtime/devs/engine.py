@@ -3,6 +3,7 @@
 from abc import ABC, abstractmethod
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
+from heapq import heappop
 from typing import Any, NoReturn, TypeVar
 
 from firmware_runtime.devs.agenda import NO_MODEL, Agenda
@@ -152,19 +153,12 @@ class Engine(ABC):
         if not carries(port.type, type(value)):
             raise PortTypeError(self.root.path, self.now, _wrong_type(port, value))
 
+    @abstractmethod
     def advance(self, at: int) -> None:
         """Work off instant `at`: inputs, and what is due. Not before `now`, not past `next_at`.
 
         An instant may be advanced to again, for inputs that arrive in the same nanosecond.
         """
-        agenda = self.agenda
-        if agenda.heap[0][0] < at or not self.now <= at < NEVER:
-            self._check_instant(at)
-        self.visit = self.visit + 1 if at == self.now else 0
-        self.now = at
-        if self._injected:
-            self._send_injected()
-        self._work_off(at, agenda.take(at) if agenda.heap[0][0] == at else [])
 
     def _check_instant(self, at: int) -> None:
         next_at = self.agenda.next_at()  # which drops what is left behind
@@ -188,15 +182,15 @@ class Engine(ABC):
                 "not a duration",
                 where=self.root.path,
             )
-        next_at, take, work_off = self.agenda.next_at, self.agenda.take, self._work_off
-        at, until = self.now, min(until, NEVER - 1)
-        self.visit += 1
-        self._send_injected()
-        while at <= until:
-            self.now = at
-            work_off(at, take(at))
-            self.visit = 0
-            at = next_at()
+        heap, due_at, advance = self.agenda.heap, self.agenda.due_at, self.advance
+        advance(self.now)
+        until = min(until, NEVER - 1)
+        while heap[0][0] <= until:  # as `Agenda.next_at`
+            at, model = heap[0]
+            if due_at[model] == at:
+                advance(at)
+            else:
+                heappop(heap)
 
     @property
     def booked_at(self) -> list[int]:
@@ -284,10 +278,6 @@ class Engine(ABC):
     @abstractmethod
     def _connect(self, feeds: Iterable[Feed]) -> None:
         """Let each output port feed its input ports, whose bags are empty."""
-
-    @abstractmethod
-    def _work_off(self, at: int, imminent: list[int]) -> None:
-        """Do everything that happens at instant `at`; `imminent` in order of declaration."""
 
     def _send_injected(self) -> None:
         """Send what was injected, now that it is the instant at which it arrives."""

@@ -14,14 +14,17 @@ connected to the bags its values end in. An instant is worked off in rounds:
 the executive's in real time) is not this module's business. Instants are integers, so simultaneity
 is equality.
 
-A round's calls are written out in one function: each function of a model is called, noted if that
-is asked for (`functions.Laps`), and its bags are emptied. A zero time advance, the commonest, is
-recognised by identity: every zero is one object in CPython, and one that is not would still be
-right, only slower.
+An instant is written out in one function, bookings included: most rounds have one model or two, and
+calls between its parts would take as long as what they do. Each function of a model is called, noted
+if that is asked for (`functions.Laps`), and its bags are emptied; `_marks` has for each model what
+is true while it has input: its one bag, or a list of those of several that are filled. So each
+model is in `_reached` once. A zero time advance, the commonest, is recognised by identity: every
+zero is one object in CPython, and one that is not would still be right, only slower.
 """
 
 from collections import defaultdict
 from collections.abc import Iterable, Mapping, Sequence
+from heapq import heappop, heappush
 from typing import Any
 
 from firmware_runtime.devs.agenda import NO_MODEL
@@ -106,6 +109,13 @@ class Simulator(Engine):
             root, checked=checked, instruments=instruments, zero_time_limit=zero_time_limit
         )
 
+    def _initialize(self) -> None:
+        self._parts = (
+            *(self.agenda.heap, self.agenda.due_at, self._models, self.atomics, self._marks),
+            *(self.last_at, self._reached, self._filled),
+        )
+        super()._initialize()
+
     def _connect(self, feeds: Iterable[Feed]) -> None:
         self._marks: list[list[Any]] = []
         for number, atomic in enumerate(self.atomics):
@@ -121,44 +131,55 @@ class Simulator(Engine):
             places = ends if not pool_of else _with(pool_of, ends)
             port.connect(self, number, places, check_of_all(port, ends))
 
-    def _work_off(  # noqa: C901, PLR0912, PLR0915 -- in one frame, see above
-        self, at: int, imminent: list[int]
-    ) -> None:
-        atomics, models, marks = self.atomics, self._models, self._marks
-        noted, read = self._noted, self._laps.read
-        reached, confluents, last_at = self._reached, self.own_confluents, self.last_at
-        book = self.agenda.book
-        number = self.round = NO_MODEL
+    def advance(self, at: int) -> None:  # noqa: C901, PLR0912, PLR0915 -- in one frame, see above
+        """As `Engine.advance`."""
+        heap, due_at, models, atomics, marks, last_at, reached, filled = self._parts
+        confluents, noted, read = self.own_confluents, self._noted, self._laps.read
+        left = NEVER - at
+        if heap[0][0] < at or not self.now <= at < NEVER:
+            self._check_instant(at)
+        self.visit = self.visit + 1 if at == self.now else 0
+        self.now = at
+        if self._injected:
+            self._send_injected()
+        imminent: list[int] = []
+        while heap[0][0] <= at:  # as `Agenda.take`
+            instant, number = heappop(heap)
+            if due_at[number] == instant:
+                due_at[number] = NEVER
+                imminent.append(number)
+        number = rounds = 0
         try:
-            while imminent or reached or self._filled or self._pools:
-                self.round += 1
-                if self.round == self._zero_time_limit:
+            while imminent or reached or filled or self._pools:
+                self.round = rounds
+                rounds += 1
+                if rounds > self._zero_time_limit:
                     self._refuse_endless_loop(imminent)
-                following: list[int] = []
                 for number in imminent:
                     self.sending = number
                     models[number].output()
                     if noted is not None:
                         noted += number, OUTPUT, read(), 0
                 self.sending = NO_MODEL
-                if self._pools or self._filled:
+                if filled or self._pools:
                     self._fill()
                 self.internal_transitions += len(imminent)
+                following: list[int] = []
                 for number in imminent:
                     model, mark = models[number], marks[number]
                     if not mark:
                         model.internal()
                         function = INTERNAL
-                    elif confluents and number in confluents:
-                        confluents[number]()
-                        function = CONFLUENT
                     else:
-                        model.internal()
-                        if noted is not None:
-                            noted += number, INTERNAL_OF_BOTH, read(), atomics[number].sigma
-                        model.external(0)
-                        function = EXTERNAL_OF_BOTH
-                    if mark:
+                        if number in confluents:
+                            confluents[number]()
+                            function = CONFLUENT
+                        else:
+                            model.internal()
+                            if noted is not None:
+                                noted += number, INTERNAL_OF_BOTH, read(), atomics[number].sigma
+                            model.external(0)
+                            function = EXTERNAL_OF_BOTH
                         mark.clear()
                     last_at[number] = at
                     sigma = atomics[number].sigma
@@ -168,8 +189,9 @@ class Simulator(Engine):
                         following.append(number)
                     elif sigma is NEVER:
                         pass
-                    elif type(sigma) is int and sigma > 0:
-                        book(number, at + sigma)
+                    elif type(sigma) is int and 0 < sigma < left:  # as `Agenda.book`
+                        due_at[number] = due = at + sigma
+                        heappush(heap, (due, number))
                     else:
                         self._book_oddly_typed(number, at, following)
                 if reached:
@@ -180,12 +202,13 @@ class Simulator(Engine):
         except Exception as error:
             raise self._failure(number, error) from error
         self.round = 0
+        if len(heap) > self.agenda.most:
+            self.agenda.drop_stale()
 
     def _read_input(self, at: int, following: list[int]) -> None:
         """Call the external transitions of a round; those imminent at once join `following`."""
-        atomics, models, marks = self.atomics, self._models, self._marks
-        noted, read, book = self._noted, self._laps.read, self.agenda.book
-        reached, last_at, due_at, number = self._reached, self.last_at, self.agenda.due_at, NO_MODEL
+        heap, due_at, models, atomics, marks, last_at, reached, filled = self._parts
+        noted, read, left, number = self._noted, self._laps.read, NEVER - at, NO_MODEL
         self.external_transitions += len(reached)
         reached.sort()
         try:
@@ -204,8 +227,10 @@ class Simulator(Engine):
                     following.append(number)
                 elif sigma is NEVER:
                     due_at[number] = NEVER
-                elif type(sigma) is int and sigma > 0:
-                    book(number, at + sigma)
+                elif type(sigma) is int and 0 < sigma < left:  # as `Agenda.book`
+                    if due_at[number] != at + sigma:
+                        due_at[number] = due = at + sigma
+                        heappush(heap, (due, number))
                 else:
                     self._book_oddly_typed(number, at, following)
         except ModelError:
@@ -214,9 +239,10 @@ class Simulator(Engine):
             raise self._failure(number, error) from error
         reached.clear()
         following.sort()
-        for bag in self._filled:
-            bag.clear()
-        self._filled.clear()
+        if filled:
+            for bag in filled:
+                bag.clear()
+            filled.clear()
 
     def _fill(self) -> None:
         """Pour pools into their bags; mark models that have several bags, and some of them filled.

@@ -14,7 +14,7 @@ class AgendaAgainstAPlainDictionary(RuleBasedStateMachine):
     def __init__(self) -> None:
         super().__init__()
         self.agenda = Agenda(MODELS)
-        self.agenda._most = MODELS + 2  # so that stale entries are dropped often
+        self.agenda.most = MODELS + 2  # so that stale entries are dropped often
         self.due: dict[int, int] = {}
         self.now = 0
 
