@@ -117,14 +117,19 @@ class Actuator(HardwareModel):
 
     def output(self) -> None:
         """Send the faults noted since the last time, and what is applied where that is new."""
-        super().output()
+        if self.faults:
+            super().output()
         if self.applied is not self._applied_sent:
             self.applied_out.send(self.applied)
 
     def internal(self) -> None:
         """Go on; what is applied has been sent."""
         self._applied_sent = self.applied
-        super().internal()
+        if self.phase.startswith("bring_up"):
+            super().internal()
+        else:
+            self.faults.clear()
+            self.proceed()
 
     def begin(self) -> None:
         """The chip is up, and its outputs are off."""
@@ -191,7 +196,8 @@ class Actuator(HardwareModel):
 
     def note_success(self, applied: Applied = Applied.ALL) -> None:
         """Take in that the chip acknowledged a command, or how much of it: faults are over."""
-        self.consecutive_faults = 0
+        if self._consecutive_faults > 0 or not self._has_worked:
+            self.consecutive_faults = 0
         self.is_stop_due = False
         self.applied = applied
 

@@ -10,6 +10,7 @@ from firmware_runtime.hal.wire_errors import Fault, HalError, NotReady
 
 FAULTS_BEFORE_BRING_UP = 10
 """Failed reads in a row after which the chip is brought up again: it may have lost its supply."""
+_READS = frozenset({"calibrating", "sampling"})
 
 
 class Imu(HardwareModel):
@@ -84,17 +85,24 @@ class Imu(HardwareModel):
         else:
             super().continue_bring_up()
 
-    def proceed(self) -> None:
-        """Read a sample, or hold for the rest of the period."""
-        if self.phase != "reporting":
+    def internal(self) -> None:
+        """Read a sample, hold for the rest of the period, or bring the chip up."""
+        phase = self.phase
+        if phase in _READS:
+            self.faults.clear()
             self._read()
-        elif self._is_bring_up_due:
-            self._is_bring_up_due = False
-            self._bring_up.restart()
-            self.wait_in_bring_up(self.period)
-        else:
+        elif phase == "reporting" and not self._is_bring_up_due:
+            self.faults.clear()
             self._sample = None
             self._hold()
+        else:
+            super().internal()
+
+    def proceed(self) -> None:
+        """Begin another bring-up: too many reads in a row have failed."""
+        self._is_bring_up_due = False
+        self._bring_up.restart()
+        self.wait_in_bring_up(self.period)
 
     def wait_in_bring_up(self, duration: int) -> None:
         """Let whole periods pass, with an activation each."""
@@ -114,8 +122,9 @@ class Imu(HardwareModel):
         """Read one sample; it, a fault or a warning is reported."""
         try:
             sample = self.chip.read_sample(self.bias)
-            self.consecutive_faults = 0
-            has_news = self._check_field()
+            if self._consecutive_faults > 0 or not self._has_worked:
+                self.consecutive_faults = 0
+            has_news = (sample.field is None or self._has_lost_field) and self._check_field()
             if self._is_calibrated:
                 self._sample = sample
             else:

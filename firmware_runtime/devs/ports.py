@@ -109,20 +109,22 @@ class OutPort(Generic[T]):
 
     A simulator connects it to its `ends`; `reached` gets the number of a model before the first
     value goes into a bag of it. A port that is recorded appends its `number` and each value to
-    `sent`; of a value of another class than `kind`, or of which `look` returns other than what was
-    `seen`, it appends itself and the value's place to `unlike`.
+    `sent`; of a value of another class than `kind`, of which `look` returns other than what was
+    `seen`, or with items of other classes than `leaves`, it appends itself and the value's place to
+    `unlike`.
     """
 
     __slots__ = (
         *("_check", "_is_checked", "_only", "_simulator", "ends", "listeners", "model"),
         *("name", "owner", "type"),
-        *("kind", "look", "number", "seen", "sent", "unlike"),
+        *("kind", "leaves", "look", "number", "seen", "sent", "unlike"),
     )
 
     number: int
     kind: builtins.type[Any] | None
     look: Callable[[Any], object] | None
     seen: object
+    leaves: frozenset[builtins.type[Any]] | None
     unlike: list[Any] | None
     model: int
     _simulator: Carrier
@@ -150,10 +152,11 @@ class OutPort(Generic[T]):
         if sent is not None:
             sent.append(self.number)
             sent.append(value)
-            look = self.look
-            unlike = self.unlike
+            look, leaves, unlike = self.look, self.leaves, self.unlike
             if unlike is not None and (
-                type(value) is not self.kind or (look is not None and look(value) != self.seen)
+                type(value) is not self.kind
+                or (look is not None and look(value) != self.seen)
+                or (leaves is not None and not leaves.issuperset(map(type, value)))  # type: ignore[call-overload]  # it is a sequence then
             ):
                 unlike.append(self)
                 unlike.append(len(sent) - 1)
@@ -207,7 +210,7 @@ class OutPort(Generic[T]):
     def record(self, number: int, sent: Sent, unlike: list[object] | None = None) -> None:
         """From now on, append what leaves to `sent`, by this number; all is unlike at first."""
         self.number, self.sent, self.unlike = number, sent, unlike
-        self.kind = self.look = self.seen = None
+        self.kind = self.look = self.seen = self.leaves = None
         self._choose_way()
 
     def set_listeners(self, listeners: "tuple[Listening, ...]") -> None:

@@ -14,12 +14,12 @@ connected to the bags its values end in. An instant is worked off in rounds:
 the executive's in real time) is not this module's business. Instants are integers, so simultaneity
 is equality.
 
-An instant is written out in one function, bookings included: most rounds have one model or two, and
-calls between its parts would take as long as what they do. Each function of a model is called, noted
-if that is asked for (`functions.Laps`), and its bags are emptied; `_marks` has for each model what
-is true while it has input: its one bag, or a list of those of several that are filled. So each
-model is in `_reached` once. A zero time advance, the commonest, is recognised by identity: every
-zero is one object in CPython, and one that is not would still be right, only slower.
+An instant is written out in two functions, bookings included: most rounds have one model or two,
+and calls between the parts would take as long as what they do. Each function of a model is called,
+noted if that is asked for (`functions.Laps`), and its bags are emptied; `_marks` has for each model
+what is true while it has input: its one bag, or a list of those of several that are filled. A zero
+time advance, the commonest, is recognised by identity: every zero is one object in CPython, and one
+that is not would still be right, only slower.
 """
 
 from collections import defaultdict
@@ -161,8 +161,13 @@ class Simulator(Engine):
                     if noted is not None:
                         noted += number, OUTPUT, read(), 0
                 self.sending = NO_MODEL
-                if filled or self._pools:
-                    self._fill()
+                if self._pools:
+                    self._pour()
+                for bag in filled:  # a mark is true while there is input, so each is reached once
+                    mark = marks[bag.model]
+                    if not mark:
+                        reached.append(bag.model)
+                    mark.append(bag)
                 self.internal_transitions += len(imminent)
                 following: list[int] = []
                 for number in imminent:
@@ -202,10 +207,14 @@ class Simulator(Engine):
         except Exception as error:
             raise self._failure(number, error) from error
         self.round = 0
+        instant, number = heap[0]
+        while due_at[number] != instant and number != NO_MODEL:  # as `Agenda.next_at`
+            heappop(heap)
+            instant, number = heap[0]
         if len(heap) > self.agenda.most:
             self.agenda.drop_stale()
 
-    def _read_input(self, at: int, following: list[int]) -> None:
+    def _read_input(self, at: int, following: list[int]) -> None:  # noqa: C901 -- as `advance`
         """Call the external transitions of a round; those imminent at once join `following`."""
         heap, due_at, models, atomics, marks, last_at, reached, filled = self._parts
         noted, read, left, number = self._noted, self._laps.read, NEVER - at, NO_MODEL
@@ -244,11 +253,8 @@ class Simulator(Engine):
                 bag.clear()
             filled.clear()
 
-    def _fill(self) -> None:
-        """Pour pools into their bags; mark models that have several bags, and some of them filled.
-
-        So a model's mark is true while it has input, and it is in `_reached` once.
-        """
+    def _pour(self) -> None:
+        """Pour pools into their bags."""
         for pool in self._pools:
             for bag in pool.bags:
                 if not bag:
@@ -256,11 +262,6 @@ class Simulator(Engine):
                 bag.extend(pool)
             pool.clear()
         self._pools.clear()
-        for bag in self._filled:
-            mark = self._marks[bag.model]
-            if not mark:
-                self._reached.append(bag.model)
-            mark.append(bag)
 
     def _book_oddly_typed(self, number: int, at: int, following: list[int]) -> None:
         """Book a model whose time advance is no `int`, such as one of numpy's."""

@@ -1,4 +1,4 @@
-"""The account of one model: what became of each of its activations, in counters and histograms.
+"""A step, and the account of one model: what became of each activation, in counters, histograms.
 
 When a step is over, each model that took part in it gets its transitions, in order, with what the
 clock said and what the model had booked by then (`accounting`), and settles its account. During the
@@ -27,26 +27,85 @@ skips that no activation on time interrupts: one stall is one episode, whatever 
 """
 
 from abc import ABC, abstractmethod
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from functools import partial
 from struct import Struct
-from typing import TYPE_CHECKING, Any
+from typing import Any, Protocol
 
 from firmware_runtime.devs.atomic import Atomic
-from firmware_runtime.devs.functions import EXTERNAL, INTERNAL_OF_BOTH
+from firmware_runtime.devs.component import Component, below_root
+from firmware_runtime.devs.functions import EXTERNAL, INTERNAL_OF_BOTH, Laps
 from firmware_runtime.devs.time import NEVER, kept
 from firmware_runtime.executive.policy import ActivationPolicy
-from firmware_runtime.executive.step import Step
 from firmware_runtime.statistics.histogram import Cells, Histogram, empty_cells
 from firmware_runtime.statistics.layout import MODEL, Layout
-
-if TYPE_CHECKING:
-    from firmware_runtime.executive.deadlines import DeadlineWatch
 
 _BY_ACTIVATION = MODEL.index("is_in_period") + 1
 _COUNTERS = Struct(f"{_BY_ACTIVATION}q")
 """What changes with each activation: packed at once, which costs little more than one counter."""
-_IRREGULAR, _RETURNED, _REACTIONS = map(MODEL.index, ("irregular", "returned_ns", "reactions"))
+_IRREGULAR, _RETURNED, REACTIONS = map(MODEL.index, ("irregular", "returned_ns", "reactions"))
+
+
+class Step:
+    """The instant under way, and what divides its time among the models.
+
+    `at` is the instant of the run it stands for, `started` what the clock read when it began,
+    `ended` when it was over. In `laps` the simulator notes what the clock reads when a model's
+    function returns: the time from one lap to the next is the own time of that model. So the clock
+    is read once a function, and own times, one for each model in order of declaration, add up to
+    the time of the step. `began_at` is when each model's output function began, the last time it
+    did. Both are known when the step is settled (`accounting`).
+
+    A reading is what is read less `epoch`. Where the clock `stands_still` during a step, nothing is
+    read in it.
+    """
+
+    def __init__(self, now: Callable[[], int], *, stands_still: bool = False) -> None:
+        self.at = 0
+        self.started = 0
+        self.ended = 0
+        self.epoch = 0
+        self.laps = Laps(int if stands_still else now)  # `int()` is zero
+        self.stands_still = stands_still
+        self.paths: list[str] = []
+        self.own_times: list[int] = []
+        self.began_at: list[int] = []
+        self._now = now
+        self._zeros: list[int] = []
+
+    def join(self, component: Component) -> int:
+        """Give a model its place, in order of declaration; return its number."""
+        self.paths.append(below_root(component.path))
+        for column in (self.own_times, self.began_at, self._zeros):
+            column.append(0)
+        return len(self.paths) - 1
+
+    def read_from(self, read: Callable[[], int], epoch: int) -> None:
+        """Read the time from there, from now on; it reads `epoch` at instant 0 of the run."""
+        self.laps.read, self.epoch = read, epoch
+
+    def begin(self, at: int) -> None:
+        """Enter an instant, with all own times at zero."""
+        self.at = at
+        self.own_times[:] = self._zeros
+        self.laps.noted.clear()
+        if self.stands_still:
+            self.started = self._now()
+            self.epoch = -self.started
+        else:
+            self.started = self.laps.read() - self.epoch
+
+    def readings(self) -> list[int]:
+        """What the clock said in the step that is over, in order; instants of the run, ns."""
+        epoch = self.epoch
+        return [self.started, *[each - epoch for each in self.laps.noted[2::4]], self.ended]
+
+
+class Answering(Protocol):
+    """What ends with a transition that has read input; `accounting.DeadlineWatch` does."""
+
+    def answer(self, step: Step, place: int, now: int) -> None:
+        """Take it that such a one is over, when so much had been noted and it was `now`."""
 
 
 class ModelAccount(ABC):
@@ -84,7 +143,7 @@ class ModelAccount(ABC):
         self.atomic = atomic
         self.number = number = step.join(atomic)
         self.path = step.paths[number]
-        self.answers: tuple[DeadlineWatch, ...] = ()
+        self.answers: tuple[Answering, ...] = ()
         self.is_plain = self.period == NEVER
         """Whether no transition counts by itself, unless it was due: without period and answers."""
         self._step = step
@@ -165,7 +224,7 @@ class ModelAccount(ABC):
         self._open_episode()
         self.missed_in_episode += activations
 
-    def count_run(self, at: int, samples: list[Any]) -> None:
+    def count_run(self, at: int, samples: list[object]) -> None:
         """Count an activation that ran in the step at instant `at`."""
         self.run += 1
         lateness = self.lateness
@@ -262,7 +321,7 @@ class EventAccount(ModelAccount):
             self.put_off, self.written_due = NEVER, 0
 
 
-def count_events(accounts: Iterable[ModelAccount], step: Step, samples: list[Any]) -> None:
+def count_events(accounts: Iterable[ModelAccount], step: Step, samples: list[object]) -> None:
     """Count what a step has left of models without a period, all in one frame.
 
     `samples` gets histograms and values to be recorded in them, in turns.
@@ -275,7 +334,7 @@ def count_events(accounts: Iterable[ModelAccount], step: Step, samples: list[Any
         if account.has_run:
             account.count_run(step.at, samples)
         else:
-            account.reactions = account.cells[_REACTIONS] = account.reactions + 1
+            account.reactions = account.cells[REACTIONS] = account.reactions + 1
             if account.due == account.written_due:
                 continue
         account.write()

@@ -1,4 +1,4 @@
-"""The accounts of all models, and what the policies make of a late loop.
+"""The accounts of all models and deadlines, and what the policies make of a late loop.
 
 A model with policy `stop` that waits for its turn, or ran, beyond its limit ends the run. After a
 step, what ran and what was coalesced is counted; then a periodic model with policy `skip` that is
@@ -11,21 +11,28 @@ from collections.abc import Iterable, Mapping, Sequence
 
 from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.component import below_root
-from firmware_runtime.devs.functions import OUTPUT
+from firmware_runtime.devs.engine import Engine
+from firmware_runtime.devs.functions import CONFLUENT, EXTERNAL, EXTERNAL_OF_BOTH, OUTPUT
 from firmware_runtime.devs.simulator import Simulator
-from firmware_runtime.devs.time import MICROSECOND, MILLISECOND, NEVER, whole
+from firmware_runtime.devs.time import MICROSECOND, MILLISECOND, NEVER, kept, whole
 from firmware_runtime.errors import ConfigError
-from firmware_runtime.executive.account import EventAccount, ModelAccount, count_events
-from firmware_runtime.executive.deadlines import READS_INPUT, DeadlineWatch
+from firmware_runtime.executive.account import (
+    REACTIONS,
+    EventAccount,
+    ModelAccount,
+    Step,
+    count_events,
+)
+from firmware_runtime.executive.deadlines import PathDeadline
 from firmware_runtime.executive.fault_log import FaultLog
 from firmware_runtime.executive.periodic_account import PeriodicAccount
 from firmware_runtime.executive.policy import SKIP, ActivationPolicy
-from firmware_runtime.executive.step import Step
 from firmware_runtime.statistics.histogram import Cells
 from firmware_runtime.statistics.layout import Layout
 
 EVENT_TOLERANCE = MILLISECOND
 """Lateness, ns, up to which an event of a model without a period is no overrun."""
+_READS_INPUT = frozenset({EXTERNAL, CONFLUENT, EXTERNAL_OF_BOTH})
 
 
 def open_account(
@@ -39,6 +46,68 @@ def open_account(
     if atomic.period == NEVER:
         return EventAccount(atomic, step, SKIP, EVENT_TOLERANCE)
     return PeriodicAccount(atomic, step, policies.get(path, SKIP))
+
+
+class DeadlineWatch:
+    """Counts the misses of one deadline.
+
+    During a step it is noted only where in the step a sample left; `answer` and `count_samples` do
+    the rest after it.
+    """
+
+    def __init__(self, deadline: PathDeadline, simulator: Engine, noted: list[int]) -> None:
+        self.deadline = deadline
+        self.misses = 0
+        self.samples = 0
+        self.answers = 0
+        self._noted = noted
+        self.left: list[int] = []
+        """For each sample of the step under way, how much had been noted by then."""
+        self._left_at = NEVER
+        simulator.listen(deadline.from_port, self._leave)
+
+    def _leave(self, _at: int, _value: object) -> None:
+        """A sample leaves the sensor's port."""
+        self.left.append(len(self._noted))
+
+    def state(self) -> tuple[int, ...]:
+        """Misses, samples, answers, and when the oldest sample on its way left."""
+        return self.misses, self.samples, self.answers, self._left_at
+
+    def restore(self, state: tuple[int, ...]) -> None:
+        """Have counted that. Raises ValueError for what is no such state."""
+        self.misses, self.samples, self.answers, self._left_at = map(kept, state)
+
+    def answer(self, step: Step, place: int, now: int) -> None:
+        """The actuator's model has read input and written its outputs, as the clock said `now`.
+
+        So much had been noted in the step by then.
+        """
+        if self.left:
+            self.count_samples(step, place)
+        self.answers += 1
+        if now - self._left_at > self.deadline.within_ns:
+            self.misses += 1
+        self._left_at = NEVER
+
+    def count_samples(self, step: Step, place: int) -> None:
+        """Count the samples that left before so much had been noted in the step."""
+        while self.left and self.left[0] <= place:
+            before = self.left.pop(0)
+            now = step.laps.noted[before - 2] - step.epoch if before else step.started
+            self.samples += 1
+            is_missed = now - self._left_at > self.deadline.within_ns
+            if self.answers > 0 and is_missed:
+                self.misses += 1
+            if self.answers == 0 or self._left_at == NEVER or is_missed:
+                self._left_at = step.at
+
+    def end(self, now: int) -> None:
+        """The run is over: what is not answered will not be."""
+        if self.answers > 0:
+            if now - self._left_at > self.deadline.within_ns:
+                self.misses += 1
+            self._left_at = NEVER
 
 
 class Accounting:
@@ -102,7 +171,7 @@ class Accounting:
         and what is to be recorded in them, in turns.
         """
         step, latest = self._step, None
-        touched = self._follow()
+        touched = self._follow(samples)
         count_events(touched, step, samples)
         for account in touched:
             if isinstance(account, PeriodicAccount):
@@ -121,13 +190,14 @@ class Accounting:
                 self._postpone(account.atomic, account.skip_to(now))
         return latest
 
-    def _follow(self) -> list[ModelAccount]:
-        """See what the step's transitions were; return the accounts of models that had any.
+    def _follow(self, samples: list[object]) -> list[ModelAccount]:
+        """See what the step's transitions were; return the accounts that are to count them.
 
-        Of a model without a period that was not due, nothing counts but what it has booked last.
+        Of a model without a period that was not due, nothing counts but what it has booked last,
+        and that it has reacted: that is counted at once.
         """
         step, accounts, touched = self._step, self.accounts, list[ModelAccount]()
-        noted = step.laps.noted
+        noted, own_times = step.laps.noted, step.own_times
         numbers = noted[0::4]
         if not step.stands_still:
             self._divide(numbers)
@@ -141,7 +211,11 @@ class Accounting:
                 and type(sigma) is int
             ):
                 account.due = step.at + sigma if 0 < sigma < NEVER else NEVER
-                touched.append(account)
+                samples += account.own_time, own_times[number]
+                account.reactions = account.cells[REACTIONS] = account.reactions + 1
+                if account.due != account.written_due:
+                    account.write()
+                    account.written_due = account.due
             elif self._follow_one(account, numbers):
                 touched.append(account)
         for watch in self.watches:
@@ -166,7 +240,7 @@ class Accounting:
             if type(sigma) is not int:  # one of numpy's, or one that ends the run
                 sigma = whole(sigma) or 0  # what the simulator makes of it
             account.follow(function, step.at, begun, reading - epoch, began_at, sigma)
-            if function in READS_INPUT:
+            if function in _READS_INPUT:
                 for watch in account.answers:
                     watch.answer(step, place, reading - epoch)
         return has_any

@@ -11,13 +11,12 @@ from firmware_runtime.devs.functions import Functions
 from firmware_runtime.devs.ports import InPort
 from firmware_runtime.devs.time import MILLISECOND, SECOND
 from firmware_runtime.errors import SettingError
+from firmware_runtime.executive.account import Step
 from firmware_runtime.executive.deadlines import PathDeadline
 from firmware_runtime.executive.inbox import Source
-from firmware_runtime.executive.meters import Bus, Port
 from firmware_runtime.executive.outcome import Outcome
 from firmware_runtime.executive.policy import ActivationPolicy
 from firmware_runtime.executive.process import ProcessSettings
-from firmware_runtime.executive.step import Step
 
 
 class Hook(Protocol):
@@ -63,6 +62,40 @@ class Tap(Protocol):
 
     def finish(self, outcome: Outcome, at: int) -> None:
         """The run is over, with its outputs made safe, at instant `at`."""
+
+
+class Device(Protocol):
+    """The time one device has had a bus for, in ns."""
+
+    @property
+    def busy_ns(self) -> int:
+        """Grows only."""
+
+
+class Bus(Device, Protocol):
+    """What is read of a bus; `hal.accounted_bus.AccountedBus` has it."""
+
+    name: str
+    transactions: int
+    bytes: int
+    errors: int
+    retries: int
+
+    @property
+    def by_address(self) -> Mapping[int, Device]:
+        """The same by device; a device joins when it is first spoken to."""
+
+
+class Port(Protocol):
+    """What is read of a serial port; `hal.accounted_port.AccountedPort` has it."""
+
+    name: str
+    writes: int
+    bytes_written: int
+    bytes_read: int
+    errors: int
+    writing_ns: int
+    reading_ns: int
 
 
 class Configuration(Struct, frozen=True):

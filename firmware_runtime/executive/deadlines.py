@@ -22,12 +22,8 @@ from typing import Any
 from msgspec import Struct
 
 from firmware_runtime.devs.atomic import Atomic
-from firmware_runtime.devs.engine import Engine
-from firmware_runtime.devs.functions import CONFLUENT, EXTERNAL, EXTERNAL_OF_BOTH
 from firmware_runtime.devs.ports import OutPort
-from firmware_runtime.devs.time import NEVER, kept
 from firmware_runtime.errors import SettingError
-from firmware_runtime.executive.step import Step
 
 
 class PathDeadline(Struct, frozen=True):
@@ -57,68 +53,3 @@ class PathDeadline(Struct, frozen=True):
             for path, atomic in ((source.path, source.owner), (actuator.path, actuator))
             if atomic not in atomics
         ]
-
-
-class DeadlineWatch:
-    """Counts the misses of one deadline.
-
-    During a step it is noted only where in the step a sample left; `answer` and `count_samples` do
-    the rest after it.
-    """
-
-    def __init__(self, deadline: PathDeadline, simulator: Engine, noted: list[int]) -> None:
-        self.deadline = deadline
-        self.misses = 0
-        self.samples = 0
-        self.answers = 0
-        self._noted = noted
-        self.left: list[int] = []
-        """For each sample of the step under way, how much had been noted by then."""
-        self._left_at = NEVER
-        simulator.listen(deadline.from_port, self._leave)
-
-    def _leave(self, _at: int, _value: object) -> None:
-        """A sample leaves the sensor's port."""
-        self.left.append(len(self._noted))
-
-    def state(self) -> tuple[int, ...]:
-        """Misses, samples, answers, and when the oldest sample on its way left."""
-        return self.misses, self.samples, self.answers, self._left_at
-
-    def restore(self, state: tuple[int, ...]) -> None:
-        """Have counted that. Raises ValueError for what is no such state."""
-        self.misses, self.samples, self.answers, self._left_at = map(kept, state)
-
-    def answer(self, step: Step, place: int, now: int) -> None:
-        """The actuator's model has read input and written its outputs, as the clock said `now`.
-
-        So much had been noted in the step by then.
-        """
-        if self.left:
-            self.count_samples(step, place)
-        self.answers += 1
-        if now - self._left_at > self.deadline.within_ns:
-            self.misses += 1
-        self._left_at = NEVER
-
-    def count_samples(self, step: Step, place: int) -> None:
-        """Count the samples that left before so much had been noted in the step."""
-        while self.left and self.left[0] <= place:
-            before = self.left.pop(0)
-            now = step.laps.noted[before - 2] - step.epoch if before else step.started
-            self.samples += 1
-            is_missed = now - self._left_at > self.deadline.within_ns
-            if self.answers > 0 and is_missed:
-                self.misses += 1
-            if self.answers == 0 or self._left_at == NEVER or is_missed:
-                self._left_at = step.at
-
-    def end(self, now: int) -> None:
-        """The run is over: what is not answered will not be."""
-        if self.answers > 0:
-            if now - self._left_at > self.deadline.within_ns:
-                self.misses += 1
-            self._left_at = NEVER
-
-
-READS_INPUT = frozenset({EXTERNAL, CONFLUENT, EXTERNAL_OF_BOTH})

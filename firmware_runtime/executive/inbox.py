@@ -112,7 +112,9 @@ class Arrivals:
 
     def __init__(self, inbox: Inbox, sources: Sequence[Source]) -> None:
         self._inbox = inbox
-        self._all: list[Inbox | AnySource] = [inbox, *sources]
+        self.all: list[Inbox | AnySource] = [inbox, *sources]
+        self.others: list[Inbox | AnySource] = [*sources]
+        """All but the inbox, which says itself whether there is something in it."""
         self.waiting: deque[Arrival] = deque()
         """What has arrived, in order."""
         self.planned: list[tuple[int, int, InPort[object], object]] = []
@@ -122,15 +124,16 @@ class Arrivals:
     def sources(self, *, waits: bool) -> list[Inbox | AnySource]:
         """The sources to wait for now; of a clock that does not wait, those to ask.
 
-        That is none where there is but an empty inbox.
+        Those are none where there is but an empty inbox.
         """
         if len(self.waiting) >= CAPACITY:
             return []
-        return self._all if waits or self._inbox.is_woken or len(self._all) > 1 else []
+        return self.all if waits or self._inbox.is_woken else self.others
 
     def add_source(self, source: AnySource) -> None:
         """Read one more source."""
-        self._all.append(source)
+        self.all.append(source)
+        self.others.append(source)
 
     def receive(self, ready: Iterable[Inbox | AnySource], now: int) -> None:
         """Read the sources that became readable."""

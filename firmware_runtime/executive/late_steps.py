@@ -7,10 +7,9 @@ from msgspec import structs
 
 from firmware_runtime.devs.time import MICROSECOND, MILLISECOND, NEVER
 from firmware_runtime.executive.account import ModelAccount
+from firmware_runtime.executive.blame.late import Late, Metered
 from firmware_runtime.executive.clocks import Clock, MonotonicClock
-from firmware_runtime.executive.meters import BusMeter
 from firmware_runtime.executive.profiler import Profiler
-from firmware_runtime.executive.step import Late
 from firmware_runtime.statistics.blame import NOTHING, BlameRow, Cause, sentence, verdict_of
 from firmware_runtime.statistics.file import StatisticsFile
 from firmware_runtime.statistics.history import WorstList
@@ -49,7 +48,7 @@ class LateSteps:
     """
 
     def __init__(
-        self, file: StatisticsFile, profiler: Profiler, clock: Clock, buses: Sequence[BusMeter]
+        self, file: StatisticsFile, profiler: Profiler, clock: Clock, buses: Sequence[Metered]
     ) -> None:
         self.worst = WorstList(file.cells, file.layout)
         self.slow = NEVER
@@ -194,7 +193,7 @@ class LateSteps:
 
 
 def _blamer_for(
-    clock: Clock, accounts: Sequence[ModelAccount], buses: Sequence[BusMeter]
+    clock: Clock, accounts: Sequence[ModelAccount], buses: Sequence[Metered]
 ) -> "Blamer | None":
     """What judges late steps; loaded in real time only, where steps can be late."""
     if not (isinstance(clock, MonotonicClock) and clock.speed == 1):

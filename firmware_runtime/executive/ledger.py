@@ -1,35 +1,43 @@
 """The ledger: after a step, all that is to be counted goes into the statistics file in one section.
 
+What lines count themselves is copied, and what each device took in the step is noted.
+
 During a step nothing is written, so a process killed in the middle of one leaves whole numbers. A
 late step is counted with the others, at once; why it was late is found in the slack after it.
 """
 
+from itertools import islice
+from struct import Struct
 from time import monotonic_ns, process_time_ns
 
 from firmware_runtime.devs.time import MILLISECOND, NEVER
 from firmware_runtime.executive.clocks import Clock, MonotonicClock
+from firmware_runtime.executive.configuration import Bus, Port
 from firmware_runtime.executive.inbox import Inbox
 from firmware_runtime.executive.late_steps import AGAIN, LateSteps
-from firmware_runtime.executive.meters import BusMeter, PortMeter
 from firmware_runtime.executive.profiler import Profiler
 from firmware_runtime.executive.progress import Progress
 from firmware_runtime.statistics.file import StatisticsFile
 from firmware_runtime.statistics.file_header import RunState
-from firmware_runtime.statistics.histogram import Histogram, record_all
+from firmware_runtime.statistics.histogram import Cells, Histogram, record_all
 from firmware_runtime.statistics.history import Lately, Timeline
 from firmware_runtime.statistics.layout import (
     ACKNOWLEDGED,
     ARMED,
+    BUS,
     CPU,
+    DEVICES,
     ELAPSED,
     HEARTBEAT,
     INPUTS_DROPPED,
     SEQUENCE,
+    SERIAL,
     STATE,
     STEP_HISTOGRAM,
     STEPS,
     WRITTEN,
     YIELDED,
+    Layout,
 )
 from firmware_runtime.statistics.statistics import Statistics
 
@@ -37,6 +45,8 @@ FEW = 5
 """Steps after which it is known how long one takes."""
 SETTLING = 100 * MILLISECOND
 """When a run reads its counters for the first time after its start; then each second."""
+_OF_BUS = Struct(f"{len(BUS)}q")
+_OF_PORT = Struct(f"{len(SERIAL)}q")
 
 
 class Ledger:
@@ -88,13 +98,13 @@ class Ledger:
 
         The next value that has arrived is due at `arrival_at`.
         """
-        file, timeline, step, garbage = self.file, self._timeline, self._step, self._garbage
-        cells, until = file.cells, self._until
+        file, timeline, step, progress = self.file, self._timeline, self._step, self._progress
+        cells, until, agenda = file.cells, self._until, self._agenda
         ended = step.ended = step.laps.read() - step.epoch
         step_time = ended - step.started
         if ended >= self._look_at:
             self._look(ended)
-        cells[SEQUENCE] = file.sequence + 1  # as `open_section`, without the call
+        cells[SEQUENCE] = file.sequence + 1  # as `open_section`
         samples: list[object] = [self._step_times, step_time]
         latest = self._accounting.settle(ended if ended <= until else until + 1, samples)
         record_all(samples)
@@ -113,11 +123,17 @@ class Ledger:
             self.late.note(latest, self._previous_end, spent, self._steps)
         elif spent > self.late.slow:
             self.late.pass_over(spent)
-        garbage.spent = 0
-        due, progress = min(self._agenda.next_at(), arrival_at), self._progress
+        self._garbage.spent = 0
+        due, model = agenda.heap[0]
+        if agenda.due_at[model] != due or arrival_at < due:
+            due = min(agenda.next_at(), arrival_at)
         lag = 0 if due >= ended and progress.is_level else progress.note(ended, due)
-        file.close_section(ended, lag)
-        self._previous_end = ended
+        cells[ELAPSED] = self._previous_end = ended  # as `close_section`
+        now_ns = monotonic_ns()
+        cells[HEARTBEAT] = now_ns - lag
+        if lag > 0:
+            cells[WRITTEN] = now_ns
+        file.sequence = cells[SEQUENCE] = file.sequence + 2
         return due
 
     def use_slack(self, left: int) -> None:
@@ -223,6 +239,69 @@ class Ledger:
         cells[CPU] = self._cpu_time.spent()
         busy = sum(meter.busy_ns for meter in self._buses)
         return [*self._accounting.totals(), self._steps, busy, cells[CPU]]
+
+
+class BusMeter:
+    """Reads one bus after every step."""
+
+    def __init__(self, bus: Bus, cells: Cells, layout: Layout, index: int) -> None:
+        first = layout.bus(index)
+        self._bus = bus
+        self._block = cells[first : first + len(BUS)].cast("B")
+        self.spent = [0] * DEVICES
+        """The time each device with a place took in the last step, ns."""
+        self._before = [0] * DEVICES
+        self.read()  # what went over the bus before the run is in no step
+
+    def read(self) -> None:
+        """Copy the counters, and note what each device took since the last reading."""
+        bus, spent, before = self._bus, self.spent, self._before
+        _OF_BUS.pack_into(
+            self._block, 0, bus.transactions, bus.bytes, bus.errors, bus.retries, bus.busy_ns
+        )
+        for index, device in enumerate(islice(bus.by_address.values(), DEVICES)):
+            busy = device.busy_ns
+            spent[index] = busy - before[index]
+            before[index] = busy
+
+    @property
+    def busy_ns(self) -> int:
+        """Time on the wire so far."""
+        return self._bus.busy_ns
+
+    @property
+    def retries(self) -> int:
+        """Attempts made again so far."""
+        return self._bus.retries
+
+    def addresses(self) -> list[int]:
+        """Those of the devices with a place, filled up with zeros."""
+        found = list(islice(self._bus.by_address, DEVICES))
+        return found + [0] * (DEVICES - len(found))
+
+
+class PortMeter:
+    """Reads one serial port after every step."""
+
+    def __init__(self, port: Port, cells: Cells, layout: Layout, index: int) -> None:
+        first = layout.port(index)
+        self._port = port
+        self._block = cells[first : first + len(SERIAL)].cast("B")
+        self.read()  # what went over the port before the run is in it, too
+
+    def read(self) -> None:
+        """Copy the counters."""
+        port = self._port
+        _OF_PORT.pack_into(
+            self._block,
+            0,
+            port.writes,
+            port.bytes_written,
+            port.bytes_read,
+            port.errors,
+            port.writing_ns,
+            port.reading_ns,
+        )
 
 
 class CpuTime:

@@ -75,7 +75,10 @@ class Loop:
                 break
             due = at if at < until else until  # noqa: FURB136 -- sooner
             self._use_slack(due, ledger)
-            sources = arrivals.sources(waits=waits)
+            if arrivals.waiting or (self.inbox.is_woken and not waits):
+                sources = arrivals.sources(waits=waits)
+            else:  # as that says, without the call
+                sources = arrivals.all if waits else arrivals.others
             ready = clock.wait(min(due, self._poll_by), sources)
             now = clock.now()
             # from here to the first function of a model every microsecond is lateness

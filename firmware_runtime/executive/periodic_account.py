@@ -19,9 +19,8 @@ it was the activation. A model that is passive has no deadline until an input ma
 from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.functions import CONFLUENT, EXTERNAL, EXTERNAL_OF_BOTH
 from firmware_runtime.devs.time import NEVER
-from firmware_runtime.executive.account import ModelAccount
+from firmware_runtime.executive.account import ModelAccount, Step
 from firmware_runtime.executive.policy import ActivationPolicy
-from firmware_runtime.executive.step import Step
 
 _TAKES_INPUT = frozenset({EXTERNAL, EXTERNAL_OF_BOTH})
 

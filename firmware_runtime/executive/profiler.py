@@ -11,14 +11,12 @@ from pathlib import Path
 from firmware_runtime.devs.component import Component
 from firmware_runtime.devs.simulator import Simulator
 from firmware_runtime.errors import ConfigError
-from firmware_runtime.executive.account import ModelAccount
-from firmware_runtime.executive.accounting import Accounting
+from firmware_runtime.executive.account import ModelAccount, Step
+from firmware_runtime.executive.accounting import Accounting, DeadlineWatch
 from firmware_runtime.executive.configuration import Configuration
-from firmware_runtime.executive.deadlines import DeadlineWatch
 from firmware_runtime.executive.fault_log import FaultLog
 from firmware_runtime.executive.garbage import GarbageTime
 from firmware_runtime.executive.periodic_account import PeriodicAccount
-from firmware_runtime.executive.step import Step
 from firmware_runtime.statistics.blame import BLAME, CAUSES
 from firmware_runtime.statistics.file import StatisticsFile
 from firmware_runtime.statistics.layout import Layout

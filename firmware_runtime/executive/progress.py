@@ -11,7 +11,7 @@ for one. A loop that catches up with what a stall has left has less lag from ste
 """
 
 from firmware_runtime.devs.time import MILLISECOND, SECOND
-from firmware_runtime.executive.step import Step
+from firmware_runtime.executive.account import Step
 
 _STEPS = 100
 """The least number of steps of a livelock."""

@@ -18,6 +18,17 @@ from firmware_runtime.devs.time import MILLISECOND, NEVER
 Interlock: TypeAlias = Callable[[], bool]
 """Returns whether outputs are enabled."""
 
+
+class NotedInterlock(ABC):
+    """Interlock that notes each of its answers once it is told where: one frame, not two."""
+
+    answers: list[bool] | None = None
+
+    @abstractmethod
+    def __call__(self) -> bool:
+        """Return whether outputs are enabled; append that to `answers` where there are any."""
+
+
 POLL_PERIOD = 20 * MILLISECOND
 """Ns between two checks by a model that keeps its commands."""
 

@@ -14,6 +14,7 @@ from firmware_runtime.devs.ports import InPort
 from firmware_runtime.devs.time import MILLISECOND, NEVER, SECOND
 from firmware_runtime.executive.clocks import MonotonicClock
 from firmware_runtime.executive.executive import Executive
+from firmware_runtime.hal.interlock import NotedInterlock
 from firmware_runtime.runs.arming import Arming
 from firmware_runtime.statistics.file_header import RunState
 from firmware_runtime.statistics.layout import STEP_TIME
@@ -210,7 +211,7 @@ class Commanders:
         return hear
 
 
-class RightToDrive:
+class RightToDrive(NotedInterlock):
     """Interlock of one run: its `arming` decides once it has one.
 
     Without it, a run that is `unsupervised` may drive, and no other.
@@ -222,8 +223,11 @@ class RightToDrive:
 
     def __call__(self) -> bool:
         """Return whether outputs may be driven now."""
-        arming = self.arming
-        return self._is_unsupervised if arming is None else arming.interlock()
+        arming, answers = self.arming, self.answers
+        enabled = self._is_unsupervised if arming is None else arming.interlock()
+        if answers is not None:
+            answers.append(enabled)
+        return enabled
 
     @property
     def supervision(self) -> Arming | None:

@@ -17,11 +17,11 @@ from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.time import MICROSECOND, MILLISECOND, SECOND
 from firmware_runtime.executive.blame import blamer as blamer_module
 from firmware_runtime.executive.blame.blamer import Blamer
+from firmware_runtime.executive.blame.late import Late
 from firmware_runtime.executive.clocks import MonotonicClock
 from firmware_runtime.executive.configuration import Configuration
-from firmware_runtime.executive.meters import BusMeter
+from firmware_runtime.executive.ledger import BusMeter
 from firmware_runtime.executive.profiler import Profiler
-from firmware_runtime.executive.step import Late
 from firmware_runtime.statistics.blame import ABOUT, CAUSES, NOT_MEASURED, BlameRow, Cause
 from firmware_runtime.system.thread_counters import Reading, ThreadCounters
 from tests.support import kernel_text as text

@@ -11,6 +11,7 @@ from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.time import MICROSECOND, MILLISECOND, SECOND
 from firmware_runtime.executive.blame import blamer as blamer_module
 from firmware_runtime.executive.blame.blamer import GAP, Blamer
+from firmware_runtime.executive.blame.late import Late
 from firmware_runtime.executive.blame.usual import (
     LEAST_STEPS,
     OLD_STEPS,
@@ -22,9 +23,8 @@ from firmware_runtime.executive.blame.usual import (
 from firmware_runtime.executive.clocks import MonotonicClock, ScaledClock, VirtualClock
 from firmware_runtime.executive.configuration import Configuration
 from firmware_runtime.executive.late_steps import _blamer_for
-from firmware_runtime.executive.meters import BusMeter
+from firmware_runtime.executive.ledger import BusMeter
 from firmware_runtime.executive.profiler import Profiler
-from firmware_runtime.executive.step import Late
 from firmware_runtime.statistics.blame import CAUSES, NOT_MEASURED, NOTHING, BlameRow, Cause
 from firmware_runtime.system.thread_counters import Counted, Reading
 

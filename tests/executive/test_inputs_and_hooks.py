@@ -16,7 +16,7 @@ from firmware_runtime.devs.time import MILLISECOND, NEVER
 from firmware_runtime.executive.clocks import VirtualClock
 from firmware_runtime.executive.configuration import Configuration
 from firmware_runtime.executive.inbox import CAPACITY, Arrivals, Inbox
-from firmware_runtime.executive.meters import BusMeter
+from firmware_runtime.executive.ledger import BusMeter
 from firmware_runtime.executive.policy import ActivationPolicy
 from firmware_runtime.statistics.histogram import empty_cells
 from firmware_runtime.statistics.layout import DEVICES, Layout

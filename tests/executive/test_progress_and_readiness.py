@@ -7,12 +7,12 @@ import pytest
 from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.time import MICROSECOND, MILLISECOND, NEVER, SECOND
+from firmware_runtime.executive.account import Step
 from firmware_runtime.executive.clocks import Clock, MonotonicClock, ScaledClock, VirtualClock
 from firmware_runtime.executive.configuration import Configuration
 from firmware_runtime.executive.outcome import Outcome
 from firmware_runtime.executive.policy import ActivationPolicy
 from firmware_runtime.executive.progress import Progress
-from firmware_runtime.executive.step import Step
 from firmware_runtime.hal.wire_errors import Fault
 from firmware_runtime.statistics.file_header import RunState
 from firmware_runtime.statistics.layout import HEARTBEAT

@@ -14,7 +14,6 @@ from firmware_runtime.executive.configuration import Configuration
 from firmware_runtime.executive.executive import Executive
 from firmware_runtime.executive.outcome import Outcome
 from firmware_runtime.links.control import TIMEOUT_S, Answer
-from firmware_runtime.links.ports.run_socket import RunSocket
 from firmware_runtime.runs import supervision
 from firmware_runtime.runs.arming import Arming, Permission
 from firmware_runtime.runs.requests import SLOW, Leases, Requests
@@ -38,7 +37,7 @@ class Asked:
         self.requests = Requests(
             path, executive, None, arming=self.arming, tuning=tuning, log=lambda _: None
         )
-        [self._socket] = [each for each in executive.hooks if isinstance(each, RunSocket)]
+        self._socket = self.requests._socket
         self.client = Speaker(path)
         self._socket.receive()
         self.client.received()

@@ -56,6 +56,17 @@ class Found(NamedTuple):
     alarms: int
 
 
+def _inertial(checks: InertialChecks) -> Check:
+    """Check acceleration and rate as a burst's decoder does."""
+
+    def check(counts: tuple[int, ...]) -> None:
+        checks.inertial.check(counts)
+        x, y, z, *_ = counts
+        checks.gravity.check(x, y, z)
+
+    return check
+
+
 def chips() -> Iterator[Healthy]:
     """Every chip with a check of its noise, as the boards set it."""
     imu = chip_settings(_tachobot())
@@ -68,7 +79,7 @@ def chips() -> Iterator[Healthy]:
         (0.3 * g, 0.3 * g, 0.2 * g, 60 * dps, 60 * dps, 120 * dps),
         (300e-6 * g * bandwidth,) * 3 + (0.01 * dps * bandwidth,) * 3,
         1,
-        InertialChecks("MPU-9250", imu).check,
+        _inertial(InertialChecks("MPU-9250", imu)),
     )
     earth = (20 / 0.15, 0.0, -40 / 0.15)
     yield Healthy(

@@ -13,7 +13,7 @@ from typing import Final, NamedTuple, Self
 from msgspec import Struct
 
 from firmware_drivers.chips.ak8963 import BITM, DRDY, HOFL, MEASUREMENT
-from firmware_drivers.chips.liveness import Counts, Liveness, MeanSquare
+from firmware_drivers.chips.liveness import Liveness, MeanSquare
 from firmware_drivers.chips.mounting import Mounting, Vector
 from firmware_drivers.chips.mpu9250_settings import COUNTS_FULL_SCALE, Mpu9250Settings
 from firmware_runtime.hal.i2c import Message
@@ -77,8 +77,8 @@ class InertialChecks:
 
     def __init__(self, place: str, settings: Mpu9250Settings) -> None:
         self.stuck_field: tuple[str, float, int] | None = None
-        self._inertial = Liveness(place, INERTIAL_AXES, settings.fresh_counts())
-        self._gravity = MeanSquare(
+        self.inertial = Liveness(place, INERTIAL_AXES, settings.fresh_counts())
+        self.gravity = MeanSquare(
             place,
             "acceleration",
             "g",
@@ -86,29 +86,14 @@ class InertialChecks:
             limits=settings.mean_acceleration_g,
             readings=GRAVITY_READINGS,
         )
-        self._field = Liveness(
+        self.field = Liveness(
             place, FIELD_AXES, (FIELD_NOISE_COUNTS,) * 3, repeats=settings.samples_a_fetch()
         )
 
     def restart(self) -> None:
         """Go on after a bring-up: what was stuck has yet to change."""
-        self._inertial.restart()
-        self._field.restart()
-
-    def check(self, counts: Counts) -> None:
-        """Check acceleration and rate. Raises Stuck or Implausible."""
-        self._inertial.check(counts)
-        self._gravity.check(*counts[:3])
-
-    def has_field(self, counts: Counts) -> bool:
-        """Check a field; False for one that is stuck."""
-        try:
-            self._field.check(counts)
-        except Stuck as error:
-            self.stuck_field = error.axis, error.value, error.readings
-            return False
-        self.stuck_field = None
-        return True
+        self.inertial.restart()
+        self.field.restart()
 
 
 class FieldDecoder(Struct, eq=False):
@@ -136,8 +121,12 @@ class FieldDecoder(Struct, eq=False):
         st1, hx, hy, hz, st2 = MEASUREMENT.unpack(measurement)
         if st1 & DRDY and st2 & (HOFL | BITM) == BITM:
             field = (hx, hy, hz)
-            if not checks.has_field(field):
+            try:
+                checks.field.check(field)
+            except Stuck as error:
+                checks.stuck_field = error.axis, error.value, error.readings
                 return None, False
+            checks.stuck_field = None
             i, j, k = self._axes
             x, y, z = self._factors
             return (field[i] * x, field[j] * y, field[k] * z), False
@@ -212,7 +201,8 @@ class BurstDecoder(Struct, eq=False):
             raise NotReady(
                 f"INT_STATUS reads {status:02x}", where=self._place, expected="a new sample"
             )
-        checks.check((ax, ay, az, gx, gy, gz))
+        checks.inertial.check((ax, ay, az, gx, gy, gz))
+        checks.gravity.check(ax, ay, az)
         field, overflow = None, False
         if self.field is not None:
             field, overflow = self.field.decode(burst[_FIELD_AT:], checks)

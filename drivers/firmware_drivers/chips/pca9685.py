@@ -10,19 +10,23 @@ the last duties. The OE pin, external clock and sub-addresses are not used. A ch
 external clock was latched on (EXTCLK) is refused: nothing but a reset clears it.
 """
 
+import math
 from collections.abc import Iterable, Sequence
 from functools import partial
+from itertools import count
 from typing import Final
 
 from firmware_drivers.chips.i2c_chip import I2cChip
 from firmware_drivers.chips.pca9685_registers import (
+    BURSTS,
     CHANNELS,
     COUNTS,
     FULL,
+    FULL_OFF,
+    FULL_ON,
     LED0_ON_L,
     NOMINAL_OSC_HZ,
     actual_frequency_hz,
-    burst_of,
     prescale_for,
 )
 from firmware_drivers.chips.shared_bring_up import SharedBringUp, Turn, nothing
@@ -230,18 +234,35 @@ class Pca9685(I2cChip):
     def set_duties(self, first_channel: int, duties: Sequence[float]) -> tuple[float, ...]:
         """Set neighbouring channels in one burst; return the duties really set, in 4096ths.
 
-        0 is full-off and 1 full-on, without a pulse. Eight channels: 34 bytes, 0.77 ms at 400 kHz.
+        0 is full-off and 1 full-on, without a pulse. The others go on at count 0 of the cycle, or
+        staggered. Eight channels: 34 bytes, 0.77 ms at 400 kHz.
         Raises ValueError for a duty outside 0 to 1 or a channel that is not there, NotReady before
         bring-up; nothing was sent then.
         """
         if not self.is_running:
             raise self._not_ready("duties before bring-up", "it brought up first")
-        try:
-            burst, made = burst_of(first_channel, duties, self._on_step)
-        except ValueError as error:
-            raise ValueError(f"{self.place}: {error}") from None
+        if not 0 <= first_channel < first_channel + len(duties) <= CHANNELS:
+            raise ValueError(
+                f"{self.place}: {len(duties)} duties from channel {first_channel}, expected them "
+                f"within 0 to {CHANNELS - 1}"
+            )
+        words: dict[float, int] = {}
+        made: dict[float, float] = {}
+        for duty in duties:
+            if duty in words:  # pairs are often driven alike
+                continue
+            if not 0.0 <= duty <= 1.0:
+                raise ValueError(f"{self.place}: a duty of {duty}, expected 0 to 1")
+            counts = math.floor(duty * COUNTS + 0.5)
+            made[duty] = counts / COUNTS
+            words[duty] = counts << 16 if 0 < counts < COUNTS else FULL_ON if counts else FULL_OFF
+        registers = list(map(words.__getitem__, duties))
+        if self._on_step:
+            registers = _staggered(registers, first_channel * self._on_step, self._on_step)
+        first = LED0_ON_L + 4 * first_channel
+        burst = BURSTS[len(registers)].pack(first, *registers)
         self._bus.transaction(self.address, (burst,))
-        return made
+        return tuple(map(made.__getitem__, duties))
 
     def read_outputs(self, first_channel: int, channels: int) -> bytes:
         """Read what neighbouring channels were set to, four bytes each, after bring-up.
@@ -297,3 +318,11 @@ class Pca9685(I2cChip):
         self._write(PRE_SCALE, prescale)
         self._prescale = prescale
         self.frequency_hz = actual_frequency_hz(prescale, self._osc_hz)
+
+
+def _staggered(words: Iterable[int], first_on: int, step: int) -> list[int]:
+    """The registers of neighbouring channels that are switched on one `step` after the other."""
+    return [
+        word if word in {FULL_ON, FULL_OFF} else ((word >> 16) + on) % COUNTS << 16 | on
+        for on, word in zip(count(first_on, step), words)
+    ]

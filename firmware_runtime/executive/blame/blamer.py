@@ -20,11 +20,10 @@ from msgspec import structs
 
 from firmware_runtime.devs.time import MILLISECOND
 from firmware_runtime.executive.account import ModelAccount
+from firmware_runtime.executive.blame.late import Late, Metered
 from firmware_runtime.executive.blame.rules import ENOUGH, Evidence, Verdict, verdict
 from firmware_runtime.executive.blame.usual import Grown, Mark, Quiet, beyond_usual, grown
 from firmware_runtime.executive.clocks import MonotonicClock
-from firmware_runtime.executive.meters import BusMeter
-from firmware_runtime.executive.step import Late
 from firmware_runtime.statistics.blame import CAUSES, NOT_MEASURED, NOTHING, BlameRow
 from firmware_runtime.system.machine_counters import CONTINUED
 from firmware_runtime.system.thread_counters import Counted, ThreadCounters
@@ -42,7 +41,7 @@ class Blamer:
         self,
         clock: MonotonicClock,
         accounts: Sequence[ModelAccount],
-        meters: Sequence[BusMeter],
+        meters: Sequence[Metered],
     ) -> None:
         self._clock = clock
         self._accounts = accounts

@@ -64,8 +64,9 @@ Arrival: TypeAlias = tuple[InPort[Any], object]
 
 
 class RunSocket:
-    """A source of the executive's loop and a hook of its run; closes with it.
+    """A source of the executive's loop, and a hook of its run from its first connection on.
 
+    It closes with the run.
     `ports` are those of its model that others may write and watch, None for none of them; `answers`
     has a function for every request, and `slow` how many ns it may take. Its mode is 0660 less the
     umask: never open to all. `now` is any clock in ns that does not stand still. Raises ConfigError
@@ -93,12 +94,16 @@ class RunSocket:
         self._file.socket.listen(MOST)
         self._connections: dict[int, Connection] = {}
         self._poll = select.epoll()
+        self.fileno: Callable[[], int] = self._poll.fileno
+        """Returns the descriptor that becomes readable when there is a message, or another
+        connection; a function written in C, as each wait asks for it.
+        """
         self._poll.register(self._file.socket, select.EPOLLIN)
         self._has_asked = False
         self._is_full = False
         """Whether it takes no connection until one has ended: there was no descriptor for it."""
+        self._hooks = executive.hooks
         executive.add_source(self)
-        executive.hooks.append(self)
 
     def close(self) -> None:
         """Stop listening, and remove the socket; that of another run in its place stays."""
@@ -109,10 +114,6 @@ class RunSocket:
         self._file.close()
 
     # What the loop asks for -----------------------------------------------------------------------
-
-    def fileno(self) -> int:
-        """The descriptor that becomes readable when there is a message, or another connection."""
-        return self._poll.fileno()
 
     def receive(self) -> Sequence[Arrival]:
         """The values that have come; note which ports are watched, and answer one request."""
@@ -179,6 +180,8 @@ class RunSocket:
         if is_full:
             connection.close()
             return
+        if self not in self._hooks:
+            self._hooks.append(self)
         self._connections[connection.fileno()] = connection
         self._poll.register(connection, select.EPOLLIN)
         self._take_early(connection)

@@ -15,12 +15,12 @@ from firmware_runtime.devs.functions import Functions
 from firmware_runtime.devs.ports import InPort
 from firmware_runtime.devs.time import NEVER
 from firmware_runtime.errors import raised_words
+from firmware_runtime.executive.account import Step
 from firmware_runtime.executive.clocks import Clock, VirtualClock
 from firmware_runtime.executive.outcome import Outcome
-from firmware_runtime.executive.step import Step
 from firmware_runtime.hal.accounted_bus import AccountedBus
 from firmware_runtime.hal.budget import LineTime
-from firmware_runtime.hal.interlock import Interlock
+from firmware_runtime.hal.interlock import Interlock, NotedInterlock
 from firmware_runtime.hal.serial import SerialPort
 from firmware_runtime.recording.blackbox.keyframe_schedule import (
     LARGE,
@@ -98,7 +98,10 @@ class Recorder:
         return TappedTime(time, self.pending.times)
 
     def interlock(self, interlock: Interlock) -> Interlock:
-        """An output interlock, tapped."""
+        """An output interlock, whose answers are noted."""
+        if isinstance(interlock, NotedInterlock):
+            interlock.answers = self.pending.enabled
+            return interlock
         return tapped_interlock(interlock, self.pending.enabled)
 
     def watch(self, step: Step) -> None:

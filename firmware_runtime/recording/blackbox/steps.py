@@ -9,7 +9,7 @@ from collections.abc import Callable
 from typing import Protocol
 from zlib import crc32
 
-from firmware_runtime.executive.step import Step
+from firmware_runtime.executive.account import Step
 from firmware_runtime.recording.blackbox.keyframe_schedule import KeyframeSchedule
 from firmware_runtime.recording.blackbox.layout import CHUNK, SECTION
 from firmware_runtime.recording.blackbox.ring import AHEAD, Ring

@@ -17,7 +17,7 @@ from firmware_runtime.board.registry import Board
 from firmware_runtime.devs.component import below_root
 from firmware_runtime.devs.functions import FUNCTIONS
 from firmware_runtime.devs.time import SECOND
-from firmware_runtime.executive.step import Step
+from firmware_runtime.executive.account import Step
 from firmware_runtime.recording.blackbox.reader import Recording
 from firmware_runtime.recording.blackbox.section import Kind, Section
 from firmware_runtime.recording.blackbox.taps import output_ports

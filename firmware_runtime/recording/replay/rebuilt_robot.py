@@ -23,12 +23,12 @@ from firmware_runtime.devs.model_errors import ModelError
 from firmware_runtime.devs.ports import OutPort, Sent
 from firmware_runtime.devs.time import NEVER
 from firmware_runtime.errors import ConfigError, text_of
+from firmware_runtime.executive.account import Step
 from firmware_runtime.executive.clocks import MonotonicClock, VirtualClock, WorldClock
 from firmware_runtime.executive.inbox import Inbox
 from firmware_runtime.executive.ledger import Ledger
 from firmware_runtime.executive.profiler import Profiler
 from firmware_runtime.executive.progress import Progress
-from firmware_runtime.executive.step import Step
 from firmware_runtime.hal import wire_errors as errors
 from firmware_runtime.hal.accounted_bus import AccountedBus, RetryPolicy
 from firmware_runtime.hal.accounted_port import AccountedPort
