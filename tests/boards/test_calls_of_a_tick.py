@@ -24,7 +24,7 @@ OURS = ("firmware_runtime", "firmware_drivers", "firmware_boards")
 """The packages that are there on a robot, too."""
 OF_A_WORLD = "tapped_world."
 """Functions around those of a world's models, which a robot with chips has not."""
-MOST_CALLS = 114
+MOST_CALLS = 113
 MOST_FILES = 26
 MOST_WHEN_LATE = 250
 """So many more, with what is done in the slack after it."""
