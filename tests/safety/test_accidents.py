@@ -11,7 +11,7 @@ from firmware_runtime.cli.commands import safe_state
 from firmware_runtime.cli.main import main
 from firmware_runtime.errors import StatisticsFileError
 from firmware_runtime.runs.outputs import forget_settings, kept_settings
-from tests.support.guarded_run import guarded_run
+from tests.support.guarded_run import guarded_run, next_sentence
 from tests.support.memory_limit import enter, killed_by_memory, memory_limit
 from tests.support.trials import PATIENT
 from tests.support.waiting import PATIENCE_S, wait_until
@@ -37,9 +37,8 @@ def test_a_guard_whose_output_is_not_read_goes_on(tmp_path: Path) -> None:
 def test_an_orderly_end_is_no_takeover(tmp_path: Path) -> None:
     with guarded_run(tmp_path) as run:
         assert run.guard is not None
-        assert run.guard.stdout is not None
         run.signal(signal.SIGTERM)
-        assert "the run has ended, with all outputs off" in run.guard.stdout.readline()
+        assert "the run has ended, with all outputs off" in next_sentence(run.guard)
         assert run.takeovers() == []
         assert run.is_off
 
@@ -69,11 +68,10 @@ def test_statistics_that_are_cut_short_end_the_run_and_not_the_guard(tmp_path: P
 def test_a_guard_that_is_stopped_before_outputs_are_off_says_so(tmp_path: Path) -> None:
     with guarded_run(tmp_path) as run:
         assert run.guard is not None
-        assert run.guard.stdout is not None
         fault = ("doubles", "fault", "stuck", "--socket", run.socket, "--for", 600)
         assert run.ask(*fault).returncode == 0
         run.signal(signal.SIGKILL)
-        assert "outputs not off" in run.guard.stdout.readline()
+        assert "outputs not off" in next_sentence(run.guard)
         run.guard.send_signal(signal.SIGTERM)
         assert run.guard.wait(PATIENCE_S) == 4
         assert "not made safe: i2c1 0x40" in run.errors()
@@ -115,9 +113,8 @@ def test_a_guard_of_other_doubles_does_not_let_the_run_be_armed(tmp_path: Path) 
         run.guard.kill()
         wait_until(lambda: run.is_off, "the run has disarmed itself")
         with run.another("guard", "tachobot", "--doubles", tmp_path / "others") as other:
-            assert other.stdout is not None
-            assert "watching" in other.stdout.readline()
-            assert "this run is not guarded" in other.stdout.readline()
+            assert "watching" in next_sentence(other)
+            assert "this run is not guarded" in next_sentence(other)
             refused = run.ask("arm", "tachobot")
         assert refused.returncode == 5
         assert "the guard is absent" in refused.stderr

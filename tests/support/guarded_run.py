@@ -16,10 +16,18 @@ from firmware_runtime.statistics.layout import STEPS
 from firmware_runtime.statistics.reader import read_statistics
 from tests.support.waiting import PATIENCE_S, wait_until
 
-__all__ = ["GuardedRun", "answer_like_chips", "guarded_run", "wait_until"]
+__all__ = ["GuardedRun", "answer_like_chips", "guarded_run", "next_sentence", "wait_until"]
 COMMAND = (sys.executable, "-m", "firmware_runtime.cli")
 UNHURRIED = ("--set", "arming.max_late_percent=100")
 """Other programs share the machine, and a run that they make late is to be armed all the same."""
+
+
+def next_sentence(guard: "subprocess.Popen[str]") -> str:
+    """Return what a guard says next beside which run it watches."""
+    assert guard.stdout is not None
+    while "watching the run of process" in (line := guard.stdout.readline()):
+        pass
+    return line
 
 
 class GuardedRun:
