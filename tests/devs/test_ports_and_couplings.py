@@ -172,15 +172,12 @@ def test_a_wrong_coupling_is_refused_with_both_paths(
     assert not pair.top.couplings
 
 
-def test_a_narrower_type_feeds_a_wider_one_by_a_wire_that_is_drawn_once() -> None:
+def test_what_is_narrower_or_whole_feeds_what_is_wider_by_a_wire_drawn_once() -> None:
     pair = Pair()
     pair.top.couple(pair.a.derived_out, pair.b.base_in)
     assert list(pair.top.couplings) == [(pair.a.derived_out, pair.b.base_in)]
     with pytest.raises(CouplingError, match=r"^top\.a\.derived_out -> top\.b\.base_in: coupled tw"):
         pair.top.couple(pair.a.derived_out, pair.b.base_in)
-
-
-def test_a_port_of_whole_numbers_feeds_one_of_float_but_not_the_other_way() -> None:
     model = top(Atomic("source"), Atomic("end"))
     source, end = model.components.values()
     whole_out, float_out = source.out_port("whole", int), source.out_port("real", float)

@@ -147,14 +147,11 @@ def tapped() -> tuple[Robot, Simulator, Sent]:
     return robot, simulator, sent
 
 
-def test_values_are_noted_in_the_order_in_which_they_left_and_arrive_as_before() -> None:
+def test_values_are_noted_as_they_left_and_listeners_get_them_as_before() -> None:
     robot, simulator, sent = tapped()
     simulator.run(PERIOD)
     assert sent == [7, 0, 9, 0, 7, 1, 9, 1]
     assert robot.thrust.received == [0, 1]
-
-
-def test_a_listener_gets_what_leaves_a_tapped_port_also_where_it_is_coupled_to_none() -> None:
     robot, simulator, sent = tapped()
     received: list[int] = []
     listening = simulator.listen(robot.compass.sample, lambda _at, value: received.append(value))

@@ -70,13 +70,10 @@ def test_a_bit_within_the_noise_that_never_changes_is_stuck(value: int) -> None:
     assert (caught.value.axis, caught.value.value) == ("z bit 1", value)
 
 
-def test_an_axis_quieter_than_its_least_bit_is_never_called_stuck() -> None:
+def test_an_axis_quieter_than_its_least_bit_is_never_stuck_and_a_low_pass_leaves_less() -> None:
     check = Liveness("part", "x", (0.3,))
     for _ in range(10_000):
         check.check((5,))
-
-
-def test_a_low_pass_leaves_less_that_is_new() -> None:
     assert fresh_noise(2.0, 92.0, 10.0) == pytest.approx(1.0)
     assert fresh_noise(2.0, 5.0, 1000.0) == pytest.approx(math.sqrt(1 - math.exp(-0.02 * math.pi)))
 

@@ -85,14 +85,11 @@ def test_the_full_scale_is_the_gains(gain: int, full_scale: float) -> None:
     assert rig.convert(0xC183 | gain << 9) == 0x4000
 
 
-def test_codes_stop_at_the_ends_of_the_scale() -> None:
+def test_codes_stop_at_the_ends_of_the_scale_and_conversions_go_on() -> None:
     rig = Wired()
     rig.volts[:2] = 5.0, 10.0
     assert rig.convert(0xC383) == 0x7FFF
     assert rig.convert(0x8383) == 0x8000
-
-
-def test_continuous_conversion_goes_on_and_changes_settings_with_the_next_one() -> None:
     rig = Wired()
     rig.play(f"W 01 42 83; {WAKE_UP + round(1e9 / 128)} ns", ONE_V, "W 01, R 42 83")  # AIN0
     rig.volts[0] = 2.0

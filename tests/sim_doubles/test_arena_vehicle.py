@@ -152,15 +152,12 @@ def test_a_vehicle_touches_nothing_that(
     assert not rig.arena.collided
 
 
-def test_a_grazed_corner_stops_it() -> None:
+def test_a_grazed_corner_stops_it_and_only_so_much_of_the_past_is_kept() -> None:
     rig = ArenaRig(replace(OPEN, walls=((0.149, 1.0, 0.5, 1.0),)))
     rig.drive(0, 20, 20)
     contact = 1.0 - math.sqrt(0.15**2 - 0.149**2)
     assert rig.arena.pose(20 * SECOND).y_m == pytest.approx(contact, abs=2e-3)
     assert rig.arena.collided
-
-
-def test_only_so_much_of_the_past_is_kept() -> None:
     past: Past[Stay] = Past()
     for since in range(10, KEPT + 11):
         past.add(Stay("moving", since, since + 1))

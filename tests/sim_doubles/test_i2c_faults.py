@@ -130,16 +130,13 @@ def test_a_refused_byte_is_counted_across_messages_and_a_first_one_is_no_empty_m
     Faulty(NackByte(index=0), adapter="designware").play("W 00 -> refused")
 
 
-def test_a_fault_that_does_not_fit_a_transaction_waits_for_one_that_does() -> None:
+def test_a_fault_waits_for_a_transaction_that_fits_and_an_adapter_error_needs_none() -> None:
     refused, flipped = NackByte(index=1), FlippedBit(index=1, bit=0)
     faulty = Faulty(refused, flipped)
     faulty.play(MODE1)
     assert faulty.counts(refused, flipped) == [0, 0]
     faulty.play(f"{AWAKE} -> refused")
     assert faulty.counts(refused, flipped) == [1, 0]
-
-
-def test_an_adapter_error_puts_nothing_on_the_wire() -> None:
     faulty = Faulty(AdapterError(errno=errno.EAGAIN))
     with pytest.raises(ArbitrationLost):
         faulty.bus.write(0x40, b"\x00\x21")

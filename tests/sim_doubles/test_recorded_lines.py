@@ -1,7 +1,8 @@
 """Recorded lines answer in the recorded order; what is asked otherwise is refused or said."""
 
 import errno
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import pytest
@@ -12,19 +13,63 @@ from firmware_runtime.errors import ConfigError
 from firmware_runtime.executive.clocks import VirtualClock
 from firmware_runtime.hal.i2c import Message
 from firmware_runtime.hal.served.client import ServedBus, ServedDoubles, ServedPort, look, strike
-from firmware_runtime.hal.served.packets import Strike
+from firmware_runtime.hal.served.packets import (
+    Answered,
+    Asked,
+    Question,
+    Strike,
+    encode,
+    read_answer,
+)
 from firmware_runtime.hal.wire_errors import BusAbsent, BusFault, HalError, from_os_error
 from firmware_runtime.recording.blackbox.layout import Chunk, file_of
-from firmware_runtime.recording.blackbox.reader import kind_of, read_recording
+from firmware_runtime.recording.blackbox.reader import Recording, kind_of, read_recording
 from firmware_runtime.recording.blackbox.section import DISCARD, READ, WRITE, Kind, Transfer
 from firmware_runtime.recording.board_of_recording import board_of_table
 from firmware_runtime.runs import hardware
 from firmware_runtime.runs.session import Session
 from firmware_runtime.runs.start import start_session
+from sim_doubles.recorded.lines import Rules
+from sim_doubles.recorded.service import RecordedService
 from sim_doubles.recorded.stops import stops_of
+from sim_doubles.recorded.traffic import Deviation, Deviations, Traffic, traffic_of
 from tests.support.recorded import every_section, in_chunks, record
-from tests.support.recorded_service import Served, served
 from tests.support.served_rig import SERIAL_SONAR, SERIAL_TREADS
+
+
+@dataclass
+class Served:
+    """A recording's lines; `said` has the deviations in sentences."""
+
+    recording: Recording
+    traffic: Traffic
+    deviations: Deviations
+    service: RecordedService
+    reported: list[Deviation]
+    client: int = 1
+    over: list[str] = field(default_factory=list)
+
+    def ask(self, asked: Asked, _where: str) -> Answered:
+        answer = read_answer(self.service.answer(encode(Question(7, asked)), self.client))
+        assert answer.number == 7
+        return answer.answered
+
+
+def served(
+    path: Path, *, is_strict: bool = True, lines: Collection[str] = (), begin: int = 0
+) -> Served:
+    """Serve the recording at a path."""
+    recording = read_recording(path)
+    traffic = traffic_of(recording, lines, begin)
+    reported: list[Deviation] = []
+    deviations = Deviations(reported.append)
+    rules = Rules(is_strict, stops_of(recording), deviations)
+    service = RecordedService(recording.header.board, traffic, rules)
+    found = Served(recording, traffic, deviations, service, reported)
+    service.over = lambda: found.over.append("over")
+    service.left = lambda: found.over.append("left")
+    return found
+
 
 OFF = b"\xfd\x10"
 """The full-off of a PCA9685: ALL_LED_OFF_H."""

@@ -144,7 +144,7 @@ def test_gyro_noise_has_its_mean_its_deviation_and_no_memory() -> None:
     assert abs(across) < 5 * 0.25 / math.sqrt(len(samples))
 
 
-def test_noise_belongs_to_seed_and_instant_not_to_the_readings_before() -> None:
+def test_noise_belongs_to_seed_and_instant_and_the_past_is_refused() -> None:
     seldom, often = Rig(TachobotParameters()).world, Rig(TachobotParameters()).world
     for at in range(0, SECOND, 7_000_001):
         often.inertial(at)
@@ -152,9 +152,6 @@ def test_noise_belongs_to_seed_and_instant_not_to_the_readings_before() -> None:
     other = Rig(TachobotParameters(seed=2)).world
     assert other.inertial(SECOND).rate != often.inertial(SECOND).rate
     assert seldom.inertial(SECOND + 1).rate != often.inertial(SECOND).rate
-
-
-def test_the_past_is_refused_and_the_present_is_free() -> None:
     rig = Rig(TachobotParameters())
     rig.world.advance(SECOND)
     asked = rig.asked
