@@ -12,7 +12,7 @@ from firmware_runtime.recording.blackbox.layout import CHUNK, MAGIC, PREFIX_SIZE
 from tests.support.command import Command
 from tests.support.recorded import in_chunks, record
 
-SEEDS = range(6)
+SEEDS = range(4)
 VERBS: dict[str, Callable[[Path, Path], list[object]]] = {
     "replay": lambda path, _: ["replay", path],
     "recordings": lambda path, _: ["recordings", "list", "--in", path.parent],

@@ -118,20 +118,12 @@ def test_a_socket_that_is_served_is_not_taken_over(tmp_path: Path) -> None:
     assert str(served.socket) in second.stderr
 
 
-@pytest.mark.slow
-@pytest.mark.real_time
-@pytest.mark.parametrize(
-    ("arguments", "status"),
-    [((), 3), (("--clock", "virtual"), 2), (("--clock", "scaled", "--speed", "2"), 2)],
-)
-def test_doubles_that_are_not_served_or_not_in_real_time_are_refused(
-    tmp_path: Path, arguments: tuple[str, ...], status: int
+def test_doubles_that_are_not_served_are_refused(
+    command: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    path = str(tmp_path / "nosuch.sock")
-    ended = own_process("run", "tachobot", "--doubles", path, *arguments)
-    assert ended.returncode == status
-    assert ended.stderr.count("\n") <= 2
-    assert "doubles" in ended.stderr or path in ended.stderr
+    monkeypatch.setattr("firmware_runtime.runs.hardware.SERVED_WITHIN_S", 0.05)
+    path = tmp_path / "nosuch.sock"
+    assert str(path) in command.refused("run", "tachobot", "--doubles", path, status=3)
 
 
 def test_one_chip_fails_for_its_time_and_the_log_has_it(tmp_path: Path) -> None:
@@ -239,11 +231,12 @@ def test_it_ends_when_nobody_comes(tmp_path: Path) -> None:
 @pytest.mark.slow
 @pytest.mark.real_time
 def test_a_run_waits_for_doubles_that_are_served_a_moment_later(
-    command: Command, tmp_path: Path
+    command: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    monkeypatch.setattr("firmware_runtime.runs.hardware.SERVED_WITHIN_S", PATIENCE_S)
     socket = tmp_path / "doubles"
-    line = [sys.executable, "-m", "firmware_runtime.cli", "doubles", "serve", "tachobot"]
-    with subprocess.Popen([*line, "--socket", str(socket)], stdout=subprocess.DEVNULL) as server:
+    serving = ("doubles", "serve", "tachobot", "--socket", socket)
+    with started(*serving, stdout=subprocess.DEVNULL) as server:
         try:
             ended = command("run", "tachobot", "--doubles", socket, "--for", "0.1")
         finally:

@@ -24,7 +24,10 @@ PLANT = "inertia_kg_m2=0.15,damping_nms=0.02,delay_s=0.03"
 
 
 @pytest.mark.slow
-def test_gains_for_a_stated_plant_are_written_to_a_copy(command: Command, tmp_path: Path) -> None:
+def test_gains_for_a_stated_plant_are_written_to_a_copy(
+    command: Command, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    monkeypatch.setattr(search, "_GENERATIONS", 4)
     copy = tmp_path / "tuned.toml"
     ended = command("tune", "tachobot", "--plant", PLANT, "--json", "-o", copy)
     assert (ended.status, ended.error) == (Status.OK, "")

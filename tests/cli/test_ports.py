@@ -212,10 +212,8 @@ def test_safe_state_says_that_a_runs_own_doubles_are_out_of_reach(
 
 
 def test_a_run_that_takes_nothing_up_says_so(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    monkeypatch: pytest.MonkeyPatch, command: Command
 ) -> None:
     monkeypatch.setattr(set_verb, "ask", lambda *_words: {"values": {}})
-    assert main(["set", "tachobot"]) == Status.OK
-    assert "taken up by the other role's run" in capsys.readouterr().out
-    assert main(["set", "tachobot", "--json"]) == Status.OK
-    assert json.loads(capsys.readouterr().out) == {}
+    assert "taken up by the other role's run" in command.said("set", "tachobot")
+    assert json.loads(command.said("set", "tachobot", "--json")) == {}

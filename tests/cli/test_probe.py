@@ -1,6 +1,7 @@
-"""`firmware-runtime probe`: what is on the buses, what was left alone, and which board it fits."""
+"""`probe`: what is on the buses, and which board it fits; chips that a page names."""
 
 import json
+import re
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -9,6 +10,7 @@ from firmware_drivers.catalogue import table
 from firmware_drivers.catalogue.table import identities
 from firmware_drivers.commands import probe, probing
 
+from firmware_runtime.board import registry
 from firmware_runtime.hal.i2c import I2cBus, Message
 from firmware_runtime.hal.wire_errors import AddressInUse, BusAbsent, BusInUse
 from sim_doubles.chips.mpu9250 import Mpu9250Double
@@ -189,3 +191,23 @@ def test_on_a_machine_without_a_bus_the_sentence_says_how_to_get_one(
     ended = command("probe")
     assert ended.status == 3
     assert "dtparam=i2c_arm=on" in ended.out
+
+
+ROOT = Path(__file__).parents[2]
+PAGE = (ROOT / "docs" / "raspberry-pi.md").read_text(encoding="utf-8")
+NEW_ADDRESS = re.compile(r"0xA0 0xAA 0xA5 (0x..);.* (0x..) 0 .*: (0x..)$", re.MULTILINE)
+
+
+def test_new_addresses_of_the_page_are_those_of_the_board() -> None:
+    devices = registry.load("detective").devices
+    wanted = {device.address for device in devices if device.chip in {"SRF08", "CMPS12"}}
+    given = NEW_ADDRESS.findall(PAGE)
+    assert {int(address, 0) for _, _, address in given} == wanted
+    assert all(int(byte, 0) == 2 * int(address, 0) for byte, _, address in given)
+
+
+@pytest.mark.parametrize("board", ["detective", "tachobot"])
+def test_the_page_names_every_chip_with_its_address(board: str) -> None:
+    for device in registry.load(board).devices:
+        assert device.chip in PAGE
+        assert f"0x{device.address:02x}" in PAGE

@@ -94,6 +94,8 @@ run tachobot --doubles --statistics /proc/no/such | /proc/no/such
 {virtual} --statistics x.settings | x.settings: expected another ending
 {virtual} --statistics x.recording | x.recording: expected another ending
 {virtual} --statistics x.socket | x.socket: expected another ending
+run tachobot --doubles nosuch.sock --clock virtual | doubles
+run tachobot --doubles nosuch.sock --clock scaled --speed 2 | doubles
 {virtual} --record absent/flight.recording | --record absent/flight.recording
 run tachobot --events some.ev | --events
 {events} --doubles | --doubles

@@ -256,9 +256,10 @@ def make() -> System:
 
 
 @pytest.mark.parametrize("name", ["FALL", "make"])
-def test_the_table_has_what_solve_returns(capsys: pytest.CaptureFixture[str], name: str) -> None:
-    assert main(["run", f"{__name__}:{name}", "--for", "1", "--samples", "3"]) == 0
-    head, *rows = capsys.readouterr().out.splitlines()
+def test_the_table_has_what_solve_returns(command: Command, name: str) -> None:
+    head, *rows = command.said(
+        "run", f"{__name__}:{name}", "--for", "1", "--samples", "3"
+    ).splitlines()
     times, values = solve(FALL, 1.0, samples=3)
     assert head == "t_s,height,speed"
     expected = zip(times, values["height"], values["speed"], strict=True)

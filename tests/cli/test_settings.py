@@ -144,42 +144,33 @@ def installed_left(left: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) 
 
 @pytest.mark.slow
 def test_it_is_installed_under_its_name_and_once_more_by_its_name(
-    left: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    left: Path, tmp_path: Path, command: Command
 ) -> None:
     root = tmp_path / "root"
-    assert main(["service", "install", str(left), "--root", str(root)]) == 0
+    assert command("service", "install", left, "--root", root).status == 0
     units = root / "etc/systemd/system"
     assert (units / "firmware-runtime@left.service.d/board.conf").exists()
     assert (units / "multi-user.target.wants/firmware-runtime-guard@left.service").is_symlink()
     copy = root / "etc/firmware-runtime/left.toml"
     assert copy.read_text() == left.read_text()
     copy.write_text(f"{copy.read_text()}\n# mine\n")
-    capsys.readouterr()
-    assert main(["service", "install", "left", "--root", str(root)]) == 0
-    assert "unchanged: " + str(copy) in capsys.readouterr().out
-    assert main(["service", "uninstall", "left", "--root", str(root), "--purge"]) == 0
+    assert "unchanged: " + str(copy) in command.said("service", "install", "left", "--root", root)
+    assert command("service", "uninstall", "left", "--root", root, "--purge").status == 0
     assert not list((root / "etc").rglob("*left*"))
-    assert main(["service", "uninstall", "left", "--root", str(root)]) == 2
+    assert command("service", "uninstall", "left", "--root", root).status == 2
 
 
-def test_what_is_in_force_is_read_by_its_name(
-    installed_left: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    assert main(["check", "left"]) == 0
-    assert f"left: {installed_left / 'left.toml'} is sound" in capsys.readouterr().out
+def test_what_is_in_force_is_read_by_its_name(installed_left: Path, command: Command) -> None:
+    assert f"left: {installed_left / 'left.toml'} is sound" in command.said("check", "left")
 
 
 @pytest.mark.slow
-def test_boards_completion_and_a_wrong_name_know_it(
-    installed_left: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_boards_completion_and_a_wrong_name_know_it(installed_left: Path, command: Command) -> None:
     assert known_names() == [*kinds.names(), "left"]
-    assert main(["show"]) == 0
-    assert f"a tachobot, by {installed_left / 'left.toml'}" in capsys.readouterr().out
+    assert f"a tachobot, by {installed_left / 'left.toml'}" in command.said("show")
     for verb in (["run"], ["guard"], ["service", "logs"], ["service", "uninstall"]):
         assert ways_on(*verb, "le") == ["left"]
-    assert main(["check", "lfet"]) == 2
-    assert "left" in capsys.readouterr().err
+    assert "left" in command.refused("check", "lfet")
 
 
 def test_a_copy_that_says_another_name_is_refused(installed_left: Path) -> None:
@@ -211,6 +202,5 @@ def test_a_name_that_no_unit_could_have_is_refused(left: Path, name: str) -> Non
 
 
 @pytest.mark.usefixtures("installed_left")
-def test_probe_compares_it_with_its_own_doubles(capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["probe", "--doubles", "left"]) == 0
-    assert "left fits" in capsys.readouterr().out
+def test_probe_compares_it_with_its_own_doubles(command: Command) -> None:
+    assert "left fits" in command.said("probe", "--doubles", "left")

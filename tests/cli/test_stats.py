@@ -59,11 +59,6 @@ def file(path: Path) -> StatisticsFile:
     return file
 
 
-def printed(capsys: pytest.CaptureFixture[str], *words: object) -> str:
-    assert main(["stats", *map(str, words)]) == 0
-    return capsys.readouterr().out
-
-
 def test_the_one_line_summary_has_this_form(file: StatisticsFile) -> None:
     assert summary(file.statistics().figures()) == (
         "100 Hz 99.99 % on time, late 3 skip 2/360000 p99 0.18 ms max 2.4 ms i2c 11 % FIFO60 "
@@ -93,12 +88,12 @@ def test_a_run_without_periodic_models_has_events_instead() -> None:
 
 
 def test_the_text_begins_with_the_summary_and_shows_as_many_worst_as_asked(
-    file: StatisticsFile, path: Path, capsys: pytest.CaptureFixture[str]
+    file: StatisticsFile, path: Path, command: Command
 ) -> None:
     writer = file.header.writer
     note_takeover(path, Takeover(at_ns=1, writer=writer, number=1, why="it hung"))
-    assert "guard: it hung" in printed(capsys, "--statistics", path, "--worst", 1)
-    text = printed(capsys, "--statistics", path, "--worst", 0)
+    assert "guard: it hung" in command.said("stats", "--statistics", path, "--worst", 1)
+    text = command.said("stats", "--statistics", path, "--worst", 0)
     assert text.splitlines()[0] == summary(file.statistics().figures())
     assert "worst" not in text
     assert "guard" not in text
@@ -106,29 +101,29 @@ def test_the_text_begins_with_the_summary_and_shows_as_many_worst_as_asked(
 
 
 def test_since_shows_what_is_new_and_moves_the_cursor(
-    file: StatisticsFile, path: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    file: StatisticsFile, path: Path, tmp_path: Path, command: Command
 ) -> None:
     words = ("--statistics", path, "--since", tmp_path / "cursor", "--json")
-    assert json.loads(printed(capsys, *words))["run"] == 359_998
-    assert json.loads(printed(capsys, *words))["run"] == 0
+    assert json.loads(command.said("stats", *words))["run"] == 359_998
+    assert json.loads(command.said("stats", *words))["run"] == 0
     for name in ("scheduled", "run"):
         file.cells[LAYOUT.model(0) + MODEL.index(name)] += 5
     Histogram(file.cells[LAYOUT.lateness(0)]).record(70_000)
-    found = json.loads(printed(capsys, *words))
+    found = json.loads(command.said("stats", *words))
     assert found["run"] == 5
     assert found["lateness_us"]["max"] <= 71.7
-    assert json.loads(printed(capsys, *words))["lateness_us"]["max"] is None
+    assert json.loads(command.said("stats", *words))["lateness_us"]["max"] is None
 
 
 def test_a_new_run_is_all_new_to_an_old_cursor(
-    file: StatisticsFile, path: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    file: StatisticsFile, path: Path, tmp_path: Path, command: Command
 ) -> None:
     words = ("--statistics", path, "--since", tmp_path / "cursor", "--json")
-    printed(capsys, *words)
+    command.said("stats", *words)
     again = StatisticsFile(LAYOUT, HEADER, path)
     again.cells[LAYOUT.model(0) + MODEL.index("run")] = 7
     assert file.cells[ELAPSED] > 0
-    assert json.loads(printed(capsys, *words))["run"] == 7
+    assert json.loads(command.said("stats", *words))["run"] == 7
 
 
 def test_a_damaged_cursor_is_refused_in_one_sentence(
@@ -143,24 +138,24 @@ def test_a_damaged_cursor_is_refused_in_one_sentence(
 
 
 def test_two_runs_are_compared_figure_by_figure(
-    file: StatisticsFile, path: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    file: StatisticsFile, path: Path, tmp_path: Path, command: Command
 ) -> None:
     kept = tmp_path / "kept.stats"
-    printed(capsys, "--statistics", path, "--save", kept)
+    command.said("stats", "--statistics", path, "--save", kept)
     file.cells[LAYOUT.model(0) + MODEL.index("overruns")] = 6
-    found = json.loads(printed(capsys, "--diff", kept, path, "--json"))
+    found = command.document("stats", "--diff", kept, path)
     assert found["conditions"] == {}
     assert found["figures"]["overruns"] == {"a": 3, "b": 6, "ratio": 2}
     assert found["figures"]["episodes"]["ratio"] is None
-    assert re.search(r"overruns +3 +6 +2\.000", printed(capsys, "--diff", kept, path))
+    assert re.search(r"overruns +3 +6 +2\.000", command.said("stats", "--diff", kept, path))
 
 
 def test_runs_are_merged(
-    file: StatisticsFile, path: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    file: StatisticsFile, path: Path, tmp_path: Path, command: Command
 ) -> None:
     kept = tmp_path / "kept.stats"
-    printed(capsys, "--statistics", path, "--save", kept)
-    assert json.loads(printed(capsys, "--merge", kept, path, "--json"))["scheduled"] == 720_000
+    command.said("stats", "--statistics", path, "--save", kept)
+    assert command.document("stats", "--merge", kept, path)["scheduled"] == 720_000
     assert file.cells[ELAPSED] > 0
 
 
@@ -171,9 +166,9 @@ def parsed_as_plotting_scripts_do(text: str) -> list[tuple[int, int]]:
 
 
 def test_the_histogram_counts_every_sample_in_cyclictest_s_layout(
-    file: StatisticsFile, path: Path, capsys: pytest.CaptureFixture[str]
+    file: StatisticsFile, path: Path, command: Command
 ) -> None:
-    text = printed(capsys, "--statistics", path, "--histogram")
+    text = command.said("stats", "--statistics", path, "--histogram")
     rows = parsed_as_plotting_scripts_do(text)
     assert [us for us, _ in rows] == list(range(len(rows)))
     assert sum(count for _, count in rows) == 1001
@@ -186,11 +181,11 @@ def test_the_histogram_counts_every_sample_in_cyclictest_s_layout(
 @pytest.mark.slow
 @pytest.mark.skipif(shutil.which("cyclictest") is None, reason="needs the Debian package rt-tests")
 def test_the_layout_is_that_of_cyclictest(
-    file: StatisticsFile, path: Path, capsys: pytest.CaptureFixture[str]
+    file: StatisticsFile, path: Path, command: Command
 ) -> None:
-    command = ["cyclictest", "-q", "-h", "5", "-l", "20", "-i", "1000"]
-    theirs = subprocess.run(command, check=True, capture_output=True, text=True).stdout
-    ours = printed(capsys, "--statistics", path, "--histogram")
+    asked = ["cyclictest", "-q", "-h", "5", "-l", "20", "-i", "1000"]
+    theirs = subprocess.run(asked, check=True, capture_output=True, text=True).stdout
+    ours = command.said("stats", "--statistics", path, "--histogram")
 
     def shape(text: str) -> list[str]:
         marks = [re.sub(r"\d+", "0", line) for line in text.splitlines()]

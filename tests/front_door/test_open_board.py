@@ -162,8 +162,9 @@ def test_a_run_on_doubles_leaves_no_file() -> None:
     ],
 )
 def test_what_the_command_refuses_is_refused_here(
-    board: str, choices: dict[str, Any], error: type[Exception]
+    monkeypatch: pytest.MonkeyPatch, board: str, choices: dict[str, Any], error: type[Exception]
 ) -> None:
+    monkeypatch.setattr(hardware, "SERVED_WITHIN_S", 0.05)
     with pytest.raises(error):
         open_board(board, **choices)
 

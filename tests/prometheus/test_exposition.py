@@ -143,11 +143,10 @@ def test_a_text_file_is_for_all_users_and_whole(
     assert file.layout.cells > 0
 
 
-def test_stats_prints_the_same(
-    file: StatisticsFile, directory: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    assert main(["stats", "--prometheus", "--statistics", str(directory / "tachobot.stats")]) == 0
-    printed = samples(capsys.readouterr().out)
+def test_stats_prints_the_same(file: StatisticsFile, directory: Path, command: Command) -> None:
+    printed = samples(
+        command.said("stats", "--prometheus", "--statistics", directory / "tachobot.stats")
+    )
     name = ("firmware_runtime_overruns_total", "tachobot", "imu")
     assert printed[name] == samples(exposition("tachobot", file.statistics()))[name] == 1
 

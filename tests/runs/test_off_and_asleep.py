@@ -1,7 +1,9 @@
-"""Outputs that stay off, machines that sleep, and lines that are soon free."""
+"""Outputs that stay off, the last `safe-state`, machines that sleep, lines that are soon free."""
 
 from collections.abc import Iterator
 from itertools import chain, cycle, repeat
+from pathlib import Path
+from time import monotonic_ns
 
 import pytest
 
@@ -16,7 +18,13 @@ from firmware_runtime.runs.arming import Arming, Permission
 from firmware_runtime.runs.open_lines import soon_free
 from firmware_runtime.runs.safe_state import BETWEEN, SafeState
 from firmware_runtime.runs.supervision import SleepWatch, watch_sleep
+from firmware_runtime.runs.watched_run import (
+    last_safe_state,
+    note_safe_state,
+    safe_state_files,
+)
 from firmware_runtime.system import resources
+from firmware_runtime.system.this_process import boot_id
 from tests.support.periodic_models import Robot
 
 ON = ["PCA9685 at 0x40 on i2c1: outputs 0 are on"]
@@ -156,3 +164,45 @@ def test_what_another_process_lets_go_is_taken_and_what_it_keeps_is_refused(
     with pytest.raises(BusInUse, match="another process"):
         soon_free(take)
     assert 1.0 <= sum(waits) < 1.1
+
+
+PRESENT = f'"boot_id": "{boot_id()}"'
+
+
+@pytest.fixture(autouse=True)
+def directory(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.setenv("FIRMWARE_RUNTIME_STATE_DIRECTORY", str(tmp_path))
+    return tmp_path
+
+
+def last(statistics: Path | None = None) -> int:
+    return last_safe_state(safe_state_files("tachobot", statistics))
+
+
+def test_the_last_call_is_found_wherever_the_run_keeps_its_own(directory: Path) -> None:
+    assert last() == 0
+    before = monotonic_ns()
+    note_safe_state(directory / "tachobot.stats")
+    between = monotonic_ns()
+    assert before <= last() <= between
+    assert last(directory / "mine.stats") == last()
+    note_safe_state(directory / "elsewhere" / "mine.stats")
+    assert last() <= between <= last(directory / "elsewhere" / "mine.stats") <= monotonic_ns()
+
+
+@pytest.mark.parametrize(
+    "content",
+    [
+        '{"boot_id": "another", "at_ns": 1}',
+        f'{{{PRESENT}, "at_ns": {10**18}}}',
+        f'{{{PRESENT}, "at_ns": -1}}',
+        "",
+        "[" * 100_000,
+    ],
+)
+def test_a_call_of_another_boot_or_of_no_sense_is_none(directory: Path, content: str) -> None:
+    path = directory / "tachobot.safe-state"
+    path.write_text(content)
+    assert last() == 0
+    path.write_text(f'{{{PRESENT}, "at_ns": 1}}')
+    assert last() == 1

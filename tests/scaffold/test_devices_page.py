@@ -12,8 +12,7 @@ import pytest
 from firmware_drivers.actuator import Actuator
 
 from firmware_runtime.board.registers.register_table import Register, RegisterTable
-from firmware_runtime.cli.main import main
-from tests.support.command import started
+from tests.support.command import Command, started
 from tests.support.pages import PROJECT
 from tests.support.waiting import PATIENCE_S
 from tests.support.written_package import WrittenPackage, as_installed
@@ -113,7 +112,6 @@ def test_the_winch_of_the_example_is_what_its_table_makes(tmp_path: Path) -> Non
     ("chip", "expected"), [("plumb", "water 15.00 degC"), ("brook", "flow 0.250 l/s")]
 )
 def test_a_sensor_of_the_example_is_tried_on_its_double(
-    chip: str, expected: str, capsys: pytest.CaptureFixture[str]
+    chip: str, expected: str, command: Command
 ) -> None:
-    assert main(["try", chip, "--doubles", "--for", "0.1"]) == 0
-    assert expected in capsys.readouterr().out
+    assert expected in command.said("try", chip, "--doubles", "--for", "0.1")

@@ -13,6 +13,7 @@ from firmware_runtime.cli.main import main
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.host.scaffold.chip import write_chip
 from firmware_runtime.host.scaffold.package import class_name, write_robot
+from tests.support.command import Command
 from tests.support.table_chip import ABOVE_FLAGS, EIGHT_BITS, WORDS
 from tests.support.written_package import WrittenPackage, as_installed
 
@@ -47,10 +48,11 @@ def test_a_faulty_table_is_refused_with_all_faults_and_nothing_is_written(
 
 
 def test_the_command_prints_what_it_wrote_and_the_next_three_commands(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    tmp_path: Path, command: Command
 ) -> None:
-    assert main(["new", "chip", "light", "--into", str(tmp_path / "light")]) == 0
-    files, _, commands = capsys.readouterr().out.partition("next:\n")
+    files, _, commands = command.said(
+        "new", "chip", "light", "--into", tmp_path / "light"
+    ).partition("next:\n")
     assert len(files.splitlines()) == len([p for p in tmp_path.rglob("*") if p.is_file()])
     assert len(commands.splitlines()) == 3
 
@@ -163,10 +165,11 @@ def test_words_are_replaced_in_names_and_texts_and_an_empty_folder_is_taken(tmp_
 
 
 def test_the_command_prints_what_it_wrote_for_a_robot_and_what_is_next(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    tmp_path: Path, command: Command
 ) -> None:
-    assert main(["new", "robot", "rover", "--into", str(tmp_path / "a b")]) == 0
-    files, _, commands = capsys.readouterr().out.partition("next:\n")
+    files, _, commands = command.said(
+        "new", "robot", "rover", "--into", tmp_path / "a b"
+    ).partition("next:\n")
     assert len(files.splitlines()) == len([p for p in tmp_path.rglob("*") if p.is_file()])
     assert len(commands.splitlines()) == 3
     assert f"cd '{tmp_path / 'a b'}'" in commands

@@ -42,11 +42,15 @@ class Command:
         assert (ended.status, ended.out) == (status, ""), ended
         return ended.error
 
+    def said(self, *words: object) -> str:
+        """Return what is printed by one that ends well."""
+        ended = self(*words)
+        assert ended.status == Status.OK, ended
+        return ended.out
+
     def document(self, *words: object) -> Any:  # noqa: ANN401 -- as of json.loads
         """Return the JSON that is printed by one that ends well."""
-        ended = self(*words, "--json")
-        assert ended.status == Status.OK, ended
-        return json.loads(ended.out)
+        return json.loads(self.said(*words, "--json"))
 
 
 def own_process(

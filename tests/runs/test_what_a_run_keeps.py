@@ -1,19 +1,102 @@
-"""Off the robot what a run recorded outlives the login session, also of one that was killed."""
+"""What a run keeps: its statistics, its recording, and its steps recorded or not."""
 
 import json
 import os
 from pathlib import Path
 
 import pytest
+from msgspec.structs import asdict, replace
 
+from firmware_runtime.board.local_settings import board_in_force
 from firmware_runtime.cli.main import main
+from firmware_runtime.devs.time import SECOND
+from firmware_runtime.errors import StatisticsFileError
+from firmware_runtime.executive.clocks import VirtualClock
 from firmware_runtime.recording.blackbox import locations as persisted
 from firmware_runtime.recording.blackbox.locations import find_recording, recording_of_virtual_run
 from firmware_runtime.recording.blackbox.reader import read_recording
 from firmware_runtime.runs import black_box
+from firmware_runtime.runs.start import start_session
+from firmware_runtime.runs.watched_run import keep_clear_of_other_runs
+from firmware_runtime.statistics.file_header import STATISTICS, RunState
+from firmware_runtime.statistics.layout import STATE, Layout
+from firmware_runtime.system.this_process import ProcessIdentity, this_process
+from tests.support.command import Command
 from tests.support.recorded import record
 
-pytestmark = pytest.mark.slow
+ON_CHIPS = {"switched_off": ["here: 00"]}
+
+
+def another() -> ProcessIdentity:
+    """A process that goes on for as long as this one: its parent."""
+    pid = os.getppid()
+    started = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[19]
+    return replace(this_process(), pid=pid, started_ticks=int(started))
+
+
+@pytest.fixture
+def path(tmp_path: Path) -> Path:
+    return tmp_path / "rover.stats"
+
+
+def leave(
+    path: Path, writer: ProcessIdentity, conditions: dict[str, list[str]], state: RunState
+) -> None:
+    """Statistics that a process has left there, or is writing."""
+    cells = memoryview(bytearray(8 * Layout().cells)).cast("q")
+    cells[STATE] = state
+    header = {"writer": asdict(writer), "conditions": conditions}
+    path.write_bytes(STATISTICS.encode(header, len(cells)) + bytes(cells))
+
+
+@pytest.mark.parametrize(
+    ("conditions", "what"),
+    [(ON_CHIPS, "drives a robot"), ({}, "is a run")],
+    ids=["on chips", "on doubles of its own"],
+)
+def test_the_statistics_of_a_run_that_goes_on_are_not_taken(
+    path: Path, conditions: dict[str, list[str]], what: str
+) -> None:
+    leave(path, another(), conditions, RunState.RUNNING)
+    with pytest.raises(StatisticsFileError, match=f"process {os.getppid()} {what} and keeps"):
+        keep_clear_of_other_runs(path)
+
+
+@pytest.mark.parametrize(
+    ("writer", "state"),
+    [
+        (another(), RunState.ENDED),
+        (replace(another(), started_ticks=1), RunState.RUNNING),
+        (this_process(), RunState.RUNNING),
+    ],
+    ids=["over", "killed", "its own"],
+)
+def test_others_are_replaced(path: Path, writer: ProcessIdentity, state: RunState) -> None:
+    leave(path, writer, {}, state)
+    assert keep_clear_of_other_runs(path) is None
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("board", ["tachobot", "detective"])
+def test_each_model_is_activated_as_often(tmp_path: Path, board: str) -> None:
+    def activations(recording: Path | None) -> dict[str, tuple[int, int]]:
+        session = start_session(
+            board_in_force(board, ()),
+            VirtualClock(),
+            doubles=True,
+            statistics_path=None,
+            recording=recording,
+        )
+        try:
+            session.run(3 * SECOND)
+        finally:
+            session.close()
+        figures = session.executive.statistics.figures()
+        return {name: (each.run, each.reactions) for name, each in figures.models.items()}
+
+    bare = activations(None)
+    assert bare == activations(tmp_path / "run.recording")
+    assert sum(run + reactions for run, reactions in bare.values()) > 100
 
 
 @pytest.fixture(autouse=True)
@@ -34,23 +117,26 @@ def run(span_s: float = 0.3) -> Path:
     return record(path, "tachobot", span_s)
 
 
-def test_a_run_is_kept_when_it_is_over(
-    folders: tuple[Path, Path], capsys: pytest.CaptureFixture[str]
-) -> None:
+@pytest.mark.slow
+def test_a_run_is_kept_when_it_is_over(folders: tuple[Path, Path], command: Command) -> None:
     session, state = folders
     name = read_recording(run()).header.run
     (kept,) = state.rglob("*.recording")
     assert kept == state / "tachobot" / f"{name}.recording"
     assert kept.stat().st_size < 500_000
-    assert main(["recordings", "list", "--json"]) == 0
-    listed = [each for each in json.loads(capsys.readouterr().out) if each["run"] == name]
+    listed = [
+        each
+        for each in json.loads(command.said("recordings", "list", "--json"))
+        if each["run"] == name
+    ]
     assert [each["why"] for each in listed] == ["last run"]  # the copy is not listed beside it
     for each in session.iterdir():
         each.unlink()  # as at logout
     assert find_recording("tachobot") == kept
-    assert main(["replay", "tachobot"]) == 0
+    assert command("replay", "tachobot").status == 0
 
 
+@pytest.mark.slow
 def test_a_run_that_was_killed_is_kept_when_the_next_begins(
     folders: tuple[Path, Path], monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -63,6 +149,7 @@ def test_a_run_that_was_killed_is_kept_when_the_next_begins(
     assert found == {name, other}
 
 
+@pytest.mark.slow
 def test_the_oldest_go_where_there_are_too_many(folders: tuple[Path, Path]) -> None:
     folder = folders[1] / "tachobot"
     names = []
@@ -79,6 +166,7 @@ def test_the_oldest_go_where_there_are_too_many(folders: tuple[Path, Path]) -> N
     assert len(list(folder.iterdir())) == 2
 
 
+@pytest.mark.slow
 def test_a_disk_without_room_is_one_warning(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -93,6 +181,7 @@ def test_a_disk_without_room_is_one_warning(
     assert "recorded in " in said.out
 
 
+@pytest.mark.slow
 def test_a_board_asks_for_no_more_memory_than_its_run_takes(folders: tuple[Path, Path]) -> None:
     board = ["recording.minutes=60"]
     path = recording_of_virtual_run("tachobot")
