@@ -4,6 +4,8 @@
 # make test-fast  the quick tests only: neither slow ones nor those in real time
 # make test-portable  those, and all of what another Python could do otherwise: CI, on the newest
 # make vm-test  the service in a Debian guest: real kernel, real systemd (needs root and QEMU)
+# make pi-test  TachoBot on an emulated Raspberry Pi 3B, down to its I2C controller; PI_KERNELS chooses
+#             from stock and rt (downloads 160 MB once; no root)
 # make bench  benchmarks against peers; each prints its ratio last
 # make ros    .venv-ros: the interpreter of the ROS 2 node, with rclpy from wheels
 # make test-ros  the tests of the ROS 2 node, with real rclpy; part of `make test` where .venv-ros is
@@ -35,7 +37,7 @@ WITH_ROS = $(if $(wildcard $(ROS_VENV)/installed-node),test-ros)
 unexport PYTHONDONTWRITEBYTECODE
 
 .PHONY: run test all-cores real-time test-fast test-portable \
-	lint types ros test-ros vm-test bench docs pictures clean \
+	lint types ros test-ros vm-test pi-test bench docs pictures clean \
 	interpreter wheels-of-rclpy
 .DEFAULT_GOAL := run
 
@@ -79,6 +81,9 @@ test-ros: $(ROS_VENV)/installed-test $(VENV)/installed-run
 
 vm-test: $(VENV)/installed-run
 	@$(BIN)/python -m tests.vm.run
+
+pi-test: $(VENV)/installed-run
+	@$(BIN)/python -m tests.pi.run $(PI_KERNELS)
 
 bench: $(VENV)/installed-bench
 	@$(BIN)/firmware-runtime bench devstone

@@ -115,6 +115,14 @@ class Mpu9250Double(Target):
         """Return the targets for the bus: this chip, and its magnetometer behind the bypass."""
         return (self,) if self._magnetometer is None else (self, self._magnetometer)
 
+    @property
+    def content(self) -> bytes:
+        """Return what stands in its 128 registers by now; that reads none, so it clears none."""
+        self.catch_up()
+        if self._is_sample_due:
+            self._fill_data_registers()
+        return bytes(self._registers)
+
     def catch_up(self) -> None:
         """Take every sample due up to now, the magnetometer's among them, in order of time."""
         read_clock = self._now  # as a local, which CPython calls sooner

@@ -100,6 +100,11 @@ class Pca9685Double(Target):
         return self.duties[channel]
 
     @property
+    def content(self) -> bytes:
+        """Return what stands in its 256 registers."""
+        return bytes(self._registers)
+
+    @property
     def all_off(self) -> bool:
         """Return whether no output is ever high, for whatever reason."""
         return not any(self.duties)

@@ -2,15 +2,18 @@ from typing import ClassVar
 
 import pytest
 from firmware_drivers.chips.bearing import Bearing
+from firmware_drivers.chips.cmps12 import Cmps12
 from firmware_drivers.chips.step import Step
 from firmware_drivers.compass import ONCE, PERIODIC, Compass, CompassSettings
 
 from firmware_runtime.devs.model_errors import ModelFailure
-from firmware_runtime.devs.time import MILLISECOND
+from firmware_runtime.devs.time import MILLISECOND, SECOND
 from firmware_runtime.errors import SettingError
 from firmware_runtime.hal.wire_errors import HalError, Stuck
+from sim_doubles.chips.cmps12 import Cmps12Double
 from tests.support.scripted_bench import ScriptedBench
 from tests.support.scripted_chip import ScriptedChip
+from tests.support.virtual_bus import VirtualBus
 from tests.support.wire import sentences
 
 PERIOD = 100 * MILLISECOND
@@ -208,3 +211,29 @@ def test_a_bearing_may_stand_still(bench: Bench) -> None:
 def test_a_period_that_cannot_be_is_refused(chip: ScriptedCompass) -> None:
     with pytest.raises(SettingError, match=r"compass: period of 0 ns; expected more than 0 ns"):
         Compass("compass", chip, CompassSettings(period=0))
+
+
+# On its double ------------------------------------------------------------------------------------
+
+
+def turning(at: int) -> float:
+    """A vehicle that turns right by 60 degrees/s."""
+    return 60.0 * at / SECOND % 360
+
+
+@pytest.mark.slow
+def test_one_that_hangs_is_reported_and_sends_no_heading() -> None:
+    rig = VirtualBus()
+    double = rig.connect(Cmps12Double, address=0x62, bearing_deg=turning)
+    double.hangs_from = 5 * SECOND
+    chip = Cmps12(rig.bus, 0x62, period_ns=50 * MILLISECOND)
+    compass = Compass("compass2", chip, CompassSettings(period=50 * MILLISECOND))
+    headings = rig.simulate([compass], compass.heading_out)
+    faults = rig.listen(compass.fault_out)
+    rig.run(100 * MILLISECOND)
+    rig.send(compass.request, PERIODIC, 100 * MILLISECOND)
+    rig.run(8 * SECOND)
+    at, first = faults[0]
+    assert (first.kind, first.axis) == ("Stuck", "field x, field y, field z")
+    assert at == pytest.approx(5800 * MILLISECOND, abs=100 * MILLISECOND)
+    assert headings[-1][0] < 5900 * MILLISECOND

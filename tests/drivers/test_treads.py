@@ -4,14 +4,17 @@ import math
 import re
 
 import pytest
-from firmware_drivers.chips.md25 import Md25Report
+from firmware_drivers.chips.md25 import Md25, Md25Report
 from firmware_drivers.motors import FAULTS_BEFORE_FORGETTING
-from firmware_drivers.treads import Treads, TreadSpeeds
+from firmware_drivers.treads import Treads, TreadSettings, TreadSpeeds
 
-from firmware_runtime.devs.time import MILLISECOND
+from firmware_runtime.devs.time import MILLISECOND, SECOND
 from firmware_runtime.errors import SettingError
+from sim_doubles.chips.md25 import Md25Double
+from sim_doubles.faults import AbsentTarget, FaultScript
 from tests.support.scripted_chip import SILENT
 from tests.support.scripted_treads import STOP, ScriptedDriver, TreadsBench, bench_of, settings
+from tests.support.virtual_bus import VirtualBus
 from tests.support.wire import sentences
 
 REPORT = Md25Report(1, 2, 12.0, 0.1, 0.2)
@@ -215,3 +218,33 @@ def test_exit_stops_in_whatever_phase(bench: TreadsBench, driver: ScriptedDriver
     bench.put(50, right=1, left=1)
     assert bench.simulator.exit() == []
     assert driver.driven[-1][0] == STOP
+
+
+# On a double --------------------------------------------------------------------------------------
+
+
+@pytest.mark.slow
+def test_a_silent_md25_is_reported_within_a_refresh_and_stopped_by_its_own_timeout() -> None:
+    rig = VirtualBus()
+    double = rig.connect(Md25Double, full_speed_rad_s=10.0)
+    gone = AbsentTarget(target=double, since=5 * SECOND, until=8 * SECOND)
+    rig.doubles.faults = FaultScript([gone])
+    treads = Treads("treads", Md25(rig.bus), TreadSettings(speed=0.5, refresh=100 * MILLISECOND))
+    faults = rig.simulate([treads], treads.fault_out)
+
+    def drive(at: int) -> None:
+        rig.run(at)
+        for side in (treads.right, treads.left):
+            rig.send(side, 1, at)
+
+    drive(500 * MILLISECOND)
+    rig.run(6890 * MILLISECOND)
+    assert faults[0][0] == pytest.approx(5 * SECOND, abs=100 * MILLISECOND)
+    assert double.speeds_rad_s != (0.0, 0.0)
+    rig.run(6950 * MILLISECOND)
+    assert double.speeds_rad_s == (0.0, 0.0)
+    rig.run(9 * SECOND)
+    assert treads.phase == "still"
+    drive(9 * SECOND)
+    rig.run(10 * SECOND)
+    assert double.speeds_rad_s == pytest.approx((5.0, 5.0), abs=0.05)

@@ -40,11 +40,15 @@ class VirtualBus:
             for entry in model.in_ports.values():
                 self._entries[entry] = robot.in_port(entry.name, entry.type)
                 robot.couple(self._entries[entry], entry)
-        simulator = Simulator(robot)
+        self._simulator = Simulator(robot)
+        return self.listen(*ports)
+
+    def listen(self, *ports: OutPort[Any]) -> list[tuple[int, Any]]:
+        """Return what leaves these ports from now on."""
+        assert self._simulator is not None
         received: list[tuple[int, Any]] = []
         for port in ports:
-            simulator.listen(port, lambda at, value: received.append((at, value)))
-        self._simulator = simulator
+            self._simulator.listen(port, lambda at, value: received.append((at, value)))
         return received
 
     def send(self, port: InPort[T], value: T, at: int) -> None:

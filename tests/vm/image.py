@@ -47,7 +47,7 @@ class Image(NamedTuple):
 
 def image_in(folder: Path) -> Image:
     """Where the image of the present recipe is, or would be."""
-    recipe = [Path(__file__), PROJECT, _sources(), *sorted((HERE / "laid_in").rglob("*"))]
+    recipe = [Path(__file__), PROJECT, host_sources(), *sorted((HERE / "laid_in").rglob("*"))]
     contents = b"\0".join(path.read_bytes() for path in recipe if path.is_file())
     home = folder.absolute() / hashlib.sha256(contents).hexdigest()[:12]
     return Image(home / "vmlinuz", home / "initrd", home / "disk", home / "python")
@@ -73,7 +73,7 @@ def build(image: Image) -> None:
     shutil.rmtree(work)
 
 
-def _sources() -> Path:
+def host_sources() -> Path:
     """The host's own list of Debian's mirrors."""
     deb822 = Path("/etc/apt/sources.list.d/debian.sources")
     return deb822 if deb822.exists() else Path("/etc/apt/sources.list")
@@ -84,7 +84,16 @@ def _bootstrap(root: Path) -> None:
     leave_out = [f"--dpkgopt=path-exclude={pattern}" for pattern in LEFT_OUT]
     include = f"--include={','.join(PACKAGES)}"
     suite = platform.freedesktop_os_release()["VERSION_CODENAME"]
-    run("mmdebstrap", "--quiet", "--variant=minbase", include, *leave_out, suite, root, _sources())
+    run(
+        "mmdebstrap",
+        "--quiet",
+        "--variant=minbase",
+        include,
+        *leave_out,
+        suite,
+        root,
+        host_sources(),
+    )
 
 
 def _python_of(root: Path) -> str:

@@ -56,13 +56,13 @@ def booted(
         )
     try:
         assert qemu.stdout is not None
-        yield _lines(qemu.stdout, monotonic() + limit_s)
+        yield lines_of(qemu.stdout, monotonic() + limit_s)
     finally:
         qemu.kill()
         qemu.communicate()
 
 
-def _lines(output: IO[bytes], give_up_at: float) -> Iterator[str]:
+def lines_of(output: IO[bytes], give_up_at: float) -> Iterator[str]:
     silence_s = BOOT_S
     while True:
         patience_s = min(silence_s, give_up_at - monotonic())

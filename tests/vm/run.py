@@ -47,7 +47,7 @@ def main() -> int:
         return 2
     try:
         image = _image()
-        with _stage("wheel and checks"):
+        with stage("wheel and checks"):
             write_carried(HOME / "carried.tar", HOME, sys.argv[1:])
             python = image.python.read_text(encoding="ascii") if "ros" in sys.argv else ""
             write_ros(HOME / "ros.tar", python)
@@ -82,7 +82,7 @@ def _image() -> Image:
     if image.is_there:
         show("image: as it was")
     else:
-        with _stage("image"):
+        with stage("image"):
             build(image)
     return image
 
@@ -106,7 +106,7 @@ def _checks(image: Image) -> int:
 def _boot(image: Image, logs: Path, accel: str) -> Tally:
     tally = Tally()
     disks = [disk for disk in (HOME / "carried.tar", HOME / "ros.tar") if disk.exists()]
-    with _stage("checks"), booted(image, disks, logs, accel, LIMIT_S) as lines:
+    with stage("checks"), booted(image, disks, logs, accel, LIMIT_S) as lines:
         for line in lines:
             tally.take(line)
     return tally
@@ -119,7 +119,7 @@ _HOW: Final = {
 
 
 @contextmanager
-def _stage(name: str) -> Iterator[None]:
+def stage(name: str) -> Iterator[None]:
     show(f"{name} ...")
     began_at = monotonic()
     yield

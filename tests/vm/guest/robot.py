@@ -38,7 +38,7 @@ class Robot:
         """Change values in the user's copy."""
         text = self.settings.read_text(encoding="utf-8")
         for key, value in changes.items():
-            text = _changed(text, key, value)
+            text = with_value(text, key, value)
         self.settings.write_text(text, encoding="utf-8")
 
     # Its units ----------------------------------------------------------------------------------
@@ -120,7 +120,7 @@ class Robot:
         return took
 
 
-def _changed(text: str, key: str, value: object) -> str:
+def with_value(text: str, key: str, value: object) -> str:
     """TOML with another value at `table.key`, which may be a default that the text leaves out.
 
     Whether there is such a key, the run itself says. Raises Failed if there is no such table.
