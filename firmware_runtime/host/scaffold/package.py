@@ -80,11 +80,11 @@ def write_package(template: str, folder: Path, words: Mapping[str, str]) -> list
 
 
 def _texts(folder: Traversable, below: str = "") -> Iterator[tuple[str, str]]:
-    """Yield every file of a template with its path in it."""
+    """Yield every file of a template with its path in it; what tools leave there is none of it."""
     for each in folder.iterdir():
         if each.is_file():
             yield below + each.name, each.read_text(encoding="utf-8")
-        elif not each.name.endswith(_BUILT):
+        elif not each.name.startswith(".") and not each.name.endswith(_BUILT):
             yield from _texts(each, f"{below}{each.name}/")
 
 

@@ -57,12 +57,13 @@ def started(*words: object, log: str) -> "subprocess.Popen[bytes]":
         return subprocess.Popen([*map(str, words)], stdout=file, stderr=file)
 
 
-def waited(true: Callable[[], object], what: str, log: str) -> None:
-    """Wait until something is true. Raises Failed with the end of a log where it is not in time."""
+def waited(true: Callable[[], object], what: str) -> None:
+    """Wait until something is true. Raises Failed with the end of each log if it is not in time."""
     try:
         wait_until(true, what, PATIENCE_S)
     except Failed as failed:
-        raise Failed(f"{failed}; {log}: {(LOGS / log).read_text()[-1500:]}") from failed
+        ends = (f"{log.name}: {log.read_text()[-700:]}" for log in sorted(LOGS.iterdir()))
+        raise Failed("; ".join((str(failed), *ends))) from failed
 
 
 def write_settings() -> None:

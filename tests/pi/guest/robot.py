@@ -10,6 +10,7 @@ from time import monotonic_ns
 from typing import Final
 
 from tests.pi.guest.emulated import (
+    LOGS,
     PROGRAM,
     READY,
     SETTINGS,
@@ -36,7 +37,7 @@ def a_puppet_keeps_the_memories_as_the_chips_are() -> str:
     """What both read after power-up."""
     write_settings()
     started(sys.executable, "-m", "tests.pi.guest.puppet", SETTINGS, log="puppet")
-    waited(READY.exists, "the puppet looks at the memories", "puppet")
+    waited(READY.exists, "the puppet looks at the memories")
     found = memory_of(0x40)[:6].hex()
     expect(found == "1104e2e4e8e0", f"0x40 reads {found}")
     return f"0x68 has WHO_AM_I {memory_of(0x68)[0x75]:02x}"
@@ -61,14 +62,14 @@ def nothing_is_driven_before_it_is_armed() -> None:
     """The guard first, then the run, at 20 Hz."""
     started(*PROGRAM, "guard", SETTINGS, log="guard")
     _runs.append(started(*PROGRAM, "run", SETTINGS, "--for", "600", log="run"))
-    waited(lambda: tried("stats", "tachobot").returncode == 0, "it runs", "run")
+    waited(lambda: tried("stats", "tachobot").returncode == 0, "it runs")
     expect(are_off(memory_of(0x40)), "an output is on")
 
 
 def it_is_armed_and_drives() -> str:
     """As soon as nothing speaks against it."""
-    waited(lambda: tried("arm", "tachobot").returncode == 0, "armed", "run")
-    waited(lambda: not are_off(memory_of(0x40)), "an output is on", "run")
+    waited(lambda: tried("arm", "tachobot").returncode == 0, "armed")
+    waited(lambda: not are_off(memory_of(0x40)), "an output is on")
     looks, each_ms = READY.read_text().split()
     return f"the puppet has looked {looks} times, {each_ms} ms each"
 
@@ -77,8 +78,9 @@ def killed_it_is_switched_off_by_the_guard() -> str:
     """SIGKILL leaves the chips as they were."""
     _runs[-1].send_signal(signal.SIGKILL)
     since = monotonic_ns()
-    waited(lambda: are_off(memory_of(0x40)), "all outputs are off", "guard")
-    return f"seen after {(monotonic_ns() - since) / 1e6:.0f} ms"
+    waited(lambda: are_off(memory_of(0x40)), "all outputs are off")
+    noted = (LOGS / "puppet").read_text().strip() or "nothing"
+    return f"seen after {(monotonic_ns() - since) / 1e6:.0f} ms; the puppet noted {noted[-300:]}"
 
 
 def safe_state_is_checked_by_reading_back() -> str:
