@@ -17,7 +17,7 @@ from typing import Final
 
 from tests.pi.guest.robot import CARRIED
 from tests.pi.image import KERNELS, Image, built, pack
-from tests.vm.commands import Unbuildable, run, show
+from tests.vm.commands import Unbuildable, end_in_order, run, show
 from tests.vm.machine import lines_of
 from tests.vm.run import stage
 from tests.vm.tally import END, Tally
@@ -31,6 +31,7 @@ NEEDED: Final = {"cpio": "cpio", "xz": "xz-utils", "dpkg-deb": "dpkg", "gzip": "
 
 def main() -> int:
     """Run all stages; each says how long it took."""
+    end_in_order()
     kinds = sys.argv[1:] or ["stock"]
     if unknown := [kind for kind in kinds if kind not in KERNELS]:
         show(f"pi-test: {', '.join(unknown)}: no kernel; expected {' or '.join(KERNELS)}")

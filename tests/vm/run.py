@@ -18,7 +18,7 @@ from pathlib import Path
 from time import monotonic
 from typing import Final
 
-from tests.vm.commands import Unbuildable, show
+from tests.vm.commands import Unbuildable, end_in_order, show
 from tests.vm.image import Image, build, image_in
 from tests.vm.machine import accelerator, booted
 from tests.vm.tally import Tally
@@ -39,6 +39,7 @@ NEEDED: Final = {
 
 def main() -> int:
     """Run all stages; each says how long it took."""
+    end_in_order()
     if why := _impossible():
         show(f"vm-test: skipped: {why}")
         return 0
