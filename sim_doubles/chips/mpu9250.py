@@ -89,7 +89,8 @@ class Mpu9250Double(Target):
         self._now = now
         self._inertia = inertia
         self._magnetometer = magnetometer
-        self._reset_time = reset_time
+        self.reset_time = reset_time
+        """How long an H_RESET takes, ns."""
         self._power_up = power_up(who_am_i)
         self._registers = bytearray(self._power_up)
         self._clock = SampleClock()
@@ -279,7 +280,7 @@ class Mpu9250Double(Target):
         if byte & H_RESET:
             self._reset()
             self._registers[PWR_MGMT_1] |= H_RESET
-            self._reset_ends_at = self._at + self._reset_time
+            self._reset_ends_at = self._at + self.reset_time
         elif byte & CYCLE:
             self.warnings.note("CYCLE set; this double does not model it and samples on")
 

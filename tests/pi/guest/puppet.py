@@ -24,6 +24,7 @@ class RealTime:
 def main() -> None:
     """Leave in READY how often it has looked, and how long that took."""
     rig = TachobotRig(registry.load(sys.argv[1]).settings, RealTime())
+    rig.imu.reset_time = 0  # it learns of a reset late, and the host has waited by then
     memories = open_i2c("memories", BUS, timeout_ms=1000)
     puppet = Puppet(memories, rig.buses["i2c1"], (rig.thrust, rig.imu))
     looks, began_at = 0, monotonic_ns()
