@@ -58,6 +58,16 @@ def the_doctor_finds_no_failure() -> None:
     expect("mishandles it" in done.stdout, done.stdout[-500:])
 
 
+def a_run_is_recorded_and_sent_to_the_host() -> str:
+    """10 s, disarmed and at rest; the host replays it."""
+    program("run", SETTINGS, "--for", "10", "--record", RECORDING, timeout_s=300.0)
+    content = gzip.compress(RECORDING.read_bytes())
+    text = b64encode(content).decode()
+    for first in range(0, len(text), LINE):
+        say(f"{CARRIED}{text[first : first + LINE]}")
+    return f"{len(content)} bytes"
+
+
 def nothing_is_driven_before_it_is_armed() -> None:
     """The guard first, then the run, at 20 Hz."""
     started(*PROGRAM, "guard", SETTINGS, log="guard")
@@ -91,23 +101,13 @@ def safe_state_is_checked_by_reading_back() -> str:
     return done.stdout.strip()
 
 
-def a_run_is_recorded_and_sent_to_the_host() -> str:
-    """10 s, disarmed; the host replays it."""
-    program("run", SETTINGS, "--for", "10", "--record", RECORDING, timeout_s=300.0)
-    content = gzip.compress(RECORDING.read_bytes())
-    text = b64encode(content).decode()
-    for first in range(0, len(text), LINE):
-        say(f"{CARRIED}{text[first : first + LINE]}")
-    return f"{len(content)} bytes"
-
-
 CHECKS: Final[tuple[Check, ...]] = (
     a_puppet_keeps_the_memories_as_the_chips_are,
     probe_finds_that_tachobot_fits,
     the_doctor_finds_no_failure,
+    a_run_is_recorded_and_sent_to_the_host,
     nothing_is_driven_before_it_is_armed,
     it_is_armed_and_drives,
     killed_it_is_switched_off_by_the_guard,
     safe_state_is_checked_by_reading_back,
-    a_run_is_recorded_and_sent_to_the_host,
 )
