@@ -33,7 +33,9 @@ class Shown(Protocol):
 class Puppet:
     """Keeps memories on one bus as the doubles at the same addresses of another are.
 
-    What stands in the memories before that is overwritten. Raises HalError where one is missing.
+    The doubles' clock stands still while it looks: whoever calls `step` sets it on before. What
+    stands in the memories before the first look is overwritten. Raises HalError where one is
+    missing.
     """
 
     def __init__(self, memories: I2cBus, doubles: I2cBus, chips: Iterable[Shown]) -> None:
