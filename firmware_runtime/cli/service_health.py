@@ -37,8 +37,8 @@ def add_health_to(actions: SubParsers) -> None:
 
 
 def _execute(arguments: argparse.Namespace) -> int:
+    before = _figures_in(arguments.before)
     try:
-        before = _figures_in(arguments.before)
         found = observed(arguments.board, arguments.seconds)
     except StatisticsFileError as error:
         print(f"firmware-runtime: {error}", file=sys.stderr)
@@ -56,4 +56,8 @@ def _execute(arguments: argparse.Namespace) -> int:
 def _figures_in(file: Path | None) -> Figures | None:
     if file is None or not file.exists():
         return None
-    return figures_of(file.read_bytes(), str(file))
+    try:
+        return figures_of(file.read_bytes(), str(file))
+    except StatisticsFileError as error:  # of a version whose figures are others
+        print(f"firmware-runtime: not compared with {error}", file=sys.stderr)
+        return None

@@ -52,8 +52,8 @@ def cases(healthy: Figures) -> dict[str, Case]:
         "late in a hundredth": Case({"overruns": healthy.overruns + run // 100}),
         "a step of 3 ms more": Case(step(healthy, 1.0, 3000.0), "a step takes"),
         "a step a fifth longer": Case(step(healthy, 1.2)),
-        "a new cause": Case({"late_by_cause": {"garbage": steps // 20}}, "late by garbage"),
-        "a new cause, seldom": Case({"late_by_cause": {"garbage": steps // 200}}),
+        "another cause": Case({"late_by_cause": {"garbage": steps // 20}}, "late by garbage"),
+        "another cause, seldom": Case({"late_by_cause": {"garbage": steps // 200}}),
     }
 
 
@@ -64,9 +64,17 @@ def test_what_is_worse_than_before_is_said(healthy: Figures) -> None:
         assert all(case.said in each for each in said), name
 
 
-def test_a_kind_of_fault_that_was_there_before_is_not_new(healthy: Figures) -> None:
-    before = replace(healthy, faults=faults(3))
-    assert list(complaints(replace(healthy, faults=faults(1000)), before)) == []
+def test_a_kind_of_fault_counts_by_how_often_it_came_before(healthy: Figures) -> None:
+    usual = healthy.models["imu"].run // 2
+    before = replace(healthy, faults=faults(usual))
+    assert list(complaints(replace(healthy, faults=faults(usual + 3)), before)) == []
+    seldom = replace(healthy, faults=faults(1))
+    assert len(list(complaints(before, seldom))) == 1
+
+
+def test_a_model_that_does_not_run_any_more_is_said(healthy: Figures) -> None:
+    idle = {**healthy.models, "imu": replace(healthy.models["imu"], run=0)}
+    assert [each[:4] for each in complaints(replace(healthy, models=idle), healthy)] == ["imu:"]
 
 
 def test_on_another_computer_timing_is_not_compared(healthy: Figures) -> None:

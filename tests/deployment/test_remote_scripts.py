@@ -26,6 +26,7 @@ case $1 in
 check) exit {check} ;;
 doctor) exit {doctor} ;;
 service)
+	[ "$3" != --help ] || exit 0
 	[ "$2" != health ] || {{ echo "firmware-runtime: two faults"; exit {health}; }}
 	echo installed || exit 9; printf {name} >{unit}; exit {service}
 	;;
@@ -320,7 +321,7 @@ def test_what_is_tried_is_kept_if_it_is_healthy(
     assert switch(home, venv).returncode == 0
     update = home / "update"
     update.write_text(update.read_text().replace("state committed", "state trying"))
-    asked = ["sh", str(home / "update.sh"), "watch", "1"]
+    asked = ["sh", str(home / "update.sh"), "watch", "1", str(venv)]
     subprocess.run(asked, check=True, capture_output=True)
     assert state_of(home) == state
     assert "reason two faults\n" in update.read_text()

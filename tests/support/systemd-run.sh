@@ -3,4 +3,4 @@
 
 while [ "${1#-}" != "$1" ]; do shift; done
 echo "$*" >>/run/systemd-run.log
-setsid "$@" </dev/null >/run/watch.log 2>&1 &
+setsid "$@" </dev/null >/run/watch.log 2>&1 9>&- &

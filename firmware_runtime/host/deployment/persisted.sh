@@ -1,6 +1,6 @@
 
 umask 022
-home=$(dirname "$0")
+home=$(cd "$(dirname "$0")" && pwd) || exit
 root=${home%/opt/firmware-runtime}
 settings=$root/etc/firmware-runtime
 case $1 in

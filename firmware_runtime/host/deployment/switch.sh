@@ -13,44 +13,53 @@ main() {
 	home=$root/opt/firmware-runtime
 	settings=$root/etc/firmware-runtime
 	program=$home/venv/bin/firmware-runtime
-	[ -d "$venv" ] || fail "$venv is gone; deploy again"
-	is_whole "$venv" || fail "$venv: files are missing or were changed since it was made; deploy again"
 	exec 9>"$home/update.lock"
-	flock --nonblock 9 || fail "an update is being tried; see firmware-runtime deploy status"
+	flock --nonblock 9 || refuse "an update is being tried; see firmware-runtime deploy status"
+	[ -d "$venv" ] || fail "$venv is gone; deploy again"
+	is_whole "$venv" || refuse "$venv: files are missing or were changed since it was made; deploy again"
+	running=
+	if [ -z "$root" ]; then running=$(list_units) || refuse "systemd does not say what runs"; fi
+	# shellcheck disable=SC2086 # one word a unit
+	armed=$(armed_among "$(safe_venv "$home/venv" "$venv")/bin/firmware-runtime" $running)
+	[ -z "$armed" ] || refuse "$armed is armed, expected it disarmed: firmware-runtime disarm $armed"
 	if [ -z "$root" ] && [ "$(field state)" = trying ]; then
 		read_state
-		revert "nobody waited for its verdict any more" || fail "$(field reason)"
+		revert "nobody waited for its verdict any more" || [ "$(field state)" = unproved ] ||
+			fail "$(field reason)"
 		venv=$2 board=$3
+		running=$(list_units) || fail "systemd does not say what runs"
 	fi
 	before=$(readlink "$home/venv")
-	running=
-	if [ -z "$root" ]; then running=$(list_units); fi
-	# shellcheck disable=SC2086 # one word a unit
-	armed=$(armed_among "$program" $running)
-	[ -z "$armed" ] || fail "$armed is armed, expected it disarmed: firmware-runtime disarm $armed"
+	earlier=$(readlink "$home/previous")
 
 	{ keep_system && keep_figures && keep_way_back && set_state staged "it is whole"; } ||
-		fail "the way back could not be prepared, so the old program stays"
-	safe_program=$(sound_venv "$home/venv" "$venv")/bin/firmware-runtime
+		refuse "the way back could not be prepared, so the old program stays"
+	safe_program=$(safe_venv "$home/venv" "$venv")/bin/firmware-runtime
 	# shellcheck disable=SC2086
 	stop_units 'a new version' $running || {
 		set_state reverted "a robot could not be made safe"
 		fail "a robot could not be made safe, so the old program stays;" \
 			"cut the power of its motors, then deploy again"
 	}
-	{ set_state trying "its health is not known yet" && use_new_venv "$venv" && link_program &&
-		take_settings && install_service; } || go_back
-	if [ -n "$root" ] || [ "$start" = no ]; then
-		set_state committed "it was not started, so not tried"
-		remove_other_venvs
-	else
+	{ set_state trying "its health is not known yet" && start_watch && use_new_venv "$venv" &&
+		link_program && take_settings && install_service; } || go_back
+	if is_tried; then
 		# shellcheck disable=SC2086
 		start_units $running
-		exec 9>&-
-		systemd-run --quiet --collect --unit=firmware-runtime-watch \
-			/bin/sh "$home/update.sh" watch "$health" || go_back
+	else
+		{ set_state committed "it was not started, so not tried" && remove_other_venvs; } || go_back
 	fi
 	sync # also what systemd has written
+}
+
+is_tried() { # whether this version runs now
+	[ -z "$root" ] && [ "$start" = yes ]
+}
+
+start_watch() { # it waits for the lock, which is free when this script ends, however it ends
+	is_tried || return 0
+	systemd-run --quiet --collect --unit=firmware-runtime-watch --property=Restart=on-abnormal \
+		--property=OOMScoreAdjust=-900 /bin/sh "$home/update.sh" watch "$health" "$venv"
 }
 
 keep_figures() { # of the version in use, to compare with
@@ -60,9 +69,9 @@ keep_figures() { # of the version in use, to compare with
 keep_way_back() { # what takes a version back, as this version does it, and the unit that starts it
 	cat "$home"/parcel/scripts/venvs.sh "$home"/parcel/scripts/units.sh "$home"/parcel/scripts/robots.sh \
 		"$home"/parcel/scripts/update.sh "$home"/parcel/scripts/persisted.sh >"$home/update.sh.new" &&
-		sync "$home/update.sh.new" && mv "$home/update.sh.new" "$home/update.sh"
+		sync "$home/update.sh.new" && mv "$home/update.sh.new" "$home/update.sh" || return
 	units=$root/etc/systemd/system
-	mkdir -p "$units/basic.target.wants" && [ -s "$home/update.sh" ] &&
+	mkdir -p "$units/basic.target.wants" &&
 		copy "$home/parcel/scripts/firmware-runtime-update.service" \
 			"$units/firmware-runtime-update.service" &&
 		ln -sfn ../firmware-runtime-update.service \
@@ -106,8 +115,15 @@ go_back() { # to the program from before; without one, what was installed stays 
 	else
 		take_back "its service was not installed"
 	fi
-	[ -n "$before" ] || fail "the service does not run; see firmware-runtime service logs $board"
+	[ "$(field state)" != trying ] || fail "$(field reason)"
+	[ "$(field state)" = reverted ] ||
+		fail "the service does not run; see firmware-runtime service logs $board"
 	fail "the service does not run with the new program; the one from before is back"
+}
+
+refuse() { # before anything was begun
+	rm -rf "$venv"
+	fail "$@"
 }
 
 fail() {

@@ -1,8 +1,9 @@
 # Units of this project that systemd runs.
 
 list_units() { # of this project, that run now
-	systemctl list-units --plain --no-legend --full --state=active,activating,reloading \
-		'firmware-runtime@*' 'firmware-runtime-*@*' | awk '{ print $1 }'
+	listed=$(systemctl list-units --plain --no-legend --full --state=active,activating,reloading \
+		'firmware-runtime@*' 'firmware-runtime-*@*') || return
+	printf '%s\n' "$listed" | awk '{ print $1 }'
 }
 
 board_of() { # the board of unit $1

@@ -10,23 +10,19 @@
 set_state() { # $1, because of $2
 	running=$(echo "$running" | tr '\n' ' ')
 	{
-		echo "state $1"
-		echo "board $board"
-		echo "new $venv"
-		echo "old $before"
-		echo "running $running"
-		echo "since $(date -u +%Y-%m-%dT%H:%M:%SZ)"
-		echo "reason $2"
+		printf '%s\n' "state $1" "board $board" "new $venv" "old $before" "earlier $earlier" \
+			"running $running" "since $(date -u +%Y-%m-%dT%H:%M:%SZ)" "reason $2"
 	} >"$home/update.new" && sync "$home/update.new" &&
 		mv "$home/update.new" "$home/update" && sync -f "$home"
 }
 
 field() { # of the update, by its name
-	sed -n "s/^$1 *//p" "$home/update" 2>/dev/null
+	sed -n "s/^$1 \{1,\}//p" "$home/update" 2>/dev/null
 }
 
 read_state() { # what `set_state` wrote
-	board=$(field board) venv=$(field new) before=$(field old) running=$(field running)
+	board=$(field board) venv=$(field new) before=$(field old) earlier=$(field earlier)
+	running=$(field running)
 }
 
 of_system() { # what a version puts beside its program, as paths below $root; not the way back itself
@@ -37,7 +33,7 @@ of_system() { # what a version puts beside its program, as paths below $root; no
 			etc/udev/rules.d/60-firmware-runtime.rules "etc/firmware-runtime/$board.toml"; do
 			case $each in
 			*/firmware-runtime-update.service) ;;
-			*) if [ -e "$each" ] || [ -L "$each" ]; then echo "$each"; fi ;;
+			*) if [ -e "$each" ] || [ -L "$each" ]; then find "$each" ! -type d; fi ;;
 			esac
 		done
 	)
@@ -57,21 +53,21 @@ restore_system() { # as it was kept; what came since goes
 }
 
 take_back() { # the version in use, because of $1, while no robot runs
-	[ -n "$before" ] || {
-		set_state unproved "$1; there is no version before it"
+	if [ -z "$before" ] || [ "$(sound_venv "$before" "$venv")" != "$before" ]; then
+		set_state unproved "$1; there is no whole version before it"
 		return 1
-	}
+	fi
 	use_venv "$before" || return
-	restore_system || return
-	set_state reverted "$1" || return
-	if [ "$(readlink "$home/previous")" = "$before" ]; then rm -f "$home/previous"; fi
 	rm -rf "$venv"
+	restore_system || return
+	if [ -n "$earlier" ]; then ln -sfn "$earlier" "$home/previous"; else rm -f "$home/previous"; fi
+	set_state reverted "$1"
 }
 
 revert() { # as take_back, and the robots that ran run again; those of the new version are stopped
-	safe_program=$(sound_venv "$before" "$venv")/bin/firmware-runtime
-	# shellcheck disable=SC2046 # one word a unit
-	stop_units 'an update is taken back' $(list_units) || {
+	safe_program=$(safe_venv "$before" "$venv")/bin/firmware-runtime
+	# shellcheck disable=SC2086 # one word a unit
+	{ now=$(list_units) && stop_units 'an update is taken back' $now; } || {
 		set_state trying "$1; a robot could not be made safe: cut the power of its motors"
 		return 1
 	}
@@ -82,25 +78,39 @@ revert() { # as take_back, and the robots that ran run again; those of the new v
 }
 
 boot() { # before any robot is started
+	exec 9>"$home/update.lock"
+	flock --nonblock 9 || return 0 # it is being tried: the computer has not restarted
 	case $(field state) in
 	staged | trying)
 		read_state
-		take_back "the computer restarted before the new version had proved itself" || return
+		take_back "the computer restarted before the new version had proved itself" ||
+			[ "$(field state)" = unproved ] || return
 		systemctl daemon-reload
 		;;
 	esac
 }
 
-watch() { # for $1 seconds; whatever does not end well, or not in time, is taken back
+watch() { # for $1 seconds, over the version in $2; what does not end well, or in time, is taken back
 	seconds=$1
 	exec 9>"$home/update.lock"
 	flock 9
 	read_state
-	[ "$(field state)" = trying ] || return 0
-	said=$(timeout --kill-after=5 "$((seconds + 120))" "$venv/bin/firmware-runtime" service health "$board" \
-		--for "$seconds" --before "$home/before.json" 2>&1)
-	healthy=$?
-	last=$(printf '%s\n' "$said" | tail -n 1 | sed 's/^firmware-runtime: //')
+	[ "$(field state)" = trying ] && [ "$venv" = "$2" ] || return 0
+	last="this version cannot tell its health; its services run"
+	healthy=0
+	if "$venv/bin/firmware-runtime" service health --help >/dev/null 2>&1; then
+		said=$(timeout --kill-after=5 "$((seconds + 120))" "$venv/bin/firmware-runtime" service health \
+			"$board" --for "$seconds" --before "$home/before.json" 2>&1)
+		healthy=$?
+		last=$(printf '%s\n' "$said" | tail -n 1 | sed 's/^firmware-runtime: //')
+	else
+		sleep "$seconds"
+	fi
+	if [ "$healthy" = 0 ]; then
+		for unit in $running; do
+			systemctl is-active --quiet "$unit" || healthy=6 last="$unit does not run"
+		done
+	fi
 	case $healthy in
 	0) set_state committed "$last" && remove_other_venvs ;;
 	124 | 137) revert "no verdict on its health within $((seconds + 120)) s" ;;

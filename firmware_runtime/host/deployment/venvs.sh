@@ -41,6 +41,11 @@ sound_venv() { # $1, or $2 if that is not whole
 	fi
 }
 
+safe_venv() { # as sound_venv, of a program that runs: its interpreter may have gone
+	each=$(sound_venv "$1" "$2")
+	if "$each/bin/firmware-runtime" --version >/dev/null 2>&1; then echo "$each"; else echo "$2"; fi
+}
+
 use_venv() { # the link `venv` names $1 from now on
 	ln -sfn "$1" "$home/venv.link" && sync -f "$home" &&
 		mv -T "$home/venv.link" "$home/venv" && sync -f "$home"
@@ -54,9 +59,11 @@ use_new_venv() { # as use_venv, and the one in use becomes `previous`
 }
 
 remove_other_venvs() { # all but those in use and before
+	used=$(readlink -f "$home/venv") kept=$(readlink -f "$home/previous")
 	for each in "$home"/venv.??????; do
-		[ "$each" = "$(readlink "$home/venv")" ] ||
-			[ "$each" = "$(readlink "$home/previous" || true)" ] ||
-			rm -rf "$each"
+		case $(readlink -f "$each") in
+		"$used" | "$kept") ;;
+		*) rm -rf "$each" ;;
+		esac
 	done
 }

@@ -22,16 +22,16 @@ WITHIN_S: Final = 60.0
 """How long a service may take to its first activations."""
 LOOK_S: Final = 1.0
 FAULT_SHARE: Final = 0.05
-"""A kind of fault that was not there before counts from this share of a model's activations on: a
-busy computer misses a sample now and then."""
+"""So much larger, by the model's activations, may be the share of a kind of fault: a busy computer
+misses a sample now and then."""
 LATE_SHARE: Final = 0.02
 """So much larger may be the share of activations that were late."""
 LONGER: Final = 1.5
 """So many times longer may a step be, at its median,"""
 LONGER_US: Final = 200.0
 """or by so much."""
-NEW_CAUSE_SHARE: Final = 0.01
-"""A cause that was not there before counts from this share of all steps on."""
+CAUSE_SHARE: Final = 0.01
+"""So much larger may be the share of steps that were late for one cause."""
 _ALIKE: Final = ("board", "machine", "model", "governor", "clock")
 
 
@@ -67,14 +67,22 @@ def _begun(board: str) -> Statistics | None:
 
 def complaints(figures: Figures, before: Figures | None) -> Iterator[str]:
     """Yield what is wrong with a run, and what is worse than before; nothing if it is healthy."""
-    for model, kinds in figures.faults.items():
-        known = {} if before is None else before.faults.get(model, {})
-        tolerated = FAULT_SHARE * figures.models[model].run
-        for kind, fault in kinds.items():
-            if fault.count > tolerated and kind not in known:
-                yield f"{model}: {fault.count} times {kind}; {fault.last}"
+    for path, model in figures.models.items():
+        then = None if before is None else before.models.get(path)
+        if then is not None and then.kind == "periodic" and then.run > 0 and model.run == 0:
+            yield f"{path}: no activation, {then.run} before"
+        for kind, fault in figures.faults.get(path, {}).items():
+            if fault.count > (FAULT_SHARE + _share_of(before, path, kind)) * model.run:
+                yield f"{path}: {fault.count} times {kind}; {fault.last}"
     if before is not None and not _differing(figures, before):
         yield from _slower(figures, before)
+
+
+def _share_of(before: Figures | None, path: str, kind: str) -> float:
+    """Return how often a kind of fault came before, by the model's activations."""
+    if before is None or kind not in before.faults.get(path, {}):
+        return 0.0
+    return before.faults[path][kind].count / max(before.models[path].run, 1)
 
 
 def not_compared(figures: Figures, before: Figures) -> str | None:
@@ -96,10 +104,12 @@ def _slower(figures: Figures, before: Figures) -> Iterator[str]:
     if step is not None and usual is not None and step > max(usual * LONGER, usual + LONGER_US):
         yield f"a step takes {step:.0f} us at its median, {usual:.0f} us before"
     steps = max(figures.conditions.run.steps, 1)
-    known = before.late_by_cause or {}
+    steps_before = max(before.conditions.run.steps, 1)
     for cause, count in (figures.late_by_cause or {}).items():
-        if not known.get(cause) and count / steps > NEW_CAUSE_SHARE:
-            yield f"{count} steps were late by {cause}, none was before"
+        usual_count = (before.late_by_cause or {}).get(cause, 0)
+        if count / steps > usual_count / steps_before + CAUSE_SHARE:
+            share = f"{count} of {steps} steps"
+            yield f"{share} were late by {cause}, {usual_count} of {steps_before} before"
 
 
 def _late_share(figures: Figures) -> float:
