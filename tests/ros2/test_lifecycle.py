@@ -41,8 +41,13 @@ def has_begun(robot: RosProcesses) -> bool:
 
 
 def activate(user: RosUser) -> None:
-    """Activate the node; again while the run has not shown its rate for a second."""
+    """Configure the node and activate it."""
     assert user.change(NODE, "configure")
+    activate_again(user)
+
+
+def activate_again(user: RosUser) -> None:
+    """Activate it; again and again while the run has not shown its rate for a second."""
     wait_until(lambda: user.change(NODE, "activate"), "the node is active")
 
 
@@ -75,7 +80,7 @@ def test_an_active_node_is_an_armed_robot_and_a_transition_that_it_has_not_ends_
     assert user.change_by_number(NODE, Transition.TRANSITION_DEACTIVATE)
     assert not is_armed(robot)
     assert user.state(NODE) == "inactive"
-    assert user.change(NODE, "activate")
+    activate_again(user)
     assert user.change(NODE, "deactivate")
     assert not is_armed(robot)
 

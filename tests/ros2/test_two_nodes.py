@@ -14,7 +14,7 @@ from firmware_runtime.links.ros2.diagnostics import Diagnostics
 from firmware_runtime.links.ros2.node import RobotNode
 from firmware_runtime.links.ros2.only_active import OnlyActive
 from firmware_runtime.links.ros2.services import Services
-from tests.ros2.test_lifecycle import NODE, PATIENT, activate, is_armed, started
+from tests.ros2.test_lifecycle import NODE, PATIENT, activate, activate_again, is_armed, started
 from tests.ros2.test_stale_commands import STATE
 from tests.support.bridged_run import line
 from tests.support.replies import Replies
@@ -71,7 +71,7 @@ def test_of_two_nodes_of_one_name_that_are_active_each_disarms_its_robot(
     activate(user)
     for _ in range(3):  # its own mark, made anew each time, is none of another
         assert user.change(NODE, "deactivate")
-        assert user.change(NODE, "activate")
+        activate_again(user)
     user.node.create_service(Trigger, "/tachobot/arm", lambda _, response: response)
     line(node, "another node of this domain")
     assert user.state(NODE) == "active"
