@@ -251,7 +251,7 @@ def test_a_memory_in_place_of_the_motor_driver_ends_the_mission() -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("slip", [0.0, 0.6])
+@pytest.mark.parametrize("slip", [0.0, 0.3, 0.6])
 def test_treads_that_slip_are_not_contradicted(slip: float) -> None:
     robot = virtual_detective(f"world.right_slip={slip}", f"world.left_slip={slip}")
     assert robot.run_mission()["found"] is True
