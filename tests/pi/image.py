@@ -9,13 +9,13 @@ import hashlib
 import re
 import shutil
 import subprocess
-import sys
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Final, NamedTuple
 
 from tests.vm.commands import Unbuildable, run
-from tests.vm.image import host_sources
+from tests.vm.image import host_sources, packed
+from tests.vm.wheels import pip
 
 HERE: Final = Path(__file__).parent
 PROJECT: Final = HERE.parents[1]
@@ -95,16 +95,8 @@ def pack(image: Image, kind: str, wheel_folder: Path) -> None:
     shutil.copy(HERE / "laid_in/init", root / "init")
     for folder in ("tests/vm/guest", "tests/pi/guest"):
         shutil.copytree(PROJECT / folder, root / "checks" / folder, ignore=_CACHES)
-    names = "\n".join(str(path.relative_to(root)) for path in sorted(root.rglob("*")))
-    packed = subprocess.run(
-        ["cpio", "--quiet", "--create", "--format=newc"],
-        cwd=root,
-        input=names.encode(),
-        stdout=subprocess.PIPE,
-        check=True,
-    ).stdout
     plain = image.initrd(kind).with_suffix("")
-    plain.write_bytes(packed)
+    plain.write_bytes(packed(root))
     run("gzip", "--fast", "--force", plain)
     shutil.rmtree(root)
 
@@ -197,6 +189,5 @@ def _add_program(site: Path, wheels: Path) -> None:
     version = next(site.parents[1].glob("python3.*")).name.removeprefix("python")
     platforms = [f"--platform={platform}" for platform in PLATFORMS]
     chosen = [f"--python-version={version}", "--implementation=cp", "--only-binary=:all:"]
-    pip = (sys.executable, "-m", "pip", "--quiet", "--disable-pip-version-check")
     wheel = next(wheels.glob("firmware_runtime-*.whl"))
-    run(*pip, "install", *platforms, *chosen, "--find-links", wheels, "--target", site, wheel)
+    pip("install", *platforms, *chosen, "--find-links", wheels, "--target", site, wheel)

@@ -9,18 +9,16 @@ import shutil
 import subprocess
 import sys
 from base64 import b64decode
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
-from time import monotonic
 from typing import Final
 
 from tests.pi.guest.robot import CARRIED
 from tests.pi.image import KERNELS, Image, built, pack
-from tests.vm.commands import Unbuildable, end_in_order, run, show
-from tests.vm.machine import lines_of
+from tests.vm.commands import Unbuildable, end_in_order, show
+from tests.vm.machine import started
 from tests.vm.run import stage
 from tests.vm.tally import END, Tally
+from tests.vm.wheels import SOURCE_ONLY, make_wheel, pip
 
 HOME: Final = Path(__file__).parents[2] / "build" / "pi"
 LIMIT_S: Final = 900.0
@@ -54,14 +52,12 @@ def main() -> int:
 
 
 def _wheels() -> Path:
-    """Make the project's wheel, and that of what is published as source only."""
+    """Make the project's wheel, and those of what is published as source only."""
     folder = HOME / "wheels"
     shutil.rmtree(folder, ignore_errors=True)
     folder.mkdir(parents=True)
-    project = Path(__file__).parents[2]
-    shutil.rmtree(project / "build/lib", ignore_errors=True)
-    pip = (sys.executable, "-m", "pip", "--quiet", "--disable-pip-version-check")
-    run(*pip, "wheel", "--no-deps", "--wheel-dir", folder, project, "sdnotify")
+    pip("wheel", "--no-deps", "--wheel-dir", folder, *SOURCE_ONLY)
+    make_wheel(folder)
     return folder
 
 
@@ -71,8 +67,9 @@ def _checks(image: Image, kind: str, wheels: Path) -> int:
     logs = HOME / "logs" / kind
     logs.mkdir(parents=True, exist_ok=True)
     tally, carried = Tally(), list[str]()
-    with stage(f"checks, {kind} kernel"), _booted(image, kind, logs) as lines:
-        for line in lines:
+    with stage(f"checks, {kind} kernel"), started(_command(image, kind), logs, LIMIT_S) as lines:
+        for each in lines:
+            line = each.replace("\r", "")
             if line.startswith(CARRIED):
                 carried.append(line.removeprefix(CARRIED))
             else:
@@ -99,14 +96,13 @@ def _replayed(carried: list[str], file: Path) -> str:
     return f"{'ok' if done.returncode == 0 else 'FAILED'} {what} ({said})"
 
 
-@contextmanager
-def _booted(image: Image, kind: str, logs: Path) -> Iterator[Iterator[str]]:
-    """Boot it; yields the lines of its console, which the checks write to as well."""
+def _command(image: Image, kind: str) -> list[str]:
+    """What starts the computer; its checks write to its console."""
     memories = [
         f"at24c-eeprom,bus=i2c-bus.1,address=0x{address:02x},rom-size=256,address-size=1"
         for address in MEMORIES
     ]
-    command = [
+    return [
         *(*image.qemu, "-M", "raspi3b", "-smp", "4", "-m", "1G", "-accel", "tcg,thread=multi"),
         *("-kernel", str(image.kernel(kind)), "-dtb", str(image.device_tree(kind))),
         *("-initrd", str(image.initrd(kind)), "-no-reboot", "-display", "none"),
@@ -114,16 +110,6 @@ def _booted(image: Image, kind: str, logs: Path) -> Iterator[Iterator[str]]:
         *("-serial", "null", "-serial", "stdio"),
         *(word for memory in memories for word in ("-device", memory)),
     ]
-    with (logs / "qemu.log").open("wb") as errors:
-        qemu = subprocess.Popen(
-            command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=errors, bufsize=0
-        )
-    try:
-        assert qemu.stdout is not None
-        yield (line.replace("\r", "") for line in lines_of(qemu.stdout, monotonic() + LIMIT_S))
-    finally:
-        qemu.kill()
-        qemu.communicate()
 
 
 if __name__ == "__main__":

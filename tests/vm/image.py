@@ -140,16 +140,17 @@ def _make_initrd(root: Path, kernel: Path, version: str, initrd: Path) -> None:
         shutil.copy(file, root / "modules")
     order = "".join(f"{file.name}\n" for file in modules)
     (root / "modules/order").write_text(order, encoding="ascii")
+    initrd.write_bytes(packed(root))
+
+
+def packed(root: Path) -> bytes:
+    """Return a folder as the kernel takes a first file system."""
     names = "\n".join(str(path.relative_to(root)) for path in root.rglob("*"))
-    initrd.write_bytes(
-        subprocess.run(
-            ["cpio", "--quiet", "--create", "--format=newc"],
-            cwd=root,
-            input=names.encode(),
-            stdout=subprocess.PIPE,
-            check=True,
-        ).stdout
+    command = ["cpio", "--quiet", "--create", "--format=newc"]
+    done = subprocess.run(
+        command, cwd=root, input=names.encode(), stdout=subprocess.PIPE, check=True
     )
+    return done.stdout
 
 
 def _add_modules(kernel: Path, root: Path, version: str) -> None:

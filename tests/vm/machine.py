@@ -49,20 +49,26 @@ def booted(
     outlives a reboot. The lines end early when `limit_s` is over or none came for SILENCE_S (the
     first: BOOT_S); the machine ends with the block.
     """
-    command = _command(image, carried, logs, accel)
+    with started(_command(image, carried, logs, accel), logs, limit_s) as lines:
+        yield lines
+
+
+@contextmanager
+def started(command: Sequence[str], logs: Path, limit_s: float) -> Iterator[Iterator[str]]:
+    """Start QEMU; yields the lines it writes, as `booted`, and ends it with the block."""
     with (logs / "qemu.log").open("wb") as errors:
         qemu = subprocess.Popen(
             command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=errors, bufsize=0
         )
     try:
         assert qemu.stdout is not None
-        yield lines_of(qemu.stdout, monotonic() + limit_s)
+        yield _lines(qemu.stdout, monotonic() + limit_s)
     finally:
         qemu.kill()
         qemu.communicate()
 
 
-def lines_of(output: IO[bytes], give_up_at: float) -> Iterator[str]:
+def _lines(output: IO[bytes], give_up_at: float) -> Iterator[str]:
     silence_s = BOOT_S
     while True:
         patience_s = min(silence_s, give_up_at - monotonic())

@@ -20,10 +20,19 @@ def fetch_wheels(requirements: Sequence[str], folder: Path, python: str) -> None
     """Fetch wheels of everything that is required, for this version of Python."""
     folder.mkdir()
     source_only = [each for each in requirements if each.startswith(SOURCE_ONLY)]
-    _pip("wheel", "--no-deps", "--wheel-dir", folder, *source_only)
+    pip("wheel", "--no-deps", "--wheel-dir", folder, *source_only)
     platforms = [f"--platform={platform}" for platform in PLATFORMS]
     target = [f"--python-version={python}", "--implementation=cp", "--only-binary=:all:"]
-    _pip("download", *target, *platforms, "--find-links", folder, "--dest", folder, *requirements)
+    pip("download", *target, *platforms, "--find-links", folder, "--dest", folder, *requirements)
+
+
+def make_wheel(folder: Path) -> Path:
+    """Make the project's wheel in a folder, in place of one that is there."""
+    for wheel in folder.glob("firmware_runtime-*.whl"):
+        wheel.unlink()
+    shutil.rmtree(PROJECT / "build/lib", ignore_errors=True)  # else removed modules come along
+    pip("wheel", "--no-deps", "--wheel-dir", folder, PROJECT)
+    return next(folder.glob("firmware_runtime-*.whl"))
 
 
 def write_carried(disk: Path, work: Path, only: Sequence[str]) -> None:
@@ -31,11 +40,7 @@ def write_carried(disk: Path, work: Path, only: Sequence[str]) -> None:
 
     `only` are the modules of checks to carry out; all, where none are named.
     """
-    for wheel in work.glob("firmware_runtime-*.whl"):
-        wheel.unlink()
-    shutil.rmtree(PROJECT / "build/lib", ignore_errors=True)  # else removed modules come along
-    _pip("wheel", "--no-deps", "--wheel-dir", work, PROJECT)
-    wheel = next(work.glob("firmware_runtime-*.whl"))
+    wheel = make_wheel(work)
     (work / "only").write_text("\n".join(only), encoding="utf-8")
     with tarfile.open(disk, "w") as archive:
         archive.add(work / "only", "only")
@@ -68,5 +73,6 @@ def _is_source(member: tarfile.TarInfo) -> tarfile.TarInfo | None:
     return None if "__pycache__" in member.name else member
 
 
-def _pip(*words: object) -> None:
+def pip(*words: object) -> None:
+    """Run this Python's pip. Raises Unbuildable."""
     run(sys.executable, "-m", "pip", "--quiet", "--disable-pip-version-check", *words)
