@@ -11,9 +11,9 @@ from firmware_runtime.statistics.figures import Figures, figures_of
 from firmware_runtime.statistics.summary import summary
 
 _ABOUT = """
-It must begin within a minute and run for the seconds asked, without a new kind of fault. Beside
-figures from before, as `stats --json` prints them, it must be late no more often, its steps no
-longer, and late for no new cause. Exit status: 0 if it is healthy, 6 if it does not run, 8 if not.
+It must begin within a minute and run for the seconds asked, with few faults. Beside figures from
+before, as `stats --json` prints them, faults must come and activations be late no more often, and
+steps be no longer. Exit status: 0 if it is healthy, 6 if it does not run, 8 if not.
 """
 
 

@@ -191,6 +191,11 @@ class Figures(Activations, frozen=True, tag_field="schema", tag=SCHEMA):
         return self.conditions.is_virtual
 
     @property
+    def has_begun(self) -> bool:
+        """True once anything has run."""
+        return self.run > 0 or self.conditions.run.steps > 0
+
+    @property
     def on_time(self) -> float | None:
         """Share of the scheduled activations that ran without an overrun; None before the first."""
         return None if self.scheduled == 0 else (self.run - self.overruns) / self.scheduled

@@ -2,11 +2,12 @@
 
 import argparse
 import sys
+from functools import partial
 from pathlib import Path
 
 from firmware_runtime.board import installed as kinds
 from firmware_runtime.board import registry
-from firmware_runtime.cli.arguments import SubParsers, add_verb
+from firmware_runtime.cli.arguments import SubParsers, add_verb, whole
 from firmware_runtime.errors import ConfigError, Status
 from firmware_runtime.host.deployment.connection import Commands, Connection, fault_of_host
 from firmware_runtime.host.deployment.deployment import Deployment, DeploymentOptions
@@ -76,7 +77,7 @@ def _add_place(verb: argparse.ArgumentParser) -> None:
     )
     place.add_argument(
         "--health",
-        type=_whole_seconds,
+        type=partial(whole, least=1, most=_LONGEST_HEALTH_S),
         default=30,
         metavar="SECONDS",
         help="try the new version so long, and take it back if it is not healthy; default 30",
@@ -93,14 +94,6 @@ def _add_place(verb: argparse.ArgumentParser) -> None:
         metavar="DIR",
         help="put everything below this folder and start nothing; to try it without a robot",
     )
-
-
-def _whole_seconds(text: str) -> int:
-    if not text.isdecimal() or not 1 <= int(text) <= _LONGEST_HEALTH_S:
-        raise argparse.ArgumentTypeError(
-            f"{text!r}: expected whole seconds, 1 to {_LONGEST_HEALTH_S}"
-        )
-    return int(text)
 
 
 def _root(text: str) -> str:

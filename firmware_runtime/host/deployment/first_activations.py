@@ -16,13 +16,10 @@ def first_figures(options: DeploymentOptions, deployment: Deployment) -> Figures
     give_up_at = monotonic() + TIMEOUT_S
     while True:
         ended = deployment.connection.command(program, "stats", options.board, "--json")
-        if ended.status == 0 and _has_begun(figures := figures_of(ended.out, options.host)):
-            return figures
+        if ended.status == 0:
+            figures = figures_of(ended.out, options.host)
+            if figures.conditions.run.state == "running" and figures.has_begun:
+                return figures
         if monotonic() > give_up_at:
             return None
         sleep(LOOK_S)
-
-
-def _has_begun(figures: Figures) -> bool:
-    run = figures.conditions.run
-    return run.state == "running" and (figures.run > 0 or run.steps > 0)

@@ -19,8 +19,9 @@ main() {
 	is_whole "$venv" || refuse "$venv: files are missing or were changed since it was made; deploy again"
 	running=
 	if [ -z "$root" ]; then running=$(list_units) || refuse "systemd does not say what runs"; fi
+	safe_program=$(safe_venv "$home/venv" "$venv")/bin/firmware-runtime
 	# shellcheck disable=SC2086 # one word a unit
-	armed=$(armed_among "$(safe_venv "$home/venv" "$venv")/bin/firmware-runtime" $running)
+	armed=$(armed_among "$safe_program" $running)
 	[ -z "$armed" ] || refuse "$armed is armed, expected it disarmed: firmware-runtime disarm $armed"
 	if [ -z "$root" ] && [ "$(field state)" = trying ]; then
 		read_state
@@ -28,13 +29,13 @@ main() {
 			fail "$(field reason)"
 		venv=$2 board=$3
 		running=$(list_units) || fail "systemd does not say what runs"
+		safe_program=$(safe_venv "$home/venv" "$venv")/bin/firmware-runtime
 	fi
 	before=$(readlink "$home/venv")
 	earlier=$(readlink "$home/previous")
 
 	{ keep_system && keep_figures && keep_way_back && set_state staged "it is whole"; } ||
 		refuse "the way back could not be prepared, so the old program stays"
-	safe_program=$(safe_venv "$home/venv" "$venv")/bin/firmware-runtime
 	# shellcheck disable=SC2086
 	stop_units 'a new version' $running || {
 		set_state reverted "a robot could not be made safe"

@@ -4,8 +4,9 @@
 #   staged, trying --not healthy, no verdict in time, the computer restarted--> reverted
 #
 # A first version has none to go back to: what would be reverted is `unproved`, and stays.
-# As /opt/firmware-runtime/update.sh, with the scripts of venvs and robots before it, this is also what takes a
-# version back: sh update.sh boot | watch | status. That needs neither of the two programs.
+# As /opt/firmware-runtime/update.sh, with venvs.sh, units.sh and robots.sh before it, this is also what
+# takes a version back: sh update.sh boot | watch SECONDS VENV | status. To go back needs neither of the
+# two programs.
 
 set_state() { # $1, because of $2
 	running=$(echo "$running" | tr '\n' ' ')
@@ -33,7 +34,7 @@ of_system() { # what a version puts beside its program, as paths below $root; no
 			etc/udev/rules.d/60-firmware-runtime.rules "etc/firmware-runtime/$board.toml"; do
 			case $each in
 			*/firmware-runtime-update.service) ;;
-			*) if [ -e "$each" ] || [ -L "$each" ]; then find "$each" ! -type d; fi ;;
+			*) find "$each" ! -type d 2>/dev/null ;;
 			esac
 		done
 	)
@@ -47,7 +48,7 @@ keep_system() { # of the version in use
 restore_system() { # as it was kept; what came since goes
 	kept_names=$(tar -tf "$home/before.tar") || return
 	of_system | while read -r each; do
-		printf '%s\n' "$kept_names" | grep -qxF -e "$each" -e "$each/" || rm -rf "${root:-/}/$each"
+		printf '%s\n' "$kept_names" | grep -qxF -e "$each" || rm -rf "${root:-/}/$each"
 	done
 	tar -C "${root:-/}" -xf "$home/before.tar" && sync
 }

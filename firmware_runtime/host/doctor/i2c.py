@@ -2,7 +2,6 @@
 
 import struct
 from collections.abc import Sequence
-from pathlib import Path
 
 from firmware_runtime.host.doctor.check import (
     Check,
@@ -17,7 +16,6 @@ from firmware_runtime.host.doctor.check import (
 )
 from firmware_runtime.system import device_nodes
 from firmware_runtime.system.device_nodes import NODES, Bound, Holder, holders
-from firmware_runtime.system.kernel_files import SystemFiles
 
 _NO_BUS = "no I2C bus"
 _LAME = ("bcm2835", "bcm2708")
@@ -35,7 +33,7 @@ def _present(machine: Machine) -> Finding:
     ]
     missing = [node for node in machine.buses if not files.exists(node)]
     seen = ", ".join(there) or _NO_BUS
-    if unshown := [node for node in missing if _has_adapter(files, node)]:
+    if unshown := [node for node in missing if _name(machine, node) is not None]:
         return failure(
             f"{', '.join(unshown)}: the adapter is there, its device node is not: the module "
             "i2c-dev is not loaded",
@@ -46,10 +44,6 @@ def _present(machine: Machine) -> Finding:
     if machine.demands is not None and not machine.buses:
         return not_applicable("the board has no I2C bus")
     return ok(seen) if there else note(seen)
-
-
-def _has_adapter(files: SystemFiles, node: str) -> bool:
-    return files.exists(f"/sys/bus/i2c/devices/{Path(node).name}")
 
 
 def _speed(machine: Machine) -> Finding:

@@ -1,7 +1,8 @@
 """Whether a robot that a service runs is healthy, and its timing no worse than a version's before.
 
-    begins within WITHIN_S -> runs for the seconds asked -> no new fault in them, all chips answer;
-    beside figures from before: late no more often, its steps no longer, late for no new cause
+    begins within WITHIN_S -> runs for the seconds asked -> has few faults in them: chips answer;
+    beside figures from before: each kind of fault comes no more often, every model runs, no more
+    activations are late, none for one cause more often, and steps are no longer
 
 Timing is compared as far as half a minute can tell: what is worse by less than the allowances below
 is not. Figures of another board, or of a computer that differs, are not compared.
@@ -27,9 +28,9 @@ misses a sample now and then."""
 LATE_SHARE: Final = 0.02
 """So much larger may be the share of activations that were late."""
 LONGER: Final = 1.5
-"""So many times longer may a step be, at its median,"""
+"""So many times longer may a step be at its median;"""
 LONGER_US: Final = 200.0
-"""or by so much."""
+"""where that is less, so much longer."""
 CAUSE_SHARE: Final = 0.01
 """So much larger may be the share of steps that were late for one cause."""
 _ALIKE: Final = ("board", "machine", "model", "governor", "clock")
@@ -60,9 +61,7 @@ def _begun(board: str) -> Statistics | None:
         found = read_statistics(find_statistics(board))
     except StatisticsFileError:
         return None
-    figures = found.figures()
-    begun = figures.run > 0 or figures.conditions.run.steps > 0
-    return found if begun and found.writer_alive else None
+    return found if found.writer_alive and found.figures().has_begun else None
 
 
 def complaints(figures: Figures, before: Figures | None) -> Iterator[str]:
