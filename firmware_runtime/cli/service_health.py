@@ -5,8 +5,10 @@ import sys
 from pathlib import Path
 
 from firmware_runtime.cli.arguments import SubParsers, add_verb, positive
+from firmware_runtime.cli.service_status import add_board_name, demand_known
 from firmware_runtime.errors import StatisticsFileError, Status
 from firmware_runtime.host.installation.health import complaints, not_compared, observed
+from firmware_runtime.host.installation.target import target
 from firmware_runtime.statistics.figures import Figures, figures_of
 from firmware_runtime.statistics.summary import summary
 
@@ -22,7 +24,7 @@ def add_health_to(actions: SubParsers) -> None:
     about = "Watch an installed robot for a while and say whether it is healthy."
     verb = add_verb(actions, "health", about, _execute)
     verb.epilog = _ABOUT
-    verb.add_argument("board", metavar="BOARD", help="a board's name, or a robot's own")
+    add_board_name(verb)
     verb.add_argument(
         "--for",
         type=positive,
@@ -37,6 +39,7 @@ def add_health_to(actions: SubParsers) -> None:
 
 
 def _execute(arguments: argparse.Namespace) -> int:
+    demand_known(arguments.board, target(None, dry_run=True))
     before = _figures_in(arguments.before)
     try:
         found = observed(arguments.board, arguments.seconds)

@@ -95,3 +95,8 @@ def test_a_robot_that_does_not_run_is_not_healthy(
     words = ["service", "health", "tachobot", "--for", "1"]
     assert main(words) == Status.NOTHING_HAPPENED
     assert "tachobot: no activation" in capsys.readouterr().err
+
+
+def test_a_robot_that_nobody_knows_is_bad_input(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["service", "health", "tachobit"]) == Status.BAD_INPUT
+    assert "tachobit" in capsys.readouterr().err
