@@ -9,7 +9,7 @@ Source: libgpiod 2, gpiod 2.5 for Python.
 
 import errno
 from importlib import import_module
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from firmware_runtime.hal.interlock import EnableLine
 from firmware_runtime.hal.wire_errors import BusAbsent, BusFault, BusInUse, PortClosed
@@ -28,14 +28,7 @@ def open_enable_line(
 
     Raises BusAbsent if chip, line or binding is not there, BusInUse if another process has it.
     """
-    try:
-        gpiod = import_module("gpiod")
-    except ImportError as error:
-        raise BusAbsent(
-            f"{chip} needs libgpiod's Python binding",
-            where=name,
-            expected=f"the extra gpio: {install_command('gpio')}",
-        ) from error
+    gpiod = binding(name, chip)
     settings = gpiod.LineSettings(
         direction=gpiod.line.Direction.OUTPUT,
         active_low=active_low,
@@ -46,6 +39,24 @@ def open_enable_line(
     except (OSError, ValueError) as error:
         raise _absent(f"{name}: {chip} line {line}", error) from error
     return LinuxEnableLine(name, request, line)
+
+
+def binding(name: str, chip: str) -> Any:  # noqa: ANN401 -- a module that may not be installed
+    """Import libgpiod's Python binding. Raises BusAbsent without one, or for one of libgpiod 1."""
+    found = ""
+    try:
+        gpiod = import_module("gpiod")
+    except ImportError:
+        pass
+    else:
+        if hasattr(gpiod, "request_lines"):
+            return gpiod
+        found = ", and the one here is that of libgpiod 1"
+    raise BusAbsent(
+        f"{chip} needs libgpiod's Python binding{found}",
+        where=name,
+        expected=f"the extra gpio: {install_command('gpio')}",
+    )
 
 
 class LinuxEnableLine(EnableLine):

@@ -6,11 +6,15 @@ no reader may stumble over that.
 
 Sources: proc(5), getrlimit(2), capabilities(7), cgroups(7); Linux Documentation/scheduler/
 sched-rt-group.rst, kernel/sched/debug.c (file `preempt`), init/Makefile (the words of the version),
+Documentation/ABI/testing/dev-kmsg,
 admin-guide/kernel-parameters.txt (isolcpus, nohz_full), admin-guide/pm/cpufreq.rst,
 Documentation/virt and the device trees of its machines for the marks that a hypervisor leaves.
 """
 
+import os
 import re
+from collections.abc import Iterator
+from io import FileIO
 from pathlib import Path
 
 from msgspec import Struct
@@ -133,6 +137,32 @@ def cpu_group_file(files: SystemFiles, name: str) -> str | None:
             if files.exists(path):
                 return path
     return None
+
+
+def kernel_log(files: SystemFiles) -> list[str] | None:
+    """Lines of the kernel's log since the start, oldest first; None if not shown to this user."""
+    for name in ("/dev/kmsg", "/var/log/kern.log"):
+        try:
+            descriptor = os.open(files.path(name), os.O_RDONLY | os.O_NONBLOCK)
+        except OSError:
+            continue
+        with open(descriptor, "rb", buffering=0) as log:  # noqa: PTH123 -- an open descriptor
+            return b"".join(_records(log)).decode(errors="replace").splitlines()
+    return None
+
+
+def _records(log: FileIO) -> Iterator[bytes]:
+    """All that is there now: /dev/kmsg gives a record a read, and would wait for the next."""
+    while True:
+        try:
+            record = log.read(1 << 16)
+        except BrokenPipeError:  # this one was overwritten meanwhile
+            continue
+        except OSError:
+            return
+        if not record:
+            return
+        yield record
 
 
 _CLOCK_SOURCES = "/sys/devices/system/clocksource/clocksource0"

@@ -2,8 +2,10 @@
 
 import os
 import re
+import sys
 from dataclasses import replace
 from pathlib import Path
+from types import ModuleType
 
 import pytest
 
@@ -12,6 +14,7 @@ from firmware_runtime.errors import Status
 from firmware_runtime.host.doctor import clock
 from firmware_runtime.host.doctor.check import Demands, Severity
 from firmware_runtime.host.doctor.registry import GROUPS, demands_of
+from firmware_runtime.system.kernel_files import THIS_MACHINE, kernel_log
 from tests.support.fake_machines import (
     ADAPTER,
     CLOCK,
@@ -72,6 +75,57 @@ def test_a_stretching_chip_on_an_adapter_that_cannot_is_a_warning(
     assert "srf08" in examine("i2c-clock-stretching", replace(machine, demands=stretching)).seen
     lay_out(tmp_path, {f"{ADAPTER}/name": "3.i2c\n"})
     assert examine("i2c-clock-stretching", replace(machine, demands=stretching)).status == "ok"
+
+
+def test_how_long_an_adapter_bears_a_stretched_clock_is_said(
+    tmp_path: Path, examine: Examine
+) -> None:
+    limit = {"/sys/module/i2c_bcm2835/parameters/clk_tout_ms": "35\n"}
+    finding = examine("i2c-clock-stretching", raspberry_pi(tmp_path, TACHOBOT, limit))
+    assert "gives up after 35 ms (clk_tout_ms)" in finding.seen
+
+
+KMSG = "3,812,{at},-;i2c_designware 1f00074000.i2c: {said}\n SUBSYSTEM=platform\n"
+"""A record of /dev/kmsg, with a line that says more of it."""
+
+
+@pytest.mark.parametrize(
+    "said", ["controller timed out", "i2c_dw_handle_tx_abort: lost arbitration"]
+)
+def test_faults_that_the_kernel_logged_of_an_adapter_are_counted(
+    tmp_path: Path, examine: Examine, said: str
+) -> None:
+    machine = raspberry_pi(tmp_path, TACHOBOT)
+    assert examine("i2c-kernel-log", machine).status is Severity.NOT_APPLICABLE
+    lay_out(tmp_path, {"/dev/kmsg": "6,1,0,-;Booting Linux; controller timed out nowhere\n"})
+    assert examine("i2c-kernel-log", machine).status is Severity.OK
+    logged = "".join(KMSG.format(at=at, said=said) for at in (51_235_804, 52_263_816))
+    lay_out(tmp_path, {"/dev/kmsg": logged})
+    finding = examine("i2c-kernel-log", machine)
+    assert finding.status is Severity.WARNING
+    expected = f"2 times since the start, last: i2c_designware 1f00074000.i2c: {said}: "
+    assert finding.seen.startswith(expected)
+
+
+def test_the_kernels_log_is_also_read_from_its_file(tmp_path: Path, examine: Examine) -> None:
+    line = "Nov 26 12:00:01 pi kernel: [ 9.1] i2c-bcm2835 3f804000.i2c: i2c transfer timed out\n"
+    finding = examine("i2c-kernel-log", raspberry_pi(tmp_path, None, {"/var/log/kern.log": line}))
+    assert finding.status is Severity.WARNING
+
+
+def test_this_kernels_log_is_read_to_its_end() -> None:
+    assert kernel_log(THIS_MACHINE) is None or isinstance(kernel_log(THIS_MACHINE), list)
+
+
+def test_a_binding_of_libgpiod_1_is_no_use_to_an_enable_line(
+    tmp_path: Path, examine: Examine, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(sys.modules, "gpiod", ModuleType("gpiod"))  # has no request_lines
+    assert examine("gpio-library", raspberry_pi(tmp_path)).status is Severity.NOTE
+    demands = replace(TACHOBOT, has_enable_line=True)
+    finding = examine("gpio-library", raspberry_pi(tmp_path / "wired", demands))
+    assert finding.status is Severity.FAILURE
+    assert "libgpiod 1" in finding.seen
 
 
 def test_an_address_of_the_board_held_by_a_kernel_driver_is_a_failure(
@@ -183,6 +237,7 @@ def test_demands_of_tachobot() -> None:
     assert demands.stretching == {"/dev/i2c-1": []}
     assert (demands.fifo_priority, demands.lock_memory, demands.cpus) == (60, True, (3,))
     assert demands.keep_cpu_awake
+    assert not demands.has_enable_line
 
 
 def test_demands_of_the_detective_name_the_chips_that_may_stretch() -> None:

@@ -4,6 +4,7 @@ import gzip
 import os
 import shutil
 import sys
+import sysconfig
 import tempfile
 from contextlib import suppress
 from dataclasses import replace
@@ -28,6 +29,7 @@ from tests.support.fake_machines import (
 from tests.support.written_run import WrittenRun
 
 MIB = 1 << 20
+SMAPS = "/proc/self/smaps"
 
 
 class Usage(NamedTuple):
@@ -203,6 +205,10 @@ NICE, LOCK = 1 << 23, 1 << 14
         ("swap", {"/proc/swaps": "Filename\n/var/swap file 102396 0 -2\n"}, "note", "0 MiB"),
         ("swap", {"/proc/swaps": "Filename\n/var/swap file 102396 2048 -2\n"}, "warning", "2 MiB"),
         ("memory-available", {"/proc/meminfo": "MemAvailable: 32768 kB"}, "warning", "32 MiB"),
+        ("preemption-model", {"/sys/kernel/realtime": "0\n"}, "note", "without PREEMPT_RT"),
+        ("preemption-model", {"/sys/kernel/realtime": "1\n"}, "ok", "PREEMPT_RT"),
+        ("page-size", {SMAPS: "KernelPageSize:       4 kB\n"}, "ok", "4 KiB"),
+        ("page-size", {SMAPS: "Rss: 4 kB\nKernelPageSize:       16 kB\n"}, "note", "16 KiB"),
         ("realtime-groups", {"/boot/config-6.6.51+rpt-rpi-v8": "CONFIG_X=y"}, "ok", "no CONFIG"),
     ],
 )
@@ -286,7 +292,7 @@ def test_the_kernels_own_configuration_shows_realtime_groups(
     ],
 )
 def test_the_preemption_model(tmp_path: Path, examine: Examine, build: str, status: str) -> None:
-    machine = replace(raspberry_pi(tmp_path), kernel_build=build)
+    machine = replace(pc(tmp_path), kernel_build=build)
     assert examine("preemption-model", machine).status == status
 
 
@@ -319,6 +325,49 @@ def test_the_voltage_monitor_is_read_where_the_firmware_is_silent(
     monitor = "/sys/class/hwmon/hwmon1"
     lay_out(tmp_path, {f"{monitor}/name": "rpi_volt\n", f"{monitor}/in0_lcrit_alarm": "1\n"})
     assert examine("undervoltage-throttling", machine).status is Severity.FAILURE
+    lay_out(tmp_path, {f"{monitor}/in0_lcrit_alarm": "0\n"})
+    assert examine("undervoltage-throttling", machine).status is Severity.OK
+    logged = "2,900,7,-;hwmon hwmon1: Undervoltage detected!\n6,901,9,-;Voltage normalised\n"
+    lay_out(tmp_path, {"/dev/kmsg": 2 * logged})
+    finding = examine("undervoltage-throttling", machine)
+    assert finding.status is Severity.WARNING
+    assert "too low 2 times since the start" in finding.seen
+
+
+def test_a_raspberry_pi_is_told_of_its_realtime_kernel(tmp_path: Path, examine: Examine) -> None:
+    fix = examine("preemption-model", raspberry_pi(tmp_path)).fix or ""
+    assert "linux-image-rpi-v8-rt" in fix
+    assert "kernel=kernel8_rt.img" in fix
+
+
+def test_a_kernel_that_does_not_count_who_waits_is_asked_to(
+    tmp_path: Path, examine: Examine
+) -> None:
+    machine = raspberry_pi(tmp_path)
+    (tmp_path / "proc/pressure/cpu").unlink()
+    finding = examine("load", machine)
+    assert finding.status is Severity.NOTE
+    assert (finding.fix or "").startswith("psi=1 ")
+
+
+@pytest.mark.parametrize(
+    ("prefix", "is_managed", "status"),
+    [("/opt/venv", True, "ok"), ("/usr", True, "note"), ("/usr", False, "ok")],
+)
+def test_pip_in_the_systems_own_python(
+    *,
+    tmp_path: Path,
+    examine: Examine,
+    monkeypatch: pytest.MonkeyPatch,
+    prefix: str,
+    is_managed: bool,
+    status: str,
+) -> None:
+    monkeypatch.setattr(sys, "prefix", prefix)
+    monkeypatch.setattr(sys, "base_prefix", "/usr")
+    marker = f"{sysconfig.get_path('stdlib')}/EXTERNALLY-MANAGED"
+    machine = raspberry_pi(tmp_path, None, {marker: "[externally-managed]\n"} if is_managed else {})
+    assert examine("python-environment", machine).status == status
 
 
 def test_a_latency_file_closed_to_the_user_is_a_warning_if_the_board_asks(

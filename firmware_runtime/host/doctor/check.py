@@ -86,6 +86,7 @@ class Demands:
     lock_memory: bool = False
     cpus: Sequence[int] = ()
     keep_cpu_awake: bool = False
+    has_enable_line: bool = False
 
 
 @dataclass(frozen=True, slots=True)

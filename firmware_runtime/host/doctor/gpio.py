@@ -1,9 +1,12 @@
 """Output lines: do they fall back when a program dies, and may this user use them."""
 
+from firmware_runtime.hal.linux_gpio import binding
+from firmware_runtime.hal.wire_errors import BusAbsent
 from firmware_runtime.host.doctor.check import (
     Check,
     Finding,
     Machine,
+    failure,
     nodes_usable,
     not_applicable,
     note,
@@ -35,6 +38,15 @@ def _usable(machine: Machine) -> Finding:
     return note(found.seen, found.fix) if found.status.needs_attention else found
 
 
+def _library(machine: Machine) -> Finding:
+    try:
+        release: str = binding("output_enable", "an enable line").__version__
+    except BusAbsent as error:
+        wanted = machine.demands is not None and machine.demands.has_enable_line
+        return (failure if wanted else note)(f"{error.what}")
+    return ok(f"gpiod {release} for Python, of libgpiod 2")
+
+
 CHECKS = (
     Check(
         "gpio-persistence",
@@ -49,5 +61,13 @@ CHECKS = (
         "A program that drives an enable line opens the GPIO chip as the user it is started by.",
         "sudo usermod -aG gpio $USER, then log in again; SupplementaryGroups=gpio in the unit",
         _usable,
+    ),
+    Check(
+        "gpio-library",
+        "An enable line is driven by libgpiod 2, as Debian has it from 13 (trixie) on; its binding "
+        "for Python brings the library with it, so on 12 it works beside the system's libgpiod 1.",
+        "python -m pip install 'gpiod>=2.2', in the environment of firmware-runtime; Debian's "
+        "python3-libgpiod before 13 is that of libgpiod 1",
+        _library,
     ),
 )

@@ -16,10 +16,20 @@ from firmware_runtime.host.doctor.check import (
 )
 from firmware_runtime.system import device_nodes
 from firmware_runtime.system.device_nodes import NODES, Bound, Holder, holders
+from firmware_runtime.system.kernel_files import kernel_log
 
 _NO_BUS = "no I2C bus"
 _LAME = ("bcm2835", "bcm2708")
 """How the names of adapters begin whose hardware mishandles a stretched clock."""
+_LONGEST_STRETCH = "/sys/module/i2c_bcm2835/parameters/clk_tout_ms"
+_LOGGED = {
+    "lost arbitration": "data was low when the adapter had let it go: another master, a chip that "
+    "was reset half way, wires too long for the clock",
+    "controller timed out": "the adapter's end of a transaction did not come: a chip holds the "
+    "clock or data low, or answers too late for the clock",
+    "i2c transfer timed out": "the end of a transaction did not come: a chip holds the clock low",
+}
+"""What drivers of adapters write into the kernel's log: designware of a Raspberry Pi 5, bcm2835."""
 
 
 def _name(machine: Machine, node: str) -> str | None:
@@ -78,6 +88,8 @@ def _stretching(machine: Machine) -> Finding:
     if not lame:
         return ok(", ".join(f"{node}: {name}" for node, name in names.items()))
     seen = ", ".join(f"{node}: {name} mishandles it" for node, name in lame.items())
+    if (longest := machine.files.integer(_LONGEST_STRETCH)) is not None:
+        seen += f", and gives up after {longest} ms (clk_tout_ms)"
     chips = [chip for node in lame for chip in _stretchers(machine, node)]
     return warning(f"{seen}; the board has {', '.join(chips)}") if chips else note(seen)
 
@@ -121,6 +133,18 @@ def _held(machine: Machine) -> Finding:
     return held_by_others(machine, machine.buses)
 
 
+def _logged(machine: Machine) -> Finding:
+    lines = kernel_log(machine.files)
+    if lines is None:
+        return not_applicable("the kernel's log is not shown to this user")
+    for said, meaning in _LOGGED.items():
+        found = [line for line in lines if said in line and "i2c" in line]
+        if found:
+            last = found[-1].rpartition(";")[2]
+            return warning(f"{len(found)} times since the start, last: {last}: {meaning}")
+    return ok("no fault of an adapter in the kernel's log")
+
+
 CHECKS = (
     Check(
         "i2c-adapter",
@@ -133,17 +157,28 @@ CHECKS = (
     Check(
         "i2c-speed",
         "The bus budget is computed from speed_hz of board.toml; a Raspberry Pi's bus runs at "
-        "100 kHz unless set otherwise, and every transaction then takes four times as long.",
+        "100 kHz unless set otherwise, and every transaction then takes four times as long. What "
+        "is set is not what the wire runs at: 62.5 kHz for 100 where the core clock drops, 650 kHz "
+        "for 1 MHz on a Raspberry Pi 5; doctor --measure BOARD times it.",
         "dtparam=i2c_arm_baudrate=400000 in /boot/firmware/config.txt, restart",
         _speed,
     ),
     Check(
         "i2c-clock-stretching",
         "The adapter of a Raspberry Pi 1 to 4 mishandles a chip that holds the clock low to gain "
-        "time: bits are lost, and readings are wrong without any error.",
+        "time: bits are lost, and readings are wrong without any error. It gives up (EIO) on one "
+        "that holds it longer than clk_tout_ms, 35 ms unless set; other adapters wait.",
         "dtoverlay=i2c-gpio,bus=3,i2c_gpio_sda=2,i2c_gpio_scl=3 in /boot/firmware/config.txt "
         "instead of i2c_arm, and /dev/i2c-3 in board.toml",
         _stretching,
+    ),
+    Check(
+        "i2c-kernel-log",
+        "The kernel writes down a transaction whose end did not come, or that another took over; "
+        "a Raspberry Pi 5 goes on timing out after it until its supply is cut.",
+        "shorter wires, stronger pull-ups, a slower clock: dtparam=i2c_arm_baudrate=100000 in "
+        "/boot/firmware/config.txt; cut the supply of Pi and chips once",
+        _logged,
     ),
     Check(
         "i2c-access",

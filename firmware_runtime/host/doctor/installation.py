@@ -2,8 +2,9 @@
 
 import platform
 import sys
+import sysconfig
 
-from firmware_runtime.host.doctor.check import Check, Finding, Machine, failure, ok, warning
+from firmware_runtime.host.doctor.check import Check, Finding, Machine, failure, note, ok, warning
 from firmware_runtime.system.packages import version_of
 
 _LEAST = (3, 11)
@@ -31,6 +32,15 @@ def _packages(_machine: Machine) -> Finding:
     return ok(", ".join(f"{name} {release}" for name, release in found.items()))
 
 
+def _environment(machine: Machine) -> Finding:
+    if sys.prefix != sys.base_prefix:
+        return ok(f"{sys.prefix}, an environment of its own")
+    marker = f"{sysconfig.get_path('stdlib')}/EXTERNALLY-MANAGED"
+    if machine.files.exists(marker):
+        return note(f"{sys.prefix}, the system's, where pip refuses to install (PEP 668)")
+    return ok(f"{sys.prefix}, in which pip may install")
+
+
 CHECKS = (
     Check(
         "python-version",
@@ -43,5 +53,13 @@ CHECKS = (
         "smbus2 and pyserial carry every byte to the chips.",
         "python -m pip install smbus2 pyserial, in the environment of firmware-runtime",
         _packages,
+    ),
+    Check(
+        "python-environment",
+        "pip calls the Python of Debian 12 and later, and of Raspberry Pi OS, externally managed "
+        "and installs nothing there: what it would install could break the system's own programs.",
+        "python3 -m venv .venv, and .venv/bin/python -m pip install in it; --system-site-packages "
+        "where it is to see the system's packages",
+        _environment,
     ),
 )

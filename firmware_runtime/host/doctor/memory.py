@@ -20,6 +20,7 @@ from firmware_runtime.system.kernel_files import (
 
 _MIB = 1 << 20
 _LOW_MIB = 64
+_USUAL_PAGE_KIB = 4
 
 
 def _lock_limit(machine: Machine) -> Finding:
@@ -59,6 +60,14 @@ def _available(machine: Machine) -> Finding:
     return not_applicable("/proc/meminfo is not shown")
 
 
+def _page_size(machine: Machine) -> Finding:
+    for line in machine.files.lines("/proc/self/smaps"):
+        if line.startswith("KernelPageSize:"):
+            size = int(line.split()[1])
+            return ok("4 KiB") if size == _USUAL_PAGE_KIB else note(f"{size} KiB")
+    return not_applicable("/proc/self/smaps is not shown")
+
+
 CHECKS = (
     Check(
         "memory-lock-limit",
@@ -81,5 +90,12 @@ CHECKS = (
         "both stop the loop.",
         "end what needs it: ps -eo pid,rss,comm --sort=-rss | head",
         _available,
+    ),
+    Check(
+        "page-size",
+        "The own kernel of a Raspberry Pi 5 has pages of 16 KiB: this runtime works with them; "
+        "libraries that count on 4 KiB, and programs of 32 bits, do not, and memory goes sooner.",
+        "kernel=kernel8.img in /boot/firmware/config.txt has pages of 4 KiB; restart",
+        _page_size,
     ),
 )

@@ -17,6 +17,7 @@ from firmware_runtime.system.kernel_files import (
     cpu_list,
     governors,
     isolated,
+    kernel_log,
     online,
     status,
     tickless,
@@ -26,6 +27,7 @@ from firmware_runtime.system.kernel_files import (
 _LATENCY = "/dev/cpu_dma_latency"
 _THROTTLED = "/sys/devices/platform/soc*/*firmware/get_throttled"
 _UNDERVOLTAGE = "/sys/class/hwmon/hwmon*/in0_lcrit_alarm"
+_LOGGED_UNDERVOLTAGE = "Undervoltage detected!"
 _FIRMWARE_BITS = {
     0: "the voltage is too low",
     1: "the frequency is capped",
@@ -38,6 +40,10 @@ _FIRMWARE_BITS = {
 }
 """What the firmware of a Raspberry Pi answers to `vcgencmd get_throttled`, by bit."""
 _NOW = 0xF
+_NO_PRESSURE = "the kernel does not count who waits (PSI is off)"
+_ASK_PRESSURE = (
+    "psi=1 on the kernel's command line, on a Raspberry Pi in /boot/firmware/cmdline.txt; restart"
+)
 
 
 def _governor(machine: Machine) -> Finding:
@@ -73,11 +79,19 @@ def _of_firmware(bits: int) -> Finding:
 
 
 def _of_voltage_monitor(machine: Machine) -> Finding:
-    """The kernel's own monitor, which knows the voltage only."""
-    for path in machine.files.matching(_UNDERVOLTAGE):
-        if machine.files.text(f"{path.rpartition('/')[0]}/name") == "rpi_volt":
-            low = machine.files.integer(path) == 1
-            return failure("the voltage is too low") if low else ok("the voltage is high enough")
+    """The kernel's own monitor, which knows the voltage only; what was is in the log."""
+    alarms = [
+        machine.files.integer(path)
+        for path in machine.files.matching(_UNDERVOLTAGE)
+        if machine.files.text(f"{path.rpartition('/')[0]}/name") == "rpi_volt"
+    ]
+    if 1 in alarms:
+        return failure("the voltage is too low")
+    times = sum(_LOGGED_UNDERVOLTAGE in line for line in kernel_log(machine.files) or ())
+    if times:
+        return warning(f"the voltage has been too low {times} times since the start, says the log")
+    if alarms:
+        return ok("the voltage is high enough")
     return not_applicable("neither get_throttled nor the voltage monitor is shown")
 
 
@@ -137,8 +151,9 @@ def _load(machine: Machine) -> Finding:
     pressure = _pressure(machine)
     if pressure is not None:
         seen += f", something waited for one {pressure:g} % of the last 10 s"
-    busy = float(words[0]) >= cpus or (pressure or 0.0) >= 10
-    return warning(seen) if busy else ok(seen)
+    if float(words[0]) >= cpus or (pressure or 0.0) >= 10:
+        return warning(seen)
+    return ok(seen) if pressure is not None else note(f"{seen}; {_NO_PRESSURE}", _ASK_PRESSURE)
 
 
 def _pressure(machine: Machine) -> float | None:
@@ -152,7 +167,9 @@ CHECKS = (
         "governor",
         "A governor that saves power lowers the clock while the loop waits; the next step then "
         "begins slow and takes longer.",
-        "echo performance | sudo tee /sys/devices/system/cpu/cpu*/cpufreq/scaling_governor",
+        "echo performance | sudo tee /sys/devices/system/cpu/cpu*/cpufreq/scaling_governor; for "
+        "good: cpufreq.default_governor=performance on the kernel's command line (Raspberry Pi OS "
+        "starts with ondemand)",
         _governor,
     ),
     Check(

@@ -75,4 +75,5 @@ def demands_of(board: Board) -> Demands:
         lock_memory=executive.lock_memory,
         cpus=executive.cpus,
         keep_cpu_awake=executive.keep_cpu_awake,
+        has_enable_line=settings.output_enable is not None,
     )

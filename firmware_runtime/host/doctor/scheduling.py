@@ -35,6 +35,10 @@ _LET_TAKE = (
     "LimitRTPRIO=60 in the unit and no RestrictRealtime=yes; in a container: --cap-add SYS_NICE "
     "--ulimit rtprio=60"
 )
+_REALTIME_KERNEL = (
+    "sudo apt install linux-image-rpi-v8-rt, then kernel=kernel8_rt.img in "
+    "/boot/firmware/config.txt; restart"
+)
 _NOT_ASKED = "the board asks for no SCHED_FIFO"
 
 
@@ -140,6 +144,8 @@ def _preemption(machine: Machine) -> Finding:
         return not_applicable(f"the kernel's version does not say: {machine.kernel_build!r}")
     if model == "rt":
         return ok("PREEMPT_RT")
+    if machine.is_raspberry_pi:
+        return note(f"{model}, without PREEMPT_RT", _REALTIME_KERNEL)
     if model == "full":
         return ok("full, without PREEMPT_RT")
     if model == "dynamic":
@@ -188,7 +194,8 @@ CHECKS = (
     Check(
         "preemption-model",
         "How long kernel code that is under way keeps a loop waiting whose deadline has come.",
-        "add preempt=full to the kernel's command line, or install a PREEMPT_RT kernel",
+        "add preempt=full to the kernel's command line, or install a PREEMPT_RT kernel; on a "
+        f"Raspberry Pi: {_REALTIME_KERNEL}",
         _preemption,
     ),
     Check(
