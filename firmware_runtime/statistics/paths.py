@@ -164,6 +164,7 @@ class Companion(StrEnum):
     SAFE_STATE = ".safe-state"
     RECORDING = ".recording"
     SOCKET = ".socket"
+    MEASURED = ".measured"
 
     def beside(self, statistics: Path) -> Path:
         """Return where a run keeps it that keeps its statistics at this path."""

@@ -23,6 +23,7 @@ _BENCHES = (
     "recording",
     "keyframes",
     "replay",
+    "prediction",
 )
 
 

@@ -1,11 +1,16 @@
-"""`firmware-runtime doctor [BOARD]`: what on this machine spoils a run, and what fixes it."""
+"""`firmware-runtime doctor [BOARD]`: what on this machine spoils a run, and what fixes it.
+
+With `--measure`, what it is: the clocks of a board's wires, and the period that it bears.
+"""
 
 import argparse
 import json
 
+import msgspec
+
 from firmware_runtime.cli.arguments import SubParsers, add_verb
 from firmware_runtime.cli.chosen_board import chosen_board
-from firmware_runtime.errors import Status
+from firmware_runtime.errors import ConfigError, Status
 from firmware_runtime.host.doctor.check import Machine, Severity, worst
 from firmware_runtime.host.doctor.doctor_text import doctor_document, doctor_lines
 from firmware_runtime.host.doctor.registry import demands_of, examine
@@ -31,10 +36,23 @@ def add_to(verbs: SubParsers) -> None:
     verb.add_argument(
         "--verbose", action="store_true", help="say of every check why it matters and what fixes it"
     )
+    verb.add_argument(
+        "--measure",
+        action="store_true",
+        help="instead of the checks: time BOARD's wires by reading its chips' identities, and run "
+        "it on its doubles for some seconds, for the shortest period that this computer bears",
+    )
+    verb.add_argument(
+        "--doubles",
+        action="store_true",
+        help="with --measure: time the wires of BOARD's doubles; nothing is kept of that",
+    )
 
 
 def execute(arguments: argparse.Namespace) -> int:
-    """Carry out every check and print what was found."""
+    """Carry out every check, or measure, and print what was found."""
+    if arguments.measure or arguments.doubles:
+        return _measure(arguments)
     demands = demands_of(chosen_board(arguments.board)) if arguments.board else None
     results = examine(Machine(demands=demands))
     grade = worst([result.finding for result in results])
@@ -43,3 +61,34 @@ def execute(arguments: argparse.Namespace) -> int:
     else:
         print("\n".join(doctor_lines(results, verbose=arguments.verbose)))
     return _STATUSES.get(grade, Status.OK)
+
+
+def _measure(arguments: argparse.Namespace) -> int:
+    """Time the wires, keep what was timed for `check`, and say which period is borne."""
+    # of this option only: the doctor is to be quick
+    from firmware_runtime.host.doctor.measuring import bearable, wires_of  # noqa: PLC0415
+    from firmware_runtime.runs.measured_wires import differs, keep_measured  # noqa: PLC0415
+
+    if not arguments.board or not arguments.measure:
+        raise ConfigError.of_one("doctor", "expected --measure and BOARD, whose wires are timed")
+    board = chosen_board(arguments.board)
+    wires = wires_of(board, doubles=arguments.doubles)
+    timed = {each.device: each.measured for each in wires if each.measured is not None}
+    if timed and not arguments.doubles:
+        keep_measured(board.name, timed)
+    clocks = [f"buses.{each.bus}.speed_hz={each.speed_hz}" for each in wires]
+    borne = bearable(chosen_board(arguments.board, clocks))
+    slow = borne is not None and borne.is_longer
+    off = [each for each in wires if each.measured and differs(each.measured, each.stated_hz)]
+    if arguments.json:
+        document = {"schema": 1, "wires": wires, "period": borne}
+        print(json.dumps(msgspec.to_builtins(document), indent=2))
+    else:
+        print("wires")
+        for wire in wires:
+            print(f"  {wire.sentence}")
+        for wire in off:
+            print(f"  WARN  set buses.{wire.bus}.speed_hz = {wire.speed_hz} in board.toml")
+        print("steps, with own times measured on doubles and time on the wire computed")
+        print(f"  {'not measured: the board has no doubles' if borne is None else borne.sentence}")
+    return Status.DOCTOR_WARNS if slow or off else Status.OK

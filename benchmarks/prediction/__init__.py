@@ -1,0 +1,1 @@
+"""A board's predicted steps beside those of its run, over many seeded boards."""

@@ -1,0 +1,109 @@
+"""Predicted ends of steps, from the statistics of runs on a computer of known times."""
+
+from collections.abc import Mapping
+from pathlib import Path
+
+import pytest
+from msgspec.structs import replace
+
+from benchmarks.prediction.machine import Machine, Run
+from firmware_runtime.board import registry
+from firmware_runtime.devs.component import below_root
+from firmware_runtime.devs.coupled import with_all_below
+from firmware_runtime.devs.time import MILLISECOND
+from firmware_runtime.errors import ConfigError
+from firmware_runtime.executive.clocks import VirtualClock
+from firmware_runtime.runs.start import start_session
+from firmware_runtime.runs.timing_prediction import LEAST_STEPS, predicted, timetable
+from firmware_runtime.statistics.file import save
+from firmware_runtime.statistics.statistics import Statistics
+from tests.support.command import Command
+
+MACHINE = 7
+SLOW_BUS = "buses.i2c1.speed_hz=200000"
+
+
+@pytest.fixture(scope="module")
+def recorded() -> Statistics:
+    """Statistics of TachoBot on its doubles, on a seeded computer."""
+    return Run(registry.load("tachobot"), Machine(MACHINE), 1, 1200, wires=False).statistics
+
+
+def with_conditions(recorded: Statistics, conditions: Mapping[str, object]) -> Statistics:
+    header = replace(recorded.header, conditions={**recorded.header.conditions, **conditions})
+    return replace(recorded, header=header)
+
+
+@pytest.mark.slow
+def test_a_timetable_has_each_tick_with_its_models_and_its_time_on_the_wire() -> None:
+    board = registry.load("tachobot")
+    own = {below_root(each.path) for each in with_all_below(board.unconnected().model)}
+    steps = [each for each in timetable(board, own) if "thrust_pairs" in each.models]
+    ticks = [each for each in steps if "imu" in each.models]
+    assert {each.at % (10 * MILLISECOND) for each in ticks} == {0}
+    assert ticks[-1].models == tuple(sorted(own & set(ticks[-1].models)))
+    assert ticks[-1].wire_ns == pytest.approx(1_362_500, rel=0.01)  # by performance.md
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("settings", [[], [SLOW_BUS], ["controller.period_s=0.02"]])
+def test_what_is_predicted_is_not_exceeded(recorded: Statistics, settings: list[str]) -> None:
+    board = registry.load("tachobot", settings)
+    bound = predicted(board, recorded)
+    run = Run(board, Machine(MACHINE), 2, 1200, wires=True)
+    assert bound.response_ns >= run.exceeded_by(0.001)
+    assert bound == predicted(board, recorded)
+    assert bound.warning() is None
+    assert bound.unrecorded == []
+
+
+@pytest.mark.slow
+def test_own_times_of_a_run_on_chips_hold_the_wire_already(recorded: Statistics) -> None:
+    board = registry.load("tachobot")
+    on_doubles = predicted(board, recorded).response_ns
+    chips = with_conditions(recorded, {"switched_off": ["/dev/i2c-1 0x40: fd10"]})
+    served = with_conditions(recorded, {"switched_off": ["/run/doubles i2c1 0x40: fd10"]})
+    assert predicted(board, served).response_ns == on_doubles
+    assert predicted(board, chips).response_ns < on_doubles - MILLISECOND
+    slower = registry.load("tachobot", [SLOW_BUS])
+    assert predicted(slower, chips).response_ns > predicted(board, chips).response_ns + MILLISECOND
+
+
+def test_statistics_of_virtual_time_predict_nothing() -> None:
+    board = registry.load("tachobot")
+    session = start_session(board, VirtualClock(), doubles=True, statistics_path=None)
+    session.run(10 * MILLISECOND)
+    session.close()
+    with pytest.raises(ConfigError, match="virtual time, in which nothing lasts"):
+        predicted(board, session.executive.statistics)
+
+
+@pytest.mark.slow
+def test_few_steps_and_another_robots_predict_nothing(recorded: Statistics) -> None:
+    few = Run(registry.load("tachobot"), Machine(MACHINE), 1, 1, wires=False).statistics
+    with pytest.raises(ConfigError, match=f"expected {LEAST_STEPS} or more"):
+        predicted(registry.load("tachobot"), few)
+    with pytest.raises(ConfigError, match="expected a run of detective"):
+        predicted(registry.load("detective"), recorded)
+
+
+@pytest.mark.slow
+def test_check_says_what_a_file_predicts(
+    command: Command, tmp_path: Path, recorded: Statistics
+) -> None:
+    path = tmp_path / "run.stats"
+    save(recorded, path)
+    said = command("check", "tachobot", "--from", str(path)).out
+    assert "predicted: 999 of 1000 steps are over " in said
+    quick = ("--set", "imu.sample_hz=1000", "--set", "controller.period_s=0.002")
+
+    said = command("check", "tachobot", "--from", str(path), *quick).out
+    assert "warning: steps are predicted to be over" in said
+
+
+def test_check_refuses_what_is_no_statistics_file(command: Command, tmp_path: Path) -> None:
+    path = tmp_path / "board.toml"
+    path.write_text("board = 'tachobot'\n")
+    ended = command("check", "tachobot", "--from", str(path))
+    assert (ended.status, ended.out) == (2, "")
+    assert "not a whole statistics file" in ended.error
