@@ -58,37 +58,6 @@ def wheel(tmp_path_factory: pytest.TempPathFactory) -> Path:
     )
 
 
-_QUICK_PYTHON = """\
-#!/bin/sh
-case "$1 $2 $3" in
-"-m venv --system-site-packages") cp -a "${{0%/*}}/environment/." "$4" ;;
-*) exec {python} "$@" ;;
-esac
-"""
-
-
-@pytest.fixture(scope="session")
-def quick_python(tmp_path_factory: pytest.TempPathFactory, downloaded: Path) -> Path:
-    """Debian's Python, whose virtual environments are copies of one that was made once.
-
-    It has what the program depends on, and compiles nothing before it is imported.
-    """
-
-    def make(into: Path) -> Path:
-        environment, program = into / "environment", into / "python3"
-        words = ["-m", "venv", "--system-site-packages", str(environment)]
-        subprocess.run([DEBIANS_PYTHON, *words], check=True)
-        (environment / "pip.conf").write_text("[install]\ncompile = no\n")
-        install = [str(environment / "bin/python"), "-m", "pip", "--quiet", "install", "--no-index"]
-        wheels_there = (downloaded / "firmware-runtime").rglob("*.whl")
-        subprocess.run([*install, "--no-deps", *wheels_there], check=True)
-        program.write_text(_QUICK_PYTHON.format(python=DEBIANS_PYTHON))
-        program.chmod(0o755)
-        return program
-
-    return made_once(tmp_path_factory, "quick_python", make)
-
-
 @pytest.fixture
 def target(tmp_path: Path) -> Iterator[SshTarget]:
     """This computer, by ssh."""

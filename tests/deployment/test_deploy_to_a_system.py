@@ -1,6 +1,5 @@
 """A deployment to a whole system, by ssh into it, where a robot runs on its doubles."""
 
-import shutil
 from pathlib import Path
 
 import pytest
@@ -16,7 +15,7 @@ KEYS = "/etc/ssh/keys_of_pi"
 @pytest.mark.slow
 @pytest.mark.usefixtures("downloaded")
 def test_a_robot_runs_after_each_deployment_that_could_make_it_safe(
-    system: ScratchSystem, wheel: Path, quick_python: Path, capsys: pytest.CaptureFixture[str]
+    system: ScratchSystem, wheel: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     if missing := missing_packages():
         pytest.skip(f"nothing to deploy to; install Debian packages {missing}")
@@ -44,9 +43,6 @@ def test_a_robot_runs_after_each_deployment_that_could_make_it_safe(
         unit = system.read("/etc/systemd/system/firmware-runtime@.service")
         assert f"ExecStart={PROGRAM} run" in unit
 
-        shutil.copytree(quick_python.parent, system.folder / "python", symlinks=True)
-        assert system.run("cp", "-a", system.folder / "python", "/opt/python").returncode == 0
-        words += ["--python", "/opt/python/python3"]
         system.let_safe_state_end_with(4)
         assert main(words) == Status.NOT_DEPLOYED
         assert "cut the power of its motors" in capsys.readouterr().err

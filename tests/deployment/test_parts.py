@@ -59,10 +59,10 @@ def test_as_root_everything_goes_through_sudo_that_asks_for_nothing() -> None:
     connection, commands = connected()
     connection.become_root()
     connection.command("true")
-    connection.send(Path("/parcel"), "/opt/firmware-runtime/parcel")
+    connection.send(Path("/content"), "/opt/firmware-runtime/venv.aaaaaa")
     assert commands.asked[0][-1] == "sudo -n true"
     assert "--rsync-path=sudo -n rsync" in commands.asked[1]
-    assert commands.asked[1][-2:] == ["/parcel/", "pi@robot:/opt/firmware-runtime/parcel/"]
+    assert commands.asked[1][-2:] == ["/content/", "pi@robot:/opt/firmware-runtime/venv.aaaaaa/"]
 
 
 def test_a_failure_of_ssh_is_its_last_line() -> None:
@@ -94,7 +94,7 @@ def test_a_failure_of_the_remote_command_is_its_status() -> None:
 def test_a_failure_of_rsync_is_what_ssh_said_or_rsync_first(error: str, said: str) -> None:
     connection, _ = connected(12, error)
     with pytest.raises(DeploymentError, match=said):
-        connection.send(Path("/parcel"), "/there")
+        connection.send(Path("/content"), "/there")
 
 
 @pytest.mark.parametrize("host", ["robot", "pi@robot", "pi@192.168.1.7", "my-robot.local"])
@@ -106,7 +106,10 @@ RASPBERRY_PI = """\
 machine aarch64
 python 3.11.2
 bits 64
-venv yes
+base /usr/bin/python3.11
+magic a70d0d0a
+packages six==1.16.0
+board tachobot
 glibc 2.36
 rsync /usr/bin/rsync
 free_kib 25269534
@@ -147,7 +150,7 @@ def test_a_target_that_has_everything_has_no_faults(pi: Target) -> None:
         ),
         ("python", "2.7.18", "python3 is 2.7.18; expected 3.11 or later"),
         ("bits", "32", "python3 is a 32-bit program; expected a 64-bit system"),
-        ("venv", "", "install Debian package python3-venv"),
+        ("magic", "", "python3 is not whole; install Debian package python3"),
         ("glibc", "2.27", "glibc: 2.27; expected 2.28 or newer"),
         ("glibc", "", "glibc: none; expected 2.28 or newer"),
         ("rsync", "", "rsync: not found; install Debian package rsync"),
@@ -264,15 +267,14 @@ def test_the_wheel_has_four_names_at_its_top(wheel: Path) -> None:
 
 def test_how_an_update_stands_is_read_from_what_the_target_prints() -> None:
     printed = (
-        "venv 0.2.0 /opt/firmware-runtime/venv.b\nstate reverted\nboard tachobot\n"
+        "version 0.2.0 venv.aaaaaa 2026-11-26T09:00:00Z in-use\nstate reverted\nboard tachobot\n"
         "since 2026-11-26T10:00:00Z\nreason imu: 100 times NoAcknowledge\n"
     )
     commands = Recorded(Ended(0, printed, ""))
     update = update_of(Connection("pi@robot", (), commands))
-    assert (update.state, update.previous) == ("reverted", "")
+    assert (update.state, update.versions[0].version) == ("reverted", "0.2.0")
     assert update.lines() == [
-        "in use       0.2.0 /opt/firmware-runtime/venv.b",
-        "before       none",
+        "0.2.0        venv.aaaaaa  2026-11-26T09:00:00Z  in use",
         "last update  reverted 2026-11-26T10:00:00Z tachobot",
         "because      imu: 100 times NoAcknowledge",
     ]

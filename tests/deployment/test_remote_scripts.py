@@ -10,13 +10,14 @@ import pytest
 
 import firmware_runtime.host.deployment
 from firmware_runtime.host.deployment.deployment import WAY_BACK
+from firmware_runtime.host.deployment.environment import seal
 
 FOLDER = Path(firmware_runtime.host.deployment.__file__).parent
 SENT = (
-    ("units.sh", "probe.sh"),
-    ("venvs.sh", "prepare.sh"),
-    ("examine.sh",),
-    ("venvs.sh", "units.sh", "robots.sh", "update.sh", "switch.sh"),
+    ("venvs.sh", "units.sh", "probe.sh"),
+    ("venvs.sh", "signatures.sh", "prepare.sh"),
+    ("venvs.sh", "examine.sh"),
+    ("venvs.sh", "units.sh", "robots.sh", "update.sh", "signatures.sh", "switch.sh"),
     ("venvs.sh", "units.sh", "robots.sh", "update.sh", "persisted.sh"),
 )
 PROGRAM = """\
@@ -73,10 +74,11 @@ def make_venv(
     service: int = 0,
     health: int = 0,
     unit: Path = Path(os.devnull),
+    settings: str = "",
 ) -> Path:
     """A virtual environment whose program ends with these statuses, and notes what was asked.
 
-    As a service it installs a unit with its name in it.
+    As a service it installs a unit with its name in it. It brings settings, if there are any.
     """
     program = home / name / "bin" / "firmware-runtime"
     program.parent.mkdir(parents=True)
@@ -84,15 +86,29 @@ def make_venv(
     ends = {"check": check, "doctor": doctor, "service": service, "health": health}
     program.write_text(PROGRAM.format(log=log, unit=unit, name=name, **ends))
     program.chmod(0o755)
+    scripts = home / name / "deployment" / "scripts"
+    scripts.mkdir(parents=True)
+    for each in ("venvs.sh", "units.sh", "robots.sh", "update.sh", "persisted.sh"):
+        shutil.copy(FOLDER / each, scripts)
+    shutil.copy(FOLDER.parent / "installation/units" / WAY_BACK, scripts)
+    if settings:
+        place = home / name / "deployment" / "settings" / "tachobot.toml"
+        place.parent.mkdir()
+        place.write_text(settings)
     write_manifest(home / name)
     return home / name
 
 
 def write_manifest(venv: Path) -> None:
-    made = f'write_manifest "{venv}"\n'
-    subprocess.run(
-        ["sh", "-s"], input=(FOLDER / "venvs.sh").read_text() + made, text=True, check=True
-    )
+    (venv / "manifest.sent").write_text(seal(venv))
+    in_venvs(f'finish_venv "{venv}" /usr/bin/python3 yes')
+
+
+def in_venvs(words: str) -> str:
+    """What these words print behind the functions of virtual environments."""
+    script = f"{(FOLDER / 'venvs.sh').read_text()}\n{words}\n"
+    done = subprocess.run(["sh", "-s"], input=script, capture_output=True, text=True, check=True)
+    return done.stdout
 
 
 @pytest.mark.parametrize(
@@ -110,7 +126,7 @@ def test_a_program_stays_if_it_passes_or_is_forced(
     tmp_path: Path, check: int, doctor: int, force: str, status: int
 ) -> None:
     venv = make_venv(tmp_path, "venv.abcdef", check=check, doctor=doctor)
-    assert run(("examine.sh",), venv, "tachobot", force).returncode == status
+    assert run(SENT[2], venv, "tachobot", force).returncode == status
     assert venv.exists() == (status == 0)
 
 
@@ -120,24 +136,24 @@ def home(tmp_path: Path) -> Path:
     place = tmp_path / "opt" / "firmware-runtime"
     make_venv(place, "venv.before")
     (place / "venv").symlink_to(place / "venv.before")
-    scripts = place / "parcel" / "scripts"
-    scripts.mkdir(parents=True)
-    for name in ("venvs.sh", "units.sh", "robots.sh", "update.sh", "persisted.sh"):
-        shutil.copy(FOLDER / name, scripts)
-    shutil.copy(FOLDER.parent / "installation/units" / WAY_BACK, scripts)
     return place
 
 
-def switch(home: Path, venv: Path, start: str = "yes") -> "subprocess.CompletedProcess[str]":
-    return run(SENT[3], home.parents[1], venv, "tachobot", start, 30)
+def switch(
+    home: Path, venv: Path, start: str = "yes", whence: str = "sent"
+) -> "subprocess.CompletedProcess[str]":
+    return run(SENT[3], home.parents[1], venv, "tachobot", start, 30, whence)
 
 
 def test_a_new_program_takes_the_place_and_the_one_before_is_kept(home: Path) -> None:
     orphan, venv = make_venv(home, "venv.orphan"), make_venv(home, "venv.newest")
+    under_way = make_venv(home, "venv.others")
+    os.utime(orphan, (0, 0))
     assert switch(home, venv).returncode == 0
     assert (home / "venv").readlink() == venv
     assert (home / "previous").readlink() == home / "venv.before"
     assert not orphan.exists()
+    assert under_way.exists()
     link = home.parents[1] / "usr" / "local" / "bin" / "firmware-runtime"
     assert link.resolve() == venv / "bin" / "firmware-runtime"
     asked = f"service install tachobot --root {home.parents[1]}\n"
@@ -153,8 +169,8 @@ def test_a_service_that_is_not_to_be_started_is_installed_and_no_more(home: Path
 def test_a_service_that_does_not_start_brings_program_and_settings_from_before_back(
     home: Path,
 ) -> None:
-    there = bring_settings(home)
-    venv = make_venv(home, "venv.newest", service=6)
+    there = settings_there(home)
+    venv = make_venv(home, "venv.newest", service=6, settings="new")
     ended = switch(home, venv)
     assert ended.returncode == 1
     assert (home / "venv").readlink() == home / "venv.before"
@@ -177,7 +193,7 @@ def test_the_first_program_stays_when_its_service_does_not_start(
 def test_what_was_begun_is_finished_when_the_connection_is_lost(home: Path) -> None:
     venv = make_venv(home, "venv.newest")
     text = "".join((FOLDER / name).read_text() for name in SENT[3])
-    words = ["sh", "-s", "--", str(home.parents[1]), str(venv), "tachobot", "yes", "30"]
+    words = ["sh", "-s", "--", str(home.parents[1]), str(venv), "tachobot", "yes", "30", "sent"]
     with subprocess.Popen(
         words, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True
     ) as process:
@@ -191,19 +207,17 @@ def test_what_was_begun_is_finished_when_the_connection_is_lost(home: Path) -> N
     assert (home.parents[1] / "usr/local/bin/firmware-runtime").is_symlink()
 
 
-def bring_settings(home: Path) -> Path:
-    """New settings in the parcel; those in force, which are old."""
+def settings_there(home: Path) -> Path:
+    """The settings in force, which are old."""
     there = home.parents[1] / "etc" / "firmware-runtime" / "tachobot.toml"
-    brought = home / "parcel" / "settings" / "tachobot.toml"
-    for file, text in ((there, "old"), (brought, "new")):
-        file.parent.mkdir(parents=True)
-        file.write_text(text)
+    there.parent.mkdir(parents=True)
+    there.write_text("old")
     return there
 
 
 def test_settings_that_came_along_replace_those_there_and_keep_them(home: Path) -> None:
-    there = bring_settings(home)
-    assert switch(home, make_venv(home, "venv.newest")).returncode == 0
+    there = settings_there(home)
+    assert switch(home, make_venv(home, "venv.newest", settings="new")).returncode == 0
     assert there.read_text() == "new"
     assert there.with_name("tachobot.toml.previous").read_text() == "old"
 
@@ -235,7 +249,7 @@ def test_the_link_moves_when_all_is_on_the_disk(home: Path, noted: Path) -> None
     assert switch(home, venv).returncode == 0
     done = noted.read_text().splitlines()
     moved = done.index(f"mv -T {home}/venv.link {home}/venv")
-    assert done.index("mv manifest.new manifest") < moved
+    assert done.index("mv manifest.sent manifest") < moved
     assert done[moved - 1] == done[moved + 1] == f"sync -f {home}"
 
 
@@ -249,7 +263,7 @@ def cut_at(step: int, home: Path, tools: Path, venv: Path) -> int:
         tool.write_text(CUT.format(steps=steps, step=step, real=real))
         tool.chmod(0o755)
     text = "".join((FOLDER / name).read_text() for name in SENT[3])
-    words = ["sh", "-s", "--", str(home.parents[1]), str(venv), "tachobot", "yes", "30"]
+    words = ["sh", "-s", "--", str(home.parents[1]), str(venv), "tachobot", "yes", "30", "sent"]
     ended = subprocess.run(
         words, input=text, text=True, capture_output=True, start_new_session=True, check=False
     )
@@ -272,7 +286,7 @@ def test_wherever_the_power_is_cut_there_is_a_whole_version_afterwards(
 ) -> None:
     """With its own units and settings; the state says which."""
     root, tools = home.parents[1], noted.with_name("tools")
-    there = bring_settings(home)
+    there = settings_there(home)
     unit = root / "etc/systemd/system/firmware-runtime@.service"
     unit.parent.mkdir(parents=True)
     unit.write_text("venv.before")
@@ -285,7 +299,7 @@ def test_wherever_the_power_is_cut_there_is_a_whole_version_afterwards(
         shutil.rmtree(home)
         shutil.copytree(kept / "etc", root / "etc", symlinks=True)
         shutil.copytree(kept / "home", home, symlinks=True)
-        venv = make_venv(home, "venv.newest", unit=unit)
+        venv = make_venv(home, "venv.newest", unit=unit, settings="new")
         ended = cut_at(step, home, tools, venv)
         if (home / "update.sh").exists():
             booted = subprocess.run(
@@ -293,9 +307,7 @@ def test_wherever_the_power_is_cut_there_is_a_whole_version_afterwards(
             )
             assert booted.returncode == 0, booted.stderr
         used = (home / "venv").readlink()
-        whole = f'is_whole "{used}"\n'
-        text = (FOLDER / "venvs.sh").read_text() + whole
-        assert subprocess.run(["sh", "-s"], input=text, text=True, check=False).returncode == 0
+        in_venvs(f'is_whole "{used}"')
         assert unit.read_text() == used.name
         assert there.read_text() == {"venv.before": "old", "venv.newest": "new"}[used.name]
         state = state_of(home)
@@ -316,8 +328,8 @@ def test_wherever_the_power_is_cut_there_is_a_whole_version_afterwards(
 def test_what_is_tried_is_kept_if_it_is_healthy(
     home: Path, health: int, state: str, used: str
 ) -> None:
-    there = bring_settings(home)
-    venv = make_venv(home, "venv.newest", health=health)
+    there = settings_there(home)
+    venv = make_venv(home, "venv.newest", health=health, settings="new")
     assert switch(home, venv).returncode == 0
     update = home / "update"
     update.write_text(update.read_text().replace("state committed", "state trying"))
@@ -334,8 +346,11 @@ def test_its_way_back_says_how_it_stands(home: Path) -> None:
     assert switch(home, make_venv(home, "venv.newest")).returncode == 0
     asked = ["sh", str(home / "update.sh"), "status"]
     shown = subprocess.run(asked, check=True, capture_output=True, text=True).stdout.splitlines()
-    assert shown[0].split() == ["venv", str(home / "venv.newest")]
-    assert shown[1].split() == ["previous", str(home / "venv.before")]
+    versions = [line.split() for line in shown[:2]]
+    assert [(each[0], each[2], each[4]) for each in versions] == [
+        ("version", "venv.before", "before"),
+        ("version", "venv.newest", "in-use"),
+    ]
     assert shown[2:4] == ["state committed", "board tachobot"]
 
 
@@ -361,15 +376,8 @@ def test_robots_are_made_safe_by_a_program_that_is_whole(
 ) -> None:
     before, newest = home / "venv.before", make_venv(home, "venv.newest")
     damage(before)
-    asked = f'sound_venv "{before}" "{newest}"\n'
-    done = subprocess.run(
-        ["sh", "-s"],
-        input=(FOLDER / "venvs.sh").read_text() + asked,
-        capture_output=True,
-        text=True,
-        check=True,
-    )
-    assert done.stdout == f"{home / sound}\n"
+    asked = f'sound_venv "{before}" "{newest}"'
+    assert in_venvs(asked) == f"{home / sound}\n"
 
 
 @pytest.mark.slow

@@ -84,7 +84,7 @@ def test_what_is_in_the_cache_is_not_downloaded(
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
     fill_cache(wheel, PI)
     reported = wheels.collect(NoCommands(print), PI, wheel, tmp_path / "wheels")
-    assert "from the cache" in reported
+    assert "from the cache" in reported.text
     names = {file.name for file in (tmp_path / "wheels").iterdir()}
     assert names == {wheel.name, "smbus2-0.6.1-py2.py3-none-any.whl"}
 

@@ -133,8 +133,9 @@ def execute(arguments: argparse.Namespace) -> int:
 
 def _deploy(options: DeploymentOptions, commands: Commands) -> int:
     deployment = Deployment(options, commands)
-    deployment.carry_out()
-    if commands.dry_run:
+    if not deployment.carry_out():
+        print("it is in use: there is nothing to do")
+    elif commands.dry_run:
         print("dry run: nothing was changed")
     elif options.root:
         print(f"{options.home}/venv/bin/firmware-runtime is there; nothing was started")

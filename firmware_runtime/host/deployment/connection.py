@@ -94,10 +94,16 @@ class Connection:
         """Run a program on the target."""
         return self._run(words)
 
-    def send(self, folder: Path, to: str) -> None:
-        """Make a folder on the target the same as one here; only what differs is sent."""
-        command = ["rsync", "--archive", "--no-owner", "--no-group", "--chmod=D755,F644"]
-        command += ["--delete", "--mkpath", "--protect-args", f"--rsh={shlex.join(self._ssh)}"]
+    def send(self, folder: Path, to: str, like: str | None = None) -> None:
+        """Make a folder on the target of one here.
+
+        What a folder there that is `like` it has, with the same size and time, is copied there.
+        """
+        command = ["rsync", "--archive", "--no-owner", "--no-group", "--omit-dir-times"]
+        command += ["--chmod=D755,Fu=rwX,Fgo=rX", "--compress", "--mkpath", "--protect-args"]
+        command += [f"--rsh={shlex.join(self._ssh)}"]
+        if like is not None:
+            command += [f"--copy-dest={like}"]
         if self._become:
             command += [f"--rsync-path={shlex.join([*self._become, 'rsync'])}"]
         ended = self._commands.run([*command, f"{folder}/", f"{self.host}:{to}/"])

@@ -1,20 +1,22 @@
-# Has a new program examine the machine and the board: sh -s -- VENV BOARD FORCE.
-# A program that does not pass is removed. Ends with the doctor's status, or 1 where check fails.
+# Has a program examine the machine and the board: sh -s -- VENV BOARD FORCE.
+# One that does not pass is removed, unless it has been in use. Ends with the doctor's status, or 1
+# where check fails.
 
 main() {
 	venv=$1 board=$2 force=$3
+	home=${venv%/*}
 	program=$venv/bin/firmware-runtime
-	"$program" check "$board" || discard 1
+	"$program" check "$board" || refuse 1
 	health=0
 	"$program" doctor "$board" || health=$?
 	case $health in
 	0 | 7) ;;
-	*) [ "$force" = yes ] || discard "$health" ;;
+	*) [ "$force" = yes ] || refuse "$health" ;;
 	esac
 }
 
-discard() {
-	rm -rf "$venv"
+refuse() {
+	discard_venv "$venv"
 	exit "$1"
 }
 

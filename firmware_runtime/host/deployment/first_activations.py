@@ -15,7 +15,7 @@ def first_figures(options: DeploymentOptions, deployment: Deployment) -> Figures
     program = f"{options.home}/venv/bin/firmware-runtime"
     give_up_at = monotonic() + TIMEOUT_S
     while True:
-        ended = deployment.connection.command(program, "stats", options.board, "--json")
+        ended = deployment.connection.command(program, "stats", deployment.board, "--json")
         if ended.status == 0:
             figures = figures_of(ended.out, options.host)
             if figures.conditions.run.state == "running" and figures.has_begun:

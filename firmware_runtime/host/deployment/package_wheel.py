@@ -190,18 +190,18 @@ def build_own(commands: Commands, into: Path) -> Path:
 
 def demand_ours(wheel: Path) -> None:
     """Raise DeploymentError for a wheel of another project."""
-    name = _own_metadata(wheel)[0]
+    name = metadata_of(wheel)[0]
     if name != OUR_OWN:
         raise DeploymentError(name, where=wheel, expected=f"{OUR_OWN}'s wheel")
 
 
 def requirements(wheel: Path) -> list[str]:
     """The requirements of a wheel, in order. Raises DeploymentError when it is none."""
-    return sorted(_own_metadata(wheel)[1])
+    return sorted(metadata_of(wheel)[1])
 
 
-def _own_metadata(wheel: Path) -> tuple[str, list[str]]:
-    """The name of what is in a wheel, and its requirements."""
+def metadata_of(wheel: Path) -> tuple[str, list[str]]:
+    """The name of what is in a wheel, and its requirements. Raises DeploymentError."""
     try:
         with ZipFile(wheel) as archive:
             inside = [name for name in archive.namelist() if name.endswith(".dist-info/METADATA")]

@@ -1,4 +1,5 @@
-# Puts a new program in the place of the old: sh -s -- ROOT VENV BOARD START HEALTH.
+# Puts another program in the place of the one in use: sh -s -- ROOT VENV BOARD START HEALTH WHENCE.
+# WHENCE is `sent`, with its settings and its way back, or `kept` for one that was in use before.
 # Robots that run are stopped first, and run again afterwards if START is yes; then the new version is
 # tried for HEALTH seconds, and taken back where it does not prove itself. With a ROOT files are
 # written below it, and systemd is left alone.
@@ -9,7 +10,7 @@ umask 022
 trap '' HUP PIPE
 
 main() {
-	root=${1%/} venv=$2 board=$3 start=$4 health=$5
+	root=${1%/} venv=$2 board=$3 start=$4 health=$5 whence=$6
 	home=$root/opt/firmware-runtime
 	settings=$root/etc/firmware-runtime
 	program=$home/venv/bin/firmware-runtime
@@ -17,6 +18,8 @@ main() {
 	flock --nonblock 9 || refuse "an update is being tried; see firmware-runtime deploy status"
 	[ -d "$venv" ] || fail "$venv is gone; deploy again"
 	is_whole "$venv" || refuse "$venv: files are missing or were changed since it was made; deploy again"
+	may_run "$venv/manifest" ||
+		refuse "$venv is not signed by a key of $settings/allowed_signers"
 	running=
 	if [ -z "$root" ]; then running=$(list_units) || refuse "systemd does not say what runs"; fi
 	safe_program=$(safe_venv "$home/venv" "$venv")/bin/firmware-runtime
@@ -34,7 +37,7 @@ main() {
 	before=$(readlink "$home/venv")
 	earlier=$(readlink "$home/previous")
 
-	{ keep_system && keep_figures && keep_way_back && set_state staged "it is whole"; } ||
+	{ reserve_room && keep_system && keep_figures && keep_way_back && set_state staged "it is whole"; } ||
 		refuse "the way back could not be prepared, so the old program stays"
 	# shellcheck disable=SC2086
 	stop_units 'a new version' $running || {
@@ -68,12 +71,14 @@ keep_figures() { # of the version in use, to compare with
 }
 
 keep_way_back() { # what takes a version back, as this version does it, and the unit that starts it
-	cat "$home"/parcel/scripts/venvs.sh "$home"/parcel/scripts/units.sh "$home"/parcel/scripts/robots.sh \
-		"$home"/parcel/scripts/update.sh "$home"/parcel/scripts/persisted.sh >"$home/update.sh.new" &&
+	[ "$whence" = sent ] || { [ -s "$home/update.sh" ] && return; } # the newest there is
+	scripts=$venv/deployment/scripts
+	cat "$scripts/venvs.sh" "$scripts/units.sh" "$scripts/robots.sh" "$scripts/update.sh" \
+		"$scripts/persisted.sh" >"$home/update.sh.new" &&
 		sync "$home/update.sh.new" && mv "$home/update.sh.new" "$home/update.sh" || return
 	units=$root/etc/systemd/system
 	mkdir -p "$units/basic.target.wants" &&
-		copy "$home/parcel/scripts/firmware-runtime-update.service" \
+		copy "$scripts/firmware-runtime-update.service" \
 			"$units/firmware-runtime-update.service" &&
 		ln -sfn ../firmware-runtime-update.service \
 			"$units/basic.target.wants/firmware-runtime-update.service" && sync -f "$units"
@@ -96,9 +101,9 @@ install_service() {
 }
 
 take_settings() { # those that came along, if any; those before are kept beside them
-	brought=$home/parcel/settings/$board.toml
+	brought=$venv/deployment/settings/$board.toml
 	there=$settings/$board.toml
-	[ -e "$brought" ] || return 0
+	[ "$whence" = sent ] && [ -e "$brought" ] || return 0
 	mkdir -p "$settings"
 	if [ -e "$there" ] && ! cmp -s "$brought" "$there"; then
 		copy "$there" "$there.previous" || return
@@ -123,7 +128,7 @@ go_back() { # to the program from before; without one, what was installed stays 
 }
 
 refuse() { # before anything was begun
-	rm -rf "$venv"
+	discard_venv "$venv"
 	fail "$@"
 }
 
@@ -132,7 +137,7 @@ fail() {
 	exit 1
 }
 
-printed=$(mktemp -d)
+printed=$(mktemp -d) || exit
 (main "$@") </dev/null >"$printed/out" 2>"$printed/err"
 status=$?
 cat "$printed/out"

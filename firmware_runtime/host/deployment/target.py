@@ -3,6 +3,9 @@
 from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import product
+from typing import NamedTuple
+
+from firmware_runtime.system.packages import normal_name
 
 MACHINES = ("aarch64", "x86_64")
 LEAST_PYTHON = (3, 11)
@@ -67,13 +70,26 @@ class Platform:
 
 
 ROOM_KIB = 500 * 1024
-"""The wheels and two virtual environments, the new one beside the old."""
+"""The new version beside those that are there."""
 
 _HOW_TO_HAVE = (
     "expected the board's device: enable the controller (dtparam=i2c_arm=on in "
     "/boot/firmware/config.txt), load i2c-dev, plug the adapter in; or --force"
 )
 _SUPPORTED = f"{LEAST_PYTHON[0]}.{LEAST_PYTHON[1]} or later"
+
+
+class Need(NamedTuple):
+    """What a deployment needs of a target, and what it brings."""
+
+    sends: bool = True
+    """Whether it sends a version; else it goes to one that is there."""
+    devices: bool = True
+    """Whether the board's devices have to be there."""
+    signed: bool = False
+
+
+_ALL = Need()
 
 
 @dataclass(frozen=True, slots=True)
@@ -83,7 +99,12 @@ class Target:
     machine: str
     python: str
     bits: str
-    venv: str
+    base: str
+    """The path of that Python itself, where one of an environment was named."""
+    magic: str
+    """Of its bytecode, in hexadecimal."""
+    packages: str
+    """The packages that it has, each as NAME==VERSION, with blanks between."""
     glibc: str
     rsync: str
     free_kib: str
@@ -93,8 +114,14 @@ class Target:
     systemd: str
     foreign: str
     """What stands where the link to the program belongs."""
+    board: str
+    """The one that is deployed, where none was named that of the last update."""
     settings: str
     """The board's settings, on the target."""
+    versions: str
+    """The versions that it has, as `list_versions` prints them, each with a ; behind it."""
+    signers: str
+    """The file of those whose signatures it asks for, if it does."""
     armed: str
     """Its robots that are armed, with blanks between."""
     lacking: str
@@ -118,6 +145,32 @@ class Target:
         major, minor = _version(self.python)
         return Platform(self.machine, (major, minor))
 
+    @property
+    def minor_version(self) -> str:
+        """Return the version of its Python that names folders: `3.11`."""
+        return "{}.{}".format(*self.platform.python)
+
+    @property
+    def system_packages(self) -> dict[str, str]:
+        """Return the versions of the packages that its Python has, by their normal names."""
+        pairs = (each.partition("==") for each in self.packages.split())
+        return {normal_name(name): version for name, _, version in pairs}
+
+    @property
+    def markers(self) -> dict[str, str]:
+        """Return what the conditions of requirements ask for (PEP 508)."""
+        return {
+            "implementation_name": "cpython",
+            "implementation_version": self.python,
+            "os_name": "posix",
+            "platform_machine": self.machine,
+            "platform_python_implementation": "CPython",
+            "platform_system": "Linux",
+            "python_full_version": self.python,
+            "python_version": self.minor_version,
+            "sys_platform": "linux",
+        }
+
     def text(self) -> str:
         """Return what it is, in a line."""
         parts = [self.machine, f"Python {self.python}", f"glibc {self.glibc}"]
@@ -126,17 +179,22 @@ class Target:
             parts += ["as root" if self.superuser == "root" else "root by sudo"]
         return ", ".join(parts)
 
-    def faults(self, python: str, root: str, *, force: bool = False) -> list[str]:
-        """Everything that it lacks, one sentence each; below a `root` it takes less.
-
-        With `force` the board's devices may be missing, as the doctor may find them to be.
-        """
-        place = self._lacks_below(root) if root else self._lacks_as_a_robot()
+    def faults(self, python: str, root: str, need: Need = _ALL) -> list[str]:
+        """Everything that it lacks, one sentence each; below a `root` it takes less."""
+        new = (*self._lacks_for_wheels(python), *self._lacks_a_signature(need))
         return [
-            *self._lacks_for_wheels(python),
-            *place,
-            *(f"{node}: not there; {_HOW_TO_HAVE}" for node in self.lacking.split() if not force),
+            *(new if need.sends else ()),
+            *(self._lacks_below(root) if root else self._lacks_as_a_robot()),
+            *(
+                f"{node}: not there; {_HOW_TO_HAVE}"
+                for node in self.lacking.split()
+                if need.devices
+            ),
         ]
+
+    def _lacks_a_signature(self, need: Need) -> Iterator[str]:
+        if self.signers and not need.signed:
+            yield f"{self.signers} is there: it takes no version that is not signed; --sign KEY"
 
     def _lacks_for_wheels(self, python: str) -> Iterator[str]:
         if self.machine not in MACHINES:
@@ -147,8 +205,8 @@ class Target:
             yield f"{python} is {self.python}; expected {_SUPPORTED}; --python PATH names another"
         elif self.bits != "64":
             yield f"{python} is a 32-bit program; expected a 64-bit system"
-        elif not self.venv:
-            yield f"{python} cannot make virtual environments; install Debian package python3-venv"
+        elif not (self.base and self.magic):
+            yield f"{python} is not whole; install Debian package python3"
         if not self.glibc or _version(self.glibc) < GLIBC:
             found = self.glibc or "none"
             yield f"glibc: {found}; expected {GLIBC[0]}.{GLIBC[1]} or newer, as the wheels need"

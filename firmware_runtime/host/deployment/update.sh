@@ -9,6 +9,10 @@
 # two programs.
 
 set_state() { # $1, because of $2
+	case $1 in
+	staged | trying) ;;
+	*) rm -f "$home/reserve" ;; # the disk may be full
+	esac
 	running=$(echo "$running" | tr '\n' ' ')
 	{
 		printf '%s\n' "state $1" "board $board" "new $venv" "old $before" "earlier $earlier" \
@@ -45,6 +49,12 @@ keep_system() { # of the version in use
 		sync "$home/before.tar.new" && mv "$home/before.tar.new" "$home/before.tar" && sync -f "$home"
 }
 
+reserve_room() { # for what is written to come back; what does not compress takes its room
+	head -c 4194304 /dev/urandom >"$home/reserve" && sync "$home/reserve" && return
+	rm -f "$home/reserve"
+	return 1
+}
+
 restore_system() { # as it was kept; what came since goes
 	kept_names=$(tar -tf "$home/before.tar") || return
 	of_system | while read -r each; do
@@ -58,10 +68,14 @@ take_back() { # the version in use, because of $1, while no robot runs
 		set_state unproved "$1; there is no whole version before it"
 		return 1
 	fi
+	rm -f "$home/reserve"
 	use_venv "$before" || return
-	rm -rf "$venv"
-	restore_system || return
 	if [ -n "$earlier" ]; then ln -sfn "$earlier" "$home/previous"; else rm -f "$home/previous"; fi
+	discard_venv "$venv"
+	restore_system || {
+		set_state trying "$1; units and settings from before could not be written"
+		return 0 # robots run, and the next start of the computer tries again
+	}
 	set_state reverted "$1"
 }
 
@@ -119,17 +133,7 @@ watch() { # for $1 seconds, over the version in $2; what does not end well, or i
 	esac
 }
 
-status() { # what is in use, what was before, and how the last update stands
-	for link in venv previous; do
-		folder=$(readlink "$home/$link") && echo "$link $(version_of "$folder") $folder"
-	done
+status() { # the versions there are, and how the last update stands
+	list_versions | sed 's/^/version /'
 	cat "$home/update" 2>/dev/null || echo "state none"
-}
-
-version_of() { # of the program in $1
-	for each in "$1"/lib/python3*/site-packages/firmware_runtime-*.dist-info; do
-		[ -e "$each" ] || continue
-		each=${each##*/firmware_runtime-}
-		echo "${each%.dist-info}"
-	done
 }

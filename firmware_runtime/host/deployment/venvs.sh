@@ -1,34 +1,34 @@
 # Virtual environments in $home.
 #
-# Each is a folder venv.XXXXXX; the link `venv` names the one in use, `previous` the one before. A
-# link is replaced in one step, and only by a program that is whole on the disk: so there is never
-# half a program, also not after a power cut. What a program consists of is in its file `manifest`.
+# Each is a folder venv.XXXXXX, a version of the program; the link `venv` names the one in use,
+# `previous` the one before. A link is replaced in one step, and only by a program that is whole on
+# the disk: so there is never half a program, also not after a power cut. What was sent of it is
+# listed in its file `manifest`, and what was made of that here in `manifest.made`.
 
-make_venv() { # from $2 with the wheels in $1, and the packages that follow; its folder is then $made
-	wheels=$1 python=$2
-	shift 2
-	made=$(mktemp -d "$home/venv.XXXXXX") || return
-	chmod 755 "$made"
-	# What the system has and what suffices is taken from there: rclpy needs the numpy it was built
-	# with. Everything else comes from the wheels, nothing from the network.
-	"$python" -m venv --system-site-packages "$made" &&
-		"$made/bin/python" -m pip --isolated --quiet --disable-pip-version-check install \
-			--no-index --find-links "$wheels" 'firmware-runtime[gpio,metrics,top,completion]' "$@" &&
-		write_manifest "$made" && return
-	rm -rf "$made"
-	return 1
-}
-
-write_manifest() { # of the files of $1, when all of them are on the disk
+finish_venv() { # make $1 of what was sent: with python $2, and bytecode unless $3 is yes
+	mkdir -p "$1/bin" && ln -sfn "$2" "$1/bin/python" && ln -sfn python "$1/bin/python3" || return
+	[ "$3" = yes ] || "$1/bin/python" -I -S -m compileall -qq -j 0 "$1/lib" || true
 	(
 		cd "$1" || exit
-		sync -f . && find . -type f ! -path './manifest*' -exec sha256sum {} + >manifest.new &&
-			sync -f . && mv manifest.new manifest && sync -f .
+		[ "$3" = yes ] || find . -name '*.pyc' -exec sha256sum {} + >manifest.made || exit
+		[ ! -e manifest.sent.sig ] || mv manifest.sent.sig manifest.sig || exit
+		touch manifest.sent && sync -f . && mv manifest.sent manifest && sync -f .
+	)
+}
+
+is_as_sent() { # whether $1 has the files of its list, as they were made, and no others
+	(
+		cd "$1" && sha256sum --check --strict --quiet manifest.sent >/dev/null 2>&1 || exit
+		found=$(find . ! -type d ! -path ./manifest.sent ! -path ./manifest.sent.sig | LC_ALL=C sort)
+		[ "$found" = "$(cut -c 67- manifest.sent | LC_ALL=C sort)" ]
 	)
 }
 
 is_whole() { # whether each file of $1 is there, as it was made
-	(cd "$1" && sha256sum --check --strict --quiet manifest) >/dev/null 2>&1
+	(
+		cd "$1" && [ -s manifest ] || exit
+		cat manifest manifest.made 2>/dev/null | sha256sum --check --strict --quiet
+	) >/dev/null 2>&1
 }
 
 sound_venv() { # $1, or $2 if that is not whole
@@ -58,12 +58,36 @@ use_new_venv() { # as use_venv, and the one in use becomes `previous`
 	use_venv "$1"
 }
 
-remove_other_venvs() { # all but those in use and before
-	used=$(readlink -f "$home/venv") kept=$(readlink -f "$home/previous")
-	for each in "$home"/venv.??????; do
-		case $(readlink -f "$each") in
-		"$used" | "$kept") ;;
-		*) rm -rf "$each" ;;
-		esac
+discard_venv() { # $1, unless it is in use or was before
+	case $1 in
+	"$(readlink "$home/venv")" | "$(readlink "$home/previous")") ;;
+	*) rm -rf "$1" ;;
+	esac
+}
+
+remove_other_venvs() { # all but those in use and before; what is young may be another's, under way
+	[ -z "$earlier" ] || discard_venv "$earlier"
+	find "$home" -maxdepth 1 -name 'venv.??????' -mmin +60 | while read -r each; do
+		discard_venv "$each"
 	done
+}
+
+list_versions() { # of programs that are whole: version, folder, since when, and its place
+	for each in "$home"/venv.??????; do
+		case $each in
+		"$(readlink "$home/venv")") place=in-use ;;
+		"$(readlink "$home/previous")") place=before ;;
+		*) place=beside ;;
+		esac
+		[ "$place" != beside ] || [ -e "$each/manifest" ] || continue
+		echo "$(version_of "$each") ${each##*/} $(date -u -r "$each" +%Y-%m-%dT%H:%M:%SZ) $place"
+	done
+}
+
+version_of() { # of the program in $1
+	version=unknown
+	for metadata in "$1"/lib/python3*/site-packages/firmware_runtime-*.dist-info; do
+		[ ! -e "$metadata" ] || version=${metadata##*/firmware_runtime-}
+	done
+	echo "${version%.dist-info}"
 }

@@ -12,6 +12,7 @@ from collections.abc import Iterable, Sequence
 from hashlib import sha256
 from importlib.metadata import Distribution
 from pathlib import Path
+from typing import NamedTuple
 
 from firmware_runtime.errors import DeploymentError
 from firmware_runtime.host.deployment.connection import Commands
@@ -37,14 +38,23 @@ def cache_directory() -> Path:
     return Path(base, "firmware-runtime", "wheels")
 
 
+class Collected(NamedTuple):
+    """What was put into a folder of wheels."""
+
+    ours: list[Path]
+    """The project's, and those of the packages that go along."""
+    text: str
+    """What was done, in words."""
+
+
 def collect(
     commands: Commands,
     platform: Platform,
     own: Path | None,
     into: Path,
     packages: Sequence[Distribution] = (),
-) -> str:
-    """Put every wheel that the platform needs into a folder; return what was done.
+) -> Collected:
+    """Put every wheel that the platform needs into a folder.
 
     `own` is the project's wheel, made here when None; `packages` provide boards of other projects.
     Raises DeploymentError when one cannot be had or does not fit.
@@ -54,13 +64,14 @@ def collect(
     ours = [wheel, *(wheel_of(package, commands, into) for package in packages)]
     if commands.dry_run:
         _download(commands, platform, ours, into)
-        return ""
+        return Collected(ours, "")
     demand_ours(wheel)
     source = _add_others(commands, platform, ours, into)
     files = list(into.iterdir())
     size = sum(file.stat().st_size for file in files)
     made = " and ".join(each.name for each in ours)
-    return f"{made} and {len(files) - len(ours)} others {source}, {size / 1e6:.1f} MB"
+    others = len(files) - len(ours)
+    return Collected(ours, f"{made} and {others} others {source}, {size / 1e6:.1f} MB")
 
 
 def _add_others(commands: Commands, platform: Platform, ours: Sequence[Path], into: Path) -> str:
