@@ -1,6 +1,7 @@
 """Clocks of wires, timed on doubles whose buses have a known clock, and what is made of them."""
 
 import json
+import os
 from itertools import count
 from pathlib import Path
 
@@ -10,13 +11,16 @@ from firmware_runtime.board import registry
 from firmware_runtime.executive.clocks import WorldClock
 from firmware_runtime.hal.i2c import I2cBus
 from firmware_runtime.hal.wire_clock import REPETITIONS, MeasuredWire
+from firmware_runtime.host.doctor import measuring
 from firmware_runtime.host.doctor.measuring import Wire, wire_of, wires_of
 from firmware_runtime.runs.measured_wires import clock_warnings, keep_measured, measured_wires
 from firmware_runtime.statistics.paths import Companion, default_path
+from firmware_runtime.system.kernel_files import SystemFiles
 from sim_doubles.i2c_bus import I2cBusDouble
 from sim_doubles.rigs.board_rig import rig_for
 from tests.support.command import Command
 from tests.support.fake_machines import lay_out
+from tests.support.written_run import WrittenRun
 
 
 @pytest.fixture(autouse=True)
@@ -99,6 +103,13 @@ def test_a_virtual_machine_has_no_wire_to_time(tmp_path: Path) -> None:
     assert (wire.measured, wire.said) == (None, "a virtual machine has no wire to time")
 
 
+def test_a_bus_that_is_not_there_is_not_measured(tmp_path: Path) -> None:
+    absent = registry.load("tachobot", ["buses.i2c1.device='/dev/i2c-4711'"])
+    (wire,) = wires_of(absent, doubles=False, files=SystemFiles(tmp_path))
+    assert wire.measured is None
+    assert wire.said.startswith("/dev/i2c-4711 does not exist")
+
+
 @pytest.mark.slow
 def test_check_warns_of_a_wire_that_runs_at_another_clock(command: Command) -> None:
     keep_measured("tachobot", {"/dev/i2c-1": MeasuredWire(399_361, 42.0)})
@@ -124,6 +135,29 @@ def test_measuring_wants_a_board(command: Command, words: list[str]) -> None:
     ended = command("doctor", *words)
     assert ended.status == 2
     assert "expected --measure and BOARD" in ended.error
+
+
+def test_measuring_beside_a_run_is_refused(command: Command, tmp_path: Path) -> None:
+    WrittenRun(path=tmp_path / "detective.stats", board="detective")
+    ended = command("doctor", "tachobot", "--measure", "--doubles")
+    assert (ended.status, ended.out) == (2, "")
+    assert f"process {os.getpid()} runs detective; end that run first" in ended.error
+
+
+@pytest.mark.slow
+def test_a_wire_too_slow_for_its_board_is_said_with_its_clock(
+    command: Command, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    slow = MeasuredWire(62_500, 40.0)
+    wire = Wire("i2c1", "/dev/i2c-1", 400_000, slow, "reading MPU-9250 0x68")
+    monkeypatch.setattr(measuring, "wires_of", lambda *_board, **_where: [wire])
+    ended = command("doctor", "tachobot", "--measure")
+    assert ended.status == 7
+    assert "i2c1: 62500 Hz measured, 400000 Hz stated; 40 us a transaction" in ended.out
+    assert "expected buses.i2c1.speed_hz = 62500 in board.toml" in ended.out
+    assert "not predicted: " in ended.out
+    assert "above 80 % is refused" in ended.out
+    assert measured_wires("tachobot") == {"/dev/i2c-1": slow}
 
 
 @pytest.mark.slow

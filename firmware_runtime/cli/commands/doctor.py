@@ -5,6 +5,8 @@ With `--measure`, what it is: the clocks of a board's wires, and the period that
 
 import argparse
 import json
+import sys
+from typing import TYPE_CHECKING
 
 import msgspec
 
@@ -14,6 +16,10 @@ from firmware_runtime.errors import ConfigError, Status
 from firmware_runtime.host.doctor.check import Machine, Severity, worst
 from firmware_runtime.host.doctor.doctor_text import doctor_document, doctor_lines
 from firmware_runtime.host.doctor.registry import demands_of, examine
+from firmware_runtime.system.terminal import print_line
+
+if TYPE_CHECKING:
+    from firmware_runtime.host.doctor.measuring import Bearable
 
 _STATUSES = {Severity.WARNING: Status.DOCTOR_WARNS, Severity.FAILURE: Status.DOCTOR_FAILS}
 
@@ -66,29 +72,38 @@ def execute(arguments: argparse.Namespace) -> int:
 def _measure(arguments: argparse.Namespace) -> int:
     """Time the wires, keep what was timed for `check`, and say which period is borne."""
     # of this option only: the doctor is to be quick
-    from firmware_runtime.host.doctor.measuring import bearable, wires_of  # noqa: PLC0415
+    from firmware_runtime.host.doctor.measuring import demand_no_run, wires_of  # noqa: PLC0415
     from firmware_runtime.runs.measured_wires import differs, keep_measured  # noqa: PLC0415
 
     if not arguments.board or not arguments.measure:
         raise ConfigError.of_one("doctor", "expected --measure and BOARD, whose wires are timed")
     board = chosen_board(arguments.board)
+    demand_no_run()
     wires = wires_of(board, doubles=arguments.doubles)
     timed = {each.device: each.measured for each in wires if each.measured is not None}
     if timed and not arguments.doubles:
         keep_measured(board.name, timed)
-    clocks = [f"buses.{each.bus}.speed_hz={each.speed_hz}" for each in wires]
-    borne = bearable(chosen_board(arguments.board, clocks))
-    slow = borne is not None and borne.is_longer
     off = [each for each in wires if each.measured and differs(each.measured, each.stated_hz)]
+    borne, why_not = _borne(arguments.board, [f"{each.key}={each.speed_hz}" for each in wires])
     if arguments.json:
-        document = {"schema": 1, "wires": wires, "period": borne}
+        document = {"schema": 1, "wires": wires, "period": borne, "why_no_period": why_not}
         print(json.dumps(msgspec.to_builtins(document), indent=2))
     else:
-        print("wires")
-        for wire in wires:
-            print(f"  {wire.sentence}")
+        print("\n".join(("wires", *(f"  {each.sentence}" for each in wires))))
         for wire in off:
-            print(f"  WARN  set buses.{wire.bus}.speed_hz = {wire.speed_hz} in board.toml")
-        print("steps, with own times measured on doubles and time on the wire computed")
-        print(f"  {'not measured: the board has no doubles' if borne is None else borne.sentence}")
-    return Status.DOCTOR_WARNS if slow or off else Status.OK
+            print(f"  WARN  expected {wire.key} = {wire.speed_hz} in board.toml")
+        print("steps: own times on doubles as measured, time on the wire computed")
+        print(f"  {f'not predicted: {why_not}' if borne is None else borne.sentence}")
+    is_well = not off and borne is not None and not borne.is_longer
+    return Status.OK if is_well else Status.DOCTOR_WARNS
+
+
+def _borne(board: str, clocks: list[str]) -> "tuple[Bearable | None, str | None]":
+    """Return the period that is borne at these clocks of the wires, or why none can be said."""
+    from firmware_runtime.host.doctor.measuring import bearable  # noqa: PLC0415 -- as above
+
+    print_line(f"firmware-runtime: {board} runs on its doubles for a while", sys.stderr)
+    try:
+        return bearable(chosen_board(board, clocks)), None
+    except ConfigError as error:
+        return None, str(error)

@@ -6,7 +6,7 @@ its lateness, and its steps are predicted with the wires' clocks.
 """
 
 from collections.abc import Callable, Mapping, Sequence
-from contextlib import closing
+from contextlib import closing, suppress
 from time import monotonic_ns
 from typing import Final
 
@@ -14,18 +14,21 @@ from msgspec import Struct
 
 from firmware_runtime.board.faults import Device
 from firmware_runtime.board.registry import Board
-from firmware_runtime.board.rigs import has_rig, rig_for
+from firmware_runtime.board.rigs import rig_for
 from firmware_runtime.devs.time import MILLISECOND, SECOND
-from firmware_runtime.errors import SettingError
+from firmware_runtime.errors import ConfigError, SettingError, StatisticsFileError
 from firmware_runtime.executive.clocks import MonotonicClock, WorldClock
 from firmware_runtime.hal.budget import REFUSED_ABOVE_PERCENT
 from firmware_runtime.hal.i2c import I2cBus, Message
 from firmware_runtime.hal.unopened_lines import open_i2c
 from firmware_runtime.hal.wire_clock import MeasuredWire, measured_clock
-from firmware_runtime.hal.wire_errors import HalError, NoAcknowledge
+from firmware_runtime.hal.wire_errors import BusAbsent, BusInUse, HalError, NoAcknowledge
 from firmware_runtime.host.scaffold.chip import CHIPS
 from firmware_runtime.runs.start import start_session
 from firmware_runtime.runs.timing_prediction import LEAST_STEPS, Prediction, predicted
+from firmware_runtime.statistics.file_header import RunState
+from firmware_runtime.statistics.paths import all_statistics
+from firmware_runtime.statistics.reader import read_statistics
 from firmware_runtime.statistics.statistics import Statistics
 from firmware_runtime.system.kernel_files import THIS_MACHINE, SystemFiles, virtualised
 from firmware_runtime.system.packages import installed
@@ -47,6 +50,11 @@ class Wire(Struct, frozen=True):
     """The chip that was read, or the reason."""
 
     @property
+    def key(self) -> str:
+        """Return the setting that states its clock."""
+        return f"buses.{self.bus}.speed_hz"
+
+    @property
     def speed_hz(self) -> int:
         """Return the measured clock, the stated one where none was measured."""
         return self.stated_hz if self.measured is None else self.measured.speed_hz
@@ -60,6 +68,17 @@ class Wire(Struct, frozen=True):
             f"{self.bus}: {self.measured.speed_hz} Hz measured, {self.stated_hz} Hz stated; "
             f"{self.measured.overhead_us:.0f} us a transaction beside its bits ({self.said})"
         )
+
+
+def demand_no_run() -> None:
+    """Raise ConfigError while a run is under way: measuring beside it would delay it."""
+    for path in all_statistics().values():
+        with suppress(StatisticsFileError):
+            run = read_statistics(path)
+            if run.writer_alive and run.state is RunState.RUNNING:
+                process = run.header.writer.pid
+                under_way = f"process {process} runs {run.header.board or path}"
+                raise ConfigError.of_one("doctor --measure", f"{under_way}; end that run first")
 
 
 def wires_of(board: Board, *, doubles: bool, files: SystemFiles = THIS_MACHINE) -> list[Wire]:
@@ -78,7 +97,12 @@ def _on_hardware(board: Board, name: str, files: SystemFiles) -> Wire:
     stated = board.settings.buses[name]
     if virtualised(files):
         return _unmeasured(board, name, "a virtual machine has no wire to time")
-    bus = open_i2c(name, stated.device, timeout_ms=stated.timeout_ms, alone=True)
+    try:
+        bus = open_i2c(name, stated.device, timeout_ms=stated.timeout_ms, alone=True)
+    except BusInUse:
+        raise
+    except BusAbsent as error:
+        return _unmeasured(board, name, error.what)
     with closing(bus):
         return wire_of(board, name, bus, monotonic_ns)
 
@@ -116,7 +140,9 @@ def _identifying(bus: I2cBus, device: Device) -> Sequence[Message]:
     Raises HalError if it is another chip or none, SettingError if no driver here can tell.
     """
     for entry_point in installed(CHIPS):
-        identity = getattr(entry_point.load(), "identity", None)
+        identity = None
+        with suppress(Exception):  # another package's module can raise anything: `probe` says so
+            identity = entry_point.load().identity
         if identity is not None and identity.chip == device.chip:
             noting = _NotingReads(bus)
             identity.evidence(noting, device.address)
@@ -169,13 +195,11 @@ class Bearable(Struct, frozen=True):
         return f"{said}\n  {shortest}, {self.reason}; stated: {period_ns / MILLISECOND:g} ms"
 
 
-def bearable(board: Board) -> Bearable | None:
-    """Run a board on its doubles in real time; return the period it bears, None without doubles.
+def bearable(board: Board) -> Bearable:
+    """Run a board on its doubles in real time; return the shortest period that this computer bears.
 
-    Raises ConfigError where too few steps happen in a minute.
+    Raises ConfigError for a board without doubles, and where too few steps happen in a minute.
     """
-    if not has_rig(board):
-        return None
     prediction = predicted(board, _own_times(board))
     period_ns = prediction.period_ns or 0
     fullest = max((load.utilisation for load in board.loads.values()), default=0.0)
