@@ -6,6 +6,8 @@
 # make vm-test  the service in a Debian guest: real kernel, real systemd (needs root and QEMU)
 # make pi-test  TachoBot on an emulated Raspberry Pi 3B, down to its I2C controller; PI_KERNELS chooses
 #             from stock and rt (downloads 160 MB once; no root)
+# make update-test  twenty bad builds and twenty equal ones deployed to a container with a systemd of its
+#             own (half an hour; needs root and systemd-nspawn)
 # make bench  benchmarks against peers; each prints its ratio last
 # make ros    .venv-ros: the interpreter of the ROS 2 node, with rclpy from wheels
 # make test-ros  the tests of the ROS 2 node, with real rclpy; part of `make test` where .venv-ros is
@@ -37,7 +39,7 @@ WITH_ROS = $(if $(wildcard $(ROS_VENV)/installed-node),test-ros)
 unexport PYTHONDONTWRITEBYTECODE
 
 .PHONY: run test all-cores real-time test-fast test-portable \
-	lint types ros test-ros vm-test pi-test bench docs pictures clean \
+	lint types ros test-ros vm-test pi-test update-test bench docs pictures clean \
 	interpreter wheels-of-rclpy
 .DEFAULT_GOAL := run
 
@@ -84,6 +86,9 @@ vm-test: $(VENV)/installed-run
 
 pi-test: $(VENV)/installed-run
 	@$(BIN)/python -m tests.pi.run $(PI_KERNELS)
+
+update-test: $(VENV)/installed-run
+	@$(BIN)/python -m tests.updates.run
 
 bench: $(VENV)/installed-bench
 	@$(BIN)/firmware-runtime bench devstone

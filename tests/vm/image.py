@@ -60,7 +60,7 @@ def build(image: Image) -> None:
     work = home / "work"
     work.mkdir(parents=True)
     root, kernel = work / "root", work / "kernel"
-    _bootstrap(root)
+    bootstrap(root, PACKAGES)
     image.python.write_text(_python_of(root), encoding="ascii")
     version = _unpack_kernel(work, kernel)
     (kernel / "boot" / f"vmlinuz-{version}").rename(image.kernel)
@@ -79,10 +79,10 @@ def host_sources() -> Path:
     return deb822 if deb822.exists() else Path("/etc/apt/sources.list")
 
 
-def _bootstrap(root: Path) -> None:
-    """Unpack and set up the packages."""
+def bootstrap(root: Path, packages: Sequence[str]) -> None:
+    """Unpack and set up packages of the host's own suite, with all that they need."""
     leave_out = [f"--dpkgopt=path-exclude={pattern}" for pattern in LEFT_OUT]
-    include = f"--include={','.join(PACKAGES)}"
+    include = f"--include={','.join(packages)}"
     suite = platform.freedesktop_os_release()["VERSION_CODENAME"]
     run(
         "mmdebstrap",

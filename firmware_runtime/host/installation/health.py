@@ -13,7 +13,7 @@ from time import monotonic, sleep
 from typing import Final
 
 from firmware_runtime.errors import StatisticsFileError
-from firmware_runtime.statistics.comparison import difference
+from firmware_runtime.statistics.comparison import difference, same_run
 from firmware_runtime.statistics.figures import Figures
 from firmware_runtime.statistics.paths import find_statistics
 from firmware_runtime.statistics.reader import read_statistics
@@ -50,8 +50,9 @@ def observed(board: str, seconds: float) -> Figures:
         sleep(LOOK_S)
     sleep(seconds)
     last = _begun(board)
-    if last is None:
-        raise StatisticsFileError("the run has ended", where=board, expected="it to go on")
+    if last is None or not same_run(last, first):
+        how = "has ended" if last is None else "has begun again"
+        raise StatisticsFileError(f"the run {how}", where=board, expected="it to go on")
     return difference(last, first).figures()
 
 
