@@ -13,6 +13,7 @@ from collections.abc import Mapping, Sequence
 from msgspec import Struct
 
 from firmware_runtime.hal.i2c import Message
+from firmware_runtime.hal.wire_errors import EREMOTEIO
 
 
 class Target(ABC):
@@ -103,15 +104,15 @@ class AdapterProfile(Struct, frozen=True):
 
 ADAPTERS: Mapping[str, AdapterProfile] = {
     "bcm2835": AdapterProfile(
-        errno.EREMOTEIO,
-        errno.EREMOTEIO,
+        EREMOTEIO,
+        EREMOTEIO,
         errno.ETIMEDOUT,
         0x0EFF0009,
         read_must_be_last=True,
     ),
     "designware": AdapterProfile(
-        errno.EREMOTEIO,
-        errno.EREMOTEIO,
+        EREMOTEIO,
+        EREMOTEIO,
         errno.ETIMEDOUT,
         0x0F7E0003,
         empty_write=False,

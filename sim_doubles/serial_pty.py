@@ -17,6 +17,7 @@ from select import select
 from typing import Any, Final
 
 from firmware_runtime.system.resources import Closing
+from firmware_runtime.system.wake_up import WakeUp
 from sim_doubles.clock import Now
 from sim_doubles.serial_line import SerialTarget
 
@@ -87,7 +88,7 @@ class SerialPty(Closing):
         self._marked = _MarkedTarget(target)
         self._line = PtySerialLine(self._marked, now)
         self._moved = threading.Condition()
-        self._wake_up = os.eventfd(0, os.EFD_NONBLOCK | os.EFD_CLOEXEC)
+        self._wake_up = WakeUp()
         self._thread = threading.Thread(target=self._serve, name=self._line.path, daemon=True)
         self._is_closed = False
         self._thread.start()
@@ -119,18 +120,18 @@ class SerialPty(Closing):
         self.disconnect()
         if not self._is_closed:
             self._is_closed = True
-            os.close(self._wake_up)
+            self._wake_up.close()
             self._line.close()
 
     def disconnect(self) -> None:
         """End the thread; the path stays, and what is written to it gets nowhere."""
         if self._thread.is_alive():
-            os.eventfd_write(self._wake_up, 1)
+            self._wake_up.ring()
             self._thread.join()
 
     def _serve(self) -> None:
-        waited_for = [self._line.fileno(), self._wake_up]
-        while self._wake_up not in select(waited_for, [], [], LONGEST_WAIT_S)[0]:
+        waited_for = [self._line.fileno(), self._wake_up.fileno()]
+        while self._wake_up.fileno() not in select(waited_for, [], [], LONGEST_WAIT_S)[0]:
             with self._moved:
                 self._line.pump()
                 self._moved.notify_all()

@@ -23,7 +23,7 @@ import sys
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from errno import EAGAIN, EBADF, EBUSY, EIO, ENODEV, EREMOTEIO, ETIMEDOUT
+from errno import EAGAIN, EBADF, EBUSY, EIO, ENODEV, ETIMEDOUT
 from functools import lru_cache
 from threading import get_ident
 from types import ModuleType
@@ -37,6 +37,7 @@ from firmware_runtime.hal.circuitpython.i2c_base import CircuitPythonI2c
 from firmware_runtime.hal.circuitpython.stand_ins import StandIns
 from firmware_runtime.hal.i2c import I2cBus, Message
 from firmware_runtime.hal.wire_errors import (
+    EREMOTEIO,
     AddressInUse,
     ArbitrationLost,
     BusAbsent,

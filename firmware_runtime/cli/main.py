@@ -15,7 +15,7 @@ from importlib import import_module
 from types import ModuleType
 from typing import Any, NoReturn
 
-from firmware_runtime.cli.verbs import ADDED, VERBS, help_lines, verb_names
+from firmware_runtime.cli.verbs import ADDED, OF_LINUX, VERBS, help_lines, verb_names
 from firmware_runtime.errors import (
     ConfigError,
     ControlError,
@@ -43,6 +43,7 @@ from firmware_runtime.system.terminal import (
     readers_may_go,
 )
 from firmware_runtime.system.this_process import come_first
+from firmware_runtime.system.this_system import demand_linux
 
 _PROBE = "; `firmware-runtime probe` shows what answers on the buses"
 _NAME_SHOWN = 80
@@ -103,6 +104,8 @@ def _parsed(words: Sequence[str]) -> argparse.Namespace:
 def _carried_out(parsed: argparse.Namespace) -> int:
     """Carry out the verb; what cannot be carried out is a sentence and a status."""
     try:
+        if parsed.verb in OF_LINUX:
+            demand_linux(parsed.verb)
         status = _executed(parsed) if parsed.verb in VERBS else _executed_by_another(parsed)
     except (ConfigError, StatisticsFileError, TraceFileError) as error:
         return _refuse(error, _status_of_input(error))

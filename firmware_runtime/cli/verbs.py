@@ -78,6 +78,14 @@ VERBS: Final[Mapping[str, Verb]] = {
     name: verb for verbs in GROUPS.values() for name, verb in verbs.items()
 }
 
+OF_LINUX: Final = frozenset(
+    {
+        *("arm", "disarm", "set", "guard", "safe-state", "doubles", "blame", "gate", "doctor"),
+        *("service", "probe", "try", "send", "watch", "bridge", "ros2"),
+    }
+)
+"""Verbs that need what Linux alone has, those of our other packages too."""
+
 
 def verb_names() -> list[str]:
     """Every verb, those of other packages last."""

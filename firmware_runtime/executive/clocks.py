@@ -13,9 +13,13 @@ from collections.abc import Callable, Sequence
 from math import inf
 from select import select
 from time import monotonic_ns
-from typing import Any, Final, Protocol, TypeVar
+from typing import TYPE_CHECKING, Any, Final, Protocol, TypeVar
 
 from firmware_runtime.devs.time import MILLISECOND, NEVER, SECOND
+from firmware_runtime.system.this_system import IS_LINUX
+
+if TYPE_CHECKING:
+    from firmware_runtime.system.c_library import Alarm
 
 LONGEST_WAIT = 50 * MILLISECOND
 
@@ -58,15 +62,12 @@ class MonotonicClock:
     """
 
     def __init__(self) -> None:
-        # of real time only, as all that it loads
-        from firmware_runtime.system.c_library import Alarm  # noqa: PLC0415
-
         self.spin = 0
         self.speed: float = 1
         self.overdue_at = 0
         """When the loop last came to a wait that was over already, ns since `start`."""
         self._epoch = monotonic_ns()
-        self._alarm = Alarm()
+        self._alarm = _alarm()
 
     def start(self, at: int) -> None:
         """From this moment on, count from `at`."""
@@ -99,6 +100,8 @@ class MonotonicClock:
 
     def _sleep(self, wake_at: int, sources: Sequence[S]) -> list[S]:
         """Sleep until a source is readable, or the instant of CLOCK_MONOTONIC has come."""
+        if self._alarm is None:
+            return select(sources, (), (), max(wake_at - monotonic_ns(), 0) / SECOND)[0]
         self._alarm.set(wake_at)
         anything: list[Any] = [*sources, self._alarm]
         ready, _, _ = select(anything, (), ())
@@ -109,6 +112,15 @@ class MonotonicClock:
     def _monotonic(self, at: int) -> int:
         """The instant of CLOCK_MONOTONIC, or the first one, at which an instant of the run is."""
         return self._epoch + at
+
+
+def _alarm() -> "Alarm | None":
+    """An alarm, where there is such a thing: elsewhere a sleep ends some microseconds later."""
+    if not IS_LINUX:
+        return None
+    from firmware_runtime.system.c_library import Alarm  # noqa: PLC0415 -- of real time only
+
+    return Alarm()
 
 
 class ScaledClock(MonotonicClock):

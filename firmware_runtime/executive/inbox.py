@@ -4,22 +4,21 @@ A source has a descriptor. While the loop waits it waits for all of them too (on
 those that became readable, and stamps what it gets with the present instant; events that came
 apart and are read together get an instant each, a nanosecond after the one before. The inbox is the
 source for everything that has no descriptor: other threads, signal handlers, tests. Posting stamps
-the value and writes to an event descriptor, which ends the loop's wait.
+the value and rings, which ends the loop's wait.
 
 What has arrived waits in `Arrivals`, and is handled in the order of arrival, each value at its own
 instant: see `loop`.
 """
 
-import os
 import weakref
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from contextlib import suppress
 from heapq import heappop, heappush
 from typing import Any, Protocol, TypeAlias, TypeVar
 
 from firmware_runtime.devs.ports import InPort
 from firmware_runtime.devs.time import NEVER
+from firmware_runtime.system.wake_up import WakeUp
 
 T = TypeVar("T")
 
@@ -66,8 +65,9 @@ class Inbox:
         """Whether the descriptor may be readable: once it is, this is True."""
         self._now = now
         self._posted: deque[Arrival] = deque()
-        self._wake_up = os.eventfd(0, os.EFD_NONBLOCK | os.EFD_CLOEXEC)
-        weakref.finalize(self, os.close, self._wake_up)
+        self._wake_up = WakeUp()
+        self._descriptor = self._wake_up.fileno()
+        weakref.finalize(self, self._wake_up.close)
 
     def post(self, port: InPort[T], value: T) -> bool:
         """Hand a value to an input port of the root model; never blocks.
@@ -83,18 +83,17 @@ class Inbox:
 
     def wake(self) -> None:
         """End the loop's wait; safe in a signal handler."""
-        os.eventfd_write(self._wake_up, 1)
+        self._wake_up.ring()
         self.is_woken = True  # after it, as `take` does it before: none is forgotten
 
     def fileno(self) -> int:
         """The descriptor that is readable after a post or a wake."""
-        return self._wake_up
+        return self._descriptor
 
     def take(self) -> list[Arrival]:
         """Everything posted so far, in order."""
         self.is_woken = False
-        with suppress(BlockingIOError):  # nothing was posted
-            os.eventfd_read(self._wake_up)
+        self._wake_up.clear()
         posted = self._posted
         return [posted.popleft() for _ in range(len(posted))]
 

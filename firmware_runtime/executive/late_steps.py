@@ -13,6 +13,7 @@ from firmware_runtime.executive.profiler import Profiler
 from firmware_runtime.statistics.blame import NOTHING, BlameRow, Cause, sentence, verdict_of
 from firmware_runtime.statistics.file import StatisticsFile
 from firmware_runtime.statistics.history import WorstList
+from firmware_runtime.system.this_system import IS_LINUX
 
 if TYPE_CHECKING:
     from firmware_runtime.executive.blame.blamer import Blamer
@@ -195,8 +196,8 @@ class LateSteps:
 def _blamer_for(
     clock: Clock, accounts: Sequence[ModelAccount], buses: Sequence[Metered]
 ) -> "Blamer | None":
-    """What judges late steps; loaded in real time only, where steps can be late."""
-    if not (isinstance(clock, MonotonicClock) and clock.speed == 1):
+    """What judges late steps by Linux's counters; loaded in real time only, where some can be."""
+    if not (IS_LINUX and isinstance(clock, MonotonicClock) and clock.speed == 1):
         return None
     from firmware_runtime.executive.blame.blamer import Blamer  # noqa: PLC0415 -- see above
 

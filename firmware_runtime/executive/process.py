@@ -26,6 +26,7 @@ from firmware_runtime.statistics.file_header import (
     Settings,
 )
 from firmware_runtime.system.conditions import system_conditions
+from firmware_runtime.system.this_system import IS_LINUX, NAME
 
 CPU_DMA_LATENCY = Path("/dev/cpu_dma_latency")
 _MCL_CURRENT, _MCL_FUTURE, _MCL_ONFAULT = 1, 2, 4
@@ -53,7 +54,7 @@ class ProcessSettings(Struct, frozen=True):
 
 def holds_priority() -> bool:
     """Whether this process comes before ordinary ones."""
-    return os.sched_getscheduler(0) in {os.SCHED_FIFO, os.SCHED_RR}
+    return IS_LINUX and os.sched_getscheduler(0) in {os.SCHED_FIFO, os.SCHED_RR}
 
 
 def give_up_priority() -> None:
@@ -90,6 +91,8 @@ def _ask(name: str, asked: object, clock: Clock, undo: ExitStack) -> Request:
     if not isinstance(clock, MonotonicClock):
         return answer(NOTHING_TO_WAIT_FOR)
     request, needs = _REQUESTS[name]
+    if name in _OF_LINUX and not IS_LINUX:
+        return answer(f"{NAME} has no such setting")
     try:
         request(asked, clock, undo)
     except PermissionError as error:
@@ -179,3 +182,4 @@ _REQUESTS: dict[str, tuple[Callable[[Any, MonotonicClock, ExitStack], None], str
     "spin_us": (_spin, "nothing special"),
     "freeze_garbage": (_garbage, "nothing special"),
 }
+_OF_LINUX = _REQUESTS.keys() - {"spin_us", "freeze_garbage"}

@@ -5,6 +5,7 @@ or not anything is coupled to the port.
 """
 
 import errno
+from itertools import chain
 from typing import Final, NamedTuple
 
 from firmware_runtime.errors import FirmwareRuntimeError, text_of
@@ -95,10 +96,13 @@ class Implausible(DeadReading):
         super().__init__(where, axis, value, readings, f"is {value:.4g}, expected {expected}")
 
 
+EREMOTEIO: Final[int] = getattr(errno, "EREMOTEIO", 121)
+"""Linux's number for what was not acknowledged, also on a system that has no such number."""
+_NAMES: Final = {EREMOTEIO: "EREMOTEIO", **errno.errorcode}
 _FAULT: Final = "the adapter reported a fault"
 _BY_ERRNO: dict[int, tuple[type[HalError], str]] = {
     # bcm2835 and designware report 121, i2c-gpio and i2c-tiny-usb 6
-    errno.EREMOTEIO: (NoAcknowledge, "not acknowledged, expected a device that answers"),
+    EREMOTEIO: (NoAcknowledge, "not acknowledged, expected a device that answers"),
     errno.ENXIO: (NoAcknowledge, "not acknowledged, expected a device that answers"),
     errno.EAGAIN: (ArbitrationLost, "arbitration lost to another controller on the bus"),
     errno.ETIMEDOUT: (BusTimeout, "timed out, a device or a fault holds the bus"),
@@ -119,7 +123,7 @@ def from_os_error(error: OSError, where: str) -> HalError:
     `where` names bus and address for the sentence. Source: Linux 6.1 I2C adapter drivers.
     """
     kind, what = _BY_ERRNO.get(error.errno or 0, (BusFault, _FAULT))
-    name = errno.errorcode.get(error.errno or 0, "no errno")
+    name = _NAMES.get(error.errno or 0, "no errno")
     return kind(f"{where}: {what} ({name})")
 
 
@@ -134,11 +138,9 @@ def errno_of(kind: str, sentence: str) -> int:
     EIO for one that had none.
     """
     named = sentence.rpartition("(")[2].removesuffix(")")
-    if named in errno.errorcode.values():
-        number: int = getattr(errno, named)
-        return number
-    numbers = (number for number, (each, _) in _BY_ERRNO.items() if each.__name__ == kind)
-    return next(numbers, errno.EIO)
+    said = (number for number, name in _NAMES.items() if name == named)
+    of_kind = (number for number, (each, _) in _BY_ERRNO.items() if each.__name__ == kind)
+    return next(chain(said, of_kind), errno.EIO)
 
 
 class Fault(NamedTuple):

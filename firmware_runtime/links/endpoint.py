@@ -87,7 +87,8 @@ def datagrams(
 def _made(
     option: str, at: Endpoint, expected: str, use: Callable[[socket.socket], None]
 ) -> socket.socket:
-    made = socket.socket(at.family, socket.SOCK_DGRAM | socket.SOCK_NONBLOCK)
+    made = socket.socket(at.family, socket.SOCK_DGRAM)
+    made.setblocking(False)
     try:
         use(made)
     except OSError as error:

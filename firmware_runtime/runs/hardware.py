@@ -17,6 +17,7 @@ from firmware_runtime.hal.wire_errors import HalError
 from firmware_runtime.recording.blackbox.recorder import Recorder
 from firmware_runtime.runs.open_lines import close_lines, open_lines, soon_free
 from firmware_runtime.runs.outputs import switched_off
+from firmware_runtime.system.this_system import demand_linux
 
 if TYPE_CHECKING:
     from firmware_runtime.board.ends import BoardEnd
@@ -33,7 +34,8 @@ class Hardware:
     `rig` is there if doubles were made for the run (True); they are served at a path, or absent on
     the real robot (False). Of a run without hardware, as `is_here` says, all lines are absent.
     `world_now` is the instant that doubles and their world live in, ns since the start of the run.
-    Raises ConfigError, and HalError when a bus or a server is missing.
+    Raises ConfigError, also on a system without such lines, and HalError when a bus or a server is
+    missing.
     """
 
     def __init__(  # noqa: PLR0913 -- put together once, by the session
@@ -51,6 +53,8 @@ class Hardware:
         is_own = is_here and doubles is True
         self.is_outside = is_here and not is_own
         """Whether outputs are outside of this process, on chips or on doubles that are served."""
+        if self.is_outside:
+            demand_linux("a run that has its outputs outside of its process")
         self._served_at = doubles if is_here and isinstance(doubles, Path) else None
         self.world_now = WorldClock() if is_own else OutsideClock(clock.now)
         self.rig: Rig | None = rig_for(board, self.world_now) if is_own else None

@@ -37,6 +37,7 @@ from firmware_runtime.runs.watched_run import (
     safe_state_files,
 )
 from firmware_runtime.statistics.paths import Companion
+from firmware_runtime.system.this_system import IS_LINUX
 
 if TYPE_CHECKING:
     from firmware_runtime.board.ends import BoardEnd
@@ -284,8 +285,8 @@ def _retune(robot: Robot, edge: RecordedEdge, settings: Any) -> None:  # noqa: A
 def _socket(
     start: _Start, local: LocalRobot, executive: Executive, arming: Arming | None, tuning: Tuning
 ) -> None:
-    """Let other processes speak with the run, where they can find it."""
-    if start.statistics is None:
+    """Let other processes speak with the run, where they can find it; on Linux only."""
+    if start.statistics is None or not IS_LINUX:
         return
     # a run that keeps no statistics starts without all that this takes
     from firmware_runtime.runs.requests import Requests  # noqa: PLC0415

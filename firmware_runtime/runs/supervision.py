@@ -6,7 +6,7 @@ Commanders     an input port that has a timeout has fallen silent
 """
 
 from collections.abc import Callable, Mapping
-from time import CLOCK_BOOTTIME, clock_gettime_ns, monotonic_ns, process_time_ns
+from time import monotonic_ns, process_time_ns
 from typing import Any, Final, Literal, NamedTuple, TypeAlias
 
 from firmware_runtime.board.settings import ExecutiveSettings
@@ -18,6 +18,7 @@ from firmware_runtime.hal.interlock import NotedInterlock
 from firmware_runtime.runs.arming import Arming
 from firmware_runtime.statistics.file_header import RunState
 from firmware_runtime.statistics.layout import STEP_TIME
+from firmware_runtime.system.this_process import slept
 
 WINDOW: Final = 3 * SECOND
 """Ns of real time that a load is taken over."""
@@ -138,25 +139,17 @@ class SleepWatch:
 
     def __init__(self, arming: Arming) -> None:
         self._arming = arming
-        self._slept = _slept()
+        self._slept = slept()
 
     def between_steps(self, _now: int, _left: int) -> None:
         """Compare the time that the machine has slept with what it was."""
-        slept = _slept()
-        asleep = slept - self._slept
+        so_far = slept()
+        asleep = so_far - self._slept
         if asleep < SHORTEST:
             return
-        self._slept = slept
+        self._slept = so_far
         if self._arming.armed:
             self._arming.disarm(f"the machine slept for {asleep / SECOND:.1f} s")
-
-
-def _slept() -> int:
-    """For how long the machine has slept since it started, ns.
-
-    Too little, and never too much, where the process waits between the two readings.
-    """
-    return clock_gettime_ns(CLOCK_BOOTTIME) - monotonic_ns()
 
 
 class Commanders:

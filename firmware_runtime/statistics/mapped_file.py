@@ -43,6 +43,7 @@ from firmware_runtime.system.atomic_file import (
     refused,
     unfinished_file,
 )
+from firmware_runtime.system.this_system import take_space
 
 T = TypeVar("T", bound=msgspec.Struct)
 PREFIX = struct.Struct("=8s3q")
@@ -226,6 +227,6 @@ def _publish(path: Path, size: int, start: bytes) -> mmap.mmap:
     demand_regular(path)  # a device or a pipe, such as /dev/full, would be gone for all
     path.parent.mkdir(parents=True, exist_ok=True)
     with unfinished_file(path, OWN_AND_GROUP) as descriptor:
-        os.posix_fallocate(descriptor, 0, size)
+        take_space(descriptor, 0, size)
         os.pwrite(descriptor, start, 0)
         return mmap.mmap(descriptor, size)

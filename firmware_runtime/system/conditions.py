@@ -26,16 +26,12 @@ from firmware_runtime.system.kernel_files import (
     virtualised,
 )
 from firmware_runtime.system.packages import version_of
+from firmware_runtime.system.this_system import IS_LINUX, allowed_cpus
 
 PACKAGES = ("firmware-runtime", "numpy", "smbus2", "pyserial", "msgspec")
 _IMPLEMENTATIONS = {"cpython": "CPython", "pypy": "PyPy"}
-_CLASSES = {
-    os.SCHED_OTHER: "SCHED_OTHER",
-    os.SCHED_FIFO: "SCHED_FIFO",
-    os.SCHED_RR: "SCHED_RR",
-    os.SCHED_BATCH: "SCHED_BATCH",
-    os.SCHED_IDLE: "SCHED_IDLE",
-}
+_CLASSES = {0: "SCHED_OTHER", 1: "SCHED_FIFO", 2: "SCHED_RR", 3: "SCHED_BATCH", 5: "SCHED_IDLE"}
+"""By their numbers on Linux. Source: sched_setscheduler(2), <linux/sched.h>."""
 
 
 def system_conditions(files: SystemFiles = THIS_MACHINE) -> dict[str, Any]:
@@ -43,11 +39,19 @@ def system_conditions(files: SystemFiles = THIS_MACHINE) -> dict[str, Any]:
     return {
         **_kernel(files),
         **_processors(files),
-        "scheduler": _CLASSES.get(os.sched_getscheduler(0), "unknown"),
-        "scheduler_priority": os.sched_getparam(0).sched_priority,
+        **_scheduling(),
         "memory_lock_limit_bytes": memory_lock_limit(files),
         "python": _python(),
         "versions": _versions(),
+    }
+
+
+def _scheduling() -> dict[str, object]:
+    if not IS_LINUX:
+        return {"scheduler": None, "scheduler_priority": None}
+    return {
+        "scheduler": _CLASSES.get(os.sched_getscheduler(0), "unknown"),
+        "scheduler_priority": os.sched_getparam(0).sched_priority,
     }
 
 
@@ -84,7 +88,7 @@ def _processors(files: SystemFiles) -> dict[str, object]:
         "model": computer_model(files),
         "virtualised": virtualised(files),
         "cpu_count": os.cpu_count(),
-        "cpus_allowed": sorted(os.sched_getaffinity(0)),
+        "cpus_allowed": sorted(allowed_cpus()),
         "cpus_isolated": isolated(files),
         "cpus_tickless": tickless(files),
         "governor": files.text(f"{CPUS}/cpu0/cpufreq/scaling_governor"),

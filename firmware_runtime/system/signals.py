@@ -9,7 +9,6 @@ terminal halts nothing there: Ctrl-Z asks for the end, and output from the backg
 SIGABRT stays as it is: by it systemd ends a run that hangs, in which no handler would be called.
 """
 
-import os
 import signal
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -18,12 +17,18 @@ from types import FrameType
 from typing import Final, TypeAlias
 
 from firmware_runtime.errors import Status
+from firmware_runtime.system.this_system import IS_LINUX
+from firmware_runtime.system.wake_up import WakeUp
 
 STOPS = (signal.SIGTERM, signal.SIGINT, signal.SIGHUP)
+_OF_LINUX: Final = (
+    (signal.SIGPWR, signal.SIGSTKFLT, *range(signal.SIGRTMIN, signal.SIGRTMAX + 1))
+    if IS_LINUX
+    else ()
+)
 ENDS: Final[tuple[int, ...]] = (
-    *(signal.SIGQUIT, signal.SIGUSR1, signal.SIGUSR2, signal.SIGPWR, signal.SIGIO),
-    *(signal.SIGALRM, signal.SIGVTALRM, signal.SIGPROF, signal.SIGXCPU, signal.SIGSTKFLT),
-    *range(signal.SIGRTMIN, signal.SIGRTMAX + 1),
+    *(signal.SIGQUIT, signal.SIGUSR1, signal.SIGUSR2, signal.SIGIO, signal.SIGALRM),
+    *(signal.SIGVTALRM, signal.SIGPROF, signal.SIGXCPU, *_OF_LINUX),
 )
 """Others that end a process by default, and that no fault of its own program sends."""
 _Handlers: TypeAlias = dict[int, Callable[[int, FrameType | None], object] | int | None]
@@ -139,11 +144,15 @@ class UntilSignal:
         self.came = False
         self.name = ""
         """The signal that came last, such as SIGINT."""
-        self._wake_up = os.eventfd(0, os.EFD_NONBLOCK | os.EFD_CLOEXEC)
+        self._wake_up = WakeUp()
 
     def fileno(self) -> int:
         """The descriptor that becomes readable when a signal has come."""
-        return self._wake_up
+        return self._wake_up.fileno()
+
+    def take(self) -> None:
+        """Let the descriptor be readable no more, until the next one comes."""
+        self._wake_up.clear()
 
     def wait(self, timeout_s: float | None = None) -> bool:
         """Wait, for so long at most; return whether a signal has come."""
@@ -154,11 +163,11 @@ class UntilSignal:
         """A signal has come."""
         self.came = True
         self.name = name
-        os.eventfd_write(self._wake_up, 1)
+        self._wake_up.ring()
 
     def close(self) -> None:
         """Release the descriptor."""
-        os.close(self._wake_up)
+        self._wake_up.close()
 
 
 @contextmanager

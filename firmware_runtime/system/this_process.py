@@ -5,16 +5,18 @@ process started and the boot it started in, it is not. Source: proc(5), /proc/[p
 """
 
 import os
+import time
 from collections.abc import Collection, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from time import CLOCK_BOOTTIME, clock_gettime_ns, monotonic_ns
+from time import clock_gettime_ns, monotonic_ns
 from typing import Annotated, Final, TypeVar
 
 import msgspec
 from msgspec import Meta, Struct
 
 from firmware_runtime.system.atomic_file import read_file, replace_file
+from firmware_runtime.system.this_system import IS_LINUX, allowed_cpus
 
 _BOOT_ID = Path("/proc/sys/kernel/random/boot_id")
 _ENDED = -1
@@ -47,12 +49,21 @@ def started_at() -> int:
     ticks = _started_ticks(os.getpid())
     if ticks is None:
         return monotonic_ns()
-    return ticks * _SECOND // os.sysconf("SC_CLK_TCK") - _slept()
+    return ticks * _SECOND // os.sysconf("SC_CLK_TCK") - slept(_READINGS)
 
 
-def _slept() -> int:
-    """By how much CLOCK_BOOTTIME is ahead: time that passes between two readings makes it less."""
-    return max(clock_gettime_ns(CLOCK_BOOTTIME) - monotonic_ns() for _ in range(_READINGS))
+_ASLEEP_TOO: Final = getattr(time, "CLOCK_BOOTTIME", time.CLOCK_MONOTONIC)
+"""The clock that goes on while the machine sleeps; macOS calls that one monotonic, and Python's
+`monotonic_ns` stands still there too."""
+
+
+def slept(readings: int = 1) -> int:
+    """For how long the machine has slept since it started, ns.
+
+    Too little, and never too much, by what passes between the readings of two clocks: the best of
+    so many is taken. Source: clock_gettime(2).
+    """
+    return max(clock_gettime_ns(_ASLEEP_TOO) - monotonic_ns() for _ in range(readings))
 
 
 def is_running(identity: ProcessIdentity) -> bool:
@@ -60,7 +71,7 @@ def is_running(identity: ProcessIdentity) -> bool:
     if not is_this_boot(identity.boot_id):
         return False
     started = _started_ticks(identity.pid)
-    return _exists(identity.pid) if started is None else started == identity.started_ticks
+    return exists(identity.pid) if started is None else started == identity.started_ticks
 
 
 def is_this_boot(noted: str) -> bool:
@@ -86,8 +97,8 @@ def _started_ticks(pid: int) -> int | None:
     return _ENDED if state in "ZX" else int(fields[18])
 
 
-def _exists(pid: int) -> bool:
-    """Ask the kernel, for a process that /proc does not show (ProtectProc=invisible) or has not."""
+def exists(pid: int) -> bool:
+    """Return whether there is such a process, also one that /proc does not show."""
     try:
         os.kill(pid, 0)
     except ProcessLookupError:
@@ -130,13 +141,16 @@ the processor."""
 def come_first() -> None:
     """Take the highest of these that this user may have; where it is none, all stays as it is."""
     with suppress(OSError):
-        for priority in PRIORITIES:
+        for priority in PRIORITIES if IS_LINUX else ():
             os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(priority))
 
 
 def keep_off(given: Collection[int]) -> None:
-    """Use the other processors only from now on; where none is left, all stays as it is."""
-    if given and (others := os.sched_getaffinity(0).difference(given)):
+    """Use the other processors only from now on; where none is left, all stays as it is.
+
+    So it does on a system that binds no process to processors.
+    """
+    if IS_LINUX and given and (others := allowed_cpus().difference(given)):
         with suppress(OSError):
             os.sched_setaffinity(0, others)
 
@@ -144,10 +158,10 @@ def keep_off(given: Collection[int]) -> None:
 @contextmanager
 def kept_off(given: Collection[int]) -> Iterator[None]:
     """Let the processes that are started within the block keep off; this one does only there."""
-    if not given:
+    if not (IS_LINUX and given):
         yield
         return
-    before = os.sched_getaffinity(0)
+    before = allowed_cpus()
     keep_off(given)
     try:
         yield

@@ -37,7 +37,8 @@ TICK_NS = 1_000_000_000 // os.sysconf("SC_CLK_TCK")
 _IRQ, _SOFTIRQ, _STEAL = 5, 6, 7
 _BLOCKED_TICKS = 41
 _TRACER, _UNTRACED = b"\nTracerPid:", b"\nTracerPid:\t0\n"
-_FAIR = {os.SCHED_OTHER, os.SCHED_BATCH, os.SCHED_IDLE}
+_FAIR = {0, 3, 5}
+"""SCHED_OTHER, SCHED_BATCH and SCHED_IDLE. Source: sched_setscheduler(2), <linux/sched.h>."""
 
 
 class Reading(NamedTuple):

@@ -11,9 +11,10 @@ from firmware_runtime.errors import Status
 from firmware_runtime.hal.served.client import strike
 from firmware_runtime.hal.served.connection import Connection
 from firmware_runtime.hal.served.packets import Strike
+from firmware_runtime.hal.wire_errors import EREMOTEIO
 
 KINDS: Final = {
-    "nack": errno.EREMOTEIO,
+    "nack": EREMOTEIO,
     "stuck": errno.ETIMEDOUT,
     "arbitration": errno.EAGAIN,
     "fault": errno.EIO,

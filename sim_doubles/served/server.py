@@ -10,7 +10,6 @@ nothing with it; one that does not take its answers is sent away. A bug in a dou
 with its traceback.
 """
 
-import os
 from collections.abc import Callable
 from contextlib import ExitStack, suppress
 from functools import partial
@@ -26,6 +25,7 @@ from firmware_runtime.hal.peer import peer_of
 from firmware_runtime.hal.served.connection import lock_of
 from firmware_runtime.hal.served.packets import LONGEST
 from firmware_runtime.system.resources import Closing
+from firmware_runtime.system.wake_up import WakeUp
 from sim_doubles.served.logs import EventLog, ServingError
 from sim_doubles.served.service import Service
 
@@ -73,13 +73,13 @@ class DoublesServer(Closing):
         self._packet = memoryview(bytearray(LONGEST))
         self._clients: set[_Client] = set()
         self._listener = listen(path)
-        self._wake_up = os.eventfd(0, os.EFD_NONBLOCK | os.EFD_CLOEXEC)
+        self._wake_up = WakeUp()
         self._selector = DefaultSelector()
         self._selector.register(self._listener, EVENT_READ, self._accept)
         self._selector.register(self._wake_up, EVENT_READ, self._end)
         self._resources = ExitStack()
         self._resources.enter_context(self._selector)
-        self._resources.callback(os.close, self._wake_up)
+        self._resources.enter_context(self._wake_up)
         self._resources.callback(unlisten, self._listener, path)
 
     def serve(self, alone_for: int = NEVER) -> None:
@@ -107,7 +107,7 @@ class DoublesServer(Closing):
 
     def stop(self) -> None:
         """End `serve`; safe in a signal handler."""
-        os.eventfd_write(self._wake_up, 1)
+        self._wake_up.ring()
 
     def close(self) -> None:
         """Send the clients away and take the path away."""

@@ -19,6 +19,7 @@ from enum import IntEnum
 from typing import Final, NamedTuple, TypeAlias
 
 from firmware_runtime.hal.i2c import Message
+from firmware_runtime.hal.wire_errors import EREMOTEIO
 from sim_doubles.usbip.packets import Setup, Stalled
 
 FUNCTIONALITY: Final = 0x0EFF_0009
@@ -79,7 +80,7 @@ FIRST, LAST = 1, 2
 READ: Final = 1
 """The bit of a message's flags that says it is read."""
 ACKNOWLEDGED, REFUSED = 1, 2
-_REFUSALS: Final = {errno.EREMOTEIO, errno.ENXIO}
+_REFUSALS: Final = {EREMOTEIO, errno.ENXIO}
 
 
 class I2cTinyUsb:

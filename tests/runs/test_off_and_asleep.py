@@ -24,7 +24,7 @@ from firmware_runtime.runs.watched_run import (
     safe_state_files,
 )
 from firmware_runtime.system import resources
-from firmware_runtime.system.this_process import boot_id
+from firmware_runtime.system.this_process import boot_id, slept
 from tests.support.periodic_models import Robot
 
 ON = ["PCA9685 at 0x40 on i2c1: outputs 0 are on"]
@@ -79,8 +79,7 @@ class Rig:
     def __init__(self, patch: pytest.MonkeyPatch) -> None:
         self.asleep = 0
         self.now = 10 * SECOND
-        patch.setattr(supervision, "monotonic_ns", lambda: self.now)
-        patch.setattr(supervision, "clock_gettime_ns", lambda _clock: self.now + self.asleep)
+        patch.setattr(supervision, "slept", lambda: self.asleep)
         self.logged: list[str] = []
         self.executive = Executive(Robot(), MonotonicClock(), list, Configuration())
         permission = Permission(at_start=False, demand_guard=False)
@@ -141,8 +140,8 @@ def test_it_is_watched_where_something_may_be_hurt(
 
 
 def test_the_clocks_of_this_machine_stay_together_while_it_is_awake() -> None:
-    before = supervision._slept()
-    assert abs(supervision._slept() - before) < SECOND
+    before = slept()
+    assert abs(slept() - before) < SECOND
 
 
 def test_what_another_process_lets_go_is_taken_and_what_it_keeps_is_refused(

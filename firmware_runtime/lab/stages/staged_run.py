@@ -27,6 +27,7 @@ from firmware_runtime.links.cut.impaired_path import Impairment
 from firmware_runtime.system.own_folder import own_folder
 from firmware_runtime.system.signals import UntilSignal, status_by, until_signal
 from firmware_runtime.system.this_process import kept_off
+from firmware_runtime.system.this_system import demand_linux
 
 UNTIL_STOPPED_S: Final = 1e9
 _AT_LEAST_S: Final = 120.0
@@ -189,7 +190,8 @@ def run_to_end(staged: Staged, say: Say, picture: Path | None = None) -> StagedR
 
 
 def run_staged(staged: Staged, say: Say, show: Callable[[StagedRun], None]) -> StagedResult:
-    """Run a stage of two ends to its end; nothing of it is left running."""
+    """Run a stage of two ends to its end; nothing of it is left running. Raises ConfigError."""
+    demand_linux("a stage of two ends")
     roles = (
         {each: each for each in (ROBOT, CONTROLLER)}
         if staged.loop_s is not None

@@ -24,6 +24,7 @@ from typing import Any, Final
 from firmware_runtime.devs.time import MILLISECOND, NEVER, SECOND
 from firmware_runtime.errors import Status
 from firmware_runtime.system.signals import UntilSignal, signal_name
+from firmware_runtime.system.this_system import IS_LINUX
 
 _LONGEST_REPORT = 1 << 16
 _LONGEST_WORDS = 1 << 14
@@ -41,11 +42,14 @@ class EndProcess:
         self.was_asked_to_end = False
         self._rest = b""
         self._output = tempfile.TemporaryFile()  # noqa: SIM115 -- closed with the process
-        self.reports, theirs = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
+        # without packets an end does not learn that this process has gone, and runs its time out
+        kind = socket.SOCK_SEQPACKET if IS_LINUX else socket.SOCK_DGRAM
+        self.reports, theirs = socket.socketpair(socket.AF_UNIX, kind)
         self.reports.setblocking(False)
-        errors, write_errors = os.pipe2(os.O_CLOEXEC)
+        errors, write_errors = os.pipe()
         os.set_blocking(errors, False)
         self.errors = errors
+        self.ended, held = os.pipe()  # it holds the other end as long as it lives
         command = [*before, sys.executable, "-m", "firmware_runtime.cli", *words]
         with theirs:
             self._process = subprocess.Popen(  # noqa: S603 -- this program itself
@@ -53,11 +57,11 @@ class EndProcess:
                 stdin=subprocess.DEVNULL,
                 stdout=self._output,
                 stderr=write_errors,
-                pass_fds=[theirs.fileno()],
+                pass_fds=[theirs.fileno(), held],
                 process_group=0,
             )
         os.close(write_errors)
-        self.ended = os.pidfd_open(self._process.pid)
+        os.close(held)
 
     @property
     def status(self) -> int | None:
@@ -92,6 +96,10 @@ class EndProcess:
         if self._process.poll() is None:
             self.was_asked_to_end = True
             self._process.send_signal(number)
+
+    def wait(self) -> None:
+        """Wait until its status is known: it has let go of all that is its."""
+        self._process.wait()
 
     def kill(self) -> None:
         """End it at once; its outputs are left as they are."""
@@ -199,7 +207,7 @@ class TwoEnds:
 
     def _hand_on(self) -> None:
         """A signal for all: SIGINT as it is, so that a second one gives up as in any run."""
-        os.eventfd_read(self._signalled.fileno())
+        self._signalled.take()
         is_interrupt = self._signalled.name == "SIGINT"
         self._ask_to_end(signal.SIGINT if is_interrupt else signal.SIGTERM)
 
@@ -212,6 +220,7 @@ class TwoEnds:
     def _has_ended(self, end: EndProcess) -> None:
         for watched in (end.reports, end.errors, end.ended):
             self._selector.unregister(watched)
+        end.wait()
         end.receive_reports()
         self._pass_on(end)
         self.ended.append(end)

@@ -18,6 +18,7 @@ from typing import Final
 from firmware_runtime.errors import Status
 from firmware_runtime.lab.sweeps.plan import Sweep
 from firmware_runtime.lab.sweeps.row import Row, lost, run_row
+from firmware_runtime.system.this_system import allowed_cpus
 
 MOST_LOSSES: Final = 3
 _AHEAD: Final = 2
@@ -26,7 +27,7 @@ _AHEAD: Final = 2
 
 def cores() -> int:
     """Count the processes that this one may keep busy."""
-    return len(os.sched_getaffinity(0))
+    return len(allowed_cpus())
 
 
 def run_here(sweep: Sweep, rows: Sequence[int], workers: int) -> Generator[Row, None, None]:

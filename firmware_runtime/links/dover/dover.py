@@ -66,7 +66,8 @@ class DoverLink:
         self.sent = self.dropped = 0
         """Texts since the start; those dropped found no room, here or in the kernel."""
         self._left: deque[tuple[int, str]] = deque(maxlen=ROOM)
-        self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM | socket.SOCK_NONBLOCK)
+        self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+        self._socket.setblocking(False)
         self._receivers: list[_Receiver] = []
         try:
             for udp_port, entrance in blocks.entrances.items():

@@ -24,6 +24,7 @@ from firmware_runtime.recording.blackbox.ring_file import RingFile, Slot
 from firmware_runtime.statistics.paths import Companion
 from firmware_runtime.system.atomic_file import OWN_AND_GROUP, replace_file, sync_folder
 from firmware_runtime.system.resources import Closing
+from firmware_runtime.system.this_system import sync_content
 
 BEFORE: Final = 60 * SECOND
 """How much of the run before an incident is kept at least, where there is so much."""
@@ -57,12 +58,12 @@ class Mirror(Closing):
         new = {place: slot for place in range(self._ring.count) if (slot := self._copy(place))}
         if not new:
             return
-        os.fdatasync(self._descriptor)
+        sync_content(self._descriptor)
         for place, slot in new.items():
             begin = CHUNK.pack(slot.number, slot.used)
             os.pwrite(self._descriptor, begin, self._ring.begin(place))
             self._written[place] = slot
-        os.fdatasync(self._descriptor)
+        sync_content(self._descriptor)
 
     def close(self) -> None:
         """Let it go; the file stays. Again does nothing."""

@@ -28,6 +28,7 @@ from firmware_runtime.statistics.file_header import RunState
 from firmware_runtime.statistics.number_formats import local, utc
 from firmware_runtime.statistics.paths import SUFFIX, Companion, directories
 from firmware_runtime.statistics.reader import read_statistics
+from firmware_runtime.system.this_process import exists
 
 LAST: Final = "last run"
 START: Final = "start"
@@ -170,7 +171,7 @@ def _is_under_way(recording: Recording) -> bool:
             is_running = statistics.writer_alive and statistics.state is RunState.RUNNING
             return is_running and str(statistics.header.writer.pid) == pid
     is_last = path.suffix == Companion.RECORDING and pid.isdigit()
-    return is_last and Path("/proc", pid).exists()
+    return is_last and exists(int(pid))
 
 
 def without_copies(rows: Sequence[Listed]) -> list[Listed]:

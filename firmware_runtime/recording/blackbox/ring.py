@@ -22,6 +22,7 @@ from firmware_runtime.recording.blackbox.layout import (
     prefix,
     spare_of,
 )
+from firmware_runtime.system.this_system import take_space
 
 _MADV_POPULATE_WRITE = 23
 STEP = 64 * 1024
@@ -127,7 +128,7 @@ class Ring:
         self.filled = last = min(first + max(least, STEP), self._size)
         if last > first:
             try:
-                os.posix_fallocate(self._descriptor, first, last - first)
+                take_space(self._descriptor, first, last - first)
             except OSError:
                 self.filled = first
                 raise
