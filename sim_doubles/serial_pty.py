@@ -16,8 +16,7 @@ from collections.abc import Callable
 from select import select
 from typing import Any, Final
 
-from firmware_runtime.system.resources import Closing
-from firmware_runtime.system.wake_up import WakeUp
+from firmware_runtime.system.resources import Closing, WakeUp
 from sim_doubles.clock import Now
 from sim_doubles.serial_line import SerialTarget
 

@@ -18,7 +18,7 @@ from typing import Any, Protocol, TypeAlias, TypeVar
 
 from firmware_runtime.devs.ports import InPort
 from firmware_runtime.devs.time import NEVER
-from firmware_runtime.system.wake_up import WakeUp
+from firmware_runtime.system.resources import WakeUp
 
 T = TypeVar("T")
 

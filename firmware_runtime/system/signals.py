@@ -17,8 +17,8 @@ from types import FrameType
 from typing import Final, TypeAlias
 
 from firmware_runtime.errors import Status
+from firmware_runtime.system.resources import WakeUp
 from firmware_runtime.system.this_system import IS_LINUX
-from firmware_runtime.system.wake_up import WakeUp
 
 STOPS = (signal.SIGTERM, signal.SIGINT, signal.SIGHUP)
 _OF_LINUX: Final = (

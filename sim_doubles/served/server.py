@@ -24,8 +24,7 @@ from firmware_runtime.executive.clocks import WorldClock
 from firmware_runtime.hal.peer import peer_of
 from firmware_runtime.hal.served.connection import lock_of
 from firmware_runtime.hal.served.packets import LONGEST
-from firmware_runtime.system.resources import Closing
-from firmware_runtime.system.wake_up import WakeUp
+from firmware_runtime.system.resources import Closing, WakeUp
 from sim_doubles.served.logs import EventLog, ServingError
 from sim_doubles.served.service import Service
 
