@@ -21,6 +21,9 @@ Execute: TypeAlias = Callable[[argparse.Namespace], int]
 _SPELLED: Mapping[str, str] = {
     "assignments": "--set",
     "begin": "--from",
+    "board": "BOARD",
+    "host": "HOST",
+    "ssh_options": "-o",
     "when_late": "--when-late",
 }
 """Options that are called otherwise in the command line."""

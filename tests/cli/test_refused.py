@@ -200,6 +200,14 @@ stats --serve unix:letter | Address already in use
 stats --json --histogram | --histogram
 stats --diff a b --merge c | --merge
 stats --json --prometheus | --prometheus
+deploy | 2 faults | HOST: missing | BOARD: missing
+deploy robot | BOARD: missing; expected
+deploy robot tachobot --sign no.key | no.key: no file; expected an ssh key
+deploy robot --to 0.1.0 --sign {detective} | --sign: has no effect with --to
+deploy robot --to 0.1.0 --settings {detective} | --settings: has no effect with --to
+deploy robot tachobot --all fleet.toml | 2 faults | HOST: has no effect with --all | BOARD: has
+deploy --all nowhere.toml --port 22 | --port: has no effect with --all
+deploy --all nowhere.toml | nowhere.toml: cannot be read
 deploy -- -oProxyCommand=true tachobot | '-oProxyCommand=true': no host
 deploy -- 'a b' tachobot | 'a b': no host
 deploy -- pi@host:22 tachobot | 'pi@host:22': no host

@@ -210,3 +210,46 @@ def test_a_wheel_that_was_cut_off_is_refused_here(
     assert deploy(target, "--wheel", cut) == Status.NOT_DEPLOYED
     assert "expected a wheel" in capsys.readouterr().err
     assert list(root.iterdir()) == []
+
+
+@pytest.mark.slow
+def test_a_fleet_whose_computers_ask_for_signatures(  # noqa: PLR0917 -- fixtures
+    target: SshTarget,
+    deploy: Deploy,
+    root: Path,
+    wheel: Path,
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    builder, stranger = make_key(tmp_path / "builder"), make_key(tmp_path / "stranger")
+    signers = root / "etc/firmware-runtime/allowed_signers"
+    signers.parent.mkdir(parents=True)
+    signers.write_text(f"builder {builder.with_suffix('.pub').read_text()}")
+    home = root / "opt/firmware-runtime"
+    assert deploy(target) == Status.NOT_DEPLOYED
+    assert "it takes no version that is not signed; --sign KEY" in capsys.readouterr().err
+    assert deploy(target, "--sign", stranger) == Status.NOT_DEPLOYED
+    assert f"not signed by a key of {signers}\n" in capsys.readouterr().err
+    assert list(home.iterdir()) == []
+
+    robot = f"""
+    host = "{HOST}"
+    board = "tachobot"
+    identity = "{target.identity}"
+    ssh_options = ["UserKnownHostsFile={target.folder}/known_hosts"]
+    """
+    ports = {"near": target.port, "far": free_port(), "last": target.port}
+    fleet = tmp_path / "fleet.toml"
+    fleet.write_text("".join(f"[{name}]\nport={port}{robot}\n" for name, port in ports.items()))
+    fixed = ["--root", root, "--wheel", wheel, "--python", DEBIANS_PYTHON, "--force"]
+    words = ["deploy", "--all", fleet, "--sign", builder, *fixed]
+    assert main([str(word) for word in (*words, "--dry-run")]) == Status.NOT_DEPLOYED
+    assert list(home.iterdir()) == []
+    capsys.readouterr()
+    assert main([str(word) for word in words]) == Status.NOT_DEPLOYED
+    printed = capsys.readouterr()
+    table = [line.split(maxsplit=1) for line in printed.out.splitlines()[-3:]]
+    assert [name for name, _ in table] == list(ports)
+    assert [told.partition(":")[0] for _, told in table] == ["done", "failed", "not done"]
+    assert "Connection refused" in printed.err
+    assert (home / "venv/manifest.sig").is_file()

@@ -3,14 +3,15 @@
 import os
 import shutil
 import subprocess
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
 
 import firmware_runtime.host.deployment
-from firmware_runtime.host.deployment.deployment import WAY_BACK
+from firmware_runtime.host.deployment.deployment import SIGNED_FOR, WAY_BACK
 from firmware_runtime.host.deployment.environment import seal
+from tests.support.ssh_target import make_key
 
 FOLDER = Path(firmware_runtime.host.deployment.__file__).parent
 SENT = (
@@ -340,6 +341,265 @@ def test_what_is_tried_is_kept_if_it_is_healthy(
     assert (home / "venv").readlink().name == used
     assert (there.read_text() == "new") == (health == 0)
     assert venv.exists() == (health == 0)
+
+
+FULL = """\
+#!/bin/sh
+case "$1 $2 $3" in
+"service "*" --help") exit 0 ;;
+"service {at} "*) printf new >{unit}; cat /dev/urandom >{home}/filler 2>/dev/null; exit {status} ;;
+esac
+"""
+
+
+@pytest.fixture
+def small_disk(tmp_path: Path, home: Path) -> Iterator[Path]:
+    """The home of programs, on a disk of 12 MiB; with units and settings of the version in use."""
+    disk = tmp_path / "disk"
+    disk.mkdir()
+    words = ["mount", "-t", "tmpfs", "-o", "size=12m", "tmpfs", str(disk)]
+    mounted = subprocess.run(words, capture_output=True, text=True, check=False)
+    if mounted.returncode != 0:
+        pytest.skip(f"no small disk: {mounted.stderr.strip()}; expected to run as root")
+    try:
+        place = disk / "opt" / "firmware-runtime"
+        shutil.copytree(home, place, symlinks=True)
+        (place / "venv").unlink()
+        (place / "venv").symlink_to(place / "venv.before")
+        unit = disk / "etc/systemd/system/firmware-runtime@.service"
+        unit.parent.mkdir(parents=True)
+        unit.write_text("old")
+        settings_there(place)
+        yield place
+    finally:
+        subprocess.run(["umount", str(disk)], check=True)
+
+
+def make_filling_venv(home: Path, at: str, status: int) -> Path:
+    """A version that brings settings and fills the disk when it is asked for `at`."""
+    venv = make_venv(home, "venv.newest", settings="new")
+    unit = home.parents[1] / "etc/systemd/system/firmware-runtime@.service"
+    program = venv / "bin/firmware-runtime"
+    program.write_text(FULL.format(at=at, unit=unit, home=home, status=status))
+    for each in ("manifest", "bin/python", "bin/python3"):
+        (venv / each).unlink()
+    write_manifest(venv)
+    return venv
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("at", "status", "state"),
+    [("install", 6, "reverted"), ("health", 8, "reverted"), ("health", 0, "committed")],
+    ids=["not installed", "not healthy", "healthy"],
+)
+def test_a_disk_that_is_full_by_then_keeps_nothing_from_coming_to_its_end(
+    small_disk: Path, at: str, status: int, state: str
+) -> None:
+    home, root = small_disk, small_disk.parents[1]
+    venv = make_filling_venv(home, at, status)
+    switched = switch(home, venv)
+    if at == "health":
+        assert switched.returncode == 0, switched.stderr
+        update, reserve = home / "update", home / "reserve"
+        update.write_text(update.read_text().replace("state committed", "state trying"))
+        reserve.write_bytes(os.urandom(4 << 20))
+        words = ["sh", str(home / "update.sh"), "watch", "1", str(venv)]
+        subprocess.run(words, check=True, capture_output=True)
+    assert (home / "filler").stat().st_size > 1 << 20
+    assert state_of(home) == state
+    assert not (home / "reserve").exists()
+    word = "new" if state == "committed" else "old"
+    assert (home / "venv").readlink().name == ("venv.newest" if word == "new" else "venv.before")
+    unit = root / "etc/systemd/system/firmware-runtime@.service"
+    assert unit.read_text() == word
+    assert (root / "etc/firmware-runtime/tachobot.toml").read_text() == word
+
+
+def test_a_disk_without_room_to_come_back_is_not_switched_on(small_disk: Path) -> None:
+    venv = make_filling_venv(small_disk, "install", 0)
+    room = shutil.disk_usage(small_disk).free
+    (small_disk / "other").write_bytes(bytes(room - (1 << 20)))
+    ended = switch(small_disk, venv)
+    assert ended.returncode == 1
+    assert "the way back could not be prepared" in ended.stderr
+    assert "No space left on device" in ended.stderr
+    assert (small_disk / "venv").readlink() == small_disk / "venv.before"
+    assert not venv.exists()
+    assert not (small_disk / "reserve").exists()
+
+
+def make_sent(home: Path, sign: Path | None = None) -> Path:
+    """A version as it arrives, signed by a key if there is one."""
+    venv = make_venv(home, "venv.newest")
+    for each in ("manifest", "bin/python", "bin/python3"):
+        (venv / each).unlink()
+    (venv / "manifest.sent").write_text(seal(venv))
+    if sign is not None:
+        words = ["ssh-keygen", "-Y", "sign", "-q", "-f", str(sign), "-n", SIGNED_FOR]
+        subprocess.run([*words, str(venv / "manifest.sent")], check=True)
+    return venv
+
+
+def prepare(home: Path, venv: Path) -> "subprocess.CompletedProcess[str]":
+    return run(SENT[1], home.parents[1], venv, "/usr/bin/python3", "yes")
+
+
+def allow(root: Path, *lines: str) -> None:
+    place = root / "etc/firmware-runtime/allowed_signers"
+    place.parent.mkdir(parents=True, exist_ok=True)
+    place.write_text("".join(f"{line}\n" for line in lines))
+
+
+def altered(venv: Path) -> None:
+    (venv / "bin/firmware-runtime").write_text("#!/bin/sh\n")
+
+
+def added(venv: Path) -> None:
+    (venv / "lib/python3.11/site-packages").mkdir(parents=True)
+    (venv / "lib/python3.11/site-packages/sitecustomize.py").write_text("")
+
+
+def linked(venv: Path) -> None:
+    (venv / "bin/python").symlink_to("/usr/bin/true")
+
+
+def listed(venv: Path) -> None:
+    added(venv)
+    (venv / "manifest.sent").write_text("")
+    (venv / "manifest.sent").write_text(seal(venv).replace("manifest.sent", "manifest.was"))
+
+
+def unsigned(venv: Path) -> None:
+    (venv / "manifest.sent.sig").unlink(missing_ok=True)
+
+
+@pytest.mark.parametrize("tamper", [altered, added, linked])
+def test_what_arrives_otherwise_than_it_was_sent_is_no_program(
+    home: Path, tamper: Callable[[Path], None]
+) -> None:
+    venv = make_sent(home)
+    tamper(venv)
+    ended = prepare(home, venv)
+    assert (ended.returncode, ended.stderr) == (
+        1,
+        "what arrived is not what was sent; deploy again\n",
+    )
+    assert not venv.exists()
+
+
+def test_what_arrives_as_it_was_sent_is_a_program(home: Path) -> None:
+    venv = make_sent(home)
+    assert prepare(home, venv).returncode == 0
+    assert (venv / "bin/python3").resolve() == Path("/usr/bin/python3").resolve()
+    assert in_venvs(f'is_whole "{venv}" && echo whole') == "whole\n"
+
+
+def test_bytecode_that_was_not_sent_is_made_and_is_of_the_program(home: Path) -> None:
+    venv = make_sent(home)
+    module = venv / "lib/python3/site-packages/heron.py"
+    module.parent.mkdir(parents=True)
+    module.write_text("A = 1\n")
+    (venv / "manifest.sent").unlink()
+    (venv / "manifest.sent").write_text(seal(venv))
+    done = run(SENT[1], home.parents[1], venv, "/usr/bin/python3", "no")
+    assert done.returncode == 0, done.stderr
+    (bytecode,) = module.parent.glob("__pycache__/*.pyc")
+    assert in_venvs(f'is_whole "{venv}" && echo whole') == "whole\n"
+    empty(bytecode)
+    assert in_venvs(f'is_whole "{venv}" || echo damaged') == "damaged\n"
+
+
+@pytest.fixture
+def keys(tmp_path: Path) -> dict[str, Path]:
+    """Two ssh keys."""
+    if shutil.which("ssh-keygen") is None:
+        pytest.skip("ssh-keygen not found; install Debian package openssh-client")
+    return {name: make_key(tmp_path / name) for name in ("builder", "stranger")}
+
+
+def public(key: Path) -> str:
+    return key.with_suffix(".pub").read_text().strip()
+
+
+@pytest.mark.parametrize(
+    ("signer", "tamper", "allowed", "said"),
+    [
+        ("builder", None, "me@lab,you@lab {builder}", ""),
+        ("builder", None, "* {stranger}\n# ours\n*@lab {builder}", ""),
+        ("builder", None, 'me@lab namespaces="firmware-runtime" {builder}', ""),
+        ("builder", None, 'me@lab namespaces="git" {builder}', "not signed by a key"),
+        ("stranger", None, "me@lab {builder}", "not signed by a key"),
+        (None, None, "me@lab {builder}", "not signed by a key"),
+        ("builder", unsigned, "me@lab {builder}", "not signed by a key"),
+        ("builder", listed, "me@lab {builder}", "not signed by a key"),
+        ("builder", altered, "me@lab {builder}", "not what was sent"),
+        ("builder", added, "me@lab {builder}", "not what was sent"),
+        ("builder", linked, "me@lab {builder}", "not what was sent"),
+        ("builder", None, "", "not signed by a key"),
+        ("builder", None, "nonsense", "not signed by a key"),
+        (None, None, None, ""),
+    ],
+)
+def test_a_computer_with_allowed_signers_takes_what_they_signed_as_it_was(  # noqa: PLR0917
+    home: Path,
+    keys: dict[str, Path],
+    signer: str | None,
+    tamper: Callable[[Path], None] | None,
+    allowed: str | None,
+    said: str,
+) -> None:
+    if allowed is not None:
+        allow(home.parents[1], allowed.format(**{name: public(key) for name, key in keys.items()}))
+    venv = make_sent(home, keys[signer] if signer else None)
+    if tamper is not None:
+        tamper(venv)
+    ended = prepare(home, venv)
+    assert said in ended.stderr
+    assert (ended.returncode, venv.exists()) == ((1, False) if said else (0, True))
+    assert len(ended.stderr.splitlines()) == bool(said)
+    assert not (home / "venv.newest.log").exists(), "nothing of it was run"
+    assert said or switch(home, venv).returncode == 0
+
+
+def test_a_version_from_before_that_was_not_signed_is_not_gone_back_to(
+    home: Path, keys: dict[str, Path]
+) -> None:
+    assert switch(home, make_venv(home, "venv.newest")).returncode == 0
+    allow(home.parents[1], f"me@lab {public(keys['builder'])}")
+    ended = switch(home, home / "venv.before", whence="kept")
+    assert "venv.before is not signed by a key of" in ended.stderr
+    assert (home / "venv").readlink() == home / "venv.newest"
+    assert (home / "venv.before").exists()
+
+
+@pytest.mark.slow
+def test_a_version_that_is_there_is_gone_to_and_forward_again(home: Path) -> None:
+    there = settings_there(home)
+    newest = make_venv(home, "venv.newest", settings="new")
+    assert switch(home, newest).returncode == 0
+    there.write_text("mine")
+    for one, other in (("venv.before", "venv.newest"), ("venv.newest", "venv.before")):
+        ended = switch(home, home / one, whence="kept")
+        assert ended.returncode == 0, ended.stderr
+        assert (home / "venv").readlink() == home / one
+        assert (home / "previous").readlink() == home / other
+        assert state_of(home) == "committed"
+    assert there.read_text() == "mine"
+
+
+def test_a_version_from_before_that_does_not_start_is_not_lost(home: Path) -> None:
+    unit = home.parents[1] / "etc/systemd/system/firmware-runtime@.service"
+    unit.parent.mkdir(parents=True)
+    older = make_venv(home, "venv.oldest", service=6, unit=unit)
+    (home / "previous").symlink_to(older)
+    (home / "update.sh").write_text("exit\n")
+    ended = switch(home, older, whence="kept")
+    assert "the one from before is back" in ended.stderr
+    assert (home / "venv").readlink() == home / "venv.before"
+    assert (home / "previous").readlink() == older
+    assert in_venvs(f'is_whole "{older}" && echo whole') == "whole\n"
+    assert not unit.exists()
 
 
 def test_its_way_back_says_how_it_stands(home: Path) -> None:

@@ -183,14 +183,18 @@ class Target:
         """Everything that it lacks, one sentence each; below a `root` it takes less."""
         new = (*self._lacks_for_wheels(python), *self._lacks_a_signature(need))
         return [
-            *(new if need.sends else ()),
+            *(new if need.sends else self._lacks_a_board()),
             *(self._lacks_below(root) if root else self._lacks_as_a_robot()),
-            *(
-                f"{node}: not there; {_HOW_TO_HAVE}"
-                for node in self.lacking.split()
-                if need.devices
-            ),
+            *(self._lacks_devices() if need.devices else ()),
         ]
+
+    def _lacks_a_board(self) -> Iterator[str]:
+        if not self.board:
+            yield "no update before that says which board; expected BOARD"
+
+    def _lacks_devices(self) -> Iterator[str]:
+        for node in self.lacking.split():
+            yield f"{node}: not there; {_HOW_TO_HAVE}"
 
     def _lacks_a_signature(self, need: Need) -> Iterator[str]:
         if self.signers and not need.signed:
