@@ -1,25 +1,35 @@
 """Doubles behind register RAM: what makes a chip of a memory that answers on an emulator's I2C bus.
 
 QEMU's Raspberry Pi has the real controllers and none of our chips, but memories that take a pointer
-and bytes as our chips do. A `Puppet` keeps such a memory as a double's registers are: what the host
-has written goes to the double, and what the double makes of it or measures goes into the memory.
+and bytes as our chips do, and a trace of what is sent to them. A `Puppet` follows that: a double
+takes all of it, in order, and what the double makes of it or measures is written into the memory.
 
-It looks now and then, so it is late: a bit that a chip clears at once stays for a moment, and of
-two values that the host writes to a register in between it sees the last. A memory has no errors,
-no register that reading changes, and takes every write: a status that reading clears stays set, a
-FIFO does not advance, an undefined register is kept.
+It is late by the time that takes: a bit that a chip clears at once stays for a moment, and so does
+a value that was on its way when the host wrote another there. A memory has no errors, no register
+that reading changes, and takes every write: a status that reading clears stays set, a FIFO does not
+advance, an undefined register is kept. It always answers, so a chip that is silent for a while, as
+an SRF08 that ranges, cannot be made of it.
 """
 
-from collections.abc import Iterable, Iterator
-from itertools import groupby
-from typing import Final, Protocol
+from collections import deque
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import suppress
+from typing import Final, Protocol, runtime_checkable
 
+from firmware_runtime.devs.time import SECOND
 from firmware_runtime.hal.i2c import I2cBus
+from firmware_runtime.hal.wire_errors import NoAcknowledge
+from sim_doubles.clock import Now
 
 SIZE: Final = 256
 """Registers of such a memory."""
+GAP: Final = 8
+"""Registers between two that differ which are written along: one message takes less time."""
+LOST_AFTER: Final = 10 * SECOND
+"""Age of a message of the puppet's own that was never seen to be sent."""
 
 
+@runtime_checkable
 class Shown(Protocol):
     """A double whose registers can be looked at without reading one."""
 
@@ -29,47 +39,106 @@ class Shown(Protocol):
     def content(self) -> bytes:
         """Return what stands in its registers, from the first on."""
 
+    def power_cycle(self) -> None:
+        """Lose supply and get it back."""
+
+
+class _Memory:
+    """A memory as it stands, by what was sent to it, and what of that is still on its way."""
+
+    def __init__(self, chip: Shown) -> None:
+        self.chip = chip
+        self.content = bytearray(SIZE)
+        self.on_its_way: deque[bytes] = deque()
+        self.arrived: bytes | None = None
+        self.since = 0
+
+    def keep(self, message: bytes) -> None:
+        for register, byte in enumerate(message[1:], message[0]):
+            self.content[register % SIZE] = byte
+
 
 class Puppet:
-    """Keeps memories on one bus as the doubles at the same addresses of another are.
+    """Keeps memories as the doubles at the same addresses of a bus are.
 
-    The doubles' clock stands still while it looks: whoever calls `step` sets it on before. What
-    stands in the memories before the first look is overwritten. Raises HalError where one is
-    missing.
+    `write` is called with an address and a message that is to be written there, which must come
+    back as any other that is sent. It is called for all registers first, from `step` on.
     """
 
-    def __init__(self, memories: I2cBus, doubles: I2cBus, chips: Iterable[Shown]) -> None:
-        self._memories = memories
+    def __init__(
+        self,
+        doubles: I2cBus,
+        chips: Iterable[Shown],
+        now: Now,
+        write: Callable[[int, bytes], None],
+    ) -> None:
         self._doubles = doubles
-        self._shown = {chip.address: (chip, _padded(chip.content)) for chip in chips}
-        for chip, content in self._shown.values():
-            self._show(chip.address, content, range(SIZE))
+        self._now = now
+        self._write = write
+        self._memories = {chip.address: _Memory(chip) for chip in chips}
+        for address, memory in self._memories.items():
+            self._send(address, memory, bytes((0, *_content(memory.chip))))
+
+    def sent(self, address: int, message: bytes) -> bool:
+        """Take a message that was sent, a pointer and bytes; return whether the host sent it.
+
+        One of the puppet's own may come twice, where its sender was not told that it had arrived.
+        """
+        memory = self._memories.get(address)
+        if memory is None:
+            return True
+        memory.keep(message)
+        if memory.on_its_way and message == memory.on_its_way[0]:
+            memory.arrived = memory.on_its_way.popleft()
+            return False
+        if message == memory.arrived:
+            return False
+        memory.arrived = None
+        with suppress(NoAcknowledge):  # a register that the chip has not
+            self._doubles.write(address, message)
+        return True
 
     def step(self) -> None:
-        """Look at each memory once, and bring both in line. Raises HalError."""
-        for address, (chip, shown) in self._shown.items():
-            found = self._memories.write_read(address, b"\0", SIZE)
-            for run in _runs(_differing(found, shown)):
-                self._doubles.write(address, bytes((run.start, *found[run.start : run.stop])))
-            content = _padded(chip.content)
-            self._show(address, content, _differing(content, found))
-            self._shown[address] = chip, content
+        """Write what has changed in the doubles, where nothing is on its way yet."""
+        for address, memory in self._memories.items():
+            if memory.on_its_way and self._now() - memory.since < LOST_AFTER:
+                continue
+            memory.on_its_way.clear()
+            content = _content(memory.chip)
+            for run in _runs(_differing(content, bytes(memory.content))):
+                self._send(address, memory, bytes((run.start, *content[run.start : run.stop])))
 
-    def _show(self, address: int, content: bytes, registers: Iterable[int]) -> None:
-        for run in _runs(registers):
-            self._memories.write(address, bytes((run.start, *content[run.start : run.stop])))
+    def power_cycle(self, address: int) -> None:
+        """A chip has lost its supply and got it back: its memory is empty."""
+        memory = self._memories[address]
+        memory.on_its_way.clear()
+        memory.content = bytearray(SIZE)
+        memory.chip.power_cycle()
+        self._send(address, memory, bytes((0, *_content(memory.chip))))
+
+    def _send(self, address: int, memory: _Memory, message: bytes) -> None:
+        memory.on_its_way.append(message)
+        memory.since = self._now()
+        self._write(address, message)
 
 
-def _padded(content: bytes) -> bytes:
-    return content.ljust(SIZE, b"\0")
+def _content(chip: Shown) -> bytes:
+    return chip.content.ljust(SIZE, b"\0")
 
 
-def _differing(one: bytes, other: bytes) -> list[int]:
-    return [index for index, (a, b) in enumerate(zip(one, other, strict=True)) if a != b]
+def _differing(one: bytes, other: bytes) -> Iterator[int]:
+    return (index for index, (a, b) in enumerate(zip(one, other, strict=True)) if a != b)
 
 
 def _runs(registers: Iterable[int]) -> Iterator[range]:
-    """Yield registers in a row as one range."""
-    for _, group in groupby(enumerate(registers), lambda each: each[1] - each[0]):
-        row = [register for _, register in group]
-        yield range(row[0], row[-1] + 1)
+    """Yield registers that are near one another as one range."""
+    first = last = -1
+    for register in registers:
+        if last < 0:
+            first = register
+        elif register - last > GAP:
+            yield range(first, last + 1)
+            first = register
+        last = register
+    if last >= 0:
+        yield range(first, last + 1)

@@ -114,6 +114,13 @@ class Cmps12Double(DevantechDouble):
         self._next_command_at = self._at
         self.calibration_state = self.stored_state or 0
 
+    @property
+    def content(self) -> bytes:
+        """Return what stands in its 31 registers now."""
+        self._at = self._now()
+        self._begin()
+        return self._registers
+
     # Bus face
 
     def _begin(self) -> None:

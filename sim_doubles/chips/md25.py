@@ -73,6 +73,16 @@ class Md25Double(MotorDriverDouble, DevantechDouble):
         self._speed_written = False  # new speeds wait for STOP
         self._reset()
 
+    @property
+    def content(self) -> bytes:
+        """Return what stands in its 17 registers; the encoders as if both were captured now."""
+        self._at = self._now()
+        encoders = (self._count(motor) for motor in range(2))
+        settings = self._readable()
+        return bytes((*self._speeds, *b"".join(map(ENCODER.pack, encoders)))) + bytes(
+            settings.get(register, 0) for register in range(BATTERY, COMMAND + 1)
+        )
+
     # Bus face
 
     def _begin(self) -> None:
@@ -170,9 +180,11 @@ class Md25Double(MotorDriverDouble, DevantechDouble):
         """Give a byte of an encoder; its first one captures the count."""
         if register in {ENCODER1, ENCODER2}:
             motor = 0 if register == ENCODER1 else 1
-            count = self._counts()[motor] - self._zeros[motor]
-            ENCODER.pack_into(self._captured, register, count & 0xFFFFFFFF)
+            ENCODER.pack_into(self._captured, register, self._count(motor))
         return self._captured[register]
+
+    def _count(self, motor: int) -> int:
+        return self._counts()[motor] - self._zeros[motor] & 0xFFFFFFFF
 
 
 def _signed(value: int) -> int:

@@ -1,6 +1,7 @@
 """`make pi-test`: boots an emulated Raspberry Pi 3B and shows how its checks went.
 
-`python -m tests.pi.run rt` boots Debian's PREEMPT_RT kernel. Exit status as of `make vm-test`.
+`python -m tests.pi.run rt` boots Debian's PREEMPT_RT kernel, and `... --armed-minutes 30` keeps
+TachoBot armed for so long instead. Exit status as of `make vm-test`.
 """
 
 import gzip
@@ -8,12 +9,17 @@ import platform
 import shutil
 import subprocess
 import sys
+from argparse import ArgumentParser, Namespace
 from base64 import b64decode
 from pathlib import Path
 from typing import Final
 
-from tests.pi.guest.robot import CARRIED
+from firmware_runtime.board.settings import BusSettings
+from tests.pi.computer import command
+from tests.pi.guest.emulated import ASKED
+from tests.pi.guest.tachobot import CARRIED
 from tests.pi.image import KERNELS, Image, built, pack
+from tests.pi.player import Player
 from tests.vm.commands import Unbuildable, end_in_order, show
 from tests.vm.machine import started
 from tests.vm.run import stage
@@ -22,18 +28,16 @@ from tests.vm.wheels import SOURCE_ONLY, make_wheel, pip
 
 HOME: Final = Path(__file__).parents[2] / "build" / "pi"
 LIMIT_S: Final = 900.0
-MEMORIES: Final = (0x40, 0x68)
-"""Addresses at which there is register RAM on the bus."""
+"""Longer than all checks take on a busy machine."""
+PATIENT_MS: Final = 1000
+"""The adapter's timeout of the checks."""
 NEEDED: Final = {"cpio": "cpio", "xz": "xz-utils", "dpkg-deb": "dpkg", "gzip": "gzip"}
 
 
 def main() -> int:
     """Run all stages; each says how long it took."""
     end_in_order()
-    kinds = sys.argv[1:] or ["stock"]
-    if unknown := [kind for kind in kinds if kind not in KERNELS]:
-        show(f"pi-test: {', '.join(unknown)}: no kernel; expected {' or '.join(KERNELS)}")
-        return 2
+    asked = _arguments()
     if platform.machine() != "x86_64" or not Path("/etc/debian_version").exists():
         show("pi-test: skipped: QEMU is unpacked from Debian's packages for x86_64")
         return 0
@@ -42,13 +46,41 @@ def main() -> int:
         return 2
     try:
         with stage("image"):
-            image = built(HOME, kinds)
+            image = built(HOME, asked.kernels)
         with stage("wheel and checks"):
             wheels = _wheels()
-        return max(_checks(image, kind, wheels) for kind in kinds)
+        return max(_checks(image, kind, wheels, asked) for kind in asked.kernels)
     except Unbuildable as error:
         show(f"pi-test: {error}")
         return 1
+
+
+def _arguments() -> Namespace:
+    parser = ArgumentParser(prog="pi-test", description=__doc__)
+    parser.add_argument("kernels", nargs="*", metavar="KERNEL", help=f"{' or '.join(KERNELS)}")
+    parser.add_argument(
+        "--armed-minutes",
+        type=float,
+        metavar="MINUTES",
+        help="instead: TachoBot armed at 20 Hz for so long, with other load beside it",
+    )
+    parser.add_argument(
+        "--timeout-ms",
+        type=int,
+        metavar="MS",
+        help="with it: the adapter's timeout; default: a board's",
+    )
+    asked = parser.parse_args()
+    asked.kernels = asked.kernels or ["stock"]
+    if unknown := [kind for kind in asked.kernels if kind not in KERNELS]:
+        parser.error(f"{', '.join(unknown)}: no kernel; expected {' or '.join(KERNELS)}")
+    if asked.armed_minutes is None and asked.timeout_ms is not None:
+        parser.error("--timeout-ms without --armed-minutes; expected both")
+    if asked.armed_minutes is None:
+        asked.timeout_ms = PATIENT_MS
+    elif asked.timeout_ms is None:
+        asked.timeout_ms = BusSettings(device="/dev/i2c-1", speed_hz=1).timeout_ms
+    return asked
 
 
 def _wheels() -> Path:
@@ -61,26 +93,47 @@ def _wheels() -> Path:
     return folder
 
 
-def _checks(image: Image, kind: str, wheels: Path) -> int:
+def _checks(image: Image, kind: str, wheels: Path, asked: Namespace) -> int:
     with stage("initrd"):
         pack(image, kind, wheels)
     logs = HOME / "logs" / kind
     logs.mkdir(parents=True, exist_ok=True)
     tally, carried = Tally(), list[str]()
-    with stage(f"checks, {kind} kernel"), started(_command(image, kind), logs, LIMIT_S) as lines:
+    words, limit_s = _chosen(asked)
+    with (
+        Player(logs, asked.timeout_ms) as player,
+        stage(f"checks, {kind} kernel"),
+        started(
+            command(image, kind, logs, words, player.uart_path), logs, limit_s, player.console
+        ) as lines,
+    ):
         for each in lines:
             line = each.replace("\r", "")
             if line.startswith(CARRIED):
                 carried.append(line.removeprefix(CARRIED))
+            elif line.startswith(ASKED):
+                player.ask(line.removeprefix(ASKED))
             else:
                 tally.take(line)
             if line == END:
                 break
-    tally.take(_replayed(carried, logs / "tachobot.recording"))
+    tally.take(player.watch.line())
+    if asked.armed_minutes is None:
+        tally.take(player.uart.line())
+        tally.take(_replayed(carried, logs / "tachobot.recording"))
     if not tally.has_passed:
         tally.show_logs(logs)
     show(tally.closing_line())
     return 0 if tally.has_passed else 1
+
+
+def _chosen(asked: Namespace) -> tuple[str, float]:
+    """Return the words to the kernel, which gives the first process those it does not know."""
+    words = f"BUS_TIMEOUT_MS={asked.timeout_ms}"
+    if asked.armed_minutes is None:
+        return f"loglevel=1 {words}", LIMIT_S
+    minutes = asked.armed_minutes
+    return f"loglevel=4 {words} ARMED_MINUTES={minutes:g}", LIMIT_S + 3 * 60 * minutes
 
 
 def _replayed(carried: list[str], file: Path) -> str:
@@ -94,22 +147,6 @@ def _replayed(carried: list[str], file: Path) -> str:
     done = subprocess.run(words, capture_output=True, text=True, check=False)
     said = " | ".join((done.stdout + done.stderr).splitlines())
     return f"{'ok' if done.returncode == 0 else 'FAILED'} {what} ({said})"
-
-
-def _command(image: Image, kind: str) -> list[str]:
-    """What starts the computer; its checks write to its console."""
-    memories = [
-        f"at24c-eeprom,bus=i2c-bus.1,address=0x{address:02x},rom-size=256,address-size=1"
-        for address in MEMORIES
-    ]
-    return [
-        *(*image.qemu, "-M", "raspi3b", "-smp", "4", "-m", "1G", "-accel", "tcg,thread=multi"),
-        *("-kernel", str(image.kernel(kind)), "-dtb", str(image.device_tree(kind))),
-        *("-initrd", str(image.initrd(kind)), "-no-reboot", "-display", "none"),
-        *("-append", "console=ttyS1,115200 quiet loglevel=1 rdinit=/init panic=-1"),
-        *("-serial", "null", "-serial", "stdio"),
-        *(word for memory in memories for word in ("-device", memory)),
-    ]
 
 
 if __name__ == "__main__":

@@ -162,3 +162,9 @@ def test_calibration_is_what_the_world_says_and_the_stored_profile_at_power_up(
 def test_a_compass_is_level_and_calibrated_by_default(clock: ManualClock) -> None:
     chip = Cmps12Double(clock, bearing_deg=lambda _: 1.0, noise_seed=None)
     WiredChip(clock, chip, 0x60, [chip]).play("W 02, R 00 0a 00 00; W 1e, R ff")
+
+
+def test_its_content_is_what_is_read(compass: Wired) -> None:
+    compass.bearing_deg = 200.0
+    content = compass.chip.content
+    assert compass.read(0x00, 31) == content

@@ -215,3 +215,9 @@ def test_the_world_advances_before_the_timeout_or_a_command_changes_its_course(
     motors.chip.motors.before_change = advance_world
     motors.play(AHEAD, "5 s", LOOK)
     assert speeds == [0, pytest.approx((0.025 * 1625 + 1.35 * 127) * COUNT_RAD * 1e9)]
+
+
+def test_its_content_is_what_is_read(motors: Wired) -> None:
+    motors.play("W 00 ff; 1 s")
+    content = motors.chip.content
+    assert motors.read(0x00, 17) == content

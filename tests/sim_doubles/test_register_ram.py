@@ -8,7 +8,6 @@ from firmware_drivers.chips.pca9685 import Pca9685
 from firmware_drivers.chips.step import Step
 
 from firmware_runtime.devs.time import MILLISECOND
-from firmware_runtime.hal.wire_errors import NoAcknowledge
 from sim_doubles.chips.mpu9250 import Mpu9250Double
 from sim_doubles.chips.pca9685 import Pca9685Double
 from sim_doubles.clock import ManualClock
@@ -62,15 +61,33 @@ class Emulator:
         self.imu = Mpu9250Double(self.clock, lambda _: TRUTH, who_am_i=0x70)
         doubles = I2cBusDouble("doubles", self.clock, (self.pwm, *self.imu.targets))
         self.memories = I2cBusDouble("memories", self.clock, (Memory(0x40), Memory(0x68)))
-        self.puppet = Puppet(self.memories, doubles, (self.pwm, self.imu))
+        self.written: list[tuple[int, bytes]] = []
+        self.puppet = Puppet(
+            doubles, (self.pwm, self.imu), self.clock, lambda *each: self.written.append(each)
+        )
+        self.settle()
+
+    def settle(self) -> None:
+        """Let the puppet see what was sent, and what it writes arrive, until nothing changes."""
+        while self.memories.log or self.written:
+            while self.memories.log:
+                transaction = self.memories.log.popleft()
+                for message in transaction.messages:
+                    if isinstance(message, bytes):
+                        self.puppet.sent(transaction.address, message)
+            self.puppet.step()
+            for address, message in self.written:
+                self.memories.write(address, message)
+            self.written.clear()
 
     def take(self, steps: Iterable[Step]) -> None:
         """Take each step, with the puppet looking in between."""
         for step in steps:
             step.action()
-            self.puppet.step()
+            self.settle()
             self.clock.advance(step.wait_ns)
             self.puppet.step()
+            self.settle()
 
 
 @pytest.fixture
@@ -89,12 +106,35 @@ def test_a_pwm_chip_is_brought_up_and_moves_its_outputs(emulator: Emulator) -> N
     assert emulator.pwm.running
     assert emulator.pwm.frequency_hz == pytest.approx(1000.0, rel=0.02)
     driver.set_duties(0, (0.25, 0.5))
-    emulator.puppet.step()
+    emulator.settle()
     assert emulator.pwm.duties[:2] == pytest.approx((0.25, 0.5), abs=1e-3)
     driver.stop_all()
-    emulator.puppet.step()
+    emulator.settle()
     assert emulator.pwm.all_off
     assert emulator.memories.write_read(0x40, b"\x09", 1) == b"\x10"  # LED0_OFF_H, by ALL_LED
+
+
+def test_a_double_takes_in_order_what_was_sent_before_the_puppet_looked(emulator: Emulator) -> None:
+    driver = Pca9685(emulator.memories)
+    emulator.take(driver.bring_up(1000.0))
+    rate_hz = emulator.pwm.frequency_hz
+    for message in (b"\x00\x30", b"\xfe\x1e", b"\x00\x20"):  # asleep, slower, awake
+        emulator.memories.write(0x40, message)
+    emulator.settle()
+    assert emulator.pwm.frequency_hz < rate_hz / 4
+
+
+def test_what_the_puppet_overwrote_is_put_right(emulator: Emulator) -> None:
+    driver = Pca9685(emulator.memories)
+    emulator.take(driver.bring_up(1000.0))
+    driver.stop_all()
+    emulator.memories.log.clear()
+    emulator.puppet.sent(0x40, b"\xfd\x10")
+    emulator.puppet.step()  # full-off of every output is on its way,
+    driver.set_duties(0, (0.25,))  # when a duty is set
+    emulator.settle()
+    assert emulator.pwm.duties[0] == pytest.approx(0.25, abs=1e-3)
+    assert emulator.memories.write_read(0x40, b"\x09", 1) == emulator.pwm.content[9:10]
 
 
 def test_a_sensor_is_brought_up_and_measures(emulator: Emulator) -> None:
@@ -102,12 +142,18 @@ def test_a_sensor_is_brought_up_and_measures(emulator: Emulator) -> None:
     emulator.take(driver.bring_up())
     emulator.clock.advance(100 * MILLISECOND)
     emulator.puppet.step()
+    emulator.settle()
     sample = driver.read_sample()
     assert sample.rate == pytest.approx(TRUTH.rate, abs=0.02)
     assert sample.acceleration[2] == pytest.approx(9.8, abs=0.2)
 
 
-def test_a_memory_that_is_not_there_is_said(emulator: Emulator) -> None:
-    absent = I2cBusDouble("memories", emulator.clock, (Memory(0x40),))
-    with pytest.raises(NoAcknowledge):
-        Puppet(absent, absent, (emulator.imu,))
+def test_a_chip_that_lost_its_supply_is_as_after_power_up(emulator: Emulator) -> None:
+    driver = Pca9685(emulator.memories)
+    emulator.take(driver.bring_up(1000.0))
+    driver.set_duties(0, (0.25,))
+    emulator.settle()
+    emulator.puppet.power_cycle(0x40)
+    emulator.settle()
+    assert emulator.pwm.all_off
+    assert emulator.memories.write_read(0x40, b"\x00", 6).hex() == "1104e2e4e8e0"

@@ -54,11 +54,16 @@ def booted(
 
 
 @contextmanager
-def started(command: Sequence[str], logs: Path, limit_s: float) -> Iterator[Iterator[str]]:
-    """Start QEMU; yields the lines it writes, as `booted`, and ends it with the block."""
+def started(
+    command: Sequence[str], logs: Path, limit_s: float, read: int = subprocess.DEVNULL
+) -> Iterator[Iterator[str]]:
+    """Start QEMU; yields the lines it writes, as `booted`, and ends it with the block.
+
+    `read` is the descriptor it reads, nothing by default.
+    """
     with (logs / "qemu.log").open("wb") as errors:
         qemu = subprocess.Popen(
-            command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=errors, bufsize=0
+            command, stdin=read, stdout=subprocess.PIPE, stderr=errors, bufsize=0
         )
     try:
         assert qemu.stdout is not None

@@ -1,40 +1,32 @@
-"""What is there on the emulated computer: its bus, its memories, a robot's settings for it."""
+"""What is there on the emulated computer: its bus, its memories, the host."""
 
+import os
 import subprocess
 import sys
 from collections.abc import Callable, Sequence
+from contextlib import closing
 from pathlib import Path
 from typing import Final
 
-import firmware_boards.tachobot
-
 from firmware_runtime.hal.linux import open_i2c
+from tests.pi.guest.settings import text_of
 from tests.vm.guest.machine import Failed, attempt, run, wait_until
-from tests.vm.guest.robot import with_value
+from tests.vm.guest.report import say
 
 BUS: Final = "/dev/i2c-1"
+NOTES: Final = "/dev/i2c-2"
+NOTE: Final = 0x50
+"""Bus and address of what the host's watch is told."""
 PROGRAM: Final = (sys.executable, "-m", "firmware_runtime.cli")
-READY: Final = Path("/run/puppet")
 PATIENCE_S: Final = 240.0
-SETTINGS: Final = Path("/etc/firmware-runtime/tachobot.toml")
-CHANGED: Final = {
-    "buses.i2c1.speed_hz": 100_000,
-    "buses.i2c1.timeout_ms": 1000,
-    "imu.sample_hz": 100,
-    "imu.bandwidth_hz": 41,
-    "imu.also_accept": [0x70],
-    "thrust_pairs.timeout_s": 2.0,
-    "controller.period_s": 0.05,
-    "controller.compass_time_constant_s": 0.0,
-    "executive.max_lag_s": 10.0,
-    "executive.max_load_percent": 100.0,
-    "executive.watchdog_s": 30.0,
-    "arming.max_late_percent": 100.0,
-    "guard.stall_s": 2.0,
-}
-"""20 Hz, and patience: emulated, this computer is slow, and the host's other work is seen here."""
+FOLDER: Final = Path("/etc/firmware-runtime")
+MINUTES: Final = os.environ.get("ARMED_MINUTES")
+TIMEOUT_MS: Final = int(os.environ.get("BUS_TIMEOUT_MS", "1000"))
+"""What the host has said to the kernel, for the first process."""
 LEDS: Final = range(0x06, 0x46)
 FULL_OFF: Final = 0x10
+ASKED: Final = "! "
+"""How a line begins that asks something of the host."""
 
 
 def program(*words: object, timeout_s: float = 300.0) -> str:
@@ -57,31 +49,44 @@ def started(*words: object, log: str) -> "subprocess.Popen[bytes]":
         return subprocess.Popen([*map(str, words)], stdout=file, stderr=file)
 
 
+def log_of(name: str) -> str:
+    """What a program that was started has said."""
+    return (LOGS / name).read_text(encoding="utf-8", errors="replace")
+
+
 def waited(true: Callable[[], object], what: str) -> None:
     """Wait until something is true. Raises Failed with the end of each log if it is not in time."""
     try:
         wait_until(true, what, PATIENCE_S)
     except Failed as failed:
-        ends = (f"{log.name}: {log.read_text()[-700:]}" for log in sorted(LOGS.iterdir()))
+        ends = (f"{log.name}: {log_of(log.name)[-700:]}" for log in sorted(LOGS.iterdir()))
         raise Failed("; ".join((str(failed), *ends))) from failed
 
 
-def write_settings() -> None:
-    """Write TachoBot's settings for this computer."""
-    text = Path(firmware_boards.tachobot.__path__[0], "board.toml").read_text(encoding="utf-8")
-    for key, value in CHANGED.items():
-        text = with_value(text, key, value)
-    SETTINGS.parent.mkdir(exist_ok=True)
-    SETTINGS.write_text(text, encoding="utf-8")
+def ask_host(what: str) -> None:
+    """Ask something of the host, which does it at once."""
+    say(f"{ASKED}{what}")
+
+
+def may_drive(*, outputs: bool) -> None:
+    """Let the host's watch know whether outputs may be on from now on."""
+    with closing(open_i2c("notes", NOTES, timeout_ms=TIMEOUT_MS)) as bus:
+        bus.write(NOTE, bytes((0, outputs)))
+
+
+def write_settings(board: str) -> Path:
+    """Write a board's settings, and let the host make chips of the memories for them."""
+    FOLDER.mkdir(exist_ok=True)
+    file = FOLDER / f"{board}.toml"
+    file.write_text(text_of(board, TIMEOUT_MS), encoding="utf-8")
+    ask_host(f"board {board}")
+    return file
 
 
 def memory_of(address: int) -> bytes:
     """What stands in a memory now."""
-    bus = open_i2c("check", BUS, timeout_ms=1000)
-    try:
+    with closing(open_i2c("check", BUS, timeout_ms=TIMEOUT_MS)) as bus:
         return bus.write_read(address, b"\0", 256)
-    finally:
-        bus.close()
 
 
 def are_off(content: Sequence[int]) -> bool:

@@ -28,8 +28,8 @@ def registers_keep_what_was_written_and_are_read_after_a_repeated_start() -> Non
     """64 at once, twice."""
     with closing(open_i2c("i2c1", BUS, timeout_ms=1000)) as bus:
         for content in (bytes(range(64)), bytes(64)):
-            bus.write(0x40, b"\x06" + content)
-            found = bus.write_read(0x40, b"\x06", 64)
+            bus.write(0x68, b"\x06" + content)
+            found = bus.write_read(0x68, b"\x06", 64)
             expect(found == content, f"read {found.hex()}")
 
 

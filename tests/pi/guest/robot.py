@@ -1,113 +1,77 @@
-"""TachoBot on the real controller: found, examined, driven, and switched off whatever happens."""
+"""A robot on the real controller: started, armed, killed, and switched off whatever happens."""
 
-import gzip
+import json
 import signal
-import subprocess
-import sys
-from base64 import b64encode
+from collections.abc import Callable
 from pathlib import Path
 from time import monotonic_ns
-from typing import Final
+from typing import Any
 
-from tests.pi.guest.emulated import (
-    LOGS,
-    PROGRAM,
-    READY,
-    SETTINGS,
-    are_off,
-    memory_of,
-    program,
-    started,
-    tried,
-    waited,
-    write_settings,
-)
-from tests.vm.guest.machine import expect, wait_until
-from tests.vm.guest.report import Check, say
-
-RECORDING: Final = Path("/run/tachobot.recording")
-CARRIED: Final = "> "
-"""How a line of what the host keeps begins, in base64."""
-LINE: Final = 1000
-
-_runs: list["subprocess.Popen[bytes]"] = []
+from tests.pi.guest.emulated import PROGRAM, log_of, may_drive, started, tried, waited
+from tests.vm.guest.machine import expect
 
 
-def a_puppet_keeps_the_memories_as_the_chips_are() -> str:
-    """What both read after power-up."""
-    write_settings()
-    started(sys.executable, "-m", "tests.pi.guest.puppet", SETTINGS, log="puppet")
-    waited(READY.exists, "the puppet looks at the memories")
-    found = memory_of(0x40)[:6].hex()
-    expect(found == "1104e2e4e8e0", f"0x40 reads {found}")
-    return f"0x68 has WHO_AM_I {memory_of(0x68)[0x75]:02x}"
+class Robot:
+    """A board with its settings; `is_off` reads its outputs back."""
 
+    def __init__(self, board: str, settings: Path, is_off: Callable[[], bool]) -> None:
+        self.board = board
+        self.settings = settings
+        self.is_off = is_off
 
-def probe_finds_that_tachobot_fits() -> None:
-    """By what stands in the memories."""
-    shown = program("probe")
-    expect("tachobot fits /dev/i2c-1" in shown, shown)
+    def start(self) -> None:
+        """Start guard and run."""
+        self._guard = started(*PROGRAM, "guard", self.settings, log=f"guard of {self.board}")
+        self._run = started(*PROGRAM, "run", self.settings, log=f"run of {self.board}")
+        waited(lambda: tried("stats", self.board).returncode == 0, "it runs")
 
+    def arm(self) -> None:
+        """Arm it as soon as nothing speaks against it."""
+        may_drive(outputs=True)
+        waited(lambda: tried("arm", self.board).returncode == 0, "armed")
 
-def the_doctor_finds_no_failure() -> None:
-    """It names the controller that mishandles a stretched clock."""
-    done = tried("doctor", SETTINGS, "--json")
-    expect(
-        done.returncode in {0, 7}, f"status {done.returncode}: {done.stderr}{done.stdout[-500:]}"
-    )
-    expect("mishandles it" in done.stdout, done.stdout[-500:])
+    def is_driven(self) -> None:
+        """Wait until an output is on."""
+        waited(lambda: not self.is_off(), "an output is on")
 
+    def switched_off(self) -> float:
+        """Wait until all outputs are off; return how long that was, ms."""
+        since = monotonic_ns()
+        waited(self.is_off, "all outputs are off")
+        may_drive(outputs=False)
+        return (monotonic_ns() - since) / 1e6
 
-def a_run_is_recorded_and_sent_to_the_host() -> str:
-    """10 s, disarmed and at rest; the host replays it."""
-    program("run", SETTINGS, "--for", "10", "--record", RECORDING, timeout_s=300.0)
-    content = gzip.compress(RECORDING.read_bytes())
-    text = b64encode(content).decode()
-    for first in range(0, len(text), LINE):
-        say(f"{CARRIED}{text[first : first + LINE]}")
-    return f"{len(content)} bytes"
+    def kill(self) -> str:
+        """Kill the run, which leaves the chips as they were; how long until all were off."""
+        self._run.send_signal(signal.SIGKILL)
+        return f"off after {self.switched_off():.0f} ms"
 
+    @property
+    def said(self) -> str:
+        """What the run has said."""
+        return log_of(f"run of {self.board}")
 
-def nothing_is_driven_before_it_is_armed() -> None:
-    """The guard first, then the run, at 20 Hz."""
-    started(*PROGRAM, "guard", SETTINGS, log="guard")
-    _runs.append(started(*PROGRAM, "run", SETTINGS, "--for", "600", log="run"))
-    waited(lambda: tried("stats", "tachobot").returncode == 0, "it runs")
-    expect(are_off(memory_of(0x40)), "an output is on")
+    @property
+    def is_armed(self) -> bool:
+        """Whether its figures say so."""
+        figures = self.statistics()
+        return bool(figures) and bool(figures["conditions"]["run"]["armed"])
 
+    def faults(self, model: str) -> dict[str, Any]:
+        """What its figures say of a model's faults, by kind."""
+        return dict(self.statistics().get("faults", {}).get(model, {}))
 
-def it_is_armed_and_drives() -> str:
-    """As soon as nothing speaks against it."""
-    waited(lambda: tried("arm", "tachobot").returncode == 0, "armed")
-    waited(lambda: not are_off(memory_of(0x40)), "an output is on")
-    looks, each_ms = READY.read_text().split()
-    return f"the puppet has looked {looks} times, {each_ms} ms each"
+    def statistics(self) -> dict[str, Any]:
+        """What `stats --json` says; nothing where the run had no pause to be read in."""
+        done = tried("stats", self.board, "--json")
+        return dict(json.loads(done.stdout)) if done.returncode == 0 else {}
 
-
-def killed_it_is_switched_off_by_the_guard() -> str:
-    """SIGKILL leaves the chips as they were."""
-    _runs[-1].send_signal(signal.SIGKILL)
-    since = monotonic_ns()
-    waited(lambda: are_off(memory_of(0x40)), "all outputs are off")
-    noted = (LOGS / "puppet").read_text().strip() or "nothing"
-    return f"seen after {(monotonic_ns() - since) / 1e6:.0f} ms; the puppet noted {noted[-300:]}"
-
-
-def safe_state_is_checked_by_reading_back() -> str:
-    """With the guard beside it, and no run."""
-    done = tried("safe-state", SETTINGS)
-    expect(done.returncode == 0, done.stderr)
-    wait_until(lambda: are_off(memory_of(0x40)), "all outputs are off")
-    return done.stdout.strip()
-
-
-CHECKS: Final[tuple[Check, ...]] = (
-    a_puppet_keeps_the_memories_as_the_chips_are,
-    probe_finds_that_tachobot_fits,
-    the_doctor_finds_no_failure,
-    a_run_is_recorded_and_sent_to_the_host,
-    nothing_is_driven_before_it_is_armed,
-    it_is_armed_and_drives,
-    killed_it_is_switched_off_by_the_guard,
-    safe_state_is_checked_by_reading_back,
-)
+    def end(self) -> str:
+        """Make it safe and end run and guard; what safe-state said."""
+        done = tried("safe-state", self.settings)
+        expect(done.returncode == 0, done.stderr)
+        waited(self.is_off, "all outputs are off")
+        for process in (self._run, self._guard):
+            process.terminate()
+            process.wait()
+        return done.stdout.strip()
