@@ -4,7 +4,7 @@
 # make test-fast  the quick tests only: neither slow ones nor those in real time
 # make test-portable  those, and all of what another Python could do otherwise: CI, on the newest
 # make vm-test  the service in a Debian guest: real kernel, real systemd (needs root and QEMU)
-# make pi-test  TachoBot on an emulated Raspberry Pi 3B, down to its I2C controller; PI_KERNELS chooses
+# make pi-test  both robots on an emulated Raspberry Pi 3B, down to its I2C controller; PI_KERNELS chooses
 #             from stock and rt (downloads 160 MB once; no root)
 # make update-test  twenty bad builds and twenty equal ones deployed to a container with a systemd of its
 #             own (half an hour; needs root and systemd-nspawn)

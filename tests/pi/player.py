@@ -67,7 +67,7 @@ class Player(Closing):
     """Plays from construction on, once the checks have asked for a board's chips.
 
     `console` is what QEMU reads as the input of the guest's console, `uart_path` what it has at the
-    pins of the UART. `said` says of each message who sent it, for a log.
+    pins of the UART. Who sent which message is in the file i2c.log.
     """
 
     def __init__(self, logs: Path, timeout_ms: int) -> None:
