@@ -43,14 +43,14 @@ class PositionSensor(Atomic):
         self.position = self.out_port("position", PositionFix)
         self.pose = self.out_port("pose", PoseFix)
         self.settings = settings
-        self.period, self.delay = seconds(1 / settings.rate_hz), seconds(settings.delay_s)
+        self.interval, self.delay = seconds(1 / settings.rate_hz), seconds(settings.delay_s)
         self._outages = [(seconds(begin), seconds(end)) for begin, end in settings.outages_s]
         self._true_pose = pose
         self._now = now
         self._noise = InstantNoise("position", settings.seed, 1.0)
         self._luck = InstantNoise("dropout", settings.seed, 1.0)
         self._at = 0
-        self._look_at = self.period
+        self._look_at = self.interval
         self._under_way: deque[tuple[int, TruePose, float]] = deque()
 
     def initialize(self) -> None:
@@ -72,7 +72,7 @@ class PositionSensor(Atomic):
             self._under_way.popleft()
         if self._at == self._look_at:
             self._look()
-            self._look_at += self.period
+            self._look_at += self.interval
         self._hold()
 
     # ---------------------------------------------------------------------------------------------

@@ -1,6 +1,7 @@
 """The front door: its names, the pages that show it, and ports of a run."""
 
 import ast
+import re
 import sys
 from dataclasses import dataclass
 from importlib import import_module
@@ -126,7 +127,13 @@ def test_the_model_of_the_readme_prints_what_it_says() -> None:
 @pytest.mark.slow
 @pytest.mark.real_time
 def test_the_first_model_prints_what_the_page_says_in_real_time() -> None:
-    assert printed(FIRST.program) == FIRST.output
+    said = printed(FIRST.program)
+    assert _NUMBERS.sub("N", said) == _NUMBERS.sub("N", FIRST.output)
+    (activations,) = re.findall(r"(\d+) activations", said)
+    assert 0 < int(activations) <= 6, "a busy machine comes too late for the last"
+
+
+_NUMBERS = re.compile(r"\d+(?:\.\d+)?")
 
 
 @pytest.mark.slow

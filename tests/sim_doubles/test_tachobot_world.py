@@ -22,6 +22,8 @@ from sim_doubles.worlds.tachobot import (
     TachobotState,
     TachobotWorld,
 )
+from tests.support.executives import Run
+from tests.support.stalling_clock import StallingClock
 
 NEUTRAL = (0.5,) * 8
 FREE = TachobotParameters(
@@ -304,6 +306,16 @@ def test_a_position_comes_a_delay_after_it_was_measured_and_says_so(ahead: int) 
     for at, fix in found:
         assert fix.x_m == pytest.approx(at / SECOND - fix.age_s)
         assert fix.y_m == 2.0
+
+
+def test_a_loop_that_stood_still_gets_every_position_all_the_same() -> None:
+    top = Coupled("top")
+    sensor = top.add(PositionSensor(PLAIN, lambda: TruePose(1.0, 2.0, 0.1), lambda: 0))
+    run = Run(top, StallingClock({3: 300 * MILLISECOND}))
+    found: list[PositionFix] = []
+    run.executive.simulator.listen(sensor.position, lambda _at, value: found.append(value))
+    run.until(SECOND)
+    assert len(found) == len(sent(1.0))
 
 
 def test_without_delay_it_comes_at_once() -> None:

@@ -148,7 +148,7 @@ def test_a_robot_of_another_package_has_the_stages_too_and_ends_with_its_control
 
 def test_a_controller_that_is_enabled_by_the_other_end_commands_then(tmp_path: Path) -> None:
     free = ("--set", "controller.mode=free", "--set", "esc.arming_s=0.5")
-    document = run(tmp_path, "tachobot", "--stage", "network", *free, "--for", "3")
+    document = run(tmp_path, "tachobot", "--stage", "network", *free, "--for", "6")
     check(document, "network")
     assert document["link"]["back"]["received"] > 0
     assert document["link"]["out"]["received"] > 0
