@@ -25,8 +25,8 @@ SIZE: Final = 256
 """Registers of such a memory."""
 GAP: Final = 8
 """Registers between two that differ which are written along: one message takes less time."""
-LOST_AFTER: Final = 10 * SECOND
-"""Age of a message of the puppet's own that was never seen to be sent."""
+LOST_AFTER: Final = 60 * SECOND
+"""Age at which a message of the puppet's own that was not seen to be sent is not waited for."""
 
 
 @runtime_checkable
@@ -50,8 +50,22 @@ class _Memory:
         self.chip = chip
         self.content = bytearray(SIZE)
         self.on_its_way: deque[bytes] = deque()
+        self.given_up: deque[bytes] = deque(maxlen=SIZE)
         self.arrived: bytes | None = None
         self.since = 0
+
+    def is_own(self, message: bytes) -> bool:
+        """Return whether a message that was sent is the puppet's own; it is on its way no more."""
+        if message == self.arrived:
+            return True
+        for waiting in (self.on_its_way, self.given_up):
+            if message in waiting:
+                while waiting.popleft() != message:
+                    pass  # they come in order, so those before it were lost
+                self.arrived = message
+                return True
+        self.arrived = None
+        return False
 
     def keep(self, message: bytes) -> None:
         for register, byte in enumerate(message[1:], message[0]):
@@ -88,12 +102,8 @@ class Puppet:
         if memory is None:
             return True
         memory.keep(message)
-        if memory.on_its_way and message == memory.on_its_way[0]:
-            memory.arrived = memory.on_its_way.popleft()
+        if memory.is_own(message):
             return False
-        if message == memory.arrived:
-            return False
-        memory.arrived = None
         with suppress(NoAcknowledge):  # a register that the chip has not
             self._doubles.write(address, message)
         return True
@@ -103,6 +113,7 @@ class Puppet:
         for address, memory in self._memories.items():
             if memory.on_its_way and self._now() - memory.since < LOST_AFTER:
                 continue
+            memory.given_up.extend(memory.on_its_way)
             memory.on_its_way.clear()
             content = _content(memory.chip)
             for run in _runs(_differing(content, bytes(memory.content))):
@@ -111,6 +122,7 @@ class Puppet:
     def power_cycle(self, address: int) -> None:
         """A chip has lost its supply and got it back: its memory is empty."""
         memory = self._memories[address]
+        memory.given_up.extend(memory.on_its_way)
         memory.on_its_way.clear()
         memory.content = bytearray(SIZE)
         memory.chip.power_cycle()

@@ -14,7 +14,7 @@ from sim_doubles.clock import ManualClock
 from sim_doubles.i2c_bus import I2cBusDouble
 from sim_doubles.i2c_target import Target
 from sim_doubles.inertial_truth import InertialTruth
-from sim_doubles.register_ram import SIZE, Puppet
+from sim_doubles.register_ram import LOST_AFTER, SIZE, Puppet
 
 TRUTH = InertialTruth((0.0, 0.0, 9.80665), (0.1, 0.2, 0.3), (20e-6, 0.0, -40e-6), 25.0)
 
@@ -135,6 +135,16 @@ def test_what_the_puppet_overwrote_is_put_right(emulator: Emulator) -> None:
     emulator.settle()
     assert emulator.pwm.duties[0] == pytest.approx(0.25, abs=1e-3)
     assert emulator.memories.write_read(0x40, b"\x09", 1) == emulator.pwm.content[9:10]
+
+
+def test_what_arrives_after_it_was_given_up_is_not_taken_for_the_hosts(emulator: Emulator) -> None:
+    emulator.puppet.power_cycle(0x40)
+    late = emulator.written.copy()
+    emulator.written.clear()
+    emulator.clock.advance(2 * LOST_AFTER)
+    emulator.puppet.step()
+    assert emulator.written
+    assert not any(emulator.puppet.sent(*each) for each in (*late, *emulator.written))
 
 
 def test_a_sensor_is_brought_up_and_measures(emulator: Emulator) -> None:

@@ -18,7 +18,6 @@ from tests.pi.guest.emulated import BUS
 from tests.vm.guest.report import PORT
 
 BODY: Final = Path("/dev/body")
-ATTEMPTS: Final = 5
 PRIORITY: Final = 70
 """Above any run: a chip does not wait for one."""
 
@@ -42,15 +41,14 @@ def main(timeout_ms: int) -> None:
 
 
 def _write(memories: I2cBus, address: int, message: bytes) -> None:
-    for _ in range(ATTEMPTS):
+    """Write until it is written; into a chip that has vanished nothing is."""
+    while True:
         try:
-            memories.write(address, message)
-        except NoAcknowledge:  # a chip that has vanished
-            return
+            return memories.write(address, message)
+        except NoAcknowledge:
+            return None
         except HalError as error:
             print(error, flush=True)  # noqa: T201 -- its log
-        else:
-            return
 
 
 if __name__ == "__main__":
