@@ -76,7 +76,7 @@ class Puppet:
     """Keeps memories as the doubles at the same addresses of a bus are.
 
     `write` is called with an address and a message that is to be written there, which must come
-    back as any other that is sent. It is called for all registers first, from `step` on.
+    back as any other that is sent. It is called for all registers at once, and then by `step`.
     """
 
     def __init__(
