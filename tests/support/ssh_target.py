@@ -36,7 +36,7 @@ def missing_packages() -> str:
         "openssh-server": SSHD.exists(),
         "openssh-client": shutil.which("ssh") is not None,
         "rsync": shutil.which("rsync") is not None,
-        "python3-venv": _python_makes_environments(),
+        "python3": Path("/usr/bin/python3").exists(),
     }
     return " ".join(package for package, is_there in there.items() if not is_there)
 
@@ -131,11 +131,3 @@ def _comes_up(process: subprocess.Popen[bytes], port: int) -> bool:
 def _listens(port: int) -> bool:
     with socket.socket() as asking:
         return asking.connect_ex((HOST, port)) == 0
-
-
-def _python_makes_environments() -> bool:
-    words = ["/usr/bin/python3", "-c", "import ensurepip, venv"]
-    return (
-        Path(words[0]).exists()
-        and subprocess.run(words, check=False, capture_output=True).returncode == 0
-    )
