@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import Final
 
 from firmware_runtime.board.settings import BusSettings
+from firmware_runtime.cli.arguments import positive
 from tests.pi.computer import command
 from tests.pi.guest.emulated import ASKED
 from tests.pi.guest.tachobot import CARRIED
@@ -60,7 +61,7 @@ def _arguments() -> Namespace:
     parser.add_argument("kernels", nargs="*", metavar="KERNEL", help=f"{' or '.join(KERNELS)}")
     parser.add_argument(
         "--armed-minutes",
-        type=float,
+        type=positive,
         metavar="MINUTES",
         help="instead: TachoBot armed at 20 Hz for so long, with other load beside it",
     )
@@ -76,6 +77,8 @@ def _arguments() -> Namespace:
         parser.error(f"{', '.join(unknown)}: no kernel; expected {' or '.join(KERNELS)}")
     if asked.armed_minutes is None and asked.timeout_ms is not None:
         parser.error("--timeout-ms without --armed-minutes; expected both")
+    if asked.timeout_ms is not None and not 10 <= asked.timeout_ms <= 2000:
+        parser.error(f"--timeout-ms {asked.timeout_ms}; expected 10 to 2000")
     if asked.armed_minutes is None:
         asked.timeout_ms = PATIENT_MS
     elif asked.timeout_ms is None:
