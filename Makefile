@@ -8,6 +8,9 @@
 #             from stock and rt (downloads 160 MB once; no root)
 # make update-test  twenty bad builds and twenty equal ones deployed to a container with a systemd of its
 #             own (half an hour; needs root and systemd-nspawn)
+# make pi-full-test  a whole Debian on an emulated Raspberry Pi, deployed to by ssh, updated, and cut
+#             off at steps of it (root; about an hour on two cores); STEPS chooses from deploy, reboot,
+#             update, bad, cuts and page
 # make bench  benchmarks against peers; each prints its ratio last
 # make ros    .venv-ros: the interpreter of the ROS 2 node, with rclpy from wheels
 # make test-ros  the tests of the ROS 2 node, with real rclpy; part of `make test` where .venv-ros is
@@ -43,7 +46,7 @@ WITH_ROS = $(if $(wildcard $(ROS_VENV)/installed-node),test-ros)
 unexport PYTHONDONTWRITEBYTECODE
 
 .PHONY: run test all-cores real-time test-fast test-portable \
-	lint types ros test-ros vm-test pi-test update-test bench docs pictures clean \
+	lint types ros test-ros vm-test pi-test pi-full-test update-test bench docs pictures clean \
 	interpreter wheels-of-rclpy
 .DEFAULT_GOAL := run
 
@@ -94,6 +97,9 @@ pi-test: $(VENV)/installed-run
 
 update-test: $(VENV)/installed-run
 	@$(BIN)/python -m tests.updates.run
+
+pi-full-test: $(VENV)/installed-test
+	@$(BIN)/python -m tests.pi.full.run $(STEPS)
 
 bench: $(VENV)/installed-bench
 	@$(BIN)/firmware-runtime bench devstone

@@ -87,7 +87,7 @@ def pack(image: Image, kind: str, wheel_folder: Path) -> None:
     shutil.rmtree(root, ignore_errors=True)
     shutil.copytree(image.folder / "guest", root, symlinks=True)
     _add_modules(image.folder / kind, root / "modules")
-    _add_program(root / SITE, wheel_folder)
+    add_program(root, root / SITE, wheel_folder)
     for name in ("proc", "sys", "dev", "tmp", "run", "root"):
         (root / name).mkdir(exist_ok=True)
     for name in ("bin", "lib"):
@@ -184,10 +184,14 @@ def _add_modules(kernel: Path, into: Path) -> None:
             subprocess.run(["xz", "--decompress", "--stdout", packed], stdout=file, check=True)
 
 
-def _add_program(site: Path, wheels: Path) -> None:
-    """Lay the project's wheel there and what it depends on, for arm64 and Debian's Python."""
-    version = next(site.parents[1].glob("python3.*")).name.removeprefix("python")
-    platforms = [f"--platform={platform}" for platform in PLATFORMS]
-    chosen = [f"--python-version={version}", "--implementation=cp", "--only-binary=:all:"]
+def add_program(root: Path, site: Path, wheels: Path) -> None:
+    """Lay the project's wheel there and what it depends on, for arm64 and the root's Python."""
     wheel = next(wheels.glob("firmware_runtime-*.whl"))
-    pip("install", *platforms, *chosen, "--find-links", wheels, "--target", site, wheel)
+    pip("install", *fitting(root), "--find-links", wheels, "--target", site, wheel)
+
+
+def fitting(root: Path) -> list[str]:
+    """Return pip's options that choose wheels for arm64 and the root's Python."""
+    version = next((root / "usr/lib").glob("python3.*")).name.removeprefix("python")
+    platforms = [f"--platform={platform}" for platform in PLATFORMS]
+    return [*platforms, f"--python-version={version}", "--implementation=cp", "--only-binary=:all:"]

@@ -49,7 +49,7 @@ def main() -> int:
         with stage("image"):
             image = built(HOME, asked.kernels)
         with stage("wheel and checks"):
-            wheels = _wheels()
+            wheels = wheels_in(HOME / "wheels")
         return max(_checks(image, kind, wheels, asked) for kind in asked.kernels)
     except Unbuildable as error:
         show(f"pi-test: {error}")
@@ -86,9 +86,8 @@ def _arguments() -> Namespace:
     return asked
 
 
-def _wheels() -> Path:
-    """Make the project's wheel, and those of what is published as source only."""
-    folder = HOME / "wheels"
+def wheels_in(folder: Path) -> Path:
+    """Make the project's wheel there, and those of what is published as source only."""
     shutil.rmtree(folder, ignore_errors=True)
     folder.mkdir(parents=True)
     pip("wheel", "--no-deps", "--wheel-dir", folder, *SOURCE_ONLY)

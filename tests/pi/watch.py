@@ -69,11 +69,16 @@ class Watch:
         elif sent.address == PWM and _is_to_turn_on(sent.message):
             self.faults.append(f"{sent}: not full-off")
 
+    @property
+    def is_off(self) -> bool:
+        """Whether no output is on."""
+        return not any(self._outputs.values())
+
     def line(self) -> str:
         """Return how it went, as a line of the guest."""
         what = "no message turned an output on while none might be"
         off, on = self._messages[False], self._messages[True]
-        if self.faults or not off or any(self._outputs.values()):
+        if self.faults or not off or not self.is_off:
             said = "; ".join(self.faults[:5]) or f"at the end on are {dict(self._outputs)}"
             return f"FAILED {what}: {said} ({len(self.faults)} of {off} messages)"
         return f"ok {what} ({off} messages then, {on} while driven; at the end all are off)"

@@ -65,7 +65,7 @@ def build(image: Image) -> None:
     version = _unpack_kernel(work, kernel)
     (kernel / "boot" / f"vmlinuz-{version}").rename(image.kernel)
     _make_initrd(work / "initrd", kernel, version, image.initrd)
-    _add_modules(kernel, root, version)
+    add_modules(MODULES, kernel, root, version)
     _add_dependencies(root, work / "wheels")
     shutil.copytree(HERE / "laid_in" / "root", root, dirs_exist_ok=True)
     run("mke2fs", "-q", "-t", "ext4", *NOTHING_LATER, "-d", root, work / "disk", SIZE)
@@ -115,8 +115,8 @@ def _unpack_kernel(work: Path, kernel: Path) -> str:
     return version
 
 
-def _files_of(modules: Sequence[str], kernel: Path, version: str) -> list[Path]:
-    """The files of modules and of what they need, in the order of loading."""
+def files_of(modules: Sequence[str], kernel: Path, version: str) -> list[Path]:
+    """Return the files of modules and of what they need, in the order of loading."""
     files: dict[Path, None] = {}
     for module in modules:
         shown = run(
@@ -135,7 +135,7 @@ def _make_initrd(root: Path, kernel: Path, version: str, initrd: Path) -> None:
     shutil.copy("/bin/busybox", root / "bin")
     for script in ("init", "probe"):
         shutil.copy(HERE / "laid_in" / script, root)
-    modules = _files_of(BOOT_MODULES, kernel, version)
+    modules = files_of(BOOT_MODULES, kernel, version)
     for file in modules:
         shutil.copy(file, root / "modules")
     order = "".join(f"{file.name}\n" for file in modules)
@@ -153,9 +153,9 @@ def packed(root: Path) -> bytes:
     return done.stdout
 
 
-def _add_modules(kernel: Path, root: Path, version: str) -> None:
+def add_modules(modules: Sequence[str], kernel: Path, root: Path, version: str) -> None:
     """Copy the modules that the guest needs, and no others: some 3 MB of 390."""
-    for file in _files_of(MODULES, kernel, version):
+    for file in files_of(modules, kernel, version):
         target = root / file.relative_to(kernel)
         target.parent.mkdir(parents=True, exist_ok=True)
         shutil.copy(file, target)

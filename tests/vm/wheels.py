@@ -26,12 +26,12 @@ def fetch_wheels(requirements: Sequence[str], folder: Path, python: str) -> None
     pip("download", *target, *platforms, "--find-links", folder, "--dest", folder, *requirements)
 
 
-def make_wheel(folder: Path) -> Path:
-    """Make the project's wheel in a folder, in place of one that is there."""
+def make_wheel(folder: Path, project: Path = PROJECT) -> Path:
+    """Make the wheel of a copy of the project in a folder, in place of one that is there."""
     for wheel in folder.glob("firmware_runtime-*.whl"):
         wheel.unlink()
-    shutil.rmtree(PROJECT / "build/lib", ignore_errors=True)  # else removed modules come along
-    pip("wheel", "--no-deps", "--wheel-dir", folder, PROJECT)
+    shutil.rmtree(project / "build/lib", ignore_errors=True)  # else removed modules come along
+    pip("wheel", "--no-deps", "--wheel-dir", folder, project)
     return next(folder.glob("firmware_runtime-*.whl"))
 
 

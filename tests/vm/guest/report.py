@@ -20,15 +20,18 @@ def say(line: str) -> None:
 
 
 def carry_out(check: Check) -> None:
-    """Carry out one check and say how it went; what was not foreseen counts as failed."""
-    name = check.__name__.replace("_", " ")
+    """Carry out one check and say how it went."""
+    say(verdict(check.__name__.replace("_", " "), check))
+
+
+def verdict(name: str, check: Check) -> str:
+    """Carry out one check; return how it went. What was not foreseen counts as failed."""
     began_at = monotonic()
     try:
         measured = check()
     except Failed as failed:
-        say(f"FAILED {name}: {failed}")
+        return f"FAILED {name}: {failed}"
     except Exception as error:  # noqa: BLE001 -- the other checks are still worth having
-        say(f"FAILED {name}: {type(error).__name__}: {error}")
-    else:
-        remark = f"; {measured}" if measured else ""
-        say(f"ok {name} ({monotonic() - began_at:.1f} s{remark})")
+        return f"FAILED {name}: {type(error).__name__}: {error}"
+    remark = f"; {measured}" if measured else ""
+    return f"ok {name} ({monotonic() - began_at:.1f} s{remark})"

@@ -1,0 +1,143 @@
+"""The emulated Raspberry Pi with its card: switched on, logged in to, and cut off.
+
+It is cut off by SIGKILL of QEMU. What the guest has written to its card is in a file of this
+computer, and stays; what stood in the guest's memory alone is lost, as with any power cut. What a
+card itself may lose that has a cache of its own is not shown by this.
+"""
+
+import shlex
+import subprocess
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from threading import Thread
+from typing import Final
+
+from tests.pi.computer import command
+from tests.pi.full.image import KIND, USER, Image
+from tests.pi.guest.emulated import ASKED
+from tests.pi.image import Image as Emulator
+from tests.pi.player import Player
+from tests.pi.run import PATIENT_MS
+from tests.pi.watch import Watch
+from tests.support.ssh_target import HOST, SshTarget, free_port
+from tests.vm.guest.machine import Failed, attempt, wait_until
+from tests.vm.machine import started
+
+LOGIN: Final = f"{USER}@{HOST}"
+PATIENCE_S: Final = 600.0
+"""Several times what it takes on two cores that are busy."""
+LIMIT_S: Final = 10_000.0
+KERNEL_LINE: Final = (
+    "root=/dev/mmcblk0 rw console=ttyS1,115200 loglevel=4 systemd.show_status=no panic=-1 "
+    "systemd.mask=serial-getty@ttyS1.service systemd.mask=getty@tty1.service "
+    "systemd.mask=apt-daily.timer systemd.mask=apt-daily-upgrade.timer"
+)
+
+
+class Computer:
+    """One that is on. Its commands are root's, by ssh."""
+
+    def __init__(self, target: SshTarget, watch: Watch, logs: Path) -> None:
+        self.target = target
+        self.watch = watch
+        self._logs = logs
+
+    @property
+    def console(self) -> str:
+        """Return what its kernel and its journal have said since it was switched on."""
+        return (self._logs / "console.log").read_text(encoding="utf-8", errors="replace")
+
+    @property
+    def ssh_options(self) -> tuple[str, ...]:
+        """Return those that lead here."""
+        known = f"-oUserKnownHostsFile={self.target.folder / 'known_hosts'}"
+        return (known, f"-oPort={self.target.port}", f"-oIdentityFile={self.target.identity}")
+
+    def words(self, shell_command: str, user: str = "root") -> list[str]:
+        """Return the command line that runs a shell's command there."""
+        options = (*self.ssh_options, "-oBatchMode=yes", "-oConnectTimeout=20", "-oLogLevel=ERROR")
+        return ["ssh", *options, f"{user}@{HOST}", "--", shell_command]
+
+    def attempt(self, shell_command: str, user: str = "root") -> "subprocess.CompletedProcess[str]":
+        """Run a shell's command, which may fail."""
+        return attempt(*self.words(shell_command, user), timeout_s=PATIENCE_S)
+
+    def run(self, shell_command: str, user: str = "root") -> str:
+        """Run a shell's command; return what it says. Raises Failed."""
+        done = self.attempt(shell_command, user)
+        if done.returncode != 0:
+            said = (done.stdout + done.stderr).strip()[-1500:]
+            raise Failed(f"`{shell_command}` ended with {done.returncode}: {said}")
+        return done.stdout
+
+    def write(self, path: str, text: str) -> None:
+        """Write a file. Raises Failed."""
+        self.run(f"mkdir -p $(dirname {path}) && printf %s {shlex.quote(text)} >{path}")
+
+    def wait(self, true: Callable[[], object], what: str) -> None:
+        """Wait until something is true. Raises Failed."""
+        wait_until(true, what, PATIENCE_S)
+
+    def wait_for_line(self, words: str) -> None:
+        """Wait until its console shows a line with these words. Raises Failed."""
+        self.wait(lambda: words in self.console, f"the console shows {words!r}")
+
+    def outputs(self) -> str:
+        """Return in words what was sent since it was switched on. Raises Failed if one was on."""
+        line = self.watch.line()
+        if not line.startswith("ok "):
+            raise Failed(line)
+        return line[line.index("(") + 1 : -1]
+
+
+@contextmanager
+def switched_on(emulator: Emulator, image: Image, card: Path, logs: Path) -> Iterator[Computer]:
+    """Boot a card; yields when it can be logged in to, and cuts the power with the block."""
+    logs.mkdir(parents=True, exist_ok=True)
+    target = _target(image, logs)
+    with (
+        (logs / "console.log").open("w", encoding="utf-8") as log,
+        Player(logs, PATIENT_MS) as player,
+        started(
+            _command(emulator, image, card, logs, target.port, player.uart_path),
+            logs,
+            LIMIT_S,
+            player.console,
+        ) as lines,
+    ):
+
+        def listen() -> None:
+            for line in lines:
+                log.write(f"{line}\n")
+                log.flush()
+                if line.startswith(ASKED):
+                    player.ask(line.removeprefix(ASKED))
+
+        listener = Thread(target=listen, daemon=True)
+        listener.start()
+        computer = Computer(target, player.watch, logs)
+        computer.wait(lambda: computer.attempt("true").returncode == 0, "it can be logged in to")
+        yield computer
+
+
+def _target(image: Image, logs: Path) -> SshTarget:
+    """Return where ssh will find it, with the keys that are on its card."""
+    target = SshTarget(logs, free_port())
+    target.identity = image.key
+    host_key = (image.root / "etc/ssh/ssh_host_ed25519_key.pub").read_text()
+    (logs / "known_hosts").write_text(f"[{HOST}]:{target.port} {host_key}")
+    return target
+
+
+def _command(  # noqa: PLR0917 -- what a computer is made of
+    emulator: Emulator, image: Image, card: Path, logs: Path, port: int, uart: str
+) -> list[str]:
+    """Of what is said twice to QEMU it takes the last."""
+    return [
+        *command(emulator, KIND, logs, "", uart),
+        *("-initrd", str(image.initrd), "-append", KERNEL_LINE),
+        *("-drive", f"if=sd,format=raw,cache=writeback,file={card}"),
+        *("-netdev", f"user,id=net,hostfwd=tcp:{HOST}:{port}-:22", "-device", "usb-net,netdev=net"),
+        *("-global", "dwc2-usb.usb_version=1"),
+    ]

@@ -1,0 +1,130 @@
+"""A robot's computer and its cards: one is copied, switched on, deployed to, and kept or not."""
+
+import json
+import subprocess
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any, Final, NamedTuple
+
+from firmware_runtime.host.deployment.connection import Commands, Connection
+from firmware_runtime.host.deployment.update import Update, Version, update_of
+from tests.pi.full.computer import LOGIN, Computer, switched_on
+from tests.pi.full.image import Image
+from tests.pi.guest.settings import text_of
+from tests.pi.image import Image as Emulator
+from tests.pi.run import PATIENT_MS
+from tests.support.ssh_target import HOST
+from tests.vm.commands import run
+from tests.vm.guest.machine import Failed, attempt, expect
+from tests.vm.guest.robot import with_value
+
+PROGRAM: Final = "/opt/firmware-runtime"
+RUNTIME: Final = "firmware-runtime@tachobot.service"
+GUARD: Final = "firmware-runtime-guard@tachobot.service"
+DEPLOYMENT_S: Final = 3000.0
+SLOWER: Final = {"executive.bring_up_s": 300.0}
+"""It starts beside all of a system, and nothing here is asserted of how long that takes."""
+
+
+class Stand(NamedTuple):
+    """What a step has to work with."""
+
+    emulator: Emulator
+    image: Image
+    folder: Path
+    wheels: Path
+    """The program as it is now, and as it is altered."""
+
+    def card(self, name: str) -> Path:
+        """Return where the card of this name is, or would be."""
+        return self.folder / f"{name}.card"
+
+    @contextmanager
+    def on(self, name: str, copied_from: str = "") -> Iterator["Robot"]:
+        """Switch a card on, a copy of another if one is named; cut the power with the block."""
+        if copied_from:
+            run("cp", "--sparse=always", self.card(copied_from), self.card(name))
+        logs = self.folder / "logs" / name
+        with switched_on(self.emulator, self.image, self.card(name), logs) as computer:
+            yield Robot(computer)
+
+    def settings(self, remark: str) -> Path:
+        """Return TachoBot's settings for this computer, with a remark in them."""
+        text = text_of("tachobot", PATIENT_MS)
+        for key, value in SLOWER.items():
+            text = with_value(text, key, value)
+        file = self.folder / "tachobot.toml"
+        file.write_text(f"# {remark}\n{text}", encoding="utf-8")
+        return file
+
+
+class Robot:
+    """TachoBot's computer, while it is on."""
+
+    def __init__(self, computer: Computer) -> None:
+        self.computer = computer
+
+    def deployment(self, *words: object) -> list[str]:
+        """Return the command line that deploys to it."""
+        return self._deploying(LOGIN, "tachobot", *words)
+
+    def _deploying(self, *words: object) -> list[str]:
+        program = (sys.executable, "-m", "firmware_runtime.cli", "deploy")
+        patience = ("-o", "ServerAliveCountMax=60")  # emulated, it is silent for longer
+        return [*map(str, (*program, *words, *self.computer.target.words, *patience))]
+
+    def deploy(self, *words: object) -> "subprocess.CompletedProcess[str]":
+        """Deploy to it, which may fail."""
+        return attempt(*self.deployment(*words), timeout_s=DEPLOYMENT_S)
+
+    def status(self) -> str:
+        """Return what `deploy status` says. Raises Failed."""
+        done = attempt(*self._deploying("status", LOGIN))
+        expect(done.returncode == 0, f"deploy status: {done.stderr}")
+        return done.stdout
+
+    def update(self) -> Update:
+        """Return its versions and the state of its last update. Raises DeploymentError."""
+        commands = Commands(lambda _: None)
+        return update_of(Connection(f"root@{HOST}", self.computer.ssh_options, commands))
+
+    def version(self) -> Version:
+        """Return the version in use. Raises DeploymentError."""
+        return next(each for each in self.update().versions if each.place == "in-use")
+
+    def statistics(self) -> dict[str, Any]:
+        """Return what `stats --json` says; empty unless run and guard are active."""
+        are_active = " && ".join(f"systemctl is-active --quiet {unit}" for unit in (RUNTIME, GUARD))
+        stats = f"{PROGRAM}/venv/bin/firmware-runtime stats tachobot --json"
+        done = self.computer.attempt(f"{are_active} && {stats}")
+        shown: dict[str, Any] = json.loads(done.stdout) if done.returncode == 0 else {}
+        return shown
+
+    def wait_until_it_runs(self) -> dict[str, Any]:
+        """Wait for run and guard; return the statistics. Raises Failed."""
+        shown: dict[str, Any] = {}
+
+        def runs() -> bool:
+            nonlocal shown
+            shown = self.statistics()
+            return bool(shown)
+
+        try:
+            self.computer.wait(runs, "run and guard are active, and the loop makes steps")
+        except Failed as failed:
+            units = self.computer.run("systemctl --no-pager status 'firmware-runtime*' || :")
+            raise Failed(f"{failed}: {units[-3000:]}") from failed
+        return shown
+
+    def expect_it_is_at_rest(self) -> str:
+        """It runs, is not armed, and no output was on since power-up. Raises Failed."""
+        shown = self.wait_until_it_runs()
+        expect(shown["conditions"]["run"]["armed"] is False, "it is armed")
+        return self.computer.outputs()
+
+    def switch_off(self) -> None:
+        """Shut it down in order. Raises Failed."""
+        self.computer.attempt("systemctl poweroff")
+        self.computer.wait_for_line("reboot: ")
