@@ -15,7 +15,7 @@ from collections.abc import Iterator, Mapping
 from random import Random
 from typing import Any
 
-from benchmarks.prediction.machine import Machine, Run
+from benchmarks.prediction.machine import Machine, Runs
 from benchmarks.shared.results import conditions, finish, positive
 from firmware_runtime.board import registry
 from firmware_runtime.board.registry import Board
@@ -60,9 +60,9 @@ def row_of(number: int, steps: int) -> dict[str, Any]:
     """Record, predict and measure one board on its computer."""
     shipped, board = boards(number)
     machine = Machine(number)
-    recorded = Run(shipped, machine, 2 * number, steps, wires=False).statistics
+    recorded = Runs(shipped, machine, 2 * number, steps, wires=False).statistics
     bound_ns = predicted(board, recorded).response_ns
-    measured_ns = Run(board, machine, 2 * number + 1, steps, wires=True).exceeded_by(0.001)
+    measured_ns = Runs(board, machine, 2 * number + 1, steps, wires=True).exceeded_by(0.001)
     return {
         "board": board.name,
         "settings": list(board.assignments),
