@@ -182,6 +182,8 @@ class Deployment:
         environment.lay_out(wheelhouse, collected.ours, target, content, venv)
         self._add_way_back(content / "deployment")
         compiled = environment.compile_bytecode(content, target, f"{options.home}/venv")
+        if not compiled:
+            self._log(f"  no Python {target.minor_version} here: the target makes the bytecode")
         listed = environment.seal(content)
         (content / SENT).write_text(listed)
         size = sum(file.stat().st_size for file in content.rglob("*") if file.is_file())
