@@ -13,11 +13,15 @@ Source: pyserial 3.5, serialposix.
 """
 
 import errno
+import os
 import termios
+from contextlib import suppress
 from pathlib import Path
+from select import select
+from time import monotonic
 from typing import Final
 
-from serial import PortNotOpenError, Serial, SerialTimeoutException
+from serial import PortNotOpenError, Serial
 
 from firmware_runtime.hal.serial import SerialPort
 from firmware_runtime.hal.wire_errors import BusAbsent, BusFault, BusTimeout, HalError, PortClosed
@@ -56,7 +60,12 @@ class LinuxSerialPort(SerialPort):
     def write(self, data: bytes) -> None:
         """Hand all bytes to the kernel; raises BusTimeout, BusFault or PortClosed."""
         try:
-            self._usable().write(data)
+            port = self._usable().fileno()
+            left, give_up_at = memoryview(data), monotonic() + self._write_timeout_s
+            # Not by pyserial, which has a time-out also where all were taken, but late.
+            while left := self._not_taken(port, left):
+                if not select((), (port,), (), max(0.0, give_up_at - monotonic()))[1]:
+                    raise TimeoutError
         except OSError as error:
             raise self._translated(error, "write", f"{len(data)} bytes to be taken") from error
 
@@ -86,7 +95,6 @@ class LinuxSerialPort(SerialPort):
                 self._path,
                 self._baud,
                 timeout=0,
-                write_timeout=self._write_timeout_s,
                 exclusive=self._alone,
             )
         except (OSError, ValueError, OverflowError, termios.error) as error:
@@ -104,11 +112,18 @@ class LinuxSerialPort(SerialPort):
             self._has_failed = False
         return self._port
 
+    @staticmethod
+    def _not_taken(port: int, data: memoryview) -> memoryview:
+        """Write as much as there is room for; the rest."""
+        with suppress(BlockingIOError):
+            return data[os.write(port, data) :]
+        return data
+
     def _translated(self, error: Exception, action: str, expected: str) -> HalError:
         where = f"{self.name}: {self._port.port}"
         if isinstance(error, PortNotOpenError):
             return PortClosed(f"{where} {action} after it was closed", expected="it open")
-        if isinstance(error, SerialTimeoutException):
+        if isinstance(error, TimeoutError):
             return BusTimeout(
                 f"{where} {action} timed out, expected {expected}; it stopped sending"
             )

@@ -2,6 +2,7 @@
 
 import errno
 import gc
+import itertools
 import os
 import re
 from collections.abc import Callable, Iterator
@@ -9,6 +10,7 @@ from pathlib import Path
 
 import pytest
 
+from firmware_runtime.hal import linux_serial
 from firmware_runtime.hal.linux_serial import LinuxSerialPort, open_serial
 from firmware_runtime.hal.serial import SerialPort
 from firmware_runtime.hal.wire_errors import BusAbsent, BusFault, BusTimeout, PortClosed
@@ -104,6 +106,15 @@ def test_a_port_that_takes_nothing_is_unplugged_or_closed_says_so(
     expected = r"^sonar: /dev/ttyNONE does not exist \(this machine has .+\); name"
     with pytest.raises(BusAbsent, match=expected):
         open_serial("sonar", "/dev/ttyNONE")
+
+
+def test_bytes_that_were_taken_are_no_time_out_however_late_it_is(
+    line: Line, port: LinuxSerialPort, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    hours = itertools.count(step=3600.0)
+    monkeypatch.setattr(linux_serial, "monotonic", lambda: next(hours))
+    port.write(b"all")
+    assert os.read(line.far, 3) == b"all"
 
 
 def test_a_file_that_is_no_port_is_refused_and_left_closed(tmp_path: Path) -> None:
