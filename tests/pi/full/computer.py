@@ -8,7 +8,7 @@ card itself may lose that has a cache of its own is not shown by this.
 import shlex
 import subprocess
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from threading import Thread
 from typing import Final
@@ -108,14 +108,14 @@ def switched_on(emulator: Emulator, image: Image, card: Path, logs: Path) -> Ite
     ):
 
         def listen() -> None:
-            for line in lines:
-                log.write(f"{line}\n")
-                log.flush()
-                if line.startswith(ASKED):
-                    player.ask(line.removeprefix(ASKED))
+            with suppress(ValueError):  # cut off, and closed, while a line is waited for
+                for line in lines:
+                    log.write(f"{line}\n")
+                    log.flush()
+                    if line.startswith(ASKED):
+                        player.ask(line.removeprefix(ASKED))
 
-        listener = Thread(target=listen, daemon=True)
-        listener.start()
+        Thread(target=listen, daemon=True).start()
         computer = Computer(target, player.watch, logs)
         computer.wait(lambda: computer.attempt("true").returncode == 0, "it can be logged in to")
         yield computer
