@@ -9,7 +9,7 @@
 # make update-test  twenty bad builds and twenty equal ones deployed to a container with a systemd of its
 #             own (half an hour; needs root and systemd-nspawn)
 # make pi-full-test  a whole Debian on an emulated Raspberry Pi, deployed to by ssh, updated, and cut
-#             off at steps of it (root; about an hour on two cores); STEPS chooses from deploy, reboot,
+#             off at steps of it (root; more than an hour on two cores); STEPS chooses from deploy, reboot,
 #             update, bad, cuts and page
 # make bench  benchmarks against peers; each prints its ratio last
 # make ros    .venv-ros: the interpreter of the ROS 2 node, with rclpy from wheels

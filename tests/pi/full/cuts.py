@@ -45,7 +45,7 @@ grep -q '{MARK}' /etc/firmware-runtime/tachobot.toml && echo settings
 """Prints whether the version in use is whole, and what the second has marked."""
 HELD: Final = "held before: "
 TRIAL_S: Final = 30
-EVERY: Final = 5
+EVERY: Final = 3
 """Of the steps of a switch, each so manieth has its cut."""
 SCRIPTS: Final = Path(__file__).parents[3] / "firmware_runtime/host/deployment"
 SWITCH: Final = ("venvs.sh", "units.sh", "robots.sh", "update.sh", "signatures.sh", "switch.sh")
