@@ -52,7 +52,7 @@ _OPTIONS = (
     "BatchMode=yes",  # no prompt: without a key there is an error
     "ConnectTimeout=10",
     "ServerAliveInterval=5",
-    "ServerAliveCountMax=3",
+    "ServerAliveCountMax=12",  # a computer that is busy, or emulated, is silent for long
     "LogLevel=ERROR",
 )
 _SCRIPTS = Path(__file__).parent
