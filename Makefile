@@ -95,7 +95,7 @@ vm-test: $(VENV)/installed-run
 pi-test: $(VENV)/installed-run
 	@$(BIN)/python -m tests.pi.run $(PI_KERNELS)
 
-update-test: $(VENV)/installed-run
+update-test: $(VENV)/installed-test
 	@$(BIN)/python -m tests.updates.run
 
 pi-full-test: $(VENV)/installed-test

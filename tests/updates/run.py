@@ -47,8 +47,12 @@ HEALTH_S: Final = 30
 def main() -> int:
     """Try them; each says how it went."""
     end_in_order()
-    stated = [int(word) for word in sys.argv[1:]]
-    bad, equal = [*stated, len(BAD), EQUALS][:2] if len(stated) != 1 else (stated[0], EQUALS)
+    words = sys.argv[1:]
+    if len(words) > 2 or not all(word.isdecimal() for word in words):
+        show(f"update-test: {' '.join(words)}; expected how many bad ones, and how many equal")
+        return 2
+    stated = dict(enumerate(map(int, words)))
+    bad, equal = stated.get(0, len(BAD)), stated.get(1, EQUALS)
     if missing := [NEEDED[name] for name in NEEDED if shutil.which(name) is None]:
         show(f"update-test: needs Debian packages: apt install {' '.join(missing)}")
         return 2
@@ -88,6 +92,9 @@ class Trial:
         """Deploy a first version, then the others beside it; return the exit status."""
         self.container.run(MAY_BE_FIRST)
         self._expect("committed", "the first version", ())
+        if self.failed:
+            show("update-test: without a first version there is nothing to try")
+            return 1
         for _ in range(equal):
             self._expect("committed", "an equal one", ())
         for what, changes in list(BAD.items())[:bad]:
@@ -109,7 +116,7 @@ class Trial:
         if expected == "committed":
             faults += [] if status == 0 and after != before else [f"not kept: {said}"]
         else:
-            faults += [] if status == 9 and after == before else [f"kept: {said}"]
+            faults += [] if status != 0 and after == before else [f"kept: {said}"]
         self.failed += bool(faults)
         verdict = "FAILED" if faults else "ok"
         show(f"  {verdict} {what}: {state} ({took_s:.0f} s)")
