@@ -6,6 +6,7 @@ started by the dynamic linker that came with it. The program's wheels are those 
 """
 
 import hashlib
+import platform
 import re
 import shutil
 import subprocess
@@ -61,6 +62,13 @@ class Image(NamedTuple):
     def initrd(self, kind: str) -> Path:
         """Return the guest's file system, packed."""
         return self.folder / f"initrd-{kind}.gz"
+
+
+def why_impossible() -> str | None:
+    """Why this machine cannot have it, in a sentence."""
+    if platform.machine() == "x86_64" and Path("/etc/debian_version").exists():
+        return None
+    return "QEMU is unpacked from Debian's packages for x86_64"
 
 
 def built(folder: Path, kinds: Sequence[str]) -> Image:

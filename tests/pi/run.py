@@ -5,7 +5,6 @@ TachoBot armed for so long instead. Exit status as of `make vm-test`.
 """
 
 import gzip
-import platform
 import shutil
 import subprocess
 import sys
@@ -19,9 +18,9 @@ from firmware_runtime.cli.arguments import positive
 from tests.pi.computer import command
 from tests.pi.guest.emulated import ASKED
 from tests.pi.guest.tachobot import CARRIED
-from tests.pi.image import KERNELS, Image, built, pack
+from tests.pi.image import KERNELS, Image, built, pack, why_impossible
 from tests.pi.player import Player
-from tests.vm.commands import Unbuildable, end_in_order, show
+from tests.vm.commands import Unbuildable, end_in_order, lacking, show
 from tests.vm.machine import started
 from tests.vm.run import stage
 from tests.vm.tally import END, Tally
@@ -39,11 +38,11 @@ def main() -> int:
     """Run all stages; each says how long it took."""
     end_in_order()
     asked = _arguments()
-    if platform.machine() != "x86_64" or not Path("/etc/debian_version").exists():
-        show("pi-test: skipped: QEMU is unpacked from Debian's packages for x86_64")
+    if why := why_impossible():
+        show(f"pi-test: skipped: {why}")
         return 0
-    if missing := [NEEDED[name] for name in NEEDED if shutil.which(name) is None]:
-        show(f"pi-test: needs Debian packages: apt install {' '.join(missing)}")
+    if missing := lacking(NEEDED, "pi-test"):
+        show(f"pi-test: {missing}")
         return 2
     try:
         with stage("image"):

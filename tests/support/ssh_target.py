@@ -58,6 +58,22 @@ class SshTarget:
         known = f"UserKnownHostsFile={self.folder / 'known_hosts'}"
         return ["--port", str(self.port), "--identity", str(self.identity), "-o", known]
 
+    @property
+    def options(self) -> tuple[str, ...]:
+        """Options of ssh itself that lead there."""
+        known = f"-oUserKnownHostsFile={self.folder / 'known_hosts'}"
+        return (known, f"-oPort={self.port}", f"-oIdentityFile={self.identity}")
+
+    def login(self, command: str, user: str = "root") -> list[str]:
+        """The command line that runs a shell's command there."""
+        quiet = ("-oBatchMode=yes", "-oConnectTimeout=20", "-oLogLevel=ERROR")
+        return ["ssh", *self.options, *quiet, f"{user}@{HOST}", "--", command]
+
+    def know(self, host_key: Path) -> None:
+        """Let ssh know the computer by its public key."""
+        known = f"[{HOST}]:{self.port} {host_key.read_text()}"
+        (self.folder / "known_hosts").write_text(known)
+
 
 def make_key(path: Path) -> Path:
     """A new key without a passphrase."""
@@ -110,8 +126,7 @@ def _listening(
     log = folder / "sshd.log"
     for _ in range(ATTEMPTS):
         target = SshTarget(folder, free_port())
-        host_key = (folder / "host.pub").read_text()
-        (folder / "known_hosts").write_text(f"[{HOST}]:{target.port} {host_key}")
+        target.know(folder / "host.pub")
         config = folder / "sshd_config"
         config.write_text(_CONFIG.format(port=target.port, **settings))
         with log.open("w") as file:

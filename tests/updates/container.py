@@ -45,11 +45,8 @@ class Container:
 
     def run(self, command: str) -> "subprocess.CompletedProcess[str]":
         """Run a command of its shell by ssh, to its end."""
-        target = self.ssh
-        words = ["-p", str(target.port), "-i", str(target.identity), "-o", "LogLevel=ERROR"]
-        words += ["-o", f"UserKnownHostsFile={target.folder / 'known_hosts'}"]
-        words += ["-o", "StrictHostKeyChecking=accept-new", f"root@{HOST}", command]
-        return subprocess.run(["ssh", *words], capture_output=True, text=True, check=False)
+        words = self.ssh.login(command)
+        return subprocess.run(words, capture_output=True, text=True, check=False)
 
 
 @contextmanager
@@ -59,9 +56,10 @@ def booted(image: Path, folder: Path, nodes: Mapping[str, str]) -> Iterator[Cont
     Raises AssertionError where it does not come up.
     """
     folder.mkdir(parents=True)
-    port, key = free_port(), make_key(folder / "user")
+    target, key = SshTarget(folder, free_port()), make_key(folder / "user")
+    target.know(image / "etc/ssh/ssh_host_ed25519_key.pub")
     listens = folder / "listens.conf"
-    listens.write_text(f"Port {port}\nListenAddress {HOST}\n")
+    listens.write_text(f"Port {target.port}\nListenAddress {HOST}\n")
     seen = {
         "/root/.ssh/authorized_keys": key.with_suffix(".pub"),
         "/etc/ssh/sshd_config.d/listens.conf": listens,
@@ -72,7 +70,7 @@ def booted(image: Path, folder: Path, nodes: Mapping[str, str]) -> Iterator[Cont
     words += [f"--bind={here}:{there}" for there, here in seen.items()]
     with (folder / "console.log").open("wb") as console:
         machine = subprocess.Popen(words, stdin=subprocess.DEVNULL, stdout=console, stderr=console)
-    container = Container(SshTarget(folder, port))
+    container = Container(target)
     try:
         wait_until(
             lambda: machine.poll() is None and container.run(IN_USE).returncode == 0,

@@ -5,7 +5,6 @@ A robot without I2C is deployed to a container, whose chips this process plays; 
 turn in all that time. Exit status 0 if it is as expected, 1 if not, 2 if it cannot be tried here.
 """
 
-import os
 import shutil
 import subprocess
 import sys
@@ -17,13 +16,15 @@ from tempfile import mkdtemp
 from time import monotonic
 from typing import Final
 
-from firmware_runtime.errors import Status
+from firmware_runtime.errors import DeploymentError, Status
+from firmware_runtime.host.deployment.connection import Commands, Connection
+from firmware_runtime.host.deployment.update import Update, update_of
 from tests.support.ssh_target import HOST
 from tests.support.written_package import as_installed
 from tests.updates.builds import BAD, Change, write
 from tests.updates.chips import Chips, chips
 from tests.updates.container import Container, booted, image_in
-from tests.vm.commands import Unbuildable, end_in_order, show
+from tests.vm.commands import Unbuildable, end_in_order, lacking, show
 from tests.vm.run import stage
 from tests.vm.wheels import make_wheel
 
@@ -61,11 +62,8 @@ def main() -> int:
         return 2
     stated = dict(enumerate(map(int, words)))
     bad, equal = stated.get(0, len(BAD)), stated.get(1, EQUALS)
-    if missing := [NEEDED[name] for name in NEEDED if shutil.which(name) is None]:
-        show(f"update-test: needs Debian packages: apt install {' '.join(missing)}")
-        return 2
-    if os.geteuid() != 0:
-        show("update-test: boots a container, which only root may; expected sudo make update-test")
+    if missing := lacking(NEEDED, "update-test", "boots a container"):
+        show(f"update-test: {missing}")
         return 2
     folder = Path(mkdtemp(prefix="updates-"))
     try:
@@ -113,11 +111,13 @@ class Trial:
     def _expect(self, expected: str, what: str, changes: Iterable[Change]) -> None:
         self.number += 1
         began_at = monotonic()
-        before = self._in_use()
+        before = _in_use(self._update())
         status, said = self._deploy(changes)
         took_s = monotonic() - began_at
-        after, runs = self._in_use(), self._runs()
-        state = f"refused here: {said}" if status == Status.BAD_INPUT else self._state()
+        update, runs = self._update(), self._runs()
+        after, state = _in_use(update), f"{update.state}: {update.reason}"
+        if status == Status.BAD_INPUT:
+            state = f"refused here: {said}"
         faults = [
             *([] if runs else ["the robot does not run"]),
             *(["a motor has turned"] if self.played.have_turned else []),
@@ -151,18 +151,22 @@ class Trial:
         log.write_text(done.stdout + done.stderr, encoding="utf-8")
         return done.returncode, " | ".join((done.stdout + done.stderr).splitlines()[-3:])
 
-    def _in_use(self) -> str:
-        return self.container.run("readlink /opt/firmware-runtime/venv").stdout.strip()
-
     def _runs(self) -> bool:
         """Return whether the robot runs, within a minute: the verdict comes before its start."""
         return self.container.run(IS_ACTIVE).returncode == 0
 
-    def _state(self) -> str:
-        """Return the state of the last update, and its reason."""
-        told = self.container.run("cat /opt/firmware-runtime/update").stdout.splitlines()
-        fields = dict(line.partition(" ")[::2] for line in told)
-        return f"{fields.get('state', 'none')}: {fields.get('reason', '')}"
+    def _update(self) -> Update:
+        """Return how the last update stands; an empty one before the first."""
+        target = Connection(f"root@{HOST}", self.container.ssh.options, Commands(lambda _: None))
+        try:
+            return update_of(target)
+        except DeploymentError:
+            return Update()
+
+
+def _in_use(update: Update) -> str | None:
+    """Return the folder of the version in use."""
+    return next((each.folder for each in update.versions if each.place == "in-use"), None)
 
 
 if __name__ == "__main__":

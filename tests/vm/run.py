@@ -8,9 +8,7 @@ Exit status 0 when all checks passed, or where QEMU cannot run at all; 1 when on
 guest did not get through them; 2 when something is missing that can be installed.
 """
 
-import os
 import platform
-import shutil
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -18,7 +16,7 @@ from pathlib import Path
 from time import monotonic
 from typing import Final
 
-from tests.vm.commands import Unbuildable, end_in_order, show
+from tests.vm.commands import Unbuildable, end_in_order, lacking, show
 from tests.vm.image import Image, build, image_in
 from tests.vm.machine import accelerator, booted
 from tests.vm.tally import Tally
@@ -43,8 +41,8 @@ def main() -> int:
     if why := _impossible():
         show(f"vm-test: skipped: {why}")
         return 0
-    if lacking := _lacking():
-        show(f"vm-test: {lacking}")
+    if missing := lacking(NEEDED, "vm-test", "unpacks Debian packages"):
+        show(f"vm-test: {missing}")
         return 2
     try:
         image = _image()
@@ -64,16 +62,6 @@ def _impossible() -> str | None:
         return f"the guest is x86_64 and this machine is {platform.machine()}"
     if not Path("/etc/debian_version").exists():
         return "the guest is made of Debian packages, and this machine has no apt for them"
-    return None
-
-
-def _lacking() -> str | None:
-    """What is missing, in a sentence."""
-    packages = [package for program, package in NEEDED.items() if shutil.which(program) is None]
-    if packages:
-        return f"needs Debian packages: apt install {' '.join(packages)}"
-    if os.geteuid() != 0:
-        return "unpacks Debian packages, which only root may; expected sudo make vm-test"
     return None
 
 

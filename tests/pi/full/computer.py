@@ -48,20 +48,9 @@ class Computer:
         """Return what its kernel and its journal have said since it was switched on."""
         return (self._logs / "console.log").read_text(encoding="utf-8", errors="replace")
 
-    @property
-    def ssh_options(self) -> tuple[str, ...]:
-        """Return those that lead here."""
-        known = f"-oUserKnownHostsFile={self.target.folder / 'known_hosts'}"
-        return (known, f"-oPort={self.target.port}", f"-oIdentityFile={self.target.identity}")
-
-    def words(self, shell_command: str, user: str = "root") -> list[str]:
-        """Return the command line that runs a shell's command there."""
-        options = (*self.ssh_options, "-oBatchMode=yes", "-oConnectTimeout=20", "-oLogLevel=ERROR")
-        return ["ssh", *options, f"{user}@{HOST}", "--", shell_command]
-
     def attempt(self, shell_command: str, user: str = "root") -> "subprocess.CompletedProcess[str]":
         """Run a shell's command, which may fail."""
-        return attempt(*self.words(shell_command, user), timeout_s=PATIENCE_S)
+        return attempt(*self.target.login(shell_command, user), timeout_s=PATIENCE_S)
 
     def run(self, shell_command: str, user: str = "root") -> str:
         """Run a shell's command; return what it says. Raises Failed."""
@@ -125,8 +114,7 @@ def _target(image: Image, logs: Path) -> SshTarget:
     """Return where ssh will find it, with the keys that are on its card."""
     target = SshTarget(logs, free_port())
     target.identity = image.key
-    host_key = (image.root / "etc/ssh/ssh_host_ed25519_key.pub").read_text()
-    (logs / "known_hosts").write_text(f"[{HOST}]:{target.port} {host_key}")
+    target.know(image.root / "etc/ssh/ssh_host_ed25519_key.pub")
     return target
 
 

@@ -129,7 +129,7 @@ class _Computer:
         renewed = f"rm -rf {self._new} && cp -al {PROGRAM}/kept {self._new} && sync"
         computer.run(f"{renewed} && echo {number} >/run/cut")
         script = "".join((SCRIPTS / name).read_text(encoding="utf-8") for name in SWITCH)
-        command = computer.words(f"sh -s -- '' {self._new} tachobot yes {TRIAL_S} sent")
+        command = computer.target.login(f"sh -s -- '' {self._new} tachobot yes {TRIAL_S} sent")
         with subprocess.Popen(command, stdin=subprocess.PIPE, text=True) as switching:
             assert switching.stdin is not None
             switching.stdin.write(script)

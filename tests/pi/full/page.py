@@ -169,7 +169,7 @@ class Visitor:
             *("--dest", folder / "wheels", f"{wheel}[gpio,top]", "setuptools>=77"),
         )
         computer = self._robot.computer
-        ssh = shlex.join(("ssh", *computer.ssh_options))
+        ssh = shlex.join(("ssh", *computer.target.options))
         run("rsync", "--recursive", "--links", f"--rsh={ssh}", f"{folder}/", f"{LOGIN}:")
         there = f"[global]\nno-index = true\nfind-links = /home/{USER}/wheels\n"
         computer.write("/etc/pip.conf", there)
@@ -223,7 +223,7 @@ class Visitor:
 
     def _typed(self, line: str) -> "subprocess.CompletedProcess[str]":
         return subprocess.run(
-            self._robot.computer.words("bash -s", USER),
+            self._robot.computer.target.login("bash -s", USER),
             input=self._session + line,
             capture_output=True,
             text=True,
@@ -233,7 +233,7 @@ class Visitor:
 
     def _start(self, command: str) -> None:
         """Leave a terminal to a command; it ends with the computer."""
-        words = self._robot.computer.words("bash -s >terminal.log 2>&1", USER)
+        words = self._robot.computer.target.login("bash -s >terminal.log 2>&1", USER)
         terminal = subprocess.Popen(words, stdin=subprocess.PIPE, text=True)
         assert terminal.stdin is not None
         terminal.stdin.write(f"{self._session}{command} </dev/null\n")

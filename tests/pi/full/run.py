@@ -4,25 +4,22 @@
 with the card that it left. Exit status as of `make vm-test`.
 """
 
-import os
-import platform
-import shutil
 import sys
 from collections.abc import Callable, Iterable
 from functools import partial
-from pathlib import Path
 from typing import Final
 
 from tests.pi.full import deploying
 from tests.pi.full.cuts import cuts
 from tests.pi.full.image import KIND, built, make_card
 from tests.pi.full.page import followed
-from tests.pi.full.stand import Stand
+from tests.pi.full.stand import Stand, card_in
 from tests.pi.image import built as emulator_built
+from tests.pi.image import why_impossible
 from tests.pi.run import HOME as SMALL
 from tests.pi.run import NEEDED as SMALL_NEEDED
 from tests.pi.run import wheels_in
-from tests.vm.commands import Unbuildable, end_in_order, show
+from tests.vm.commands import Unbuildable, end_in_order, lacking, show
 from tests.vm.guest.report import Check, verdict
 from tests.vm.run import stage
 from tests.vm.tally import END, Tally
@@ -67,14 +64,11 @@ def main() -> int:
     if unknown := [name for name in names if name not in STEPS]:
         show(f"pi-full-test: {', '.join(unknown)}: no step; expected {', '.join(STEPS)}")
         return 2
-    if platform.machine() != "x86_64" or not Path("/etc/debian_version").exists():
-        show("pi-full-test: skipped: QEMU is unpacked from Debian's packages for x86_64")
+    if why := why_impossible():
+        show(f"pi-full-test: skipped: {why}")
         return 0
-    if missing := [NEEDED[name] for name in NEEDED if shutil.which(name) is None]:
-        show(f"pi-full-test: needs Debian packages: apt install {' '.join(missing)}")
-        return 2
-    if os.geteuid() != 0:
-        show("pi-full-test: makes a file system, which only root may; expected sudo")
+    if missing := lacking(NEEDED, "pi-full-test", "makes a file system"):
+        show(f"pi-full-test: {missing}")
         return 2
     try:
         stand = _stand(is_new="deploy" in names)
@@ -92,6 +86,8 @@ def main() -> int:
 
 
 def _stand(*, is_new: bool) -> Stand:
+    if not is_new and not card_in(HOME, "deployed").exists():
+        raise Unbuildable("no computer was deployed to; expected step deploy before")
     with stage("emulator"):
         emulator = emulator_built(SMALL, [KIND])
     with stage("image"):
@@ -100,8 +96,6 @@ def _stand(*, is_new: bool) -> Stand:
     if is_new:
         with stage("wheel and card"):
             make_card(stand.card("bare"), image, wheels_in(stand.wheels))
-    elif not stand.card("deployed").exists():
-        raise Unbuildable("no computer was deployed to; expected step deploy before")
     return stand
 
 

@@ -28,6 +28,11 @@ SLOWER: Final = {"executive.bring_up_s": 300.0}
 """It starts beside all of a system, and nothing here is asserted of how long that takes."""
 
 
+def card_in(folder: Path, name: str) -> Path:
+    """Return where the card of this name is, or would be."""
+    return folder / f"{name}.card"
+
+
 class Stand(NamedTuple):
     """What a step has to work with."""
 
@@ -39,7 +44,7 @@ class Stand(NamedTuple):
 
     def card(self, name: str) -> Path:
         """Return where the card of this name is, or would be."""
-        return self.folder / f"{name}.card"
+        return card_in(self.folder, name)
 
     @contextmanager
     def on(self, name: str, copied_from: str = "") -> Iterator["Robot"]:
@@ -88,7 +93,7 @@ class Robot:
     def update(self) -> Update:
         """Return its versions and the state of its last update. Raises DeploymentError."""
         commands = Commands(lambda _: None)
-        return update_of(Connection(f"root@{HOST}", self.computer.ssh_options, commands))
+        return update_of(Connection(f"root@{HOST}", self.computer.target.options, commands))
 
     def version(self) -> Version:
         """Return the version in use. Raises DeploymentError."""
