@@ -1,0 +1,80 @@
+"use strict";
+/* Elements of a page, and how numbers and times are written. Text is put in as text, never as markup. */
+
+/** Make an element; `on...` attributes are listeners, false, null and undefined are left out. */
+function element(tag, attributes = {}, ...children) {
+  const made = document.createElement(tag);
+  for (const [name, value] of Object.entries(attributes)) {
+    if (value === false || value === null || value === undefined) continue;
+    if (name.startsWith("on")) made.addEventListener(name.slice(2), value);
+    else made.setAttribute(name, value === true ? "" : value);
+  }
+  made.append(...children.flat(Infinity).filter((each) => each !== null && each !== undefined));
+  return made;
+}
+
+/** Make an element of SVG. */
+function shape(tag, attributes = {}, ...children) {
+  const made = document.createElementNS("http://www.w3.org/2000/svg", tag);
+  for (const [name, value] of Object.entries(attributes)) {
+    if (value !== null && value !== undefined && value !== "") made.setAttribute(name, value);
+  }
+  made.append(...children.filter(Boolean));
+  return made;
+}
+
+/** A cell of a table or a list: words, a link or code. */
+function cell(content) {
+  if (typeof content !== "object" || content === null) return String(content ?? "");
+  if (content.kind === "code") return element("code", {}, content.text);
+  return element("a", { href: safe(content.href) }, content.text);
+}
+
+/** An address beside the page or on it; anything else leads nowhere. */
+function safe(href) {
+  return /^(#|[\w.-]+(\/[\w.-]+)*(#.*)?$)/.test(href) ? href : "#";
+}
+
+/** The present colour of that name; `curve(n)` is that of the n-th curve. */
+const colour = (name) => getComputedStyle(document.documentElement).getPropertyValue(`--${name}`);
+const CURVES = 8;
+const nameOfCurve = (place) => `colour${place % CURVES}`;
+
+/** A number with so many digits, without zeros that say nothing; a dash for none. */
+function numberText(value, digits = 6) {
+  if (value === null || value === undefined) return "–";
+  if (typeof value === "boolean") return value ? "true" : "false";
+  if (typeof value !== "number") return String(value);
+  if (Number.isInteger(value) && Math.abs(value) < 1e15) return value.toLocaleString("en");
+  return String(Number(value.toPrecision(digits)));
+}
+
+const SPANS = [[1, "ns"], [1e3, "µs"], [1e6, "ms"], [1e9, "s"]];
+
+/** A span of time in ns, in the unit that fits. */
+function durationText(ns, digits = 3) {
+  const [size, unit] = [...SPANS].reverse().find(([each]) => Math.abs(ns) >= each) ?? SPANS[0];
+  return `${Number((ns / size).toPrecision(digits))} ${unit}`;
+}
+
+/** The text of a value in the unit of an axis. */
+const valueText = (value, unit) =>
+  unit === "ns" && typeof value === "number" ? durationText(value) : numberText(value);
+
+/** Everything that is drawn anew when colours change: functions without arguments. */
+const repaints = new Set();
+const repaint = () => repaints.forEach((each) => each());
+matchMedia("(prefers-color-scheme: dark)").addEventListener("change", repaint);
+addEventListener("beforeprint", repaint);
+addEventListener("afterprint", repaint);
+
+/** A button that goes from light to dark and back. */
+function themeButton() {
+  const root = document.documentElement;
+  const isDark = () =>
+    (root.dataset.theme ?? (matchMedia("(prefers-color-scheme: dark)").matches ? "dark" : "light")) === "dark";
+  return element("button", {
+    class: "theme", type: "button", title: "light or dark", "aria-label": "light or dark",
+    onclick: () => { root.dataset.theme = isDark() ? "light" : "dark"; repaint(); },
+  }, "◐");
+}
