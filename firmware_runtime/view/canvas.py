@@ -60,10 +60,15 @@ class Canvas:
         self._clips = 0
 
     def rectangle(
-        self, box: Rectangle, css: str, tooltip: str = "", corner: float | None = None
+        self,
+        box: Rectangle,
+        css: str,
+        tooltip: str = "",
+        corner: float | None = None,
+        **marks: str,
     ) -> None:
-        """A box, its corners rounded by a radius if one is given."""
-        self.put("rect", css, tooltip, **_sides(box), rx=corner)
+        """A box, its corners rounded by a radius if one is given; `marks` are more attributes."""
+        self.put("rect", css, tooltip, **_sides(box), rx=corner, **marks)
         self._points += (box.left, box.top), (box.right, box.bottom)
 
     def circle(self, centre: Place, radius: float, css: str) -> None:
@@ -73,12 +78,19 @@ class Canvas:
         self._points += (x - radius, y - radius), (x + radius, y + radius)
 
     def text(
-        self, at: Place, text: str, css: str = "", anchor: str = "start", size: float = 12.0
+        self,
+        at: Place,
+        text: str,
+        css: str = "",
+        anchor: str = "start",
+        size: float = 12.0,
+        **marks: str,
     ) -> None:
         """A line of text; `at` is on its base line, at its start, middle or end."""
         width = text_width(text, size)
         left = at[0] - width * {"start": 0.0, "middle": 0.5, "end": 1.0}[anchor]
-        self._layer(element("text", text, class_=css, x=at[0], y=at[1], text_anchor=anchor))
+        place = {"x": at[0], "y": at[1]}
+        self._layer(element("text", text, class_=css, text_anchor=anchor, **place, **marks))
         self._points += (left, at[1] - size), (left + width, at[1] + size / 3)
 
     def text_upwards(self, at: Place, text: str, css: str) -> None:
@@ -105,11 +117,12 @@ class Canvas:
         self.put("path", css, tooltip, d=description)
         self._points += covers
 
-    def wire(self, points: Sequence[Point], css: str, tooltip: str = "") -> None:
+    def wire(self, points: Sequence[Point], css: str, tooltip: str = "", **marks: str) -> None:
         """A line of straight pieces with rounded bends."""
         bends = [_bend(*each) for each in zip(points, points[1:], points[2:], strict=False)]
         path = " ".join((f"M{point(points[0])}", *bends, f"L{point(points[-1])}"))
-        self.path(path, css, tooltip, points)
+        self.put("path", css, tooltip, d=path, **marks)
+        self._points += points
 
     def curve(self, points: Sequence[Point], css: str) -> None:
         """A Bezier curve, of three points quadratic, of four cubic."""

@@ -64,19 +64,36 @@ def missing_in(recording: Recording, begin: int = 0) -> list[str]:
     return faults
 
 
-def _moments(player: Player, sections: Iterator[Section], begin: int) -> Iterator[Moment]:
-    simulator = player.simulator
-    ports = {below_root(port.path): port for port in output_ports(simulator.atomics)}
-    step = player.profiler.step
-    paths = [below_root(atomic.path) for atomic in simulator.atomics]
-    for section in sections:
+class Observer:
+    """Observes what a player does, section by section."""
+
+    def __init__(self, player: Player) -> None:
+        self.player = player
+        self.atomics = {below_root(each.path): each for each in player.simulator.atomics}
+        self._paths = list(self.atomics)
+        self._ports = {
+            below_root(port.path): port for port in output_ports(player.simulator.atomics)
+        }
+
+    def take(self, section: Section) -> Moment | None:
+        """Let it take a section; return what was to be seen, None of one without an instant."""
+        player = self.player
         found = player.differences
         player.take(section)
-        if section.has_instant and section.at >= begin:
-            is_recorded = player.differences == found
-            sent = _sent(player, section) if is_recorded else _recorded(player, section, ports)
-            ran = _ran(step, paths) if section.kind is Kind.STEP else []
-            yield _moment(section, ran, sent)
+        if not section.has_instant:
+            return None
+        is_recorded = player.differences == found
+        sent = _sent(player, section) if is_recorded else _recorded(player, section, self._ports)
+        ran = _ran(player.profiler.step, self._paths) if section.kind is Kind.STEP else []
+        return _moment(section, ran, sent)
+
+
+def _moments(player: Player, sections: Iterator[Section], begin: int) -> Iterator[Moment]:
+    observer = Observer(player)
+    for section in sections:
+        moment = observer.take(section)
+        if moment is not None and moment.at >= begin:
+            yield moment
 
 
 def _ran(step: Step, paths: Sequence[str]) -> list[Ran]:

@@ -8,7 +8,7 @@ from collections.abc import Iterator, Sequence
 from itertools import pairwise
 from typing import Final
 
-from firmware_runtime.devs.component import Component
+from firmware_runtime.devs.component import Component, below_root
 from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.ports import AnyPort, InPort, Owner
 from firmware_runtime.view.canvas import BOLD, CORNER, Canvas, Point, Rectangle, text_width
@@ -160,6 +160,7 @@ def _without_level_points(points: Sequence[Point]) -> list[Point]:
     return route
 
 
+_STATE_BELOW: Final = 13
 _INSET: Final = 9
 """From a box's edge to a port's label."""
 
@@ -175,15 +176,21 @@ def _draw(canvas: Canvas, box: Box, corner: Point, depth: int) -> None:
     """Draw a box, the wires in it, and what is in it."""
     is_atomic = not (box.parts or box.routes)
     css = "atomic" if is_atomic else "inner" if depth % 2 else "coupled"
-    canvas.rectangle(Rectangle(*corner, box.width, box.height), css, corner=CORNER)
+    path = below_root(box.model.path)
+    marks = {"data_model": path}
+    canvas.rectangle(Rectangle(*corner, box.width, box.height), css, corner=CORNER, **marks)
     middle, anchor = (box.width / 2, "middle") if is_atomic else (12, "start")
     title = Point(corner.x + middle, corner.y + 21)
     canvas.text(title, box.model.name, "name", anchor, NAME_SIZE)
     for source, end, route in box.routes:
         points = [Point(corner.x + point.x, corner.y + point.y) for point in route]
-        canvas.wire(points, "wire", f"{source.path} \N{RIGHTWARDS ARROW} {end.path}")
+        words = f"{source.path} \N{RIGHTWARDS ARROW} {end.path}"
+        canvas.wire(points, "wire", words, data_port=below_root(source.path))
         canvas.head(points[-1], points[-2], "head")
     _draw_ports(canvas, box, corner, 4 if is_atomic else -4)
+    if is_atomic:  # where a page that is alive says what it is in
+        below = Point(corner.x + box.width / 2, corner.y + box.height + _STATE_BELOW)
+        canvas.text(below, "", "note", "middle", data_state_of=path)
     for node, part in box.parts:
         _draw(canvas, part, Point(corner.x + node.x, corner.y + node.y), depth + 1)
 

@@ -1,12 +1,28 @@
 "use strict";
 /* A model's diagram: drawn elsewhere, here its models light up by their state, wires by their values.
-   A diagram has: `element`, `set({states, values, sent})`. */
+   A diagram has: `element`, `set({states, values})`. */
+
+const DARK = /@media \(prefers-color-scheme: dark\) \{([^@]*)\}\s*$/;
+const ALIVE = ".active { stroke-width: 3 } [data-port] { cursor: pointer }";
+
+/** The drawing's own style sheet, by the colours of this page, whatever the system prefers. */
+function ownStyle(svg) {
+  const style = svg.querySelector("style"), [, dark = ""] = style?.textContent.match(DARK) ?? [];
+  const light = (style?.textContent ?? "").replace(DARK, "") + ALIVE;
+  const choose = () => { if (style) style.textContent = light + (isDark() ? dark : ""); };
+  repaints.add(choose);
+  choose();
+}
 
 function diagramOf(part, onPort) {
   const parsed = new DOMParser().parseFromString(part.svg, "image/svg+xml").documentElement;
   const svg = document.importNode(parsed, true);
   svg.querySelectorAll("script, foreignObject").forEach((each) => each.remove());
-  svg.setAttribute("class", "diagram");
+  svg.style.maxWidth = "100%";
+  svg.style.height = "auto";
+  ownStyle(svg);
+  const frame = element("div", { class: "scroll", tabindex: 0, role: "region", "aria-label": part.title });
+  frame.attachShadow({ mode: "open" }).append(svg); // its classes are its own
   const byData = (name) => {
     const found = new Map();
     svg.querySelectorAll(`[data-${name}]`).forEach((each) => {
@@ -20,13 +36,13 @@ function diagramOf(part, onPort) {
   if (onPort) for (const [path, all] of wires) all.forEach((each) => each.addEventListener("click", () => onPort(path)));
   const seen = new Map();
   return {
-    element: element("figure", { class: "diagram" }, element("figcaption", {}, part.title), element("div", { class: "scroll", tabindex: 0, role: "region", "aria-label": part.title }, svg)),
+    element: element("figure", { class: "diagram" }, element("figcaption", {}, part.title), frame),
     set({ states: now = {}, values = {} }) {
       for (const [path, state] of Object.entries(now)) {
         states.get(path)?.forEach((each) => { each.textContent = state; });
         const isChanged = seen.get(path) !== state;
         seen.set(path, state);
-        boxes.get(path)?.forEach((each) => { each.classList.toggle("active", isChanged); each.dataset.state = state; });
+        boxes.get(path)?.forEach((each) => each.classList.toggle("active", isChanged));
       }
       for (const [path, value] of Object.entries(values)) {
         wires.get(path)?.forEach((each) => {

@@ -68,13 +68,14 @@ matchMedia("(prefers-color-scheme: dark)").addEventListener("change", repaint);
 addEventListener("beforeprint", repaint);
 addEventListener("afterprint", repaint);
 
+/** Whether the page is dark now: by its button, else by what the system prefers; paper is light. */
+const isDark = () => !matchMedia("print").matches
+  && (document.documentElement.dataset.theme ?? (matchMedia("(prefers-color-scheme: dark)").matches ? "dark" : "light")) === "dark";
+
 /** A button that goes from light to dark and back. */
 function themeButton() {
-  const root = document.documentElement;
-  const isDark = () =>
-    (root.dataset.theme ?? (matchMedia("(prefers-color-scheme: dark)").matches ? "dark" : "light")) === "dark";
   return element("button", {
     class: "theme", type: "button", title: "light or dark", "aria-label": "light or dark",
-    onclick: () => { root.dataset.theme = isDark() ? "light" : "dark"; repaint(); },
+    onclick: () => { document.documentElement.dataset.theme = isDark() ? "light" : "dark"; repaint(); },
   }, "◐");
 }

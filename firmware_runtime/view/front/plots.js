@@ -271,6 +271,13 @@ function lanesPlot(part) {
   };
   let plot = null;
   plot = new Plot(part, options, [whole, [null, null]], { height });
+  plot.setLanes = (lanes, [min, max]) => {
+    part.lanes = lanes;
+    for (const { state } of lanes.flatMap((each) => each.stays)) if (!names.includes(state)) names.push(state);
+    plot.ends = [min, max];
+    plot.library.setScale("x", { min, max });
+    plot.library.redraw(false, false);
+  };
   plot.whole = whole;
   const said = element("p", { class: "quiet lane-said", "aria-live": "polite" }, " ");
   plot.onCursor = (each) => {

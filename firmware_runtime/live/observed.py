@@ -1,0 +1,181 @@
+"""A run as one sees it: values of all ports and states of all models, over time.
+
+Nothing of it comes from the run itself. What the run records at its edges is run again here, in
+this process, by the same code, and that is observed: the values that leave ports, and what each
+model is in. Where the run cannot be run again here (other code, a state that cannot be set) the
+values are those that it recorded, there are no states, and `note` says why.
+"""
+
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import Final
+
+from firmware_runtime.board.registry import Board
+from firmware_runtime.devs.time import SECOND
+from firmware_runtime.errors import FirmwareRuntimeError, text_of
+from firmware_runtime.live.follower import Follower
+from firmware_runtime.live.trace import States, Trace
+from firmware_runtime.recording.blackbox.reader import BEGINNINGS, kind_of
+from firmware_runtime.recording.blackbox.section import Kind, Section, decode
+from firmware_runtime.recording.board_of_recording import board_of
+from firmware_runtime.recording.exports.observed_run import Moment, Observer
+from firmware_runtime.recording.exports.typed_values import (
+    Port,
+    Sent,
+    model_of,
+    ports_of,
+    values_in,
+)
+from firmware_runtime.recording.replay.player import Player
+from firmware_runtime.statistics.json_values import plain
+from firmware_runtime.statistics.value_table import cells_of
+from firmware_runtime.system.resources import Closing
+
+BEFORE: Final = 6_000
+"""Steps of a run under way that are run again at first."""
+_STEPS_AT_ONCE: Final = 2_000
+"""Steps between two looks at the clock of whoever asks."""
+
+
+class Observed(Closing):
+    """What the recording at `path` shows, as far as it has been read. Raises ConfigError.
+
+    `is_whole` runs all of it again, not just the last few thousand steps.
+    """
+
+    def __init__(self, path: Path, *, is_whole: bool = False) -> None:
+        self._follower = Follower(path)
+        self.header = self._follower.header
+        self.board: Board = board_of(self.header)
+        self.model = model_of(self.header, self.board)
+        self.ports: dict[str, Port] = ports_of(self.model)
+        self.at = 0
+        """The instant of the run that has come, ns."""
+        self.values: dict[str, object] = {}
+        """What left each port last, in JSON's types."""
+        self.states: dict[str, str] = {}
+        self.numbers: dict[str, Trace] = {}
+        """By leaf: a port's path, and the name of a field behind it."""
+        self.words: dict[str, States] = {}
+        """By model, and by leaf where its values are words."""
+        self.note: str | None = None
+        """Why this is not all that there is to see; None where it is."""
+        self.end: str | None = None
+        """How the run ended, as it recorded it."""
+        self._is_whole = is_whole
+        self._observer: Observer | None = None
+        self._is_new = True
+
+    def close(self) -> None:
+        """Close the file."""
+        self._follower.close()
+
+    @property
+    def is_replaced(self) -> bool:
+        """Whether another run has begun in the place of this one."""
+        return self._follower.is_replaced
+
+    def poll(self) -> bool:
+        """Take what is new; return whether there was anything."""
+        contents: Sequence[bytes] = self._follower.poll()
+        if self._is_new and contents:
+            contents = self._beginning_of(contents)
+            self._is_new = False
+        elif self._follower.has_gap:
+            self._observer = None
+            self.note = "this page was too slow, and missed a part of the run"
+        for content in contents:
+            self._take(decode(content))
+        return bool(contents)
+
+    def progress(self) -> Iterator[float]:
+        """Take all that is there, and yield the share that has been taken."""
+        contents = self._beginning_of(self._follower.poll())
+        self._is_new = False
+        for number, content in enumerate(contents):
+            self._take(decode(content))
+            if number % _STEPS_AT_ONCE == 0:
+                yield number / len(contents)
+
+    # What is in a section -------------------------------------------------------------------------
+
+    def _beginning_of(self, contents: Sequence[bytes]) -> Sequence[bytes]:
+        """From where to look on: the last beginning with enough steps behind it."""
+        steps, found = 0, 0
+        for place in range(len(contents) - 1, -1, -1):
+            kind = kind_of(contents[place])
+            steps += kind == Kind.STEP
+            if kind in BEGINNINGS:
+                found = place
+                if steps >= BEFORE and not self._is_whole:
+                    break
+        return contents[found:]
+
+    def _take(self, section: Section) -> None:
+        if section.kind is Kind.ENDED and isinstance(section.extra, dict):
+            self.end = f"{section.extra.get('state')}: {section.extra.get('reason')}"
+        if section.kind is Kind.LOST:
+            self._observer = None
+            self.note = f"at {section.at / SECOND:g} s a part of the recording is missing"
+            return
+        if self._observer is None and self._may_begin(section):
+            self._begin(section)
+            return
+        moment = self._observed(section)
+        if section.has_instant:
+            self.at = max(self.at, section.at)
+        for sent in self._recorded(section) if moment is None else moment.sent:
+            self._note_value(sent)
+        self._note_states()
+
+    def _may_begin(self, section: Section) -> bool:
+        return section.kind in BEGINNINGS and not (self.note or "").startswith("not run again")
+
+    def _begin(self, section: Section) -> None:
+        """Run it again from here."""
+        try:
+            self._observer = Observer(Player(self.header, self.board, section))
+        except FirmwareRuntimeError as error:
+            self._give_up(error)
+        else:
+            self._note_states()
+
+    def _observed(self, section: Section) -> Moment | None:
+        """Run a section again; None where that cannot be done."""
+        if self._observer is None:
+            return None
+        try:
+            return self._observer.take(section)
+        except (FirmwareRuntimeError, MemoryError) as error:
+            self._give_up(error)
+            return None
+
+    def _give_up(self, error: BaseException) -> None:
+        self._observer = None
+        self.states.clear()
+        self.note = f"not run again here, so no state of a model is shown: {text_of(error)}"
+
+    def _recorded(self, section: Section) -> Iterator[Sent]:
+        return values_in(section, self.header.ports, self.ports)
+
+    def _note_value(self, sent: Sent) -> None:
+        value = plain(sent.value)
+        self.values[sent.port] = value
+        at_s = sent.at / SECOND
+        for leaf, cell in cells_of(value, sent.port):
+            if isinstance(cell, int | float):  # a truth value is 0 or 1
+                trace = self.numbers.get(leaf)
+                if trace is None:
+                    trace = self.numbers[leaf] = Trace()
+                trace.add(at_s, float(cell))
+            elif isinstance(cell, str):
+                self.words.setdefault(leaf, States()).enter(at_s, cell)
+
+    def _note_states(self) -> None:
+        if self._observer is None:
+            return
+        for path, atomic in self._observer.atomics.items():
+            state = atomic.phase
+            if self.states.get(path) != state:
+                self.states[path] = state
+                self.words.setdefault(path, States()).enter(self.at / SECOND, state)

@@ -1,0 +1,119 @@
+"""What a page shows: a run under way or its recording, and the statistics that it keeps."""
+
+from pathlib import Path
+from typing import Final
+
+from msgspec import structs
+
+from firmware_runtime.board.registry import Board
+from firmware_runtime.board.rigs import has_rig, rig_for
+from firmware_runtime.devs.component import below_root
+from firmware_runtime.errors import ConfigError
+from firmware_runtime.executive.clocks import WorldClock
+from firmware_runtime.live.observed import Observed
+from firmware_runtime.live.run_state import RunState, run_state, statistics_at
+from firmware_runtime.statistics.paths import Companion
+from firmware_runtime.statistics.statistics import Statistics
+from firmware_runtime.system.resources import Closing
+from firmware_runtime.view.diagram.draw import diagram
+from firmware_runtime.view.parts import Diagram, Plane
+
+_MOST_SHOWN: Final = 4
+
+
+class Source(Closing):
+    """A recording, and the statistics of its run where they are kept beside it.
+
+    `is_live` follows a run; else all of the recording is read once. Raises ConfigError.
+    """
+
+    def __init__(self, recording: Path, statistics: Path | None, *, is_live: bool) -> None:
+        self.recording, self.statistics_path, self.is_live = recording, statistics, is_live
+        self.observed = Observed(recording, is_whole=not is_live)
+        self.statistics: Statistics | None = None
+        self.state: RunState | None = None
+
+    def close(self) -> None:
+        """Close the recording."""
+        self.observed.close()
+
+    @property
+    def board(self) -> Board:
+        """The board by the settings of the run."""
+        return self.observed.board
+
+    def reopen(self) -> bool:
+        """Turn to the run that has begun in the place of this one, if one has."""
+        if not self.is_live or not self.observed.is_replaced:
+            return False
+        try:
+            observed = Observed(self.recording)
+        except ConfigError:  # its recording is being made
+            return False
+        self.observed.close()
+        self.observed = observed
+        return True
+
+    def look(self) -> RunState:
+        """Read the statistics, and say how the run fares. Blocks for a moment."""
+        self.statistics = statistics_at(self.statistics_path)
+        self.state = run_state(self.observed, self.statistics, self.statistics_path)
+        return self.state
+
+    def model(self) -> dict[str, object]:
+        """What does not change while the run goes on: ports, diagram, world, first plots."""
+        observed = self.observed
+        shown, plane = _world_of(self.board)
+        return {
+            "board": self.board.name,
+            "run": self.observed.header.run,
+            "is_live": self.is_live,
+            "ports": [
+                {"path": path, "type": port.type.__name__} for path, port in observed.ports.items()
+            ],
+            "leaves": sorted(observed.numbers),
+            "words": sorted(observed.words),
+            "shown": _first(shown, observed),
+            "plane": plane,
+            "diagram": Diagram(title="The model", svg=diagram(observed.model)),
+        }
+
+
+def of_run(statistics: Path) -> Source:
+    """The run with these statistics. Raises ConfigError where it records nothing."""
+    recording = Companion.RECORDING.beside(statistics)
+    if not recording.is_file():
+        fault = f"no recording of a run beside {statistics}"
+        expected = (
+            "a run under way, or the last one, with recording.minutes over 0 in its board.toml"
+        )
+        raise ConfigError.of_one("view", fault, expected=expected)
+    return Source(recording, statistics, is_live=True)
+
+
+def _world_of(board: Board) -> tuple[str | None, Plane | None]:
+    """The port that the board's rig shows, and its world from above; None where it has none."""
+    if not has_rig(board):
+        return None, None
+    try:
+        model = board.unconnected().model
+        rig = rig_for(board, WorldClock())
+        rig.attach(model)
+        port, plane = rig.shown, getattr(rig, "plane", None)
+    except Exception:  # noqa: BLE001 -- of a rig of anybody's; the page does without its world
+        return None, None
+    shown = None if port is None else below_root(port.path)
+    return shown, plane if isinstance(plane, Plane) else None
+
+
+def _first(shown: str | None, observed: Observed) -> list[str]:
+    """Leaves that are plotted at first: what the board shows, then what it commands."""
+    leaves = sorted(observed.numbers)
+    first = [each for each in leaves if each == shown]
+    rest = [each for each in leaves if "world" not in each and each.count(".") <= 2]
+    return list(dict.fromkeys([*first, *rest]))[:_MOST_SHOWN]
+
+
+def as_json(state: RunState) -> dict[str, object]:
+    """The state of a run as `GET /api/state` says it."""
+    return structs.asdict(state)

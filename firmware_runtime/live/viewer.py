@@ -1,0 +1,131 @@
+"""One viewer: the socket of a page that is open, and what it has been sent so far.
+
+A viewer that is slow gets fewer frames, each with all that has come meanwhile in so many points at
+most: nothing waits for it, and no peak is lost.
+"""
+
+import asyncio
+from typing import Any, Final
+
+import msgspec
+from aiohttp import WSMsgType, web
+
+from firmware_runtime.live.observed import Observed
+from firmware_runtime.live.run_state import RunState
+from firmware_runtime.live.trace import Points
+
+MOST_POINTS: Final = 400
+"""Points of one curve in one frame."""
+MOST_LEAVES: Final = 64
+BACK_S: Final = 60.0
+"""How much of the past a curve begins with, s."""
+BACK_POINTS: Final = 2_000
+LONGEST: Final = 4_096
+"""Bytes of a message of a viewer."""
+_PATIENCE_S: Final = 10.0
+
+_encode: Final = msgspec.json.Encoder().encode
+
+
+class _Asked(msgspec.Struct, forbid_unknown_fields=True):
+    """What a page says: the leaves that it plots from now on."""
+
+    watch: list[str]
+
+
+class Viewer:
+    """Sends frames of a run to one socket."""
+
+    def __init__(self, socket: web.WebSocketResponse) -> None:
+        self._socket = socket
+        self._sending: asyncio.Task[None] | None = None
+        self._sent_until: dict[str, float] = {}
+        """By leaf, the instant up to which its curve has been sent, s."""
+        self._states_until = float("-inf")
+        self._state: RunState | None = None
+        self._run = ""
+
+    async def listen(self) -> None:
+        """Take what the page says until it is gone."""
+        async for message in self._socket:
+            if message.type is not WSMsgType.TEXT or not self._hear(message.data):
+                await self._socket.close(code=1008, message=b"expected a list of leaves")
+                return
+
+    def offer(self, observed: Observed, state: RunState | None) -> None:
+        """Send a frame, unless the one before is still on its way."""
+        if self._sending is not None and not self._sending.done():
+            return
+        frame = self._frame(observed, state)
+        if frame:
+            self._sending = asyncio.create_task(self._send(_encode(frame)))
+
+    async def close(self) -> None:
+        """Close the socket."""
+        if self._sending is not None:
+            self._sending.cancel()
+        await self._socket.close(code=1001)
+
+    async def _send(self, content: bytes) -> None:
+        try:
+            async with asyncio.timeout(_PATIENCE_S):
+                await self._socket.send_str(content.decode())
+        except (ConnectionError, TimeoutError, RuntimeError):
+            await self._socket.close()
+
+    def _hear(self, text: str) -> bool:
+        try:
+            asked = msgspec.json.decode(text, type=_Asked)
+        except (msgspec.MsgspecError, RecursionError, UnicodeError):
+            return False
+        leaves = asked.watch[:MOST_LEAVES]
+        self._sent_until = {leaf: self._sent_until.get(leaf, -1.0) for leaf in leaves}
+        return True
+
+    def _frame(self, observed: Observed, state: RunState | None) -> dict[str, Any]:
+        if observed.header.run != self._run:
+            self._begin(observed)
+        at_s = observed.at / 1e9
+        frame: dict[str, Any] = {
+            "at": at_s,
+            "values": observed.values,
+            "states": observed.states,
+            "points": {
+                leaf: points
+                for leaf in self._sent_until
+                if (points := self._points(observed, leaf))
+            },
+        }
+        stays = {
+            name: new
+            for name, each in observed.words.items()
+            if (new := each.since(self._states_until))
+        }
+        if stays:
+            frame["stays"] = stays
+            self._states_until = max(entries[-1][0] for entries in stays.values())
+        if state is not None and state != self._state:
+            frame["state"] = self._state = state
+        if self._run != observed.header.run:
+            frame["run"] = self._run = observed.header.run
+        return frame
+
+    def _begin(self, observed: Observed) -> None:
+        """Another run: nothing of it has been sent."""
+        since = max(observed.at / 1e9 - BACK_S, -1.0)
+        self._sent_until = dict.fromkeys(self._sent_until, since)
+        self._states_until = float("-inf")
+
+    def _points(self, observed: Observed, leaf: str) -> Points | None:
+        trace = observed.numbers.get(leaf)
+        if trace is None:
+            return None
+        since = self._sent_until[leaf]
+        is_first = since < observed.at / 1e9 - BACK_S
+        if is_first:
+            since = observed.at / 1e9 - BACK_S
+        points = trace.since(since, BACK_POINTS if is_first else MOST_POINTS)
+        if not points.times:
+            return None
+        self._sent_until[leaf] = points.times[-1]
+        return points

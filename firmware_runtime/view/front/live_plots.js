@@ -1,0 +1,214 @@
+"use strict";
+/* Plots that grow with the run: what has come of each leaf, and the plots that are chosen. */
+
+const KEPT = 120_000, WINDOWS = [5, 10, 30, 60, 300];
+
+/** What has come: points by leaf, states by model. */
+class Store {
+  constructor() {
+    this.points = new Map();
+    this.stays = new Map();
+    this.at = 0;
+  }
+
+  take(frame) {
+    this.at = frame.at;
+    for (const [leaf, [times, values]] of Object.entries(frame.points ?? {})) this.add(leaf, times, values);
+    for (const [name, entries] of Object.entries(frame.stays ?? {})) {
+      const all = this.stays.get(name) ?? this.stays.set(name, []).get(name);
+      for (const entry of entries) if (!all.length || entry[0] > all[all.length - 1][0] || entry[1] !== all[all.length - 1][1]) all.push(entry);
+      if (all.length > 5000) all.splice(0, 1000);
+    }
+  }
+
+  add(leaf, times, values) {
+    const all = this.points.get(leaf) ?? this.points.set(leaf, [[], []]).get(leaf);
+    for (let n = 0; n < times.length; n++) { all[0].push(times[n]); all[1].push(values[n]); }
+    if (all[0].length > KEPT) all.forEach((each) => each.splice(0, KEPT / 4));
+  }
+
+  /** Put what was fetched of the past before what is there. */
+  replace(leaf, times, values) { this.points.set(leaf, [times, values]); }
+}
+
+/** The first place whose number is not below. */
+function placeOf(numbers, at) {
+  let [low, high] = [0, numbers.length];
+  while (low < high) { const middle = (low + high) >> 1; if (numbers[middle] < at) low = middle + 1; else high = middle; }
+  return low;
+}
+
+/** Curves of one port between two instants, the least and greatest of each pixel, over one x. */
+function visible(curves, begin, end, pixels) {
+  const longest = curves.reduce((one, other) => (other[0].length > one[0].length ? other : one));
+  const [from, until] = [Math.max(placeOf(longest[0], begin) - 1, 0), Math.min(placeOf(longest[0], end) + 1, longest[0].length)];
+  if (until - from <= 2 * pixels) {
+    const xs = longest[0].slice(from, until);
+    return [xs, ...curves.map((each) => (each[0].length === longest[0].length ? each[1].slice(from, until) : xs.map((x) => each[1][placeOf(each[0], x)] ?? null)))];
+  }
+  const every = (until - from) / pixels, xs = [], ys = curves.map(() => []);
+  for (let pixel = 0; pixel < pixels; pixel++) {
+    const first = from + Math.floor(pixel * every), last = Math.min(from + Math.floor((pixel + 1) * every), until);
+    xs.push(longest[0][first], longest[0][Math.max(last - 1, first)] + (last - 1 === first ? 1e-9 : 0));
+    curves.forEach(([times, values], number) => {
+      const [a, b] = times.length === longest[0].length ? [first, last] : [placeOf(times, longest[0][first]), placeOf(times, longest[0][last - 1])];
+      let [low, high, lowAt, highAt] = [Infinity, -Infinity, a, a];
+      for (let n = a; n < b; n++) {
+        const value = values[n];
+        if (value === null) continue;
+        if (value < low) { low = value; lowAt = n; }
+        if (value > high) { high = value; highAt = n; }
+      }
+      if (low === Infinity) ys[number].push(null, null);
+      else ys[number].push(...(lowAt <= highAt ? [low, high] : [high, low]));
+    });
+  }
+  return [xs, ...ys];
+}
+
+/** The leaves of one plot: a port's own value, or the numbers of one of its fields. */
+const groupOf = (leaf) => leaf.replace(/\.\d+$/, "");
+
+class Plots {
+  constructor(model, store) {
+    this.store = store;
+    this.model = model;
+    this.isPaused = false;
+    this.window = 10;
+    this.shown = new Map(); // group -> plot
+    this.list = element("div", { class: "chosen" });
+    this.pause = element("button", { type: "button", "aria-pressed": "false", onclick: () => this.togglePause() }, "Pause");
+    this.choice = element("select", { "aria-label": "port to plot", onchange: () => { this.add(this.choice.value); this.choice.value = ""; } });
+    this.spans = element("select", { "aria-label": "seconds shown", onchange: () => { this.window = Number(this.spans.value); this.ends = null; this.draw(this.store.at); } },
+      WINDOWS.map((each) => element("option", { value: each, selected: each === this.window }, `${each} s`)));
+    this.element = element("section", { id: "plots" }, element("h2", {}, "Over time"),
+      element("p", { class: "acts" }, this.pause, this.spans, this.choice, this.exports()), this.list, this.lanes());
+    this.fill();
+    for (const leaf of model.shown) this.add(leaf);
+    document.addEventListener("keydown", (event) => {
+      if (event.key === " " && event.target === document.body) { event.preventDefault(); this.togglePause(); }
+    });
+  }
+
+  fill() {
+    const groups = [...new Set(this.model.leaves.map(groupOf))];
+    this.choice.replaceChildren(element("option", { value: "" }, "plot …"), ...groups.map((each) => element("option", { value: each }, each)));
+  }
+
+  exports() {
+    const link = (ending) => element("button", { type: "button", onclick: () => this.export(ending) }, ending);
+    return element("span", {}, " save what is seen as ", ["csv", "parquet", "mcap"].map(link));
+  }
+
+  async export(ending) {
+    const [begin, end] = this.span();
+    const ports = new Set([...this.shown.keys()].map((group) => this.model.ports.map(({ path }) => path).find((path) => group === path || group.startsWith(`${path}.`))).filter(Boolean));
+    const query = new URLSearchParams([["ending", ending], ["begin_s", begin], ["end_s", end], ["ports", [...ports].join(" ")]]);
+    const response = await fetch(`api/export?${query}`);
+    if (!response.ok) return say(`export: ${(await response.json()).refused.join("; ")}`);
+    const url = URL.createObjectURL(await response.blob());
+    element("a", { href: url, download: `${this.model.board}.${ending}` }).click();
+    setTimeout(() => URL.revokeObjectURL(url), 1000);
+  }
+
+  /** Plot a port, or a field of it. */
+  add(path) {
+    const groups = [...new Set(this.model.leaves.filter((each) => each === path || each.startsWith(`${path}.`) || groupOf(each) === path).map(groupOf))];
+    for (const group of groups.slice(0, 3)) this.addGroup(group);
+  }
+
+  addGroup(group) {
+    if (this.shown.has(group)) return this.shown.get(group).plot.element.scrollIntoView({ block: "nearest" });
+    const leaves = this.model.leaves.filter((each) => groupOf(each) === group);
+    const part = { title: group, across: "s", up: "", is_small: true, curves: leaves.map((each) => ({ name: each === group ? "value" : each.slice(group.length + 1), x: [], y: [] })) };
+    const plot = seriesPlot(part);
+    plot.element.querySelector("figcaption").append(" ", element("button", { type: "button", class: "close", "aria-label": `close ${group}`, onclick: () => this.remove(group) }, "×"));
+    const zoom = plot.zoom.bind(plot);
+    plot.zoom = (ends) => { this.ends = ends; zoom(ends); this.fetchPast(); this.draw(this.store.at); };
+    this.shown.set(group, { plot, leaves });
+    this.list.append(plot.element);
+    this.watch(this.socket);
+  }
+
+  remove(group) {
+    const { plot } = this.shown.get(group);
+    plot.element.remove();
+    plot.library.destroy();
+    groups.get("s")?.delete(plot);
+    this.shown.delete(group);
+    this.watch(this.socket);
+  }
+
+  watch(socket) {
+    this.socket = socket;
+    const leaves = [...this.shown.values()].flatMap((each) => each.leaves);
+    if (socket?.readyState === WebSocket.OPEN) socket.send(JSON.stringify({ watch: leaves }));
+  }
+
+  togglePause(isPaused = !this.isPaused) {
+    this.isPaused = isPaused;
+    this.pausedAt = this.store.at;
+    this.pause.textContent = isPaused ? "Go on" : "Pause";
+    this.pause.setAttribute("aria-pressed", isPaused);
+    if (!isPaused) this.ends = null;
+  }
+
+  /** From when to when is shown. */
+  span() {
+    if (this.ends) return this.ends;
+    const now = this.isPaused ? this.pausedAt : this.at ?? this.store.at;
+    return [now - this.window, now];
+  }
+
+  /** Fetch a stretch of the past that has not come. */
+  async fetchPast() {
+    const [begin, end] = this.span();
+    const leaves = [...this.shown.values()].flatMap((each) => each.leaves);
+    const first = Math.min(...leaves.map((each) => this.store.points.get(each)?.[0][0] ?? Infinity));
+    if (begin >= first - 1e-6 || !leaves.length) return;
+    const query = new URLSearchParams([["from", begin], ["until", Math.max(end, this.store.at)], ["most", 8000], ...leaves.map((each) => ["leaf", each])]);
+    const answer = await ask(`range?${query}`);
+    for (const [leaf, [times, values]] of Object.entries(answer.points)) this.store.replace(leaf, times, values);
+  }
+
+  lanes() {
+    this.laneFrame = element("div", { class: "lanes" });
+    return this.laneFrame;
+  }
+
+  draw(at) {
+    this.at = at;
+    if (this.isDrawing) return;
+    this.isDrawing = true;
+    requestAnimationFrame(() => {
+      this.isDrawing = false;
+      const [begin, end] = this.span();
+      for (const { plot, leaves } of this.shown.values()) {
+        const curves = leaves.map((each) => this.store.points.get(each) ?? [[], []]);
+        const data = curves.some(([times]) => times.length) ? visible(curves, begin, end, Math.max(plot.library.width - 80, 100)) : [[begin, end], ...leaves.map(() => [null, null])];
+        plot.library.setData(data, false);
+        plot.library.setScale("x", { min: begin, max: end });
+      }
+      this.drawStates(begin, end);
+    });
+  }
+
+  drawStates(begin, end) {
+    const paths = [...this.store.stays.keys()].filter((each) => this.store.stays.get(each).length > 1).slice(0, 12);
+    if (!paths.length) return;
+    const lanes = paths.map((name) => {
+      const all = this.store.stays.get(name);
+      const stays = [];
+      for (let n = 0; n < all.length; n++) {
+        const until = all[n + 1]?.[0] ?? Math.max(end, this.store.at);
+        if (until >= begin && all[n][0] <= end) stays.push({ state: all[n][1], begin: Math.max(all[n][0], begin), end: Math.min(until, end) });
+      }
+      return { name, stays };
+    });
+    if (this.states?.paths.join() !== paths.join()) {
+      this.states = { paths, plot: lanesPlot({ title: "States", lanes: structuredClone(lanes), across: "s", ends: [begin, end] }) };
+      this.laneFrame.replaceChildren(this.states.plot.element);
+    }
+    this.states.plot.setLanes(lanes, [begin, end]);
+  }
+}

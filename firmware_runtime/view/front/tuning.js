@@ -1,0 +1,58 @@
+"use strict";
+/* Gains and limits as sliders: try them on the last run, take them up, undo, save a copy of board.toml. */
+
+async function tuning(section) {
+  let sliders;
+  try { sliders = await ask("sliders"); } catch { return; } // a run without gains
+  if (!sliders.length) return;
+  const past = [];
+  const chosen = new Map(sliders.map((each) => [each.key, each.value]));
+  const inForce = new Map(chosen);
+  const fields = new Map();
+  const changed = () => Object.fromEntries([...chosen].filter(([key, value]) => value !== inForce.get(key)));
+  const tried = element("div", { class: "tried", "aria-live": "polite" });
+  const history = element("ol", { class: "quiet" });
+  const put = (key, value) => { chosen.set(key, value); fields.get(key).forEach((each) => { if (Number(each.value) !== value) each.value = value; }); };
+
+  const row = (each) => {
+    const isNumber = typeof each.value === "number";
+    if (!isNumber) return null;
+    const size = Math.abs(each.value) || 1;
+    const [least, most] = [each.least ?? Math.min(0, each.value - 2 * size), each.most ?? each.value + 2 * size];
+    const set = (event) => put(each.key, Number(event.target.value));
+    const slider = element("input", { type: "range", min: least, max: most, step: "any", value: each.value, "aria-label": each.key, oninput: set });
+    const number = element("input", { type: "number", min: each.least, max: each.most, step: "any", value: each.value, "aria-label": `${each.key} as a number`, oninput: set });
+    fields.set(each.key, [slider, number]);
+    return element("tr", {}, element("th", { scope: "row", title: each.text }, each.key), element("td", {}, slider), element("td", {}, number), element("td", { class: "quiet" }, each.unit ?? "", " ", each.text));
+  };
+
+  const take = async (values) => {
+    const before = Object.fromEntries(Object.keys(values).map((key) => [key, inForce.get(key)]));
+    const answer = await ask("set", { values });
+    for (const key of Object.keys(values)) { inForce.set(key, answer.values[key]); put(key, answer.values[key]); }
+    return before;
+  };
+  const attempt = (words, does) => element("button", { type: "button", onclick: async (event) => {
+    event.target.disabled = true;
+    try { await does(); } catch (error) { say(`${words}: ${error.message}`); } finally { event.target.disabled = false; }
+  } }, words);
+
+  section.append(element("h2", {}, "Tune"), element("div", { class: "scroll" }, element("table", { class: "words" }, element("tbody", {}, sliders.map(row)))),
+    element("p", { class: "acts" },
+      attempt("Try on the last run first", async () => tried.replaceChildren(...(await ask("try", { values: changed() })).map((each) => render(each)))),
+      attempt("Take up", async () => {
+        const values = changed(), before = await take(values);
+        past.push(before);
+        history.prepend(element("li", {}, Object.entries(values).map(([key, value]) => `${key} ${numberText(before[key])} → ${numberText(value)}`).join(", ")));
+        say("taken up until the run ends", "good");
+      }),
+      attempt("Undo", async () => { if (past.length) { await take(past.pop()); history.firstChild?.remove(); } }),
+      attempt("Save a copy of board.toml", async () => {
+        const response = await fetch(`api/board-file?values=${encodeURIComponent(JSON.stringify(Object.fromEntries(chosen)))}`);
+        if (!response.ok) throw new Error((await response.json()).refused.join("; "));
+        const url = URL.createObjectURL(await response.blob());
+        element("a", { href: url, download: "board.toml" }).click();
+        setTimeout(() => URL.revokeObjectURL(url), 1000);
+      })),
+    history, tried);
+}
