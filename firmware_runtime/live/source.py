@@ -107,11 +107,13 @@ def _world_of(board: Board) -> tuple[str | None, Plane | None]:
 
 
 def _first(shown: str | None, observed: Observed) -> list[str]:
-    """Leaves that are plotted at first: what the board shows, then what it commands."""
-    leaves = sorted(observed.numbers)
-    first = [each for each in leaves if each == shown]
-    rest = [each for each in leaves if "world" not in each and each.count(".") <= 2]
-    return list(dict.fromkeys([*first, *rest]))[:_MOST_SHOWN]
+    """Leaves that are plotted at first: what the board shows, then numbers that models send."""
+    numbers = [path for path, port in observed.ports.items() if port.type in {float, int}]
+    records = sorted(leaf for leaf in observed.numbers if leaf not in numbers)
+    others = [leaf for leaf in records if leaf.rpartition(".")[2] not in {"agrees", "count"}]
+    first = [shown, *numbers, *others]
+    known = [each for each in first if each in observed.numbers]
+    return list(dict.fromkeys(known))[:_MOST_SHOWN]
 
 
 def as_json(state: RunState) -> dict[str, object]:

@@ -264,7 +264,7 @@ function lanesPlot(part) {
   const names = [...new Set(stays.map((each) => each.state))];
   const options = {
     scales: { x: { time: false, range: (_, min, max) => (plot?.ends ? [min, max] : whole) }, y: { range: [0, part.lanes.length] } },
-    axes: [axis(part.across, part.across, true), { ...axis("", "", false), size: 110, grid: { show: false }, splits: part.lanes.map((_, row) => part.lanes.length - row - 0.5), values: () => part.lanes.map((each) => each.name.split(".").pop()) }],
+    axes: [axis(part.across, part.across, true), { ...axis("", "", false), size: 170, grid: { show: false }, splits: part.lanes.map((_, row) => part.lanes.length - row - 0.5), values: () => part.lanes.map((each) => each.name.slice(-26)) }],
     series: [{ label: part.across, value: (_, value) => valueText(value, part.across) }, { label: "states", show: true, stroke: "transparent", points: { show: false }, value: (_, __, ___, index) => "" }],
     legend: { show: false },
     hooks: { draw: [(each) => drawLanes(each, part.lanes, names)] },

@@ -16,8 +16,8 @@ class Rewind {
     this.seen = element("div", { class: "instant-seen" });
     section.append(element("h2", {}, this.model.is_live ? "Rewind" : "The recording"),
       element("p", { class: "acts" },
-        button("⏮", "step back", () => this.step("previous")), button("◀", "event back", () => this.stepEvent(-1)),
-        button("▶", "event forward", () => this.stepEvent(1)), button("⏭", "step forward", () => this.step("next")),
+        button("|◀", "step back", () => this.step("previous")), button("◀", "event back", () => this.stepEvent(-1)),
+        button("▶", "event forward", () => this.stepEvent(1)), button("▶|", "step forward", () => this.step("next")),
         this.now, this.at),
       this.slider, this.seen);
     if (!this.model.is_live) this.goTo(0);
