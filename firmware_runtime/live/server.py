@@ -42,6 +42,8 @@ class PageServer:
         self._observing = ThreadPoolExecutor(1, "observing")
         self._asking = ThreadPoolExecutor(4, "asking")
         self._page: bytes | None = None
+        self._has_seen = asyncio.Event()
+        """Set once the run has been looked at."""
         self.application = web.Application(
             middlewares=[self._judge], client_max_size=LARGEST_REQUEST
         )
@@ -69,6 +71,7 @@ class PageServer:
                 await loop.run_in_executor(self._asking, self._look)
             with suppress(FirmwareRuntimeError, OSError):
                 await loop.run_in_executor(self._observing, self._source.observed.poll)
+            self._has_seen.set()
             for viewer in self._viewers:
                 viewer.offer(self._source.observed, self._source.state)
             number += 1
@@ -128,10 +131,12 @@ class PageServer:
         return _json({} if state is None else as_json(state))
 
     async def _get_model(self, _request: web.Request) -> web.Response:
+        await self._has_seen.wait()
         return _json(await self._in_thread(self._source.model))
 
     async def _get_range(self, request: web.Request) -> web.Response:
         """Curves of a stretch: `from` and `until` in s, `leaf` as often as there are curves."""
+        await self._has_seen.wait()
         observed = self._source.observed
         begin, end = (_number(request.query, name) for name in ("from", "until"))
         most = int(min(max(_number(request.query, "most", 2000.0), 10.0), 20_000.0))

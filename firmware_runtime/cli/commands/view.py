@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from firmware_runtime.cli.arguments import SubParsers, add_statistics, add_verb
-from firmware_runtime.errors import ConfigError, Status
+from firmware_runtime.errors import ConfigError, StatisticsFileError, Status
 from firmware_runtime.recording.blackbox.locations import find_recording
 from firmware_runtime.statistics.paths import Companion, find_statistics
 from firmware_runtime.statistics.reader import read_statistics
@@ -100,7 +100,7 @@ def _source(arguments: argparse.Namespace) -> "Source":
                 return Source(
                     recording, statistics, is_live=read_statistics(statistics).writer_alive
                 )
-        except ConfigError:
+        except (ConfigError, StatisticsFileError):
             if word is None:
                 raise
     return Source(find_recording(word or ""), None, is_live=False)
