@@ -1,4 +1,5 @@
 # make run    TachoBot on its doubles for 10 s in real time
+# make play   the same with a page on which one sees it, breaks it and rewinds it, until Ctrl-C
 # make test   lint, types, import contracts, tests: those for all cores, and beside them those in real
 #             time, which mostly wait and go first where both want a processor
 # make test-fast  the quick tests only: neither slow ones nor those in real time
@@ -45,7 +46,7 @@ WITH_ROS = $(if $(wildcard $(ROS_VENV)/installed-node),test-ros)
 # The tests start some hundred processes: each would compile every module again.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: run test all-cores real-time test-fast test-portable \
+.PHONY: run play test all-cores real-time test-fast test-portable \
 	lint types ros test-ros vm-test pi-test pi-full-test update-test bench docs pictures clean \
 	interpreter wheels-of-rclpy
 .DEFAULT_GOAL := run
@@ -54,6 +55,9 @@ run: $(VENV)/installed-run
 	@$(BIN)/firmware-runtime run tachobot --doubles --for 10
 
 # The parts of a test that need no other part, beside one another; what one says is shown when it ends.
+play: $(VENV)/installed-view
+	@$(BIN)/firmware-runtime play $(BOARD)
+
 test: lint
 	@echo "make: types, the tests for all cores, those in real time$(if $(WITH_ROS), and of ROS 2)"
 	@$(MAKE) --no-print-directory --jobs=4 --keep-going --output-sync=target \
@@ -160,13 +164,18 @@ $(VENV)/installed-run: pyproject.toml | $(VENV)/bin/python
 	@$(INSTALL) --editable .
 	@touch $@
 
+$(VENV)/installed-view: $(VENV)/installed-run
+	@echo "make: installing what serves the page into $(VENV)"
+	@$(INSTALL) --editable .[view]
+	@touch $@
+
 $(VENV)/installed-test: pyproject.toml tests/outsiders/requirements.txt | $(VENV)/pip-of-groups
 	@echo "make: installing firmware-runtime and its test tools into $(VENV)"
 	@$(INSTALL) --editable . --group test \
 		$(addprefix --editable ,$(wildcard examples/*))
 	@$(INSTALL) --no-deps \
 		--requirement tests/outsiders/requirements.txt
-	@touch $@ $(VENV)/installed-run
+	@touch $@ $(VENV)/installed-run $(VENV)/installed-view
 
 $(VENV)/installed-bench: pyproject.toml | $(VENV)/pip-of-groups
 	@echo "make: installing firmware-runtime and its benchmark peers into $(VENV)"

@@ -10,7 +10,7 @@ from zlib import crc32
 
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.recording.blackbox.layout import CHUNK, sections_in
-from firmware_runtime.recording.blackbox.reader import kind_of
+from firmware_runtime.recording.blackbox.reader import NO_HEADER, check_prefix, kind_of
 from firmware_runtime.recording.blackbox.ring_file import Header, RingFile, Slot, opened
 from firmware_runtime.recording.blackbox.section import Kind
 from firmware_runtime.system.resources import Closing
@@ -26,11 +26,11 @@ class Follower(Closing):
 
     def __init__(self, path: Path) -> None:
         with opened(path) as file:
+            check_prefix(file, path)
             header = file.header()
             self.inode = file.status.st_ino
         if header is None:
-            fault = "no chunk of it begins with a whole header"
-            raise ConfigError.of_one(str(path), fault, expected="a recording of a run")
+            raise ConfigError.of_one(str(path), NO_HEADER)
         self.path, self.header = path, header
         self.has_gap = False
         self._ring = RingFile(path)

@@ -1,5 +1,6 @@
 """What a page shows: a run under way or its recording, and the statistics that it keeps."""
 
+import os
 from pathlib import Path
 from typing import Final
 
@@ -15,10 +16,12 @@ from firmware_runtime.live.run_state import RunState, run_state, statistics_at
 from firmware_runtime.statistics.paths import Companion
 from firmware_runtime.statistics.statistics import Statistics
 from firmware_runtime.system.resources import Closing
+from firmware_runtime.system.this_system import IS_LINUX
 from firmware_runtime.view.diagram.draw import diagram
 from firmware_runtime.view.parts import Diagram, Plane
 
 _MOST_SHOWN: Final = 4
+_NICE: Final = 5
 
 
 class Source(Closing):
@@ -77,6 +80,19 @@ class Source(Closing):
             "plane": plane,
             "diagram": Diagram(title="The model", svg=diagram(observed.model)),
         }
+
+
+def give_way_to(pid: int | None) -> None:
+    """Keep this process off the processors of a run that has some of its own, and behind others."""
+    os.nice(_NICE)
+    if pid is None or not IS_LINUX:
+        return
+    try:
+        others = os.sched_getaffinity(0) - os.sched_getaffinity(pid)
+        if others:
+            os.sched_setaffinity(0, others)
+    except OSError:  # the run is over
+        return
 
 
 def of_run(statistics: Path) -> Source:

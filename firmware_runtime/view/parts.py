@@ -250,13 +250,15 @@ its front, its way, a ray that met nothing, one that met something."""
 class Bound(Struct, frozen=True, omit_defaults=True):
     """A number of a moving body: a port of the model below its root, and a field of its value.
 
-    The number drawn is `scale` times it, and `offset`.
+    The number drawn is `scale` times it, and `offset`. Where the port has no value, as that of a
+    world's probe on the robot itself, it is that of `otherwise`, such as the robot's own estimate.
     """
 
     port: str
     field: str = ""
     scale: float = 1.0
     offset: float = 0.0
+    otherwise: "Bound | None" = None
 
 
 class Arrow(Struct, frozen=True, omit_defaults=True):

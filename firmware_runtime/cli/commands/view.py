@@ -59,8 +59,10 @@ def execute(arguments: argparse.Namespace) -> int:
     from firmware_runtime.live.actions import Actions  # noqa: PLC0415 -- needs the extra
     from firmware_runtime.live.entrance import Entrance  # noqa: PLC0415
     from firmware_runtime.live.server import PageServer, serve_until_signal  # noqa: PLC0415
+    from firmware_runtime.live.source import give_way_to  # noqa: PLC0415
 
     with source:
+        give_way_to(source.look().pid if source.is_live else None)
         entrance = Entrance(arguments.address, arguments.port, arguments.token_file)
         server = PageServer(source, entrance, Actions(source, may_arm=arguments.allow_arm))
 

@@ -29,7 +29,7 @@ BEGINNINGS: Final = frozenset({Kind.BUILD, Kind.KEYFRAME})
 """Sections at which a replay can begin."""
 _LOST: Final = Kind.LOST.value
 _MOST_NAMED: Final = 3
-_NO_HEADER: Final = (
+NO_HEADER: Final = (
     "damaged: no chunk of it begins with a whole header; expected a recording of a run "
     "(`recordings recover` saves what is whole)"
 )
@@ -197,6 +197,16 @@ def another_format(path: Path, content: bytes) -> ConfigError:
     return ConfigError.of_one(str(path), fault)
 
 
+def check_prefix(file: RingFile, path: Path) -> None:
+    """Raise ConfigError for a file that does not begin as a recording of this format does."""
+    said = file.prefix
+    if said.startswith(MAGIC[:-1]) and not said.startswith(MAGIC):
+        raise another_format(path, said)
+    if file.count == 0:
+        fault = f"not a recording of a run: it begins with {said[: len(MAGIC)]!r}; {_EXPECTED}"
+        raise ConfigError.of_one(str(path), fault)
+
+
 def read_recording(path: Path) -> Recording:
     """Read a file. Raises ConfigError, a sentence, for one of which nothing can be used."""
     with opened(path) as file:
@@ -204,12 +214,7 @@ def read_recording(path: Path) -> Recording:
 
 
 def _recording(file: RingFile, path: Path) -> Recording:
-    said = file.prefix
-    if said.startswith(MAGIC[:-1]) and not said.startswith(MAGIC):
-        raise another_format(path, said)
-    if file.count == 0:
-        fault = f"not a recording of a run: it begins with {said[: len(MAGIC)]!r}; {_EXPECTED}"
-        raise ConfigError.of_one(str(path), fault)
+    check_prefix(file, path)
     length = file.status.st_size
     present = min(file.count, -(-max(length - PREFIX_SIZE, 0) // file.chunk_size))
     read = {place: _chunk(file.chunk(place), file.chunk_size) for place in range(present)}
@@ -217,7 +222,7 @@ def _recording(file: RingFile, path: Path) -> Recording:
     found.sort(key=lambda chunk: chunk.number)
     header = header_in(found[0].contents[0]) if found else None
     if header is None:
-        raise ConfigError.of_one(str(path), _NO_HEADER)
+        raise ConfigError.of_one(str(path), NO_HEADER)
     lost = [
         file.begin(place)
         for place, each in read.items()

@@ -10,7 +10,8 @@ function numberOf(bound, values) {
   if (!bound) return 0;
   let value = values[bound.port];
   if (bound.field) value = value?.[bound.field];
-  return typeof value === "number" ? value * (bound.scale ?? 1) + (bound.offset ?? 0) : null;
+  if (typeof value === "number") return value * (bound.scale ?? 1) + (bound.offset ?? 0);
+  return bound.otherwise ? numberOf(bound.otherwise, values) : null;
 }
 
 /** Corners of the box around places, with room. */
