@@ -1,6 +1,9 @@
 """Whether a reader of the statistics disturbs the loop: TachoBot with and without one at 10 Hz.
 
-    firmware-runtime bench reader [--rates 100,999] [--rounds N] [--segment S] [--json] [--save]
+    firmware-runtime bench reader [--of statistics|page] [--rates 100,999] [--rounds N]
+                                  [--segment S] [--json] [--save]
+
+With `--of page` it is a page's process with eight viewers of twenty curves each, in its place.
 
 How sure a ratio is stands beside it, and so does a control without a reader on either side.
 """
@@ -25,12 +28,16 @@ from firmware_runtime.errors import Status
 
 SUMMARY = "The loop's lateness with and without a reader of its statistics."
 RATES = (100, 999)
+MODULES = {"statistics": "process", "page": "viewers"}
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Add what this bench takes."""
     parser.add_argument(
         "--rates", type=rates, default=RATES, metavar="HZ,...", help="default 100,999"
+    )
+    parser.add_argument(
+        "--of", choices=MODULES, default="statistics", help="what is read; default statistics"
     )
     parser.add_argument(
         "--rounds", type=positive, default=30, metavar="N", help="at each rate; three segments each"
@@ -50,7 +57,13 @@ def execute(arguments: argparse.Namespace) -> int:
             file=sys.stderr,
         )
         with tempfile.TemporaryDirectory(prefix="reader-") as directory:
-            found, readings = rounds(Path(directory), rate_hz, arguments.rounds, arguments.segment)
+            found, readings = rounds(
+                Path(directory),
+                rate_hz,
+                arguments.rounds,
+                arguments.segment,
+                MODULES[arguments.of],
+            )
         report["rates"].append({"rate_hz": rate_hz, "readings": readings, **summary(found)})
     report["ratio"] = max((each["ratio"] for each in report["rates"]), key=_distance)
     finish(arguments, "reader", report, _lines)
@@ -64,7 +77,7 @@ def _distance(ratio: float) -> float:
 
 def _lines(report: Mapping[str, Any]) -> Iterator[str]:
     for each in report["rates"]:
-        yield f"\n{each['rate_hz']} Hz, lateness in us; {each['readings']} readings:"
+        yield f"\n{each['rate_hz']} Hz, lateness in us; {each['readings']} readings or frames:"
         yield f"  {'':14}{'samples':>10}{'p50':>10}{'p99':>10}{'p99.9':>10}"
         for kind, us in each["us"].items():
             cells = "".join(f"{us[name]:10.1f}" for name in ("p50", "p99", "p999"))

@@ -56,9 +56,9 @@ class Reader:
 
 
 @contextmanager
-def reader(statistics: Path) -> Iterator[Reader]:
-    """A process that reads these statistics on request."""
-    command = [sys.executable, "-m", "benchmarks.reader.process", str(statistics)]
+def reader(statistics: Path, module: str) -> Iterator[Reader]:
+    """A process of that module that reads these statistics, or what lies beside, on request."""
+    command = [sys.executable, "-m", f"benchmarks.reader.{module}", str(statistics)]
     with subprocess.Popen(
         command,
         cwd=PROJECT,
@@ -72,12 +72,14 @@ def reader(statistics: Path) -> Iterator[Reader]:
             process.kill()
 
 
-def rounds(directory: Path, rate_hz: int, count: int, segment_s: float) -> tuple[list[Round], int]:
+def rounds(
+    directory: Path, rate_hz: int, count: int, segment_s: float, module: str
+) -> tuple[list[Round], int]:
     """So many rounds at one rate, and how often the reader has read. Raises LoopError."""
     run_s = count * len(KINDS) * segment_s + _MARGIN_S
     with tachobot(directory, run_s, assignments(rate_hz)) as running:
         running.read_when(lambda statistics: statistics.cells[ELAPSED] >= STEADY_NS)
-        with reader(running.statistics) as other:
+        with reader(running.statistics, module) as other:
             with other.reading():  # once, to be sure that it has started
                 sleep(2 / reader_process.READINGS_HZ)
             other.readings = 0

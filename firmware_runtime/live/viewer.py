@@ -5,6 +5,7 @@ most: nothing waits for it, and no peak is lost.
 """
 
 import asyncio
+from contextlib import suppress
 from typing import Any, Final
 
 import msgspec
@@ -71,7 +72,8 @@ class Viewer:
             async with asyncio.timeout(_PATIENCE_S):
                 await self._socket.send_str(content.decode())
         except (ConnectionError, TimeoutError, RuntimeError):
-            await self._socket.close()
+            with suppress(ConnectionError, RuntimeError):
+                await self._socket.close()
 
     def _hear(self, text: str) -> bool:
         try:

@@ -76,7 +76,7 @@ def test_no_lateness_at_all_is_no_division_by_zero() -> None:
 def test_the_reader_reads_while_it_is_to_and_ends_with_its_input(tmp_path: Path) -> None:
     path = tmp_path / "robot.stats"
     Executive(Robot(), VirtualClock(), list, Configuration(statistics_path=path)).run(MILLISECOND)
-    with reader(path) as other:
+    with reader(path, "process") as other:
         with other.reading():
             pass
         first = other.readings
