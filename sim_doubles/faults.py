@@ -12,7 +12,7 @@ the next one. To cut the supply at an exact instant call the double's `power_cyc
 
 from abc import ABC, abstractmethod
 from collections import Counter, deque
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
 from typing import Final, NamedTuple
 
@@ -20,12 +20,14 @@ from firmware_runtime.devs.time import NEVER
 from firmware_runtime.errors import SettingError
 from firmware_runtime.hal.i2c import Message
 from sim_doubles.i2c_target import Target
+from sim_doubles.i2c_wire import Transaction
 
 KEPT = 1000
 _RANGES: Final = {
     **dict.fromkeys(("first", "since", "times", "index"), (0, NEVER)),
     **dict.fromkeys(("errno", "pulses"), (1, NEVER)),
-    **dict.fromkeys(("register", "value"), (0, 0xFF)),
+    **dict.fromkeys(("register", "value", "byte"), (0, 0xFF)),
+    "factor": (1, 1_000_000),
     "address": (0, 0x7F),
     "bit": (0, 7),
 }
@@ -38,7 +40,7 @@ class Alteration:
     """The sum of the faults due in one transaction; each of them enters its part.
 
     `pulses` is what a stuck bus needs to come free, `forced` holds (register, value), `flipped`
-    holds (index among the bytes read, mask).
+    holds (index among the bytes read, mask), `slowness` is how many times as long it takes.
     """
 
     errno: int | None = None
@@ -49,6 +51,9 @@ class Alteration:
     absent: list[Target] = field(default_factory=list)
     forced: list[tuple[int, int]] = field(default_factory=list)
     flipped: list[tuple[int, int]] = field(default_factory=list)
+    frozen: list["FrozenAnswer"] = field(default_factory=list)
+    constant: int | None = None
+    slowness: int = 1
 
     def cut(self, messages: tuple[Message, ...]) -> tuple[Message, ...]:
         """Return the messages up to the refused byte, without it."""
@@ -62,8 +67,21 @@ class Alteration:
                 left -= len(message)
         return messages
 
-    def tampered(self, messages: Sequence[Message], answer: bytes) -> bytes:
-        """Return the bytes read with forced values put in, then bits flipped."""
+    def tampered(
+        self,
+        address: int,
+        messages: tuple[Message, ...],
+        answer: bytes,
+        log: Sequence[Transaction],
+    ) -> bytes:
+        """Return the bytes read: frozen or constant, with forced values put in, bits flipped.
+
+        `log` has the transactions that were before this one.
+        """
+        for fault in self.frozen:
+            answer = fault.kept(address, messages, answer, log)
+        if self.constant is not None:
+            answer = bytes([self.constant]) * len(answer)
         altered = bytearray(answer)
         for register, value in self.forced:
             altered[register - burst_start(messages)] = value
@@ -243,6 +261,82 @@ class AbsentTarget(Fault):
         alteration.absent.append(self.target)
 
 
+@dataclass(frozen=True, kw_only=True, eq=False)
+class FrozenAnswer(Fault):
+    """What is read stays as it was: the answer to the same messages before, while the chip goes on.
+
+    Messages that were not among the last on the bus are answered once more, and stay so.
+    """
+
+    times: int | None = None
+    _kept: dict[tuple[int, tuple[Message, ...]], bytes] = field(default_factory=dict, init=False)
+
+    def fits(self, messages: Sequence[Message]) -> bool:
+        """Return whether anything is read."""
+        return any(isinstance(message, int) for message in messages)
+
+    def strike(self, alteration: Alteration) -> None:
+        """Enter itself."""
+        alteration.frozen.append(self)
+
+    def kept(
+        self,
+        address: int,
+        messages: tuple[Message, ...],
+        answer: bytes,
+        log: Sequence[Transaction],
+    ) -> bytes:
+        """Return what was read by these messages when it froze, or now for the first time."""
+        asked = (address, messages)
+        if asked not in self._kept:
+            before = (
+                each.answer
+                for each in reversed(log)
+                if each.error is None and (each.address, each.messages) == asked
+            )
+            self._kept[asked] = next(before, answer)
+        return self._kept[asked]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class ConstantAnswer(Fault):
+    """Every byte that is read is `byte`; what is written arrives."""
+
+    byte: int
+    times: int | None = None
+
+    def fits(self, messages: Sequence[Message]) -> bool:
+        """Return whether anything is read."""
+        return any(isinstance(message, int) for message in messages)
+
+    def strike(self, alteration: Alteration) -> None:
+        """Enter the byte."""
+        alteration.constant = self.byte
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class SlowBus(Fault):
+    """The bits take `factor` times as long on the wire, as with a clock that is held."""
+
+    factor: int
+    times: int | None = None
+
+    def strike(self, alteration: Alteration) -> None:
+        """Enter the factor; of several the largest counts."""
+        alteration.slowness = max(alteration.slowness, self.factor)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Happening(Fault):
+    """Something happens at an instant, or with the first transaction after it; no bytes differ."""
+
+    action: Callable[[], None]
+
+    def strike(self, alteration: Alteration) -> None:  # noqa: ARG002 -- the wires stay as they are
+        """Let it happen."""
+        self.action()
+
+
 class Injection(NamedTuple):
     """One strike: which fault, in which transaction, when, at which address."""
 
@@ -262,11 +356,21 @@ class FaultScript:
         self._struck: Counter[Fault] = Counter()
         self.record: deque[Injection] = deque(maxlen=KEPT)
 
+    @property
+    def faults(self) -> tuple[Fault, ...]:
+        """Return those in it, over or not."""
+        return tuple(self._faults)
+
     def add(self, fault: Fault) -> None:
         """Let one more fault strike from now on. Raises TypeError for what is none."""
         if not isinstance(fault, Fault):
             raise TypeError(f"{fault!r}: expected a fault, such as NackAddress()")
         self._faults.append(fault)
+
+    def remove(self, fault: Fault) -> None:
+        """Let a fault strike no more; nothing happens if it is not in the script."""
+        if fault in self._faults:
+            self._faults.remove(fault)
 
     def count(self, fault: Fault | None = None) -> int:
         """Return how often this fault struck; all of them without an argument."""

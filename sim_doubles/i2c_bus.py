@@ -14,7 +14,7 @@ controllers; lost arbitration can only be injected (`sim_doubles.faults`).
 import errno
 import threading
 from collections import deque
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from typing import TYPE_CHECKING, NoReturn
 
 from firmware_runtime.hal.i2c import I2cBus, Message
@@ -24,6 +24,8 @@ from sim_doubles.i2c_target import ADAPTERS, AdapterProfile, Target
 from sim_doubles.i2c_wire import BlockRead, Transaction, Wire, WireTiming, os_error
 
 if TYPE_CHECKING:  # what only a script of faults needs is not made for a bus without one
+    from firmware_runtime.hal.strike import Span
+    from sim_doubles.bus_strikes import BusStrikes
     from sim_doubles.faults import Alteration, FaultScript
 
 __all__ = ["BlockRead", "I2cBusDouble", "Target", "Transaction"]
@@ -63,6 +65,7 @@ class I2cBusDouble(Wire, I2cBus):
         self._targets = tuple(targets)
         self._pulses_missing = 0
         self._closed = self._holds = False
+        self._broken: BusStrikes | None = None
         self._lock = threading.Lock()
 
     @property
@@ -169,6 +172,31 @@ class I2cBusDouble(Wire, I2cBus):
             for target in self._targets:
                 target.power_cycle()
 
+    # Faults by kind (`firmware_runtime.hal.strike`)
+
+    @property
+    def breaks(self) -> Collection[str]:
+        """Kinds of faults that it knows."""
+        return self._strikes().breaks
+
+    @property
+    def addresses(self) -> Collection[int]:
+        """Addresses of its chips, of those whose double says it."""
+        found = (getattr(target, "address", None) for target in self._targets)
+        return [address for address in found if isinstance(address, int)]
+
+    def strike(self, kind: str, address: int | None, span: "Span", amount: float) -> None:
+        """Make a fault of a kind, at the chip with this address or at all."""
+        self._strikes().strike(kind, address, span, amount)
+
+    def call_at(self, at: int, action: Callable[[], None]) -> None:
+        """Call at `at`, or with the first transaction after it."""
+        self._strikes().call_at(at, action)
+
+    def clear_strikes(self) -> None:
+        """End every fault that `strike` has made."""
+        self._strikes().clear()
+
     def pause(self, span: int) -> None:
         """Let `span` ns pass on the clock that transactions take their time on."""
         self._timing.pause(span)
@@ -176,6 +204,13 @@ class I2cBusDouble(Wire, I2cBus):
     def close(self) -> None:
         """Release the bus; the targets go on as they are."""
         self._closed = True
+
+    def _strikes(self) -> "BusStrikes":
+        if self._broken is None:
+            from sim_doubles.bus_strikes import BusStrikes  # noqa: PLC0415 -- as faults
+
+            self._broken = BusStrikes(self, self._now)
+        return self._broken
 
     def _refuse(self, refused_with: int | None) -> NoReturn:
         """Raise what ends a transaction before its START; the adapter may refuse its messages."""
@@ -199,11 +234,12 @@ class I2cBusDouble(Wire, I2cBus):
         self._fail_before_start(alteration)
         reachable = [] if alteration.address_refused else self._present(alteration)
         messages_left = alteration.cut(messages)
-        answer = self._carry(at, reachable, addresses, messages_left, stop_bits)
+        with self._timing.slowed(alteration.slowness):
+            answer = self._carry(at, reachable, addresses, messages_left, stop_bits)
         if alteration.refused_byte is not None:
             self.bytes += 1
             raise os_error(self._adapter.byte_refused)
-        return alteration.tampered(messages, answer)
+        return alteration.tampered(addresses[0], messages, answer, self.log)
 
     def _fail_before_start(self, alteration: "Alteration") -> None:
         for target in alteration.browned_out:

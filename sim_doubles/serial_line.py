@@ -12,11 +12,20 @@ A target is a device at the other end, as the line sees it: bytes in, bytes out.
 
 from abc import ABC, abstractmethod
 from collections import deque
-from typing import NamedTuple
+from collections.abc import Callable, Collection
+from functools import partial
+from operator import itemgetter
+from typing import TYPE_CHECKING, Final, NamedTuple
 
+from firmware_runtime.devs.time import NEVER
 from firmware_runtime.hal.serial import SerialPort
 from firmware_runtime.hal.wire_errors import BusFault, PortClosed
 from sim_doubles.clock import Now
+
+if TYPE_CHECKING:
+    from firmware_runtime.hal.strike import Span
+
+_LASTING: Final = ("silent", "absent")
 
 
 class SerialTarget(ABC):
@@ -55,8 +64,11 @@ class SerialLineDouble(SerialPort):
 
     `log` keeps the last `log_length` writes and reads. Faults: `unplugged` True is a USB adapter
     pulled out, every use raises BusFault; `cut` and `reconnect` part and join the wires, which no
-    port notices.
+    port notices; `strike` makes those that have a kind (`firmware_runtime.hal.strike`).
     """
+
+    breaks: Collection[str] = (*_LASTING, "drop", "brown-out")
+    addresses: Collection[int] = ()
 
     def __init__(self, name: str, now: Now, target: SerialTarget, *, log_length: int = 256) -> None:
         self.name = name
@@ -66,19 +78,24 @@ class SerialLineDouble(SerialPort):
         self._target = target
         self._arrived = b""
         self._cut = self._closed = False
+        self._due: list[tuple[int, Callable[[], None]]] = []
+        self._broken: set[str] = set()
+        self._to_drop = 0
         target.transmitted(now())
 
     def write(self, data: bytes) -> None:
         """Send bytes to the target. Raises PortClosed, or BusFault without an adapter."""
         self._check()
         self.log.append(Traffic(self._now(), written=True, data=bytes(data)))
-        if not self._cut:
-            self._target.receive(bytes(data))
+        if self._due:
+            self._catch_up()
+        if not (self._cut or self._broken):
+            self._target.receive(self._without_lost(bytes(data)))
 
     def read_available(self) -> bytes:
         """Take what has arrived by now. Raises PortClosed, or BusFault without an adapter."""
         self._check()
-        self._fetch()
+        self._catch_up()
         data, self._arrived = self._arrived, b""
         if data:
             self.log.append(Traffic(self._now(), written=False, data=data))
@@ -90,18 +107,67 @@ class SerialLineDouble(SerialPort):
 
     def cut(self) -> None:
         """Part the wires: from now on bytes are lost, both ways."""
-        self._fetch()
+        self._catch_up()
         self._cut = True
 
     def reconnect(self) -> None:
         """Join the wires; what was sent in between is lost."""
-        self._fetch()
+        self._catch_up()
         self._cut = False
 
-    def _fetch(self) -> None:
-        sent = self._target.transmitted(self._now())
-        if not self._cut:
-            self._arrived += sent
+    # Faults by kind
+
+    def strike(self, kind: str, _address: int | None, span: "Span", _amount: float) -> None:
+        """Make a fault of a kind."""
+        self.call_at(span.since, partial(self._break, kind))
+        if kind in _LASTING and span.until < NEVER:
+            self.call_at(span.until + 1, partial(self._heal, kind))
+
+    def call_at(self, at: int, action: Callable[[], None]) -> None:
+        """Call at `at`, or when the line is next used after it."""
+        self._due = sorted([*self._due, (at, action)], key=itemgetter(0))
+        self._catch_up()
+
+    def clear_strikes(self) -> None:
+        """End every fault that `strike` has made."""
+        self._catch_up()
+        self._due.clear()
+        self._to_drop = 0
+        for kind in tuple(self._broken):
+            self._heal(kind)
+
+    def _break(self, kind: str) -> None:
+        if kind in _LASTING:
+            self._broken.add(kind)
+        if kind == "drop":
+            self._to_drop += 1
+        elif kind != "silent":
+            self._target.power_cycle()
+
+    def _heal(self, kind: str) -> None:
+        if kind == "absent":
+            self._target.power_cycle()
+        self._broken.discard(kind)
+
+    def _catch_up(self) -> None:
+        """Fetch what was sent by now; what is due happens in between, in order."""
+        now = self._now()
+        while self._due and self._due[0][0] <= now:
+            at, action = self._due.pop(0)
+            self._fetch_until(at)
+            action()
+        self._fetch_until(now)
+
+    def _fetch_until(self, at: int) -> None:
+        sent = self._target.transmitted(at)
+        if not (self._cut or self._broken):
+            self._arrived += self._without_lost(sent)
+
+    def _without_lost(self, data: bytes) -> bytes:
+        """Return bytes on the line without those that are to be dropped."""
+        lost = min(self._to_drop, len(data))
+        self._to_drop -= lost
+        return data[lost:]
 
     def _check(self) -> None:
         if self._closed:

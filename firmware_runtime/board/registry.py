@@ -17,7 +17,13 @@ from msgspec import Struct
 from firmware_runtime.board import strict
 from firmware_runtime.board.definition import BoardDefinition
 from firmware_runtime.board.experiments import Experiment, Plant
-from firmware_runtime.board.faults import Device, device_faults, executive_faults, unused_lines
+from firmware_runtime.board.faults import (
+    Device,
+    SerialDevice,
+    device_faults,
+    executive_faults,
+    unused_lines,
+)
 from firmware_runtime.board.installed import (
     FILE,
     blamed_on,
@@ -56,6 +62,8 @@ class Board(Struct, frozen=True):
     """What the settings were made of: the file's keys, overridden."""
     devices: Sequence[Device]
     """Every chip on an I2C bus that the board needs."""
+    serial_devices: Sequence[SerialDevice]
+    """Every chip on a serial port that it needs."""
     loads: Mapping[str, BusLoad]
     """What the board asks of each bus."""
     doubles_run_s: float
@@ -151,6 +159,7 @@ def board_of(
         settings=settings,
         table=table,
         devices=devices,
+        serial_devices=defined.serial_devices(settings),
         loads=loads,
         doubles_run_s=defined.doubles_run_s,
         warnings=[text for load_ in loads.values() if (text := load_.warning())],

@@ -68,3 +68,14 @@ class Drawn(Protocol):
 
         `own` is what the robot itself knows about that, `reason` why the run was over.
         """
+
+
+@runtime_checkable
+class Pushable(Protocol):
+    """A rig whose robot can be pushed."""
+
+    push_unit: str
+    """Unit and direction of a push, such as `rad/s of yaw`."""
+
+    def push(self, amount: float) -> None:
+        """Push the robot now: an impulse; the world has been brought up to now."""

@@ -5,6 +5,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Final, NamedTuple
 
+from firmware_runtime.board.struck_doubles import HasDevices
 from firmware_runtime.cli.arguments import SubParsers, add_board, add_output_log, add_verb
 from firmware_runtime.cli.chosen_board import chosen_board
 from firmware_runtime.errors import ConfigError, Status
@@ -36,10 +37,11 @@ takes longer than on a real bus.
 
 
 class Chosen(NamedTuple):
-    """Doubles to be served, and what they are called."""
+    """Doubles to be served, what they are called, and what is on them."""
 
     name: str
     rig: DoublesRig
+    devices: HasDevices
 
 
 def add_to(verbs: SubParsers) -> None:
@@ -77,7 +79,7 @@ def add_to(verbs: SubParsers) -> None:
 def execute(arguments: argparse.Namespace) -> int:
     """Serve until a signal comes."""
     clock = RealClock()
-    name, rig = chosen = _chosen(arguments, clock)
+    name, rig, devices = chosen = _chosen(arguments, clock)
     path = arguments.socket
     if arguments.usbip:
         _refuse_ports(chosen)
@@ -86,7 +88,7 @@ def execute(arguments: argparse.Namespace) -> int:
     elif path is None:
         raise ConfigError.of_one("doubles serve", "no place for `run`", expected="--socket PATH")
     with OutputLog(arguments.log, rig) as log:
-        service = DoublesService(name, rig, clock, log)
+        service = DoublesService(name, rig, clock, log, devices)
         with (
             DoublesServer(path, service, log, clock) as server,
             stop_on_signals(lambda _signal: server.stop()),
@@ -95,8 +97,8 @@ def execute(arguments: argparse.Namespace) -> int:
             if arguments.usbip:
                 from sim_doubles.usbip.plugged import plugged_in  # noqa: PLC0415 -- of few machines
 
-                with plugged_in(name, list(rig.buses), service, server, clock) as devices:
-                    for bus, device in devices.items():
+                with plugged_in(name, list(rig.buses), service, server, clock) as nodes:
+                    for bus, device in nodes.items():
                         log.event(clock(), "attached", bus=bus, device=str(device))
                         print(f"{name}: {bus} is {device}", flush=True)
                     Notices.from_environment().ready()
@@ -117,9 +119,10 @@ def _chosen(arguments: argparse.Namespace, clock: WireClock) -> Chosen:
     if words:
         if arguments.assignments:
             raise ConfigError("doubles", ["--set: with --chip there is no board; expected BOARD"])
-        return Chosen(CHIPS, ChipsRig(placed(words), clock))
+        rig = ChipsRig(placed(words), clock)
+        return Chosen(CHIPS, rig, rig)
     board = chosen_board(arguments.board, arguments.assignments)
-    return Chosen(board.name, rig_for(board, clock))
+    return Chosen(board.name, rig_for(board, clock), board)
 
 
 def _behind_the_kernel(chosen: Chosen) -> None:

@@ -1,67 +1,173 @@
-"""`firmware-runtime doubles fault KIND`: let a bus of served doubles fail for a while."""
+"""`firmware-runtime doubles fault KIND [DEVICE]`: break served doubles; list what was broken."""
 
 import argparse
-import errno
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Final
 
-from firmware_runtime.cli.arguments import SubParsers, add_verb, positive
-from firmware_runtime.devs.time import seconds
-from firmware_runtime.errors import Status
-from firmware_runtime.hal.served.client import strike
-from firmware_runtime.hal.served.connection import Connection
-from firmware_runtime.hal.served.packets import Strike
-from firmware_runtime.hal.wire_errors import EREMOTEIO
+from msgspec import json
 
-KINDS: Final = {
-    "nack": EREMOTEIO,
-    "stuck": errno.ETIMEDOUT,
-    "arbitration": errno.EAGAIN,
-    "fault": errno.EIO,
-}
-"""Errors of an adapter: no acknowledge, the bus is held, another controller won, its own."""
+from firmware_runtime.cli.arguments import SubParsers, add_verb
+from firmware_runtime.devs.time import SECOND
+from firmware_runtime.errors import ConfigError, Status
+from firmware_runtime.hal.served.packets import FaultList
+from firmware_runtime.hal.served.strikes import clear, faults_of, strike
+from firmware_runtime.hal.strike import KINDS, Kind, Struck
+
+CLEAR: Final = "clear"
+FOR_S: Final = 1.0
+EVER: Final = "ever"
+_ABOUT = "\n".join(f"{kind.name:12} {kind.meaning}" for kind in KINDS.values())
 
 
 def add_fault_to(actions: SubParsers) -> None:
     """Add this action of `doubles`."""
-    summary = "Let a bus of served doubles fail from now on, for a while."
+    summary = "Break something on served doubles, or list what can be and was broken."
     verb = add_verb(actions, "fault", summary, execute)
-    verb.add_argument("kind", choices=list(KINDS), help="what the adapter reports")
+    verb.formatter_class = argparse.RawDescriptionHelpFormatter
+    verb.epilog = f"kinds:\n{_ABOUT}"
+    verb.add_argument(
+        "kind",
+        nargs="?",
+        choices=[*KINDS, CLEAR],
+        metavar="KIND",
+        help=f"what happens, see below; `{CLEAR}` ends all faults",
+    )
+    verb.add_argument(
+        "device",
+        nargs="?",
+        default="",
+        metavar="DEVICE",
+        help="a device, bus or port by its name in board.toml, or a chip as 0x40 or i2c1@0x40; "
+        "default: all that the kind fits",
+    )
     verb.add_argument(
         "--socket", type=Path, required=True, metavar="PATH", help="where the doubles are served"
     )
-    verb.add_argument("--bus", default="", help="the bus's name in board.toml; default: every bus")
-    verb.add_argument(
-        "--address", type=_address, metavar="0xNN", help="one chip only; default: all on the bus"
-    )
     verb.add_argument(
         "--for",
-        type=positive,
-        default=1.0,
+        type=_span,
+        default=FOR_S,
         metavar="SECONDS",
-        dest="span_s",
-        help="how long it lasts (1)",
+        dest="for_s",
+        help=f"how long it lasts (default {FOR_S:g}); 0: one transaction; {EVER}: until `{CLEAR}`",
     )
+    verb.add_argument("--amount", type=float, metavar="N", help="how much, of a kind that has one")
+    verb.add_argument("--list", action="store_true", help="list kinds, devices, and what was done")
+    verb.add_argument("--json", action="store_true", help="print the list as JSON")
 
 
 def execute(arguments: argparse.Namespace) -> int:
-    """Ask for it; the server's log has when it began and ends."""
-    connection = Connection(arguments.socket)
-    span = seconds(arguments.span_s)
-    asked = Strike(arguments.bus, KINDS[arguments.kind], span, arguments.address)
-    strike(connection.ask, asked)
-    connection.close()
-    where = "" if arguments.address is None else f" 0x{arguments.address:02x}"
-    which = arguments.bus or "every bus"
-    print(f"{which}{where}: {arguments.kind} for {arguments.span_s:g} s from now")
+    """Ask the server for it; its log has when a fault began and ends."""
+    path, kind = arguments.socket, arguments.kind
+    if arguments.list:
+        _refuse_kind(kind, "--list")
+        _print(faults_of(path), as_json=arguments.json)
+    elif kind is None:
+        raise ConfigError.of_one("doubles fault", "no kind", f"one of {', '.join(KINDS)}, {CLEAR}")
+    elif kind == CLEAR:
+        listing = clear(path)
+        if arguments.json:
+            _print(listing, as_json=True)
+        else:
+            print(f"{listing.board}: no fault any more")
+    else:
+        for_s = None if KINDS[kind].is_moment else arguments.for_s
+        listing = strike(path, kind, arguments.device, for_s=for_s, amount=arguments.amount)
+        if arguments.json:
+            _print(listing, as_json=True)
+        else:
+            print(_made(listing.struck[-1]))
     return Status.OK
 
 
-def _address(text: str) -> int:
+def _refuse_kind(kind: str | None, option: str) -> None:
+    if kind is not None:
+        raise ConfigError.of_one("doubles fault", f"{option} with {kind}", "one of both")
+
+
+def _print(listing: FaultList, *, as_json: bool) -> None:
+    if as_json:
+        print(json.format(json.encode(_document(listing))).decode())
+        return
+    for line in _lines(listing):
+        print(line)
+
+
+def _document(listing: FaultList) -> dict[str, object]:
+    return {
+        "board": listing.board,
+        "at_ns": listing.at,
+        "kinds": [_described(kind) for kind in listing.kinds],
+        "devices": [
+            {
+                "name": place.name,
+                "chip": place.chip or None,
+                "line": place.line,
+                "address": place.address,
+                "kinds": place.kinds,
+            }
+            for place in listing.places
+        ],
+        "struck": [
+            {
+                "kind": each.kind,
+                "device": each.device,
+                "at_ns": each.at,
+                "span_ns": each.span,
+                "amount": each.amount,
+            }
+            for each in listing.struck
+        ],
+    }
+
+
+def _described(kind: Kind) -> dict[str, object]:
+    return {
+        "kind": kind.name,
+        "of": kind.of,
+        "meaning": kind.meaning,
+        "amount": kind.amount,
+        "unit": kind.unit or None,
+    }
+
+
+def _lines(listing: FaultList) -> Iterator[str]:
+    yield f"{listing.board}: kinds"
+    for kind in listing.kinds:
+        amount = "" if kind.amount is None else f" (--amount {kind.amount:g}, {kind.unit})"
+        yield f"  {kind.name:12} {kind.of:7} {kind.meaning}{amount}"
+    yield "devices and lines"
+    for place in listing.places:
+        of = "serial" if "silent" in place.kinds else "I2C"
+        where = "all on it" if place.is_line else f"{place.what} on {place.line}"
+        yield f"  {place.name:16} {of:7} {where}"
+    yield "what was done" if listing.struck else "nothing was done yet"
+    for each in listing.struck:
+        yield f"  {each.at / SECOND:12.3f} s  {_made(each)}"
+
+
+def _made(each: Struck) -> str:
+    what = each.kind if each.amount is None else f"{each.kind} {each.amount:g}"
+    where = f"{each.device or 'all'}: {what}"
+    if each.kind == "push":
+        return what
+    if KINDS[each.kind].is_moment:
+        return where
+    if each.span is None:
+        return f"{where} until it is cleared"
+    if each.span == 0:
+        return f"{where} once"
+    return f"{where} for {each.span / SECOND:g} s"
+
+
+def _span(text: str) -> float | None:
+    if text == EVER:
+        return None
     try:
-        address = int(text, 0)
+        value = float(text)
     except ValueError:
-        address = -1
-    if not 0 <= address <= 0x7F:
-        raise argparse.ArgumentTypeError(f"{text!r}: expected an address such as 0x40")
-    return address
+        value = -1.0
+    if not 0 <= value <= 1e9:
+        raise argparse.ArgumentTypeError(f"{text!r}: expected 0 or more seconds, or {EVER}")
+    return value

@@ -11,7 +11,9 @@ from collections.abc import Callable
 from firmware_runtime.hal.served.packets import (
     Conclude,
     Enable,
+    FaultQuestion,
     Read,
+    Refused,
     Standing,
     Transfer,
     Write,
@@ -86,6 +88,9 @@ class RecordedService(Service):
 
     def _result(self, asked: Conclude) -> dict[str, object]:
         return dict(asked.own)
+
+    def _faults(self, asked: FaultQuestion) -> Refused:  # noqa: ARG002 -- whichever it is
+        return Refused("a recording: no fault can be added to it; expected `doubles serve`")
 
     def _carried_out(self, asked: Carried, client: int) -> bytes:
         match asked:

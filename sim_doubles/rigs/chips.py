@@ -3,6 +3,7 @@
 from collections.abc import Mapping, Sequence
 from typing import Final, NamedTuple
 
+from firmware_runtime.board.faults import Device, SerialDevice
 from firmware_runtime.board.settings import BusSettings
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.hal.budget import WireClock
@@ -71,6 +72,14 @@ class ChipsRig(BoardRig):
             self.connect(BUS, *targets, name=name)
         for each in _on_ports(chips):
             self.plug_in(each.name, each.chip.on_port(clock), name=each.name)
+        self.assignments: Sequence[str] = ()
+        self.devices = [
+            Device(each.name, each.chip.name, BUS, each.address)
+            for each in chips
+            if each.address is not None
+        ]
+        self.serial_devices: Sequence[SerialDevice] = ()
+        """None by a name of its own: each port is called as its chip is."""
 
 
 def _on_bus(chips: Sequence[Placed], clock: WireClock) -> dict[str, Sequence[Target]]:

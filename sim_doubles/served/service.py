@@ -4,36 +4,44 @@ import errno
 import os
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
-from typing import TypeAlias, TypeVar
+from typing import Final, TypeAlias, TypeVar
 
+from firmware_runtime.board.struck_doubles import NO_DEVICES, HasDevices, StruckDoubles
 from firmware_runtime.devs.time import NEVER
+from firmware_runtime.errors import ConfigError
 from firmware_runtime.hal.served.packets import (
     Answer,
     Answered,
     Asked,
+    ClearFaults,
     Conclude,
     Concluded,
     Done,
     Enable,
     Failed,
+    FaultList,
+    FaultQuestion,
+    ListFaults,
     Look,
     Part,
     Read,
     Refused,
     Standing,
-    Strike,
     Transfer,
     Write,
     encode,
     read_question,
 )
+from firmware_runtime.hal.strike import Strike, Struck
 from sim_doubles.clock import Now
-from sim_doubles.faults import AdapterError, FaultScript
 from sim_doubles.rigs.board_rig import DoublesRig
 from sim_doubles.served.logs import OutputLog
 
 T = TypeVar("T")
-Carried: TypeAlias = Transfer | Part | Write | Read | Strike | Enable
+
+_WITHOUT_EFFECT: Final = ("slow",)
+"""Kinds that a client does not notice: it is answered at once, whatever the wire takes."""
+Carried: TypeAlias = Transfer | Part | Write | Read | Enable
 """Questions whose answer is bytes, or an errno."""
 
 
@@ -65,6 +73,10 @@ class Service(ABC):
         """Return how a run ended."""
 
     @abstractmethod
+    def _faults(self, asked: FaultQuestion) -> Answered:
+        """Make or clear faults, and list them; or refuse to."""
+
+    @abstractmethod
     def _carried_out(self, asked: Carried, client: int) -> bytes:
         """Carry out anything else. Raises the OSError that an adapter reports."""
 
@@ -74,6 +86,8 @@ class Service(ABC):
                 return self._standing()
             case Conclude():
                 return Concluded(self._result(asked))
+            case Strike() | ListFaults() | ClearFaults():
+                return self._faults(asked)
         try:
             return Done(self._carried_out(asked, client))
         except OSError as error:
@@ -82,13 +96,24 @@ class Service(ABC):
 
 
 class DoublesService(Service):
-    """The doubles of a board, or of single chips.
+    """The doubles of a board, or of single chips; faults are made at its `devices` by name.
 
     While a question is answered, only wire time passes on their clock.
     """
 
-    def __init__(self, board: str, rig: DoublesRig, now: Now, log: OutputLog) -> None:
+    def __init__(
+        self,
+        board: str,
+        rig: DoublesRig,
+        now: Now,
+        log: OutputLog,
+        devices: HasDevices = NO_DEVICES,
+    ) -> None:
         self._board = board
+        self._assignments = tuple(devices.assignments)
+        self._struck = StruckDoubles(rig, devices, now, without=_WITHOUT_EFFECT)
+        self._drivers: set[int] = set()
+        self._began_at: int | None = None
         self._rig = rig
         self._now = now
         self._log = log
@@ -108,6 +133,7 @@ class DoublesService(Service):
 
     def release(self, client: int) -> None:
         """Free what a client held that has gone, as the kernel does."""
+        self._drivers.discard(client)
         if self._holder == client:
             self._let_through(client, enabled=False)
             self._holder = None
@@ -121,6 +147,8 @@ class DoublesService(Service):
         return self._rig.result(asked.elapsed, asked.own)
 
     def _carried_out(self, asked: Carried, client: int) -> bytes:
+        if not isinstance(asked, Enable) and client not in self._drivers:
+            self._note_driver(client)
         match asked:
             case Transfer(bus, address, messages):
                 return line_of(self._rig.buses, bus).transfer(address, messages)
@@ -132,9 +160,6 @@ class DoublesService(Service):
                 return b""
             case Read(port):
                 return line_of(self._rig.ports, port).read_available()
-            case Strike():
-                self._strike(asked)
-                return b""
             case Enable(enabled):
                 self._let_through(client, enabled=enabled)
                 return b""
@@ -149,24 +174,40 @@ class DoublesService(Service):
         self._holder = client
         line.set(enabled)
 
-    def _strike(self, asked: Strike) -> None:
-        """Let a bus fail for a while, or all of them. The log has it."""
-        for name in [asked.bus] if asked.bus else self._rig.buses:
-            self._strike_one(name, asked)
+    def _faults(self, asked: FaultQuestion) -> Answered:
+        try:
+            match asked:
+                case Strike():
+                    self._log_fault(self._struck.strike(asked, self._now()))
+                case ClearFaults():
+                    self._struck.clear()
+                    self._log.event(self._now(), "cleared")
+        except ConfigError as error:
+            return Refused(error.faults[0])
+        return self._fault_list()
 
-    def _strike_one(self, name: str, asked: Strike) -> None:
-        bus, at = line_of(self._rig.buses, name), self._now()
-        if bus.faults is None:
-            bus.faults = FaultScript()
-        until = at + asked.span
-        bus.faults.add(
-            AdapterError(
-                errno=asked.errno, address=asked.address, since=at, until=until, times=None
-            )
+    def _fault_list(self) -> FaultList:
+        struck = self._struck
+        return FaultList(
+            self._board,
+            self._assignments,
+            self._now(),
+            self._began_at,
+            tuple(struck.kinds),
+            tuple(struck.places),
+            tuple(struck.struck),
         )
-        self._log.event(
-            at, "fault", bus=name, errno=asked.errno, address=asked.address, until_ns=until
-        )
+
+    def _log_fault(self, made: Struck) -> None:
+        until = None if made.span is None else made.at + made.span
+        what = {"kind": made.kind, "device": made.device, "amount": made.amount}
+        self._log.event(self._now(), "fault", **what, from_ns=made.at, until_ns=until)
+
+    def _note_driver(self, client: int) -> None:
+        """Note when the client began that drives them; others may join it, a guard for example."""
+        if not self._drivers:
+            self._began_at = self._now()
+        self._drivers.add(client)
 
 
 def line_of(lines: Mapping[str, T], name: str) -> T:

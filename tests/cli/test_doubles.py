@@ -12,10 +12,12 @@ from typing import Any
 import pytest
 
 from firmware_runtime.devs.time import SECOND
-from firmware_runtime.hal.served.client import ServedBus, ServedDoubles, strike
+from firmware_runtime.errors import ConfigError
+from firmware_runtime.hal.served.client import ServedBus, ServedDoubles
 from firmware_runtime.hal.served.connection import Connection
-from firmware_runtime.hal.served.packets import Strike
-from firmware_runtime.hal.wire_errors import BusAbsent, BusFault, BusTimeout, NoAcknowledge
+from firmware_runtime.hal.served.strikes import ask_faults
+from firmware_runtime.hal.strike import Strike
+from firmware_runtime.hal.wire_errors import BusFault, BusTimeout, NoAcknowledge
 from firmware_runtime.recording.blackbox.reader import read_recording
 from sim_doubles.recorded.traffic import traffic_of
 from tests.support.command import Command, own_process, started
@@ -130,20 +132,20 @@ def test_one_chip_fails_for_its_time_and_the_log_has_it(tmp_path: Path) -> None:
     log = tmp_path / "doubles.log"
     with served_rig("tachobot", log=log) as rig:
         bus = ServedDoubles(rig.ask, ["i2c1"], []).buses["i2c1"]
-        strike(rig.ask, Strike("i2c1", 121, SECOND, 0x68))
+        ask_faults(rig.ask, Strike("nack", "i2c1@0x68", for_s=1.0))
         with pytest.raises(NoAcknowledge):
             bus.transaction(0x68, (b"\x75", 1))
         assert bus.transaction(0x40, (b"\xfe", 1)) == b"\x1e"
         rig.clock.advance(SECOND + 1)
         assert bus.transaction(0x68, (b"\x75", 1)) == b"\x71"
     faults = [json.loads(line) for line in log.read_text().splitlines() if "fault" in line]
-    assert [(each["address"], each["until_ns"]) for each in faults] == [(0x68, SECOND)]
+    assert [(each["device"], each["until_ns"]) for each in faults] == [("i2c1@0x68", SECOND)]
 
 
 def test_without_an_address_the_whole_bus_fails() -> None:
     with served_rig("detective") as rig:
         bus = ServedDoubles(rig.ask, ["i2c1"], []).buses["i2c1"]
-        strike(rig.ask, Strike("i2c1", 110, SECOND))
+        ask_faults(rig.ask, Strike("stuck", "i2c1", for_s=1.0))
         for address in (0x40, 0x58, 0x73):
             with pytest.raises(BusTimeout):
                 bus.transaction(address, (b"\x00", 1))
@@ -153,16 +155,16 @@ def test_without_a_bus_all_fail_whatever_they_are_called(tmp_path: Path) -> None
     log = tmp_path / "doubles.log"
     with served_rig("detective", log=log) as rig:
         bus = ServedDoubles(rig.ask, ["i2c1"], []).buses["i2c1"]
-        strike(rig.ask, Strike("", 110, SECOND))
+        ask_faults(rig.ask, Strike("stuck", for_s=1.0))
         with pytest.raises(BusTimeout):
             bus.transaction(0x40, (b"\x00", 1))
     (fault,) = [json.loads(line) for line in log.read_text().splitlines() if "fault" in line]
-    assert fault["bus"] == "i2c1"
+    assert (fault["kind"], fault["device"]) == ("stuck", "")
 
 
 def test_a_bus_that_is_not_there_cannot_fail() -> None:
-    with served_rig("tachobot") as rig, pytest.raises(BusAbsent, match="i2c7"):
-        strike(rig.ask, Strike("i2c7", 110, SECOND))
+    with served_rig("tachobot") as rig, pytest.raises(ConfigError, match="i2c7"):
+        ask_faults(rig.ask, Strike("stuck", "i2c7", for_s=1.0))
 
 
 def test_where_nothing_is_served_there_is_one_sentence(command: Command, tmp_path: Path) -> None:
@@ -182,7 +184,7 @@ def test_served_chips_answer_and_fail_as_asked(command: Command, tmp_path: Path)
         connection = Connection(socket, answer_s=PATIENCE_S)
         bus = ServedDoubles(connection.ask, ["i2c1"], []).buses["i2c1"]
         assert bus.write_read(0x41, b"\xfe", 1) == b"\x1e"
-        faulty = ("doubles", "fault", "nack", "--socket", socket, "--address", "0x41")
+        faulty = ("doubles", "fault", "nack", "0x41", "--socket", socket)
         assert command(*faulty, "--for", 1000).status == 0
         with pytest.raises(NoAcknowledge):
             bus.write_read(0x41, b"\xfe", 1)

@@ -70,8 +70,9 @@ deploy host tachobot --port ssh | --port: 'ssh': expected a whole number
 gate a b c --seed x | --seed: 'x': expected a whole number
 run m:s --samples 1.5 | --samples: '1.5': expected a whole number
 experiment loop-delay tachobot --every x | 'x': expected a positive
-doubles fault stuck --socket x --address 0x80 | expected an address such as 0x40
-doubles fault stuck --socket x --for 0 | expected a positive number
+doubles fault --socket x | no kind
+doubles fault stuck --socket x --for -1 | expected 0 or more seconds
+doubles fault stuck --socket x --list | --list with stuck
 doubles fault stuck | --socket
 doubles fault melt --socket x | expected one of
 

@@ -12,15 +12,16 @@ from firmware_runtime.devs.time import SECOND
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.executive.clocks import VirtualClock
 from firmware_runtime.hal.i2c import Message
-from firmware_runtime.hal.served.client import ServedBus, ServedDoubles, ServedPort, look, strike
+from firmware_runtime.hal.served.client import ServedBus, ServedDoubles, ServedPort, look
 from firmware_runtime.hal.served.packets import (
     Answered,
     Asked,
     Question,
-    Strike,
     encode,
     read_answer,
 )
+from firmware_runtime.hal.served.strikes import ask_faults
+from firmware_runtime.hal.strike import Strike
 from firmware_runtime.hal.wire_errors import BusAbsent, BusFault, HalError, from_os_error
 from firmware_runtime.recording.blackbox.layout import Chunk, file_of
 from firmware_runtime.recording.blackbox.reader import Recording, kind_of, read_recording
@@ -309,8 +310,8 @@ def test_it_stands_for_the_board_and_takes_no_fault(runs: Path) -> None:
     assert doubles.enable is not None
     doubles.enable.set(True)
     assert doubles.result(SECOND, {"found": False}) == {"found": False}
-    with pytest.raises(BusFault):
-        strike(lines.ask, Strike("i2c1", 121, SECOND))
+    with pytest.raises(ConfigError, match="a recording"):
+        ask_faults(lines.ask, Strike("nack", "i2c1"))
 
 
 @pytest.mark.slow

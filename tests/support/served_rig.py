@@ -54,7 +54,7 @@ def served_rig(board: str, *assignments: str, log: Path = Path(os.devnull)) -> I
     clock = ManualClock()
     doubles = rig_for(loaded, clock)
     with OutputLog(log, doubles) as output_log:
-        yield ServedRig(clock, doubles, DoublesService(board, doubles, clock, output_log))
+        yield ServedRig(clock, doubles, DoublesService(board, doubles, clock, output_log, loaded))
 
 
 def lines_of(log: Path) -> list[dict[str, Any]]:

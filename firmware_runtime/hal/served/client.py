@@ -20,7 +20,6 @@ from firmware_runtime.hal.served.packets import (
     Look,
     Read,
     Standing,
-    Strike,
     Transfer,
     Write,
 )
@@ -148,11 +147,6 @@ def look(ask: Ask) -> Standing:
     if isinstance(answered, Standing):
         return answered
     raise _unexpected(answered, "doubles")
-
-
-def strike(ask: Ask, asked: Strike) -> None:
-    """Let a bus fail for a while. Raises BusAbsent if the doubles have none of that name."""
-    _data(ask(asked, asked.bus), asked.bus)
 
 
 def _data(answered: Answered, where: str) -> bytes:

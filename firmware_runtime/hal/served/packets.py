@@ -11,6 +11,8 @@ from typing import Final, TypeAlias
 from msgspec import Struct
 from msgspec.msgpack import Decoder, Encoder
 
+from firmware_runtime.hal.strike import Kind, Place, Strike, Struck
+
 LONGEST: Final = 1 << 18
 """Bytes of the longest packet; Linux carries no longer ones by default."""
 
@@ -65,14 +67,12 @@ class Conclude(Struct, tag="conclude", array_like=True, frozen=True):
     own: dict[str, object]
 
 
-class Strike(Struct, tag="strike", array_like=True, frozen=True):
-    """From now on a bus fails with `errno` for `span` ns, at one address or at all of them."""
+class ListFaults(Struct, tag="list_faults", array_like=True, frozen=True):
+    """Question for the faults that can be made, and those that were."""
 
-    bus: str
-    """Its name in board.toml; empty: every bus."""
-    errno: int
-    span: int
-    address: int | None = None
+
+class ClearFaults(Struct, tag="clear_faults", array_like=True, frozen=True):
+    """Every fault that was made is to end."""
 
 
 class Done(Struct, tag="done", array_like=True, frozen=True):
@@ -88,7 +88,7 @@ class Failed(Struct, tag="failed", array_like=True, frozen=True):
 
 
 class Refused(Struct, tag="refused", array_like=True, frozen=True):
-    """Refusal of what was no question, and why."""
+    """Refusal of what was no question, or of a fault that cannot be made, and why."""
 
     reason: str
 
@@ -111,8 +111,26 @@ class Concluded(Struct, tag="concluded", array_like=True, frozen=True):
     result: dict[str, object]
 
 
-Asked: TypeAlias = Transfer | Part | Write | Read | Look | Conclude | Strike | Enable
-Answered: TypeAlias = Done | Failed | Refused | Standing | Concluded
+class FaultList(Struct, tag="fault_list", array_like=True, frozen=True):
+    """Faults of these doubles: those that can be made and where, and those that were made.
+
+    Instants are ns after the server's start. A client that drives the doubles began at `began_at`,
+    None if none has; `assignments` are the numbers of the board that were overridden.
+    """
+
+    board: str
+    assignments: tuple[str, ...]
+    at: int
+    began_at: int | None
+    kinds: tuple[Kind, ...]
+    places: tuple[Place, ...]
+    struck: tuple[Struck, ...]
+
+
+FaultQuestion: TypeAlias = Strike | ListFaults | ClearFaults
+"""Questions about faults: each is answered with the list as it is then, or refused."""
+Asked: TypeAlias = Transfer | Part | Write | Read | Look | Conclude | Enable | FaultQuestion
+Answered: TypeAlias = Done | Failed | Refused | Standing | Concluded | FaultList
 
 
 class Question(Struct, array_like=True, frozen=True):

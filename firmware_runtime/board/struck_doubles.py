@@ -1,0 +1,206 @@
+"""Doubles of a board that can be broken: by the names of its devices, and what has been broken.
+
+A rig needs nothing for that but lines that are `Breakable`, as buses and ports of doubles are. One
+that is `Pushable` can be pushed too.
+"""
+
+from collections.abc import Callable, Collection, Iterator, Sequence
+from typing import Final, Protocol
+
+from msgspec import Struct
+from msgspec.structs import replace
+
+from firmware_runtime.board.faults import Device, SerialDevice
+from firmware_runtime.board.rig import Doubles, Pushable, Rig
+from firmware_runtime.devs.time import NEVER
+from firmware_runtime.errors import ConfigError, suggested
+from firmware_runtime.hal.strike import KINDS, Breakable, Kind, Place, Span, Strike, Struck
+
+
+class HasDevices(Protocol):
+    """A board, or a set of chips without one."""
+
+    @property
+    def assignments(self) -> Sequence[str]:
+        """Numbers of its board.toml that were overridden, `KEY=VALUE`."""
+
+    @property
+    def devices(self) -> Sequence[Device]:
+        """Chips on I2C buses."""
+
+    @property
+    def serial_devices(self) -> Sequence[SerialDevice]:
+        """Chips on serial ports."""
+
+
+class NoDevices(Struct, frozen=True):
+    """Nothing that has a name of its own: lines and addresses only."""
+
+    assignments: Sequence[str] = ()
+    devices: Sequence[Device] = ()
+    serial_devices: Sequence[SerialDevice] = ()
+
+
+NO_DEVICES: Final = NoDevices()
+
+
+class StruckDoubles:
+    """Doubles in this process, on the clock `now`, and the faults that were made on them.
+
+    `without` are kinds that have no effect where these doubles are used.
+    """
+
+    def __init__(
+        self,
+        doubles: Rig,
+        devices: HasDevices,
+        now: Callable[[], int],
+        *,
+        without: Collection[str] = (),
+    ) -> None:
+        self._doubles = doubles
+        self._now = now
+        self._lines = dict(_breakable(doubles))
+        self._without = without
+        self.places = [*_places(self._lines, devices, self._fit)]
+        """What can be struck by name: devices first, then lines."""
+        self.struck: list[Struck] = []
+        """Faults made so far, in the order in which they were asked for."""
+
+    @property
+    def kinds(self) -> list[Kind]:
+        """Kinds of faults that can be made here."""
+        fitting = {kind for place in self.places for kind in place.kinds}
+        found = [kind for name, kind in KINDS.items() if name in fitting]
+        if isinstance(self._doubles, Pushable) and "push" not in self._without:
+            found.append(replace(KINDS["push"], unit=self._doubles.push_unit))
+        return found
+
+    def strike(self, strike: Strike, since: int = 0) -> Struck:
+        """Make a fault, its instant counted from `since`, ns. Raises ConfigError if it cannot be.
+
+        One that is due is there when this returns; what had its instant before begins now.
+        """
+        if (fault := strike.fault()) is not None:
+            raise ConfigError.of_one("fault", fault)
+        kind = KINDS[strike.kind]
+        if kind.name not in [each.name for each in self.kinds]:
+            known = ", ".join(each.name for each in self.kinds)
+            raise ConfigError.of_one(
+                "fault", f"{kind.name}: not on these doubles", f"one of {known}"
+            )
+        at = max(since + strike.at, self._now())
+        amount = strike.amount if strike.amount is not None else kind.amount
+        if kind.of == "world":
+            self._push(strike, at, amount or 0.0)
+        else:
+            until = NEVER if strike.span == NEVER else at + strike.span
+            once = strike.span == 0 and not kind.is_moment
+            span = Span(at, NEVER if once else until, once)
+            for line, address in self._struck_places(strike):
+                line.strike(kind.name, address, span, amount or 0.0)
+        span_ns = None if strike.span == NEVER else strike.span
+        struck = Struck(kind.name, strike.device, at, span_ns, amount)
+        self.struck.append(struck)
+        return struck
+
+    def clear(self) -> None:
+        """End all faults; what had no supply has it again, and is in its power-up state."""
+        at = self._now()
+        for line in self._lines.values():
+            line.clear_strikes()
+        self.struck = [_ended(each, at) for each in self.struck if each.at <= at]
+
+    def _fit(self, line: Breakable) -> tuple[str, ...]:
+        return tuple(kind for kind in KINDS if kind in line.breaks and kind not in self._without)
+
+    def _push(self, strike: Strike, at: int, amount: float) -> None:
+        rig = self._doubles
+        if strike.device:
+            raise ConfigError.of_one("fault", f"push of {strike.device}", "it without a device")
+        assert isinstance(rig, Pushable)  # noqa: S101 -- else it is none of the kinds
+        has_been = False
+
+        def push() -> None:
+            nonlocal has_been
+            if not has_been:  # each line calls; the first one counts
+                has_been = True
+                rig.catch_up()
+                rig.push(amount)
+
+        if at <= self._now():
+            push()
+            return
+        for line in self._lines.values():
+            line.call_at(at, push)
+
+    def _struck_places(self, strike: Strike) -> list[tuple[Breakable, int | None]]:
+        """The lines, and the chip on each. Raises ConfigError if there is none that it fits."""
+        found = self._found(strike.device)
+        fitting = [place for place in found if strike.kind in place.kinds]
+        if not fitting:
+            kinds = ", ".join(found[0].kinds)
+            fault = f"{strike.kind} does not fit {strike.device}, a {found[0].what}"
+            raise ConfigError.of_one("fault", fault, f"one of {kinds}")
+        return [(self._lines[place.line], place.address) for place in fitting]
+
+    def _found(self, device: str) -> list[Place]:
+        """Places of a name or an address; every line for an empty one. Raises ConfigError."""
+        if not device:
+            return [place for place in self.places if place.is_line]
+        if named := [place for place in self.places if place.name == device]:
+            return named[:1]
+        line, at, text = device.rpartition("@")
+        address = _address(text)
+        on = [
+            place
+            for place in self.places
+            if place.is_line and (place.name == line if at else True)
+            if address in {*self._lines[place.line].addresses, *self._known(place.line)}
+        ]
+        if address is None or not on:
+            known = suggested(device, self._names(), f"expected one of {', '.join(self._names())}")
+            raise ConfigError.of_one("fault", f"no device, line or address {device!r}; {known}")
+        return [replace(place, name=device, address=address, is_line=False) for place in on]
+
+    def _known(self, line: str) -> set[int | None]:
+        return {place.address for place in self.places if place.line == line} - {None}
+
+    def _names(self) -> list[str]:
+        return [place.name for place in self.places]
+
+
+def _breakable(doubles: Doubles) -> Iterator[tuple[str, Breakable]]:
+    for lines in (doubles.buses, doubles.ports):
+        for name, line in lines.items():
+            if isinstance(line, Breakable):
+                yield name, line
+
+
+def _places(
+    lines: dict[str, Breakable],
+    devices: HasDevices,
+    fit: Callable[[Breakable], tuple[str, ...]],
+) -> Iterator[Place]:
+    for device in devices.devices:
+        if (line := lines.get(device.bus)) is not None:
+            yield Place(device.key, device.chip, device.bus, device.address, fit(line))
+    for wired in devices.serial_devices:
+        if (line := lines.get(wired.port)) is not None:
+            yield Place(wired.key, wired.chip, wired.port, None, fit(line))
+    for name, line in lines.items():
+        yield Place(name, "", name, None, fit(line), is_line=True)
+
+
+def _address(text: str) -> int | None:
+    try:
+        return int(text, 0)
+    except ValueError:
+        return None
+
+
+def _ended(struck: Struck, at: int) -> Struck:
+    """Return a fault as it was if it is ended at an instant."""
+    if struck.span is not None and struck.at + struck.span <= at:
+        return struck
+    return replace(struck, span=at - struck.at)

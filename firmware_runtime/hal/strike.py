@@ -1,0 +1,194 @@
+"""Faults of doubles by kind: what can be broken on a robot without hardware, in one vocabulary.
+
+A script of faults is a list of entries, the same everywhere: in `open_board(faults=...)`, in
+`run --fault`, in `doubles fault`, and on the socket of served doubles.
+
+    Strike("freeze", "imu", at_s=2.0, for_s=1.0)
+
+A bus or port of doubles that can be broken is `Breakable`; `board.struck_doubles` finds the lines
+by the names of a board.
+"""
+
+import math
+from collections.abc import Callable, Collection, Mapping
+from typing import Final, Literal, NamedTuple, Protocol, TypeAlias, runtime_checkable
+
+from msgspec import Struct
+
+from firmware_runtime.devs.time import NEVER, seconds
+from firmware_runtime.errors import did_you_mean
+
+Of: TypeAlias = Literal["I2C", "serial", "chip", "world"]
+"""Things that a kind can be about: an I2C bus or a chip on it, a serial port, a chip, the world."""
+
+LONGEST_S: Final = 1e9
+
+
+class Kind(Struct, array_like=True, frozen=True):
+    """One kind of fault."""
+
+    name: str
+    meaning: str
+    of: Of
+    is_moment: bool = False
+    """Whether it happens at an instant, and takes no span of time."""
+    amount: float | None = None
+    """How much of it there is unless stated; None for a kind that has no amount."""
+    unit: str = ""
+
+
+_ALL: Final = (
+    Kind("nack", "the address is not acknowledged", "I2C"),
+    Kind("nack-data", "the first byte that is written is not acknowledged", "I2C"),
+    Kind("stuck", "a line is held low: every transaction times out", "I2C"),
+    Kind("arbitration", "another controller wins the bus", "I2C"),
+    Kind("fault", "the adapter reports an error of its own", "I2C"),
+    Kind(
+        "slow",
+        "a transaction takes so many times as long on the wire",
+        "I2C",
+        amount=20.0,
+        unit="times",
+    ),
+    Kind("freeze", "every reading is the last one again", "I2C"),
+    Kind("zero", "every byte read is 0x00", "I2C"),
+    Kind("ones", "every byte read is 0xff, as of a line that is pulled up", "I2C"),
+    Kind("silent", "the wires are parted: no byte arrives, either way", "serial"),
+    Kind("drop", "the next byte on the line is lost", "serial", is_moment=True),
+    Kind("brown-out", "the supply fails for a moment: power-up state", "chip", is_moment=True),
+    Kind("absent", "no supply: off and silent; then power-up state", "chip"),
+    Kind("push", "the robot is pushed", "world", is_moment=True, amount=1.0),
+)
+KINDS: Final[Mapping[str, Kind]] = {kind.name: kind for kind in _ALL}
+
+
+class Strike(Struct, tag="strike", array_like=True, frozen=True):
+    """One fault of doubles: its kind, what it strikes, when, and for how long.
+
+    `device` is a device, bus or port by its name in board.toml, or a chip as `0x68` or `i2c1@0x68`;
+    empty is all that the kind fits. `at_s` counts from the start of the run, or from now for
+    doubles that are served. `for_s` None is until it is cleared, 0 is once; `amount` None is the
+    kind's own.
+    """
+
+    kind: str
+    device: str = ""
+    at_s: float = 0.0
+    for_s: float | None = None
+    amount: float | None = None
+
+    @property
+    def span(self) -> int:
+        """Ns that it lasts, at most; NEVER for one without an end, 0 for one that strikes once."""
+        if KINDS[self.kind].is_moment:
+            return 0
+        return NEVER if self.for_s is None else seconds(self.for_s)
+
+    @property
+    def at(self) -> int:
+        """Ns from the start of the run, or from now."""
+        return seconds(self.at_s)
+
+    def fault(self) -> str | None:
+        """Return a sentence about what cannot be in it; None where it is sound."""
+        kind = KINDS.get(self.kind)
+        if kind is None:
+            known = ", ".join(KINDS)
+            return f"kind {self.kind!r}; expected one of {known}{did_you_mean(self.kind, KINDS)}"
+        if not _is_span(self.at_s):
+            return f"{self.kind}: at {self.at_s!r} s; expected 0 or more"
+        return _span_fault(kind, self.for_s) or _amount_fault(kind, self.amount)
+
+    def __str__(self) -> str:
+        amount = "" if self.amount is None else f" {self.amount:g}"
+        return f"{self.kind}{amount}{self.device and ' of '}{self.device}"
+
+
+def _span_fault(kind: Kind, for_s: float | None) -> str | None:
+    if for_s is None:
+        return None
+    if not _is_span(for_s):
+        return f"{kind.name}: for {for_s!r} s; expected 0 or more"
+    if for_s > 0 and kind.is_moment:
+        return f"{kind.name}: for {for_s:g} s; expected none, it is over at once"
+    if for_s == 0 and not (kind.of == "I2C" or kind.is_moment):
+        return f"{kind.name}: for 0 s, which is once; expected more than 0"
+    return None
+
+
+def _amount_fault(kind: Kind, amount: float | None) -> str | None:
+    if amount is None:
+        return None
+    if kind.amount is None:
+        return f"{kind.name}: amount {amount!r}; expected none, it has no amount"
+    least = 1.0 if kind.name == "slow" else -math.inf
+    if not (math.isfinite(amount) and least <= amount):
+        expected = "1 or more" if least == 1.0 else "a finite number"
+        return f"{kind.name}: amount {amount!r}; expected {expected}"
+    return None
+
+
+def _is_span(value: float) -> bool:
+    return 0 <= value <= LONGEST_S
+
+
+class Place(Struct, array_like=True, frozen=True):
+    """Something that can be struck by name: a device, or a line with all that is on it."""
+
+    name: str
+    chip: str
+    """Its chip; empty for a line."""
+    line: str
+    """Bus or port that it is on."""
+    address: int | None
+    """Its address; None on a serial port, and for a line."""
+    kinds: tuple[str, ...]
+    """Kinds of faults that fit."""
+    is_line: bool = False
+
+    @property
+    def what(self) -> str:
+        """Return what it is, in a few words."""
+        if self.is_line:
+            return "line"
+        return self.chip if self.address is None else f"{self.chip} at 0x{self.address:02x}"
+
+
+class Struck(Struct, array_like=True, frozen=True):
+    """A fault that was made: `at` ns of the doubles' time, for `span` ns; None has no end yet."""
+
+    kind: str
+    device: str
+    at: int
+    span: int | None
+    amount: float | None
+
+
+class Span(NamedTuple):
+    """Instants from `since` to `until`, both included, ns; `once`: the first time only."""
+
+    since: int
+    until: int
+    once: bool
+
+
+@runtime_checkable
+class Breakable(Protocol):
+    """A line of doubles on which faults can be made: an I2C bus or a serial port."""
+
+    @property
+    def breaks(self) -> Collection[str]:
+        """Kinds of faults that it knows, by name."""
+
+    @property
+    def addresses(self) -> Collection[int]:
+        """Addresses of its chips, as far as these say; none on a serial port."""
+
+    def strike(self, kind: str, address: int | None, span: Span, amount: float) -> None:
+        """Make one, at the chip with this address, or at all of the line."""
+
+    def call_at(self, at: int, action: Callable[[], None]) -> None:
+        """Call at `at`, or when the line is next used after it."""
+
+    def clear_strikes(self) -> None:
+        """End every fault that `strike` has made; what had no supply is in its power-up state."""

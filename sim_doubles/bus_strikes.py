@@ -1,0 +1,151 @@
+"""Faults by kind on a bus of doubles: each becomes entries of the bus's script (`faults`).
+
+A chip without supply is off from the instant of the strike where that is now, else from the next
+transaction on its bus; likewise it comes back.
+"""
+
+import errno
+from collections.abc import Callable, Collection, Iterator
+from typing import Any, Final, Protocol
+
+from firmware_runtime.devs.time import NEVER
+from firmware_runtime.hal.strike import KINDS, Span
+from sim_doubles.clock import Now
+from sim_doubles.faults import (
+    AbsentTarget,
+    AdapterError,
+    BrownOut,
+    ConstantAnswer,
+    Fault,
+    FaultScript,
+    FrozenAnswer,
+    Happening,
+    NackAddress,
+    NackByte,
+    SlowBus,
+)
+from sim_doubles.i2c_target import AdapterProfile, Target
+
+BREAKS: Final = tuple(name for name, kind in KINDS.items() if kind.of in {"I2C", "chip"})
+
+
+class ScriptedBus(Protocol):
+    """A bus with a script of faults, as `I2cBusDouble` is."""
+
+    faults: FaultScript | None
+
+    @property
+    def targets(self) -> tuple[Target, ...]:
+        """Its chips."""
+
+    @property
+    def adapter(self) -> AdapterProfile:
+        """The adapter whose errors it reports."""
+
+
+class BusStrikes:
+    """The faults that were made on a bus by kind, until `clear`."""
+
+    breaks: Collection[str] = BREAKS
+
+    def __init__(self, bus: ScriptedBus, now: Now) -> None:
+        self._bus = bus
+        self._now = now
+        self._made: list[Fault] = []
+
+    def strike(self, kind: str, address: int | None, span: Span, amount: float) -> None:
+        """Make a fault of a kind, at the chip with this address or at all."""
+        self._forget_past()
+        if KINDS[kind].of == "chip" and span.since <= self._now():
+            for target in self._targets(address):
+                target.power_cycle()
+        for fault in self._faults(kind, address, span, amount):
+            self._add(fault)
+
+    def call_at(self, at: int, action: Callable[[], None]) -> None:
+        """Call at `at`, or with the first transaction after it."""
+        self._add(Happening(since=at, action=action))
+
+    def clear(self) -> None:
+        """End them all; what had no supply, or was to lose it, is in its power-up state."""
+        at = self._now()
+        for fault in self._made:
+            self._remove(fault)
+            if isinstance(fault, AbsentTarget) and fault.since <= at <= fault.until:
+                fault.target.power_cycle()
+        self._made.clear()
+
+    def _add(self, fault: Fault) -> None:
+        if self._bus.faults is None:
+            self._bus.faults = FaultScript()
+        self._bus.faults.add(fault)
+        self._made.append(fault)
+
+    def _remove(self, fault: Fault) -> None:
+        if self._bus.faults is not None:
+            self._bus.faults.remove(fault)
+
+    def _forget_past(self) -> None:
+        """Take those out of the script that are over: it is searched at each transaction."""
+        at, script = self._now(), self._bus.faults
+        for fault in [each for each in self._made if _is_over(each, at, script)]:
+            self._remove(fault)
+            self._made.remove(fault)
+
+    def _targets(self, address: int | None) -> tuple[Target, ...]:
+        """Return the chips that answer at an address, all of the bus for None."""
+        targets = self._bus.targets
+        if address is None:
+            return targets
+        said = tuple(each for each in targets if getattr(each, "address", None) == address)
+        return said or tuple(each for each in targets if _answers(each, address))
+
+    def _faults(self, kind: str, address: int | None, span: Span, amount: float) -> Iterator[Fault]:
+        when: dict[str, Any] = {"since": span.since, "until": span.until}
+        if KINDS[kind].of == "I2C":
+            fault, details = _on_wires(kind, self._bus.adapter, amount)
+            times = 1 if span.once else None
+            yield fault(address=address, times=times, **when, **details)
+            return
+        targets, now = self._targets(address), self._now()
+        yield from _cycles(targets, span.since, now)
+        if kind == "absent":
+            yield from (AbsentTarget(target=each, **when) for each in targets)
+            if span.until < NEVER:
+                yield from _cycles(targets, span.until + 1, now)
+
+
+def _on_wires(
+    kind: str, adapter: AdapterProfile, amount: float
+) -> tuple[type[Fault], dict[str, Any]]:
+    """Return the fault of a kind, and what it needs to know beside when and where."""
+    known: dict[str, tuple[type[Fault], dict[str, Any]]] = {
+        "nack": (NackAddress, {}),
+        "nack-data": (NackByte, {"index": 0}),
+        "stuck": (AdapterError, {"errno": adapter.no_completion}),
+        "arbitration": (AdapterError, {"errno": errno.EAGAIN}),
+        "fault": (AdapterError, {"errno": errno.EIO}),
+        "slow": (SlowBus, {"factor": round(amount)}),
+        "freeze": (FrozenAnswer, {}),
+        "zero": (ConstantAnswer, {"byte": 0x00}),
+        "ones": (ConstantAnswer, {"byte": 0xFF}),
+    }
+    return known[kind]
+
+
+def _is_over(fault: Fault, at: int, script: FaultScript | None) -> bool:
+    if fault.times is not None and script is not None and script.count(fault) >= fault.times:
+        return True
+    return fault.until < at
+
+
+def _cycles(targets: tuple[Target, ...], at: int, now: int) -> Iterator[Fault]:
+    """Power cycles that are still to come."""
+    return (BrownOut(target=each, since=at) for each in targets if at > now)
+
+
+def _answers(target: Target, address: int) -> bool:
+    """Return whether a chip acknowledges its address, without being told anything."""
+    acknowledged = target.start(address, read=False)
+    target.stop()
+    return acknowledged

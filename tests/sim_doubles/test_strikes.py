@@ -1,0 +1,251 @@
+"""Faults by kind on doubles: what each does on the wire, where, for how long, and how it ends."""
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+
+import pytest
+
+from firmware_runtime.devs.time import MILLISECOND, SECOND
+from firmware_runtime.errors import ConfigError
+from firmware_runtime.hal.i2c import I2cBus
+from firmware_runtime.hal.served.client import ServedDoubles
+from firmware_runtime.hal.served.packets import ClearFaults, FaultList, FaultQuestion, ListFaults
+from firmware_runtime.hal.served.strikes import ask_faults
+from firmware_runtime.hal.strike import KINDS, Strike
+from firmware_runtime.hal.wire_errors import (
+    ArbitrationLost,
+    BusFault,
+    BusTimeout,
+    HalError,
+    NoAcknowledge,
+)
+from tests.support.served_rig import SERIAL_SONAR, ServedRig, served_rig
+
+WHO_AM_I = 0x75
+ALL_CALL = 0x70
+
+
+class Robot:
+    """A served rig, as a client sees it."""
+
+    def __init__(self, rig: ServedRig) -> None:
+        self.rig = rig
+        self.bus: I2cBus = ServedDoubles(rig.ask, ["i2c1"], []).buses["i2c1"]
+
+    def faults(self, asked: FaultQuestion) -> FaultList:
+        return ask_faults(self.rig.ask, asked)
+
+    def strike(self, kind: str, device: str = "", for_s: float | None = None) -> None:
+        self.faults(Strike(kind, device, for_s=for_s))
+
+    def read(self, address: int, register: int, length: int = 1) -> bytes:
+        return self.bus.transaction(address, (bytes([register]), length))
+
+    def wait(self, span: int) -> None:
+        self.rig.clock.advance(span)
+
+
+@contextmanager
+def robot(board: str, *assignments: str) -> Iterator[Robot]:
+    with served_rig(board, *assignments) as rig:
+        yield Robot(rig)
+
+
+@pytest.mark.parametrize(
+    ("kind", "error"),
+    [
+        ("nack", NoAcknowledge),
+        ("nack-data", NoAcknowledge),
+        ("stuck", BusTimeout),
+        ("arbitration", ArbitrationLost),
+        ("fault", BusFault),
+        ("absent", NoAcknowledge),
+    ],
+)
+def test_a_device_fails_for_its_time_and_no_other(kind: str, error: type[HalError]) -> None:
+    with robot("tachobot") as tachobot:
+        tachobot.strike(kind, "imu", for_s=1.0)
+        with pytest.raises(error):
+            tachobot.read(0x68, WHO_AM_I)
+        assert tachobot.read(0x40, 0xFE) == b"\x1e"
+        tachobot.wait(2 * SECOND)
+        with pytest.raises(NoAcknowledge) if kind == "absent" else _nothing():
+            tachobot.read(0x68, WHO_AM_I)  # a chip that has power again takes its time
+        tachobot.wait(SECOND)
+        assert tachobot.read(0x68, WHO_AM_I) == b"\x71"
+
+
+@contextmanager
+def _nothing() -> Iterator[None]:
+    yield
+
+
+def test_once_is_one_transaction() -> None:
+    with robot("tachobot") as tachobot:
+        tachobot.strike("nack", "imu", for_s=0)
+        tachobot.wait(SECOND)
+        with pytest.raises(NoAcknowledge):
+            tachobot.read(0x68, WHO_AM_I)
+        assert tachobot.read(0x68, WHO_AM_I) == b"\x71"
+
+
+@pytest.mark.parametrize("device", ["", "i2c1", "imu", "0x68", "i2c1@0x68", "104"])
+def test_a_chip_is_named_by_its_table_its_line_or_its_address(device: str) -> None:
+    with robot("tachobot") as tachobot:
+        tachobot.strike("zero", device)
+        assert tachobot.read(0x68, WHO_AM_I) == b"\x00"
+
+
+def test_frozen_registers_answer_what_they_had_and_thaw(
+    waking: Callable[[Robot], None],
+) -> None:
+    with robot("tachobot") as tachobot:
+        waking(tachobot)
+        before = tachobot.read(0x68, 0x3B, 14)
+        tachobot.strike("freeze", "imu", for_s=1.0)
+        tachobot.wait(SECOND // 2)
+        assert tachobot.read(0x68, 0x3B, 14) == before
+        first = tachobot.read(0x68, 0x43, 6)  # asked for in this way for the first time
+        tachobot.wait(SECOND // 4)
+        assert tachobot.read(0x68, 0x43, 6) == first
+        tachobot.wait(SECOND)
+        assert tachobot.read(0x68, 0x3B, 14) != before
+
+
+@pytest.fixture
+def waking() -> Callable[[Robot], None]:
+    """Wakes an MPU-9250 up, and waits until it samples."""
+
+    def wake(tachobot: Robot) -> None:
+        tachobot.bus.transaction(0x68, (b"\x6b\x01",))
+        tachobot.wait(100 * MILLISECOND)
+
+    return wake
+
+
+@pytest.mark.parametrize(("kind", "byte"), [("zero", 0x00), ("ones", 0xFF)])
+def test_every_byte_read_is_the_same_and_what_is_written_arrives(kind: str, byte: int) -> None:
+    with robot("tachobot") as tachobot:
+        tachobot.strike(kind, "thrust_pairs")
+        tachobot.bus.transaction(0x40, (b"\xfe\x05",))
+        assert tachobot.read(0x40, 0xFE, 1) == bytes([byte])
+        tachobot.faults(ClearFaults())
+        assert tachobot.read(0x40, 0xFE) == b"\x05"
+
+
+@pytest.mark.parametrize("kind", ["brown-out", "absent"])
+def test_a_chip_without_supply_drives_nothing_at_once_and_is_as_new(kind: str) -> None:
+    with robot("tachobot") as tachobot:
+        _drive(tachobot)
+        assert tachobot.rig.doubles.outputs == {"thrust_pairs": 1}
+        tachobot.strike(kind, "thrust_pairs", for_s=None if kind == "brown-out" else 1.0)
+        assert tachobot.rig.doubles.outputs == {"thrust_pairs": 0}
+        tachobot.wait(2 * SECOND)
+        assert tachobot.read(0x40, 0xFE) == b"\x1e"
+        assert tachobot.read(0x40, 0x00) == b"\x11"  # asleep
+
+
+def test_a_cleared_chip_has_supply_again_and_is_as_new() -> None:
+    with robot("tachobot") as tachobot:
+        _drive(tachobot)
+        tachobot.strike("absent", "thrust_pairs")
+        with pytest.raises(NoAcknowledge):
+            tachobot.read(0x40, 0x00)
+        listing = tachobot.faults(ClearFaults())
+        assert tachobot.read(0x40, 0x00) == b"\x11"
+        assert listing.struck[0].span is not None
+
+
+def _drive(tachobot: Robot) -> None:
+    tachobot.bus.transaction(0x40, (b"\x00\x21",))
+    tachobot.bus.transaction(0x40, (b"\x06\x00\x10\x00\x00",))
+
+
+@pytest.mark.parametrize(("kind", "rest"), [("silent", b""), ("absent", b""), ("drop", None)])
+def test_a_serial_line_is_silent_or_loses_a_byte(kind: str, rest: bytes | None) -> None:
+    with robot("detective", *SERIAL_SONAR) as detective:
+        port = ServedDoubles(detective.rig.ask, [], ["sonar"]).ports["sonar"]
+        detective.wait(SECOND)
+        port.read_available()
+        detective.strike(kind, "body_sonar")
+        detective.wait(SECOND)
+        arrived = port.read_available()
+        assert arrived == rest if rest is not None else arrived[:1] != b"R"
+        detective.faults(ClearFaults())
+        detective.wait(SECOND)
+        assert b"R" in port.read_available()
+
+
+def test_the_list_has_devices_kinds_and_what_was_done() -> None:
+    with robot("detective", *SERIAL_SONAR) as detective:
+        detective.wait(SECOND)
+        detective.strike("freeze", "body_compass", for_s=2.0)
+        listing = detective.faults(ListFaults())
+    names = [place.name for place in listing.places]
+    assert names[-2:] == ["i2c1", "sonar"]
+    assert {"body_compass", "body_sonar", "treads"} < set(names)
+    sonar = next(place for place in listing.places if place.name == "body_sonar")
+    assert (sonar.line, sonar.kinds) == ("sonar", ("silent", "drop", "brown-out", "absent"))
+    (made,) = listing.struck
+    assert (made.kind, made.device, made.at, made.span) == (
+        "freeze",
+        "body_compass",
+        SECOND,
+        2 * SECOND,
+    )
+    assert listing.assignments == SERIAL_SONAR
+
+
+def test_it_knows_when_the_one_that_drives_began() -> None:
+    with robot("tachobot") as tachobot:
+        tachobot.wait(SECOND)
+        assert tachobot.faults(ListFaults()).began_at is None
+        tachobot.read(0x68, WHO_AM_I)
+        tachobot.wait(SECOND)
+        tachobot.read(0x68, WHO_AM_I)
+        assert tachobot.faults(ListFaults()).began_at == SECOND
+
+
+@pytest.mark.parametrize(
+    ("strike", "said"),
+    [
+        (Strike("melt"), "kind 'melt'"),
+        (Strike("nak"), "did you mean nack"),
+        (Strike("freeze", "imv"), "did you mean imu"),
+        (Strike("freeze", "0x69"), "no device, line or address '0x69'"),
+        (Strike("silent", "imu"), "not on these doubles"),
+        (Strike("slow", "imu"), "not on these doubles"),
+        (Strike("freeze", "imu", at_s=-1), "expected 0 or more"),
+        (Strike("freeze", "imu", for_s=float("nan")), "expected 0 or more"),
+        (Strike("absent", "imu", for_s=0), "expected more than 0"),
+        (Strike("brown-out", "imu", for_s=1.0), "over at once"),
+        (Strike("freeze", "imu", amount=2.0), "has no amount"),
+    ],
+    ids=str,
+)
+def test_what_cannot_be_is_refused_in_one_sentence(strike: Strike, said: str) -> None:
+    with robot("tachobot") as tachobot, pytest.raises(ConfigError) as refused:
+        tachobot.faults(strike)
+    assert said in str(refused.value)
+    assert "\n" not in str(refused.value)
+
+
+def test_a_kind_that_does_not_fit_a_device_says_which_do() -> None:
+    fitting = pytest.raises(ConfigError, match="silent, drop, brown-out, absent")
+    with robot("detective", *SERIAL_SONAR) as detective, fitting:
+        detective.strike("freeze", "body_sonar")
+
+
+def test_many_strikes_leave_no_long_script_behind() -> None:
+    with robot("tachobot") as tachobot:
+        for _ in range(50):
+            tachobot.strike("nack", "imu", for_s=0.01)
+            tachobot.strike("brown-out", "imu")
+            tachobot.wait(SECOND)
+        script = tachobot.rig.doubles.buses["i2c1"].faults
+        assert script is not None
+        assert len(script.faults) <= 2
+
+
+def test_every_kind_says_what_it_is() -> None:
+    assert all(kind.meaning and kind.name == name for name, kind in KINDS.items())
