@@ -67,6 +67,7 @@ if TYPE_CHECKING:
     from firmware_runtime.hal.i2c import I2cBus, Message
     from firmware_runtime.hal.interlock import EnableLine, Interlock, always_enabled
     from firmware_runtime.hal.serial import SerialPort
+    from firmware_runtime.hal.strike import Strike
     from firmware_runtime.hal.wire_errors import (
         AddressInUse,
         ArbitrationLost,
@@ -170,6 +171,7 @@ _WHERE: Final = {
     "Interlock": "hal.interlock",
     "always_enabled": "hal.interlock",
     "SerialPort": "hal.serial",
+    "Strike": "hal.strike",
     # Errors, by who must act
     "CouplingError": "devs.model_errors",
     "IllegitimateModel": "devs.model_errors",
@@ -285,6 +287,7 @@ __all__ = [
     "StateTableError",
     "Statistics",
     "StatisticsFileError",
+    "Strike",
     "Stuck",
     "TimeAdvanceError",
     "UnknownName",

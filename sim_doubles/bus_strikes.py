@@ -22,7 +22,6 @@ from sim_doubles.faults import (
     Happening,
     NackAddress,
     NackByte,
-    SlowBus,
 )
 from sim_doubles.i2c_target import AdapterProfile, Target
 
@@ -53,13 +52,13 @@ class BusStrikes:
         self._now = now
         self._made: list[Fault] = []
 
-    def strike(self, kind: str, address: int | None, span: Span, amount: float) -> None:
+    def strike(self, kind: str, address: int | None, span: Span) -> None:
         """Make a fault of a kind, at the chip with this address or at all."""
         self._forget_past()
         if KINDS[kind].of == "chip" and span.since <= self._now():
             for target in self._targets(address):
                 target.power_cycle()
-        for fault in self._faults(kind, address, span, amount):
+        for fault in self._faults(kind, address, span):
             self._add(fault)
 
     def call_at(self, at: int, action: Callable[[], None]) -> None:
@@ -100,10 +99,10 @@ class BusStrikes:
         said = tuple(each for each in targets if getattr(each, "address", None) == address)
         return said or tuple(each for each in targets if _answers(each, address))
 
-    def _faults(self, kind: str, address: int | None, span: Span, amount: float) -> Iterator[Fault]:
+    def _faults(self, kind: str, address: int | None, span: Span) -> Iterator[Fault]:
         when: dict[str, Any] = {"since": span.since, "until": span.until}
         if KINDS[kind].of == "I2C":
-            fault, details = _on_wires(kind, self._bus.adapter, amount)
+            fault, details = _on_wires(kind, self._bus.adapter)
             times = 1 if span.once else None
             yield fault(address=address, times=times, **when, **details)
             return
@@ -115,9 +114,7 @@ class BusStrikes:
                 yield from _cycles(targets, span.until + 1, now)
 
 
-def _on_wires(
-    kind: str, adapter: AdapterProfile, amount: float
-) -> tuple[type[Fault], dict[str, Any]]:
+def _on_wires(kind: str, adapter: AdapterProfile) -> tuple[type[Fault], dict[str, Any]]:
     """Return the fault of a kind, and what it needs to know beside when and where."""
     known: dict[str, tuple[type[Fault], dict[str, Any]]] = {
         "nack": (NackAddress, {}),
@@ -125,7 +122,6 @@ def _on_wires(
         "stuck": (AdapterError, {"errno": adapter.no_completion}),
         "arbitration": (AdapterError, {"errno": errno.EAGAIN}),
         "fault": (AdapterError, {"errno": errno.EIO}),
-        "slow": (SlowBus, {"factor": round(amount)}),
         "freeze": (FrozenAnswer, {}),
         "zero": (ConstantAnswer, {"byte": 0x00}),
         "ones": (ConstantAnswer, {"byte": 0xFF}),

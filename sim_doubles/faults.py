@@ -27,7 +27,6 @@ _RANGES: Final = {
     **dict.fromkeys(("first", "since", "times", "index"), (0, NEVER)),
     **dict.fromkeys(("errno", "pulses"), (1, NEVER)),
     **dict.fromkeys(("register", "value", "byte"), (0, 0xFF)),
-    "factor": (1, 1_000_000),
     "address": (0, 0x7F),
     "bit": (0, 7),
 }
@@ -40,7 +39,7 @@ class Alteration:
     """The sum of the faults due in one transaction; each of them enters its part.
 
     `pulses` is what a stuck bus needs to come free, `forced` holds (register, value), `flipped`
-    holds (index among the bytes read, mask), `slowness` is how many times as long it takes.
+    holds (index among the bytes read, mask).
     """
 
     errno: int | None = None
@@ -53,7 +52,6 @@ class Alteration:
     flipped: list[tuple[int, int]] = field(default_factory=list)
     frozen: list["FrozenAnswer"] = field(default_factory=list)
     constant: int | None = None
-    slowness: int = 1
 
     def cut(self, messages: tuple[Message, ...]) -> tuple[Message, ...]:
         """Return the messages up to the refused byte, without it."""
@@ -312,18 +310,6 @@ class ConstantAnswer(Fault):
     def strike(self, alteration: Alteration) -> None:
         """Enter the byte."""
         alteration.constant = self.byte
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class SlowBus(Fault):
-    """The bits take `factor` times as long on the wire, as with a clock that is held."""
-
-    factor: int
-    times: int | None = None
-
-    def strike(self, alteration: Alteration) -> None:
-        """Enter the factor; of several the largest counts."""
-        alteration.slowness = max(alteration.slowness, self.factor)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

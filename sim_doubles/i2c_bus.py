@@ -185,9 +185,9 @@ class I2cBusDouble(Wire, I2cBus):
         found = (getattr(target, "address", None) for target in self._targets)
         return [address for address in found if isinstance(address, int)]
 
-    def strike(self, kind: str, address: int | None, span: "Span", amount: float) -> None:
+    def strike(self, kind: str, address: int | None, span: "Span") -> None:
         """Make a fault of a kind, at the chip with this address or at all."""
-        self._strikes().strike(kind, address, span, amount)
+        self._strikes().strike(kind, address, span)
 
     def call_at(self, at: int, action: Callable[[], None]) -> None:
         """Call at `at`, or with the first transaction after it."""
@@ -234,8 +234,7 @@ class I2cBusDouble(Wire, I2cBus):
         self._fail_before_start(alteration)
         reachable = [] if alteration.address_refused else self._present(alteration)
         messages_left = alteration.cut(messages)
-        with self._timing.slowed(alteration.slowness):
-            answer = self._carry(at, reachable, addresses, messages_left, stop_bits)
+        answer = self._carry(at, reachable, addresses, messages_left, stop_bits)
         if alteration.refused_byte is not None:
             self.bytes += 1
             raise os_error(self._adapter.byte_refused)

@@ -9,8 +9,7 @@ What is written arrives when its message ends, what is read was so when its mess
 
 import errno
 import os
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Sequence
 from functools import reduce
 from operator import and_
 
@@ -86,16 +85,6 @@ class WireTiming:
         self._began_at = at + self._overhead_ns
         if self._overhead_ns and self._reach is not None:
             self._reach(self._began_at)
-
-    @contextmanager
-    def slowed(self, factor: int) -> Iterator[None]:
-        """Let each bit take so many times as long, for a while."""
-        bus_hz = self._bus_hz
-        self._bus_hz = max(1, bus_hz // factor)
-        try:
-            yield
-        finally:
-            self._bus_hz = bus_hz
 
     def pause(self, span: int) -> None:
         """Let `span` ns pass between two transactions."""

@@ -117,7 +117,7 @@ class SerialLineDouble(SerialPort):
 
     # Faults by kind
 
-    def strike(self, kind: str, _address: int | None, span: "Span", _amount: float) -> None:
+    def strike(self, kind: str, _address: int | None, span: "Span") -> None:
         """Make a fault of a kind."""
         self.call_at(span.since, partial(self._break, kind))
         if kind in _LASTING and span.until < NEVER:

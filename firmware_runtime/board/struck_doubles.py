@@ -4,7 +4,8 @@ A rig needs nothing for that but lines that are `Breakable`, as buses and ports 
 that is `Pushable` can be pushed too.
 """
 
-from collections.abc import Callable, Collection, Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from pathlib import Path
 from typing import Final, Protocol
 
 from msgspec import Struct
@@ -19,6 +20,10 @@ from firmware_runtime.hal.strike import KINDS, Breakable, Kind, Place, Span, Str
 
 class HasDevices(Protocol):
     """A board, or a set of chips without one."""
+
+    @property
+    def source(self) -> Path | None:
+        """The file of its settings."""
 
     @property
     def assignments(self) -> Sequence[str]:
@@ -36,6 +41,7 @@ class HasDevices(Protocol):
 class NoDevices(Struct, frozen=True):
     """Nothing that has a name of its own: lines and addresses only."""
 
+    source: Path | None = None
     assignments: Sequence[str] = ()
     devices: Sequence[Device] = ()
     serial_devices: Sequence[SerialDevice] = ()
@@ -45,23 +51,17 @@ NO_DEVICES: Final = NoDevices()
 
 
 class StruckDoubles:
-    """Doubles in this process, on the clock `now`, and the faults that were made on them.
-
-    `without` are kinds that have no effect where these doubles are used.
-    """
+    """Doubles in this process, on the clock `now`, and the faults that were made on them."""
 
     def __init__(
         self,
         doubles: Rig,
         devices: HasDevices,
         now: Callable[[], int],
-        *,
-        without: Collection[str] = (),
     ) -> None:
         self._doubles = doubles
         self._now = now
         self._lines = dict(_breakable(doubles))
-        self._without = without
         self.places = [*_places(self._lines, devices, self._fit)]
         """What can be struck by name: devices first, then lines."""
         self.struck: list[Struck] = []
@@ -72,7 +72,7 @@ class StruckDoubles:
         """Kinds of faults that can be made here."""
         fitting = {kind for place in self.places for kind in place.kinds}
         found = [kind for name, kind in KINDS.items() if name in fitting]
-        if isinstance(self._doubles, Pushable) and "push" not in self._without:
+        if isinstance(self._doubles, Pushable):
             found.append(replace(KINDS["push"], unit=self._doubles.push_unit))
         return found
 
@@ -98,7 +98,7 @@ class StruckDoubles:
             once = strike.span == 0 and not kind.is_moment
             span = Span(at, NEVER if once else until, once)
             for line, address in self._struck_places(strike):
-                line.strike(kind.name, address, span, amount or 0.0)
+                line.strike(kind.name, address, span)
         span_ns = None if strike.span == NEVER else strike.span
         struck = Struck(kind.name, strike.device, at, span_ns, amount)
         self.struck.append(struck)
@@ -112,7 +112,7 @@ class StruckDoubles:
         self.struck = [_ended(each, at) for each in self.struck if each.at <= at]
 
     def _fit(self, line: Breakable) -> tuple[str, ...]:
-        return tuple(kind for kind in KINDS if kind in line.breaks and kind not in self._without)
+        return tuple(kind for kind in KINDS if kind in line.breaks)
 
     def _push(self, strike: Strike, at: int, amount: float) -> None:
         rig = self._doubles

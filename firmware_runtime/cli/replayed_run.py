@@ -7,6 +7,7 @@ from collections.abc import Callable
 from pathlib import Path
 from time import monotonic_ns, sleep
 
+from firmware_runtime.cli.written import check_test_file
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.errors import ConfigError, Status
 from firmware_runtime.recording.blackbox.reader import read_recording
@@ -96,14 +97,7 @@ def as_test(arguments: argparse.Namespace, path: Path) -> int:
 
 def _check(arguments: argparse.Namespace, test: Path) -> None:
     """Refuse what cannot be a test, and what would be written over."""
-    where = f"--as-test {test}"
-    if test.suffix != ".py" or not test.stem.isidentifier():
-        raise ConfigError.of_one(where, "expected the name of a module, such as test_that_day.py")
-    for each in (test, test.with_suffix(".recording")):
-        if each.exists():
-            raise ConfigError.of_one(where, f"{each} is there already", expected="another name")
-    if not test.absolute().parent.is_dir():
-        raise ConfigError.of_one(where, f"expected a folder {test.parent}")
+    check_test_file(test, test.with_suffix(".recording"))
     given = {"BOARD": arguments.board, "--speed": arguments.speed, "-o": arguments.output}
     for name, value in given.items():
         if value is not None:

@@ -18,10 +18,11 @@ from firmware_runtime.runs import options
 from firmware_runtime.runs.options import clock_faults
 
 if TYPE_CHECKING:
+    from firmware_runtime.hal.strike import Strike
     from firmware_runtime.runs.planned_inputs import PlannedInput
 
 _LOOP_S = 0.01
-_FOR_A_ROBOT = ("doubles", "arm", "supervised", "record", "role", "link", "loop")
+_FOR_A_ROBOT = ("doubles", "fault", "arm", "supervised", "record", "role", "link", "loop")
 """Options that say something about hardware, or about a robot's two ends."""
 _OF_ANY_STAGE = {
     "clock": "a stage has its clock",
@@ -34,6 +35,7 @@ _OF_ANY_STAGE = {
 _ONE_PROCESS = {
     "statistics": "each end keeps its own, as BOARD and BOARD.ROLE",
     "plot": "its robot end is another process",
+    "fault": "its robot end is another process",
     "arm": "its robot end is on doubles",
     "supervised": "its robot end is on doubles",
 }
@@ -71,6 +73,16 @@ def _add_choices(verb: argparse.ArgumentParser) -> None:
         metavar="PATH",
         help="run against register-level doubles of its chips: made for this run, or those that "
         "`doubles serve` keeps at PATH, with their own --set and no world.* in a trace",
+    )
+    verb.add_argument(
+        "--fault",
+        type=stated_fault,
+        action="append",
+        default=[],
+        metavar="SECONDS:KIND[=AMOUNT][:DEVICE[:SECONDS]]",
+        help="break something on doubles that are made for this run, at that second of it, for so "
+        "long or to its end, such as 2.0:freeze:imu:1.0; kinds as of `doubles fault`; may be "
+        "repeated",
     )
     verb.add_argument(
         "--clock",
@@ -223,6 +235,28 @@ def planned_input(text: str) -> "PlannedInput":
         raise argparse.ArgumentTypeError(f"{text!r}: {expected}")
     content = value.encode() if is_json(value) else json.encode(value)
     return PlannedInput(0 if at_s == 0 else seconds(at_s), port, content)
+
+
+def stated_fault(text: str) -> "Strike":
+    """One word of the command line."""
+    from firmware_runtime.hal.strike import Strike  # noqa: PLC0415 -- of few runs
+
+    when, kind, device, span = [*text.split(":", 3), "", "", ""][:4]
+    name, equals, amount = kind.partition("=")
+    try:
+        strike = Strike(
+            name,
+            device,
+            float(when),
+            float(span) if span else None,
+            float(amount) if equals else None,
+        )
+    except ValueError:
+        expected = "expected SECONDS:KIND[=AMOUNT][:DEVICE[:SECONDS]], such as 2.0:freeze:imu:1.0"
+        raise argparse.ArgumentTypeError(f"{text!r}: {expected}") from None
+    if (fault := strike.fault()) is not None:
+        raise argparse.ArgumentTypeError(f"{text!r}: {fault}")
+    return strike
 
 
 def add_stage_options(verb: argparse.ArgumentParser) -> None:

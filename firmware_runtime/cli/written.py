@@ -31,6 +31,18 @@ def check_files(verb: str, files: Mapping[str, Path | None]) -> None:
         raise ConfigError(verb, faults)
 
 
+def check_test_file(test: Path, *beside: Path) -> None:
+    """Raise ConfigError for what cannot be a test's file, and for what would be written over."""
+    where = f"--as-test {test}"
+    if test.suffix != ".py" or not test.stem.isidentifier():
+        raise ConfigError.of_one(where, "expected the name of a module, such as test_that_day.py")
+    for each in (test, *beside):
+        if each.exists():
+            raise ConfigError.of_one(where, f"{each} is there already", expected="another name")
+    if not test.absolute().parent.is_dir():
+        raise ConfigError.of_one(where, f"expected a folder {test.parent}")
+
+
 def write_text(text: str, output: Path | None) -> None:
     """Write it whole and print where; without a place print the text. Raises ConfigError."""
     if output is None:

@@ -16,7 +16,7 @@ from typing import Final, Literal, NamedTuple, Protocol, TypeAlias, runtime_chec
 from msgspec import Struct
 
 from firmware_runtime.devs.time import NEVER, seconds
-from firmware_runtime.errors import did_you_mean
+from firmware_runtime.errors import expected_one_of
 
 Of: TypeAlias = Literal["I2C", "serial", "chip", "world"]
 """Things that a kind can be about: an I2C bus or a chip on it, a serial port, a chip, the world."""
@@ -43,13 +43,6 @@ _ALL: Final = (
     Kind("stuck", "a line is held low: every transaction times out", "I2C"),
     Kind("arbitration", "another controller wins the bus", "I2C"),
     Kind("fault", "the adapter reports an error of its own", "I2C"),
-    Kind(
-        "slow",
-        "a transaction takes so many times as long on the wire",
-        "I2C",
-        amount=20.0,
-        unit="times",
-    ),
     Kind("freeze", "every reading is the last one again", "I2C"),
     Kind("zero", "every byte read is 0x00", "I2C"),
     Kind("ones", "every byte read is 0xff, as of a line that is pulled up", "I2C"),
@@ -93,8 +86,7 @@ class Strike(Struct, tag="strike", array_like=True, frozen=True):
         """Return a sentence about what cannot be in it; None where it is sound."""
         kind = KINDS.get(self.kind)
         if kind is None:
-            known = ", ".join(KINDS)
-            return f"kind {self.kind!r}; expected one of {known}{did_you_mean(self.kind, KINDS)}"
+            return f"kind {self.kind!r}; {expected_one_of(self.kind, KINDS)}"
         if not _is_span(self.at_s):
             return f"{self.kind}: at {self.at_s!r} s; expected 0 or more"
         return _span_fault(kind, self.for_s) or _amount_fault(kind, self.amount)
@@ -121,10 +113,8 @@ def _amount_fault(kind: Kind, amount: float | None) -> str | None:
         return None
     if kind.amount is None:
         return f"{kind.name}: amount {amount!r}; expected none, it has no amount"
-    least = 1.0 if kind.name == "slow" else -math.inf
-    if not (math.isfinite(amount) and least <= amount):
-        expected = "1 or more" if least == 1.0 else "a finite number"
-        return f"{kind.name}: amount {amount!r}; expected {expected}"
+    if not math.isfinite(amount):
+        return f"{kind.name}: amount {amount!r}; expected a finite number"
     return None
 
 
@@ -184,7 +174,7 @@ class Breakable(Protocol):
     def addresses(self) -> Collection[int]:
         """Addresses of its chips, as far as these say; none on a serial port."""
 
-    def strike(self, kind: str, address: int | None, span: Span, amount: float) -> None:
+    def strike(self, kind: str, address: int | None, span: Span) -> None:
         """Make one, at the chip with this address, or at all of the line."""
 
     def call_at(self, at: int, action: Callable[[], None]) -> None:

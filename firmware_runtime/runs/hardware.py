@@ -1,8 +1,9 @@
 """Hardware of a run: chips on their lines, doubles made for it, or doubles that are served."""
 
+from collections.abc import Sequence
 from contextlib import suppress
 from pathlib import Path
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Final, NoReturn
 
 from msgspec import Struct
 
@@ -10,6 +11,7 @@ from firmware_runtime.board.registry import Board
 from firmware_runtime.board.rig import Doubles, Rig
 from firmware_runtime.board.rigs import blamed_on_rig, of_rig, rig_for, served_doubles
 from firmware_runtime.board.robot import Lines, Robot
+from firmware_runtime.errors import ConfigError
 from firmware_runtime.executive.clocks import Clock, OutsideClock, WorldClock
 from firmware_runtime.executive.executive import Executive
 from firmware_runtime.hal.interlock import Interlock
@@ -21,7 +23,9 @@ from firmware_runtime.system.this_system import demand_linux
 
 if TYPE_CHECKING:
     from firmware_runtime.board.ends import BoardEnd
+    from firmware_runtime.board.struck_doubles import StruckDoubles
     from firmware_runtime.hal.served.client import ServedDoubles
+    from firmware_runtime.hal.strike import Strike
 
 
 SERVED_WITHIN_S: Final = 3.0
@@ -58,6 +62,7 @@ class Hardware:
         self._served_at = doubles if is_here and isinstance(doubles, Path) else None
         self.world_now = WorldClock() if is_own else OutsideClock(clock.now)
         self.rig: Rig | None = rig_for(board, self.world_now) if is_own else None
+        self._struck: StruckDoubles | None = None
         self._served: ServedDoubles | None = None
         if (path := self._served_at) is not None:
             self._served = soon_free(lambda: served_doubles(board, path, wait_s=SERVED_WITHIN_S))
@@ -74,6 +79,29 @@ class Hardware:
         if self.rig is not None:
             with blamed_on_rig(self._board, "attach"):
                 self.rig.attach(robot.model)
+
+    @property
+    def struck(self) -> "StruckDoubles":
+        """Doubles of this run and their faults. Raises ConfigError where there are none."""
+        if self._struck is None:
+            # of few runs
+            from firmware_runtime.board.struck_doubles import StruckDoubles  # noqa: PLC0415
+
+            if self.rig is None:
+                refuse_faults(self._board.name, self._served_at or False)
+            self._struck = StruckDoubles(self.rig, self._board, self.world_now)
+        return self._struck
+
+    def strike(self, script: "Sequence[Strike]") -> None:
+        """Make the faults of a script. Raises ConfigError with every one that cannot be made."""
+        refused = []
+        for each in script:
+            try:
+                self.struck.strike(each)
+            except ConfigError as error:
+                refused += [f"fault {fault}" for fault in error.faults]
+        if refused:
+            raise ConfigError(self._board.name, refused)
 
     def enable(self, *, enabled: bool) -> None:
         """Let outputs through or not, where a line decides. Raises HalError."""
@@ -118,6 +146,16 @@ class Hardware:
         if not self.is_here:
             return self._board.absent_lines()
         return open_lines(self._board, self.doubles, interlock, self.world_now, recorder)
+
+
+def refuse_faults(board: str, doubles: bool | Path) -> NoReturn:  # noqa: FBT001 -- as a run's
+    """Raise ConfigError: faults are made on doubles that are in the process of the run."""
+    fault = "faults are made on doubles of this run's own"
+    if isinstance(doubles, Path):
+        expected = f"`firmware-runtime doubles fault --socket {doubles}` for those that are served"
+    else:
+        expected = "doubles that are made for it, by --doubles"
+    raise ConfigError.of_one(board, fault, expected)
 
 
 class RecordedRobot(Struct, frozen=True):

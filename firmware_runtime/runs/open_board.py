@@ -4,7 +4,7 @@ It goes through the same session as the command `run`: the same settings, refusa
 guard and sockets. What differs is that it can be run in stretches and looked at in between.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import replace
 from os import PathLike
 from pathlib import Path
@@ -20,6 +20,7 @@ from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.errors import ConfigError, FirmwareRuntimeError
 from firmware_runtime.executive.clocks import Clock
 from firmware_runtime.executive.outcome import Outcome
+from firmware_runtime.hal.strike import Strike, Struck
 from firmware_runtime.hal.wire_errors import HalError
 from firmware_runtime.recording.blackbox.locations import recording_beside
 from firmware_runtime.runs.arming import permission_for
@@ -102,6 +103,32 @@ class OpenBoard(OpenRun):
     def outputs(self) -> dict[str, int] | None:
         """Outputs that are on, by chip; None on a real robot, where it cannot be seen."""
         return self._session.outputs()
+
+    @property
+    def struck(self) -> list[Struck]:
+        """Faults that were made on its doubles, those of its script and of `strike`.
+
+        Raises ConfigError where its doubles are not in this process.
+        """
+        return list(self._session.hardware.struck.struck)
+
+    def strike(
+        self,
+        kind: str,
+        device: str = "",
+        *,
+        for_s: float | None = None,
+        amount: float | None = None,
+    ) -> None:
+        """Break something on its doubles now, as `Strike` says; not while it runs.
+
+        Raises ConfigError for a fault that cannot be made.
+        """
+        self._session.hardware.strike([Strike(kind, device, 0.0, for_s, amount)])
+
+    def clear_faults(self) -> None:
+        """End all faults of its doubles; what had no supply is in its power-up state."""
+        self._session.hardware.struck.clear()
 
     @property
     def armed(self) -> bool:
@@ -190,6 +217,7 @@ def open_board(  # noqa: PLR0913 -- the options of the command, by the same name
     link: str | None = None,
     statistics: str | PathLike[str] | None = None,
     record: str | PathLike[str] | None = None,
+    faults: Iterable[Strike] = (),
     log: Callable[[str], None] = lambda _: None,
 ) -> OpenBoard:
     """A robot ready to run, by the choices of the command `run`; close it, or use it in a `with`.
@@ -203,9 +231,10 @@ def open_board(  # noqa: PLR0913 -- the options of the command, by the same name
     with the rest, in another process, see docs/stages.md; a role without hardware has no
     doubles. `statistics` are kept in a file where it is given, and where outputs are outside this
     process: the guard looks there, and beside them is what entered the run, for `firmware-runtime
-    replay`. `record` is a file that has this recording once the robot is closed. `log` gets what
-    the command would print on the way. Raises ConfigError, and HalError when a bus or chip is
-    missing.
+    replay`. `record` is a file that has this recording once the robot is closed. `faults` are
+    what breaks on doubles made for the run, and when: `[Strike("freeze", "imu", at_s=2.0,
+    for_s=1.0)]`. `log` gets what the command would print on the way. Raises ConfigError, and
+    HalError when a bus or chip is missing.
     """
     name = clock_name(clock, speed)
     where = _doubles(doubles)
@@ -219,10 +248,10 @@ def open_board(  # noqa: PLR0913 -- the options of the command, by the same name
     found = _board(str(board), set, log)
     end = None if role is None else end_of(found, role)
     has_hardware = end is None or end.has_hardware
-    faults = idle_options(end, doubles=where, arm=arm, supervised=supervised)
-    faults += clock_faults(name, speed, doubles=where or not has_hardware)
-    if faults:
-        raise ConfigError("run", faults)
+    refused = idle_options(end, doubles=where, arm=arm, supervised=supervised)
+    refused += clock_faults(name, speed, doubles=where or not has_hardware)
+    if refused:
+        raise ConfigError("run", refused)
     statistics_path = _statistics_path(
         kept_at,
         found.name if end is None else end.name,
@@ -237,6 +266,7 @@ def open_board(  # noqa: PLR0913 -- the options of the command, by the same name
         permission=permission_for(found, doubles=where, arm=arm, supervised=supervised, end=end),
         end=end,
         link=way_of(link),
+        faults=_script(faults),
         log=log,
     )
     return OpenBoard(session, found.doubles_run_s if where else None, recording, log)
@@ -248,6 +278,16 @@ def _board(board: str, settings: Settings, log: Callable[[str], None]) -> Board:
     if (copy := settings_in_force(board)) is not None:
         log(f"{board} has its settings from {copy}")
     return found
+
+
+def _script(faults: Iterable[Strike]) -> list[Strike]:
+    """The faults of a script. Raises ConfigError for what is none."""
+    stated: object = faults
+    script = list(stated) if isinstance(stated, Iterable) else [stated]
+    sound = [each for each in script if isinstance(each, Strike)]
+    is_sound = isinstance(stated, Iterable) and sound == script
+    demand("faults", faults, 'a list such as [Strike("freeze", "imu")]', is_sound=is_sound)
+    return sound
 
 
 def _doubles(stated: bool | str | PathLike[str]) -> bool | Path:  # noqa: FBT001 -- or a path

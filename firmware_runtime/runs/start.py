@@ -25,7 +25,7 @@ from firmware_runtime.executive.clocks import Clock, MonotonicClock
 from firmware_runtime.executive.executive import Executive
 from firmware_runtime.recording.blackbox.section import Kind
 from firmware_runtime.runs.arming import FREE, Arming, Permission, PrearmCheck, prearm_checks
-from firmware_runtime.runs.hardware import Hardware
+from firmware_runtime.runs.hardware import Hardware, refuse_faults
 from firmware_runtime.runs.local_robot import LocalRobot, local_robot
 from firmware_runtime.runs.recorded_edge import RecordedEdge
 from firmware_runtime.runs.session import Session, Task
@@ -41,6 +41,7 @@ from firmware_runtime.system.this_system import IS_LINUX
 
 if TYPE_CHECKING:
     from firmware_runtime.board.ends import BoardEnd
+    from firmware_runtime.hal.strike import Strike
     from firmware_runtime.links.cut.address import OpenChannel
     from firmware_runtime.links.dover.dover import DoverBlocks
     from firmware_runtime.runs.end_link import LinkedEnd
@@ -82,6 +83,7 @@ def start_session(  # noqa: PLR0913 -- one path for the command and for programs
     end: "BoardEnd | None" = None,
     link: "OpenChannel | None" = None,
     recording: Path | None = None,
+    faults: "Sequence[Strike]" = (),
     log: Log = lambda _: None,
 ) -> Session:
     """Put a robot together for one run, and find its chips.
@@ -90,9 +92,10 @@ def start_session(  # noqa: PLR0913 -- one path for the command and for programs
     With a `permission` the run drives its outputs only while it is armed, see `arming`; without one
     always. With an `end` it runs that part of the model only, tied to the other by `link`; one
     without hardware opens no lines. What enters it is kept at `recording`, unless the board's
-    `recording.minutes` are 0. `log` prints what happens, in sentences. Raises ConfigError for
-    settings that do not fit the model, StatisticsFileError if another robot's run keeps its
-    statistics at that path, and HalError when a bus or chip is missing; nothing was actuated then.
+    `recording.minutes` are 0. `faults` are made on doubles of this run, each at its instant. `log`
+    prints what happens, in sentences. Raises ConfigError for settings that do not fit the model,
+    and faults that cannot be made, StatisticsFileError if another robot's run keeps its statistics
+    at that path, and HalError when a bus or chip is missing; nothing was actuated then.
     A start that fails once chips are asked switches off what it can reach, releases the hardware,
     and only then leaves its recording.
     """
@@ -101,7 +104,7 @@ def start_session(  # noqa: PLR0913 -- one path for the command and for programs
         start = _Start(board, clock, doubles, statistics_path, end, link, log, undo)
         edge = _recording(start, recording)
         right = RightToDrive(unsupervised=permission is None)
-        hardware = _lines(start, right, edge)
+        hardware = _lines(start, right, edge, faults)
         replaced = None if statistics_path is None else keep_clear_of_other_runs(statistics_path)
         local = _robot(start, hardware, edge)
         if permission is None and hardware.is_here and local.timeouts:
@@ -162,12 +165,17 @@ def _recording(start: _Start, path: Path | None) -> RecordedEdge:
     return edge
 
 
-def _lines(start: _Start, interlock: RightToDrive, edge: RecordedEdge) -> Hardware:
+def _lines(
+    start: _Start, interlock: RightToDrive, edge: RecordedEdge, faults: "Sequence[Strike]"
+) -> Hardware:
     """Open the lines, or those of doubles; absent ones at an end without hardware."""
     is_here = start.end is None or start.end.has_hardware
+    if faults and not (is_here and start.doubles is True):
+        refuse_faults(start.board.name, start.doubles)
     board, clock, doubles = start.board, start.clock, start.doubles
     hardware = Hardware(board, clock, doubles, interlock, is_here=is_here, recorder=edge.recorder)
     start.undo.callback(hardware.close)
+    hardware.strike(faults)
     return hardware
 
 

@@ -8,11 +8,13 @@ from typing import Final
 from msgspec import json
 
 from firmware_runtime.cli.arguments import SubParsers, add_verb
+from firmware_runtime.cli.written import check_test_file
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.errors import ConfigError, Status
 from firmware_runtime.hal.served.packets import FaultList
 from firmware_runtime.hal.served.strikes import clear, faults_of, strike
 from firmware_runtime.hal.strike import KINDS, Kind, Struck
+from firmware_runtime.system.atomic_file import keep_output
 
 CLEAR: Final = "clear"
 FOR_S: Final = 1.0
@@ -53,6 +55,13 @@ def add_fault_to(actions: SubParsers) -> None:
         help=f"how long it lasts (default {FOR_S:g}); 0: one transaction; {EVER}: until `{CLEAR}`",
     )
     verb.add_argument("--amount", type=float, metavar="N", help="how much, of a kind that has one")
+    verb.add_argument(
+        "--as-test",
+        type=Path,
+        metavar="FILE.py",
+        help="write a test that breaks the robot in virtual time as it was broken here, in the run "
+        "under way or the last",
+    )
     verb.add_argument("--list", action="store_true", help="list kinds, devices, and what was done")
     verb.add_argument("--json", action="store_true", help="print the list as JSON")
 
@@ -63,6 +72,9 @@ def execute(arguments: argparse.Namespace) -> int:
     if arguments.list:
         _refuse_kind(kind, "--list")
         _print(faults_of(path), as_json=arguments.json)
+    elif arguments.as_test is not None:
+        _refuse_kind(kind, "--as-test")
+        _write_test(faults_of(path), arguments.as_test)
     elif kind is None:
         raise ConfigError.of_one("doubles fault", "no kind", f"one of {', '.join(KINDS)}, {CLEAR}")
     elif kind == CLEAR:
@@ -79,6 +91,25 @@ def execute(arguments: argparse.Namespace) -> int:
         else:
             print(_made(listing.struck[-1]))
     return Status.OK
+
+
+def _write_test(listing: FaultList, test: Path) -> None:
+    """Run the script of what was done, then write it as a test. Raises ConfigError."""
+    # it opens a robot, which no other use of this command does
+    from sim_doubles.commands.faults_as_test import (  # noqa: PLC0415
+        script_of,
+        text_of_test,
+        what_is_noticed,
+    )
+
+    check_test_file(test)
+    script = script_of(listing)
+    noticed = what_is_noticed(script)
+    text = text_of_test(script, test.stem, is_noticed=noticed is not None)
+    keep_output(test, text.encode(), "--as-test")
+    count = "1 fault" if len(script.faults) == 1 else f"{len(script.faults)} faults"
+    print(f"{test}: {count} in {script.for_s:g} s of {listing.board}")
+    print(f"  noticed: {noticed}" if noticed else "  no fault is reported, and outputs stay on")
 
 
 def _refuse_kind(kind: str | None, option: str) -> None:

@@ -1,6 +1,7 @@
 """Single chips without a board: those on I2C on one bus, each other one on a port of its own."""
 
 from collections.abc import Mapping, Sequence
+from pathlib import Path
 from typing import Final, NamedTuple
 
 from firmware_runtime.board.faults import Device, SerialDevice
@@ -72,6 +73,7 @@ class ChipsRig(BoardRig):
             self.connect(BUS, *targets, name=name)
         for each in _on_ports(chips):
             self.plug_in(each.name, each.chip.on_port(clock), name=each.name)
+        self.source: Path | None = None
         self.assignments: Sequence[str] = ()
         self.devices = [
             Device(each.name, each.chip.name, BUS, each.address)

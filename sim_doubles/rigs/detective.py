@@ -60,6 +60,8 @@ class DetectiveRig(BoardRig):
         )
         self._probe = ArenaProbe(self.arena, self.now, self.catch_up)
 
+    push_unit = "rad anticlockwise"
+
     @property
     def shown(self) -> OutPort[float]:
         """Return the distance to the target."""
@@ -134,6 +136,10 @@ class DetectiveRig(BoardRig):
     def _head_drive(self) -> float:
         table, duty = self._settings.radar_motor, self.radar.duty
         return bridge_drive(duty(table.pwm_channel), duty(table.in1), duty(table.in2))
+
+    def push(self, amount: float) -> None:
+        """Turn it where it stands: something shoved it."""
+        self.arena.push(self.now(), amount)
 
     def catch_up(self) -> None:
         """Let the sensors take what they still have to take, then the arena go on, up to now."""

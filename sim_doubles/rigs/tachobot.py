@@ -53,6 +53,8 @@ class TachobotRig(BoardRig):
         self._tracked: TrackingController | None = None
         self.connect(imu.bus, *self.imu.targets)
 
+    push_unit = "rad/s of yaw"
+
     @property
     def shown(self) -> OutPort[float]:
         """The yaw."""
@@ -115,6 +117,10 @@ class TachobotRig(BoardRig):
             first = self._settings.thrust_pairs.first_channel
             self._all_duties, self._propellers = duties, duties[first : first + 8]
         return self._propellers
+
+    def push(self, amount: float) -> None:
+        """Change its yaw rate at once."""
+        self.world.push(amount)
 
     def catch_up(self) -> None:
         """Let the sensor take what it still has to take, then the plant go on, up to now."""

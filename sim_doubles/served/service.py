@@ -4,7 +4,7 @@ import errno
 import os
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
-from typing import Final, TypeAlias, TypeVar
+from typing import TypeAlias, TypeVar
 
 from firmware_runtime.board.struck_doubles import NO_DEVICES, HasDevices, StruckDoubles
 from firmware_runtime.devs.time import NEVER
@@ -38,9 +38,6 @@ from sim_doubles.rigs.board_rig import DoublesRig
 from sim_doubles.served.logs import OutputLog
 
 T = TypeVar("T")
-
-_WITHOUT_EFFECT: Final = ("slow",)
-"""Kinds that a client does not notice: it is answered at once, whatever the wire takes."""
 Carried: TypeAlias = Transfer | Part | Write | Read | Enable
 """Questions whose answer is bytes, or an errno."""
 
@@ -110,8 +107,8 @@ class DoublesService(Service):
         devices: HasDevices = NO_DEVICES,
     ) -> None:
         self._board = board
-        self._assignments = tuple(devices.assignments)
-        self._struck = StruckDoubles(rig, devices, now, without=_WITHOUT_EFFECT)
+        self._devices = devices
+        self._struck = StruckDoubles(rig, devices, now)
         self._drivers: set[int] = set()
         self._began_at: int | None = None
         self._rig = rig
@@ -190,7 +187,8 @@ class DoublesService(Service):
         struck = self._struck
         return FaultList(
             self._board,
-            self._assignments,
+            None if self._devices.source is None else str(self._devices.source.absolute()),
+            tuple(self._devices.assignments),
             self._now(),
             self._began_at,
             tuple(struck.kinds),

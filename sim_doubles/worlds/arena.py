@@ -70,6 +70,10 @@ class Arena:
         self._vehicle.advance(at)
         self._head.advance(at)
 
+    def push(self, at: int, turn_rad: float) -> None:
+        """Turn the vehicle where it stands, at once, anticlockwise; something shoved it."""
+        self._vehicle.push(at, turn_rad)
+
     # What is true
 
     def pose(self, at: int) -> Pose:
@@ -148,6 +152,9 @@ class _Drives(Protocol):
 
     def advance(self, at: int) -> None:
         """Let new commands count from an instant on."""
+
+    def push(self, at: int, turn_rad: float) -> None:
+        """Turn it where it stands, at once."""
 
 
 def _vehicle_of(

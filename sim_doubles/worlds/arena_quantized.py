@@ -72,6 +72,15 @@ class QuantizedVehicle:
         self._go_on(at)
         self._end(at)
 
+    def push(self, at: int, turn_rad: float) -> None:
+        """Turn it where it stands, at once."""
+        self.advance(at)
+        simulation = self._simulation
+        simulation.advance(max(at, simulation.now))
+        for value in (turn_rad, 0.0):
+            simulation.simulator.inject(simulation.model.in_ports["push"], Segment(value))
+            simulation.simulator.advance(simulation.now)
+
     def _go_on(self, at: int) -> None:
         if at < self._since:
             return
@@ -128,10 +137,13 @@ def _system(parameters: ArenaParameters) -> System:
         },
         method="QSS2",
         quantum=QUANTUM,
-        discrete={"speed": 0.0, "turning": 0.0, "touched": 0.0},
-        events=list(_contacts(parameters)),
+        discrete={"speed": 0.0, "turning": 0.0, "touched": 0.0, "push": 0.0},
+        events=[*_contacts(parameters), _PUSH],
         name="vehicle",
     )
+
+
+_PUSH: Final = When("abs(push) crosses 1e-9 rising", heading="heading + push")
 
 
 def _contacts(parameters: ArenaParameters) -> Iterator[When]:

@@ -109,6 +109,11 @@ class Vehicle:
         self._go_on(at)
         self._end_arc(at)
 
+    def push(self, at: int, turn_rad: float) -> None:
+        """Turn it where it stands, at once."""
+        self.advance(at)
+        self._start = self._start.along(0.0, turn_rad)
+
     def _go_on(self, at: int) -> None:
         """End every arc that ends by then because the motors change their speed by themselves."""
         while (change_at := self._wheels_change_at(self._since)) <= at:

@@ -78,6 +78,16 @@ class QuantizedBody:
         now = driven()
         return (now.forward().now() / self._mass, now.left().now() / self._mass)
 
+    def push(self, rate_rad_s: float) -> None:
+        """Change the yaw rate by so much, at once; a bearing that stuck slides."""
+        simulation = self._simulation
+        port = simulation.model.in_ports["push"]
+        simulation.simulator.inject(port, Segment(rate_rad_s))
+        simulation.simulator.advance(simulation.now)
+        simulation.simulator.inject(port, Segment(0.0))
+        simulation.simulator.advance(simulation.now)
+        self._values = simulation.values
+
     def advance(self, propellers: PropellerPairs, elapsed_s: float) -> None:
         """Move for `elapsed_s` with the duties that these hold."""
         simulation, simulator = self._simulation, self._simulation.simulator
@@ -107,10 +117,14 @@ def _system(parameters: TachobotParameters, solver: QuantizedSolver) -> System:
         equations=equations,
         method=solver.upper(),
         quantum={name: QUANTA[name] for name in equations},
-        discrete={**dict.fromkeys(driven, 0.0), **({"direction": 0.0} if is_dry else {})},
+        discrete={
+            **dict.fromkeys(driven, 0.0),
+            "push": 0.0,
+            **({"direction": 0.0} if is_dry else {}),
+        },
         definitions=_FORCES,
         parameters=dict(_numbers(parameters)),
-        events=_BEARING if is_dry else (),
+        events=(*_BEARING, _PUSH_OFF) if is_dry else (_PUSH,),
         name="plant",
     )
 
@@ -124,6 +138,9 @@ def _turning(*, is_free: bool, is_dry: bool) -> str:
     return f"0 if direction == 0 else {sliding} - coulomb * direction / inertia"
 
 
+_PUSHED: Final = "abs(push) crosses 1e-9 rising"
+_PUSH: Final = When(_PUSHED, rate="rate + push")
+_PUSH_OFF: Final = When(_PUSHED, rate="rate + push", direction="sign(rate + push)")
 _BEARING: Final = (
     When("moment crosses static rising", only_if="direction == 0", direction=1),
     When("moment crosses -static falling", only_if="direction == 0", direction=-1),

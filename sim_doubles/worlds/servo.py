@@ -57,6 +57,12 @@ class ServoPlant:
         self._angle_rad = self.angle_rad(at)
         self._since = at
 
+    def push(self, turn_rad: float) -> None:
+        """Turn its horn by force, as far as its stops; it goes back as fast as it can."""
+        given = self._parameters
+        pushed = self._angle_rad + turn_rad
+        self._angle_rad = max(given.least_rad, min(given.most_rad, pushed))
+
     def angle_rad(self, at: int) -> float:
         """Return its pose at an instant."""
         reach = self._parameters.speed_rad_s * (at - self._since) / SECOND

@@ -92,6 +92,10 @@ class TachobotWorld:
         self.advance(at)
         return self._body.state
 
+    def push(self, rate_rad_s: float) -> None:
+        """Give the body a push where it is: its yaw rate changes by so much at once."""
+        self._body.push(rate_rad_s)
+
     def inertial(self, at: int) -> InertialTruth:
         """Return the truth for an IMU with a magnetometer in the centre: `motion` and `field`."""
         felt = self.motion(at)
@@ -159,6 +163,9 @@ class Body(Protocol):
 
     def acceleration(self, driven: Callable[[], PropellerPairs], /) -> tuple[float, float]:
         """Forward and left, in m/s2, now."""
+
+    def push(self, rate_rad_s: float) -> None:
+        """Change the yaw rate by so much, at once."""
 
     def advance(self, propellers: PropellerPairs, elapsed_s: float) -> None:
         """Move for `elapsed_s` as these push, whose duties hold; for them it has passed then."""

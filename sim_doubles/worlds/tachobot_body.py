@@ -82,6 +82,10 @@ class Hovering:
         now = driven()
         return (now.forward().now() / self._mass, now.left().now() / self._mass)
 
+    def push(self, rate_rad_s: float) -> None:
+        """Change the yaw rate by so much, at once."""
+        self.state = self.state._replace(yaw_rate_rad_s=self.state.yaw_rate_rad_s + rate_rad_s)
+
     def advance(self, propellers: PropellerPairs, elapsed_s: float) -> None:
         """Move for `elapsed_s` as these push."""
         yaw, rate = self.state.yaw_rad, self.state.yaw_rate_rad_s
@@ -152,6 +156,13 @@ class Turntable:
     def acceleration(self, _driven: Callable[[], PropellerPairs]) -> tuple[float, float]:
         """Forward and left, in m/s2: the centre is pinned."""
         return (0.0, 0.0)
+
+    def push(self, rate_rad_s: float) -> None:
+        """Change the yaw rate by so much, at once; a bearing that stuck slides."""
+        yaw, rate = self.turn
+        self.turn = (yaw, rate + rate_rad_s)
+        if rate + rate_rad_s != 0.0:
+            self._direction = 1 if rate + rate_rad_s > 0.0 else -1
 
     def advance(self, propellers: PropellerPairs, elapsed_s: float) -> None:
         """Turn for `elapsed_s` as these push."""

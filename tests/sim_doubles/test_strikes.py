@@ -214,7 +214,6 @@ def test_it_knows_when_the_one_that_drives_began() -> None:
         (Strike("freeze", "imv"), "did you mean imu"),
         (Strike("freeze", "0x69"), "no device, line or address '0x69'"),
         (Strike("silent", "imu"), "not on these doubles"),
-        (Strike("slow", "imu"), "not on these doubles"),
         (Strike("freeze", "imu", at_s=-1), "expected 0 or more"),
         (Strike("freeze", "imu", for_s=float("nan")), "expected 0 or more"),
         (Strike("absent", "imu", for_s=0), "expected more than 0"),

@@ -35,6 +35,8 @@ class BalancingRig(BoardRig):
         self.connect(wheels.bus, self.pwm, name="wheels")
         self._probe = Probe(self.world, self.catch_up)
 
+    push_unit = "rad/s of pitch"
+
     @property
     def shown(self) -> OutPort[float]:
         """The pitch."""
@@ -45,6 +47,10 @@ class BalancingRig(BoardRig):
         assert isinstance(robot, Balancing)  # noqa: S101 -- a rig belongs to its board
         robot.add(self._probe)
         robot.couple(robot.imu.sample, self._probe.tick)
+
+    def push(self, amount: float) -> None:
+        """Change its pitch rate at once."""
+        self.world.push(amount)
 
     def catch_up(self) -> None:
         """Let the sensor take what it still has to take, then the world go on, up to now."""

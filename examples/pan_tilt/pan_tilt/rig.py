@@ -31,6 +31,8 @@ class PanTiltRig(BoardRig):
         self.connect(servos.bus, self.pwm, name="servos")
         self._probe = Probe(lambda: (self._error_rad(), self.pan.angle_rad(self.now())))
 
+    push_unit = "rad of pan"
+
     @property
     def shown(self) -> OutPort[float]:
         """How far beside the light the head looks."""
@@ -41,6 +43,10 @@ class PanTiltRig(BoardRig):
         assert isinstance(robot, PanTilt)  # noqa: S101 -- a rig belongs to its board
         robot.add(self._probe)
         robot.couple(robot.voltages, self._probe.tick)
+
+    def push(self, amount: float) -> None:
+        """Turn the head aside by force."""
+        self.pan.push(amount)
 
     def catch_up(self) -> None:
         """Let the converter take what it still has to take, then the servos turn, up to now."""

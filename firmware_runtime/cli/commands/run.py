@@ -144,6 +144,7 @@ def _session(
         end=end,
         link=way_of(arguments.link),
         recording=_recording_path(arguments, board, path),
+        faults=arguments.fault,
         log=messages,
     )
 

@@ -115,10 +115,12 @@ class FaultList(Struct, tag="fault_list", array_like=True, frozen=True):
     """Faults of these doubles: those that can be made and where, and those that were made.
 
     Instants are ns after the server's start. A client that drives the doubles began at `began_at`,
-    None if none has; `assignments` are the numbers of the board that were overridden.
+    None if none has. `source` is the file of the board's settings, None for chips without one;
+    `assignments` are the numbers of it that were overridden.
     """
 
     board: str
+    source: str | None
     assignments: tuple[str, ...]
     at: int
     began_at: int | None
