@@ -8,7 +8,7 @@ import pytest
 from firmware_runtime.statistics.statistics import Statistics
 from firmware_runtime.view.report.report import page as page_of
 from firmware_runtime.view.style import PALETTE
-from tests.support import chromium
+from benchmarks.shared import chromium
 
 pytestmark = [
     pytest.mark.slow,

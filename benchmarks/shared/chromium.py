@@ -3,6 +3,7 @@
 import json
 import os
 import shutil
+from base64 import b64decode
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -18,6 +19,10 @@ _READS, _WRITES = 3, 4
 """The descriptors on which a browser that is started so listens and answers."""
 
 
+class BrowserError(RuntimeError):
+    """The browser has gone, or the page is not as expected."""
+
+
 class Page:
     """A page in a browser: what it asked for over the network, and what it complained of."""
 
@@ -31,19 +36,20 @@ class Page:
         for domain in ("Page", "Network", "Log", "Runtime"):
             self._ask(f"{domain}.enable")
 
-    def open(self, path: Path, scheme: str, width: int = 1100) -> None:
-        """Load a file in a colour scheme, and wait until all it wants is there.
+    def open(self, page: Path | str, scheme: str, width: int = 1100, height: int = 900) -> None:
+        """Load a file or an address in a colour scheme, and wait until all it wants is there.
 
-        `requests` and `complaints` are those of this file.
+        `requests` and `complaints` are those of this page.
         """
         self._browser.events.clear()
         self.requests.clear()
         self.complaints.clear()
         features = [{"name": "prefers-color-scheme", "value": scheme}]
         self._ask("Emulation.setEmulatedMedia", features=features)
-        size = {"width": width, "height": 900, "deviceScaleFactor": 1, "mobile": False}
+        size = {"width": width, "height": height, "deviceScaleFactor": 1, "mobile": False}
         self._ask("Emulation.setDeviceMetricsOverride", **size)
-        self._ask("Page.navigate", url=path.as_uri())
+        address = page.as_uri() if isinstance(page, Path) else page
+        self._ask("Page.navigate", url=address)
         while (event := self._browser.event())["method"] != "Page.loadEventFired":
             self._note(event)
         self.evaluate("document.fonts.ready")
@@ -56,8 +62,41 @@ class Page:
         answer = self._ask(
             "Runtime.evaluate", expression=expression, returnByValue=True, awaitPromise=True
         )
-        assert "exceptionDetails" not in answer, answer
+        _check("exceptionDetails" not in answer, answer)
         return answer["result"].get("value")
+
+    def wait_for(self, condition: str, timeout_s: float = 60.0) -> None:
+        """Wait until an expression is true in the page. Raises BrowserError where it never is."""
+        looks = round(timeout_s / 0.05)
+        found = self.evaluate(
+            f"""new Promise((done) => {{
+                let left = {looks};
+                const timer = setInterval(() => {{
+                    let is = false;
+                    try {{ is = Boolean({condition}); }} catch {{ }}
+                    if (is || --left < 0) {{ clearInterval(timer); done(is); }}
+                }}, 50);
+            }})"""
+        )
+        _check(found, f"never: {condition}")
+
+    def click(self, words: str, within: str = "body") -> None:
+        """Press the button with these words, or of this label. Raises BrowserError without one."""
+        found = self.evaluate(
+            f"""(() => {{
+                const all = [...document.querySelectorAll({json.dumps(within)} + " button")];
+                const button = all.find((each) => each.textContent.trim() === {json.dumps(words)}
+                    || each.getAttribute("aria-label") === {json.dumps(words)});
+                button?.click();
+                return Boolean(button);
+            }})()"""
+        )
+        _check(found, f"no button {words}")
+
+    def picture(self, path: Path, *, is_whole: bool = False) -> None:
+        """Write what is seen, or the whole page, as PNG."""
+        shot = self._ask("Page.captureScreenshot", format="png", captureBeyondViewport=is_whole)
+        path.write_bytes(b64decode(shot["data"]))
 
     def ask(self, method: str, **parameters: object) -> dict[str, Any]:
         """One call of the protocol."""
@@ -95,7 +134,7 @@ class _Browser:
         while True:
             message = self._message()
             if message.get("id") == self._calls:
-                assert "error" not in message, (method, message)
+                _check("error" not in message, (method, message))
                 return message["result"]
             if "method" in message:
                 self.events.append(message)
@@ -107,7 +146,7 @@ class _Browser:
     def _message(self) -> dict[str, Any]:
         while b"\0" not in self._rest:
             more = os.read(self._answers.fileno(), 1 << 16)
-            assert more, "chromium has gone"
+            _check(more, "chromium has gone")
             self._rest += more
         first, _, self._rest = self._rest.partition(b"\0")
         message: dict[str, Any] = json.loads(first)
@@ -122,7 +161,8 @@ class _Browser:
 @contextmanager
 def open_page(profile: Path) -> Iterator[Page]:
     """A page in a browser of its own that keeps what it must in the folder `profile`."""
-    assert FOUND is not None
+    if FOUND is None:
+        raise BrowserError("expected the Debian package chromium")
     to_browser, commands = os.pipe()
     answers, from_browser = os.pipe()
     words = [FOUND, *_ARGUMENTS, f"--user-data-dir={profile}", "about:blank"]
@@ -147,3 +187,8 @@ def open_page(profile: Path) -> Iterator[Page]:
     finally:
         browser.close()
         os.waitpid(process, 0)
+
+
+def _check(is_so: object, otherwise: object) -> None:
+    if not is_so:
+        raise BrowserError(str(otherwise))

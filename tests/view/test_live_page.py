@@ -1,0 +1,78 @@
+"""The page of a run in a browser: what a stranger sees in a minute."""
+
+import subprocess
+from collections.abc import Iterator
+
+import pytest
+
+from benchmarks.shared import chromium
+from tests.support.recorded import record
+from tests.support.served_page import served_page
+
+pytestmark = [
+    pytest.mark.slow,
+    pytest.mark.skipif(chromium.FOUND is None, reason="needs the Debian package chromium"),
+]
+READY = "document.body.dataset.ready"
+
+
+@pytest.fixture(scope="module")
+def browser(tmp_path_factory: pytest.TempPathFactory) -> Iterator[chromium.Page]:
+    with chromium.open_page(tmp_path_factory.mktemp("chromium")) as opened:
+        yield opened
+
+
+@pytest.fixture(scope="module")
+def address(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
+    path = record(tmp_path_factory.mktemp("run") / "tachobot.recording", "tachobot", 2.0)
+    with served_page(path, stderr=subprocess.DEVNULL) as page:
+        yield page.address
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_it_complains_of_nothing_and_asks_only_its_server(
+    browser: chromium.Page, address: str, scheme: str
+) -> None:
+    browser.open(f"{address}/", scheme)
+    browser.wait_for(READY)
+    assert all(each.startswith((address, "ws://", "data:")) for each in browser.requests)
+    assert [each for each in browser.complaints if "404" not in each and "409" not in each] == []
+
+
+@pytest.mark.parametrize("width", [320, 800, 1600])
+def test_it_never_scrolls_sideways(browser: chromium.Page, address: str, width: int) -> None:
+    browser.open(f"{address}/", "light", width)
+    browser.wait_for(READY)
+    assert browser.evaluate("document.documentElement.scrollWidth") <= width
+
+
+def test_an_instant_of_a_recording_is_seen_and_stepped_through(
+    browser: chromium.Page, address: str
+) -> None:
+    browser.open(f"{address}/", "light")
+    browser.wait_for(READY)
+    browser.evaluate("rewind.goTo(1.5e9)")
+    at = "parseFloat(document.querySelector('output.at').textContent)"
+    browser.wait_for(f"Math.abs({at} - 1.5) < 0.02")
+    assert browser.evaluate("document.querySelectorAll('.events li').length") > 0
+    before = browser.evaluate(at)
+    browser.click("step forward")
+    browser.wait_for(f"{at} > {before}")
+    browser.click("step back")
+    browser.wait_for(f"{at} === {before}")
+    events = browser.evaluate("document.querySelectorAll('.events li').length")
+    browser.click("event back")
+    here = (
+        "[...document.querySelectorAll('.events li')].findIndex(each => each.className === 'here')"
+    )
+    browser.wait_for(f"{here} === {events - 2}")
+
+
+def test_a_port_is_plotted_when_it_is_clicked(browser: chromium.Page, address: str) -> None:
+    browser.open(f"{address}/", "light")
+    browser.wait_for(READY)
+    before = browser.evaluate("document.querySelectorAll('.chosen figure').length")
+    browser.click("controller.attitude.yaw")
+    browser.wait_for(f"document.querySelectorAll('.chosen figure').length > {before}")
+    browser.click("close controller.attitude.yaw.position")
+    browser.wait_for("![...plots.shown.keys()].includes('controller.attitude.yaw.position')")
