@@ -129,6 +129,18 @@ class Section(msgspec.Struct, array_like=True):
         return self.kind not in _WITHOUT_INSTANT
 
 
+class Sending(msgspec.Struct, array_like=True, frozen=True):
+    """The first fields of a section, up to what was sent: read in a third of the time."""
+
+    kind: int
+    at: int
+    readings: msgspec.Raw
+    times: msgspec.Raw
+    enabled: msgspec.Raw
+    world: msgspec.Raw
+    sent: msgspec.Raw
+
+
 _WITHOUT_INSTANT: Final = frozenset({Kind.HEADER, Kind.GO_ON})
 _UNKNOWN: Final = "unknown"
 
@@ -157,6 +169,8 @@ encode_into: Final[Callable[[Any, bytearray], None]] = _ENCODER.encode_into
 """As `encode`, in place of what is in an array of bytes."""
 _UNKNOWN_KEY: Final = encode(_UNKNOWN)
 _decode: Final = msgspec.msgpack.Decoder(Section).decode
+sending: Final[Callable[[bytes], Sending]] = msgspec.msgpack.Decoder(Sending).decode
+"""The first fields of a section that has been found to be one."""
 _SENT: Final = msgspec.msgpack.Decoder(list[Any]).decode
 
 
@@ -208,7 +222,7 @@ def decode(content: bytes) -> Section:
     return section
 
 
-def sent_of(section: Section) -> list[tuple[int, Any]]:
+def sent_of(section: Section | Sending) -> list[tuple[int, Any]]:
     """Number of the port and value, for all that was sent. Raises ConfigError."""
     try:
         found = pairs_of(_SENT(bytes(section.sent)))

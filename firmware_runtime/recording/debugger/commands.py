@@ -114,7 +114,7 @@ def _value(debugger: Debugger, name: str, words: list[str]) -> object:
     if words[0] in component.out_ports:
         key = debugger.models.sender(name, words[0])
         if key not in debugger.travel.last:
-            fault = "has sent nothing since the keyframe before; expected a port that has"
+            fault = "has sent nothing so far, as it is recorded; expected a port that has"
             raise ConfigError.of_one(key, fault)
         return value_of(debugger.travel.last[key], words[1:], key)
     return value_of(component, words, f"{name}.{'.'.join(words)}")

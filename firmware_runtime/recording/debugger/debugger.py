@@ -251,7 +251,7 @@ class Debugger:
                 function(*arguments)
                 count += 1
 
-            return _each_function(atomic, functions, lambda _, function: partial(call, function))
+            return each_function(atomic, functions, lambda _, function: partial(call, function))
 
         self.travel.take(counted)
         self._is_muted = False
@@ -260,7 +260,7 @@ class Debugger:
     # At each event --------------------------------------------------------------------------------
 
     def _watched(self, atomic: Atomic, functions: Functions) -> Functions:
-        return _each_function(
+        return each_function(
             atomic, functions, lambda name, call: partial(self._call, atomic, name, call)
         )
 
@@ -321,7 +321,7 @@ class Debugger:
         return path
 
 
-def _each_function(
+def each_function(
     atomic: Atomic,
     functions: Functions,
     around: Callable[[str, Callable[..., None]], Callable[..., None]],

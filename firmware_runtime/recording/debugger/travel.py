@@ -7,6 +7,7 @@ from typing import Final
 
 from firmware_runtime.board.registry import Board
 from firmware_runtime.devs.collection import no_collection
+from firmware_runtime.devs.component import below_root
 from firmware_runtime.devs.functions import Instrument
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.errors import ConfigError
@@ -16,8 +17,11 @@ from firmware_runtime.recording.blackbox.reader import (
     kind_of,
     no_instant,
 )
-from firmware_runtime.recording.blackbox.section import Kind, Section, decode
+from firmware_runtime.recording.blackbox.section import Kind, Section, decode, sending
 from firmware_runtime.recording.blackbox.state.keyframes import ForeignState, UnkeepableState
+from firmware_runtime.recording.blackbox.taps import output_ports
+from firmware_runtime.recording.debugger.last_sent import LastSent
+from firmware_runtime.recording.exports.typed_values import value_at
 from firmware_runtime.recording.replay.player import Player
 from firmware_runtime.recording.replay.rebuilt_robot import foreign_keyframe
 from firmware_runtime.recording.replay.stretch import Stretch, segments_of
@@ -25,6 +29,7 @@ from firmware_runtime.recording.replay.stretch import Stretch, segments_of
 END: Final = "the recording ends here"
 _SNAPSHOT_EVERY: Final = SECOND
 """Time of the run between two states that are kept for going back."""
+_TIMED: Final = frozenset({Kind.STEP, Kind.KEYFRAME, Kind.ENDED})
 
 
 class Travel:
@@ -38,6 +43,8 @@ class Travel:
         self.dates = recording.dates()
         self._contents = segment.contents
         self._starts = self._starts_of()
+        self._keyframes = self._places_of(Kind.KEYFRAME)
+        self._sent = LastSent(self._contents)
         self._states: dict[int, tuple[int, bytes, dict[str, object]]] = {}
         """Instant, state and last values, by how many sections had been taken."""
         self._snapshot_at = 0
@@ -127,10 +134,23 @@ class Travel:
         """The instant of each section; of what stands between two steps that of the former."""
         found, latest = [], 0
         for content in self._contents:
-            if kind_of(content) in (Kind.STEP, Kind.KEYFRAME, Kind.ENDED):
-                latest = max(latest, decode(content).at)
+            if kind_of(content) in _TIMED:
+                latest = max(latest, sending(content).at)
             found.append(latest)
         return found
+
+    def _places_of(self, kind: Kind) -> list[int]:
+        """Count the sections taken when each of this kind has been."""
+        return [n for n, each in enumerate(self._contents, start=1) if kind_of(each) == kind]
+
+    def _values_before(self, place: int) -> dict[str, object]:
+        """The last value of each port before a place, as far back as the recording goes."""
+        paths = self._recording.header.ports
+        own = output_ports(self.player.simulator.atomics)
+        ports = {below_root(port.path): port for port in own}
+        forms = self._sent.before(place)
+        known = {paths[n]: form for n, form in forms.items() if 0 <= n < len(paths)}
+        return {path: value_at(form, ports.get(path)) for path, form in known.items()}
 
     def _is_ahead(self, index: int) -> bool:
         """Return whether going on is the shortest way there."""
@@ -141,9 +161,7 @@ class Travel:
         if self.player.table is not None:
             yield from self._states
         if self.player.table is not None and self._takes_keyframes:
-            for place, content in enumerate(self._contents):
-                if kind_of(content) == Kind.KEYFRAME:
-                    yield place + 1
+            yield from self._keyframes
 
     def _restore(self, index: int) -> None:
         """Be in the last state that is known before a place."""
@@ -155,7 +173,7 @@ class Travel:
             at, state, last = self._states[place]
         else:
             keyframe = self.section(place - 1)
-            at, state, last = keyframe.at, keyframe.extra, {}
+            at, state, last = keyframe.at, keyframe.extra, self._values_before(place)
         try:
             self.player.go_back(at, state)
         except ForeignState as error:

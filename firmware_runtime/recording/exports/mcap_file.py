@@ -168,7 +168,7 @@ class _Export:
             self._write(transfer.at, f"raw/{ros_name(line)}", TRANSFER, _transfer(transfer))
         if section.kind is Kind.STEP:
             self._step(section)
-        elif (marked := _marker(section)) is not None:
+        elif (marked := marker_of(section)) is not None:
             self._mark(section.at, *marked)
         for entered in entered_in(section, self._in_ports):
             self._say(entered, plain(entered.value), self._entrances.get(entered.port))
@@ -277,7 +277,7 @@ def _port_at(model: Coupled, path: str) -> OutPort[object] | None:
     return found
 
 
-def _marker(section: Section) -> tuple[str, str] | None:
+def marker_of(section: Section) -> tuple[str, str] | None:
     """Return the marker of a section that is no step."""
     if section.kind is Kind.ARMED:
         return ("armed" if section.extra else "disarmed"), ""

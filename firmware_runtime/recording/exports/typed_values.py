@@ -58,13 +58,13 @@ def values_in(section: Section, paths: Sequence[str], ports: dict[str, Port]) ->
     """Yield what left ports in a section, in the order in which it was sent."""
     for number, form in sent_of(section):
         path = paths[number] if 0 <= number < len(paths) else str(number)
-        yield Sent(section.at, path, _value(form, ports.get(path)))
+        yield Sent(section.at, path, value_at(form, ports.get(path)))
 
 
 def entered_in(section: Section, entrances: Mapping[str, InPort[object]]) -> Iterator[Sent]:
     """Yield what came in from outside in a section, by input ports of the top model."""
     for name, form in section.entered:
-        yield Sent(section.at, entrance(name), _value(form, entrances.get(name)))
+        yield Sent(section.at, entrance(name), value_at(form, entrances.get(name)))
 
 
 def entrance(name: str) -> str:
@@ -96,7 +96,8 @@ def typed(form: object, kind: object) -> object:
     return _made(form)
 
 
-def _value(form: object, port: Port | InPort[object] | None) -> object:
+def value_at(form: object, port: Port | InPort[object] | None) -> object:
+    """The value that was recorded as `form` at a port, or at one that is not known."""
     return _made(form) if port is None else typed(form, port.type)
 
 
