@@ -116,6 +116,8 @@ class Rewind:
         sections = [decode(each) for each in self._contents[it.before : it.until]]
         steps = [each for each in sections if each.kind is Kind.STEP]
         return {
+            "begin_ns": self.begin_ns,
+            "end_ns": self.end_ns,
             "at": it.at,
             "index": index,
             "previous": self._ats[index - 1] if index else None,
