@@ -5,6 +5,7 @@ import json
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from firmware_runtime.board.board_file import output_fault, write_copy
 from firmware_runtime.board.registry import Board
 from firmware_runtime.cli.arguments import SubParsers, add_board, add_output, add_verb
 from firmware_runtime.cli.chosen_board import chosen_board
@@ -50,10 +51,9 @@ def execute(arguments: argparse.Namespace) -> int:
     """Tune; print what was found, write the copy."""
     board = chosen_board(arguments.board, arguments.assignments)
     task_module = module_of_extra("firmware_runtime.lab.tuning.task", "tuning")
-    file = module_of_extra("firmware_runtime.lab.tuning.board_file", "tuning")
     _, loop = task_module.loop_of(board)
     output: Path | None = arguments.output
-    if output is not None and (fault := file.output_fault(output, board)) is not None:
+    if output is not None and (fault := output_fault(output, board)) is not None:
         raise ConfigError("-o", [fault])
     with exit_on_signals():
         task, doubts = _task(arguments, board)
@@ -63,7 +63,7 @@ def execute(arguments: argparse.Namespace) -> int:
     keys = task_module.keys_of(loop)
     if output is not None:
         values = {key: getattr(tuned.gains, name) for name, key in keys.items()}
-        file.write_copy(board, values, output)
+        write_copy(board, values, output)
     if arguments.json:
         found = {**tuned_document(board, keys, task, tuned), "warnings": doubts}
         print(json.dumps(found, allow_nan=False))

@@ -5,11 +5,11 @@ from pathlib import Path
 
 import pytest
 
+from firmware_runtime.board.board_file import changed, write_copy
 from firmware_runtime.board.installed import shipped_file
 from firmware_runtime.board.local_settings import PLACE
 from firmware_runtime.board.registry import load
 from firmware_runtime.errors import ConfigError
-from firmware_runtime.lab.tuning.board_file import changed, write_copy
 
 VALUES = {"controller.yaw.kp": 2.5, "controller.yaw.kd": 1.25}
 
@@ -78,3 +78,9 @@ def test_a_folder_and_a_place_that_takes_no_file_are_refused(tmp_path: Path) -> 
     for output in (tmp_path, tmp_path / "nowhere" / "board.toml"):
         with pytest.raises(ConfigError, match="expected a name in a folder"):
             write_copy(load("tachobot"), VALUES, output)
+
+
+def test_truth_values_and_texts_are_written_as_toml_has_them() -> None:
+    text = 'on = true  # so\nname = "a # b"  # and so\n'
+    found = changed(text, {"on": False, "name": 'c "d"'})
+    assert found == 'on = false  # so\nname = "c \\"d\\""  # and so\n'

@@ -1,15 +1,16 @@
-"""A copy of a board.toml with other gains: comments, order and every other number stay.
+"""A copy of a board.toml with other values: comments, order and every other number stay.
 
 It is never written over a file that a robot may be run by: the board's own, those that packages
 ship, and those in force on this machine.
 """
 
+import json
 import os
 import re
 import tomllib
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import Any, Final
+from typing import Any, Final, TypeAlias
 
 from firmware_runtime.board.installed import names, shipped_file
 from firmware_runtime.board.local_settings import settings_in_force, settings_place
@@ -17,8 +18,9 @@ from firmware_runtime.board.registry import Board
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.system.atomic_file import keep_output, read_text
 
+Value: TypeAlias = bool | int | float | str
 _TABLE: Final = re.compile(r"\s*\[\s*([^\[\]]+?)\s*\]\s*(#.*)?$")
-_VALUE: Final = re.compile(r"(\s*([\w.-]+)\s*=\s*)([^\s#]+)(.*)$")
+_VALUE: Final = re.compile(r"""(\s*([\w.-]+)\s*=\s*)("(?:[^"\\]|\\.)*"|'[^']*'|[^\s#]+)(.*)$""")
 
 
 def output_fault(output: Path, board: Board) -> str | None:
@@ -52,7 +54,7 @@ def _is_same(place: Path, file: Path) -> bool:
         return place == Path(os.path.realpath(file))
 
 
-def write_copy(board: Board, values: Mapping[str, float], output: Path) -> None:
+def write_copy(board: Board, values: Mapping[str, Value], output: Path) -> None:
     """Write the copy. Raises ConfigError, with nothing written, where it may or can not be."""
     if (fault := output_fault(output, board)) is not None:
         raise ConfigError("-o", [fault])
@@ -60,7 +62,7 @@ def write_copy(board: Board, values: Mapping[str, float], output: Path) -> None:
     keep_output(output, text.encode())
 
 
-def changed(text: str, values: Mapping[str, float]) -> str:
+def changed(text: str, values: Mapping[str, Value]) -> str:
     """A file's text with these values at these dotted keys. Raises ConfigError.
 
     A key that its table leaves out is added at the table's head.
@@ -71,7 +73,7 @@ def changed(text: str, values: Mapping[str, float]) -> str:
         if found := _TABLE.match(line):
             table = f"{found[1]}."
         elif (found := _VALUE.match(line)) and (key := f"{table}{found[2]}") in left:
-            lines[place] = f"{found[1]}{left.pop(key)!r}{found[4]}"
+            lines[place] = f"{found[1]}{as_toml(left.pop(key))}{found[4]}"
     for key, value in left.items():
         lines = _added(lines, key, value)
     written = "\n".join(lines) + "\n"
@@ -81,15 +83,22 @@ def changed(text: str, values: Mapping[str, float]) -> str:
     return written
 
 
-def _added(lines: Sequence[str], key: str, value: float) -> list[str]:
+def as_toml(value: Value) -> str:
+    """A value as a board.toml has it."""
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    return json.dumps(value, ensure_ascii=False) if isinstance(value, str) else repr(value)
+
+
+def _added(lines: Sequence[str], key: str, value: Value) -> list[str]:
     table, _, name = key.rpartition(".")
     for place, line in enumerate(lines):
         if (found := _TABLE.match(line)) and found[1] == table:
-            return [*lines[: place + 1], f"{name} = {value!r}", *lines[place + 1 :]]
-    return [*lines, "", f"[{table}]", f"{name} = {value!r}"]
+            return [*lines[: place + 1], f"{name} = {as_toml(value)}", *lines[place + 1 :]]
+    return [*lines, "", f"[{table}]", f"{name} = {as_toml(value)}"]
 
 
-def _differs_in(text: str, written: str, values: Mapping[str, float]) -> bool:
+def _differs_in(text: str, written: str, values: Mapping[str, Value]) -> bool:
     """Return whether one file is the other with these values, and is a file at all."""
     table: dict[str, Any] = tomllib.loads(text)
     for key, value in values.items():
