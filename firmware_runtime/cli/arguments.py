@@ -23,6 +23,7 @@ _SPELLED: Mapping[str, str] = {
     "begin": "--from",
     "board": "BOARD",
     "host": "HOST",
+    "ports": "--port",
     "ssh_options": "-o",
     "when_late": "--when-late",
 }

@@ -173,6 +173,26 @@ def test_a_port_alone_has_a_column_for_each_field(
 
 
 @pytest.mark.slow
+def test_several_ports_and_fields_are_chosen_by_name(run: Path, tmp_path: Path) -> None:
+    words = ("--port", "imu.sample.rate", "--port", "controller.yaw.command_n")
+    rows = list(csv.DictReader(exported(run, tmp_path, ".csv", *words).read_text().splitlines()))
+    assert {(row["port"], row["field"]) for row in rows} == {
+        ("controller.yaw.command_n", ""),
+        *(("imu.sample", f"rate.{axis}") for axis in range(3)),
+    }
+    read = messages_in(exported(run, tmp_path, ".mcap", *words), began(run))
+    assert set(read) == {
+        "/tachobot/imu/data_raw",
+        "/tachobot/imu/mag",
+        "/tachobot/imu/temperature",
+        "/tachobot/ports/controller/yaw/command_n",
+        "/tachobot/markers",
+    }
+    alone = exported(run, tmp_path, ".csv", "--port", "imu.sample.rate").read_text()
+    assert alone.splitlines()[0] == "t_ns,t_s,utc,rate.0,rate.1,rate.2"
+
+
+@pytest.mark.slow
 def test_what_came_in_from_outside_is_in_it_by_its_port(tmp_path: Path) -> None:
     def turn_about(session: Session) -> None:
         port = session.robot.model.in_ports["yaw_reference"]
@@ -210,7 +230,7 @@ def test_a_coupled_model_s_port_has_what_is_sent_through_it(run: Path, tmp_path:
         ),
         (["detective", "--port", "x"], "--port: has no effect on a model"),
         (["RUN", "-o", "x.csv", "--port", "imu.sampel"], "did you mean"),
-        (["RUN", "-o", "x.mcap", "--port", "imu.sample"], "has no effect on .mcap"),
+        (["RUN", "-o", "x.json", "--port", "imu.sample"], "--port: has no effect on .json"),
         (["RUN", "-o", "x.csv", "--set", "a=1"], "--set: has no effect on a run"),
         (["RUN", "-o", "nowhere/x.csv"], "expected a name in a folder that takes one"),
     ],

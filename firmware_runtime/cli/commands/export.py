@@ -60,7 +60,12 @@ def add_to(verbs: SubParsers) -> None:
 def _add_of_runs(verb: argparse.ArgumentParser) -> None:
     run = verb.add_argument_group("of a run")
     run.add_argument(
-        "--port", metavar="PATH", help="of a table: this port alone, a column for each field"
+        "--port",
+        metavar="PATH",
+        action="append",
+        default=[],
+        dest="ports",
+        help="this port alone; may be repeated. A table of one port has a column for each field",
     )
     run.add_argument(
         "--from", type=second, metavar="T", dest="begin", help="from this second of the run"
@@ -90,7 +95,7 @@ def execute(arguments: argparse.Namespace) -> int:
     if output is not None and ending in RUN_ENDINGS:
         return _export_run(arguments, output)
     refuse_idle(
-        arguments, "export", ("port", "begin", "until", "last", "when_late", "wait"), " on a model"
+        arguments, "export", ("ports", "begin", "until", "last", "when_late", "wait"), " on a model"
     )
     if arguments.board is None:
         raise ConfigError.of_one("export", "no model", expected=ABOUT)
@@ -165,9 +170,9 @@ def _module(output: Path | None) -> Path | None:
 def _export_run(arguments: argparse.Namespace, output: Path) -> int:
     """Write the file, and say what in the recording is not whole."""
     refuse_idle(arguments, "export", ("assignments", "skeletons"), " on a run")
-    if output.suffix not in {".csv", ".parquet"}:
-        refuse_idle(arguments, "export", ("port",), f" on {output.suffix}")
-    if output.suffix != ".json":
+    if output.suffix == ".json":
+        refuse_idle(arguments, "export", ("ports",), " on .json")
+    else:
         refuse_idle(arguments, "export", ("when_late", "wait"), f" on {output.suffix}")
     if arguments.wait is not None and arguments.when_late is None:
         raise ConfigError.of_one("export", "--wait belongs to --when-late", expected="both")
@@ -227,9 +232,9 @@ def _write_run(
     else:
         faults = recording.faults()
         content = (
-            run_file.mcap_content(recording, stretch)
+            run_file.mcap_content(recording, stretch, arguments.ports)
             if output.suffix == ".mcap"
-            else run_file.table_content(recording, stretch, arguments.port, output.suffix)
+            else run_file.table_content(recording, stretch, arguments.ports, output.suffix)
         )
     keep_output(output, content)
     for fault in faults:

@@ -35,6 +35,7 @@ from firmware_runtime.recording.blackbox.section import (
     Section,
     Transfer,
 )
+from firmware_runtime.recording.exports.chosen_ports import ChosenPorts
 from firmware_runtime.recording.exports.typed_values import (
     Port,
     Sent,
@@ -126,12 +127,19 @@ _MARKED: Final = {
 
 
 def mcap_of(
-    header: Header, board: Board, sections: Iterable[Section], dates: Dates = NO_DATES
+    header: Header,
+    board: Board,
+    sections: Iterable[Section],
+    dates: Dates = NO_DATES,
+    chosen: ChosenPorts | None = None,
 ) -> bytes:
-    """The bytes of an MCAP file, by the dates of the run. Raises ConfigError without the extra."""
+    """The bytes of an MCAP file, by the dates of the run; of chosen ports their values alone.
+
+    Raises ConfigError without the extra.
+    """
     into = io.BytesIO()
     writer = module_of_extra("mcap_ros2.writer", "mcap").Writer(into)
-    export = _Export(header, board, writer, dates)
+    export = _Export(header, board, writer, dates, chosen)
     for section in sections:
         export.add(section)
     writer.finish()
@@ -147,8 +155,10 @@ class _Export:
         board: Board,
         writer: Any,  # noqa: ANN401 -- of an extra
         dates: Dates,
+        chosen: ChosenPorts | None,
     ) -> None:
         self._dates = dates
+        self._chosen = chosen
         self._header = header
         self._below = f"/{ros_name(header.board)}"
         self._writer = writer
@@ -163,7 +173,7 @@ class _Export:
 
     def add(self, section: Section) -> None:
         """All that is in a section."""
-        for transfer in section.transfers:
+        for transfer in section.transfers if self._chosen is None else ():
             line = self._header.lines[transfer.line]
             self._write(transfer.at, f"raw/{ros_name(line)}", TRANSFER, _transfer(transfer))
         if section.kind is Kind.STEP:
@@ -171,16 +181,22 @@ class _Export:
         elif (marked := marker_of(section)) is not None:
             self._mark(section.at, *marked)
         for entered in entered_in(section, self._in_ports):
-            self._say(entered, plain(entered.value), self._entrances.get(entered.port))
+            if self._has(entered.port):
+                self._say(entered, plain(entered.value), self._entrances.get(entered.port))
         for sent in values_in(section, self._header.ports, self._ports):
-            self._sent(sent)
+            if self._has(sent.port):
+                self._sent(sent)
+
+    def _has(self, port: str) -> bool:
+        return self._chosen is None or self._chosen.has(port)
 
     def _step(self, section: Section) -> None:
         clock = section.readings
         entered = [{"port": name, "value": shown(form)} for name, form in section.entered]
         late = max(0, clock[0] - section.at) if clock else 0
         said = {"late_ns": late, "readings_ns": clock, "entered": _text(entered) if entered else ""}
-        self._write(section.at, "raw/clock", STEP, said)
+        if self._chosen is None:
+            self._write(section.at, "raw/clock", STEP, said)
         if late >= LATE:
             self._mark(section.at, "late", f"{late} ns")
 

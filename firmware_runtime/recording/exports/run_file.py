@@ -4,22 +4,21 @@ import csv
 import io
 import json
 import re
-from collections.abc import Collection, Iterable, Iterator
+from collections.abc import Iterable, Sequence
 from typing import Final, NamedTuple
 
 from firmware_runtime.board.registry import Board
-from firmware_runtime.devs.senders import Senders
 from firmware_runtime.devs.time import SECOND
-from firmware_runtime.errors import ConfigError, StatisticsFileError, did_you_mean
+from firmware_runtime.errors import ConfigError, StatisticsFileError
 from firmware_runtime.recording.blackbox.listing import span_of
 from firmware_runtime.recording.blackbox.reader import Recording
 from firmware_runtime.recording.board_of_recording import board_of
+from firmware_runtime.recording.exports.chosen_ports import ChosenPorts
 from firmware_runtime.recording.exports.mcap_file import mcap_of
 from firmware_runtime.recording.exports.observed_run import moments_of
 from firmware_runtime.recording.exports.perfetto import chrome_trace
 from firmware_runtime.recording.exports.typed_values import (
     Sent,
-    entrance,
     model_of,
     passed,
     sections_between,
@@ -38,25 +37,33 @@ UTC: Final = "utc"
 LONG: Final = ("t_ns", "t_s", UTC, "port", "field", "value", "text")
 
 
-def long_table(sent: Iterable[Sent], dates: Dates = NO_DATES) -> dict[str, Column]:
+def long_table(
+    sent: Iterable[Sent], dates: Dates = NO_DATES, chosen: ChosenPorts | None = None
+) -> dict[str, Column]:
     """Columns of equal length, in the order of `LONG`."""
     rows = (
         (each.at, each.at / SECOND, dates.of(each.at), each.port, field, *_number_or_text(cell))
         for each in sent
         for field, cell in cells_of(plain(each.value))
+        if chosen is None or chosen.has_field(each.port, field)
     )
     columns = list(zip(*rows, strict=True)) or [()] * len(LONG)
     return {name: list(column) for name, column in zip(LONG, columns, strict=True)}
 
 
-def wide_table(sent: Iterable[Sent], dates: Dates = NO_DATES) -> dict[str, Column]:
+def wide_table(
+    sent: Iterable[Sent], dates: Dates = NO_DATES, chosen: ChosenPorts | None = None
+) -> dict[str, Column]:
     """A row for each value of a port; a field that one has not is empty in its row."""
     rows = list(sent)
+    columns = wide_columns(each.value for each in rows)
+    if chosen is not None:
+        columns = {name: each for name, each in columns.items() if chosen.shows(name)}
     return {
         "t_ns": [each.at for each in rows],
         "t_s": [each.at / SECOND for each in rows],
         UTC: [dates.of(each.at) for each in rows],
-        **wide_columns(each.value for each in rows),
+        **columns,
     }
 
 
@@ -111,25 +118,35 @@ def check_stretch(recording: Recording, stretch: Stretch) -> None:
         raise ConfigError.of_one(where, ends, expected="an instant before")
 
 
-def mcap_content(recording: Recording, stretch: Stretch) -> bytes:
-    """Topics of ROS 2, other ports, transfers and markers as MCAP. Raises ConfigError."""
-    board = board_of(recording.header)
-    sections = sections_between(recording, stretch.begin, stretch.until)
-    return mcap_of(recording.header, board, sections, recording.dates())
+def mcap_content(recording: Recording, stretch: Stretch, names: Sequence[str] = ()) -> bytes:
+    """Topics of ROS 2, other ports, transfers and markers as MCAP. Raises ConfigError.
 
-
-def table_content(recording: Recording, stretch: Stretch, port: str | None, ending: str) -> bytes:
-    """What left each port, or this one alone, as a table by that ending. Raises ConfigError."""
+    With names what these ports sent alone, and the markers.
+    """
     header = recording.header
     board = board_of(header)
-    model = model_of(header, board)
+    chosen = ChosenPorts(names, header, model_of(header, board)) if names else None
+    sections = sections_between(recording, stretch.begin, stretch.until)
+    return mcap_of(header, board, sections, recording.dates(), chosen)
+
+
+def table_content(
+    recording: Recording, stretch: Stretch, names: Sequence[str], ending: str
+) -> bytes:
+    """What left ports, all or those of these names, as a table by that ending. Raises ConfigError.
+
+    One port has a column for each field.
+    """
+    header = recording.header
+    board = board_of(header)
+    chosen = ChosenPorts(names, header, model_of(header, board)) if names else None
     sent = passed(recording, board, stretch.begin, stretch.until)
-    if port is None:
-        columns = long_table(sent, recording.dates())
+    if chosen is not None:
+        sent = (each for each in sent if chosen.has(each.port))
+    if len(names) == 1:
+        columns = wide_table(sent, recording.dates(), chosen)
     else:
-        ports = [*header.ports, *map(entrance, model.in_ports)]
-        one = _of_port(sent, port, Senders(model).of(port), ports)
-        columns = wide_table(one, recording.dates())
+        columns = long_table(sent, recording.dates(), chosen)
     return csv_of(columns) if ending == ".csv" else parquet_of(columns)
 
 
@@ -166,13 +183,3 @@ def _statistics_of(recording: Recording) -> Statistics | None:
         if recording.header.run.endswith(f"-{statistics.header.writer.pid}"):
             return statistics
     return None
-
-
-def _of_port(
-    sent: Iterator[Sent], port: str, senders: Collection[str], ports: list[str]
-) -> Iterator[Sent]:
-    """What passed one port. Raises ConfigError for one that the recording has not."""
-    if not set(senders) <= set(ports):
-        fault = f"{port!r}: no such port in the recording{did_you_mean(port, ports)}"
-        raise ConfigError.of_one("--port", fault, expected=f"one such as {ports[0]}")
-    return (each for each in sent if each.port in senders)
