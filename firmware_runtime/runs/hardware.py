@@ -124,7 +124,11 @@ class Hardware:
         return None
 
     def conditions(self, end: "BoardEnd | None") -> dict[str, object]:
-        """The board, and how a guard would switch it off; doubles made for the run have none."""
+        """The board, its doubles, and how a guard would switch it off.
+
+        `doubles` is where they are served, or True for those made for the run, which no guard
+        switches off; a run on chips has no such key.
+        """
         conditions: dict[str, object] = {
             "board": self._board.name if end is None else end.name,
             "board_sha256": self._board.fingerprint,
@@ -133,6 +137,10 @@ class Hardware:
             conditions["role"] = end.role
         if self.is_outside:
             conditions["switched_off"] = switched_off(self._board, self._served_at)
+        if self._served_at is not None:
+            conditions["doubles"] = str(self._served_at.resolve())
+        elif self.rig is not None:
+            conditions["doubles"] = True
         return conditions
 
     def close(self) -> None:
