@@ -71,6 +71,14 @@ class Drawn(Protocol):
 
 
 @runtime_checkable
+class Truthful(Protocol):
+    """A rig that says how its world truly is: what its probe would send, for those who look on."""
+
+    def truth(self) -> dict[str, object]:
+        """Return the values of the probe's ports now, by their paths below the robot."""
+
+
+@runtime_checkable
 class Pushable(Protocol):
     """A rig whose robot can be pushed."""
 

@@ -3,7 +3,7 @@
 Nothing of it comes from the run itself. What the run records at its edges is run again here, in
 this process, by the same code, and that is observed: the values that leave ports, and what each
 model is in. Where the run cannot be run again here (other code, a state that cannot be set) the
-values are those that it recorded, there are no states, and `note` says why.
+values are those that it recorded, there are no states, and `remark` says why.
 """
 
 from collections.abc import Iterator, Sequence
@@ -58,7 +58,7 @@ class Observed(Closing):
         """By leaf: a port's path, and the name of a field behind it."""
         self.words: dict[str, States] = {}
         """By model, and by leaf where its values are words."""
-        self.note: str | None = None
+        self.remark: str | None = None
         """Why this is not all that there is to see; None where it is."""
         self.end: str | None = None
         """How the run ended, as it recorded it."""
@@ -83,7 +83,7 @@ class Observed(Closing):
             self._is_new = False
         elif self._follower.has_gap:
             self._observer = None
-            self.note = "this page was too slow, and missed a part of the run"
+            self.remark = "this page was too slow, and missed a part of the run"
         for content in contents:
             self._take(decode(content))
         return bool(contents)
@@ -116,7 +116,7 @@ class Observed(Closing):
             self.end = f"{section.extra.get('state')}: {section.extra.get('reason')}"
         if section.kind is Kind.LOST:
             self._observer = None
-            self.note = f"at {section.at / SECOND:g} s a part of the recording is missing"
+            self.remark = f"at {section.at / SECOND:g} s a part of the recording is missing"
             return
         if self._observer is None and self._may_begin(section):
             self._begin(section)
@@ -125,11 +125,11 @@ class Observed(Closing):
         if section.has_instant:
             self.at = max(self.at, section.at)
         for sent in self._recorded(section) if moment is None else moment.sent:
-            self._note_value(sent)
+            self.note(sent.at, sent.port, plain(sent.value))
         self._note_states()
 
     def _may_begin(self, section: Section) -> bool:
-        return section.kind in BEGINNINGS and not (self.note or "").startswith("not run again")
+        return section.kind in BEGINNINGS and not (self.remark or "").startswith("not run again")
 
     def _begin(self, section: Section) -> None:
         """Run it again from here."""
@@ -153,16 +153,16 @@ class Observed(Closing):
     def _give_up(self, error: BaseException) -> None:
         self._observer = None
         self.states.clear()
-        self.note = f"not run again here, so no state of a model is shown: {text_of(error)}"
+        self.remark = f"not run again here, so no state of a model is shown: {text_of(error)}"
 
     def _recorded(self, section: Section) -> Iterator[Sent]:
         return values_in(section, self.header.ports, self.ports)
 
-    def _note_value(self, sent: Sent) -> None:
-        value = plain(sent.value)
-        self.values[sent.port] = value
-        at_s = sent.at / SECOND
-        for leaf, cell in cells_of(value, sent.port):
+    def note(self, at: int, port: str, value: object) -> None:
+        """Note a value in JSON's types that a port had at an instant, ns."""
+        self.values[port] = value
+        at_s = at / SECOND
+        for leaf, cell in cells_of(value, port):
             if isinstance(cell, int | float):  # a truth value is 0 or 1
                 trace = self.numbers.get(leaf)
                 if trace is None:

@@ -80,7 +80,7 @@ def run_state(observed: Observed, statistics: Statistics | None, path: Path | No
             punctual=None,
             doubles=None,
             pid=None,
-            note=observed.note,
+            note=observed.remark,
         )
     figures = statistics.figures()
     run, stated = figures.conditions.run, figures.conditions.stated
@@ -100,7 +100,7 @@ def run_state(observed: Observed, statistics: Statistics | None, path: Path | No
         punctual=_punctual(figures),
         doubles=_doubles(stated),
         pid=statistics.header.writer.pid if is_running else None,
-        note=observed.note,
+        note=observed.remark,
     )
 
 

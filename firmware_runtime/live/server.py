@@ -70,7 +70,7 @@ class PageServer:
             if number % STATE_EVERY == 0:
                 await loop.run_in_executor(self._asking, self._look)
             with suppress(FirmwareRuntimeError, OSError):
-                await loop.run_in_executor(self._observing, self._source.observed.poll)
+                await loop.run_in_executor(self._observing, self._source.observe)
             self._has_seen.set()
             for viewer in self._viewers:
                 viewer.offer(self._source.observed, self._source.state)

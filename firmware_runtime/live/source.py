@@ -12,7 +12,8 @@ from firmware_runtime.devs.component import below_root
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.executive.clocks import WorldClock
 from firmware_runtime.live.observed import Observed
-from firmware_runtime.live.run_state import RunState, run_state, statistics_at
+from firmware_runtime.live.run_state import IN_THE_RUN, RunState, run_state, statistics_at
+from firmware_runtime.live.truth import Truth
 from firmware_runtime.statistics.paths import Companion
 from firmware_runtime.statistics.statistics import Statistics
 from firmware_runtime.system.resources import Closing
@@ -33,12 +34,14 @@ class Source(Closing):
     def __init__(self, recording: Path, statistics: Path | None, *, is_live: bool) -> None:
         self.recording, self.statistics_path, self.is_live = recording, statistics, is_live
         self.observed = Observed(recording, is_whole=not is_live)
+        self._truth = Truth()
         self.statistics: Statistics | None = None
         self.state: RunState | None = None
 
     def close(self) -> None:
         """Close the recording."""
         self.observed.close()
+        self._truth.close()
 
     @property
     def board(self) -> Board:
@@ -56,6 +59,16 @@ class Source(Closing):
         self.observed.close()
         self.observed = observed
         return True
+
+    def observe(self) -> None:
+        """Take what is new in the recording, and the truth where its doubles are served."""
+        observed, state = self.observed, self.state
+        is_running = state is not None and state.state == "running"
+        if not observed.poll() or state is None or not is_running:
+            return
+        served = None if state.doubles == IN_THE_RUN else state.doubles
+        for port, value in self._truth.values(served).items():
+            observed.note(observed.at, port, value)
 
     def look(self) -> RunState:
         """Read the statistics, and say how the run fares. Blocks for a moment."""

@@ -67,6 +67,18 @@ class DetectiveRig(BoardRig):
         """Return the distance to the target."""
         return self._probe.distance_m
 
+    def truth(self) -> dict[str, object]:
+        """The true pose and distance, as the probe sends them."""
+        self.catch_up()
+        at, probe = self.now(), self._probe
+        pose = self.arena.pose(at)
+        return {
+            probe.x_m.path: pose.x_m,
+            probe.y_m.path: pose.y_m,
+            probe.heading_rad.path: pose.heading_rad,
+            probe.distance_m.path: self.arena.distance_to_target(at),
+        }
+
     def attach(self, robot: Coupled) -> None:
         """Add the arena's probe; it looks whenever the body's compass is read."""
         assert isinstance(robot, DetectiveRobot)  # noqa: S101 -- a rig belongs to its board

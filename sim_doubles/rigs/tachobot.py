@@ -60,6 +60,17 @@ class TachobotRig(BoardRig):
         """The yaw."""
         return self._probe.yaw_rad
 
+    def truth(self) -> dict[str, object]:
+        """The true yaw and place, as the probe sends them."""
+        self.catch_up()
+        x, vx, y, vy, yaw, rate = self.world.state(self.now())
+        return {
+            self._probe.yaw_rad.path: yaw,
+            self._probe.yaw_rate_rad_s.path: rate,
+            self._probe.x.path: Motion(x, vx),
+            self._probe.y.path: Motion(y, vy),
+        }
+
     def attach(self, robot: Coupled) -> None:
         """Add the world's probe, and the room's tracking system: in mode `free` that is ideal."""
         assert isinstance(robot, Tachobot)  # noqa: S101 -- a rig belongs to its board

@@ -6,6 +6,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from typing import TypeAlias, TypeVar
 
+from firmware_runtime.board.rig import Truthful
 from firmware_runtime.board.struck_doubles import NO_DEVICES, HasDevices, StruckDoubles
 from firmware_runtime.devs.time import NEVER
 from firmware_runtime.errors import ConfigError
@@ -33,6 +34,7 @@ from firmware_runtime.hal.served.packets import (
     read_question,
 )
 from firmware_runtime.hal.strike import Strike, Struck
+from firmware_runtime.statistics.json_values import plain
 from sim_doubles.clock import Now
 from sim_doubles.rigs.board_rig import DoublesRig
 from sim_doubles.served.logs import OutputLog
@@ -138,7 +140,14 @@ class DoublesService(Service):
 
     def _standing(self) -> Standing:
         at = self._now()
-        return Standing(self._board, at, self._rig.outputs, self._rig.levels(at))
+        truth = self._rig.truth() if isinstance(self._rig, Truthful) else {}
+        return Standing(
+            self._board,
+            at,
+            self._rig.outputs,
+            self._rig.levels(at),
+            {k: plain(v) for k, v in truth.items()},
+        )
 
     def _result(self, asked: Conclude) -> dict[str, object]:
         return self._rig.result(asked.elapsed, asked.own)

@@ -94,7 +94,7 @@ def test_values_and_states_are_those_of_the_run(recording: Path) -> None:
         assert observed.poll()
         assert not observed.poll()
     assert observed.at == round(SPAN_S * 1e9)
-    assert observed.note is None
+    assert observed.remark is None
     assert observed.end is not None
     assert "the run reached" in observed.end
     assert observed.states["imu"] == "sampling"

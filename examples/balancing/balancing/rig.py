@@ -42,6 +42,12 @@ class BalancingRig(BoardRig):
         """The pitch."""
         return self._probe.pitch_rad
 
+    def truth(self) -> dict[str, object]:
+        """The true pitch and place, as the probe sends them."""
+        self.catch_up()
+        probe, world = self._probe, self.world
+        return {probe.pitch_rad.path: world.pitch_rad, probe.place_m.path: world.place_m}
+
     def attach(self, robot: Coupled) -> None:
         """Add the world's probe, which looks with every sample."""
         assert isinstance(robot, Balancing)  # noqa: S101 -- a rig belongs to its board

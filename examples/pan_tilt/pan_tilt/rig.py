@@ -38,6 +38,13 @@ class PanTiltRig(BoardRig):
         """How far beside the light the head looks."""
         return self._probe.error_rad
 
+    def truth(self) -> dict[str, object]:
+        """Where the head truly looks, as the probe sends it."""
+        self.catch_up()
+        probe = self._probe
+        pan_rad = self.pan.angle_rad(self.now())
+        return {probe.error_rad.path: self._error_rad(), probe.pan_rad.path: pan_rad}
+
     def attach(self, robot: Coupled) -> None:
         """Add the world's probe, which looks with every reading."""
         assert isinstance(robot, PanTilt)  # noqa: S101 -- a rig belongs to its board

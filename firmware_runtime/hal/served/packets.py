@@ -6,7 +6,7 @@ leaves no half of a transaction behind. Inside is msgpack: `[number, [kind, ...]
 the number of its question, so that one which comes too late is not taken for the next one's.
 """
 
-from typing import Final, TypeAlias
+from typing import Any, Final, TypeAlias
 
 from msgspec import Struct
 from msgspec.msgpack import Decoder, Encoder
@@ -96,13 +96,15 @@ class Refused(Struct, tag="refused", array_like=True, frozen=True):
 class Standing(Struct, tag="standing", array_like=True, frozen=True):
     """State of the doubles `at` ns after the server's start.
 
-    `outputs` counts what is on, chip by chip; `levels` has every output, as the log does.
+    `outputs` counts what is on, chip by chip; `levels` has every output, as the log does; `truth`
+    has the true state of the world by ports of its probe, as far as the rig says it.
     """
 
     board: str
     at: int
     outputs: dict[str, int]
     levels: dict[str, float]
+    truth: dict[str, Any] = {}
 
 
 class Concluded(Struct, tag="concluded", array_like=True, frozen=True):
