@@ -8,15 +8,22 @@ import subprocess
 import sys
 from collections.abc import Callable, Mapping
 from pathlib import Path
+from threading import Lock
 from typing import Any, Final, TypeAlias
 
-from msgspec.structs import asdict
+import msgspec
 
-from firmware_runtime.board.setting_descriptions import described
+from firmware_runtime.devs.time import SECOND
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.links.control import ask
+from firmware_runtime.live.rewind import Rewind
+from firmware_runtime.live.run_process import kill, stall
 from firmware_runtime.live.run_state import IN_THE_RUN
+from firmware_runtime.live.seen import exported
 from firmware_runtime.live.source import Source
+from firmware_runtime.live.tuning_trial import board_file, sliders, trial
+from firmware_runtime.statistics.summary import summary
+from firmware_runtime.view.report.report import report
 
 Said: TypeAlias = Mapping[str, Any]
 Act: TypeAlias = Callable[[Said], Any]
@@ -31,12 +38,23 @@ class Actions:
     def __init__(self, source: Source, *, may_arm: bool) -> None:
         self._source = source
         self._may_arm = may_arm
-        self._reads: dict[str, Act] = {"settings": self._settings}
+        self._rewind: Rewind | None = None
+        self._lock = Lock()
+        self._reads: dict[str, Act] = {
+            "report": self._report,
+            "instant": self._instant,
+            "sliders": self._sliders,
+            "board-file": self._board_file,
+            "export": self._export,
+        }
         self._changes: dict[str, Act] = {
             "arm": self._arm,
             "disarm": lambda _: self._ask("disarm"),
             "safe-state": self._make_safe,
             "set": self._set,
+            "try": self._try,
+            "stall": self._stall,
+            "kill": self._kill,
         }
 
     @property
@@ -82,18 +100,77 @@ class Actions:
         said = (done.stdout + done.stderr).splitlines()
         return {"not_safe": said if done.returncode else [], "said": said}
 
-    def _settings(self, _said: Said) -> object:
-        """The gains and limits as they are, with their ranges and meanings."""
-        board = self._source.board
-        values = self._ask("get")["values"] if self._source.is_live else {}
-        return {
-            key: {**asdict(each), "range": each.range, "value": values.get(key)}
-            for key, each in described(board.settings, board.retunable).items()
-            if key in values
-        }
+    # What is seen ---------------------------------------------------------------------------------
+
+    def _report(self, _said: Said) -> object:
+        """The timing of the run, as a page of parts."""
+        statistics = self._source.statistics
+        if statistics is None:
+            expected = "a run under way, or the last one, by its board's name"
+            raise ConfigError.of_one("report", "no statistics of this run", expected=expected)
+        return report(statistics, summary(statistics.figures()))
+
+    def _instant(self, said: Said) -> object:
+        """An instant of the recording, by `at` in ns; with `snapshot` of all until now."""
+        at = number_in(said, "at")
+        with self._lock:
+            rewind = self._rewind
+            is_beyond = rewind is not None and at > rewind.end_ns and self._source.is_live
+            if rewind is None or is_beyond or "snapshot" in said:
+                rewind = self._rewind = Rewind(self._source.recording)
+        return rewind.instant(round(at))
+
+    def _export(self, said: Said) -> bytes:
+        """What is seen, as a file: `ports`, `begin_s` and `end_s`, `ending`."""
+        begin, end = (round(number_in(said, name) * SECOND) for name in ("begin_s", "end_s"))
+        ports = str(said.get("ports", "")).split()
+        ending = str(said.get("ending", ""))
+        return exported(self._source.recording, ports, max(begin, 0), max(end, 0), ending)
+
+    # Gains ----------------------------------------------------------------------------------------
+
+    def _sliders(self, _said: Said) -> object:
+        return sliders(self._source.board, self._ask("get")["values"])
+
+    def _board_file(self, said: Said) -> bytes:
+        """A copy of the board.toml with `values`, an object in JSON."""
+        try:
+            values = msgspec.json.decode(str(said.get("values", "")), type=dict[str, Any])
+        except msgspec.MsgspecError as error:
+            raise ConfigError.of_one("values", "no object", expected="{KEY: VALUE}") from error
+        return board_file(self._source.board, values).encode()
+
+    def _try(self, said: Said) -> object:
+        return trial(self._source.recording, _values_in(said))
 
     def _set(self, said: Said) -> object:
-        values = said.get("values")
-        if not isinstance(values, dict):
-            raise ConfigError.of_one("set", "no values", expected='{"values": {KEY: VALUE}}')
-        return self._ask("set", values=values)
+        return self._ask("set", values=_values_in(said))
+
+    # The run's process ----------------------------------------------------------------------------
+
+    def _stall(self, said: Said) -> object:
+        stall(self._run, number_in(said, "for_s"))
+        return {}
+
+    def _kill(self, _said: Said) -> object:
+        kill(self._run)
+        return {}
+
+
+def number_in(said: Said, name: str) -> float:
+    """A finite number that was said. Raises ConfigError."""
+    value = said.get(name)
+    try:
+        number = float(value)  # type: ignore[arg-type] # whatever was said
+    except (TypeError, ValueError, OverflowError):
+        number = float("nan")
+    if isinstance(value, bool) or number - number != 0.0:
+        raise ConfigError.of_one(name, repr(value)[:40], expected="a number")
+    return number
+
+
+def _values_in(said: Said) -> dict[str, Any]:
+    values = said.get("values")
+    if not isinstance(values, dict):
+        raise ConfigError.of_one("values", "no object", expected='{"values": {KEY: VALUE}}')
+    return values

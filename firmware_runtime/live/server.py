@@ -15,7 +15,7 @@ import msgspec
 from aiohttp import web
 
 from firmware_runtime.errors import ConfigError, FirmwareRuntimeError, text_of
-from firmware_runtime.live.actions import Actions
+from firmware_runtime.live.actions import Actions, number_in
 from firmware_runtime.live.entrance import COOKIE, Entrance
 from firmware_runtime.live.source import Source, as_json
 from firmware_runtime.live.viewer import LONGEST, Viewer
@@ -138,8 +138,8 @@ class PageServer:
         """Curves of a stretch: `from` and `until` in s, `leaf` as often as there are curves."""
         await self._has_seen.wait()
         observed = self._source.observed
-        begin, end = (_number(request.query, name) for name in ("from", "until"))
-        most = int(min(max(_number(request.query, "most", 2000.0), 10.0), 20_000.0))
+        begin, end = (number_in(request.query, name) for name in ("from", "until"))
+        most = int(min(max(number_in({"most": 2000, **request.query}, "most"), 10.0), 20_000.0))
         leaves = request.query.getall("leaf", [])[:64]
         found = {
             leaf: observed.numbers[leaf].between(begin, end, most)
@@ -180,20 +180,6 @@ class PageServer:
 
 def _json(content: object, status: int = 200) -> web.Response:
     return web.Response(body=_encode(content), content_type="application/json", status=status)
-
-
-def _number(query: Mapping[str, str], name: str, otherwise: float = 0.0) -> float:
-    """A number of a query. Raises ConfigError."""
-    text = query.get(name)
-    if text is None:
-        return otherwise
-    try:
-        number = float(text)
-    except ValueError:
-        number = float("nan")
-    if number - number != 0.0:
-        raise ConfigError.of_one(name, repr(text[:40]), expected="a number")
-    return number
 
 
 async def serve_until_signal(
