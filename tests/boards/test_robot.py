@@ -15,7 +15,8 @@ from firmware_runtime.runs.start import start_session
 from firmware_runtime.statistics.metrics import exposition
 from firmware_runtime.statistics.run_text import statistics_text
 from firmware_runtime.statistics.summary import summary
-from firmware_runtime.view.report.report import page
+from firmware_runtime.view.page import page_of
+from firmware_runtime.view.report.report import report
 
 
 def test_a_defect_in_one_stop_does_not_keep_the_next_chip_on() -> None:
@@ -75,10 +76,11 @@ def test_every_atomic_stands_in_the_statistics_the_text_the_page_and_the_metrics
     found = statistics.figures()
     assert list(found.models) == paths
     text = "\n".join(statistics_text(found))
-    shown, metrics = page(statistics, summary(found)), exposition(board, statistics)
+    shown = page_of(report(statistics, summary(found)))
+    metrics = exposition(board, statistics)
     for path in paths:
         assert path in text
-        assert f">{path}<" in shown
+        assert f'"{path}"' in shown
         assert f'model="{path}"' in metrics
     assert found.scheduled == found.run + found.skipped + found.coalesced > 50
     if board == "detective":

@@ -5,10 +5,11 @@ from pathlib import Path
 
 import pytest
 
-from firmware_runtime.statistics.statistics import Statistics
-from firmware_runtime.view.report.report import page as page_of
-from firmware_runtime.view.style import PALETTE
 from benchmarks.shared import chromium
+from firmware_runtime.statistics.statistics import Statistics
+from firmware_runtime.view.page import page_of
+from firmware_runtime.view.palette import PALETTE
+from firmware_runtime.view.report.report import report
 
 pytestmark = [
     pytest.mark.slow,
@@ -24,7 +25,7 @@ def page(tmp_path_factory: pytest.TempPathFactory) -> Iterator[chromium.Page]:
 
 def written(statistics: Statistics, directory: Path) -> Path:
     path = directory / "report.html"
-    path.write_text(page_of(statistics, "headline"), encoding="utf-8")
+    path.write_text(page_of(report(statistics, "headline")), encoding="utf-8")
     return path
 
 
@@ -68,26 +69,17 @@ def test_the_page_never_scrolls_sideways(
     assert page.evaluate("document.documentElement.scrollWidth") <= width
 
 
-def test_letters_in_charts_keep_their_size(
-    page: chromium.Page, uneven: Statistics, tmp_path: Path
-) -> None:
-    path = written(uneven, tmp_path)
-    heights = []
-    for width in (320, 1600):
-        page.open(path, "light", width)
-        heights.append(page.evaluate("document.querySelector('svg text').getBBox().height"))
-    assert heights[0] == heights[1] > 0
-
-
-def test_pictures_are_named_for_those_who_cannot_see_them(
+def test_plots_are_named_for_those_who_cannot_see_them(
     page: chromium.Page, uneven: Statistics, tmp_path: Path
 ) -> None:
     page.open(written(uneven, tmp_path), "light")
     nodes = page.ask("Accessibility.getFullAXTree")["nodes"]
-    roles = {"image", "img", "graphics-document"}
-    pictures = [node for node in nodes if node["role"]["value"] in roles]
-    assert len(pictures) == page.evaluate("document.querySelectorAll('svg').length") > 3
-    assert all(len(node["name"]["value"]) > 20 for node in pictures)
+    groups = {each["name"]["value"] for each in nodes if each["role"]["value"] == "group"}
+    named = "[...document.querySelectorAll('.plot')].map((each) => each.ariaLabel)"
+    plots = page.evaluate(named)
+    assert len(plots) > 3
+    assert set(plots) <= groups
+    assert all("sample" in each or "span" in each for each in plots)
 
 
 def test_the_browser_would_have_noticed(page: chromium.Page, tmp_path: Path) -> None:

@@ -2,10 +2,10 @@
 
 import pytest
 
-from firmware_runtime.view.style import PALETTE
+from firmware_runtime.view.palette import PALETTE
 
 LETTERS = ("ink", "quiet", "good", "doubtful", "bad")
-SHAPES = ("blue", "mean", "late", "skipped", "waking", "behind", "garbage")
+SHAPES = ("blue", "behind", "waking", "garbage", "rest", *(f"colour{n}" for n in range(8)))
 SCHEMES = {"light": 0, "dark": 1}
 
 

@@ -1,18 +1,14 @@
-"""Numbers in words, places on scales, and the verdict."""
+"""Numbers in words, and the verdict."""
 
-from itertools import pairwise
 from typing import Any
 
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 from msgspec.structs import replace
 
-from firmware_runtime.devs.time import MILLISECOND, SECOND
+from firmware_runtime.devs.time import SECOND
 from firmware_runtime.statistics import number_formats as words
 from firmware_runtime.statistics.file_header import RunState
 from firmware_runtime.view.report.verdict import verdict
-from firmware_runtime.view.scales import count_scale, log_scale, share_scale, time_scale
 from tests.support.written_run import WrittenRun, uneven_run
 
 
@@ -63,44 +59,8 @@ def test_a_condition_is_said_plainly() -> None:
     assert words.plain(True) == "yes"
 
 
-@given(st.lists(st.integers(0, 10**13), min_size=1, max_size=20))
-def test_a_logarithmic_scale_keeps_order_and_holds_all(values: list[int]) -> None:
-    scale = log_scale(values)
-    places = [scale.place(value) for value in sorted(values)]
-    assert places == sorted(places)
-    assert places[0] >= 0
-    assert places[-1] <= 1
-    assert scale.place(10**20) == 1
-
-
-@given(st.integers(0, 10**12))
-def test_one_is_to_be_seen_on_a_scale_of_counts(most: int) -> None:
-    scale = count_scale(most)
-    assert 0 < scale.place(1) < scale.place(max(most, 2)) <= 1 + 1e-9
-    assert scale.place(0) == 0
-    assert scale.ticks[0].text == "1"
-
-
-@given(st.floats(0, 100))
-def test_a_scale_of_shares_begins_at_nothing_and_holds_the_greatest(greatest: float) -> None:
-    scale = share_scale(greatest)
-    assert scale.ticks[0] == (0, "0 %")
-    assert scale.place(greatest) <= 1
-    assert len({tick.text for tick in scale.ticks}) == 5
-
-
-@pytest.mark.slow
-@given(st.integers(0, 5 * 86_400 * SECOND), st.integers(MILLISECOND, 5 * 86_400 * SECOND))
-def test_the_marks_of_time_are_round_few_and_even(begin: int, span: int) -> None:
-    ticks = time_scale(begin, begin + span).ticks
-    assert len(ticks) <= 7
-    assert len({tick.text for tick in ticks}) == len(ticks)
-    gaps = [later.place - earlier.place for earlier, later in pairwise(ticks)]
-    assert gaps == pytest.approx([min(gaps, default=0)] * len(gaps))
-
-
 @pytest.mark.parametrize(
-    ("state", "css", "word"),
+    ("state", "judgement", "word"),
     [
         (RunState.RUNNING, "doubtful", "Skipped activations"),
         (RunState.ENDED, "doubtful", "Skipped activations"),
@@ -108,14 +68,14 @@ def test_the_marks_of_time_are_round_few_and_even(begin: int, span: int) -> None
         (RunState.OVERRUN, "bad", "Stopped for lateness"),
     ],
 )
-def test_the_verdict_has_a_word_and_a_colour(state: RunState, css: str, word: str) -> None:
+def test_the_verdict_has_a_word_and_a_colour(state: RunState, judgement: str, word: str) -> None:
     judged = verdict(uneven_run(20).statistics(state).figures())
-    assert (judged.css, judged.word) == (css, word)
+    assert (judged.judgement, judged.word) == (judgement, word)
 
 
 def test_a_run_that_died_is_said_to_have() -> None:
     judged = verdict(uneven_run(20).statistics(alive=False, complete=False).figures())
-    assert (judged.css, judged.word) == ("bad", "Died")
+    assert (judged.judgement, judged.word) == ("bad", "Died")
     assert judged.sentences[:2] == [
         "The process was gone after 19.90 s without having ended the run.",
         "It died while it wrote: the last step's numbers may be there in part.",

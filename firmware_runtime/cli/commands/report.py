@@ -8,7 +8,8 @@ from firmware_runtime.cli.written import write_text
 from firmware_runtime.errors import Status
 from firmware_runtime.statistics.reader import read_statistics
 from firmware_runtime.statistics.summary import summary
-from firmware_runtime.view.report.report import page
+from firmware_runtime.view.page import page_of
+from firmware_runtime.view.report.report import report
 
 
 def add_to(verbs: SubParsers) -> None:
@@ -24,5 +25,5 @@ def execute(arguments: argparse.Namespace) -> int:
     path = path_of(arguments.kept)
     statistics = read_statistics(path)
     say_if_last_run_was_virtual(path, statistics)
-    write_text(page(statistics, summary(statistics.figures())), arguments.output)
+    write_text(page_of(report(statistics, summary(statistics.figures()))), arguments.output)
     return Status.OK

@@ -1,34 +1,28 @@
-"""Charts over the time of a run: lateness, what was late or skipped, and load.
+"""What a run did over time: lateness, what was late or skipped, and load.
 
-The timeline is fine at its end and coarse before: a chart draws a span as wide as it was long.
+The timeline is fine at its end and coarse before: a value holds from its span's begin to its end.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from typing import NamedTuple, TypeAlias
-from xml.etree.ElementTree import Element
 
+from firmware_runtime.devs.time import SECOND
 from firmware_runtime.statistics.history import Span
 from firmware_runtime.statistics.number_formats import count, duration, instant, passed, share
-from firmware_runtime.view.markup import chart, legend, table
-from firmware_runtime.view.plot import Plot
-from firmware_runtime.view.scales import Scale, count_scale, log_scale, share_scale, time_scale
+from firmware_runtime.view.parts import Curve, Level, Number, Series, Table, table
 
-_LATENESS_HEIGHT = 170
-_ABOVE = 8
-_LANE = 24
-_LANES: tuple[tuple[str, Callable[[Span], int]], ...] = (
-    ("late", lambda span: span.late),
-    ("skipped", lambda span: span.skipped),
+_COUNTED: tuple[tuple[str, str, Callable[[Span], int]], ...] = (
+    ("late", "doubtful", lambda span: span.late),
+    ("skipped", "bad", lambda span: span.skipped),
 )
-"""The strips under the plot, by class of the style sheet, with what they count."""
-_LOAD_HEIGHT = 120
+"""What is counted in each span: its name, its colour, its number."""
 _LEAST = 10
 """A span of which less than this part has passed says little about a load: it is left out."""
 
-_Load: TypeAlias = tuple[str, str, Callable[[Span], int]]
+_Load: TypeAlias = tuple[str, Callable[[Span], int]]
 _LOADS: tuple[_Load, ...] = (
-    ("blue", "processor", lambda span: span.cpu_ns),
-    ("bus", "buses together", lambda span: span.bus_ns),
+    ("processor", lambda span: span.cpu_ns),
+    ("buses together", lambda span: span.bus_ns),
 )
 
 
@@ -40,9 +34,9 @@ class Stretch(NamedTuple):
     """ns."""
 
     @property
-    def sides(self) -> tuple[int, int]:
-        """Begin and end, in ns of the run."""
-        return self.span.begin_ns, self.span.begin_ns + self.covered
+    def sides_s(self) -> tuple[float, float]:
+        """Begin and end, in s of the run."""
+        return self.span.begin_ns / SECOND, (self.span.begin_ns + self.covered) / SECOND
 
     @property
     def begin(self) -> str:
@@ -61,84 +55,84 @@ def stretches(spans: Sequence[Span], elapsed: int) -> list[Stretch]:
     return [Stretch(span, passed) for span, passed in covered if passed > 0]
 
 
-def lateness_over_time(run: Sequence[Stretch], tolerance_ns: int | None) -> Element | None:
-    """Mean and largest lateness of every span, with what was late and what was skipped.
+def lateness_over_time(run: Sequence[Stretch], tolerance_ns: int | None) -> Iterator[Series]:
+    """Mean and largest lateness of every span, then what was late and skipped, if anything was.
 
-    None where nothing was ever late by any measure.
+    Nothing where nothing was ever late by any measure.
     """
     shown = [each for each in run if each.span.activations > 0 or each.span.skipped > 0]
     largest = max((each.span.lateness_max_ns for each in shown), default=0)
     if largest == 0:
-        return None
-    plot = _lateness_plot(run, shown, tolerance_ns)
-    caption = "Lateness over time"
-    svg = plot.svg("over-time", caption, _lateness_said(shown, largest))
-    keys = legend([("tint", "largest"), *((each, each) for each in ("mean", "late", "skipped"))])
-    return chart(svg, caption, keys, _lateness_table(shown))
-
-
-def _lateness_plot(
-    run: Sequence[Stretch], shown: Sequence[Stretch], tolerance_ns: int | None
-) -> Plot:
-    plot = Plot(_LATENESS_HEIGHT, above=_ABOVE, below=2 * _LANE + 10)
-    values = [ns for each in shown for ns in (each.mean, each.span.lateness_max_ns) if ns > 0]
-    limits = [] if tolerance_ns is None else [tolerance_ns]
-    across, up = time_scale(run[0].sides[0], run[-1].sides[1]), log_scale([*values, *limits])
-    plot.axes(across, up)
-    for each in shown:
-        _lateness(plot, across, up, each)
-    for limit in limits:
-        down = plot.down(up.place(limit))
-        plot.line((0, down), (1, down), "limit")
-        plot.text(0, down - 5, f"tolerance {duration(limit)}", "limit-words")
-    for row in range(len(_LANES)):
-        _lane(plot, across, row, shown)
-    return plot
-
-
-def _lateness(plot: Plot, across: Scale, up: Scale, each: Stretch) -> None:
-    """One span: a column up to its largest lateness, a line at its mean."""
-    begin, end = each.sides
-    sides = across.place(begin), across.place(end)
-    span = each.span
-    if span.lateness_max_ns > 0:
-        tooltip = (
-            f"{instant(begin)} to {instant(end)}: largest {duration(span.lateness_max_ns)}, "
-            f"mean {duration(each.mean)}, {span.late} late, {span.skipped} skipped"
+        return
+    ends = run[0].sides_s[0], run[-1].sides_s[1]
+    limits = [] if tolerance_ns is None else [Level(tolerance_ns, "tolerance", is_limit=True)]
+    yield Series(
+        title="Lateness over time",
+        across="s",
+        up="ns",
+        curves=[
+            _held("largest", shown, lambda each: each.span.lateness_max_ns or None),
+            _held("mean", shown, lambda each: each.mean or None),
+        ],
+        levels=limits,
+        across_ends=ends,
+        is_log=True,
+        said=_lateness_said(shown, largest),
+        numbers=[_lateness_table(shown)],
+    )
+    if any(counted(each.span) for _, _, counted in _COUNTED for each in shown):
+        yield Series(
+            title="Late and skipped activations",
+            across="s",
+            up="activations",
+            curves=[_columns(*each, shown) for each in _COUNTED],
+            across_ends=ends,
+            said=_counted_said(shown),
         )
-        top = plot.down(up.place(span.lateness_max_ns))
-        plot.box(sides, (top, plot.bottom), "column tint", tooltip)
-        if span.late > 0:
-            plot.line((sides[0], top), (sides[1], top), "line cap late")
-    if each.mean > 0:
-        down = plot.down(up.place(each.mean))
-        plot.line((sides[0], down), (sides[1], down), "line mean")
 
 
-def _lane(plot: Plot, across: Scale, row: int, run: Sequence[Stretch]) -> None:
-    """A strip under the plot with a mark where something was counted, the higher the more."""
-    name, counted = _LANES[row]
-    top = plot.bottom + 12 + row * _LANE
-    base = top + _LANE - 4
-    plot.box((0, 1), (top, base), "lane")
-    plot.beside(top + _LANE / 2 - 2, name)
-    up = count_scale(max((counted(each.span) for each in run), default=0))
+def _held(name: str, run: Sequence[Stretch], value: Callable[[Stretch], Number]) -> Curve:
+    """A value of each stretch, which holds to its end; a gap where there is no stretch."""
+    x: list[Number] = []
+    y: list[Number] = []
+    ended = None
     for each in run:
-        if (number := counted(each.span)) > 0:
-            begin, end = (across.place(at) for at in each.sides)
-            mark = base - up.place(number) * (base - top)
-            plot.box((begin, end), (mark, base), f"tick {name}", f"from {each.begin}: {number:,}")
+        begin, end = each.sides_s
+        if ended is not None and ended < begin:
+            x.append(ended)
+            y.append(None)
+        x.append(begin)
+        y.append(value(each))
+        ended = end
+    if run:
+        x.append(ended)
+        y.append(y[-1])
+    return Curve(name, x, y, "steps")
+
+
+def _columns(
+    name: str, colour: str, counted: Callable[[Span], int], run: Sequence[Stretch]
+) -> Curve:
+    begins = [each.sides_s[0] for each in run]
+    return Curve(name, begins, [counted(each.span) for each in run], "columns", colour)
 
 
 def _lateness_said(run: Sequence[Stretch], largest: int) -> str:
+    return (
+        f"{count(len(run), 'span')} of time; the largest lateness is {duration(largest)}. "
+        "The vertical axis is logarithmic."
+    )
+
+
+def _counted_said(run: Sequence[Stretch]) -> str:
     late = [each for each in run if each.span.late > 0]
     skipped = [each for each in run if each.span.skipped > 0]
-    said = f"{count(len(run), 'span')} of time; the largest lateness is {duration(largest)}."
+    said = []
     if late:
-        said += f" Late activations in {count(len(late), 'span')}, {_when(late)}."
+        said.append(f"Late activations in {count(len(late), 'span')}, {_when(late)}.")
     if skipped:
-        said += f" Skipped ones in {count(len(skipped), 'span')}, {_when(skipped)}."
-    return f"{said} The vertical axis is logarithmic."
+        said.append(f"Skipped ones in {count(len(skipped), 'span')}, {_when(skipped)}.")
+    return " ".join(said)
 
 
 def _when(run: Sequence[Stretch]) -> str:
@@ -148,7 +142,7 @@ def _when(run: Sequence[Stretch]) -> str:
     return f"the first from {first.begin}, the last from {last.begin}"
 
 
-def _lateness_table(run: Sequence[Stretch]) -> Element:
+def _lateness_table(run: Sequence[Stretch]) -> Table:
     head = ["from", "for", "activations", "late", "skipped", "mean", "largest", "longest step"]
     return table(
         "Lateness by span",
@@ -169,34 +163,36 @@ def _lateness_table(run: Sequence[Stretch]) -> Element:
     )
 
 
-def load_over_time(run: Sequence[Stretch]) -> Element | None:
-    """Chart how busy the processor and the buses were; None where neither was counted."""
+def load_over_time(run: Sequence[Stretch]) -> Series | None:
+    """Show how busy the processor and the buses were; None where neither was counted."""
     run = [each for each in run if each.covered * _LEAST >= each.span.width_ns] or run
-    loads = [load for load in _LOADS if any(load[2](each.span) > 0 for each in run)]
+    loads = [load for load in _LOADS if any(load[1](each.span) > 0 for each in run)]
     if not loads:
         return None
-    plot = Plot(_LOAD_HEIGHT, above=8)
-    busiest = max(load[2](each.span) / each.covered for load in loads for each in run)
-    across, up = time_scale(run[0].sides[0], run[-1].sides[1]), share_scale(busiest)
-    plot.axes(across, up)
-    for css, _, spent in loads:
-        for each in run:
-            begin, end = (across.place(at) for at in each.sides)
-            down = plot.down(up.place(spent(each.span) / each.covered))
-            plot.line((begin, down), (end, down), f"line {css}")
-    names = " and ".join(words for _, words, _ in loads)
-    caption = f"Load over time: {names}"
-    svg = plot.svg("load", caption, f"The busiest span has {share(busiest)}.")
-    keys = legend((css, words) for css, words, _ in loads)
-    return chart(svg, caption, keys, _load_table(run, loads))
+    busiest = max(spent(each.span) / each.covered for _, spent in loads for each in run)
+    return Series(
+        title=f"Load over time: {' and '.join(name for name, _ in loads)}",
+        across="s",
+        up="%",
+        curves=[_load_curve(load, run) for load in loads],
+        across_ends=(run[0].sides_s[0], run[-1].sides_s[1]),
+        up_ends=(0.0, 110.0 * busiest),
+        said=f"The busiest span has {share(busiest)}.",
+        numbers=[_load_table(run, loads)],
+    )
 
 
-def _load_table(run: Sequence[Stretch], loads: Sequence[_Load]) -> Element:
-    head = ["from", "for", "steps", *(words for _, words, _ in loads)]
+def _load_curve(load: _Load, run: Sequence[Stretch]) -> Curve:
+    name, spent = load
+    return _held(name, run, lambda each: 100.0 * spent(each.span) / each.covered)
+
+
+def _load_table(run: Sequence[Stretch], loads: Sequence[_Load]) -> Table:
+    head = ["from", "for", "steps", *(name for name, _ in loads)]
     rows = (
         [
             *(each.begin, passed(each.covered), f"{each.span.steps:,}"),
-            *(share(spent(each.span) / each.covered) for _, _, spent in loads),
+            *(share(spent(each.span) / each.covered) for _, spent in loads),
         ]
         for each in run
     )

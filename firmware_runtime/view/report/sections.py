@@ -1,7 +1,6 @@
 """The sections of a report that are tables and words: faults, deadlines, lines, conditions."""
 
 from collections.abc import Iterator, Mapping
-from xml.etree.ElementTree import Element
 
 from firmware_runtime.statistics.figures import (
     SCHEMA,
@@ -25,20 +24,20 @@ from firmware_runtime.statistics.number_formats import (
 from firmware_runtime.statistics.rows import DeadlineRow
 from firmware_runtime.statistics.statistics import Statistics
 from firmware_runtime.system.packages import version_of
-from firmware_runtime.view.markup import element, facts, table
-from firmware_runtime.view.report.distribution import Mark, distribution
+from firmware_runtime.view.parts import Beside, Glossary, Level, Part, Table, Text, facts, table
+from firmware_runtime.view.report.distribution import distribution
 
 _COUNTS = ("scheduled", "run", "overruns", "skipped", "coalesced")
 
 
-def models_section(statistics: Statistics, models: Mapping[str, ModelFigures]) -> list[Element]:
+def models_section(statistics: Statistics, models: Mapping[str, ModelFigures]) -> list[Part]:
     """The tables, then lateness and own time of each model."""
     if not models:
-        return [element("p", "This model has no atomic model.")]
+        return [Text(text="This model has no atomic model.")]
     return [
         _activations(models, is_virtual=statistics.is_virtual),
         _times(models),
-        element("div", *_charts(statistics, models), class_="pairs"),
+        Beside(parts=list(_distributions(statistics, models))),
     ]
 
 
@@ -47,7 +46,7 @@ def tolerance_ns(model: ModelFigures) -> int:
     return round(model.tolerance_us * 1000)
 
 
-def _activations(models: Mapping[str, ModelFigures], *, is_virtual: bool) -> Element:
+def _activations(models: Mapping[str, ModelFigures], *, is_virtual: bool) -> Table:
     """In virtual time nothing can be late, so no number says how much was."""
     head = ["model", "rate", "policy", "tolerance"]
     head += ["scheduled", "run", "late", "skipped", "coalesced", "last late"]
@@ -68,7 +67,7 @@ def _activations(models: Mapping[str, ModelFigures], *, is_virtual: bool) -> Ele
     return table("What became of the activations of each model", head, rows)
 
 
-def _times(models: Mapping[str, ModelFigures]) -> Element:
+def _times(models: Mapping[str, ModelFigures]) -> Table:
     head = ["model", "lateness p50", "p99", "p99.9", "max"]
     head += ["own time p50", "p99", "p99.9", "max", "load"]
     rows = (
@@ -87,18 +86,17 @@ def _percentiles(time: Distribution) -> Iterator[str]:
     return map(duration_us, (time.p50, time.p99, time.p999, time.max))
 
 
-def _charts(statistics: Statistics, models: Mapping[str, ModelFigures]) -> Iterator[Element]:
-    """Lateness is left out where one model only was activated: it is the page's first chart."""
+def _distributions(statistics: Statistics, models: Mapping[str, ModelFigures]) -> Iterator[Part]:
+    """Lateness is left out where one model only was activated: it is the page's first one."""
     activated = sum(model.run > 0 for model in models.values())
     for index, (path, model) in enumerate(models.items()):
         if model.run > 0 and activated > 1 and not statistics.is_virtual:
             lateness = statistics.lateness_of(index)
-            limit = Mark("tolerance", tolerance_ns(model), "limit")
-            yield distribution(f"lateness-{index}", f"{path}: lateness", lateness, [limit])
+            limit = Level(tolerance_ns(model), "tolerance", is_limit=True)
+            yield distribution(f"{path}: lateness", lateness, [limit], is_small=True)
         own_time = statistics.own_time_of(index)
-        if own_time.samples == 0:
-            continue
-        yield distribution(f"own-time-{index}", f"{path}: own time", own_time)
+        if own_time.samples > 0:
+            yield distribution(f"{path}: own time", own_time, is_small=True)
 
 
 _FAULT_HEAD = ("model", "kind", "times", "first", "last", "in words, the last time")
@@ -117,8 +115,10 @@ _WORDS = {
 }
 
 
-def faults_section(faults: Mapping[str, Mapping[str, FaultFigures]]) -> Element:
+def faults_section(faults: Mapping[str, Mapping[str, FaultFigures]]) -> Part:
     """A row for each kind of fault of each model."""
+    if not faults:
+        return Text(text="No model reported a fault.")
     rows = (
         [
             path,
@@ -131,12 +131,13 @@ def faults_section(faults: Mapping[str, Mapping[str, FaultFigures]]) -> Element:
         for path, kinds in faults.items()
         for kind, counted in kinds.items()
     )
-    none = "No model reported a fault."
-    return table("Faults that models reported", _FAULT_HEAD, rows, otherwise=none)
+    return table("Faults that models reported", _FAULT_HEAD, rows, is_words=True)
 
 
-def deadlines_table(deadlines: Mapping[str, DeadlineRow]) -> Element:
+def deadlines_table(deadlines: Mapping[str, DeadlineRow]) -> Part:
     """Samples on each path, and those that took effect too late."""
+    if not deadlines:
+        return Text(text="The board puts no deadline on a path.")
     rows = (
         [
             path,
@@ -147,21 +148,22 @@ def deadlines_table(deadlines: Mapping[str, DeadlineRow]) -> Element:
         for path, counted in deadlines.items()
     )
     head = ["path", "samples", "answers", "missed"]
-    none = "The board puts no deadline on a path."
-    return table("Deadlines on a path", head, rows, otherwise=none)
+    return table("Deadlines on a path", head, rows)
 
 
-def buses_table(buses: Mapping[str, BusFigures]) -> Element:
+def buses_table(buses: Mapping[str, BusFigures]) -> Part:
     """Traffic of each bus."""
+    if not buses:
+        return Text(text="No bus was counted.")
     counters = ("transactions", "bytes", "errors", "retries")
     rows = (
         [name, share(bus.utilisation), *(f"{getattr(bus, each):,}" for each in counters)]
         for name, bus in buses.items()
     )
-    return table("Buses", ["bus", "busy", *counters], rows, otherwise="No bus was counted.")
+    return table("Buses", ["bus", "busy", *counters], rows)
 
 
-def serial_table(ports: Mapping[str, SerialFigures]) -> Element | None:
+def serial_table(ports: Mapping[str, SerialFigures]) -> Table | None:
     """Traffic of each serial port, where there is one."""
     if not ports:
         return None
@@ -179,7 +181,7 @@ def serial_table(ports: Mapping[str, SerialFigures]) -> Element | None:
     return table("Serial ports", head, rows)
 
 
-def conditions_section(conditions: Conditions) -> list[Element]:
+def conditions_section(conditions: Conditions) -> list[Part]:
     """Return what was refused, what was requested, and everything else that is known."""
     return [
         *(_refusal(name, request) for name, request in conditions.refused.items()),
@@ -188,44 +190,30 @@ def conditions_section(conditions: Conditions) -> list[Element]:
     ]
 
 
-def _refusal(name: str, request: Request) -> Element:
+def _refusal(name: str, request: Request) -> Text:
     reason, _, needs = str(request.reason).partition(_NEEDS)
-    return element(
-        "p",
-        element("strong", "Not granted: "),
-        element("code", f"{name} = {plain(request.asked)}"),
-        f". {reason}.",
-        f" It takes {needs}." if needs else None,
-        class_="refused",
+    takes = f" It takes {needs}." if needs else ""
+    said = f"Not granted: {name} = {plain(request.asked)}. {reason}.{takes}"
+    return Text(text=said, look="warning")
+
+
+def _settings(settings: Settings) -> Table:
+    rows = (
+        [name, plain(each.asked), "yes" if each.granted else plain(each.reason)]
+        for name, each in settings.items()
     )
+    head = ["setting", "asked", "granted"]
+    return table("What the board asks of the system", head, rows, is_words=True)
 
 
-def _settings(settings: Settings) -> Element:
-    return table(
-        "What the board asks of the system",
-        ["setting", "asked", "granted"],
-        (
-            [name, plain(each.asked), "yes" if each.granted else plain(each.reason)]
-            for name, each in settings.items()
-        ),
-        css="words",
-    )
-
-
-def glossary(figures: Figures) -> Iterator[Element]:
+def glossary(figures: Figures) -> list[Part]:
     """The words, then where the page and its numbers come from."""
-    pairs = (
-        element("div", element("dt", word), element("dd", meaning))
-        for word, meaning in _WORDS.items()
-    )
-    yield element("dl", *pairs, class_="glossary")
     made = f"firmware-runtime {version_of('firmware-runtime')}"
     ran = (figures.conditions.stated.get("versions") or {}).get("firmware-runtime")
-    yield element(
-        "p",
-        f"Made by {made} from a copy of the run's statistics file (schema {SCHEMA})",
-        f", which firmware-runtime {ran} had written" if ran else None,
-        ". Making it changed nothing in that file; equal statistics make an equal page. ",
-        "The page holds all it needs and asks nothing of any network.",
-        class_="quiet",
+    writer = f", which firmware-runtime {ran} had written" if ran else ""
+    said = (
+        f"Made by {made} from a copy of the run's statistics file (schema {SCHEMA}){writer}. "
+        "Making it changed nothing in that file; equal statistics make an equal page. "
+        "The page holds all it needs and asks nothing of any network."
     )
+    return [Glossary(items=list(_WORDS.items())), Text(text=said, look="quiet")]

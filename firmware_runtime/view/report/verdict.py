@@ -1,28 +1,21 @@
 """Verdict on whether a run kept its time, in words."""
 
 from collections.abc import Iterator
-from typing import NamedTuple
 
 from firmware_runtime.statistics.figures import Figures
 from firmware_runtime.statistics.number_formats import count, passed
 from firmware_runtime.statistics.summary import periods_not_kept
-
-
-class Verdict(NamedTuple):
-    """`css` is `good`, `doubtful`, `bad` or `open`; `word` says the same without a colour."""
-
-    css: str
-    word: str
-    sentences: list[str]
+from firmware_runtime.view.parts import Judgement, Verdict
 
 
 def verdict(figures: Figures) -> Verdict:
     """The verdict on the statistics of a run."""
-    css, word = _worst_of(figures)
-    return Verdict(css, word, [*_ending(figures), *_timing(figures), *_beside(figures)])
+    judgement, word = _worst_of(figures)
+    sentences = [*_ending(figures), *_timing(figures), *_beside(figures)]
+    return Verdict(judgement=judgement, word=word, sentences=sentences)
 
 
-def _worst_of(figures: Figures) -> tuple[str, str]:
+def _worst_of(figures: Figures) -> tuple[Judgement, str]:
     state = figures.conditions.run.state
     words = {"failed": "Failed", "overrun": "Stopped for lateness", "died": "Died"}
     if state in words:
