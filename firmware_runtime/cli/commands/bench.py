@@ -19,6 +19,7 @@ _BENCHES = (
     "peers",
     "devstone",
     "loop",
+    "page",
     "reader",
     "recording",
     "keyframes",

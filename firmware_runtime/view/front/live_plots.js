@@ -3,17 +3,72 @@
 
 const KEPT = 120_000, WINDOWS = [5, 10, 30, 60, 300];
 
-/** What has come: points by leaf, states by model. */
+const BLOCK = 16;
+
+/** One number over time, and the least and greatest of each block of points; NaN where there is none. */
+class Line {
+  constructor(times = [], values = []) {
+    this.times = times;
+    this.values = values.map((each) => each ?? NaN);
+    this.low = [];
+    this.high = [];
+    this.summarize();
+  }
+
+  add(times, values) {
+    for (let n = 0; n < times.length; n++) { this.times.push(times[n]); this.values.push(values[n] ?? NaN); }
+    if (this.times.length > KEPT) {
+      this.times.splice(0, KEPT / 4);
+      this.values.splice(0, KEPT / 4);
+      this.low.length = this.high.length = 0;
+    }
+    this.summarize();
+  }
+
+  /** Sum up the blocks that are full and have not been. */
+  summarize() {
+    while ((this.low.length + 1) * BLOCK <= this.times.length) {
+      const first = this.low.length * BLOCK;
+      let [low, high] = [Infinity, -Infinity];
+      for (let n = first; n < first + BLOCK; n++) { const value = this.values[n]; if (value < low) low = value; if (value > high) high = value; }
+      this.low.push(low);
+      this.high.push(high);
+    }
+  }
+
+  /** The least and greatest between two places; Infinity where there is no number. */
+  ends(first, last) {
+    let [low, high] = [Infinity, -Infinity], n = first;
+    while (n < last) {
+      if (n % BLOCK === 0 && n + BLOCK <= last && n / BLOCK < this.low.length) {
+        const block = n / BLOCK;
+        if (this.low[block] < low) low = this.low[block];
+        if (this.high[block] > high) high = this.high[block];
+        n += BLOCK;
+      } else {
+        const value = this.values[n++];
+        if (value < low) low = value;
+        if (value > high) high = value;
+      }
+    }
+    return [low, high];
+  }
+}
+
+/** What has come: a line by leaf, states by model. */
 class Store {
   constructor() {
-    this.points = new Map();
+    this.lines = new Map();
     this.stays = new Map();
     this.at = 0;
   }
 
   take(frame) {
     this.at = frame.at;
-    for (const [leaf, [times, values]] of Object.entries(frame.points ?? {})) this.add(leaf, times, values);
+    for (const [leaf, [times, values]] of Object.entries(frame.points ?? {})) {
+      if (!this.lines.has(leaf)) this.lines.set(leaf, new Line());
+      this.lines.get(leaf).add(times, values);
+    }
     for (const [name, entries] of Object.entries(frame.stays ?? {})) {
       const all = this.stays.get(name) ?? this.stays.set(name, []).get(name);
       for (const entry of entries) if (!all.length || entry[0] > all[all.length - 1][0] || entry[1] !== all[all.length - 1][1]) all.push(entry);
@@ -21,14 +76,8 @@ class Store {
     }
   }
 
-  add(leaf, times, values) {
-    const all = this.points.get(leaf) ?? this.points.set(leaf, [[], []]).get(leaf);
-    for (let n = 0; n < times.length; n++) { all[0].push(times[n]); all[1].push(values[n]); }
-    if (all[0].length > KEPT) all.forEach((each) => each.splice(0, KEPT / 4));
-  }
-
-  /** Put what was fetched of the past before what is there. */
-  replace(leaf, times, values) { this.points.set(leaf, [times, values]); }
+  /** Put what was fetched of the past in place of what is there. */
+  replace(leaf, times, values) { this.lines.set(leaf, new Line(times, values)); }
 }
 
 /** The first place whose number is not below. */
@@ -38,29 +87,25 @@ function placeOf(numbers, at) {
   return low;
 }
 
-/** Curves of one port between two instants, the least and greatest of each pixel, over one x. */
-function visible(curves, begin, end, pixels) {
-  const longest = curves.reduce((one, other) => (other[0].length > one[0].length ? other : one));
-  const [from, until] = [Math.max(placeOf(longest[0], begin) - 1, 0), Math.min(placeOf(longest[0], end) + 1, longest[0].length)];
+const orNull = (value) => (Number.isFinite(value) ? value : null);
+
+/** Lines of one port between two instants, over one x; of each pixel the least and the greatest. */
+function visible(lines, begin, end, pixels) {
+  const longest = lines.reduce((one, other) => (other.times.length > one.times.length ? other : one)), { times } = longest;
+  const [from, until] = [Math.max(placeOf(times, begin) - 1, 0), Math.min(placeOf(times, end) + 1, times.length)];
+  const isAlike = (line) => line.times.length === times.length;
   if (until - from <= 2 * pixels) {
-    const xs = longest[0].slice(from, until);
-    return [xs, ...curves.map((each) => (each[0].length === longest[0].length ? each[1].slice(from, until) : xs.map((x) => each[1][placeOf(each[0], x)] ?? null)))];
+    const xs = times.slice(from, until);
+    return [xs, ...lines.map((each) => (isAlike(each) ? each.values.slice(from, until).map(orNull) : xs.map((x) => orNull(each.values[placeOf(each.times, x)]))))];
   }
-  const every = (until - from) / pixels, xs = [], ys = curves.map(() => []);
+  const every = (until - from) / pixels, xs = [], ys = lines.map(() => []);
   for (let pixel = 0; pixel < pixels; pixel++) {
-    const first = from + Math.floor(pixel * every), last = Math.min(from + Math.floor((pixel + 1) * every), until);
-    xs.push(longest[0][first], longest[0][Math.max(last - 1, first)] + (last - 1 === first ? 1e-9 : 0));
-    curves.forEach(([times, values], number) => {
-      const [a, b] = times.length === longest[0].length ? [first, last] : [placeOf(times, longest[0][first]), placeOf(times, longest[0][last - 1])];
-      let [low, high, lowAt, highAt] = [Infinity, -Infinity, a, a];
-      for (let n = a; n < b; n++) {
-        const value = values[n];
-        if (value === null) continue;
-        if (value < low) { low = value; lowAt = n; }
-        if (value > high) { high = value; highAt = n; }
-      }
-      if (low === Infinity) ys[number].push(null, null);
-      else ys[number].push(...(lowAt <= highAt ? [low, high] : [high, low]));
+    const first = from + Math.floor(pixel * every), last = Math.max(Math.min(from + Math.floor((pixel + 1) * every), until), first + 1);
+    xs.push(times[first], last - 1 > first ? times[last - 1] : times[first] + 1e-9);
+    lines.forEach((line, number) => {
+      const [a, b] = isAlike(line) ? [first, last] : [placeOf(line.times, times[first]), placeOf(line.times, times[last - 1])];
+      const [low, high] = line.ends(a, b);
+      ys[number].push(orNull(line.values[a] <= (low + high) / 2 ? low : high), orNull(line.values[a] <= (low + high) / 2 ? high : low));
     });
   }
   return [xs, ...ys];
@@ -68,6 +113,8 @@ function visible(curves, begin, end, pixels) {
 
 /** The leaves of one plot: a port's own value, or the numbers of one of its fields. */
 const groupOf = (leaf) => leaf.replace(/\.\d+$/, "");
+
+const NO_LINE = new Line();
 
 class Plots {
   constructor(model, store) {
@@ -164,7 +211,7 @@ class Plots {
   async fetchPast() {
     const [begin, end] = this.span();
     const leaves = [...this.shown.values()].flatMap((each) => each.leaves);
-    const first = Math.min(...leaves.map((each) => this.store.points.get(each)?.[0][0] ?? Infinity));
+    const first = Math.min(...leaves.map((each) => this.store.lines.get(each)?.times[0] ?? Infinity));
     if (begin >= first - 1e-6 || !leaves.length) return;
     const query = new URLSearchParams([["from", begin], ["until", Math.max(end, this.store.at)], ["most", 8000], ...leaves.map((each) => ["leaf", each])]);
     const answer = await ask(`range?${query}`);
@@ -184,10 +231,10 @@ class Plots {
       this.isDrawing = false;
       const [begin, end] = this.span();
       for (const { plot, leaves } of this.shown.values()) {
-        const curves = leaves.map((each) => this.store.points.get(each) ?? [[], []]);
-        const data = curves.some(([times]) => times.length) ? visible(curves, begin, end, Math.max(plot.library.width - 80, 100)) : [[begin, end], ...leaves.map(() => [null, null])];
-        plot.library.setData(data, false);
-        plot.library.setScale("x", { min: begin, max: end });
+        const curves = leaves.map((each) => this.store.lines.get(each) ?? NO_LINE);
+        const data = curves.some(({ times }) => times.length) ? visible(curves, begin, end, Math.max(plot.library.width - 80, 100)) : [[begin, end], ...leaves.map(() => [null, null])];
+        plot.library.batch(() => { plot.library.setData(data, false); plot.library.setScale("x", { min: begin, max: end }); });
+        if (rewind?.isAway) plot.moveTo(at);
       }
       this.drawStates(begin, end);
     });
