@@ -63,6 +63,7 @@ def test_what_tests_and_benches_take_is_no_extra_of_an_installed_robot() -> None
         "gpio",
         "top",
         "view",
+        "foxglove",
         "completion",
         "deploy",
         "plot",

@@ -1,0 +1,134 @@
+"""Values of ports for viewers that speak Foxglove's protocol: a channel a port, JSON by its type.
+
+A viewer connects to `ws://127.0.0.1:PORT`; it may look and nothing else. The protocol has no
+password: every process of this machine may look.
+Source: docs.foxglove.dev, Foxglove SDK; github.com/foxglove/ws-protocol.
+"""
+
+from collections.abc import Mapping
+from typing import Any, Final
+
+import msgspec
+from msgspec import inspect
+
+from firmware_runtime.board.ros.names import ros_name
+from firmware_runtime.devs.ports import OutPort
+from firmware_runtime.errors import ConfigError
+from firmware_runtime.statistics.json_values import plain
+from firmware_runtime.system.packages import module_of_extra
+from firmware_runtime.system.resources import Closing
+
+LOOPBACK: Final = "127.0.0.1"
+USUAL_PORT: Final = 8765
+"""The one that viewers try first."""
+ALONE: Final = "value"
+"""The field of a value that has none of its own."""
+_BACKLOG: Final = 1024
+"""Messages that are kept for a viewer that is slow; then the oldest is dropped."""
+
+
+class FoxgloveChannels(Closing):
+    """Serves the values of these ports, by path, until it is closed; `port` 0 is any free one.
+
+    Instants are of the run; `began_ns` is its date, ns since 1970, or 0 for a run without one.
+    Raises ConfigError without the extra, and where nothing can be served.
+    """
+
+    def __init__(
+        self,
+        board: str,
+        ports: Mapping[str, OutPort[Any]],
+        *,
+        began_ns: int = 0,
+        port: int = USUAL_PORT,
+    ) -> None:
+        foxglove = module_of_extra("foxglove", "foxglove")
+        self._began_ns = began_ns
+        self._context = context = foxglove.Context()  # the server itself does not keep it
+        try:
+            self._server = foxglove.start_server(
+                name=board,
+                host=LOOPBACK,
+                port=port,
+                context=context,
+                message_backlog_size=_BACKLOG,
+            )
+        except (RuntimeError, OSError, OverflowError) as error:
+            fault = f"{LOOPBACK}:{port} cannot be served ({error})"
+            raise ConfigError.of_one("--foxglove", fault, expected="a free port") from error
+        self._channels = {
+            path: foxglove.Channel(
+                topic_of(board, path),
+                schema=schema_of(each.type),
+                message_encoding="json",
+                context=context,
+            )
+            for path, each in ports.items()
+        }
+
+    @property
+    def port(self) -> int:
+        """The port that it is served at."""
+        port: int = self._server.port
+        return port
+
+    def send(self, path: str, at_ns: int, value: object) -> None:
+        """Send a value that left a port at an instant; of a port that is not served nothing."""
+        channel = self._channels.get(path)
+        if channel is not None and channel.has_sinks():
+            said = plain(value)
+            message = said if isinstance(said, dict) else {ALONE: said}
+            channel.log(msgspec.json.encode(message), log_time=self._began_ns + at_ns)
+
+    def close(self) -> None:
+        """Send the viewers away. Again does nothing."""
+        for channel in self._channels.values():
+            channel.close()
+        self._channels = {}
+        self._server.stop()
+
+
+def topic_of(board: str, path: str) -> str:
+    """The topic of a port, as an exported MCAP calls it: `/tachobot/ports/controller/yaw/...`."""
+    return "/".join(("", ros_name(board), "ports", *map(ros_name, path.split("."))))
+
+
+def schema_of(kind: type) -> dict[str, Any]:
+    """The JSON schema of what `send` makes of values of a type: an object at the top."""
+    found = _schema(inspect.type_info(kind))
+    if found.get("type") != "object":
+        found = {"type": "object", "properties": {ALONE: found}}
+    return {"title": kind.__name__, **found}
+
+
+_NAMES: Final[Mapping[type[inspect.Type], str]] = {
+    inspect.BoolType: "boolean",
+    inspect.IntType: "integer",
+    inspect.FloatType: "number",
+    inspect.StrType: "string",
+    inspect.EnumType: "string",  # of a member its name
+}
+
+
+def _schema(of: inspect.Type) -> dict[str, Any]:
+    """The schema of a type; empty for one that can be anything."""
+    if (name := _NAMES.get(type(of))) is not None:
+        return {"type": name}
+    found: dict[str, Any] = {}
+    match of:
+        case inspect.VarTupleType() | inspect.ListType():
+            found = {"type": "array", "items": _schema(of.item_type)}
+        case inspect.TupleType():
+            found = {"type": "array", "items": _of_union([*map(_schema, of.item_types)])}
+        case inspect.NamedTupleType() | inspect.DataclassType() | inspect.StructType():
+            fields = {each.name: _schema(each.type) for each in of.fields}
+            found = {"type": "object", "properties": fields}
+        case inspect.UnionType():
+            known = (each for each in of.types if not isinstance(each, inspect.NoneType))
+            found = _of_union([*map(_schema, known)])
+    return found
+
+
+def _of_union(schemas: list[dict[str, Any]]) -> dict[str, Any]:
+    """The schema of what is one of these; empty where they differ."""
+    return schemas[0] if schemas and schemas.count(schemas[0]) == len(schemas) else {}
