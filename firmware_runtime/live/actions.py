@@ -16,6 +16,7 @@ import msgspec
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.links.control import ask
+from firmware_runtime.live.breaking import breaks, clear, strike, test_text
 from firmware_runtime.live.rewind import Rewind
 from firmware_runtime.live.run_process import kill, stall
 from firmware_runtime.live.run_state import IN_THE_RUN
@@ -46,6 +47,8 @@ class Actions:
             "sliders": self._sliders,
             "board-file": self._board_file,
             "export": self._export,
+            "breaks": lambda _: breaks(self._doubles),
+            "break-test": lambda _: test_text(self._doubles).encode(),
         }
         self._changes: dict[str, Act] = {
             "arm": self._arm,
@@ -55,6 +58,8 @@ class Actions:
             "try": self._try,
             "stall": self._stall,
             "kill": self._kill,
+            "break": self._break,
+            "clear": lambda _: clear(self._doubles),
         }
 
     @property
@@ -138,13 +143,28 @@ class Actions:
             values = msgspec.json.decode(str(said.get("values", "")), type=dict[str, Any])
         except msgspec.MsgspecError as error:
             raise ConfigError.of_one("values", "no object", expected="{KEY: VALUE}") from error
-        return board_file(self._source.board, values).encode()
+        source = Path(self._source.observed.header.source)
+        return board_file(self._source.board, values, source).encode()
 
     def _try(self, said: Said) -> object:
         return trial(self._source.recording, _values_in(said))
 
     def _set(self, said: Said) -> object:
         return self._ask("set", values=_values_in(said))
+
+    # Its doubles ----------------------------------------------------------------------------------
+
+    @property
+    def _doubles(self) -> Path:
+        """Where the doubles of the run are served. Raises ConfigError."""
+        state = self._source.state or self._source.look()
+        if not self._source.is_live or state.doubles in {None, IN_THE_RUN}:
+            fault = "this run is not on doubles that are served"
+            raise ConfigError.of_one("break", fault, expected="`play`, or `run --doubles SOCKET`")
+        return Path(str(state.doubles))
+
+    def _break(self, said: Said) -> object:
+        return strike(self._doubles, *map(said.get, ("kind", "device", "for_s", "amount")))
 
     # The run's process ----------------------------------------------------------------------------
 

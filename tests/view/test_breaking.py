@@ -15,6 +15,7 @@ from firmware_runtime.live.breaking import WORLD, breaks, clear, strike
 from firmware_runtime.live.run_process import kill
 from firmware_runtime.statistics.reader import read_statistics
 from tests.support.command import started
+from tests.support.served_page import served_page
 from tests.support.waiting import PATIENCE_S, wait_until
 
 ROOT = Path(__file__).parents[2]
@@ -95,6 +96,22 @@ def test_what_was_broken_becomes_a_test_that_passes(socket: Path, run: Path) -> 
     words = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", str(test)]
     done = subprocess.run(words, cwd=run.parent, capture_output=True, text=True, check=False)
     assert "1 passed" in done.stdout, done.stdout + done.stderr
+
+
+def test_a_page_breaks_clears_stalls_and_kills(run: Path) -> None:
+    with served_page("--statistics", run) as page:
+        kinds = page.said("/api/breaks")["devices"][0]["kinds"]
+        assert "freeze" in kinds
+        said = {"kind": "freeze", "device": "imu", "for_s": 0.2}
+        answer = page.ask("/api/break", json.dumps(said).encode())
+        assert [each["kind"] for each in answer.document["struck"]] == ["freeze"]
+        assert page.ask("/api/clear", b"{}").status == 200
+        assert page.ask("/api/break", b'{"kind": "melt"}').status == 409
+        assert b"def test_found" in page.ask("/api/break-test").content
+        assert page.ask("/api/stall", b'{"for_s": 0.05}').status == 200
+        assert page.ask("/api/stall", b'{"for_s": 5}').status == 409
+        assert page.ask("/api/kill", b"{}").status == 200
+        wait_until(lambda: page.said("/api/state")["state"] == "died", "the page says so")
 
 
 def test_a_killed_run_has_died(run: Path) -> None:
