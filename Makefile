@@ -16,7 +16,7 @@
 # make ros    .venv-ros: the interpreter of the ROS 2 node, with rclpy from wheels
 # make test-ros  the tests of the ROS 2 node, with real rclpy; part of `make test` where .venv-ros is
 # make docs   this documentation as a site in build/docs; a link that leads nowhere fails it
-# make pictures  those of README and docs, from runs on this machine (needs chromium)
+# make pictures  those of README and docs, from runs on this machine (needs chromium and webp)
 # make clean  remove what the others made
 #
 # Each target does its own set-up, in .venv. PYTHON chooses the interpreter: make test PYTHON=python3.12
@@ -112,8 +112,8 @@ docs: $(VENV)/installed-docs
 	@$(BIN)/python -m sphinx -q -W --keep-going -d build/doctrees -b html docs build/docs
 	@echo "docs: build/docs/index.html"
 
-pictures: $(VENV)/installed-run
-	@docs/pictures.sh $(BIN)
+pictures: $(VENV)/installed-test
+	@$(BIN)/python -m benchmarks.page.pictures
 
 clean:
 	rm -rf $(VENV) $(ROS_VENV) build dist *.egg-info .mypy_cache .ruff_cache .pytest_cache .hypothesis \

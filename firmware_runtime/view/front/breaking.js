@@ -15,6 +15,11 @@ async function breaking(section) {
     const now = await ask("breaks");
     struck.replaceChildren(...now.struck.map((each) => element("li", {}, `${numberText(each.at_s, 6)} s: ${each.kind} ${each.device ?? ""}${each.for_s === null || each.for_s === undefined ? "" : ` for ${each.for_s} s`}`)));
   };
+  const save = async () => {
+    const response = await fetch("api/break-test");
+    if (!response.ok) return say(`save as a test: ${(await response.json()).refused.join("; ")}`);
+    keep(await response.blob(), "test_found.py");
+  };
   const strike = async (kind) => {
     try {
       await ask("break", { kind, device: device.value, for_s: span.value === "" ? null : Number(span.value) });
@@ -28,7 +33,7 @@ async function breaking(section) {
   device.addEventListener("change", offer);
   section.append(element("h2", {}, "Break"), element("p", {}, device, " ", span), buttons,
     element("p", { class: "acts" }, act("Stall the loop", "stall", () => ({ for_s: 0.3 })), act("Kill the run", "kill", undefined, { css: "danger" }),
-      act("End all faults", "clear"), element("a", { class: "button", href: "api/break-test", download: "test_found.py" }, "Save as a test")),
+      act("End all faults", "clear"), element("button", { type: "button", onclick: save }, "Save as a test")),
     struck);
   offer();
   await refresh();

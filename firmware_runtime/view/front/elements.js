@@ -72,6 +72,13 @@ addEventListener("afterprint", repaint);
 const isDark = () => !matchMedia("print").matches
   && (document.documentElement.dataset.theme ?? (matchMedia("(prefers-color-scheme: dark)").matches ? "dark" : "light")) === "dark";
 
+/** Have the browser save a file. */
+function keep(blob, name) {
+  const url = URL.createObjectURL(blob);
+  element("a", { href: url, download: name }).click();
+  setTimeout(() => URL.revokeObjectURL(url), 1000);
+}
+
 /** A button that goes from light to dark and back. */
 function themeButton() {
   return element("button", {

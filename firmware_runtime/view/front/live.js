@@ -103,8 +103,8 @@ function showState(now) {
   badge.textContent = word;
   document.getElementById("doing").textContent = [now.sentence, now.punctual, now.note].filter(Boolean).join(". ");
   document.getElementById("faults").replaceChildren(...now.faults.map((each) => element("li", {},
-    element("button", { class: "instant", type: "button", title: "go to the moment before", onclick: () => rewind.goTo((each.first_s ?? 0) * 1e9 - 1) }, `${numberText(each.last_s ?? each.first_s, 6)} s`),
-    ` ${each.model}: ${each.sentence}${each.count > 1 ? ` (${each.count} times)` : ""}`)));
+    element("button", { class: "instant", type: "button", title: "go to the moment before", onclick: () => rewind.goTo((each.first_s ?? 0) * 1e9 - 1) }, `${numberText(each.first_s, 6)} s`),
+    ` ${each.model}: ${each.sentence}${each.count > 1 ? ` (${numberText(each.count)} times, the last at ${numberText(each.last_s, 6)} s)` : ""}`)));
   document.getElementById("outputs").replaceChildren(...Object.entries(now.outputs).map(([name, each]) =>
     element("div", {}, element("dt", {}, name), element("dd", {}, { ALL: "driven as commanded", PART: "driven, limited", NOTHING: "off" }[each] ?? each))));
 }

@@ -60,11 +60,13 @@ class Store {
   constructor() {
     this.lines = new Map();
     this.stays = new Map();
+    this.values = {};
     this.at = 0;
   }
 
   take(frame) {
     this.at = frame.at;
+    this.values = frame.values;
     for (const [leaf, [times, values]] of Object.entries(frame.points ?? {})) {
       if (!this.lines.has(leaf)) this.lines.set(leaf, new Line());
       this.lines.get(leaf).add(times, values);
@@ -153,9 +155,7 @@ class Plots {
     const query = new URLSearchParams([["ending", ending], ["begin_s", begin], ["end_s", end], ["ports", [...ports].join(" ")]]);
     const response = await fetch(`api/export?${query}`);
     if (!response.ok) return say(`export: ${(await response.json()).refused.join("; ")}`);
-    const url = URL.createObjectURL(await response.blob());
-    element("a", { href: url, download: `${this.model.board}.${ending}` }).click();
-    setTimeout(() => URL.revokeObjectURL(url), 1000);
+    keep(await response.blob(), `${this.model.board}.${ending}`);
   }
 
   /** Plot a port, or a field of it. */

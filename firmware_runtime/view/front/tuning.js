@@ -50,9 +50,7 @@ async function tuning(section) {
       attempt("Save a copy of board.toml", async () => {
         const response = await fetch(`api/board-file?values=${encodeURIComponent(JSON.stringify(Object.fromEntries(chosen)))}`);
         if (!response.ok) throw new Error((await response.json()).refused.join("; "));
-        const url = URL.createObjectURL(await response.blob());
-        element("a", { href: url, download: "board.toml" }).click();
-        setTimeout(() => URL.revokeObjectURL(url), 1000);
+        keep(await response.blob(), "board.toml");
       })),
     history, tried);
 }
