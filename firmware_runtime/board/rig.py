@@ -1,13 +1,16 @@
 """A rig: a board's chips as doubles on their buses, tied to its world."""
 
 from collections.abc import Mapping
-from typing import Protocol, runtime_checkable
+from typing import TYPE_CHECKING, Protocol, runtime_checkable
 
 from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.ports import OutPort
 from firmware_runtime.hal.i2c import I2cBus
 from firmware_runtime.hal.interlock import EnableLine
 from firmware_runtime.hal.serial import SerialPort
+
+if TYPE_CHECKING:
+    from firmware_runtime.view.parts import Page
 
 
 class Doubles(Protocol):
@@ -61,10 +64,10 @@ class Rig(Doubles, Protocol):
 
 @runtime_checkable
 class Drawn(Protocol):
-    """A rig that can show a run as a picture."""
+    """A rig that can show a run as a page."""
 
-    def draw(self, until: int, own: Mapping[str, object], reason: str) -> str:
-        """The run up to an instant, as SVG, and how it ended.
+    def draw(self, until: int, own: Mapping[str, object], reason: str) -> "Page":
+        """The run up to an instant, and how it ended.
 
         `own` is what the robot itself knows about that, `reason` why the run was over.
         """

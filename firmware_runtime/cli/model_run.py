@@ -10,7 +10,7 @@ from firmware_runtime.cli.arguments import refuse_idle
 from firmware_runtime.cli.chosen_board import chosen_board, is_model
 from firmware_runtime.cli.chosen_model import chosen_model, print_warnings
 from firmware_runtime.cli.run_options import clock_of
-from firmware_runtime.cli.written import check_output, write_text
+from firmware_runtime.cli.written import check_output, check_page_file, write_text
 from firmware_runtime.devs.component import Component
 from firmware_runtime.devs.time import NEVER, SECOND, seconds
 from firmware_runtime.ecdpp.event_file import Event, read_events
@@ -35,7 +35,8 @@ from firmware_runtime.statistics.run_text import statistics_text
 from firmware_runtime.statistics.trace_file import tracing
 from firmware_runtime.system.signals import stop_on_signals
 from firmware_runtime.system.terminal import Progress
-from firmware_runtime.view.line_plot import Curve, LinePlot
+from firmware_runtime.view.page_file import write_page
+from firmware_runtime.view.parts import Page, Series, curve
 
 SAMPLES = 1001
 """Instants at which a quantized system is shown, unless --samples says how many."""
@@ -133,15 +134,17 @@ def _solve(arguments: argparse.Namespace, name: str, system: System) -> int:
         raise ConfigError.of_one(name, fault, expected="it left out")
     table: Path | None = arguments.outputs
     plot: Path | None = arguments.plot
-    for path, form, option in ((table, ".csv", "--outputs"), (plot, ".svg", "--plot")):
-        if path is not None:
-            check_output(path, (form,), option)
+    if table is not None:
+        check_output(table, (".csv",), "--outputs")
+    if plot is not None:
+        check_page_file(plot, "--plot")
     until = _end(arguments, None) / SECOND
     times, values = _solved(system, until, arguments.samples or SAMPLES)
     if table is not None or plot is None:
         write_text(_table(times, values), table)
     if plot is not None:
-        write_text(_plot(name, times, values), plot)
+        write_page(_page(name, times, values), plot, "--plot")
+        print(plot)
     return Status.OK
 
 
@@ -164,6 +167,6 @@ def _table(times: list[float], values: dict[str, list[float]]) -> str:
     return "\n".join([head, *rows, ""])
 
 
-def _plot(title: str, times: list[float], values: dict[str, list[float]]) -> str:
-    curves = [Curve(text, list(zip(times, each, strict=True))) for text, each in values.items()]
-    return LinePlot(title, "Time, s", "Value", curves).text()
+def _page(title: str, times: list[float], values: dict[str, list[float]]) -> Page:
+    curves = [curve(text, list(zip(times, each, strict=True))) for text, each in values.items()]
+    return Page(title=title, parts=[Series("Outputs over time", "s", "value", curves)])

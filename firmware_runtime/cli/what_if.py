@@ -10,14 +10,14 @@ from msgspec import to_builtins
 from firmware_runtime.board.registry import Board
 from firmware_runtime.cli.chosen_board import chosen_board
 from firmware_runtime.cli.replayed_run import paced
-from firmware_runtime.cli.written import check_output
+from firmware_runtime.cli.written import check_page_file
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.errors import ConfigError, Status
 from firmware_runtime.recording.blackbox.reader import read_recording
 from firmware_runtime.recording.board_of_recording import settings_said
 from firmware_runtime.recording.what_if.checkout import ask, checked_folder
 from firmware_runtime.recording.what_if.what_if import Question, WhatIf, answer
-from firmware_runtime.recording.what_if.what_if_report import what_if_text
+from firmware_runtime.recording.what_if.what_if_report import PLOTS, what_if_page, what_if_text
 from firmware_runtime.system.terminal import Progress, print_line
 
 
@@ -56,9 +56,7 @@ def _check(arguments: argparse.Namespace) -> None:
 
 
 def _plots(path: Path) -> int:
-    from firmware_runtime.recording.what_if.what_if_report import ENDINGS, PLOTS  # noqa: PLC0415 -- with -o only
-
-    check_output(path, ENDINGS)
+    check_page_file(path)
     return PLOTS
 
 
@@ -86,9 +84,9 @@ def _changed(arguments: argparse.Namespace, found: WhatIf) -> str:
 def _say(arguments: argparse.Namespace, found: WhatIf) -> None:
     changed = _changed(arguments, found)
     if arguments.output is not None:
-        from firmware_runtime.recording.what_if.what_if_report import write_plots  # noqa: PLC0415 -- with -o only
+        from firmware_runtime.view.page_file import write_page  # noqa: PLC0415 -- with -o only
 
-        write_plots(found, changed, arguments.output)
+        write_page(what_if_page(found, changed), arguments.output)
         found.curves = {}
     if arguments.json:
         print(json.dumps(to_builtins(found), allow_nan=False))

@@ -18,6 +18,15 @@ def check_output(output: Path, suffixes: Collection[str], option: str = "-o") ->
         raise ConfigError(option, [fault])
 
 
+def check_page_file(output: Path, option: str = "-o") -> None:
+    """Raise ConfigError where no page can be written, before there is one: `view/page_file.py`."""
+    from firmware_runtime.view.page_file import ENDINGS, page_file_faults  # noqa: PLC0415 -- of few
+
+    check_output(output, ENDINGS, option)
+    if faults := page_file_faults(output):
+        raise ConfigError(option, faults)
+
+
 def check_files(verb: str, files: Mapping[str, Path | None]) -> None:
     """Raise ConfigError for files that cannot be written, by the options that name them."""
     faults = [

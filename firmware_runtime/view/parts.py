@@ -8,7 +8,7 @@ Times over which something is drawn are s of the run, unless the axis says other
 was not measured is None and leaves a gap.
 """
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Final, Literal, TypeAlias
 
 from msgspec import Struct, field
@@ -127,7 +127,7 @@ class Level(Struct, frozen=True, omit_defaults=True):
     is_limit: bool = False
 
 
-class Series(_Part, frozen=True, kw_only=True, tag="series"):
+class Series(_Part, frozen=True, tag="series"):
     """Curves on common axes; plots of one page with the same `across` share cursor and zoom."""
 
     title: str
@@ -223,6 +223,14 @@ class Lanes(_Part, frozen=True, kw_only=True, tag="lanes"):
     lanes: Sequence[Lane]
     across: str = "s"
     ends: Ends | None = None
+
+    @property
+    def lasted(self) -> dict[str, float]:
+        """How long each state lasted, the longest first; the n-th has the n-th colour."""
+        found: dict[str, float] = {}
+        for stay in (stay for lane in self.lanes for stay in lane.stays):
+            found[stay.state] = found.get(stay.state, 0.0) + stay.end - stay.begin
+        return dict(sorted(found.items(), key=lambda each: -each[1]))
 
 
 class Shape(Struct, frozen=True, omit_defaults=True):
@@ -389,6 +397,13 @@ def table(
     return Table(title=title, head=head, rows=[list(row) for row in rows], is_words=is_words)
 
 
+def all_parts(parts: Iterable[Part]) -> Iterator[Part]:
+    """Yield these parts, and those that they hold."""
+    for part in parts:
+        yield part
+        yield from all_parts(getattr(part, "parts", ()))
+
+
 def facts(title: str, values: Mapping[str, object]) -> Table:
     """A table of values by name, in words."""
     rows = [(name.replace("_", " "), plain(value)) for name, value in values.items()]
@@ -399,6 +414,19 @@ def curve(name: str, points: Points, style: Style = "line", colour: str = "") ->
     """A curve through points, pairs of numbers in order of the first."""
     xs, ys = zip(*points, strict=True) if points else ((), ())
     return Curve(name, list(xs), list(ys), style, colour)
+
+
+def thinned(points: Points, most: int = 4000) -> Points:
+    """The least and the greatest of every so many points, so that no peak is lost."""
+    every = -(-2 * len(points) // most)
+    if every <= 2:
+        return points
+    kept: list[tuple[float, float]] = []
+    for begin in range(0, len(points), every):
+        some = points[begin : begin + every]
+        ends = (choose(some, key=lambda point: point[1]) for choose in (min, max))
+        kept += sorted(dict.fromkeys(ends))
+    return kept
 
 
 def on_common_axes(plots: Mapping[str, Series]) -> dict[str, Series]:

@@ -13,12 +13,13 @@ from firmware_runtime.devs.ports import OutPort
 from firmware_runtime.devs.time import NEVER, SECOND, seconds
 from firmware_runtime.hal.budget import WireClock
 from firmware_runtime.models.state_diagram import StateDiagram
+from firmware_runtime.view.parts import Page
 from sim_doubles.chips.pca9685 import Pca9685Double
 from sim_doubles.rigs.board_rig import BoardRig
 from sim_doubles.rigs.devices import add_compass, add_sonar, add_treads
 from sim_doubles.worlds.arena import Arena, ArenaParameters, bridge_drive
 from sim_doubles.worlds.arena_log import ArenaLog
-from sim_doubles.worlds.arena_picture import draw_run
+from sim_doubles.worlds.arena_page import arena_page
 from sim_doubles.worlds.arena_probe import ArenaProbe
 
 NEAR_M = (0.05, 0.5)
@@ -115,11 +116,11 @@ class DetectiveRig(BoardRig):
         """The next step of a tread's ramp, or the instant at which silence stops the treads."""
         return self.motors.next_change_at(at)
 
-    def draw(self, until: int, own: Mapping[str, object], reason: str) -> str:
-        """A picture of the run up to an instant and of its outcome, as SVG."""
+    def draw(self, until: int, own: Mapping[str, object], reason: str) -> Page:
+        """The run up to an instant and its outcome."""
         title = "Detective robot in its arena"
         outcome = self._outcome(self.result(until, own), reason)
-        return draw_run(self.log, until, title, outcome, "movementController")
+        return arena_page(self.log, until, title, outcome, "movementController")
 
     def _outcome(self, result: Mapping[str, object], reason: str) -> str:
         found = "found the target" if result["found"] else "did not find the target"

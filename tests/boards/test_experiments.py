@@ -129,5 +129,5 @@ def test_a_mission_ends_before_the_target_and_is_drawn(tmp_path: Path) -> None:
     found = json.loads((out / "mission.json").read_text())["ours"]
     assert found["simulation_found"] == 1
     assert 0.05 < found["simulation_stopped_m"] < 0.5
-    assert "Detective robot in its arena" in (out / "mission-arena.svg").read_text()
+    assert "The arena from above" in (out / "mission-arena.svg").read_text()
     assert "data:image/svg+xml" in (out / "mission.html").read_text()

@@ -22,12 +22,12 @@ from firmware_runtime.lab.stages import staged_run
 from firmware_runtime.recording.blackbox import layout
 from firmware_runtime.runs import black_box, open_board
 from firmware_runtime.runs import kept_recordings as keeping
-from firmware_runtime.runs import picture_of_run as plot
 from firmware_runtime.runs.hardware import Hardware
 from firmware_runtime.statistics.layout import STEPS
 from firmware_runtime.statistics.paths import default_path
 from firmware_runtime.statistics.reader import read_statistics
 from firmware_runtime.statistics.trace_file import TraceFile
+from firmware_runtime.system import atomic_file
 from sim_doubles.rigs.tachobot import TachobotRig
 from tests.support.command import Command, own_process, started
 from tests.support.waiting import PATIENCE_S, wait_until
@@ -190,15 +190,16 @@ def test_it_hides_no_status_of_the_run(command: Command) -> None:
 def test_a_picture_that_finds_no_room_does_not_hide_how_the_run_ended(
     command: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def written(path: Path, _drawing: object) -> None:
+    def kept(path: Path, *_: object) -> None:
         raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), str(path))
 
-    monkeypatch.setattr(plot, "write_picture", written)
-    drawn = ("run", "detective", "--plot", tmp_path / "run.svg")
+    monkeypatch.setattr(atomic_file, "keep_file", kept)
+    drawn = ("run", "detective", "--plot", tmp_path / "run.html")
     ended, failed = command(*drawn, *BRIEFLY[:-1], "3"), command(*drawn, *BRIEFLY)
     assert (ended.status, failed.status) == (10, 1)
     for each in (ended, failed):
-        assert "--plot: [Errno 28] No space left on device" in each.error
+        assert "--plot: " in each.error
+        assert "No space left on device" in each.error
 
 
 RUN = ("run", "tachobot", "--doubles", "--clock", "virtual", "--for", 1)

@@ -80,7 +80,7 @@ def test_what_tests_and_benches_take_is_no_extra_of_an_installed_robot() -> None
 @pytest.mark.parametrize(
     ("extra", "package"),
     [
-        ("plot", "resvg-py"),
+        ("plot", "matplotlib"),
         ("sweep", "distributed"),
         ("gpio", "gpiod"),
         ("top", "rich"),

@@ -93,8 +93,9 @@ def test_where_nothing_was_measured_there_is_a_gap(uneven: Statistics) -> None:
     load = load_over_time(run)
     assert load is not None
     (curve, _) = load.curves
-    assert curve.y[3] is None
-    assert curve.x[3] == run[2].sides_s[1]
+    assert curve.y[2] == curve.y[3]
+    assert curve.y[4] is None
+    assert curve.x[3] == curve.x[4] == run[2].sides_s[1]
 
 
 def test_late_and_skipped_are_counted_in_the_span_in_which_they_were(uneven: Statistics) -> None:

@@ -7,7 +7,8 @@ import pytest
 
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.recording.what_if.what_if import Question, WhatIf, answer
-from firmware_runtime.recording.what_if.what_if_report import write_plots
+from firmware_runtime.recording.what_if.what_if_report import what_if_page
+from firmware_runtime.view.page_file import write_page
 from tests.support.recorded import record
 
 
@@ -27,7 +28,7 @@ def test_a_page_that_finds_no_room_is_refused_and_the_old_one_stays(
     resource.setrlimit(resource.RLIMIT_FSIZE, (1000, limits[1]))
     try:
         with pytest.raises(ConfigError, match=r"page\.html"):
-            write_plots(found, "another gain", page)
+            write_page(what_if_page(found, "another gain"), page)
     finally:
         resource.setrlimit(resource.RLIMIT_FSIZE, limits)
     assert page.read_text() == "kept"

@@ -30,6 +30,7 @@ from firmware_runtime.system.atomic_file import keep_output
 from firmware_runtime.system.own_folder import own_folder
 from firmware_runtime.system.signals import exit_on_signals
 from firmware_runtime.system.terminal import print_line
+from firmware_runtime.view.page import page_of
 
 _ABOUT = """
 Each stage runs on doubles, in processes of its own. What entered them enters the same drivers and
@@ -166,7 +167,7 @@ def _said(run: StageRun) -> Iterator[str]:
 def _write(certificate: Certificate, output: Path) -> None:
     """Write the file its ending asks for. Raises ConfigError where that cannot be."""
     if output.suffix == ".html":
-        text = certificate_page(certificate)
+        text = page_of(certificate_page(certificate))
     else:
         text = json.dumps(certificate.as_json(), indent=1, allow_nan=False) + "\n"
     keep_output(output, text.encode())

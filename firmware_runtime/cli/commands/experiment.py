@@ -37,6 +37,7 @@ from firmware_runtime.links.cut.impaired_path import impairment
 from firmware_runtime.system.own_folder import nearest, whole_folder
 from firmware_runtime.system.signals import exit_on_signals
 from firmware_runtime.system.terminal import print_line
+from firmware_runtime.view.page_file import why_no_pictures
 
 _SUMMARY = "Repeat an experiment with a board: data, a plot and a page, beside what was published."
 _ABOUT = f"""
@@ -111,6 +112,8 @@ def execute(arguments: argparse.Namespace) -> int:
     chosen = list(experiments_of(board)) if arguments.experiment == ALL else [arguments.experiment]
     with exit_on_signals(), own_state(), _whole(arguments.output) as folder:
         trials = list(_trials(arguments, board, chosen, folder))
+        if why := why_no_pictures():
+            _say(f"the pages hold the plots, and no plot is a file of its own: {why}")
         status, written = (_all if arguments.experiment == ALL else _one)(trials, folder)
     for name in written:
         print(arguments.output / name)

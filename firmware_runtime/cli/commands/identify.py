@@ -13,6 +13,7 @@ from firmware_runtime.errors import Status
 from firmware_runtime.system.atomic_file import keep_output
 from firmware_runtime.system.packages import module_of_extra
 from firmware_runtime.system.signals import exit_on_signals
+from firmware_runtime.view.page import page_of
 
 if TYPE_CHECKING:
     from firmware_runtime.lab.identification.fit import Fit
@@ -97,7 +98,7 @@ def _write(
     if output.suffix == ".html":
         words = module_of_extra("firmware_runtime.lab.identification.identification_page", "tuning")
         title = "" if board.plant is None else board.plant.title
-        text = words.page(board.name, title, identified, series, fit)
+        text = page_of(words.page(board.name, title, identified, series, fit))
     else:
         text = json.dumps(_as_json(board, identified), indent=1, allow_nan=False) + "\n"
     keep_output(output, text.encode())

@@ -74,7 +74,7 @@ def _add_what_if(verb: argparse.ArgumentParser) -> None:
     add_output(
         verb,
         "of what BOARD, --set or --with change: plots of the outputs that differ most",
-        metavar="FILE.svg|.html",
+        metavar="FILE.html|.svg|.png",
     )
     verb.add_argument(
         "--watch",

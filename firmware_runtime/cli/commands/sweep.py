@@ -27,6 +27,7 @@ from firmware_runtime.lab.sweeps.sweep_table import Table, read_table, sweep_of
 from firmware_runtime.lab.sweeps.sweeping import carry_out, faults_of
 from firmware_runtime.system.signals import exit_on_signals
 from firmware_runtime.system.terminal import Progress, print_line
+from firmware_runtime.view.page import page_of
 
 _SUMMARY = "Run a board many times in virtual time, each with other values; or show the table."
 _ABOUT = f"""
@@ -180,7 +181,7 @@ def _show(arguments: argparse.Namespace) -> int:
     table = read_table(arguments.file)
     found = summary(table, str(arguments.file))
     if arguments.output is not None:
-        write_text(sweep_page(table, found), arguments.output)
+        write_text(page_of(sweep_page(table, found)), arguments.output)
     elif arguments.json:
         print(msgspec.json.encode(found).decode())
     else:

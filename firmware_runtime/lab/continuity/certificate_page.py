@@ -2,10 +2,8 @@
 
 import json
 from collections.abc import Collection, Iterator, Mapping, Sequence
-from dataclasses import replace
 from itertools import islice
 from typing import Final, NamedTuple
-from xml.etree.ElementTree import Element
 
 from firmware_runtime.board.ends import role_without_hardware
 from firmware_runtime.board.registry import Board
@@ -30,22 +28,21 @@ from firmware_runtime.recording.replay.difference import Difference
 from firmware_runtime.statistics.json_values import plain
 from firmware_runtime.statistics.number_formats import milliseconds
 from firmware_runtime.statistics.value_table import cells_of
-from firmware_runtime.view.line_plot import (
-    HALF_HEIGHT,
-    HALF_WIDTH,
-    Curve,
-    LinePlot,
-    on_common_axes,
-)
-from firmware_runtime.view.markup import (
-    element,
+from firmware_runtime.view.parts import (
+    Beside,
+    Page,
+    Part,
+    Section,
+    Series,
+    Table,
+    Text,
+    Verdict,
+    curve,
     facts,
-    opening,
-    page_of,
+    on_common_axes,
     section,
-    side_by_side,
     table,
-    verdict_line,
+    thinned,
 )
 
 Points = list[tuple[float, float]]
@@ -119,15 +116,17 @@ def _hold(points: Points, at: float, value: float) -> None:
     points.append((at, value))
 
 
-def certificate_page(certificate: Certificate) -> str:
-    """The text of the page."""
-    title = f"{certificate.plan.board.name}: each stage and its replay"
-    return page_of(title, _sections(title, certificate))
+def certificate_page(certificate: Certificate) -> Page:
+    """The page of the certificate."""
+    return Page(
+        title=f"{certificate.plan.board.name}: each stage and its replay",
+        opening=[_verdict(certificate), Text(text=_ABOUT)],
+        parts=list(_sections(certificate)),
+    )
 
 
-def _sections(title: str, certificate: Certificate) -> Iterator[Element]:
+def _sections(certificate: Certificate) -> Iterator[Section]:
     runs = [each for each in certificate.runs if each.has_run]
-    yield opening(title, _verdict(certificate), element("p", _ABOUT))
     yield section("Values that left the models", _events(certificate))
     differing = [(each, first) for each in runs if (first := each.first_difference) is not None]
     if differing:
@@ -136,16 +135,16 @@ def _sections(title: str, certificate: Certificate) -> Iterator[Element]:
     yield section("Code and settings", *_conditions(certificate))
 
 
-def _verdict(certificate: Certificate) -> Element:
+def _verdict(certificate: Certificate) -> Verdict:
     stages = ", ".join(each.stage for each in certificate.runs if each.has_run) or "no stage"
     if certificate.is_identical:
-        css, sentence = "good", f"{CLAIM[0].upper()}{CLAIM[1:]}: {stages}."
-    else:
-        css, sentence = "bad", f"Not shown that {CLAIM}: {stages}."
-    return verdict_line(certificate.verdict, css, sentence)
+        said = f"{CLAIM[0].upper()}{CLAIM[1:]}: {stages}."
+        return Verdict(judgement="good", word=certificate.verdict, sentences=[said])
+    said = f"Not shown that {CLAIM}: {stages}."
+    return Verdict(judgement="bad", word=certificate.verdict, sentences=[said])
 
 
-def _events(certificate: Certificate) -> Element:
+def _events(certificate: Certificate) -> Table:
     head = (
         "stage",
         "end",
@@ -156,7 +155,7 @@ def _events(certificate: Certificate) -> Element:
         "age p50, p99 of what came in",
     )
     rows = (row for each in certificate.runs for row in _event_rows(each))
-    return table("Each stage and its replay", head, rows, "words")
+    return table("Each stage and its replay", head, rows, is_words=True)
 
 
 def _event_rows(run: StageRun) -> Iterator[tuple[str, ...]]:
@@ -178,7 +177,7 @@ def _age(run: StageRun, role: str) -> str:
     return "" if age is None else f"{milliseconds(age['p50'])}, {milliseconds(age['p99'])}"
 
 
-def _difference(run: StageRun, first: Difference) -> Element:
+def _difference(run: StageRun, first: Difference) -> Table:
     said = first.as_json()
     values = {name: json.dumps(said[name]) for name in ("what", "recorded", "replayed")}
     return facts(f"{run.stage}, {first.where} at {format_time(first.at)}", values)
@@ -187,7 +186,7 @@ def _difference(run: StageRun, first: Difference) -> Element:
 # The stages side by side ------------------------------------------------------------------------
 
 
-def _side_by_side(runs: Sequence[StageRun], certificate: Certificate) -> Iterator[Element]:
+def _side_by_side(runs: Sequence[StageRun], certificate: Certificate) -> Iterator[Section]:
     """A section for each quantity, a plot a stage in it: one axis of time, one of the quantity."""
     if not any(each.ends for each in runs):
         return
@@ -204,8 +203,8 @@ def _side_by_side(runs: Sequence[StageRun], certificate: Certificate) -> Iterato
                 if (plot := _plot(stage, title, each, certificate.plan.for_s)) is not None
             }
         )
-        figures = (_figure(stage, drawn.get(stage)) for stage in curves)
-        yield section(title, side_by_side(figures))
+        shown: list[Part] = [drawn.get(each) or Text(text=f"{each}: none") for each in curves]
+        yield section(title, Beside(parts=shown))
 
 
 def _commands(run: StageRun, signals: Signals) -> Mapping[str, Points]:
@@ -215,21 +214,14 @@ def _commands(run: StageRun, signals: Signals) -> Mapping[str, Points]:
     return {}
 
 
-def _plot(stage: str, title: str, curves: Mapping[str, Points], for_s: float) -> LinePlot | None:
+def _plot(stage: str, title: str, curves: Mapping[str, Points], for_s: float) -> Series | None:
     """Draw a quantity in a stage while its controller ran; None where there is nothing."""
     drawn = [
-        Curve(name, seen)
+        curve(name, thinned(seen))
         for name, points in curves.items()
         if (seen := [point for point in points if point[0] <= for_s])
     ]
-    if not drawn:
-        return None
-    return LinePlot(stage, "s", title, drawn, width=HALF_WIDTH, height=HALF_HEIGHT)
-
-
-def _figure(stage: str, plot: LinePlot | None) -> Element:
-    drawn = element("p", "none", class_="quiet") if plot is None else replace(plot, up="").svg()
-    return element("figure", element("figcaption", stage), drawn)
+    return Series(stage, "s", title, drawn, is_small=True) if drawn else None
 
 
 def _shown(run: StageRun, signals: Signals) -> dict[str, Points]:
@@ -242,7 +234,7 @@ def _shown(run: StageRun, signals: Signals) -> dict[str, Points]:
     return {}
 
 
-def _conditions(certificate: Certificate) -> Iterator[Element]:
+def _conditions(certificate: Certificate) -> Iterator[Table]:
     said = certificate.as_json()
     settings: Mapping[str, object] = said["settings"]
     yield facts(
@@ -257,6 +249,5 @@ def _conditions(certificate: Certificate) -> Iterator[Element]:
             **(said["versions"] or {}),
         },
     )
-    yield table(
-        "SHA-256 of each module of its code", ("module", "SHA-256"), said["code"].items(), "words"
-    )
+    head = ("module", "SHA-256")
+    yield table("SHA-256 of each module of its code", head, said["code"].items(), is_words=True)

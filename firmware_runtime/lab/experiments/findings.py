@@ -3,9 +3,8 @@
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
-from xml.etree.ElementTree import Element
 
-from firmware_runtime.view.line_plot import LinePlot, Picture
+from firmware_runtime.view.parts import Part
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -20,10 +19,10 @@ class Findings:
     """Our numbers, by the paper's keys where it has them; None: did not happen, and is left out."""
     sentences: Sequence[str] = ()
     """Findings in words: printed, and first on the page."""
-    plots: Mapping[str, LinePlot | Picture] = field(default_factory=dict)
+    plots: Mapping[str, Part] = field(default_factory=dict)
     data: Mapping[str, Iterable[str]] = field(default_factory=dict)
     """Lines of CSV, without line ends."""
-    tables: Sequence[Element] = ()
+    tables: Sequence[Part] = ()
     details: Mapping[str, Any] = field(default_factory=dict)
     """More for the JSON file; whatever msgspec can encode."""
     between: Sequence[str] = ()

@@ -4,7 +4,6 @@ import json
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Final
-from xml.etree.ElementTree import Element
 
 from msgspec import Struct
 
@@ -18,8 +17,7 @@ from firmware_runtime.lab.experiments.quantities import milliseconds
 from firmware_runtime.lab.experiments.trial import Trial
 from firmware_runtime.lab.quantile import quantile
 from firmware_runtime.statistics.number_formats import NOTHING
-from firmware_runtime.view.line_plot import Curve, LinePlot
-from firmware_runtime.view.markup import table
+from firmware_runtime.view.parts import Series, Table, curve, table
 
 DEFAULT_S: Final = 20.0
 """Length of the ramp, s, in each stage unless the command says."""
@@ -170,17 +168,17 @@ def _span_ms(from_s: float | None, until_s: float | None) -> float | None:
 # What is said of it ------------------------------------------------------------------------------
 
 
-def _plots(rounds: Mapping[Stage, Sequence[Round]]) -> Iterator[tuple[str, LinePlot]]:
+def _plots(rounds: Mapping[Stage, Sequence[Round]]) -> Iterator[tuple[str, Series]]:
     """For each stage the ramp and what came back, as in the paper, and the delay over time."""
     for stage, every in rounds.items():
         begin, first = every[0].sent_s, every[:SHOWN]
         sent = [(each.sent_s - begin, each.value) for each in first]
         back = [(each.back_s - begin, each.value) for each in first if each.back_s is not None]
-        curves = Curve("sent", sent), Curve("back", back)
-        yield stage.value, LinePlot(f"{LOOP_DELAY.title}, stage {stage}", "s", "ramp", curves)
+        curves = curve("sent", sent), curve("back", back)
+        yield stage.value, Series(f"{LOOP_DELAY.title}, stage {stage}", "s", "ramp", curves)
         delays = [(e.sent_s - begin, e.delay_ms) for e in every if e.delay_ms is not None]
-        delay = [Curve("delay", delays)]
-        yield f"{stage.value}-delay", LinePlot(f"Delay, stage {stage}", "s", "ms", delay)
+        delay = [curve("delay", delays)]
+        yield f"{stage.value}-delay", Series(f"Delay, stage {stage}", "s", "ms", delay)
 
 
 def _csv(rounds: Mapping[Stage, Sequence[Round]]) -> Iterator[str]:
@@ -193,7 +191,7 @@ def _csv(rounds: Mapping[Stage, Sequence[Round]]) -> Iterator[str]:
             yield f"{stage},{each.value!r},{','.join(cells)}"
 
 
-def _table(figures: Mapping[Stage, StageDelays]) -> Element:
+def _table(figures: Mapping[Stage, StageDelays]) -> Table:
     head = ("stage", "published", "p50", "p99", "least", "most", "out p50", "return p50")
     more = ("every", "sent late p50", "carried p50", "sent", "back")
     rows = []

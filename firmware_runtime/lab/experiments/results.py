@@ -1,5 +1,6 @@
 """Runs experiments and writes their files: data (CSV), figures (JSON), plots (SVG), pages.
 
+Plots are files of their own only where the extra `plot` is installed; the pages hold them anyway.
 Recordings of the runs stand beside them. Experiments of one board, one after the other, have an
 index and results.json as well.
 """
@@ -23,6 +24,8 @@ from firmware_runtime.lab.experiments.findings import Findings
 from firmware_runtime.lab.experiments.known import missing_packages
 from firmware_runtime.lab.experiments.trial import Say, Trial
 from firmware_runtime.system.conditions import system_conditions
+from firmware_runtime.view.page_file import why_no_pictures, write_page
+from firmware_runtime.view.parts import Page
 
 RESULTS, INDEX = "results.json", "index.html"
 _STEP: Final = "firmware_runtime.lab.experiments.step_experiment:run_step"
@@ -62,15 +65,16 @@ def write_experiment(trial: Trial) -> tuple[Outcome, list[str]]:
     texts = dict(_texts(trial, findings, outcome))
     for file, text in texts.items():
         (folder / file).write_text(text, "utf-8")
+    plots = list(_write_plots(trial, findings))
     recordings = sorted(path.name for path in folder.glob(f"{name}*.recording*"))
-    files = [*texts, *recordings]
+    files = [*texts, *plots, *recordings]
     page = experiment_page(trial.board, trial.experiment, findings, files)
-    (folder / f"{name}.html").write_text(page, "utf-8")
+    write_page(page, folder / f"{name}.html")
     return outcome, [*files, f"{name}.html"]
 
 
 def _texts(trial: Trial, findings: Findings, outcome: Outcome) -> Iterator[tuple[str, str]]:
-    """Data, figures and plots, by the names of their files."""
+    """Data and figures, by the names of their files."""
     for suffix, lines in findings.data.items():
         yield f"{_named(trial.name, suffix)}.csv", "".join(f"{line}\n" for line in lines)
     figures = {
@@ -84,8 +88,16 @@ def _texts(trial: Trial, findings: Findings, outcome: Outcome) -> Iterator[tuple
         "conditions": system_conditions(),
     }
     yield f"{trial.name}.json", msgspec.json.format(msgspec.json.encode(figures)).decode() + "\n"
+
+
+def _write_plots(trial: Trial, findings: Findings) -> Iterator[str]:
+    """Write each plot as a picture, where pictures can be drawn, and yield its name."""
+    if why_no_pictures():
+        return
     for suffix, plot in findings.plots.items():
-        yield f"{_named(trial.name, suffix)}.svg", plot.text()
+        name = f"{_named(trial.name, suffix)}.svg"
+        write_page(Page(title=trial.experiment.title, parts=[plot]), trial.folder / name)
+        yield name
 
 
 def _named(name: str, suffix: str) -> str:
@@ -130,7 +142,7 @@ def write_series(series: Sequence[Outcome], board: str, folder: Path) -> list[st
     """Write the index and results.json beside the experiments' files; return their names."""
     document = {each.name: each.entry() for each in series}
     (folder / RESULTS).write_text(json.dumps(document, indent=1, allow_nan=False) + "\n")
-    (folder / INDEX).write_text(index_page(board, series), "utf-8")
+    write_page(index_page(board, series), folder / INDEX)
     return [RESULTS, INDEX]
 
 

@@ -3,7 +3,6 @@
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Final, NamedTuple
-from xml.etree.ElementTree import Element
 
 from msgspec import Struct
 
@@ -22,8 +21,7 @@ from firmware_runtime.lab.experiments.findings import Findings
 from firmware_runtime.lab.experiments.quantities import milliseconds
 from firmware_runtime.lab.experiments.trial import Traced, Trial
 from firmware_runtime.statistics.number_formats import NOTHING
-from firmware_runtime.view.line_plot import Curve, LinePlot, on_common_axes
-from firmware_runtime.view.markup import table
+from firmware_runtime.view.parts import Curve, Series, Table, curve, on_common_axes, table
 
 _ACROSS: Final = "s since the step"
 BEFORE_S = 0.5
@@ -103,23 +101,23 @@ def _since(run: Traced, port: str, step_s: float) -> Points:
 # What is said of it ------------------------------------------------------------------------------
 
 
-def _plots(experiment: StepExperiment, answers: Mapping[Stage, Answer]) -> dict[str, LinePlot]:
+def _plots(experiment: StepExperiment, answers: Mapping[Stage, Answer]) -> dict[str, Series]:
     """All stages on common axes with the reference, and what is drawn beside it."""
     until = max((at for each in answers.values() for at, _ in each.points), default=1.0)
     edges = (-BEFORE_S, experiment.begin), (0.0, experiment.begin)
     after = (0.0, experiment.end), (until, experiment.end)
-    curves = [Curve(stage.value, each.points) for stage, each in answers.items()]
-    curves.append(Curve("reference", (*edges, *after), is_dashed=True))
+    curves = [curve(stage.value, each.points) for stage, each in answers.items()]
+    curves.append(curve("reference", (*edges, *after), "dashed"))
     up = f"{experiment.quantity}, {experiment.unit}"
     plots = {"": _nested(experiment.title, up, curves)}
     for title in experiment.beside:
-        curves = [Curve(stage.value, each.beside[title]) for stage, each in answers.items()]
+        curves = [curve(stage.value, each.beside[title]) for stage, each in answers.items()]
         plots[_file_name(title)] = _nested(title, title, curves)
     return on_common_axes(plots)
 
 
-def _nested(title: str, up: str, curves: Sequence[Curve]) -> LinePlot:
-    return LinePlot(title, _ACROSS, up, curves, is_nested=True)
+def _nested(title: str, up: str, curves: Sequence[Curve]) -> Series:
+    return Series(title, _ACROSS, up, curves, is_nested=True)
 
 
 def _file_name(title: str) -> str:
@@ -134,7 +132,7 @@ def _csv(experiment: StepExperiment, answers: Mapping[Stage, Answer]) -> Iterato
         yield from (f"{stage},{at:.9f},{value!r}" for at, value in each.points)
 
 
-def _table(figures: Mapping[Stage, StageFigures], unit: str) -> Element:
+def _table(figures: Mapping[Stage, StageFigures], unit: str) -> Table:
     head = ("stage", "rise time", "overshoot", f"settled within {SETTLED:.0%}", "at the end")
     more = ("from simulation, rms", "largest", "delay of the loop")
     rows = [

@@ -26,6 +26,8 @@ from firmware_runtime.devs.time import SECOND
 from firmware_runtime.errors import ConfigError, Status
 from firmware_runtime.lab.stages.staged_run import Staged, run_to_end
 from firmware_runtime.system.own_folder import own_folder
+from firmware_runtime.view.page_file import read_page
+from firmware_runtime.view.parts import Page
 
 Say = Callable[[str], None]
 Points: TypeAlias = list[tuple[float, float]]
@@ -42,8 +44,8 @@ class Traced:
     """The port whose values a person wants to see over time."""
     senders: Senders
     """The ports that send what leaves a coupled model's."""
-    picture: str = ""
-    """The run as the rig draws it, SVG; empty where that was not asked for."""
+    picture: Page | None = None
+    """The run as the rig draws it; None where that was not asked for."""
 
     @property
     def began_s(self) -> float:
@@ -144,7 +146,7 @@ class Trial:
                 called_at=monotonic_ns(),
             )
             may_draw = is_drawn and not stage.has_two_ends
-            yield self._traced(staged, trace, trace.with_suffix(".svg") if may_draw else None)
+            yield self._traced(staged, trace, trace.with_suffix(".json") if may_draw else None)
 
     def _traced(self, staged: Staged, trace: Path, picture: Path | None) -> Traced:
         result = run_to_end(staged, self.say, picture)
@@ -152,5 +154,5 @@ class Trial:
             fault = f"the run did not reach its end: {result.reason}"
             raise ConfigError.of_one(f"stage {staged.stage}", fault)
         senders = Senders(staged.board.unconnected().model)
-        drawn = "" if picture is None else picture.read_text("utf-8")
+        drawn = None if picture is None else read_page(picture)
         return Traced(result.document, trace, result.shown, senders, drawn)

@@ -7,8 +7,8 @@ from firmware_runtime.lab.identification.fit import Fit
 from firmware_runtime.lab.identification.identified import CONFIDENCE, Identified
 from firmware_runtime.lab.identification.recorded_series import Series
 from firmware_runtime.statistics.run_text import aligned
-from firmware_runtime.view.line_plot import Curve, LinePlot, figure_of
-from firmware_runtime.view.markup import bullets, opening, page_of, section, table
+from firmware_runtime.view import parts
+from firmware_runtime.view.parts import Bullets, Page, curve, section, table
 
 UNITS: Final[Mapping[str, tuple[str, str]]] = {
     "inertia_kg_m2": ("moment of inertia", "kg m2"),
@@ -49,37 +49,35 @@ def sentences(identified: Identified) -> Iterator[str]:
         yield f"warning: {warning}"
 
 
-def page(board: str, title: str, identified: Identified, series: Series, fit: Fit) -> str:
-    """The page's text: numbers, and the measured output beside the simulated one."""
-    heading = f"{board}: {title}, identified"
-    return page_of(
-        heading,
-        (
-            opening(heading, bullets(sentences(identified))),
+def page(board: str, title: str, identified: Identified, series: Series, fit: Fit) -> Page:
+    """Numbers, and the measured output beside the simulated one."""
+    return Page(
+        title=f"{board}: {title}, identified",
+        opening=[Bullets(items=list(sentences(identified)))],
+        parts=[
             section("Numbers", table("The plant", _HEAD, _rows(identified))),
-            section("Measured and simulated", *map(figure_of, plots(identified, series, fit))),
-        ),
+            section("Measured and simulated", *plots(identified, series, fit)),
+        ],
     )
 
 
-def plots(identified: Identified, series: Series, fit: Fit) -> tuple[LinePlot, ...]:
+def plots(identified: Identified, series: Series, fit: Fit) -> tuple[parts.Series, ...]:
     """The input; the output as measured and as simulated from the input alone; the difference."""
     unit = _OUTPUT[identified.structure, series.quantity]
     at = series.at.tolist()
     measured, residuals = series.measured.tolist(), fit.residuals.tolist()
     simulated = (series.measured - fit.residuals).tolist()
     output = [
-        Curve("measured", list(zip(at, measured, strict=True))),
-        Curve("simulated", list(zip(at, simulated, strict=True))),
+        curve("measured", list(zip(at, measured, strict=True))),
+        curve("simulated", list(zip(at, simulated, strict=True))),
     ]
     given = list(zip(series.given_at.tolist(), series.given.tolist(), strict=True))
     pushed = "N m" if identified.structure == "rotation" else "N"
+    difference = curve("difference", list(zip(at, residuals, strict=True)))
     return (
-        LinePlot("Input", "s", pushed, [Curve("input", given)]),
-        LinePlot("Output, measured and simulated", "s", unit, output),
-        LinePlot(
-            "Difference", "s", unit, [Curve("difference", list(zip(at, residuals, strict=True)))]
-        ),
+        parts.Series("Input", "s", pushed, [curve("input", given)]),
+        parts.Series("Output, measured and simulated", "s", unit, output),
+        parts.Series("Difference", "s", unit, [difference]),
     )
 
 

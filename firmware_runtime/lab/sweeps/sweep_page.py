@@ -2,26 +2,20 @@
 
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Final, TypeAlias
-from xml.etree.ElementTree import Element
 
 from firmware_runtime.lab.sweeps.row import EXPERIMENT
 from firmware_runtime.lab.sweeps.summary import FIGURES, Case, Summary, number_of, rarer_truth
 from firmware_runtime.lab.sweeps.sweep_table import Table
-from firmware_runtime.view.line_plot import (
-    HALF_HEIGHT,
-    HALF_WIDTH,
-    Curve,
-    LinePlot,
-    figure_of,
-    histogram,
-)
-from firmware_runtime.view.markup import (
-    bullets,
-    element,
-    opening,
-    page_of,
+from firmware_runtime.view import parts
+from firmware_runtime.view.parts import (
+    Beside,
+    Bullets,
+    Code,
+    Histogram,
+    Page,
+    Series,
+    curve,
     section,
-    side_by_side,
     table,
 )
 
@@ -31,29 +25,31 @@ MOST_DOTS: Final = 2000
 MOST_SCATTERS: Final = 36
 
 
-def sweep_page(rows: Table, found: Summary) -> str:
-    """The page's text."""
+def sweep_page(rows: Table, found: Summary) -> Page:
+    """The page of a sweep."""
     first = rows.rows[0]
     what = f", {first['experiment']}" if first.get("experiment") else ""
-    title = f"{first['board']}{what}: sweep of {found.rows} runs"
-    return page_of(title, _sections(title, rows, found))
+    scatters = list(_scatters(rows, found))
+    return Page(
+        title=f"{first['board']}{what}: sweep of {found.rows} runs",
+        opening=[Bullets(items=list(_said(found)))],
+        parts=[
+            section("What was varied", _varied(rows)),
+            section("Figures", _spreads(found), Beside(parts=list(_histograms(found)))),
+            *([section("By key", Beside(parts=scatters))] if scatters else []),
+            section("Worst", *(_cases(name, cases) for name, cases in found.worst.items())),
+        ],
+    )
 
 
-def _sections(title: str, rows: Table, found: Summary) -> Iterator[Element]:
-    said = [f"{count} {name}" for name, count in found.outcomes.items()]
-    said += [
-        f"{name} is true in {each.true} of {each.count} ({each.share:.1%})"
-        for name, each in found.shares.items()
-    ]
-    yield opening(title, bullets(said))
-    yield section("What was varied", _varied(rows))
-    yield section("Figures", _spreads(found), *_histograms(found))
-    if scatters := list(_scatters(rows, found)):
-        yield section("By key", side_by_side(scatters))
-    yield section("Worst", *(_cases(name, cases) for name, cases in found.worst.items()))
+def _said(found: Summary) -> Iterator[str]:
+    for name, count in found.outcomes.items():
+        yield f"{count} {name}"
+    for name, each in found.shares.items():
+        yield f"{name} is true in {each.true} of {each.count} ({each.share:.1%})"
 
 
-def _varied(rows: Table) -> Element:
+def _varied(rows: Table) -> parts.Table:
     found = []
     for name in rows.varied:
         values = [each for each in rows.column(name) if each is not None]
@@ -65,18 +61,23 @@ def _varied(rows: Table) -> Element:
     return table("Keys of board.toml", ("key", "values", "from, to"), found)
 
 
-def _spreads(found: Summary) -> Element:
+def _spreads(found: Summary) -> parts.Table:
     cells = [(name, str(each.count), *each.figures) for name, each in found.spreads.items()]
     return table("Spread over the runs", ("figure", "runs", *FIGURES), cells)
 
 
-def _histograms(found: Summary) -> Iterator[Element]:
+def _histograms(found: Summary) -> Iterator[Histogram]:
+    """Yield one for each figure: its counts are in equal parts from the least to the greatest."""
     for name, each in found.spreads.items():
         if len(each.histogram) > 1:
-            yield figure_of(histogram(name, each.histogram, each.min, each.max))
+            wide = (each.max - each.min) / len(each.histogram) or abs(each.min) or 1.0
+            edges = [each.min + number * wide for number in range(len(each.histogram) + 1)]
+            yield Histogram(
+                title=name, across=name, edges=edges, counts=each.histogram, is_small=True
+            )
 
 
-def _scatters(rows: Table, found: Summary) -> Iterator[Element]:
+def _scatters(rows: Table, found: Summary) -> Iterator[Series]:
     """Each figure over each key with numbers, an experiment's figures first."""
     figures = sorted(
         (name for name, each in found.spreads.items() if each.min < each.max),
@@ -88,7 +89,7 @@ def _scatters(rows: Table, found: Summary) -> Iterator[Element]:
             usual, rare = _points(rows, key, figure, rarer)
             if len({at for at, _ in usual + rare}) > 1 and drawn < MOST_SCATTERS:
                 drawn += 1
-                yield figure_of(_scatter(key, figure, usual, rare))
+                yield _scatter(key, figure, usual, rare)
 
 
 def _points(
@@ -106,16 +107,13 @@ def _points(
     return usual, rare
 
 
-def _scatter(key: str, figure: str, usual: list[Point], rare: list[Point]) -> LinePlot:
-    curves = [Curve("runs", usual, is_dots=True)]
+def _scatter(key: str, figure: str, usual: list[Point], rare: list[Point]) -> Series:
+    curves = [curve("runs", usual, "dots")]
     if rare:
-        curves.append(Curve("of the rarer truth", rare, is_dots=True))
-    title = f"{figure} over {key}"
-    return LinePlot(title, key, figure, curves, width=HALF_WIDTH, height=HALF_HEIGHT)
+        curves.append(curve("of the rarer truth", rare, "dots"))
+    return Series(f"{figure} over {key}", key, figure, curves, is_small=True)
 
 
-def _cases(name: str, cases: Sequence[Case]) -> Element:
-    body = [
-        (str(each.row), str(each.value), each.why, element("code", each.command)) for each in cases
-    ]
-    return table(f"By {name}", ("row", "value", "why", "again"), body, "words")
+def _cases(name: str, cases: Sequence[Case]) -> parts.Table:
+    body = [(str(each.row), str(each.value), each.why, Code(each.command)) for each in cases]
+    return table(f"By {name}", ("row", "value", "why", "again"), body, is_words=True)

@@ -10,7 +10,7 @@ from typing import Final
 
 from firmware_runtime.devs.component import Component
 from firmware_runtime.devs.ports import AnyPort
-from firmware_runtime.view.canvas import BOLD, Point, text_width
+from firmware_runtime.view.diagram.canvas import BOLD, Point, text_width
 from firmware_runtime.view.diagram.diagram_look import NAME_SIZE
 
 PORT_SIZE: Final = 11

@@ -11,7 +11,6 @@ from typing import Final
 from firmware_runtime.devs.component import Component, below_root
 from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.ports import AnyPort, InPort, Owner
-from firmware_runtime.view.canvas import BOLD, CORNER, Canvas, Point, Rectangle, text_width
 from firmware_runtime.view.diagram.boxes import (
     PORT_SIZE,
     Box,
@@ -21,6 +20,7 @@ from firmware_runtime.view.diagram.boxes import (
     atomic_box,
     label_width,
 )
+from firmware_runtime.view.diagram.canvas import BOLD, CORNER, Canvas, Point, Rectangle, text_width
 from firmware_runtime.view.diagram.diagram_look import NAME_SIZE, diagram_text
 from firmware_runtime.view.diagram.placement import arrange, assign
 from firmware_runtime.view.diagram.routes import Routes

@@ -5,7 +5,7 @@ from itertools import pairwise
 from math import cos, hypot, pi, sin
 from typing import Final
 
-from firmware_runtime.view.canvas import Point, Rectangle
+from firmware_runtime.view.diagram.canvas import Point, Rectangle
 
 GAP: Final = 74
 """Clear space between neighbours on the ring, room for an arrow."""

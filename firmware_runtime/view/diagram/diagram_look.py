@@ -6,7 +6,7 @@ from typing import Final
 
 from firmware_runtime.devs.time import MICROSECOND, MILLISECOND, NEVER, SECOND
 from firmware_runtime.models.state_table import Arrow
-from firmware_runtime.view.canvas import FONT, Canvas, file_text, style_sheet
+from firmware_runtime.view.diagram.canvas import FONT, Canvas, style_sheet
 
 NAME_SIZE: Final = 13
 _MARGIN: Final = 20
@@ -43,7 +43,7 @@ _STYLE: Final = style_sheet(
 
 def diagram_text(canvas: Canvas, title: str) -> str:
     """The text of the SVG file, as large as what is drawn and a margin."""
-    return file_text(canvas.svg(canvas.box(_MARGIN), title, _STYLE))
+    return canvas.svg(canvas.box(_MARGIN), title, _STYLE)
 
 
 def duration_text(duration: int) -> str:

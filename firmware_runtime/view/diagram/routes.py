@@ -11,8 +11,8 @@ from itertools import combinations, product
 from math import inf
 from typing import Final
 
-from firmware_runtime.view.canvas import Point
 from firmware_runtime.view.diagram.boxes import Wire
+from firmware_runtime.view.diagram.canvas import Point
 
 TRACK: Final = 11
 """From one track or lane to the next."""

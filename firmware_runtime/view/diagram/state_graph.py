@@ -10,7 +10,7 @@ from typing import Final, NamedTuple
 
 from firmware_runtime.models.state_diagram import StateDiagram
 from firmware_runtime.models.state_table import Arrow
-from firmware_runtime.view.canvas import BOLD, Canvas, Point, Rectangle, text_width
+from firmware_runtime.view.diagram.canvas import BOLD, Canvas, Point, Rectangle, text_width
 from firmware_runtime.view.diagram.curves import (
     GAP,
     beside,

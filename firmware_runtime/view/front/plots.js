@@ -60,7 +60,7 @@ function optionsOf(curve, place, part) {
     dash: style === "dashed" ? [5, 4] : undefined,
     paths: PATHS[style](),
     points: style === "dots" ? { show: true, size: 4, width: 0, fill: () => colour(name) } : { show: false },
-    spanGaps: true,
+    spanGaps: false, // null is a gap; what is undefined is only of another curve
     value: (_, value) => valueText(value, part.up),
   };
 }
@@ -261,7 +261,9 @@ function lanesPlot(part) {
   const height = LANE * part.lanes.length + 62;
   const stays = part.lanes.flatMap((each) => each.stays);
   const whole = part.ends ?? [Math.min(0, ...stays.map((each) => each.begin)), Math.max(1e-9, ...stays.map((each) => each.end))];
-  const names = [...new Set(stays.map((each) => each.state))];
+  const lasted = new Map();
+  for (const each of stays) lasted.set(each.state, (lasted.get(each.state) ?? 0) + each.end - each.begin);
+  const names = [...lasted].sort(([, one], [, other]) => other - one).map(([name]) => name);
   const options = {
     scales: { x: { time: false, range: (_, min, max) => (plot?.ends ? [min, max] : whole) }, y: { range: [0, part.lanes.length] } },
     axes: [axis(part.across, part.across, true), { ...axis("", "", false), size: 170, grid: { show: false }, splits: part.lanes.map((_, row) => part.lanes.length - row - 0.5), values: () => part.lanes.map((each) => each.name.slice(-26)) }],

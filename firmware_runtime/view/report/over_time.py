@@ -99,8 +99,8 @@ def _held(name: str, run: Sequence[Stretch], value: Callable[[Stretch], Number])
     for each in run:
         begin, end = each.sides_s
         if ended is not None and ended < begin:
-            x.append(ended)
-            y.append(None)
+            x += ended, ended
+            y += y[-1], None
         x.append(begin)
         y.append(value(each))
         ended = end

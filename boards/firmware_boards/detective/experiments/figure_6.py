@@ -9,8 +9,7 @@ from firmware_runtime.ecdpp.experiment import OutputLine, run_events
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.lab.experiments.findings import Findings
 from firmware_runtime.lab.experiments.trial import Trial
-from firmware_runtime.view.line_plot import Curve, LinePlot
-from firmware_runtime.view.markup import table
+from firmware_runtime.view.parts import Series, curve, table
 
 EVENTS: Final = (Path(__file__).parents[1] / "figure6.ev").read_text(encoding="utf-8")
 PUBLISHED: Final = (
@@ -48,7 +47,7 @@ def run(trial: Trial) -> Findings:
     )
 
 
-def _plot(lines: list[OutputLine]) -> LinePlot:
+def _plot(lines: list[OutputLine]) -> Series:
     """The last command to each motor, over time."""
     curves = []
     for port, name in _MOTORS.items():
@@ -57,6 +56,6 @@ def _plot(lines: list[OutputLine]) -> LinePlot:
             if line.port == port:
                 at_s = line.at / 1e9
                 points += [(at_s, points[-1][1]), (at_s, float(str(line.value)))]
-        curves.append(Curve(name, [*points, (_END_S, points[-1][1])]))
+        curves.append(curve(name, [*points, (_END_S, points[-1][1])]))
     up = "0 stop, 1 clockwise, 2 counterclockwise"
-    return LinePlot("Commands to the motors", "time (s)", up, curves)
+    return Series("Commands to the motors", "time (s)", up, curves)

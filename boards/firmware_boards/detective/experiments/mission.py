@@ -2,15 +2,13 @@
 
 from collections.abc import Iterator, Mapping
 from typing import Final
-from xml.etree.ElementTree import Element
 
 from msgspec import Struct
 
 from firmware_runtime.board.roles import Stage
 from firmware_runtime.lab.experiments.findings import Findings
 from firmware_runtime.lab.experiments.trial import Points, Traced, Trial
-from firmware_runtime.view.line_plot import Curve, LinePlot, Picture
-from firmware_runtime.view.markup import table
+from firmware_runtime.view.parts import Card, Part, Series, Table, curve, table
 
 LONGEST_S: Final = 240.0
 
@@ -30,16 +28,17 @@ def run(trial: Trial) -> Findings:
     """Run it in each stage chosen; the picture is that of the first one that can draw."""
     missions: dict[Stage, Mission] = {}
     ways: dict[Stage, Points] = {}
-    pictures: dict[str, Picture] = {}
+    pictures: dict[str, Part] = {}
     for stage in trial.stages:
         trial.say(f"{trial.experiment.title}: stage {stage}, until it ends")
         with trial.run(stage, for_s=LONGEST_S, is_drawn=not pictures) as ran:
             missions[stage] = _mission(ran)
             ways[stage] = ran.points(ran.shown) if ran.shown else []
-            if ran.picture:
-                pictures["arena"] = Picture(f"The arena, stage {stage}", ran.picture)
-    curves = [Curve(stage.value, way) for stage, way in ways.items()]
-    distance = LinePlot("Distance to the target", "s", "m", curves)
+            if ran.picture is not None:
+                title = f"The arena, stage {stage}"
+                pictures["arena"] = Card(title=title, parts=ran.picture.parts)
+    curves = [curve(stage.value, way) for stage, way in ways.items()]
+    distance = Series("Distance to the target", "s", "m", curves)
     return Findings(
         ours=dict(_ours(missions)),
         sentences=[_said(stage, each) for stage, each in missions.items()],
@@ -76,7 +75,7 @@ def _csv(ways: Mapping[Stage, Points]) -> Iterator[str]:
         yield from (f"{stage},{at:.9f},{value!r}" for at, value in way)
 
 
-def _table(missions: Mapping[Stage, Mission]) -> Element:
+def _table(missions: Mapping[Stage, Mission]) -> Table:
     head = ("stage", "found", "stopped from it", "turned", "time", "between the ends")
     rows = [
         (

@@ -7,7 +7,6 @@ once the robot has reached the circle. All runs are in virtual time with the sam
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Final, NamedTuple
-from xml.etree.ElementTree import Element
 
 from msgspec import Struct
 
@@ -15,8 +14,7 @@ from firmware_runtime.board.roles import Stage
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.lab.experiments.findings import Findings
 from firmware_runtime.lab.experiments.trial import Traced, Trial
-from firmware_runtime.view.line_plot import Curve, LinePlot, Span
-from firmware_runtime.view.markup import table
+from firmware_runtime.view.parts import Series, Span, Table, curve, table
 
 FROM_S: Final = 18.0
 """By then it is on the circle, at its speed."""
@@ -175,7 +173,7 @@ def _said(cases: Mapping[str, Case]) -> Iterator[str]:
     )
 
 
-def _table(cases: Mapping[str, Case]) -> Element:
+def _table(cases: Mapping[str, Case]) -> Table:
     columns = ("", "x, mm", "y, mm", "distance, mm", "yaw, mrad", "position")
     rows = [
         (
@@ -192,26 +190,26 @@ def _both(error: Error) -> str:
     return f"{1e3 * error.rms:.1f} / {1e3 * error.largest:.1f}"
 
 
-def _plots(runs: Mapping[str, _Run]) -> Iterator[tuple[str, LinePlot]]:
+def _plots(runs: Mapping[str, _Run]) -> Iterator[tuple[str, Series]]:
     for name, suffix in zip(SHOWN, ("", "stopped"), strict=True):
         samples = runs[name].samples
-        goal = Curve("setpoint", [each.goal[:2] for each in samples], is_dashed=True)
-        true = Curve("true", [each.true[:2] for each in samples])
+        goal = curve("setpoint", [each.goal[:2] for each in samples], "dashed")
+        true = curve("true", [each.true[:2] for each in samples])
         ends = (-1.2, 1.2)
         yield (
             f"{suffix}-path".strip("-"),
-            LinePlot(
+            Series(
                 f"Path, {name}", "x, m", "y, m", [goal, true],
-                across_ends=ends, up_ends=ends, width=520.0, height=518.0, has_equal_scales=True,
+                across_ends=ends, up_ends=ends, has_equal_scales=True,
             ),
         )  # fmt: skip
         curves = [
-            Curve(axis, [(each.t_s, 1e3 * each.error(n)) for each in samples])
+            curve(axis, [(each.t_s, 1e3 * each.error(n)) for each in samples])
             for n, axis in enumerate(("x, mm", "y, mm", "yaw, mrad"))
         ]
         spans = [Span(STOPS_S, STOPS_S + 2.0, "no position")] if suffix else []
         title = f"Setpoint less truth, {name}"
-        yield f"{suffix}-errors".strip("-"), LinePlot(title, "s", "error", curves, spans)
+        yield f"{suffix}-errors".strip("-"), Series(title, "s", "error", curves, spans)
 
 
 def _csv(runs: Mapping[str, _Run]) -> Iterator[str]:

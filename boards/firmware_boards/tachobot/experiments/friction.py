@@ -6,7 +6,6 @@ the PID, which the paper calls control effort.
 
 from collections.abc import Iterator, Sequence
 from typing import Final
-from xml.etree.ElementTree import Element
 
 from msgspec import Struct
 
@@ -22,8 +21,7 @@ from firmware_runtime.lab.experiments.curve_figures import (
 )
 from firmware_runtime.lab.experiments.findings import Findings
 from firmware_runtime.lab.experiments.trial import Points, Traced, Trial
-from firmware_runtime.view.line_plot import Curve, LinePlot, Span
-from firmware_runtime.view.markup import table
+from firmware_runtime.view.parts import Series, Span, Table, curve, table
 
 FOR_S: Final = 30.0
 STILL_RAD_S: Final = 0.015
@@ -156,18 +154,18 @@ def _said(stage: Stage, step: Step) -> Iterator[str]:
 
 def _plots(
     measured: _Measured, episodes: Sequence[Episode], reference_rad: float
-) -> dict[str, LinePlot]:
+) -> dict[str, Series]:
     """Yaw, speed and control effort, one under the other on one axis of time."""
     spans = [Span(each.from_s, each.until_s, "stuck") for each in episodes]
     ends = (0.0, FOR_S)
-    reference = Curve("reference", [(0.0, reference_rad), (FOR_S, reference_rad)], is_dashed=True)
+    reference = curve("reference", [(0.0, reference_rad), (FOR_S, reference_rad)], "dashed")
     drawn = {
-        "": ("Yaw", "rad", [Curve("yaw", measured.yaw), reference]),
-        "speed": ("Speed", "rad/s", [Curve("yaw rate", measured.rate)]),
-        "effort": ("Control effort", "N", [Curve("control effort", measured.effort)]),
+        "": ("Yaw", "rad", [curve("yaw", measured.yaw), reference]),
+        "speed": ("Speed", "rad/s", [curve("yaw rate", measured.rate)]),
+        "effort": ("Control effort", "N", [curve("control effort", measured.effort)]),
     }
     return {
-        name: LinePlot(title, "s", unit, curves, spans, across_ends=ends)
+        name: Series(title, "s", unit, curves, spans, across_ends=ends)
         for name, (title, unit, curves) in drawn.items()
     }
 
@@ -179,7 +177,7 @@ def _csv(measured: _Measured) -> Iterator[str]:
         yield f"{at:.9f},{yaw!r},{rate!r},{effort!r},{true!r}"
 
 
-def _table(steps: dict[Stage, Step]) -> Element:
+def _table(steps: dict[Stage, Step]) -> Table:
     head = ("stage", "stuck from", "until", "error", "effort slope", "effort at release", "moment")
     rows = [
         (

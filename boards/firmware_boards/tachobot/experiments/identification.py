@@ -3,14 +3,13 @@
 from collections.abc import Iterator
 from importlib import import_module
 from typing import Any, Final
-from xml.etree.ElementTree import Element
 
 from firmware_boards.tachobot.experiments.square_wave import watched_s
 from firmware_boards.tachobot.plant_settings import WorldSettings
 from firmware_runtime.lab.experiments.findings import Findings
 from firmware_runtime.lab.experiments.trial import Trial
 from firmware_runtime.system.packages import module_of_extra
-from firmware_runtime.view.markup import table
+from firmware_runtime.view.parts import Table, table
 
 _TRUTH: Final = {
     "inertia_kg_m2": "yaw_inertia_kg_m2",
@@ -48,7 +47,7 @@ def run(trial: Trial) -> Findings:
     )
 
 
-def _table(identified: Any, world: WorldSettings) -> Element:  # noqa: ANN401 -- needs scipy
+def _table(identified: Any, world: WorldSettings) -> Table:  # noqa: ANN401 -- needs scipy
     rows = []
     for key, each in identified.parameters.items():
         truth = getattr(world, _TRUTH[key]) if key in _TRUTH else None

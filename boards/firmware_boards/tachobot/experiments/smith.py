@@ -7,7 +7,6 @@ are those that a loop without delay would bear.
 
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, Final
-from xml.etree.ElementTree import Element
 
 from msgspec import Struct, structs
 
@@ -17,8 +16,7 @@ from firmware_runtime.lab.experiments.curve_figures import Points, StepResponse,
 from firmware_runtime.lab.experiments.findings import Findings
 from firmware_runtime.lab.experiments.trial import Trial
 from firmware_runtime.lab.tuning.loop import Gains, Loop, Margins, Predictor, margins
-from firmware_runtime.view.line_plot import Curve, LinePlot
-from firmware_runtime.view.markup import table
+from firmware_runtime.view.parts import Curve, Series, Table, curve, table
 
 AT_S: Final = 2.0
 WATCHED_S: Final = 6.0
@@ -60,12 +58,12 @@ def run(trial: Trial) -> Findings:
             points = _points(trial, settings, f"{gains}-{name}")
             margin = _margins(trial.board.settings, settings, delay_s, predicted_s)
             cases.append(_case(gains, name, (delay_s, predicted_s), margin, points))
-            curves[gains].append(Curve(name.replace("_", " "), points))
+            curves[gains].append(curve(name.replace("_", " "), points))
     return Findings(
         ours=dict(_ours(cases)),
         sentences=list(_sentences(cases)),
         plots={
-            gains: LinePlot(f"Step behind 80 ms, {gains} gains", "s since the step", "rad", drawn)
+            gains: Series(f"Step behind 80 ms, {gains} gains", "s since the step", "rad", drawn)
             for gains, drawn in curves.items()
         },
         data={"": _csv(curves)},
@@ -152,7 +150,7 @@ def _cells(case: Case) -> list[str]:
     ]
 
 
-def _table(cases: Sequence[Case]) -> Element:
+def _table(cases: Sequence[Case]) -> Table:
     head = ("gains", "loop", "gain margin", "phase margin", "delay margin", "overshoot", "settled")
     rows: list[Sequence[Any]] = [
         (each.gains, each.name.replace("_", " "), *_cells(each)) for each in cases
@@ -163,6 +161,6 @@ def _table(cases: Sequence[Case]) -> Element:
 def _csv(curves: Mapping[str, Sequence[Curve]]) -> Iterator[str]:
     yield "gains,loop,since_step_s,yaw_rad"
     for gains, drawn in curves.items():
-        for curve in drawn:
-            for at, value in curve.points:
-                yield f"{gains},{curve.name},{at:.9f},{value!r}"
+        for each in drawn:
+            for at, value in each.points:
+                yield f"{gains},{each.name},{at:.9f},{value!r}"

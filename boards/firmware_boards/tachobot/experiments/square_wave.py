@@ -9,7 +9,6 @@ from collections.abc import Iterator, Sequence
 from itertools import pairwise
 from math import sqrt
 from typing import Final
-from xml.etree.ElementTree import Element
 
 from msgspec import Struct
 
@@ -19,8 +18,7 @@ from firmware_runtime.errors import ConfigError
 from firmware_runtime.lab.experiments.findings import Findings
 from firmware_runtime.lab.experiments.trial import Traced, Trial
 from firmware_runtime.models.plant import SecondOrderPlant, State
-from firmware_runtime.view.line_plot import Curve, LinePlot, on_common_axes
-from firmware_runtime.view.markup import table
+from firmware_runtime.view.parts import Series, Table, curve, on_common_axes, table
 
 AFTER_S: Final = 1.0
 """Time, s, that it is watched after the wave's end."""
@@ -129,23 +127,23 @@ def _said(stage: Stage, apart: Apart) -> str:
     )
 
 
-def _plots(samples: Sequence[Sample], states: Sequence[State]) -> dict[str, LinePlot]:
+def _plots(samples: Sequence[Sample], states: Sequence[State]) -> dict[str, Series]:
     """The robot (Figure 14) and the plain model (Figure 15) on the same axes, and what went in."""
     pairs = list(zip(samples, states, strict=True))
     robot = [
-        Curve("yaw, rad", [(each.at_s, each.yaw_rad) for each in samples]),
-        Curve("angular speed, rad/s", [(each.at_s, each.yaw_rate_rad_s) for each in samples]),
+        curve("yaw, rad", [(each.at_s, each.yaw_rad) for each in samples]),
+        curve("angular speed, rad/s", [(each.at_s, each.yaw_rate_rad_s) for each in samples]),
     ]
     model = [
-        Curve("yaw, rad", [(each.at_s, state[0]) for each, state in pairs]),
-        Curve("angular speed, rad/s", [(each.at_s, state[1]) for each, state in pairs]),
+        curve("yaw, rad", [(each.at_s, state[0]) for each, state in pairs]),
+        curve("angular speed, rad/s", [(each.at_s, state[1]) for each, state in pairs]),
     ]
-    wave = [Curve("yaw command", list(_held(samples)))]
+    wave = [curve("yaw command", list(_held(samples)))]
     return on_common_axes(
         {
-            "": LinePlot("Measured on the robot's doubles", "s", "rad, rad/s", robot),
-            "model": LinePlot("The plain model", "s", "rad, rad/s", model),
-            "command": LinePlot("What went into both", "s", "N", wave),
+            "": Series("Measured on the robot's doubles", "s", "rad, rad/s", robot),
+            "model": Series("The plain model", "s", "rad, rad/s", model),
+            "command": Series("What went into both", "s", "N", wave),
         }
     )
 
@@ -167,7 +165,7 @@ def _csv(samples: Sequence[Sample], states: Sequence[State]) -> Iterator[str]:
         yield f"{own},{state[0]!r},{state[1]!r}"
 
 
-def _table(apart: dict[Stage, Apart]) -> Element:
+def _table(apart: dict[Stage, Apart]) -> Table:
     head = ("stage", "yaw, rms", "yaw, largest", "angular speed, rms")
     rows = [
         (

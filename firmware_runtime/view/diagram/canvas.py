@@ -4,13 +4,11 @@ Lengths are pixels, y grows downwards. Colours are in a style sheet alone, once 
 reader's colour schemes; a shape has classes of it.
 """
 
-from collections.abc import Iterable, Iterator, Sequence
-from contextlib import contextmanager
+import re
+from collections.abc import Iterable, Sequence
 from math import hypot
 from typing import Final, NamedTuple
 from xml.etree.ElementTree import Element, tostring
-
-from firmware_runtime.view.markup import element
 
 CORNER: Final = 6
 """Radius of a wire's bends."""
@@ -19,6 +17,8 @@ BOLD: Final = 1.1
 FONT: Final = '"DejaVu Sans", Verdana, system-ui, sans-serif'
 _NARROW: Final = frozenset("iljtfrI.,:;!'|()[] ")
 _WIDE: Final = frozenset("mwMW@")
+_UNSPEAKABLE: Final = re.compile("[\x00-\x08\x0b\x0c\x0e-\x1f\x7f-\x9f\ud800-\udfff]")
+"""Characters that XML or UTF-8 cannot carry."""
 
 
 class Point(NamedTuple):
@@ -55,9 +55,7 @@ class Canvas:
 
     def __init__(self) -> None:
         self._shapes: list[Element] = []
-        self._layer = self._shapes.append
         self._points: list[Place] = []
-        self._clips = 0
 
     def rectangle(
         self,
@@ -90,32 +88,12 @@ class Canvas:
         width = text_width(text, size)
         left = at[0] - width * {"start": 0.0, "middle": 0.5, "end": 1.0}[anchor]
         place = {"x": at[0], "y": at[1]}
-        self._layer(element("text", text, class_=css, text_anchor=anchor, **place, **marks))
+        self._shapes.append(element("text", text, class_=css, text_anchor=anchor, **place, **marks))
         self._points += (left, at[1] - size), (left + width, at[1] + size / 3)
-
-    def text_upwards(self, at: Place, text: str, css: str) -> None:
-        """A line of text that runs upwards, centred on a point."""
-        turned = f"translate({point(at)}) rotate(-90)"
-        self._layer(element("text", text, class_=css, transform=turned, text_anchor="middle"))
-
-    def line(self, start: Place, end: Place, css: str) -> None:
-        """A straight line."""
-        self.polyline((start, end), css)
-
-    def polyline(self, points: Iterable[Place], css: str) -> None:
-        """Straight lines from point to point."""
-        self.path("M" + " L".join(map(point, points)), css)
 
     def polygon(self, points: Iterable[Place], css: str) -> None:
         """A filled figure."""
-        self.path("M" + " L".join(map(point, points)) + " Z", css)
-
-    def path(
-        self, description: str, css: str, tooltip: str = "", covers: Iterable[Place] = ()
-    ) -> None:
-        """Any figure, in SVG's path language, and the points that it is drawn around."""
-        self.put("path", css, tooltip, d=description)
-        self._points += covers
+        self.put("path", css, d="M" + " L".join(map(point, points)) + " Z")
 
     def wire(self, points: Sequence[Point], css: str, tooltip: str = "", **marks: str) -> None:
         """A line of straight pieces with rounded bends."""
@@ -128,7 +106,8 @@ class Canvas:
         """A Bezier curve, of three points quadratic, of four cubic."""
         command = "Q" if len(points) == 3 else "C"
         bends = " ".join(map(point, points[1:]))
-        self.path(f"M{point(points[0])} {command}{bends}", css, covers=points)
+        self.put("path", css, d=f"M{point(points[0])} {command}{bends}")
+        self._points += points
 
     def head(self, tip: Point, behind: Point, css: str) -> None:
         """An arrow's head that points from `behind` to `tip`."""
@@ -138,55 +117,60 @@ class Canvas:
         right = Point(tip.x - 9 * dx - 4 * dy, tip.y - 9 * dy + 4 * dx)
         self.polygon((tip, left, right), css)
 
-    @contextmanager
-    def clipped(self, box: Rectangle) -> Iterator[None]:
-        """Within the block nothing is drawn outside the box."""
-        self._clips += 1
-        name = f"clip{self._clips}"
-        group = element("g", clip_path=f"url(#{name})")
-        self._shapes += (
-            element("clipPath", element("rect", None, **_sides(box)), id=name),
-            group,
-        )
-        self._layer = group.append
-        try:
-            yield
-        finally:
-            self._layer = self._shapes.append
-
     def box(self, margin: float) -> Rectangle:
         """The box around all that is drawn, and a margin."""
         xs, ys = zip(*self._points, strict=True)
         left, top = min(xs) - margin, min(ys) - margin
         return Rectangle(left, top, max(xs) + margin - left, max(ys) + margin - top)
 
-    def svg(self, box: Rectangle, title: str, style: str, largest: float | None = None) -> Element:
-        """The picture; a page shows it `largest` times its own size at most, or just that size."""
-        sizes: dict[str, str | float] = {"width": box.width, "height": box.height}
-        if largest is not None:
-            sizes = {"width": "100%", "style": f"max-width: {largest * box.width:g}px"}
-        return element(
+    def svg(self, box: Rectangle, title: str, style: str) -> str:
+        """The text of an SVG file."""
+        svg = element(
             "svg",
             element("title", title),
             element("style", style),
-            element("rect", None, class_="paper", **_sides(box)),
+            element("rect", class_="paper", **_sides(box)),
             *self._shapes,
             xmlns="http://www.w3.org/2000/svg",
             viewBox=" ".join(f"{each:.1f}" for each in box),
             role="img",
             aria_label=title,
-            **sizes,
+            width=box.width,
+            height=box.height,
         )
+        return tostring(svg, encoding="unicode").rstrip("\n") + "\n"
 
     def put(self, tag: str, css: str, tooltip: str = "", **place: str | float | None) -> None:
         """Any element of SVG, with the words that stand under the pointer."""
         title = element("title", tooltip) if tooltip else None
-        self._layer(element(tag, title, class_=css, **place))
+        self._shapes.append(element(tag, title, class_=css, **place))
 
 
-def file_text(svg: Element) -> str:
-    """The text of an SVG file."""
-    return tostring(svg, encoding="unicode").rstrip("\n") + "\n"
+def element(tag: str, *children: Element | str | None, **attributes: str | float | None) -> Element:
+    """One element: `class_` becomes `class`, `text_anchor` becomes `text-anchor`.
+
+    Its text is the last child that is one. Children and attributes that are None are left out.
+    """
+    made = Element(tag)
+    for name, value in attributes.items():
+        if value is not None:
+            made.set(name.rstrip("_").replace("_", "-"), _clean(_text(value)))
+    for child in children:
+        if isinstance(child, str):
+            made.text = _clean(child)
+        elif child is not None:
+            made.append(child)
+    made.tail = "\n"
+    return made
+
+
+def _text(value: str | float) -> str:
+    """A number with two decimals at most: a hundredth of a pixel is never seen."""
+    return value if isinstance(value, str) else f"{value:.2f}".rstrip("0").rstrip(".")
+
+
+def _clean(text: str) -> str:
+    return _UNSPEAKABLE.sub("\N{REPLACEMENT CHARACTER}", text)
 
 
 def text_width(text: str, size: float = 12.0) -> float:
