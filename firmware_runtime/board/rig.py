@@ -43,6 +43,8 @@ class Rig(Doubles, Protocol):
     """Doubles in this process, and the world behind them.
 
     A rig with an attribute `world` lets programs look at that, see `firmware_runtime.open_board`.
+    One with an attribute `plane`, a `firmware_runtime.view.parts.Plane` whose bodies are bound to
+    ports, shows its world from above on a page that is alive.
     """
 
     @property

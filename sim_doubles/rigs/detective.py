@@ -13,13 +13,13 @@ from firmware_runtime.devs.ports import OutPort
 from firmware_runtime.devs.time import NEVER, SECOND, seconds
 from firmware_runtime.hal.budget import WireClock
 from firmware_runtime.models.state_diagram import StateDiagram
-from firmware_runtime.view.parts import Page
+from firmware_runtime.view.parts import Page, Plane
 from sim_doubles.chips.pca9685 import Pca9685Double
 from sim_doubles.rigs.board_rig import BoardRig
 from sim_doubles.rigs.devices import add_compass, add_sonar, add_treads
 from sim_doubles.worlds.arena import Arena, ArenaParameters, bridge_drive
 from sim_doubles.worlds.arena_log import ArenaLog
-from sim_doubles.worlds.arena_page import arena_page
+from sim_doubles.worlds.arena_page import arena_page, arena_plane
 from sim_doubles.worlds.arena_probe import ArenaProbe
 
 NEAR_M = (0.05, 0.5)
@@ -79,6 +79,11 @@ class DetectiveRig(BoardRig):
             probe.heading_rad.path: pose.heading_rad,
             probe.distance_m.path: self.arena.distance_to_target(at),
         }
+
+    @property
+    def plane(self) -> Plane:
+        """Return the arena with the robot in it, from above."""
+        return arena_plane(self.arena.parameters)
 
     def attach(self, robot: Coupled) -> None:
         """Add the arena's probe; it looks whenever the body's compass is read."""

@@ -23,6 +23,7 @@ from sim_doubles.worlds.tachobot import TachobotParameters, TachobotProbe, Tacho
 if TYPE_CHECKING:
     from firmware_boards.tachobot.tracking import TrackingController
 
+    from firmware_runtime.view.parts import Plane
     from sim_doubles.worlds.position_sensor import TruePose
 
 
@@ -59,6 +60,14 @@ class TachobotRig(BoardRig):
     def shown(self) -> OutPort[float]:
         """The yaw."""
         return self._probe.yaw_rad
+
+    @property
+    def plane(self) -> "Plane":
+        """Return the robot from above."""
+        from sim_doubles.worlds.tachobot_plane import tachobot_plane  # noqa: PLC0415 -- for pages
+
+        parameters = _parameters(self._settings)
+        return tachobot_plane(parameters.lever_arm_m, parameters.mounting)
 
     def truth(self) -> dict[str, object]:
         """The true yaw and place, as the probe sends them."""

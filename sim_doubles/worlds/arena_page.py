@@ -7,12 +7,25 @@ from typing import Final
 
 from firmware_runtime.devs.time import MILLISECOND, SECOND
 from firmware_runtime.view import parts
-from firmware_runtime.view.parts import Lane, Lanes, Level, Page, Plane, Series, Shape, Text, curve
+from firmware_runtime.view.parts import (
+    Body,
+    Bound,
+    Lane,
+    Lanes,
+    Level,
+    Page,
+    Plane,
+    Ray,
+    Series,
+    Shape,
+    Text,
+    curve,
+)
 from sim_doubles.worlds.arena import ArenaParameters, Pose
 from sim_doubles.worlds.arena_geometry import Point
 from sim_doubles.worlds.arena_log import ArenaLog, Ping, Stay
 
-__all__ = ["GOAL_M", "arena_page", "body_shapes", "standing"]
+__all__ = ["GOAL_M", "arena_page", "arena_plane"]
 
 GOAL_M: Final = (0.05, 0.5)
 """Distance from the target's surface at which a run is to end: no nearer, no farther."""
@@ -49,10 +62,61 @@ def arena_page(
     return Page(title=title, opening=[Text(text=outcome)] if outcome else [], parts=shown)
 
 
+def arena_plane(parameters: ArenaParameters) -> Plane:
+    """The arena with the vehicle, its head and what its sonars meet, as ports say."""
+    origin, reach = Pose(0.0, 0.0, 0.0), parameters.sonar_farthest_m
+    x, y = Bound("world.x_m"), Bound("world.y_m")
+    head = 0.4 * parameters.body_radius_m
+    west, east, south, north = _extent(parameters, [Pose(*parameters.start, 0.0)])
+    return Plane(
+        title="The arena from above, as it truly is; x to the east",
+        shapes=list(_standing(parameters)),
+        bodies=[
+            Body(
+                "the vehicle",
+                _body_shapes(parameters, origin),
+                x=x,
+                y=y,
+                heading_rad=Bound("world.heading_rad"),
+                rays=[
+                    Ray(
+                        (parameters.body_radius_m, 0.0),
+                        math.radians(parameters.body_half_angle_deg),
+                        reach,
+                        Bound("body_sonar.distance"),
+                        name="body sonar",
+                    )
+                ],
+                has_trail=True,
+            ),
+            Body(
+                "the radar's head, by its compass",
+                [Shape("polygon", _turned(origin, head, _NOSE), look="target")],
+                x=x,
+                y=y,
+                heading_rad=Bound(
+                    "radar_compass.heading_deg", scale=-math.pi / 180.0, offset=math.pi / 2.0
+                ),
+                rays=[
+                    Ray(
+                        (0.0, 0.0),
+                        math.radians(parameters.radar_half_angle_deg),
+                        reach,
+                        Bound("radar_sonar.distance"),
+                        name="radar",
+                    )
+                ],
+            ),
+        ],
+        across_ends=(west, east),
+        up_ends=(south, north),
+    )
+
+
 # The map ------------------------------------------------------------------------------------------
 
 
-def standing(parameters: ArenaParameters) -> Iterator[Shape]:
+def _standing(parameters: ArenaParameters) -> Iterator[Shape]:
     """Yield what stands in the arena: walls, obstacles, the target with a ring round it."""
     for x1, y1, x2, y2 in parameters.walls:
         yield Shape("line", [(x1, y1), (x2, y2)], name="an obstacle, a wall")
@@ -69,7 +133,7 @@ def standing(parameters: ArenaParameters) -> Iterator[Shape]:
     yield Shape("circle", at, radius, look="target", name="the target")
 
 
-def body_shapes(parameters: ArenaParameters, pose: Pose, look: str = "body") -> list[Shape]:
+def _body_shapes(parameters: ArenaParameters, pose: Pose, look: str = "body") -> list[Shape]:
     """The vehicle at a pose, and a mark at its front."""
     radius = parameters.body_radius_m
     name = "the vehicle, its front" if look == "body" else "where it was before"
@@ -87,10 +151,10 @@ def _map(log: ArenaLog, until: int, stays: list[Stay], colours: Mapping[str, str
         title="The arena from above, x to the east",
         shapes=[
             *_beams(log),
-            *standing(parameters),
+            *_standing(parameters),
             *_path(log, until, stays, colours),
             *_vehicles(log, stays),
-            *body_shapes(parameters, poses[-1]),
+            *_body_shapes(parameters, poses[-1]),
         ],
         across_ends=(west, east),
         up_ends=(south, north),
@@ -167,7 +231,7 @@ def _vehicles(log: ArenaLog, stays: list[Stay]) -> Iterator[Shape]:
     for pose in map(log.arena.pose, [0, *began]):
         if all(_is_elsewhere(pose, other) or _is_turned(pose, other) for other in drawn):
             drawn.append(pose)
-            yield from body_shapes(log.arena.parameters, pose, "ghost")
+            yield from _body_shapes(log.arena.parameters, pose, "ghost")
 
 
 def _turned(pose: Pose, size: float, corners: Sequence[Point]) -> list[Point]:

@@ -1,17 +1,21 @@
 """The rig: the head's chips as doubles on their bus, tied to servos, photocells and a light."""
 
 from collections.abc import Mapping
+from typing import TYPE_CHECKING
 
 from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.ports import OutPort
 from firmware_runtime.hal.budget import WireClock
 from pan_tilt.settings import PanTiltSettings, ServoTable
 from pan_tilt.wiring import PanTilt
-from pan_tilt.world import Light, Probe
+from pan_tilt.world import SQUINT_RAD, Light, Probe
 from sim_doubles.chips.ads1115 import Ads1115Double
 from sim_doubles.chips.pca9685 import Pca9685Double
 from sim_doubles.rigs.board_rig import BoardRig
 from sim_doubles.worlds.servo import ServoParameters, ServoPlant, pulse_of
+
+if TYPE_CHECKING:
+    from firmware_runtime.view.parts import Plane
 
 ON_TARGET_RAD = 0.1
 
@@ -37,6 +41,24 @@ class PanTiltRig(BoardRig):
     def shown(self) -> OutPort[float]:
         """How far beside the light the head looks."""
         return self._probe.error_rad
+
+    @property
+    def plane(self) -> "Plane":
+        """Return the head from above, with what it sees."""
+        from firmware_runtime.view.parts import Body, Bound, Plane, Ray, Shape  # noqa: PLC0415 -- for pages
+
+        head = Body(
+            "the head",
+            [
+                Shape("circle", [(0.0, 0.0)], 0.05, look="body", name="the head"),
+                Shape("polygon", [(0.05, 0.0), (0.02, 0.02), (0.02, -0.02)], look="nose"),
+            ],
+            heading_rad=Bound("world.pan_rad"),
+            rays=[Ray((0.0, 0.0), SQUINT_RAD, 0.4, name="what its photocells see")],
+        )
+        return Plane(
+            title="The head from above", bodies=[head], across_ends=(-0.4, 0.4), up_ends=(-0.4, 0.4)
+        )
 
     def truth(self) -> dict[str, object]:
         """Where the head truly looks, as the probe sends it."""
