@@ -19,8 +19,8 @@ from firmware_runtime.system.packages import module_of_extra
 from firmware_runtime.system.resources import Closing
 
 LOOPBACK: Final = "127.0.0.1"
-USUAL_PORT: Final = 8765
-"""The one that viewers try first."""
+USUAL_PORT: Final = 8766
+"""The one beside the page's."""
 ALONE: Final = "value"
 """The field of a value that has none of its own."""
 _BACKLOG: Final = 1024
@@ -30,20 +30,14 @@ _BACKLOG: Final = 1024
 class FoxgloveChannels(Closing):
     """Serves the values of these ports, by path, until it is closed; `port` 0 is any free one.
 
-    Instants are of the run; `began_ns` is its date, ns since 1970, or 0 for a run without one.
     Raises ConfigError without the extra, and where nothing can be served.
     """
 
     def __init__(
-        self,
-        board: str,
-        ports: Mapping[str, OutPort[Any]],
-        *,
-        began_ns: int = 0,
-        port: int = USUAL_PORT,
+        self, board: str, ports: Mapping[str, OutPort[Any]], port: int = USUAL_PORT
     ) -> None:
-        foxglove = module_of_extra("foxglove", "foxglove")
-        self._began_ns = began_ns
+        self._foxglove = foxglove = module_of_extra("foxglove", "foxglove")
+        self._board = board
         self._context = context = foxglove.Context()  # the server itself does not keep it
         try:
             self._server = foxglove.start_server(
@@ -57,13 +51,7 @@ class FoxgloveChannels(Closing):
             fault = f"{LOOPBACK}:{port} cannot be served ({error})"
             raise ConfigError.of_one("--foxglove", fault, expected="a free port") from error
         self._channels = {
-            path: foxglove.Channel(
-                topic_of(board, path),
-                schema=schema_of(each.type),
-                message_encoding="json",
-                context=context,
-            )
-            for path, each in ports.items()
+            path: self._channel(path, schema_of(each.type)) for path, each in ports.items()
         }
 
     @property
@@ -73,12 +61,23 @@ class FoxgloveChannels(Closing):
         return port
 
     def send(self, path: str, at_ns: int, value: object) -> None:
-        """Send a value that left a port at an instant; of a port that is not served nothing."""
+        """Send a value that a port had at a date, ns since 1970.
+
+        A port that was not named, such as one of a world, gets a channel without a schema.
+        """
         channel = self._channels.get(path)
-        if channel is not None and channel.has_sinks():
+        if channel is None:
+            channel = self._channels[path] = self._channel(path, None)
+        if channel.has_sinks():
             said = plain(value)
             message = said if isinstance(said, dict) else {ALONE: said}
-            channel.log(msgspec.json.encode(message), log_time=self._began_ns + at_ns)
+            channel.log(msgspec.json.encode(message), log_time=at_ns)
+
+    def _channel(self, path: str, schema: dict[str, Any] | None) -> Any:  # noqa: ANN401 -- an extra
+        topic = topic_of(self._board, path)
+        return self._foxglove.Channel(
+            topic, schema=schema, message_encoding="json", context=self._context
+        )
 
     def close(self) -> None:
         """Send the viewers away. Again does nothing."""

@@ -6,9 +6,9 @@ model is in. Where the run cannot be run again here (other code, a state that ca
 values are those that it recorded, there are no states, and `remark` says why.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
-from typing import Final
+from typing import Final, TypeAlias
 
 from firmware_runtime.board.registry import Board
 from firmware_runtime.devs.time import SECOND
@@ -36,15 +36,21 @@ BEFORE: Final = 6_000
 _STEPS_AT_ONCE: Final = 2_000
 """Steps between two looks at the clock of whoever asks."""
 
+Listener: TypeAlias = Callable[[int, str, object], None]
+
 
 class Observed(Closing):
     """What the recording at `path` shows, as far as it has been read. Raises ConfigError.
 
-    `is_whole` runs all of it again, not just the last few thousand steps.
+    `is_whole` runs all of it again, not just the last few thousand steps. `listeners` are called
+    with each value: instant, port, value.
     """
 
-    def __init__(self, path: Path, *, is_whole: bool = False) -> None:
+    def __init__(
+        self, path: Path, *, is_whole: bool = False, listeners: Sequence[Listener] = ()
+    ) -> None:
         self._follower = Follower(path)
+        self._listeners = listeners
         self.header = self._follower.header
         self.board: Board = board_of(self.header)
         self.model = model_of(self.header, self.board)
@@ -161,6 +167,8 @@ class Observed(Closing):
     def note(self, at: int, port: str, value: object) -> None:
         """Note a value in JSON's types that a port had at an instant, ns."""
         self.values[port] = value
+        for listener in self._listeners:
+            listener(at, port, value)
         at_s = at / SECOND
         for leaf, cell in cells_of(value, port):
             if isinstance(cell, int | float):  # a truth value is 0 or 1

@@ -11,7 +11,7 @@ from firmware_runtime.board.rigs import has_rig, rig_for
 from firmware_runtime.devs.component import below_root
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.executive.clocks import WorldClock
-from firmware_runtime.live.observed import Observed
+from firmware_runtime.live.observed import Listener, Observed
 from firmware_runtime.live.run_state import IN_THE_RUN, RunState, run_state, statistics_at
 from firmware_runtime.live.truth import Truth
 from firmware_runtime.statistics.paths import Companion
@@ -28,12 +28,14 @@ _NICE: Final = 5
 class Source(Closing):
     """A recording, and the statistics of its run where they are kept beside it.
 
-    `is_live` follows a run; else all of the recording is read once. Raises ConfigError.
+    `is_live` follows a run; else all of the recording is read once. `listeners` are called with
+    each value that is observed: instant, ns, port, value. Raises ConfigError.
     """
 
     def __init__(self, recording: Path, statistics: Path | None, *, is_live: bool) -> None:
         self.recording, self.statistics_path, self.is_live = recording, statistics, is_live
-        self.observed = Observed(recording, is_whole=not is_live)
+        self.listeners: list[Listener] = []
+        self.observed = Observed(recording, is_whole=not is_live, listeners=self.listeners)
         self._truth = Truth()
         self.statistics: Statistics | None = None
         self.state: RunState | None = None
@@ -53,7 +55,7 @@ class Source(Closing):
         if not self.is_live or not self.observed.is_replaced:
             return False
         try:
-            observed = Observed(self.recording)
+            observed = Observed(self.recording, listeners=self.listeners)
         except ConfigError:  # its recording is being made
             return False
         self.observed.close()

@@ -5,6 +5,7 @@ import subprocess
 import sys
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -15,10 +16,12 @@ from firmware_runtime.live.breaking import WORLD, breaks, clear, strike
 from firmware_runtime.live.run_process import kill
 from firmware_runtime.statistics.reader import read_statistics
 from tests.support.command import started
+from tests.support.foxglove_viewer import viewed, viewer_of
 from tests.support.served_page import served_page
 from tests.support.waiting import PATIENCE_S, wait_until
 
-ROOT = Path(__file__).parents[2]
+BEGAN = 1_700_000_000_000_000_000
+"""A date before any run, ns."""
 pytestmark = [pytest.mark.slow, pytest.mark.real_time]
 
 
@@ -112,6 +115,26 @@ def test_a_page_breaks_clears_stalls_and_kills(run: Path) -> None:
         assert page.ask("/api/stall", b'{"for_s": 5}').status == 409
         assert page.ask("/api/kill", b"{}").status == 200
         wait_until(lambda: page.said("/api/state")["state"] == "died", "the page says so")
+
+
+def test_values_of_the_run_go_to_other_viewers(run: Path) -> None:
+    words = ("view", "--statistics", run, "--port", 0, "--no-browser", "--foxglove", 0)
+    process = started(*words)
+    try:
+        assert process.stdout is not None
+        address = process.stdout.readline().split()[-1]
+        at, value = viewed(_first_sample(address))
+    finally:
+        process.terminate()
+        process.communicate(timeout=PATIENCE_S)
+    assert {"acceleration", "rate"} <= value.keys()
+    assert at > BEGAN
+
+
+async def _first_sample(address: str) -> tuple[int, Any]:
+    async with viewer_of(address) as viewer:
+        await viewer.subscribe("/tachobot/ports/imu/sample")
+        return await viewer.value()
 
 
 def test_a_killed_run_has_died(run: Path) -> None:

@@ -3,26 +3,26 @@
 import asyncio
 import json
 import socket
-import struct
 import sys
-from collections.abc import Coroutine, Mapping
-from typing import Any, NamedTuple, TypeVar
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, NamedTuple
 
 import pytest
-from aiohttp import ClientSession, ClientWebSocketResponse, WSMsgType
 
 from firmware_runtime.board import registry
+from firmware_runtime.devs.time import SECOND
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.live.foxglove import LOOPBACK, FoxgloveChannels, schema_of, topic_of
+from firmware_runtime.live.observed import Observed
 from firmware_runtime.models.motion import Applied, Motion
 from firmware_runtime.recording.exports.typed_values import Port, ports_of
-from tests.support.waiting import PATIENCE_S
+from tests.support.command import Command
+from tests.support.foxglove_viewer import viewed, viewer_of
+from tests.support.recorded import record
 
 COMMAND, YAW = "controller.yaw.command_n", "controller.attitude.yaw"
 BEGAN = 1_700_000_000_000_000_000
-_MESSAGE = struct.Struct("<BIQ")
-"""Opcode, subscription and time of a message. Source: ws-protocol, Message Data."""
-T = TypeVar("T")
 
 
 @pytest.fixture(scope="module")
@@ -30,66 +30,24 @@ def ports() -> Mapping[str, Port]:
     return ports_of(registry.load("tachobot").unconnected().model)
 
 
-class Viewer:
-    """A viewer of a server, which says first what it is and which channels it has."""
-
-    def __init__(self, socket: ClientWebSocketResponse) -> None:
-        self._socket = socket
-
-    async def said(self, op: str) -> dict[str, Any]:
-        """What the server says next of a kind, in JSON."""
-        while True:
-            message = await self._socket.receive()
-            assert message.type in {WSMsgType.TEXT, WSMsgType.BINARY}
-            if message.type is WSMsgType.TEXT and json.loads(message.data)["op"] == op:
-                return dict(json.loads(message.data))
-
-    async def subscribe(self, channel: int) -> None:
-        asked = {"op": "subscribe", "subscriptions": [{"id": 7, "channelId": channel}]}
-        await self._socket.send_json(asked)
-
-    async def value(self) -> tuple[int, Any]:
-        """Date and value of the next message."""
-        while True:
-            message = await self._socket.receive()
-            assert message.type in {WSMsgType.TEXT, WSMsgType.BINARY}
-            if message.type is WSMsgType.BINARY:
-                op, subscription, at = _MESSAGE.unpack_from(message.data)
-                assert (op, subscription) == (1, 7)
-                return at, json.loads(message.data[_MESSAGE.size :])
-
-
-def viewed(coroutine: Coroutine[Any, Any, T]) -> T:
-    return asyncio.run(asyncio.wait_for(coroutine, PATIENCE_S))
-
-
 async def first_value(
     served: FoxgloveChannels, path: str, value: object, topic: str
 ) -> tuple[dict[str, Any], dict[str, Any], tuple[int, Any]]:
     """What the server says of itself, of a topic, and what a viewer of it gets of a value."""
-    url = f"ws://{LOOPBACK}:{served.port}"
-    async with (
-        ClientSession() as session,
-        session.ws_connect(url, protocols=("foxglove.sdk.v1",)) as socket,
-    ):
-        viewer = Viewer(socket)
+    async with viewer_of(f"ws://{LOOPBACK}:{served.port}") as viewer:
         info = await viewer.said("serverInfo")
-        channels: dict[str, Any] = {}
-        while topic not in channels:
-            advertised = await viewer.said("advertise")
-            channels |= {each["topic"]: each for each in advertised["channels"]}
-        await viewer.subscribe(channels[topic]["id"])
+        channel = await viewer.subscribe(topic)
         got = asyncio.ensure_future(viewer.value())
-        at = 0
+        at = BEGAN
         while not got.done():  # until it has subscribed
             served.send(path, at := at + 1, value)
             await asyncio.wait([got], timeout=0.01)
-        return info, channels[topic], got.result()
+        return info, channel, got.result()
 
 
 @pytest.mark.slow
 def test_a_viewer_gets_channels_schemas_and_values(ports: Mapping[str, Port]) -> None:
-    with FoxgloveChannels("tachobot", ports, began_ns=BEGAN, port=0) as served:
+    with FoxgloveChannels("tachobot", ports, port=0) as served:
         topic = topic_of("tachobot", COMMAND)
         assert topic == "/tachobot/ports/controller/yaw/command_n"
         info, channel, (at, value) = viewed(first_value(served, COMMAND, 0.25, topic))
@@ -110,11 +68,39 @@ def test_a_record_has_its_fields(ports: Mapping[str, Port]) -> None:
     assert channel["schemaName"] == "Motion"
 
 
-def test_what_nobody_looks_at_and_what_is_unknown_costs_nothing(ports: Mapping[str, Port]) -> None:
+@pytest.mark.slow
+def test_a_port_of_the_world_has_any_value(ports: Mapping[str, Port]) -> None:
+    with FoxgloveChannels("tachobot", ports, port=0) as served:
+        served.send("world.yaw_rad", 1, 0.25)
+        topic = topic_of("tachobot", "world.yaw_rad")
+        _, channel, (_, value) = viewed(first_value(served, "world.yaw_rad", 0.5, topic))
+    assert value == {"value": 0.5}
+    assert channel["schema"] == ""
+
+
+def test_what_nobody_looks_at_is_not_sent(ports: Mapping[str, Port]) -> None:
     with FoxgloveChannels("tachobot", ports, port=0) as served:
         served.send(COMMAND, 1, 0.25)
-        served.send("no.such.port", 1, 0.25)
         served.close()  # again does nothing
+
+
+@pytest.mark.slow
+def test_all_that_is_observed_is_handed_on_with_its_instant(tmp_path: Path) -> None:
+    path = record(tmp_path / "x.recording", "tachobot", 1.0)
+    seen: list[tuple[int, str, object]] = []
+    with Observed(path, listeners=[lambda *each: seen.append(each)]) as observed:
+        observed.poll()
+        last = {port: value for _, port, value in seen}
+        assert last == observed.values
+    ats = [at for at, _, _ in seen]
+    assert ats == sorted(ats)
+    assert (SECOND, COMMAND) in {(at, port) for at, port, _ in seen}
+
+
+@pytest.mark.slow
+def test_a_recording_is_served_to_no_viewer(tmp_path: Path, command: Command) -> None:
+    path = record(tmp_path / "x.recording", "tachobot", 0.1)
+    assert "this is a recording" in command.refused("view", path, "--foxglove")
 
 
 class Odd(NamedTuple):

@@ -5,6 +5,7 @@ import asyncio
 import os
 import sys
 import webbrowser
+from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -43,6 +44,15 @@ def add_to(verbs: SubParsers) -> None:
     verb.add_argument(
         "--socket", metavar="PATH", help="listen on a Unix socket here, in place of a port"
     )
+    verb.add_argument(
+        "--foxglove",
+        type=_port,
+        nargs="?",
+        const=8766,
+        metavar="N",
+        help="serve the values of a run under way to viewers such as Foxglove, on loopback; "
+        "default 8766",
+    )
     verb.add_argument("--no-browser", action="store_true", help="do not open a browser")
     verb.add_argument(
         "--token-file", type=Path, metavar="FILE", help="who asks needs this key (`new key FILE`)"
@@ -61,7 +71,7 @@ def execute(arguments: argparse.Namespace) -> int:
     from firmware_runtime.live.server import PageServer, serve_until_signal  # noqa: PLC0415
     from firmware_runtime.live.source import give_way_to  # noqa: PLC0415
 
-    with source:
+    with source, _channels(source, arguments.foxglove):
         give_way_to(source.look().pid if source.is_live else None)
         entrance = Entrance(arguments.address, arguments.port, arguments.token_file)
         server = PageServer(source, entrance, Actions(source, may_arm=arguments.allow_arm))
@@ -85,6 +95,26 @@ def execute(arguments: argparse.Namespace) -> int:
                 where, fault, expected="a free --port, or 0 for any"
             ) from error
     return Status.OK
+
+
+def _channels(source: "Source", port: int | None) -> AbstractContextManager[object]:
+    """Serve what is observed to viewers, at a port; None: to none. Raises ConfigError."""
+    if port is None:
+        return nullcontext()
+    if not source.is_live:
+        expected = "a run under way, or `export RUN -o FILE.mcap`"
+        raise ConfigError.of_one("--foxglove", "this is a recording", expected=expected)
+    from firmware_runtime.live.foxglove import LOOPBACK, FoxgloveChannels  # noqa: PLC0415 -- an extra
+
+    channels = FoxgloveChannels(source.board.name, source.observed.ports, port)
+
+    def send(at: int, path: str, value: object) -> None:
+        began = source.observed.header.began
+        channels.send(path, at + (0 if began is None else began[1]), value)
+
+    source.listeners.append(send)
+    print(f"foxglove: ws://{LOOPBACK}:{channels.port}", flush=True)
+    return channels
 
 
 def _source(arguments: argparse.Namespace) -> "Source":
