@@ -40,7 +40,7 @@ GROUPS: Final[Mapping[str, Mapping[str, Verb]]] = {
         "safe-state": Verb("safe_state", "Switch every output of a board full-off."),
     },
     "see": {
-        "play": Verb("play", "Start a robot on doubles, its guard and its page."),
+        "play": Verb("play", "Start a robot on doubles, its guard and page."),
         "view": Verb("view", "Open a page on a run, live or recorded."),
         "stats": Verb("stats", "Show a run's statistics, or serve them."),
         "top": Verb("top", "Show a run's timing live in the terminal."),

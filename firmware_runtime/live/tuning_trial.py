@@ -5,7 +5,8 @@ from pathlib import Path
 from typing import Any, Final
 
 from firmware_runtime.board import registry
-from firmware_runtime.board.board_file import Value, as_toml, changed
+from firmware_runtime.board.board_file import Value, as_toml
+from firmware_runtime.board.board_file import changed as text_with
 from firmware_runtime.board.installed import shipped_file
 from firmware_runtime.board.local_settings import settings_in_force
 from firmware_runtime.board.registry import Board
@@ -13,25 +14,18 @@ from firmware_runtime.board.retuning import retunable_values, settings_with
 from firmware_runtime.board.setting_descriptions import described
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.errors import ConfigError, did_you_mean
-from firmware_runtime.live.trace import thinned
 from firmware_runtime.recording.blackbox.listing import span_of
 from firmware_runtime.recording.blackbox.reader import read_recording
 from firmware_runtime.recording.board_of_recording import settings_said
-from firmware_runtime.recording.replay.outputs import OutputDifference
-from firmware_runtime.recording.what_if.what_if import Question, WhatIf, answer
-from firmware_runtime.recording.what_if.what_if_report import SHOWN, number
+from firmware_runtime.recording.what_if.what_if import Question, answer
+from firmware_runtime.recording.what_if.what_if_report import what_if_page
 from firmware_runtime.statistics.units import unit_of
 from firmware_runtime.system.atomic_file import read_text
-from firmware_runtime.view.parts import Curve, Part, Points, Series, Table, Text
+from firmware_runtime.view.parts import Part, Text
 
-OPEN_LOOP: Final = (
-    "Open loop: what entered is what was recorded, so the effect that the new values would have "
-    "had on the robot is not in it."
-)
 LAST_S: Final = 60.0
 """Time of the run, up to its end, that is tried on."""
 _PLOTS: Final = 4
-_POINTS: Final = 2000
 
 
 def sliders(board: Board, values: Mapping[str, object]) -> list[dict[str, Any]]:
@@ -69,7 +63,10 @@ def trial(recording: Path, changes: Mapping[str, object], last_s: float = LAST_S
         plots=_PLOTS,
     )
     found = answer(question)
-    return [*_words(found), *(_plot(found, name) for name in found.curves), *_tables(found)]
+    changed = settings_said(found.settings_changed)
+    page = what_if_page(found, changed)
+    said = Text(text=f"With {changed}, in {found.duration_s:.3f} s of the run.")
+    return [said, *page.opening, *page.parts]
 
 
 def board_file(board: Board, values: Mapping[str, object], source: Path | None = None) -> str:
@@ -88,7 +85,7 @@ def board_file(board: Board, values: Mapping[str, object], source: Path | None =
     in_file = retunable_values(stated, board.retunable)
     checked_values = {key: checked(key, value) for key, value in values.items()}
     differing = {key: value for key, value in checked_values.items() if in_file.get(key) != value}
-    return changed(read_text(path), differing)
+    return text_with(read_text(path), differing)
 
 
 def checked(key: str, value: object) -> Value:
@@ -103,50 +100,3 @@ def _file_of(board: Board, source: Path | None) -> Path:
     if source is not None and source.suffix == ".toml" and source.is_file():
         return source
     return settings_in_force(board.name) or shipped_file(board.kind)
-
-
-# What a trial has found --------------------------------------------------------------------------
-
-
-def _words(found: WhatIf) -> list[Part]:
-    parts: list[Part] = [
-        Text(text=f"With {settings_said(found.settings_changed)}, in {found.duration_s:.3f} s."),
-        Text(text=OPEN_LOOP, look="quiet"),
-    ]
-    if found.failure is not None:
-        parts.append(Text(text=f"With these values it failed: {found.failure}", look="warning"))
-    if not found.outputs and not found.structure:
-        same = f"No output would have been another, of {found.events} values."
-        parts.append(Text(text=same))
-    said = [*found.faults, *([] if found.began_earlier is None else [found.began_earlier])]
-    return [*parts, *(Text(text=each, look="quiet") for each in said)]
-
-
-def _plot(found: WhatIf, name: str) -> Series:
-    curves = found.curves[name]
-    drawn = [_curve("recorded", curves.recorded), _curve("with these values", curves.replayed)]
-    return Series(title=name, across="s", up=name, curves=drawn, is_nested=True)
-
-
-def _curve(name: str, points: Points) -> Curve:
-    times, values = thinned([at for at, _ in points], [value for _, value in points], _POINTS)
-    return Curve(name, times, values)
-
-
-def _tables(found: WhatIf) -> list[Part]:
-    head = ("output", "differ", "of", "max", "rms", "first, s")
-    rows = [_row(*each) for each in list(found.outputs.items())[:SHOWN]]
-    parts: list[Part] = []
-    if rows:
-        title = f"Outputs that differ most, of {len(found.outputs)}"
-        parts.append(Table(title=title, head=head, rows=rows))
-    if found.structure:
-        counts = [(what, str(count)) for what, count in found.structure.items()]
-        parts.append(Table(title="Not a matter of values", head=("what", "count"), rows=counts))
-    return parts
-
-
-def _row(name: str, found: OutputDifference) -> list[str]:
-    first = "-" if found.first_s is None else f"{found.first_s:.3f}"
-    counts = (found.count + found.recorded_only + found.replayed_only, found.of)
-    return [name, *map(str, counts), number(found.max), number(found.rms), first]

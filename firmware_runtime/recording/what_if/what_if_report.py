@@ -69,15 +69,26 @@ def what_if_page(found: WhatIf, changed: str) -> Page:
         said = f"No number differs. {said}"
     return Page(
         title=f"{found.run}: {changed}",
-        opening=[Text(text=said, look="quiet")],
+        opening=[Text(text=said, look="quiet"), *_doubts(found)],
         parts=list(_sections(found)),
     )
 
 
+def _doubts(found: WhatIf) -> Iterator[Text]:
+    """Sentences of what is missing, and of a failure."""
+    if found.failure is not None:
+        yield Text(text=f"The changed code failed: {found.failure}", look="warning")
+    yield from (Text(text=f"Not whole: {each}", look="warning") for each in found.faults)
+    if found.began_earlier is not None:
+        yield Text(text=found.began_earlier, look="quiet")
+
+
 def _sections(found: WhatIf) -> Iterator[Section]:
-    yield section("Outputs that differ most", *(_plot(found, name) for name in found.curves))
-    rows = [_row(*each) for each in found.outputs.items()]
-    yield section("All that differ", table("Differences", _HEADS, rows))
+    if found.curves:
+        yield section("Outputs that differ most", *(_plot(found, name) for name in found.curves))
+    if found.outputs:
+        rows = [_row(*each) for each in found.outputs.items()]
+        yield section("All that differ", table("Differences", _HEADS, rows))
     if found.structure:
         counts = [(what, str(count)) for what, count in found.structure.items()]
         yield section("Not a matter of values", table("Counted", ("what", "count"), counts))
