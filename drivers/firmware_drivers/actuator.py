@@ -19,6 +19,7 @@ from firmware_drivers.chips.step import Step
 from firmware_drivers.hardware import HardwareModel
 from firmware_runtime.devs.ports import InPort, Takes
 from firmware_runtime.devs.time import MILLISECOND, SECOND
+from firmware_runtime.errors import FirmwareRuntimeError
 from firmware_runtime.hal.budget import Line
 from firmware_runtime.hal.interlock import POLL_PERIOD, Interlock, always_enabled
 from firmware_runtime.hal.wire_errors import HalError, NotReady
@@ -43,6 +44,7 @@ class Actuator(HardwareModel):
         disabled by the interlock --> disabled (POLL_PERIOD) --> the same, or resumed
         none --> the subclass's own, by `settle`
     hold_applying --> applying (0), if what is applied has changed --applied!--> that phase
+    report_refused --> applying (0) --fault!--> the phase that it was in, for what was left of it
     """
 
     drives = True
@@ -71,7 +73,10 @@ class Actuator(HardwareModel):
         self._is_disabled = False
 
     def in_port(self, name: str, type_: type[T], *, takes: Takes = "any") -> InPort[T]:
-        """Declare an input port: a command that is no number arrives, for it stops an actuator."""
+        """Declare an input port: a command that is no number arrives, for it stops an actuator.
+
+        The subclass reports it as a fault, also while outputs are disabled: see `report_refused`.
+        """
         return super().in_port(name, type_, takes=takes)
 
     # What a subclass knows ------------------------------------------------------------------------
@@ -189,6 +194,14 @@ class Actuator(HardwareModel):
         """Stop because the interlock says so, then wait for it in `disabled`."""
         self._is_disabled = True
         self.stop()
+
+    def report_refused(self, error: FirmwareRuntimeError, elapsed: int) -> None:
+        """Report a command that is none where there is nothing to stop, and go on as it was."""
+        self.note(error)
+        self.continue_(elapsed)
+        if self.phase != "applying":
+            self._held = self.phase, self.sigma
+        self.activate("applying")
 
     def hold_disabled(self) -> None:
         """Wait, stopped as it is, and check the interlock again after POLL_PERIOD."""

@@ -109,6 +109,8 @@ class Esc(Actuator):
             self.settle()
         elif self.throttle and self.phase == "armed" and self.interlock():
             self._obey(self.throttle[-1])
+        elif self.throttle and not math.isfinite(self.throttle[-1]):
+            self.report_refused(self._no_number(self.throttle[-1]), elapsed)
         else:
             self.continue_(elapsed)
 
@@ -154,6 +156,9 @@ class Esc(Actuator):
 
     # ---------------------------------------------------------------------------------------------
 
+    def _no_number(self, throttle: float) -> HalError:
+        return HalError(f"throttle {throttle}", where=self.path, expected="a number from 0 to 1")
+
     def _begin_arming(self) -> None:
         try:
             self.chip.poll()
@@ -170,9 +175,7 @@ class Esc(Actuator):
 
     def _obey(self, throttle: float) -> None:
         if not math.isfinite(throttle):
-            self.fail(
-                HalError(f"throttle {throttle}", where=self.path, expected="a number from 0 to 1")
-            )
+            self.fail(self._no_number(throttle))
             return
         self._since_throttle = 0
         within = max(0.0, min(1.0, throttle))

@@ -39,7 +39,8 @@ class Motors(Actuator):
     The other phases are those of `Actuator`. A refusal forgets the command, and so do
     FAULTS_BEFORE_FORGETTING faults in a row. Once a command has failed, faults are in a row until
     the chip has taken two commands one after the other. A command that comes while the chip is not
-    up, not stopped yet, or while the interlock disables outputs, is kept.
+    up, not stopped yet, or while the interlock disables outputs, is kept; one that is none is
+    reported meanwhile.
     """
 
     def __init__(  # noqa: PLR0913 -- chip and line, then how it is driven
@@ -107,6 +108,10 @@ class Motors(Actuator):
         self._is_repeated = False
         if self.phase in {"still", "driving"}:
             self.activate("obeying")
+        elif self.phase == "disabled" and self._refusal is not None:
+            self.report_refused(self._refusal, elapsed)
+            self._refusal = None
+            self.forget_command()
         else:
             self.continue_(elapsed)
 
@@ -122,6 +127,8 @@ class Motors(Actuator):
     def drive_on(self) -> None:
         """Write what is due: a new command or the same again; with outputs disabled, a stop."""
         if not self.interlock():
+            if self._refusal is not None:
+                self._forget(self._refusal)
             self._has_command = True
             self.disable()
         elif self.phase == "driving":
@@ -188,10 +195,14 @@ class Motors(Actuator):
         self.activate("reporting")
 
     def _refuse(self, error: HalError) -> None:
+        self._forget(error)
+        self.stop()
+
+    def _forget(self, error: HalError) -> None:
+        """Forget the command, and note why."""
         self.note(error)
         self._refusal = None
         self.forget_command()
-        self.stop()
 
     def _until_due(self) -> int:
         """Ns until a write, the end of the command's time, or a poll of the interlock is due."""

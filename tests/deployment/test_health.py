@@ -10,7 +10,7 @@ from msgspec.structs import replace
 
 from firmware_runtime.cli.main import main
 from firmware_runtime.errors import Status
-from firmware_runtime.host.installation.health import complaints, not_compared
+from firmware_runtime.host.installation.health import PARTS, Trial, complaints, not_compared
 from firmware_runtime.statistics.figures import FaultFigures, Figures, figures_of
 
 REAL = Path(__file__).parents[1] / "statistics" / "golden" / "real.json"
@@ -59,7 +59,7 @@ def cases(healthy: Figures) -> dict[str, Case]:
 
 def test_what_is_worse_than_before_is_said(healthy: Figures) -> None:
     for name, case in cases(healthy).items():
-        said = list(complaints(replace(healthy, **case.changed), healthy))
+        said = list(complaints(Trial(replace(healthy, **case.changed)), healthy))
         assert len(said) == bool(case.said), name
         assert all(case.said in each for each in said), name
 
@@ -67,14 +67,67 @@ def test_what_is_worse_than_before_is_said(healthy: Figures) -> None:
 def test_a_kind_of_fault_counts_by_how_often_it_came_before(healthy: Figures) -> None:
     usual = healthy.models["imu"].run // 2
     before = replace(healthy, faults=faults(usual))
-    assert list(complaints(replace(healthy, faults=faults(usual + 3)), before)) == []
+    assert list(complaints(Trial(replace(healthy, faults=faults(usual + 3))), before)) == []
     seldom = replace(healthy, faults=faults(1))
-    assert len(list(complaints(before, seldom))) == 1
+    assert len(list(complaints(Trial(before), seldom))) == 1
 
 
-def test_a_model_that_does_not_run_any_more_is_said(healthy: Figures) -> None:
-    idle = {**healthy.models, "imu": replace(healthy.models["imu"], run=0)}
-    assert [each[:4] for each in complaints(replace(healthy, models=idle), healthy)] == ["imu:"]
+def test_a_fault_of_a_model_that_answers_inputs_counts_by_its_answers(healthy: Figures) -> None:
+    attitude = healthy.models["controller.attitude"]
+    assert attitude.run == 0
+    for count, is_said in ((attitude.reactions // 25, False), (attitude.reactions // 15, True)):
+        missed = {"NotFinite": FaultFigures(count, 0.1, 0.2, "a rate of nan")}
+        figures = replace(healthy, faults={"controller.attitude": missed})
+        assert bool(list(complaints(Trial(figures), healthy))) == is_said
+
+
+def with_imu(figures: Figures, share: float, period_us: float = 10_000.0) -> Figures:
+    """Figures in which the sensor, of this period, ran a share of its times."""
+    imu = figures.models["imu"]
+    few = replace(imu, run=int(share * imu.run), period_us=period_us)
+    return replace(figures, models={**figures.models, "imu": few})
+
+
+def test_a_model_that_runs_less_than_half_as_often_is_said_with_both_rates(
+    healthy: Figures,
+) -> None:
+    def said(share: float) -> list[str]:
+        return list(complaints(Trial(with_imu(healthy, share)), healthy))
+
+    assert said(0.0) == ["imu ran 0 times a second, 100 before"]
+    assert said(0.25) == ["imu ran 25 times a second, 100 before"]
+    assert said(0.45) != []
+    assert said(0.55) == []
+
+
+def test_a_model_that_stops_in_the_middle_is_said(healthy: Figures) -> None:
+    parts = [healthy] * PARTS
+    for part in range(PARTS):
+        stops = Trial(healthy, (*parts[:part], with_imu(healthy, 0.0), *parts[part + 1 :]))
+        assert list(complaints(stops, healthy)) == ["imu ran 0 times a second, 100 before"]
+    assert list(complaints(Trial(healthy, tuple(parts)), healthy)) == []
+
+
+def test_a_model_that_was_not_there_before_runs_by_its_period(healthy: Figures) -> None:
+    others = {path: model for path, model in healthy.models.items() if path != "imu"}
+    without = replace(healthy, models=others)
+    for before in (without, None):
+        few = list(complaints(Trial(with_imu(healthy, 0.1)), before))
+        assert few == ["imu ran 10 times a second, 100 by its period"]
+        assert list(complaints(Trial(healthy), before)) == []
+
+
+def test_a_period_that_was_made_longer_is_kept(healthy: Figures) -> None:
+    slower = with_imu(healthy, 0.2, period_us=50_000.0)
+    assert list(complaints(Trial(slower), healthy)) == []
+    few = list(complaints(Trial(with_imu(healthy, 0.05, period_us=50_000.0)), healthy))
+    assert few == ["imu ran 5 times a second, 20 by its period"]
+
+
+def test_a_model_that_runs_by_events_may_rest(healthy: Figures) -> None:
+    idle = replace(healthy.models["thrust_pairs"], run=0, reactions=0)
+    resting = replace(healthy, models={**healthy.models, "thrust_pairs": idle})
+    assert list(complaints(Trial(resting), healthy)) == []
 
 
 def test_on_another_computer_timing_is_not_compared(healthy: Figures) -> None:
@@ -82,9 +135,9 @@ def test_on_another_computer_timing_is_not_compared(healthy: Figures) -> None:
     moved = replace(conditions, stated={**conditions.stated, "machine": "aarch64"})
     before = replace(healthy, conditions=moved)
     slower = replace(healthy, **step(healthy, 10.0, 3000.0))
-    assert list(complaints(slower, before)) == []
+    assert list(complaints(Trial(slower), before)) == []
     assert "machine" in (not_compared(slower, before) or "")
-    assert list(complaints(slower, None)) == []
+    assert list(complaints(Trial(slower), None)) == []
 
 
 def test_a_robot_that_does_not_run_is_not_healthy(

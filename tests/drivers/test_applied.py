@@ -47,6 +47,7 @@ BENCHES: Mapping[str, Callable[[], Pca9685Bench]] = {
 WEAK, NONE, ALL, FAR = (f"forces=({f1},0,0.2,0)" for f1 in (0.1, 0.0, 0.4, 0.5))
 MANY = "; ".join(f"{at_ms} {WEAK}" for at_ms in range(100, 200, 10))
 DRIVING = "50 right=1 left=1"
+NAN = "; ".join(f"{at_ms} speeds=(nan,0.5)" for at_ms in range(41, 60))
 
 
 @sentences(
@@ -97,6 +98,21 @@ DRIVING = "50 right=1 left=1"
         "moving treads are stopped and go on once enabled": (
             f"treads: {DRIVING}; 60; switch; 300; switch; 330; driven is (0.5/0.5) stop (0.5/0.5)"
         ),
+        "a command that is none is reported while disabled and forgets the one before": (
+            f"treads: switch; {DRIVING}; 60 speeds=(nan,0.5); consecutive is 1; 70 left=3; "
+            "consecutive is 1 2; phase is disabled; switch; 130; driven is stop (0.0/0.0); "
+            "200 left=1; driven is stop (0.0/0.0) (0.5/0.0)"
+        ),
+        "the first command that is none is reported although disabled": (
+            "treads: switch; 50 speeds=(nan,nan); consecutive is 1; driven is stop"
+        ),
+        "a command after one that was none is kept until enabled": (
+            f"treads: switch; 30 speeds=(nan,0.5); {DRIVING}; switch; 130; consecutive is 1; "
+            "driven is stop (0.5/0.5)"
+        ),
+        "commands that are none put off no look at the interlock": (
+            f"treads: switch; 40 left=1; {NAN}; switch; 61; driven is stop (0.0/0.0)"
+        ),
         "part on their way and at a limit and nothing when limp": (
             "servos: 100 pan=0.0; 110 pan=0.1; 310 pan=1.5; 2010 release=True; "
             "applied is NOTHING ALL PART ALL PART NOTHING"
@@ -104,6 +120,10 @@ DRIVING = "50 right=1 left=1"
         "all once armed and part of a throttle beyond 1": (
             "esc: 100 arm=True; 3500 throttle=1.5; 3600 throttle=0.5; 3700 arm=False; "
             "applied is NOTHING ALL PART ALL NOTHING; applied_at is 0 3100 3500 3600 3700"
+        ),
+        "an esc that is disabled or off reports a throttle that is no number": (
+            "esc: 900 throttle=nan; consecutive is 1; switch; 1000 arm=True; 1100 throttle=inf; "
+            "consecutive is 1 2; phase is disabled; 1110; switch; 9000; armed is 4120"
         ),
         "an esc is armed again once outputs are enabled again": (
             "esc: switch; 1000 arm=True; 5000; armed is (); phase is disabled; switch; 9000; "

@@ -2,15 +2,18 @@
 
 Each device-free atomic model of each robot is run twice on the same random values: with NaN and
 infinities strewn in, and without them. All that leaves it, and its state at the end, are the same.
+An actuator, which such a command stops, says so itself, also while its outputs are disabled.
 """
 
 import math
+from contextlib import closing
 from enum import Enum
 from functools import partial
 from random import Random
 from typing import Any, get_args, get_type_hints
 
 import pytest
+from firmware_drivers.actuator import Actuator
 from firmware_drivers.hardware import HardwareModel
 
 from firmware_runtime.board import registry
@@ -25,6 +28,7 @@ from firmware_runtime.devs.time import MILLISECOND, SECOND
 from firmware_runtime.executive.clocks import VirtualClock
 from firmware_runtime.models.motion import Motion
 from firmware_runtime.models.pid import Pid, PidGains
+from firmware_runtime.runs.session import Session
 from firmware_runtime.runs.start import start_session
 
 ROBOTS = {
@@ -42,15 +46,19 @@ VALUES = 60
 
 def device_free(board: str, overrides: list[str]) -> list[Atomic]:
     """The atomic models of a robot on doubles that know no chip and take numbers."""
-    session = start_session(
+    with closing(session_of(board, overrides)) as session:
+        return [
+            each
+            for each in session.executive.simulator.atomics
+            if not isinstance(each, HardwareModel) and any(map(check_of, each.in_ports.values()))
+        ]
+
+
+def session_of(board: str, overrides: list[str]) -> Session:
+    """A robot on doubles, in virtual time."""
+    return start_session(
         registry.load(board, overrides), VirtualClock(), doubles=True, statistics_path=None
     )
-    session.close()
-    return [
-        each
-        for each in session.executive.simulator.atomics
-        if not isinstance(each, HardwareModel) and any(map(check_of, each.in_ports.values()))
-    ]
 
 
 def value_of(kind: Any, random: Random, bad: float | None = None) -> Any:  # noqa: ANN401 -- of any port
@@ -132,6 +140,12 @@ def alone(atomic: Atomic, kind: type[Engine] = Simulator) -> Engine:
     return kind(atomic)
 
 
+def of_floats(port: InPort[Any]) -> bool:
+    """Whether its values are numbers with a fraction, or records of these."""
+    is_record = issubclass(port.type, tuple)
+    return port.type is float or (is_record and float in get_type_hints(port.type).values())
+
+
 class Spoiling:
     """A hook of the loop: from a second on, the estimate of an attitude is no number."""
 
@@ -161,6 +175,33 @@ def test_no_model_of_a_robot_keeps_a_trace_of_a_number_that_is_not_finite(robot:
 
 
 @pytest.mark.parametrize("kind", [Simulator, ClassicSimulator])
+@pytest.mark.parametrize("robot", ROBOTS)
+def test_an_actuator_whose_outputs_are_disabled_reports_a_command_that_is_no_number(
+    robot: str, kind: type[Engine]
+) -> None:
+    with closing(session_of(*ROBOTS[robot])) as session:
+        found = [each for each in session.executive.simulator.atomics if isinstance(each, Actuator)]
+        assert sum(len(refused(actuator, kind)) for actuator in found) > 0
+
+
+def refused(actuator: Actuator, kind: type[Engine]) -> list[str]:
+    """Send an actuator whose outputs are disabled good and bad numbers; return its faults."""
+    actuator.interlock = lambda: False
+    engine, said, every = alone(actuator, kind), list[str](), list[str]()
+    engine.listen(actuator.fault_out, lambda _, fault: said.append(fault.reason))
+    engine.run(2 * SECOND)
+    for port in filter(of_floats, actuator.in_ports.values()):
+        for bad in (None, *NOT_FINITE, None):
+            said.clear()
+            engine.inject(port, value_of(port.type, Random(0), bad))  # noqa: S311 -- repeatable
+            engine.advance(engine.now)
+            engine.run(engine.now + 5 * MILLISECOND)
+            assert [f"{bad}" in each for each in said] == [True] * (bad is not None), port.path
+            every += said
+    return every
+
+
+@pytest.mark.parametrize("kind", [Simulator, ClassicSimulator])
 def test_a_pid_that_missed_a_measurement_answers_the_next_as_if_nothing_had_been(
     kind: type[Engine],
 ) -> None:
@@ -174,12 +215,7 @@ def test_a_pid_that_missed_a_measurement_answers_the_next_as_if_nothing_had_been
 
 
 def test_a_value_that_a_model_misses_is_counted_as_its_fault_and_the_outputs_go_off() -> None:
-    session = start_session(
-        registry.load("tachobot", ["imu.calibration_s=0.1"]),
-        VirtualClock(),
-        doubles=True,
-        statistics_path=None,
-    )
+    session = session_of("tachobot", ["imu.calibration_s=0.1"])
     executive = session.executive
     models = {each.name: each for each in executive.simulator.atomics}
     executive.hooks.append(Spoiling(models["attitude"]))

@@ -91,6 +91,17 @@ def test_the_interlock_stops_it_and_what_comes_meanwhile_is_not_kept() -> None:
     assert bench.chip.is_on
 
 
+def test_what_is_no_power_is_reported_while_outputs_are_disabled_too() -> None:
+    bench = Bench()
+    bench.is_enabled = False
+    bench.command(0.5)
+    assert (bench.haul.phase, bench.faults) == ("disabled", [])
+    for _ in range(3):
+        bench.command(math.nan)
+    assert (bench.haul.phase, len(bench.faults)) == ("disabled", 3)
+    assert "nan" in bench.faults[0]
+
+
 def test_commands_do_not_put_off_the_check_of_a_chip_that_was_reset() -> None:
     bench = Bench()
     bench.command(0.5)

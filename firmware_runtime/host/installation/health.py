@@ -1,20 +1,22 @@
 """Whether a robot that a service runs is healthy, and its timing no worse than a version's before.
 
     begins within WITHIN_S -> runs for the seconds asked -> has few faults in them: chips answer;
-    beside figures from before: each kind of fault comes no more often, every model runs, no more
-    activations are late, none for one cause more often, and steps are no longer
+    each model with a period runs as often as it did, in the whole and in each part of that time;
+    beside figures from before: each kind of fault comes no more often, no more activations are
+    late, none for one cause more often, and steps are no longer
 
 Timing is compared as far as half a minute can tell: what is worse by less than the allowances below
 is not. Figures of another board, or of a computer that differs, are not compared.
 """
 
 from collections.abc import Iterator
+from itertools import pairwise
 from time import monotonic, sleep
-from typing import Final
+from typing import Final, NamedTuple
 
 from firmware_runtime.errors import StatisticsFileError
 from firmware_runtime.statistics.comparison import difference, same_run
-from firmware_runtime.statistics.figures import Figures
+from firmware_runtime.statistics.figures import Figures, ModelFigures
 from firmware_runtime.statistics.paths import find_statistics
 from firmware_runtime.statistics.reader import read_statistics
 from firmware_runtime.statistics.statistics import Statistics
@@ -22,6 +24,12 @@ from firmware_runtime.statistics.statistics import Statistics
 WITHIN_S: Final = 60.0
 """How long a service may take to its first activations."""
 LOOK_S: Final = 1.0
+PARTS: Final = 3
+"""So many parts of a trial are looked at on their own: a model may stop in the middle of it."""
+RARER: Final = 0.5
+"""A model runs too rarely below this share of what it did, but for one activation;"""
+MUCH_FASTER: Final = 1.1
+"""where it did so much more than its period now says, below this share of that."""
 FAULT_SHARE: Final = 0.05
 """So much larger, by the model's activations, may be the share of a kind of fault: a busy computer
 misses a sample now and then."""
@@ -36,7 +44,14 @@ CAUSE_SHARE: Final = 0.01
 _ALIKE: Final = ("board", "machine", "model", "governor", "clock")
 
 
-def observed(board: str, seconds: float) -> Figures:
+class Trial(NamedTuple):
+    """The figures of a run for some seconds, and those of each part of that time."""
+
+    whole: Figures
+    parts: tuple[Figures, ...] = ()
+
+
+def observed(board: str, seconds: float) -> Trial:
     """Return the figures of so many seconds of a run, once it has begun.
 
     Raises StatisticsFileError where it does not begin, or ends.
@@ -48,12 +63,16 @@ def observed(board: str, seconds: float) -> Figures:
                 f"no activation within {WITHIN_S:g} s", where=board, expected="a run under way"
             )
         sleep(LOOK_S)
-    sleep(seconds)
-    last = _begun(board)
-    if last is None or not same_run(last, first):
-        how = "has ended" if last is None else "has begun again"
-        raise StatisticsFileError(f"the run {how}", where=board, expected="it to go on")
-    return difference(last, first).figures()
+    readings = [first]
+    for _ in range(PARTS):
+        sleep(seconds / PARTS)
+        last = _begun(board)
+        if last is None or not same_run(last, readings[-1]):
+            how = "has ended" if last is None else "has begun again"
+            raise StatisticsFileError(f"the run {how}", where=board, expected="it to go on")
+        readings.append(last)
+    parts = (difference(later, earlier).figures() for earlier, later in pairwise(readings))
+    return Trial(difference(readings[-1], first).figures(), tuple(parts))
 
 
 def _begun(board: str) -> Statistics | None:
@@ -65,24 +84,55 @@ def _begun(board: str) -> Statistics | None:
     return found if found.writer_alive and found.figures().has_begun else None
 
 
-def complaints(figures: Figures, before: Figures | None) -> Iterator[str]:
+def complaints(trial: Trial, before: Figures | None) -> Iterator[str]:
     """Yield what is wrong with a run, and what is worse than before; nothing if it is healthy."""
+    figures = trial.whole
     for path, model in figures.models.items():
-        then = None if before is None else before.models.get(path)
-        if then is not None and then.kind == "periodic" and then.run > 0 and model.run == 0:
-            yield f"{path}: no activation, {then.run} before"
+        yield from _rarer(trial, path, before)
         for kind, fault in figures.faults.get(path, {}).items():
-            if fault.count > (FAULT_SHARE + _share_of(before, path, kind)) * model.run:
+            if fault.count > (FAULT_SHARE + _share_of(before, path, kind)) * _activity(model):
                 yield f"{path}: {fault.count} times {kind}; {fault.last}"
     if before is not None and not _differing(figures, before):
         yield from _slower(figures, before)
 
 
+def _rarer(trial: Trial, path: str, before: Figures | None) -> Iterator[str]:
+    """Yield a sentence if a model with a period ran too rarely, in the whole or in a part."""
+    declared = _declared_hz(trial.whole.models[path])
+    if declared is None:
+        return
+    usual, whose = declared, "by its period"
+    if before is not None and path in before.models:
+        then = _run_hz(before, path)
+        if then < MUCH_FASTER * declared:  # else its period was made longer
+            usual, whose = then, "before"
+    for each in (trial.whole, *trial.parts):
+        expected = usual * each.conditions.run.elapsed_s
+        if each.models[path].run + 1 < RARER * expected:
+            yield f"{path} ran {_run_hz(each, path):.3g} times a second, {usual:.3g} {whose}"
+            return
+
+
+def _run_hz(figures: Figures, path: str) -> float:
+    seconds = figures.conditions.run.elapsed_s
+    return figures.models[path].run / seconds if seconds > 0 else 0.0
+
+
+def _declared_hz(model: ModelFigures) -> float | None:
+    """Return how often a model's period says that it runs; None for one without a period."""
+    return 1e6 / model.period_us if model.kind == "periodic" and model.period_us else None
+
+
+def _activity(model: ModelFigures) -> int:
+    """Return how often a model did anything: by its own time, or answering an input at once."""
+    return model.run + model.reactions
+
+
 def _share_of(before: Figures | None, path: str, kind: str) -> float:
-    """Return how often a kind of fault came before, by the model's activations."""
+    """Return how often a kind of fault came before, by what the model did."""
     if before is None or kind not in before.faults.get(path, {}):
         return 0.0
-    return before.faults[path][kind].count / max(before.models[path].run, 1)
+    return before.faults[path][kind].count / max(_activity(before.models[path]), 1)
 
 
 def not_compared(figures: Figures, before: Figures) -> str | None:

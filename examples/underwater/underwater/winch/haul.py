@@ -58,14 +58,19 @@ class Haul(Actuator):
 
     def external(self, elapsed: int) -> None:
         """Obey the newest command, if this is the time for one."""
+        power = self.power_in[-1]
+        refused = HalError(f"{power}; stopped", where=self.power_in.path, expected="-1 to 1")
+        is_refused = not -1.0 <= power <= 1.0  # so is no number at all
         if self.phase not in {"off", "driving"}:
-            self.continue_(elapsed)
+            if is_refused:
+                self.report_refused(refused, elapsed)
+            else:
+                self.continue_(elapsed)
             return
         if self.phase == "driving":
             self.since_poll += elapsed
-        power = self.power_in[-1]
-        if not -1.0 <= power <= 1.0:  # so is no number at all
-            self.fail(HalError(f"{power}; stopped", where=self.power_in.path, expected="-1 to 1"))
+        if is_refused:
+            self.fail(refused)
         elif power == 0.0:
             self.stop()
         elif self.interlock():
