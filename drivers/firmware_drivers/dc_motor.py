@@ -5,6 +5,7 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from typing import Final
 
+from firmware_drivers.actuator import POLL_EVERY
 from firmware_drivers.chips.h_bridge import HBridge
 from firmware_drivers.chips.pca9685 import POLL
 from firmware_drivers.chips.pca9685_registers import duty_burst
@@ -32,8 +33,8 @@ class DcMotorSettings:
 class BridgeMotor(Motors):
     """A motor on an H-bridge, driven by `commanded`, -1 to 1 of full voltage; 0 brakes.
 
-    The phases are those of `Motors`, without refresh. After a fault and at the end its outputs are
-    full-off instead.
+    The phases are those of `Motors`; its refresh finds a chip that was reset under a motor that
+    turns. After a fault and at the end its outputs are full-off instead.
     """
 
     def __init__(
@@ -45,7 +46,12 @@ class BridgeMotor(Motors):
         interlock: Interlock,
     ) -> None:
         super().__init__(
-            name, bring_up, bridge.chip.line, command_timeout=timeout, interlock=interlock
+            name,
+            bring_up,
+            bridge.chip.line,
+            refresh=POLL_EVERY,
+            command_timeout=timeout,
+            interlock=interlock,
         )
         self.bridge = bridge
         self.commanded = 0.0

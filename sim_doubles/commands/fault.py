@@ -105,7 +105,7 @@ def _write_test(listing: FaultList, test: Path) -> None:
     check_test_file(test)
     script = script_of(listing)
     noticed = what_is_noticed(script)
-    text = text_of_test(script, test.stem, is_noticed=noticed is not None)
+    text = text_of_test(script, test.stem, noticed)
     keep_output(test, text.encode(), "--as-test")
     count = "1 fault" if len(script.faults) == 1 else f"{len(script.faults)} faults"
     print(f"{test}: {count} in {script.for_s:g} s of {listing.board}")

@@ -14,17 +14,19 @@ from firmware_runtime.devs.time import MILLISECOND, SECOND
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.hal.served.packets import FaultList
 from firmware_runtime.hal.strike import KINDS, Strike, Struck
+from firmware_runtime.hal.wire_errors import HalError
 from firmware_runtime.runs.open_board import OpenBoard, open_board
 from sim_doubles.testing.broken import noticed
 
 _AFTERWARDS_S: Final = 3.0
+NOT_MADE_SAFE: Final = "not made safe"
+"""Words of a run that ends with an output it cannot reach."""
 _TEST = '''"""{board} as it was broken on its doubles.
 
 Written by `firmware-runtime doubles fault --as-test`.
 """
 
-from firmware_runtime import Strike, open_board
-from sim_doubles.testing.broken import {imported}
+{imported}
 
 FAULTS = [
 {faults}
@@ -33,9 +35,13 @@ FAULTS = [
 
 def {name}() -> None:
     with open_board({opened}, faults=FAULTS) as robot:
-        robot.run({for_s})
 {asserted}
 '''
+_IMPORTED: Final = """from firmware_runtime import Strike, open_board
+from sim_doubles.testing.broken import {}"""
+_IMPORTED_UNSAFE: Final = """import pytest
+
+from firmware_runtime import HalError, Strike, open_board"""
 
 
 class Script(Struct, frozen=True):
@@ -80,29 +86,39 @@ def script_of(listing: FaultList) -> Script:
 def what_is_noticed(script: Script) -> str | None:
     """Run a script; return what the robot does about it, in words, None for nothing.
 
-    Raises what `open_board` and a run raise.
+    Raises what `open_board` and a run raise, but for an end that is not safe, which is an answer.
     """
     robot = script.opened()
     try:
         robot.run(script.for_s)
         return noticed(robot)
+    except HalError as error:
+        if not str(error).startswith(NOT_MADE_SAFE):
+            raise
+        return str(error)
     finally:
         robot.clear_faults()
         robot.close()
 
 
-def text_of_test(script: Script, name: str, *, is_noticed: bool) -> str:
-    """The source of a test of a script."""
-    asserted = ["assert_ends_off", *(["assert_noticed"] if is_noticed else [])]
+def text_of_test(script: Script, name: str, noticed: str | None) -> str:
+    """The source of a test of a script, and of what is noticed."""
+    run = f"robot.run({script.for_s})"
+    if noticed is not None and noticed.startswith(NOT_MADE_SAFE):
+        imported = _IMPORTED_UNSAFE
+        lines = [f'with pytest.raises(HalError, match="{NOT_MADE_SAFE}"):', f"    {run}"]
+    else:
+        asserted = ["assert_noticed"] * (noticed is not None) + ["assert_ends_off"]
+        imported = _IMPORTED.format(", ".join(sorted(asserted)))
+        lines = [run, *(f"{each}(robot)" for each in asserted)]
     settings = f", set={script.settings!r}" if script.settings else ""
     return _TEST.format(
         board=Path(script.board).name,
-        imported=", ".join(asserted),
+        imported=imported,
         faults="\n".join(f"    {_source(each)}," for each in script.faults),
         name=name if name.startswith("test_") else f"test_{name}",
         opened=f'{_quoted(script.board)}, doubles=True, clock="virtual"{settings}',
-        for_s=script.for_s,
-        asserted="\n".join(f"        {each}(robot)" for each in reversed(asserted)),
+        asserted="\n".join(f"        {each}" for each in lines),
     )
 
 

@@ -13,15 +13,17 @@ import pytest
 
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.errors import ConfigError
+from firmware_runtime.hal.served import strikes
 from firmware_runtime.hal.served.client import ServedBus, ServedDoubles
 from firmware_runtime.hal.served.connection import Connection
 from firmware_runtime.hal.served.strikes import ask_faults
 from firmware_runtime.hal.strike import Strike
-from firmware_runtime.hal.wire_errors import BusFault, BusTimeout, NoAcknowledge
+from firmware_runtime.hal.wire_errors import BusAbsent, BusFault, BusTimeout, NoAcknowledge
 from firmware_runtime.recording.blackbox.reader import read_recording
 from sim_doubles.recorded.traffic import traffic_of
 from tests.support.command import Command, own_process, started
 from tests.support.guarded_run import answer_like_chips
+from tests.support.pytest_in_a_folder import run_pytest
 from tests.support.recorded import record
 from tests.support.second_choice_board import second_choice_board
 from tests.support.served_rig import served_rig
@@ -193,6 +195,52 @@ def test_served_chips_answer_and_fail_as_asked(command: Command, tmp_path: Path)
         server.terminate()
         assert server.wait(PATIENCE_S) == 0
     assert not socket.exists()
+
+
+@pytest.mark.slow
+@pytest.mark.real_time
+def test_what_is_served_is_listed_broken_cleared_and_written_as_a_test(
+    command: Command, tmp_path: Path
+) -> None:
+    with serving("pan_tilt", tmp_path) as served:
+        broken = ("doubles", "fault", "--socket", served.socket)
+        assert "ADS1115 at 0x48 on i2c1" in command.said(*broken, "--list")
+        runtime = served.run("--for", "60")
+        served.wait_for(turns("servos.0"))
+        runtime.terminate()
+        runtime.communicate(timeout=PATIENCE_S)
+        assert command.said(*broken, "zero", "eyes", "--for", "ever") == (
+            "eyes: zero until it is cleared\n"
+        )
+        fault = served.wait_for(lambda line: line.get("event") == "fault")
+        assert (fault["kind"], fault["device"], fault["until_ns"]) == ("zero", "eyes", None)
+        assert command.said(*broken, "push", "--amount", "0.2") == "push 0.2\n"
+        assert "without a device" in command.refused(*broken, "push", "eyes")
+        (made, pushed) = command.document(*broken, "--list")["struck"]
+        assert (made["kind"], made["span_ns"], pushed["amount"]) == ("zero", None, 0.2)
+        path = tmp_path / "test_that_day.py"
+        said = command.said(*broken, "--as-test", path)
+        assert "2 faults in" in said
+        assert "noticed: eyes: NotReady" in said
+        assert "is there already" in command.refused(*broken, "--as-test", path)
+        assert "no fault any more" in command.said(*broken, "clear")
+        assert strikes.clear(served.socket).struck[0].span is not None
+    ended = run_pytest(tmp_path, "-p", "no:cacheprovider", path.name)
+    assert ended.returncode == 0, ended.stdout
+
+
+@pytest.mark.slow
+@pytest.mark.real_time
+def test_a_program_lists_and_breaks_served_doubles_by_their_path(tmp_path: Path) -> None:
+    with serving("tachobot", tmp_path) as served:
+        names = [place.name for place in strikes.faults_of(served.socket).places]
+        assert names == ["imu", "thrust_pairs", "i2c1"]
+        made = strikes.strike(served.socket, "push", amount=0.5).struck
+        assert [each.kind for each in made] == ["push"]
+        with pytest.raises(ConfigError, match="did you mean imu"):
+            strikes.strike(served.socket, "freeze", "imv")
+    with pytest.raises(BusAbsent):
+        strikes.faults_of(served.socket)
 
 
 @contextmanager

@@ -71,6 +71,7 @@ gate a b c --seed x | --seed: 'x': expected a whole number
 run m:s --samples 1.5 | --samples: '1.5': expected a whole number
 experiment loop-delay tachobot --every x | 'x': expected a positive
 doubles fault --socket x | no kind
+doubles fault --socket x --as-test test_it.py nack | --as-test with nack
 doubles fault stuck --socket x --for -1 | expected 0 or more seconds
 doubles fault stuck --socket x --list | --list with stuck
 doubles fault stuck | --socket
@@ -141,6 +142,16 @@ run tachobot --doubles --peer x | --peer belongs to --stage remote
 run tachobot --doubles --key x | --key belongs to --stage remote
 run tachobot --doubles --impair x | --impair belongs to --stage remote
 run tachobot --doubles --loop | --loop belongs to --role
+run tachobot --fault 2:freeze:imu | doubles of this run's own; expected doubles that are made
+run tachobot --doubles x --fault 2:freeze:imu | doubles fault --socket x
+run tachobot --doubles --clock virtual --fault 2:freeze:imv --fault 1:silent | 2 faults | mean imu?
+run tachobot --doubles --clock virtual --for 1 --fault 2:freeze:imu | the run ends at 1 s
+run tachobot --doubles --fault 2:freze:imu | did you mean freeze?
+run tachobot --doubles --fault 2:push=hard | expected SECONDS:KIND
+run tachobot --doubles --fault 2:brown-out:imu:1 | it is over at once
+run tachobot --doubles --fault 2:nack=3:imu | it has no amount
+run tachobot --stage network --fault 2:freeze:imu | leave --fault out
+run detective --events some.ev --fault 2:freeze | leave --fault out
 run tachobot --doubles --input=yaw=1 | --input
 run tachobot --doubles --input=-1:yaw=1 | --input
 run tachobot --doubles --input=nan:yaw=1 | --input

@@ -159,6 +159,21 @@ def test_stop_asks_for_the_mode_at_any_time(
     assert sum(map(bits, running.sent)) == 77
 
 
+@pytest.mark.parametrize("mode", [0xFF, 0x05])
+@pytest.mark.parametrize("is_up", [False, True])
+def test_a_stop_whose_mode_reads_as_none_is_that_of_mode_0_and_not_taken_for_done(
+    running: Bare, mode: int, *, is_up: bool
+) -> None:
+    """ff is read where nothing drives SDA: it has the bit of the signed modes."""
+    if not is_up:
+        running.driver.identify()
+        running.bus.wire.clear()
+    running.memory[0x0F] = mode
+    with pytest.raises(WrongDevice, match=f"mode reads {mode:02x}"):
+        running.driver.stop()
+    assert running.written == [STOP]
+
+
 @pytest.mark.parametrize(("is_up", "written"), [(False, []), (True, [STOP])])
 def test_a_stop_whose_mode_is_not_answered_is_tried_in_the_last_words_and_not_taken_for_done(
     running: Bare, monkeypatch: pytest.MonkeyPatch, *, is_up: bool, written: list[bytes]

@@ -38,6 +38,7 @@ COMMAND: Final = 0x10
 UNSIGNED: Final = 0
 SIGNED: Final = 0x01
 """Set in the modes, 1 and 3, where speeds are signed."""
+LAST_MODE: Final = 3
 REGULATOR_ON: Final = 0x31
 TIMEOUT_ON: Final = 0x33
 
@@ -125,7 +126,7 @@ class Md25(I2cChip):
         with self._must_answer("a software revision"):
             found = self._read(REVISION, SETTINGS.size)
         revision, acceleration, mode = SETTINGS.unpack(found)
-        if revision in (0x00, 0xFF) or acceleration == 0 or mode > 3:
+        if revision in (0x00, 0xFF) or acceleration == 0 or mode > LAST_MODE:
             raise self._wrong_device(
                 f"registers 13 to 15 read {found.hex(' ')}, expected a revision, an "
                 "acceleration of 01 or more and a mode of 03 at most; another device "
@@ -174,15 +175,22 @@ class Md25(I2cChip):
         """Set both speeds to stop, in the words of the mode the chip is in; it ramps down.
 
         8 bytes, 192 us at 400 kHz. If its mode cannot be read, a chip that was brought up gets the
-        stop of mode 0, and the error of reading is raised nevertheless.
+        stop of mode 0, and the error of reading is raised nevertheless. If what is read is no mode,
+        as where nothing drives SDA, it gets that stop too, and WrongDevice is raised: the stop of
+        a signed mode would be full reverse in the one that it most likely is in.
         """
         try:
-            signed = self._read(MODE, 1)[0] & SIGNED
+            mode = self._read(MODE, 1)[0]
         except HalError:
             if self._is_up:
                 self._write(SPEED1, STOP, STOP)
             raise
-        self._write(SPEED1, *((0, 0) if signed else (STOP, STOP)))
+        is_signed = mode <= LAST_MODE and mode & SIGNED
+        self._write(SPEED1, *((0, 0) if is_signed else (STOP, STOP)))
+        if mode > LAST_MODE:
+            raise self._wrong_device(
+                f"mode reads {mode:02x}, expected 00 to 03; whether it has stopped is not known"
+            )
 
     def still_on(self) -> str | None:
         """Read back which speeds are not stop, in a sentence; None if none is. In any mode.

@@ -21,7 +21,7 @@ from firmware_runtime.cli.run_options import (
     clock_of,
 )
 from firmware_runtime.cli.run_report import Report
-from firmware_runtime.devs.time import MICROSECOND, seconds
+from firmware_runtime.devs.time import MICROSECOND, SECOND, seconds
 from firmware_runtime.errors import ConfigError, StatisticsFileError, Status, text_of
 from firmware_runtime.executive.executive import Executive
 from firmware_runtime.executive.outcome import Outcome
@@ -42,6 +42,7 @@ from firmware_runtime.system.this_process import started_at
 
 if TYPE_CHECKING:
     from firmware_runtime.board.ends import BoardEnd
+    from firmware_runtime.hal.strike import Strike
     from firmware_runtime.lab.stages.reports import EndReports
     from firmware_runtime.runs.reporter import Reporter
     from firmware_runtime.runs.restarts import Restarts
@@ -159,6 +160,7 @@ def _run(
             draw = _plotting(session, arguments.plot)
             report = Report(session, arguments, messages)
             _plan_inputs(session, arguments, report.until)
+            _refuse_faults_after(report.until, arguments.fault)
             reports = _reports(session, arguments.report_to)
             if files is not None:
                 files.begin(session, arguments.trace, arguments.record)
@@ -214,6 +216,18 @@ def _plan_inputs(session: Session, arguments: argparse.Namespace, end: int) -> N
 
         model, name = session.robot.model, session.board.name
         plan_inputs(session.executive, model, name, arguments.inputs, end)
+
+
+def _refuse_faults_after(end: int, faults: "list[Strike]") -> None:
+    """Refuse faults that the run would never meet. Raises ConfigError."""
+    late = [
+        f"--fault {each.at_s:g}:{each.kind}: the run ends at {end / SECOND:g} s; "
+        "expected an earlier second"
+        for each in faults
+        if each.at > end
+    ]
+    if late:
+        raise ConfigError("run", late)
 
 
 def _end_of(arguments: argparse.Namespace, board: registry.Board) -> "BoardEnd | None":
