@@ -133,6 +133,12 @@ def i2c_faults(i2c_bus: "I2cBusDouble") -> "FaultScript":
 
 
 @pytest.fixture
+def i2c_strike(i2c_buses: "TestBuses") -> Callable[..., None]:
+    """Breaks chips by kind, from now on: `i2c_strike("freeze", "0x68", for_s=1.0)`."""
+    return i2c_buses.strike
+
+
+@pytest.fixture
 def i2c_log(i2c_bus: "I2cBusDouble") -> "WireLog":
     """Return the bus' traffic, as lines to compare with a list of them."""
     from sim_doubles.testing.wire_log import WireLog

@@ -90,5 +90,8 @@ class Pushable(Protocol):
     push_unit: str
     """Unit and direction of a push, such as `rad/s of yaw`."""
 
+    def catch_up(self) -> None:
+        """Let the world go on up to now."""
+
     def push(self, amount: float) -> None:
         """Push the robot now: an impulse; the world has been brought up to now."""

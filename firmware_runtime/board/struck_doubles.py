@@ -4,7 +4,7 @@ A rig needs nothing for that but lines that are `Breakable`, as buses and ports 
 that is `Pushable` can be pushed too.
 """
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Final, Protocol
 
@@ -12,9 +12,11 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from firmware_runtime.board.faults import Device, SerialDevice
-from firmware_runtime.board.rig import Doubles, Pushable, Rig
+from firmware_runtime.board.rig import Pushable
 from firmware_runtime.devs.time import NEVER
 from firmware_runtime.errors import ConfigError, suggested
+from firmware_runtime.hal.i2c import I2cBus
+from firmware_runtime.hal.serial import SerialPort
 from firmware_runtime.hal.strike import KINDS, Breakable, Kind, Place, Span, Strike, Struck
 
 
@@ -50,12 +52,24 @@ class NoDevices(Struct, frozen=True):
 NO_DEVICES: Final = NoDevices()
 
 
+class HasLines(Protocol):
+    """Doubles on their lines."""
+
+    @property
+    def buses(self) -> Mapping[str, I2cBus]:
+        """The buses by name."""
+
+    @property
+    def ports(self) -> Mapping[str, SerialPort]:
+        """The serial ports by name."""
+
+
 class StruckDoubles:
     """Doubles in this process, on the clock `now`, and the faults that were made on them."""
 
     def __init__(
         self,
-        doubles: Rig,
+        doubles: HasLines,
         devices: HasDevices,
         now: Callable[[], int],
     ) -> None:
@@ -170,7 +184,7 @@ class StruckDoubles:
         return [place.name for place in self.places]
 
 
-def _breakable(doubles: Doubles) -> Iterator[tuple[str, Breakable]]:
+def _breakable(doubles: HasLines) -> Iterator[tuple[str, Breakable]]:
     for lines in (doubles.buses, doubles.ports):
         for name, line in lines.items():
             if isinstance(line, Breakable):

@@ -2,8 +2,11 @@
 
 from collections.abc import Callable, Mapping, Sequence
 
+from firmware_runtime.board.struck_doubles import NO_DEVICES, StruckDoubles
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.hal.budget import WireClock
+from firmware_runtime.hal.serial import SerialPort
+from firmware_runtime.hal.strike import Strike
 from sim_doubles.clock import Now
 from sim_doubles.i2c_bus import I2cBusDouble
 from sim_doubles.i2c_target import Target
@@ -40,6 +43,25 @@ class TestBuses:
             )
             self._plugs[number] = plug(number, line)
         return self._plugs[number].bus
+
+    @property
+    def buses(self) -> Mapping[str, I2cBusDouble]:
+        """Those that are plugged in, by name."""
+        return {each.bus.name: each.bus for each in self._plugs.values()}
+
+    @property
+    def ports(self) -> Mapping[str, SerialPort]:
+        """Serial ports: none."""
+        return {}
+
+    def strike(self, kind: str, device: str = "", *, for_s: float | None = None) -> None:
+        """Break chips now, by kind (`firmware_runtime.hal.strike`): `strike("freeze", "0x68")`.
+
+        `device` is an address, or a bus by name, `i2c-1`, or both, `i2c-1@0x68`; without one all
+        buses. `for_s` None is to the end of the test, 0 once. Raises ConfigError.
+        """
+        struck = StruckDoubles(self, NO_DEVICES, self._clock)
+        struck.strike(Strike(kind, device, 0.0, for_s), self._clock())
 
     def connect(
         self,

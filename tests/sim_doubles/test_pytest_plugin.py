@@ -162,6 +162,25 @@ def test_faults_strike_and_are_counted(i2c_double: Connect, i2c_faults: FaultScr
     assert i2c_faults.count() == 2
 
 
+def test_chips_break_by_kind_for_their_time(
+    i2c_double: Connect, i2c_strike: Callable[..., None], virtual_time: VirtualTime
+) -> None:
+    i2c_double("pca9685")
+    i2c_double("mpu9250")
+    bus = SMBus(1)
+    i2c_strike("zero", "0x40", for_s=1.0)
+    assert (bus.read_byte_data(0x40, 0), bus.read_byte_data(0x68, 0x75)) == (0x00, 0x71)
+    virtual_time.sleep(1.1)
+    assert bus.read_byte_data(0x40, 0) == 0x11
+    i2c_strike("absent", "i2c-1@0x40")
+    with pytest.raises(OSError, match=" "):
+        bus.read_byte_data(0x40, 0)
+    with pytest.raises(ConfigError, match="0x41"):
+        i2c_strike("absent", "0x41")
+    with pytest.raises(ConfigError, match="not on these doubles"):
+        i2c_strike("push")
+
+
 def test_the_log_is_compared_line_by_line(i2c_double: Connect, i2c_log: WireLog) -> None:
     i2c_double("pca9685")
     bus = SMBus(1)

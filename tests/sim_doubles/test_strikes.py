@@ -5,6 +5,8 @@ from contextlib import contextmanager
 
 import pytest
 
+from firmware_runtime.board.faults import Device
+from firmware_runtime.board.struck_doubles import NoDevices, StruckDoubles
 from firmware_runtime.devs.time import MILLISECOND, SECOND
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.hal.i2c import I2cBus
@@ -19,6 +21,12 @@ from firmware_runtime.hal.wire_errors import (
     HalError,
     NoAcknowledge,
 )
+from sim_doubles.chips.maxbotix import MaxbotixDouble
+from sim_doubles.chips.pca9685 import Pca9685Double
+from sim_doubles.clock import ManualClock
+from sim_doubles.i2c_bus import I2cBusDouble
+from sim_doubles.i2c_target import Target
+from sim_doubles.serial_line import SerialLineDouble
 from tests.support.served_rig import SERIAL_SONAR, ServedRig, served_rig
 
 WHO_AM_I = 0x75
@@ -233,6 +241,61 @@ def test_a_kind_that_does_not_fit_a_device_says_which_do() -> None:
     fitting = pytest.raises(ConfigError, match="silent, drop, brown-out, absent")
     with robot("detective", *SERIAL_SONAR) as detective, fitting:
         detective.strike("freeze", "body_sonar")
+
+
+class StrangersLines:
+    """Doubles that somebody else tied together, with a chip that says no address."""
+
+    def __init__(self, now: ManualClock) -> None:
+        self.buses = {"front": I2cBusDouble("front", now, [Nameless(Pca9685Double(now))])}
+        self.ports = {"gps": SerialLineDouble("gps", now, MaxbotixDouble(now, lambda _at: 1.0))}
+
+
+class Nameless(Target):
+    """Passes on what it is asked."""
+
+    def __init__(self, inner: Target) -> None:
+        self._inner = inner
+
+    def start(self, address: int, *, read: bool) -> bool:
+        return self._inner.start(address, read=read)
+
+    def write(self, byte: int) -> bool:
+        return self._inner.write(byte)
+
+    def read(self) -> int:
+        return self._inner.read()
+
+    def stop(self) -> None:
+        self._inner.stop()
+
+    def power_cycle(self) -> None:
+        self._inner.power_cycle()
+
+
+def test_a_strangers_lines_can_be_broken_without_a_word_of_theirs() -> None:
+    now = ManualClock(SECOND)
+    lines = StrangersLines(now)
+    wired = NoDevices(devices=[Device("lamp", "PCA9685", "front", 0x40)])
+    struck = StruckDoubles(lines, wired, now)
+    assert [place.name for place in struck.places] == ["lamp", "front", "gps"]
+    assert "push" not in [kind.name for kind in struck.kinds]
+    bus, port = lines.buses["front"], lines.ports["gps"]
+    bus.transaction(0x40, (b"\xfe\x05",))
+    struck.strike(Strike("absent", "lamp", at_s=1.0, for_s=1.0), SECOND)
+    struck.strike(Strike("silent", "gps", at_s=0.5), SECOND)
+    assert bus.transaction(0x40, (b"\xfe", 1)) == b"\x05"
+    now.advance(SECOND + 1)
+    with pytest.raises(NoAcknowledge):
+        bus.transaction(0x40, (b"\xfe", 1))
+    sent = port.read_available()
+    assert sent
+    now.advance(SECOND)
+    assert bus.transaction(0x40, (b"\xfe", 1)) == b"\x1e"
+    assert port.read_available() == b""
+    struck.clear()
+    now.advance(SECOND)
+    assert b"R" in port.read_available()
 
 
 def test_many_strikes_leave_no_long_script_behind() -> None:
