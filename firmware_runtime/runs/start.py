@@ -25,6 +25,7 @@ from firmware_runtime.executive.clocks import Clock, MonotonicClock
 from firmware_runtime.executive.executive import Executive
 from firmware_runtime.recording.blackbox.section import Kind
 from firmware_runtime.runs.arming import FREE, Arming, Permission, PrearmCheck, prearm_checks
+from firmware_runtime.runs.device_messages import DeviceMessages
 from firmware_runtime.runs.hardware import Hardware, refuse_faults
 from firmware_runtime.runs.local_robot import LocalRobot, local_robot
 from firmware_runtime.runs.recorded_edge import RecordedEdge
@@ -122,6 +123,7 @@ def start_session(  # noqa: PLR0913 -- one path for the command and for programs
         _socket(start, local, executive, right.arming, tuning)
         edge.built(executive, local.robot, hardware, end)
         watch_load(executive, board.settings.executive, right.supervision, log)
+        DeviceMessages(executive, log)
         _chips(start, local, executive, edge, is_armed=permission is None)
         return Session(
             board=board,
