@@ -25,7 +25,7 @@ SIZE: Final = 256
 """Registers of such a memory."""
 GAP: Final = 8
 """Registers between two that differ which are written along: one message takes less time."""
-LOST_AFTER: Final = 60 * SECOND
+LOST_AFTER: Final = 5 * SECOND
 """Age at which a message of the puppet's own that was not seen to be sent is not waited for."""
 
 
