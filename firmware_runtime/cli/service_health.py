@@ -48,10 +48,8 @@ def _execute(arguments: argparse.Namespace) -> int:
     except StatisticsFileError as error:
         print(f"firmware-runtime: {error}", file=sys.stderr)
         return Status.NOTHING_HAPPENED
-    wrong = list(complaints(trial, before))
-    for each in wrong:
-        print(f"firmware-runtime: {each}", file=sys.stderr)
-    if wrong:
+    if wrong := "; ".join(complaints(trial, before)):
+        print(f"firmware-runtime: {wrong}", file=sys.stderr)
         return Status.DOCTOR_FAILS
     why = None if before is None else not_compared(trial.whole, before)
     print(f"healthy for {arguments.seconds:g} s: {summary(trial.whole)}{f'; {why}' if why else ''}")
