@@ -45,8 +45,8 @@ function numberText(value, digits = 6) {
   if (value === null || value === undefined) return "–";
   if (typeof value === "boolean") return value ? "true" : "false";
   if (typeof value !== "number") return String(value);
-  if (Number.isInteger(value) && Math.abs(value) < 1e15) return value.toLocaleString("en");
-  return String(Number(value.toPrecision(digits)));
+  if (Number.isInteger(value) && Math.abs(value) < 1e15) return (value + 0).toLocaleString("en");
+  return String(Number(value.toPrecision(digits)) + 0);
 }
 
 const SPANS = [[1, "ns"], [1e3, "µs"], [1e6, "ms"], [1e9, "s"]];

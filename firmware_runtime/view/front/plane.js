@@ -26,18 +26,26 @@ function coveredBy(each) {
   return [[x - r, y - r], [x + r, y + r]];
 }
 
-/** A grid in round steps with its numbers, in the unit of the plane. */
-function gridOf([west, east, south, north], unit, across, up) {
-  const span = Math.max(east - west, north - south), power = 10 ** Math.floor(Math.log10(span / 8));
-  const step = [1, 2, 5, 10].map((each) => each * power).find((each) => span / each <= 8);
-  const size = span / 46, group = shape("g", { class: "grid" });
-  for (let x = Math.ceil(west / step) * step; x <= east; x += step) {
+/** A round step, so that there are eight of them at most. */
+function stepOf(span) {
+  const power = 10 ** Math.floor(Math.log10(span / 8));
+  return [1, 2, 5, 10].map((each) => each * power).find((each) => span / each <= 8);
+}
+
+/** A grid in round steps with its numbers; `scale` is how long a unit is drawn upwards. */
+function gridOf([west, east, south, north], across, up, scale) {
+  const [wide, high] = [east - west, (north - south) / scale];
+  const [step, rise] = scale === 1 ? Array(2).fill(stepOf(Math.max(wide, high))) : [stepOf(wide), stepOf(high)];
+  const size = Math.max(wide, north - south) / 46, group = shape("g", { class: "grid" });
+  for (let n = Math.ceil(west / step); n * step <= east; n++) {
+    const x = n * step;
     group.append(shape("line", { x1: x, x2: x, y1: -south, y2: -north }),
       shape("text", { x, y: -south + size * 1.5, "text-anchor": "middle", "font-size": size }, numberText(x, 4)));
   }
-  for (let y = Math.ceil(south / step) * step; y <= north; y += step) {
+  for (let n = Math.ceil(south / scale / rise); n * rise * scale <= north; n++) {
+    const y = n * rise * scale;
     group.append(shape("line", { x1: west, x2: east, y1: -y, y2: -y }),
-      shape("text", { x: west - size / 2, y: -y + size / 3, "text-anchor": "end", "font-size": size }, numberText(y, 4)));
+      shape("text", { x: west - size / 2, y: -y + size / 3, "text-anchor": "end", "font-size": size }, numberText(n * rise, 4)));
   }
   group.append(
     shape("text", { x: (west + east) / 2, y: -south + size * 3, "text-anchor": "middle", "font-size": size }, across),
@@ -66,9 +74,9 @@ function figure(each) {
 }
 
 /** The picture in its frame. */
-function board(part, box, across, up) {
+function board(part, box, across, up, scale = 1) {
   const [west, east, south, north] = box;
-  const [grid, size] = gridOf(box, part.unit, across, up);
+  const [grid, size] = gridOf(box, across, up, scale);
   const left = west - size * 5, top = -north - size, width = east - left + size, height = north - south + size * 5;
   const clip = `clip${clips++}`;
   const inside = shape("g", { "clip-path": `url(#${clip})` });
@@ -166,15 +174,11 @@ function crossPlot(part) {
   [west, east] = part.across_ends ?? [west, east];
   [south, north] = part.up_ends ?? [south, north];
   const [wide, high] = [east - west || 1, north - south || 1];
-  // without equal scales both axes are drawn as long as the picture, and named by their own numbers
+  // without equal scales both axes are drawn as long as the picture
   const scale = part.has_equal_scales ? 1 : (0.6 * wide) / high;
   const box = [west - wide * 0.04, east + wide * 0.04, scale * (south - high * 0.04), scale * (north + high * 0.04)];
   const fitted = part.has_equal_scales ? squared(box, 1.6) : box;
-  const { svg, inside } = board({ ...part, unit: "" }, fitted, part.across, part.up);
-  if (!part.has_equal_scales) {
-    const texts = [...svg.querySelectorAll(".grid text")].filter((each) => each.getAttribute("text-anchor") === "end");
-    texts.forEach((each) => { each.textContent = numberText(Number(each.textContent.replaceAll(",", "")) / scale, 3); });
-  }
+  const { svg, inside } = board(part, fitted, part.across, part.up, scale);
   part.curves.forEach((each, place) => {
     const own = `var(--${each.colour || (each.style === "dashed" ? "quiet" : nameOfCurve(place))})`;
     const drawn = each.x.map((x, n) => [x, each.y[n] === null ? null : each.y[n] * scale]).filter(([x, y]) => x !== null && y !== null);

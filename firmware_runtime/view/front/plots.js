@@ -54,6 +54,7 @@ function optionsOf(curve, place, part) {
   const thinner = part.is_nested ? part.curves.length - place - 1 : 0;
   return {
     label: curve.name,
+    colour: () => colour(name),
     stroke: () => colour(name),
     fill: style === "columns" ? () => colour(name) : undefined,
     width: style === "columns" || style === "dots" ? 0 : 1.6 + thinner,
@@ -128,6 +129,9 @@ function drawLevels(plot, levels, unit, isUpright) {
   });
 }
 
+/** A square of the curve's colour, also where it is drawn as dots. */
+const MARKERS = { width: 0, stroke: (plot, place) => plot.series[place].colour?.(), fill: (plot, place) => plot.series[place].colour?.() };
+
 /** The figure of a plot: caption, picture, numbers; `options` are the library's. */
 class Plot {
   constructor(part, options, data, { isShared = true, height } = {}) {
@@ -139,7 +143,7 @@ class Plot {
     this.isShared = isShared && !part.has_equal_scales;
     const hooks = { ...options.hooks, setSelect: [(plot) => this.selected(plot)], setCursor: [(plot) => this.onCursor?.(plot)] };
     this.options = {
-      ...options, hooks, width: 600, height: this.height, legend: { show: true, live: true, ...options.legend },
+      ...options, hooks, width: 600, height: this.height, legend: { show: true, live: true, markers: MARKERS, ...options.legend },
       cursor: { drag: { x: true, y: false, setScale: false }, sync: this.isShared ? { key: part.across, setSeries: false } : undefined, points: { size: 6 }, ...options.cursor },
     };
     this.library = new uPlot(this.options, data, this.frame);
@@ -233,6 +237,18 @@ function seriesPlot(part) {
   return plot;
 }
 
+/** Marks of a logarithmic axis: powers of ten, between them 2 and 5 where there are few. */
+const DECADES = {
+  splits: (_, __, min, max) => {
+    const steps = Math.log10(max / min) > 3.5 ? [1] : [1, 2, 5], found = [];
+    for (let power = Math.floor(Math.log10(min)); power <= Math.log10(max); power++) {
+      for (const step of steps) if (step * 10 ** power >= min && step * 10 ** power <= max) found.push(step * 10 ** power);
+    }
+    return found;
+  },
+  filter: (_, marks) => marks,
+};
+
 /** Samples in bars between edges. */
 function histogramPlot(part) {
   const least = (value) => (part.is_log ? Math.max(value, 1) : value);
@@ -244,9 +260,9 @@ function histogramPlot(part) {
       x: { time: false, distr: part.is_log ? 3 : 1, range: (_, min, max) => (plot?.ends ? [min, max] : [Math.min(...values), Math.max(...values)]) },
       y: part.is_log ? { distr: 3, range: (_, min, max) => [0.6, Math.max(max ?? 1, 10)] } : { range: (_, min, max) => [0, (max ?? 1) * 1.05] },
     },
-    axes: [axis(part.across, part.across, true), axis("", "", false)],
+    axes: [{ ...axis(part.across, part.across, true), ...(part.is_log ? DECADES : {}) }, axis("", "", false)],
     series: [{ label: part.across, value: (_, value) => valueText(value, part.across) }, {
-      label: "samples", stroke: () => colour("blue"), fill: () => colour("blue"), width: 0, paths: columnPath, points: { show: false },
+      label: "samples", colour: () => colour("blue"), stroke: () => colour("blue"), fill: () => colour("blue"), width: 0, paths: columnPath, points: { show: false },
       value: (_, value) => numberText(value),
     }],
     hooks: { draw: [(each) => drawLevels(each, part.levels ?? [], part.across, true)] },
