@@ -142,8 +142,11 @@ class Rewind:
             called = Called(travel)
             for _ in range(it.begin, it.steps):
                 travel.take(called.instrument)
-        except FirmwareRuntimeError as error:
-            why = f"the models cannot be run again here: {text_of(error)}"
+            found = called.after()
+        except Exception as error:  # noqa: BLE001 -- of a state that something has changed
+            is_ours = isinstance(error, FirmwareRuntimeError)
+            said = text_of(error) if is_ours else raised_words(error)
+            why = f"the models cannot be run again here: {said}"
             return {
                 "events": self._recorded_events(it),
                 "states": {},
@@ -151,7 +154,7 @@ class Rewind:
                 "values": self._recorded_values(it.steps),
                 "note": why,
             }
-        return {**called.after(), "note": _note(travel)}
+        return {**found, "note": _note(travel)}
 
     def _travel_to(self, it: _Instant) -> Travel:
         """Be before the first step of an instant. Raises ConfigError where that cannot be."""
@@ -256,7 +259,8 @@ def _instants_of(contents: Sequence[bytes]) -> Iterator[_Instant]:
     places = [place for place, each in enumerate(contents) if kind_of(each) == Kind.STEP]
     at_once = groupby(places, lambda place: sending(contents[place]).at)
     groups = [(at, list(group)) for at, group in at_once]
-    begins = [group[0] for _, group in groups]
-    befores, untils = [0, *begins[1:]], [*begins[1:], len(contents)]
-    for (at, group), before, until in zip(groups, befores, untils, strict=True):
+    ends = [group[0] for _, group in groups[1:]] + [len(contents)]
+    before = 0
+    for (at, group), until in zip(groups, ends, strict=False):  # without a step there is an end
         yield _Instant(at, before, group[0], group[-1] + 1, until)
+        before = until

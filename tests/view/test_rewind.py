@@ -3,6 +3,7 @@
 import json
 from collections.abc import Callable
 from contextlib import closing
+from itertools import islice
 from pathlib import Path
 from typing import Any
 
@@ -19,6 +20,7 @@ from firmware_runtime.recording.blackbox.reader import kind_of, read_recording
 from firmware_runtime.recording.blackbox.section import Kind
 from firmware_runtime.runs.start import start_session
 from tests.support.allocation import sends
+from tests.support.mutated import mutations
 from tests.support.recorded import every_section, in_chunks, record, rewrite
 
 TICK = 10 * MILLISECOND
@@ -194,6 +196,27 @@ def test_in_real_time_an_instant_has_its_lateness(tmp_path: Path) -> None:
     found = real.instant(SECOND // 10)
     assert found["lateness_us"] > 0
     assert found["note"] is None
+
+
+@pytest.mark.slow
+def test_a_damaged_recording_is_shown_as_far_as_it_goes_or_refused(
+    copy: Path, tmp_path: Path
+) -> None:
+    damaged = tmp_path / "damaged.recording"
+    for number, content in enumerate(islice(mutations(copy, "rewind"), 20)):
+        damaged.write_bytes(content)
+        try:
+            seen = Rewind(damaged)
+            found = [seen.instant(at) for at in (0, 3 * SECOND, 3 * SECOND - TICK, SECOND)]
+        except ConfigError:
+            continue
+        assert json.dumps(found, allow_nan=False), f"mutation {number}"
+
+
+def test_a_recording_without_a_step_is_refused(copy: Path) -> None:
+    rewrite(copy, [each for each in every_section(copy) if kind_of(each) == Kind.BUILD])
+    with pytest.raises(ConfigError, match="no step"):
+        Rewind(copy)
 
 
 def test_what_is_no_recording_is_refused(tmp_path: Path) -> None:

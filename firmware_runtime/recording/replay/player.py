@@ -38,6 +38,7 @@ from firmware_runtime.recording.values import legible, made_for
 from firmware_runtime.statistics.file_header import RunState
 from firmware_runtime.statistics.statistics import Statistics
 
+_NO_KEYFRAMES: Final = "its keyframes are of no use"
 _FAILED: Final = RunState.FAILED.name.lower()
 _ENDS: Final = {state.name.lower(): state for state in RunState}
 _ORDER: Final = ("step", "state", "value", "class", "write", "asked", "count", "end")
@@ -132,6 +133,8 @@ class Player:
         """Be in a state again that this robot was in. Raises ForeignState."""
         if self.table is None:
             raise ConfigError.of_one("replay", "this robot's state cannot be set back")
+        if not isinstance(state, bytes):  # of a file that something has changed
+            raise ConfigError.of_one("replay", _NO_KEYFRAMES, expected="its start")
         self.table.restore(state)
         self.at, self.failure = at, None
         self.values.restart()
@@ -276,7 +279,7 @@ class Player:
     def _restore(self, keyframe: Section) -> None:
         """Be in the state of a keyframe."""
         if self.table is None or not isinstance(keyframe.extra, bytes):
-            raise ConfigError.of_one("replay", "its keyframes are of no use", expected="its start")
+            raise ConfigError.of_one("replay", _NO_KEYFRAMES, expected="its start")
         try:
             self.table.restore(keyframe.extra)
         except ForeignState as error:
