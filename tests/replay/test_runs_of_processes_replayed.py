@@ -52,7 +52,7 @@ def test_a_served_run_that_everything_enters_is_its_replay(tmp_path: Path) -> No
         for words in (
             ("set", "tachobot", "controller.yaw.kp=0.7"),
             ("send", "tachobot", "yaw_reference=0.5"),
-            ("doubles", "fault", "nack", "--socket", robot.socket, "--address", "0x68"),
+            ("doubles", "fault", "nack", "0x68", "--socket", robot.socket),
             ("disarm", "tachobot"),
         ):
             asked = robot.ask(*words)
