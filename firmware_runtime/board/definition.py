@@ -4,7 +4,7 @@ An entry point of the group `firmware_runtime.boards` names a `BoardDefinition`,
 `rover = "rover.definition:BOARD"`, in a module that has board.toml beside it. It may name the
 module instead: then `BOARD` is looked up there, or else `SETTINGS` and `build`, and whichever of
 `devices`, `serial_devices`, `loads`, `faults`, `RETUNABLE`, `OPTIONAL_COMPONENTS`,
-`DOUBLES_RUN_S`, `EXPERIMENTS`, `INPUTS`, `PLANT` and `event_model` there are.
+`DOUBLES_RUN_S`, `EXPERIMENTS`, `INPUTS`, `PLANT`, `event_model` and `result_text` there are.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -37,7 +37,8 @@ _WORDS = {
     "PLANT": "plant",
 }
 """How a module calls what is no function."""
-_FUNCTIONS = ("build", "devices", "serial_devices", "loads", "faults", "event_model")
+_FUNCTIONS = ("build", "devices", "serial_devices", "loads", "faults", "event_model", "result_text")
+_MAY_BE_NONE = ("event_model", "result_text")
 
 
 def _nothing(_settings: object) -> tuple[()]:
@@ -87,6 +88,11 @@ class BoardDefinition(Struct, Generic[S], frozen=True, kw_only=True):
     """What `firmware-runtime experiment` can do with this board, by name."""
     inputs: Mapping[str, float | Literal["hold"]] = field(default_factory=dict)
     """Input ports of the top model by name: s of silence until outputs are off, or `hold`."""
+    result_text: Callable[[Mapping[str, Any]], str] | None = None
+    """What the robot did, in a sentence, as the first of the last lines of a run says it.
+
+    It is called with the result of the run: that of the rig, on doubles, or of `Robot.result`.
+    """
     plant: Plant | None = None
     """The body that it moves, for `identify` and `tune`; None where there is none of their kind."""
 
@@ -94,7 +100,7 @@ class BoardDefinition(Struct, Generic[S], frozen=True, kw_only=True):
         _check_schema(self.settings)
         for name in _FUNCTIONS:
             value = getattr(self, name)
-            if not (callable(value) or (name == "event_model" and value is None)):
+            if not (callable(value) or (name in _MAY_BE_NONE and value is None)):
                 raise SettingError(f"{value!r}: expected a function", where=name)
         _check_values(self.retunable, self.doubles_run_s)
         _check_names(self.optional_components)

@@ -74,6 +74,8 @@ class Board(Struct, frozen=True):
     build: Callable[[Lines], Robot]
     event_model: Callable[[Path | None], Component] | None
     """The model alone, its own or that of a `.ma` file, if event files can be run on it."""
+    result_text: Callable[[Mapping[str, Any]], str] | None
+    """What the robot did in a run with this result, in a sentence, if the package has one."""
     retunable: Sequence[str]
     """Keys that may change while the robot runs; `*` stands for any word."""
     gains: Mapping[str, Sequence[str]]
@@ -166,6 +168,7 @@ def board_of(
         ports=settings.ports,
         build=partial(_built, defined, settings),
         event_model=_event_model(defined, settings),
+        result_text=_result_text(defined, settings),
         retunable=defined.retunable_keys,
         gains=defined.gains,
         inputs=defined.inputs,
@@ -265,6 +268,23 @@ def _event_model(
 ) -> Callable[[Path | None], Component] | None:
     build = defined.event_model
     return None if build is None else lambda model_file: build(settings, model_file)
+
+
+def _result_text(
+    defined: BoardDefinition[Any], settings: BoardSettings
+) -> Callable[[Mapping[str, Any]], str] | None:
+    if (in_words := defined.result_text) is None:
+        return None
+
+    def text(result: Mapping[str, Any]) -> str:
+        """Raises ConfigError for whatever goes wrong in it."""
+        with blamed_on(entry_point_of(settings.board), "result_text"):
+            said = in_words(result)
+            if not isinstance(said, str):
+                raise SettingError(f"returned {strict.shown(said)}", expected="a sentence")
+            return " ".join(said.split())
+
+    return text
 
 
 def _locate(board: str, known: Sequence[str]) -> Path:

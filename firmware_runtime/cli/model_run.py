@@ -29,12 +29,20 @@ from firmware_runtime.executive.executive import Executive
 from firmware_runtime.executive.outcome import Outcome
 from firmware_runtime.models.qss import System, solve
 from firmware_runtime.runs.planned_inputs import plan_inputs
+from firmware_runtime.statistics.closing_text import (
+    closing_lines,
+    did_text,
+    next_text,
+    punctuality,
+    stopped_text,
+    went_wrong,
+)
+from firmware_runtime.statistics.figures import Figures
 from firmware_runtime.statistics.file_header import RunState
 from firmware_runtime.statistics.paths import check_ending
-from firmware_runtime.statistics.run_text import statistics_text
 from firmware_runtime.statistics.trace_file import tracing
 from firmware_runtime.system.signals import stop_on_signals
-from firmware_runtime.system.terminal import Progress
+from firmware_runtime.system.terminal import Progress, is_same_place
 from firmware_runtime.view.page_file import write_page
 from firmware_runtime.view.parts import Page, Series, curve
 
@@ -101,7 +109,10 @@ def _report(
     outcome: Outcome,
     lines: list[OutputLine],
 ) -> None:
-    if outcome.state is not RunState.ENDED:
+    is_closed_in_words = not arguments.json and arguments.events is None
+    if outcome.state is not RunState.ENDED and not (
+        is_closed_in_words and is_same_place(sys.stdout, sys.stderr)
+    ):
         print(f"firmware-runtime: {outcome.reason}", file=sys.stderr)
     if arguments.outputs is not None:
         write_outputs(arguments.outputs, lines)
@@ -118,8 +129,24 @@ def _report(
     if arguments.outputs is None:
         for line in lines:
             print(line)
-    if arguments.events is None:
-        print("\n".join(statistics_text(executive.statistics.figures())))
+    if is_closed_in_words:
+        if lines and arguments.outputs is None:
+            print()
+        print("\n".join(_closing(arguments, name, outcome, executive.statistics.figures())))
+
+
+def _closing(
+    arguments: argparse.Namespace, name: str, outcome: Outcome, figures: Figures
+) -> list[str]:
+    """The last lines of a model's run."""
+    has_failed = outcome.state in {RunState.FAILED, RunState.OVERRUN}
+    did = [did_text(name, figures, None, {})]
+    if outcome.state is RunState.STOPPED:
+        did.append(stopped_text(figures, outcome.reason))
+    wrong = [f"failed: {outcome.reason}"] if has_failed else []
+    kept = arguments.statistics
+    rest = [punctuality(figures), *next_text(None, None if kept is None else str(kept))]
+    return closing_lines(did, [*wrong, *went_wrong(figures)], rest)
 
 
 # A quantized system ------------------------------------------------------------------------------

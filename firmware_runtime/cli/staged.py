@@ -4,9 +4,9 @@ import argparse
 import json
 import sys
 
-from firmware_runtime.board.ends import ends_of
+from firmware_runtime.board.ends import end_of, ends_of
 from firmware_runtime.board.registry import Board
-from firmware_runtime.board.roles import ROBOT
+from firmware_runtime.board.roles import CONTROLLER, ROBOT
 from firmware_runtime.devs.time import seconds
 from firmware_runtime.errors import ConfigError, Status
 from firmware_runtime.lab.stages.stage_text import stage_line, stage_lines
@@ -47,7 +47,7 @@ def run_both_ends(arguments: argparse.Namespace, board: Board) -> int:
     status = result.status
     try:
         with readers_may_go():
-            _print(result, as_json=arguments.json)
+            _print(result, staged, as_json=arguments.json)
     except OutputError as error:
         not_printed(error)
         status = status or Status.NOT_PRINTED
@@ -121,8 +121,11 @@ class _Line:
             self._terminal.close()
 
 
-def _print(result: StagedResult, *, as_json: bool) -> None:
+def _print(result: StagedResult, staged: Staged, *, as_json: bool) -> None:
     if as_json:
         print(json.dumps(result.document, allow_nan=False))
-    else:
-        print("\n".join(stage_lines(result.document)))
+        return
+    board = staged.board
+    here = ends_of(board) if staged.peer is None else {CONTROLLER: ends_of(board)[CONTROLLER]}
+    names = {which: end_of(board, role).name for which, role in here.items()}
+    print("\n".join(["", *stage_lines(result.document, names, board.result_text)]))

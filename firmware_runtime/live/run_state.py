@@ -10,8 +10,8 @@ from firmware_runtime.errors import FirmwareRuntimeError, StatisticsFileError
 from firmware_runtime.links.control import ask
 from firmware_runtime.live.observed import Observed
 from firmware_runtime.models.motion import Applied
+from firmware_runtime.statistics.closing_text import punctuality
 from firmware_runtime.statistics.figures import Figures
-from firmware_runtime.statistics.number_formats import count, duration_us
 from firmware_runtime.statistics.reader import read_statistics
 from firmware_runtime.statistics.statistics import Statistics
 
@@ -97,7 +97,7 @@ def run_state(observed: Observed, statistics: Statistics | None, path: Path | No
         sentence=_sentence(observed, figures, armed=armed, why=why),
         faults=_faults(figures),
         outputs=outputs,
-        punctual=_punctual(figures),
+        punctual=punctuality(figures),
         doubles=_doubles(stated),
         pid=statistics.header.writer.pid if is_running else None,
         note=observed.remark,
@@ -142,15 +142,6 @@ def _outputs(observed: Observed) -> dict[str, str]:
         if port.type is Applied and path.count(".") == 1
     )
     return {path.partition(".")[0]: str(observed.values.get(path, "unknown")) for path in actuators}
-
-
-def _punctual(figures: Figures) -> str | None:
-    if figures.is_virtual:
-        return "in virtual time: nothing can be late"
-    if figures.scheduled == 0:
-        return None
-    on_time = f"{figures.run - figures.overruns:,} of {count(figures.scheduled, 'tick')} on time"
-    return f"{on_time}; the worst {duration_us(figures.lateness_us.max)} late"
 
 
 def _doubles(stated: Mapping[str, object]) -> str | None:

@@ -90,7 +90,7 @@ class RecordedEdge:
     @property
     def said(self) -> str | None:
         """Path of the recording, and where it is kept; None for a run that is not recorded."""
-        if self.recorder is None or self._path is None or not self._has_begun:
+        if self.kept is None or self._path is None or not self._has_begun:
             return None
         from firmware_runtime.recording.blackbox.locations import place_for  # noqa: PLC0415 -- as above
 

@@ -6,6 +6,7 @@ of a model or a line is also a field of that name in `rows`; what is computed ha
 `statistics`.
 """
 
+from collections.abc import Mapping
 from typing import Any, Literal
 
 from msgspec import Struct, convert, json, to_builtins
@@ -247,13 +248,17 @@ def figures_of(printed: str | bytes, source: str) -> Figures:
     Raises StatisticsFileError that says which key is not as expected.
     """
     try:
-        found = json.decode(printed, type=dict[str, Any])
-        conditions = dict(convert(found, _Printed).conditions)
-        apart = {name: conditions.pop(name, {}) for name in (SETTINGS, "run")}
-        return convert({**found, "conditions": {"stated": conditions, **apart}}, Figures)
+        return figures_from(json.decode(printed, type=dict[str, Any]))
     except (ValueError, RecursionError) as error:  # msgspec's errors are ValueErrors
         raise StatisticsFileError(
             in_words(error),
             where=source,
             expected=f"what `stats --json` prints, of schema {SCHEMA}",
         ) from error
+
+
+def figures_from(found: Mapping[str, Any]) -> Figures:
+    """The figures of what `as_json` made. Raises msgspec's ValidationError for anything else."""
+    conditions = dict(convert(found, _Printed).conditions)
+    apart = {name: conditions.pop(name, {}) for name in (SETTINGS, "run")}
+    return convert({**found, "conditions": {"stated": conditions, **apart}}, Figures)

@@ -1,6 +1,6 @@
 """A run's status in one line: for `stats`, `top`, `systemctl status` and the journal."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 
 from firmware_runtime.statistics.figures import FaultFigures, Figures
 from firmware_runtime.statistics.file_header import Conditions, RunFigures, Settings
@@ -108,14 +108,3 @@ def _when(counted: FaultFigures) -> str:
         return f" at {seconds(last)}"
     begun = "" if first is None else f" from {seconds(first)}"
     return f"{begun} to {seconds(last)}"
-
-
-def outputs_text(outputs_on: Mapping[str, int]) -> str:
-    """Return how many outputs of each chip are on after a run.
-
-    "none is known" where no chip can say.
-    """
-    if not outputs_on:
-        return "outputs still on: none is known"
-    on = ", ".join(f"{name} {count}" for name, count in outputs_on.items() if count)
-    return f"outputs still on: {on or 'none'}"

@@ -80,6 +80,15 @@ class Progress(Closing):
             self._terminal.close()
 
 
+def is_same_place(one: TextIO | None, other: TextIO | None) -> bool:
+    """Return whether two streams end at the same terminal, pipe or file: a reader sees both."""
+    if one is None or other is None:
+        return False
+    with suppress(OSError, ValueError):  # in memory, or closed
+        return os.path.samestat(os.fstat(one.fileno()), os.fstat(other.fileno()))
+    return False
+
+
 class OutputError(OSError):
     """Standard output takes no more: a full disk, a device that failed; not a reader who left."""
 

@@ -5,12 +5,13 @@ from typing import TYPE_CHECKING
 
 import msgspec
 from firmware_boards.tachobot.controller import Controller
-from firmware_boards.tachobot.result import yaw_result
+from firmware_boards.tachobot.result import is_settled, yaw_result
 from firmware_boards.tachobot.settings import TachobotSettings
 from firmware_boards.tachobot.wiring import Tachobot
 
 from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.ports import OutPort
+from firmware_runtime.devs.time import SECOND
 from firmware_runtime.hal.budget import WireClock
 from firmware_runtime.models.motion import Motion
 from sim_doubles.chips.ak8963 import Ak8963Double
@@ -18,7 +19,12 @@ from sim_doubles.chips.mpu9250 import Mpu9250Double
 from sim_doubles.chips.pca9685 import Pca9685Double
 from sim_doubles.inertial_truth import BodyMotion, ChipAxes, Vector
 from sim_doubles.rigs.board_rig import BoardRig
-from sim_doubles.worlds.tachobot import TachobotParameters, TachobotProbe, TachobotWorld
+from sim_doubles.worlds.tachobot import (
+    TachobotParameters,
+    TachobotProbe,
+    TachobotState,
+    TachobotWorld,
+)
 
 if TYPE_CHECKING:
     from firmware_boards.tachobot.tracking import TrackingController
@@ -50,7 +56,10 @@ class TachobotRig(BoardRig):
         self.imu = Mpu9250Double(  # the world has its noise
             now, motion, imu.address, magnetometer=self.magnetometer, noise_seed=None
         )
-        self._probe = TachobotProbe(self.world, now, self.catch_up)
+        self._probe = TachobotProbe(self._observe)
+        self._controller: Controller | None = None
+        self._settled_at: int | None = None
+        """Since when the yaw has been where it should be, as far as the probe has seen."""
         self._tracked: TrackingController | None = None
         self.connect(imu.bus, *self.imu.targets)
 
@@ -88,7 +97,9 @@ class TachobotRig(BoardRig):
         if not isinstance(robot.controller, Controller):
             self._tracked = robot.controller
             self._attach_position_sensor(robot)
-        elif self._settings.controller.mode == "free":
+            return
+        self._controller = robot.controller
+        if self._settings.controller.mode == "free":
             robot.couple(probe.x, robot.controller.x_position)
             robot.couple(probe.y, robot.controller.y_position)
 
@@ -114,6 +125,8 @@ class TachobotRig(BoardRig):
     def result(self, elapsed: int, own: Mapping[str, object]) -> dict[str, object]:  # noqa: ARG002
         """The true yaw, or pose, however long the run took and whatever the robot takes it for.
 
+        `settled_after_s` is when the probe found the yaw settled, if it has been since then; None
+        also where the controller, with the reference, runs elsewhere.
         Whether control has begun is the robot's word: without a yaw it has not. So is its reference
         at the end; an end of a cut robot that does not have the controller goes by the board file.
         """
@@ -126,10 +139,26 @@ class TachobotRig(BoardRig):
         self.catch_up()
         state = self.world.state(self.now())
         yaw = Motion(state.yaw_rad, state.yaw_rate_rad_s)
-        reference_rad = own.get("yaw_reference_rad")
+        settled_at, reference_rad = self._settled_at, own.get("yaw_reference_rad")
         if not isinstance(reference_rad, float):
-            reference_rad = self._settings.controller.yaw.reference_rad
-        return yaw_result(reference_rad, yaw, has_begun=own.get("yaw_rad", ...) is not None)
+            settled_at, reference_rad = None, self._settings.controller.yaw.reference_rad
+        result = yaw_result(reference_rad, yaw, has_begun=own.get("yaw_rad", ...) is not None)
+        if settled_at is None or not result["settled"]:
+            return {**result, "settled_after_s": None}
+        return {**result, "settled_after_s": settled_at / SECOND}
+
+    def _observe(self) -> TachobotState:
+        """The plant's state now, noted where it settles."""
+        self.catch_up()
+        at = self.now()
+        state = self.world.state(at)
+        if self._controller is not None:
+            yaw = Motion(state.yaw_rad, state.yaw_rate_rad_s)
+            if not is_settled(self._controller.yaw.reference, yaw):
+                self._settled_at = None
+            elif self._settled_at is None:
+                self._settled_at = at
+        return state
 
     def _propeller_duties(self) -> tuple[float, ...]:
         duties = self.thrust.duties

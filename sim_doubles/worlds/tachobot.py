@@ -23,7 +23,6 @@ from typing import Protocol
 from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.time import SECOND, format_time
 from firmware_runtime.models.motion import Motion
-from sim_doubles.clock import Now
 from sim_doubles.inertial_truth import BodyMotion, InertialTruth, Vector
 from sim_doubles.worlds.noise import InstantNoise
 from sim_doubles.worlds.propellers import MOTORS, PropellerPairs
@@ -183,26 +182,24 @@ def _body_of(parameters: TachobotParameters) -> Body:
 
 
 class TachobotProbe(Atomic):
-    """Answers every `tick` with the plant's state at that instant.
+    """Answers every `tick` with the plant's state at that instant, which `observe` takes.
 
     waiting --tick?--> sending (0) --yaw_rad!, yaw_rate_rad_s!, x!, y!--> waiting
 
-    `catch_up` is called before: sensors take what they have to before the plant goes on.
+    `observe` first lets sensors take what they have to, and then the plant go on.
     `x` and `y` are what a tracking system in the room would measure; nothing on board can. They are
     made where there is a listener, and in every recorded run: 1 us and 34 bytes a control tick, for
     the truth that `export` and `debug` show later. On the robot itself there is no world.
     """
 
-    def __init__(self, world: TachobotWorld, now: Now, catch_up: Callable[[], None]) -> None:
+    def __init__(self, observe: Callable[[], TachobotState]) -> None:
         super().__init__("world")
         self.tick = self.in_port("tick", object)
         self.yaw_rad = self.out_port("yaw_rad", float)
         self.yaw_rate_rad_s = self.out_port("yaw_rate_rad_s", float)
         self.x = self.out_port("x", Motion)
         self.y = self.out_port("y", Motion)
-        self._world = world
-        self._now = now
-        self._catch_up = catch_up
+        self._observe = observe
         self._state: TachobotState | None = None
 
     def output(self) -> None:
@@ -221,6 +218,5 @@ class TachobotProbe(Atomic):
 
     def external(self, elapsed: int) -> None:  # noqa: ARG002 -- the world has its own clock
         """Read the plant's state now."""
-        self._catch_up()
-        self._state = self._world.state(self._now())
+        self._state = self._observe()
         self.activate("sending")

@@ -408,6 +408,52 @@ def test_a_result_is_json_whatever_it_holds(
     assert json.loads(capsys.readouterr().out)["result"] == {"x": "nan", "y": "{1j}"}
 
 
+RESULT = "    def result(self, elapsed, own):\n        return {'height_m': 2.5}\n"
+
+
+def in_words(function: str) -> str:
+    """A definition whose robot says by this function what it did."""
+    return OBJECT.replace("BoardDefinition(", f"BoardDefinition(result_text={function}, ")
+
+
+def test_a_run_ends_in_the_words_of_the_board(
+    heron: Heron, capsys: pytest.CaptureFixture[str]
+) -> None:
+    words = in_words("lambda result: f\"it flew at\\n {result['height_m']} m\"")
+    heron.install(words, BOARD + RIG, RIG_OF_NOTHING + RESULT)
+    assert main(RUN) == 0
+    _opening, _blank, did, *_ = capsys.readouterr().out.splitlines()
+    assert did == "it flew at 2.5 m"
+
+
+@pytest.mark.parametrize("rig", [RIG_OF_NOTHING, RIG_OF_NOTHING + RESULT], ids=["none", "result"])
+def test_without_any_it_says_how_long_it_ran_and_what_is_known(
+    heron: Heron, capsys: pytest.CaptureFixture[str], rig: str
+) -> None:
+    heron.install(OBJECT, BOARD + RIG, rig)
+    assert main(RUN) == 0
+    _opening, _blank, did, *_ = capsys.readouterr().out.splitlines()
+    known = ": height_m 2.5" if rig.endswith(RESULT) else ""
+    assert did == f"heron ran for 1.00 s{known}"
+
+
+@pytest.mark.parametrize(
+    ("function", "named"),
+    [("lambda result: result['depth_m']", "KeyError: 'depth_m'"), ("lambda result: 3", "3")],
+)
+def test_words_that_break_cost_nothing_else_and_are_named(
+    heron: Heron, capsys: pytest.CaptureFixture[str], function: str, named: str
+) -> None:
+    heron.install(in_words(function), BOARD + RIG, RIG_OF_NOTHING + RESULT)
+    assert main(RUN) == 2
+    said = capsys.readouterr()
+    for text in (said.out, said.err):
+        assert f"board heron of the package heron: result_text: {named}" in text.replace(
+            "returned ", ""
+        )
+    assert "heron ran for 1.00 s: height_m 2.5" in said.out
+
+
 BARE_TABLES = """
 class MotorTable(Settings, frozen=True):
     speed: float

@@ -3,9 +3,11 @@
 import math
 from collections.abc import Sequence
 from itertools import pairwise
+from typing import Any
 
 import pytest
 from firmware_boards.tachobot.allocation import Allocation
+from firmware_boards.tachobot.result import SETTLED_RAD, SETTLED_RAD_S, result_text
 
 from firmware_runtime.devs.time import MILLISECOND, SECOND
 from firmware_runtime.hal.i2c import Message
@@ -31,6 +33,24 @@ def strike(robot: VirtualTachobot, *faults: Fault) -> None:
 
 def yaw_rad(robot: VirtualTachobot) -> object:
     return robot.rig.result(robot.simulator.now, {})["yaw_rad"]
+
+
+def test_since_when_it_is_settled_is_the_first_tick_of_those_it_has_been() -> None:
+    robot = flown(10)
+    own = robot.robot.own_result()
+    pairs = [
+        *zip(robot.received["world.yaw_rad"], robot.values("world.yaw_rate_rad_s"), strict=True)
+    ]
+    restless = [
+        at for (at, yaw), rate in pairs if abs(1.0 - yaw) > SETTLED_RAD or abs(rate) > SETTLED_RAD_S
+    ]
+    first = min(at for (at, _), _ in pairs if at > max(restless))
+    result: dict[str, Any] = robot.rig.result(10 * SECOND, own)
+    after_s = result["settled_after_s"]
+    assert first / SECOND <= after_s < first / SECOND + 0.001, "within that tick"
+    assert result_text(result) == f"TachoBot turned to 1.01 rad and settled after {after_s:.1f} s"
+    elsewhere = robot.rig.result(10 * SECOND, {})
+    assert elsewhere == {**result, "settled_after_s": None}, "the reference is the controller's"
 
 
 def test_it_turns_to_one_radian_and_rests_there() -> None:

@@ -1,6 +1,7 @@
 """`run` of a robot, of any DEVS model, and of a quantized system."""
 
 import json
+import re
 from pathlib import Path
 from typing import Any
 
@@ -51,6 +52,13 @@ def test_a_run_ends_settled_with_the_keys_others_rely_on(command: Command) -> No
     assert {"kernel", "python", "board_sha256", "settings", "run"} <= set(statistics["conditions"])
 
 
+def test_its_document_says_where_the_run_is_recorded(command: Command) -> None:
+    document = command.document(*VIRTUAL, "--for", 1)
+    assert Path(document["recording"]).is_file()
+    unrecorded = command.document(*VIRTUAL, "--for", 1, "--set", "recording.minutes=0")
+    assert "recording" not in unrecorded
+
+
 @pytest.mark.slow
 def test_a_result_is_judged_by_the_reference_that_was_sent(command: Command) -> None:
     sent = ("--for", 20, "--input", "8:yaw_reference=0.5")
@@ -71,11 +79,18 @@ def test_the_statistics_have_the_serial_ports_of_a_robot_with_any(
 
 
 @pytest.mark.slow
-def test_text_shows_the_step_and_the_statistics(command: Command) -> None:
+def test_text_is_a_small_chart_and_few_lines_with_the_outcome_first(command: Command) -> None:
     ended = command(*VIRTUAL)
-    assert ended.status == 0
-    for part in ("world.yaw_rad", "█", "settled True", "activations run, 0 skipped", "bus i2c1:"):
-        assert part in ended.out
+    assert (ended.status, ended.error) == (0, "")
+    _opening, chart, closing = ended.out.split("\n\n")
+    assert ("world.yaw_rad" in chart, "█" in chart) == (True, True)
+    did, outputs, punctual, recorded, further = closing.splitlines()
+    assert re.fullmatch(r"TachoBot turned to 1\.\d\d rad and settled after \d\.\d s", did)
+    assert outputs == "all outputs off"
+    assert punctual == "in virtual time: nothing can be late"
+    assert recorded.startswith("recorded in ")
+    assert "replay tachobot" in further
+    assert "stats" not in further, "it left no statistics"
 
 
 def test_a_trace_has_the_plants_truth_at_every_tick(command: Command, tmp_path: Path) -> None:
@@ -203,7 +218,8 @@ def test_a_class_is_made_with_arguments_and_runs_at_once(command: Command) -> No
     ended = command("run", f"{HERE}:Ramp", *words)
     assert (ended.status, ended.error) == (0, "")
     assert sent(ended.out) == ["00:00:00:500 level 0", "00:00:01:000 level 2"]
-    assert "ramp" in ended.out  # its class's name, in the statistics
+    last = ended.out.splitlines()[-2:]
+    assert last == [f"{HERE}:Ramp ran for 1.00 s", "in virtual time: nothing can be late"]
 
 
 def test_a_function_or_a_model_will_do_and_ten_seconds_are_run(

@@ -6,6 +6,8 @@ import shutil
 import subprocess
 import sys
 from collections.abc import Callable
+from contextlib import ExitStack
+from io import StringIO
 from pathlib import Path
 from select import select
 from types import SimpleNamespace
@@ -18,7 +20,7 @@ from firmware_runtime.cli.terminal_chart import chart
 from firmware_runtime.cli.verbs import VERBS, verb_names
 from firmware_runtime.devs.time import MICROSECOND, NEVER, SECOND
 from firmware_runtime.runs.progress_line import EVERY, RESERVE, ProgressLine
-from firmware_runtime.system.terminal import OwnTerminal
+from firmware_runtime.system.terminal import OwnTerminal, is_same_place
 from tests.support.completion import ways_on
 from tests.support.terminal import at_a_terminal, terminal_of
 from tests.support.waiting import PATIENCE_S
@@ -232,7 +234,7 @@ def test_a_run_in_a_terminal_shows_it_and_takes_it_away_at_the_end() -> None:
     assert lines
     assert all(" of 6 s" in line for line in lines)
     assert re.search(r"\r +\r\r?\n", shown), "the last line is not taken away"
-    assert "ended after 6.00 s" in shown
+    assert "all outputs off" in shown
 
 
 @pytest.mark.slow
@@ -246,6 +248,28 @@ def test_a_pipe_is_no_terminal() -> None:
     with os.fdopen(reading), os.fdopen(writing, "w") as stream:
         assert OwnTerminal.of(stream) is None
     assert OwnTerminal.of(None) is None
+
+
+def test_two_streams_are_at_the_same_place_if_a_reader_of_one_sees_the_other() -> None:
+    reading, writing = os.pipe()
+    other, elsewhere = os.pipe()
+    with ExitStack() as stack:
+        for end in (reading, other):
+            stack.callback(os.close, end)
+        first, second, third = (
+            stack.enter_context(os.fdopen(end, "w"))
+            for end in (writing, os.dup(writing), elsewhere)
+        )
+        assert is_same_place(first, second)
+        assert not is_same_place(first, third)
+        assert not is_same_place(first, StringIO())
+        assert not is_same_place(None, first)
+
+
+@pytest.mark.slow
+def test_what_went_wrong_is_said_once_at_a_terminal() -> None:
+    shown = at_a_terminal(sys.executable, *RUN, "--speed", "4", "--for", "0.05", status=1)
+    assert shown.count("imu was never ready") == 1
 
 
 FLOOD = """
@@ -274,18 +298,33 @@ def test_a_terminal_that_takes_nothing_keeps_nothing_waiting() -> None:
     [(10 * SECOND, "10 s"), (10 * SECOND + 1500 * MICROSECOND, "10 s"), (SECOND // 2, "0.5 s")],
 )
 def test_the_end_of_the_time_axis_is_in_hundredths_of_a_second(until: int, shown: str) -> None:
-    assert chart([(0, 0.0), (until, 1.0)], "label", until)[-1].split("  ")[-1].strip() == shown
+    assert chart([(0, 0.0), (until, 1.0)], "label", until)[-1].endswith(f"label, 0 to {shown}")
 
 
 def test_a_small_scale_is_not_zero_at_both_ends() -> None:
     lines = chart([(0, -2e-5), (SECOND, 1e-5)], "label", SECOND)
-    assert [line.split()[0] for line in (lines[1], lines[8])] == ["1e-05", "-2e-05"]
-    assert len({line.index("┤") for line in lines[1:9]}) == 1
+    assert [line.split()[0] for line in (lines[0], lines[-2])] == ["1e-05", "-2e-05"]
+    assert len({line.index("┤") for line in lines[:-1]}) == 1
 
 
 def test_values_below_zero_have_zero_on_their_scale_as_those_above_it() -> None:
     lines = chart([(0, -0.2), (SECOND, -0.2 - 1e-9)], "label", SECOND)
-    assert [line.split()[0] for line in (lines[1], lines[8])] == ["0.000", "-0.200"]
+    assert [line.split()[0] for line in (lines[0], lines[-2])] == ["0.000", "-0.200"]
+
+
+def test_where_nothing_came_the_last_value_is_held() -> None:
+    seldom = [(at * SECOND, 1.0) for at in range(3, 10, 3)]
+    *rows, _axis = chart(seldom, "label", 10 * SECOND)
+    bars = [line.partition("┤")[2] for line in rows]
+    assert len({*bars}) == 1
+    assert re.fullmatch(" +█+", bars[0]), "nothing before the first, no gap after it"
+    assert len(bars[0]) == len(chart([(0, 1.0)], "label", SECOND)[0].partition("┤")[2])
+
+
+def test_a_series_without_a_value_is_not_drawn_and_a_flat_one_has_one_mark() -> None:
+    assert chart([], "label", SECOND) == []
+    marks = [line.split("┤")[0].strip() for line in chart([(0, 0.0)], "label", SECOND)[:-1]]
+    assert marks == ["", "", "0.000"]
 
 
 def test_a_short_series_is_kept_sample_by_sample() -> None:

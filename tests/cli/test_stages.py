@@ -6,6 +6,7 @@ import subprocess
 import tempfile
 from contextlib import suppress
 from pathlib import Path
+from typing import Any
 
 import pytest
 from firmware_boards.tachobot.attitude import Attitude
@@ -13,13 +14,15 @@ from firmware_boards.tachobot.attitude import Attitude
 import firmware_runtime
 from firmware_runtime.board.registry import load
 from firmware_runtime.cli.run_options import planned_input
-from firmware_runtime.devs.time import SECOND
+from firmware_runtime.devs.time import MILLISECOND, SECOND
 from firmware_runtime.errors import ConfigError, Status
-from firmware_runtime.lab.stages.stage_text import end_text, stage_line
+from firmware_runtime.lab.stages.stage_text import stage_line, stage_lines
 from firmware_runtime.links.cut.refusal import Reason
 from firmware_runtime.runs import end_link as linking
+from firmware_runtime.statistics.file_header import RunState
 from tests.support.command import Command, started
 from tests.support.waiting import PATIENCE_S, wait_until
+from tests.support.written_run import WrittenRun
 
 
 def test_an_input_of_a_robot_end_elsewhere_is_refused(
@@ -68,19 +71,61 @@ def test_what_is_no_json_is_a_text_as_in_send() -> None:
     assert planned_input("1:a=WET").value == b'"WET"'
 
 
-def test_what_an_end_ran_skipped_and_coalesced_is_shown() -> None:
-    late = {"p50": 1.0, "p99": 2.0}
-    counts = {"scheduled": 6, "run": 1, "skipped": 2, "coalesced": 3, "overruns": 4}
-    ended = {"state": "stopped", "reason": "SIGTERM"}
-    end = {"ended": ended, "statistics": {**counts, "lateness_us": late}}
-    (line,) = end_text("robot", end, None)
-    assert "1 of 6 activations run, 2 skipped, 3 coalesced, 4 late" in line
-    assert "SIGTERM" in line
-    (line,) = end_text("robot", end, "controller")
-    assert "the controller had ended" in line
-    ended["reason"] = "the target was reached"
-    (line,) = end_text("robot", end, "controller")
-    assert "the target was reached" in line
+NAMES = {"controller": "heron.controller", "robot": "heron"}
+
+
+def _document(**changed: object) -> dict[str, Any]:
+    """The result of a stage, both ends of which were late once, out of two ticks."""
+    run = WrittenRun()
+    run.activation(0, 100_000, 0)
+    run.activation(10 * MILLISECOND, 13 * MILLISECOND, 0)
+    end = {"statistics": run.statistics(RunState.ENDED).as_json(), "recording": "/run/a.recording"}
+    way = {"sent": 1200, "received": 1100, "age_us": {"p50": 420.0}}
+    between = {"over": "udp", "between": "loopback", "impairment": None}
+    return {
+        "board": "heron",
+        "ended": {"state": "ended", "reason": "the run reached 2 s", "by": "controller"},
+        "controller": end,
+        "robot": {**end, "recording": "/run/b.recording"},
+        "link": {**between, "out": way, "back": {"sent": 7}},
+        "result": {"height_m": 2.0},
+        "outputs_on": {"wings": 0},
+        **changed,
+    }
+
+
+def test_a_stage_ends_in_few_lines() -> None:
+    lines = stage_lines(_document(), NAMES, lambda result: f"flew at {result['height_m']} m")
+    did, *_wrong, outputs, controller, robot, link, recorded, further = lines
+    assert (did, outputs) == ("flew at 2.0 m", "all outputs off")
+    for role, said in (("controller", controller), ("robot", robot)):
+        assert said == f"{role}: 1 of 2 ticks on time; the worst 13 ms late"
+    assert "udp, loopback: out 1,100 of 1,200 values in 0.42 ms, back - of 7 values" in link
+    assert recorded == "recorded in /run/a.recording and /run/b.recording"
+    for part in ("stats heron.controller", "replay heron.controller", "the robot end is heron"):
+        assert part in further
+
+
+def test_a_stage_that_failed_says_whose_fault_it_was_and_what_is_not_known() -> None:
+    ended = {"state": "failed", "reason": "ended with status 137", "by": "robot"}
+    killed = _document(ended=ended, robot={"status": 137}, result=None, outputs_on={"wings": 2})
+    lines = stage_lines(killed, NAMES, str)
+    assert lines[0].startswith("heron ran for ")
+    assert "failed: robot: ended with status 137" in lines
+    assert "outputs still on: wings 2" in lines
+    assert "robot: no statistics here" in lines
+    assert "the robot end" not in lines[-1]
+
+
+def test_a_stage_whose_ends_left_nothing_did_not_run() -> None:
+    lines = stage_lines(_document(controller={}, robot=None, result=None), {}, None)
+    assert lines[0] == "heron did not run"
+    assert not any(line.startswith(("recorded", "next")) for line in lines)
+
+
+def test_a_stage_that_was_stopped_says_by_what() -> None:
+    ended = {"state": "stopped", "reason": "SIGINT", "by": None}
+    assert "stopped: SIGINT" in stage_lines(_document(ended=ended), NAMES, None)
 
 
 def test_the_line_shows_both_ends() -> None:

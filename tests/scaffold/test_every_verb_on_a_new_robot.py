@@ -36,7 +36,8 @@ def test_it_runs_on_served_doubles_under_its_own_name(
     with rover.running("doubles", "serve", name, "--socket", SOCKET, until=f"serving {name}"):
         ran = rover.command("run", name, "--doubles", SOCKET, "--for", "1")
         assert ran.returncode == Status.OK, ran.stderr
-        assert "outputs still on: none" in ran.stdout
+        assert "the head follows a light" in ran.stdout
+        assert "all outputs off" in ran.stdout.splitlines()
         with rover.running("guard", name, "--doubles", SOCKET, until=f"{name}.stats") as guard:
             pass
         assert guard.returncode == Status.OK

@@ -38,8 +38,8 @@ def terminal_of(*words: str, keep: int = -1) -> Iterator[tuple["subprocess.Popen
         os.close(ours)
 
 
-def at_a_terminal(*words: str) -> str:
-    """What a program prints at a terminal, up to its end, which is to be a good one."""
+def at_a_terminal(*words: str, status: int = 0) -> str:
+    """What a program prints at a terminal, up to its end, which is to have this status."""
     shown = b""
     with terminal_of(*words) as (process, ours):
         with suppress(OSError):  # what reading says once the other end is closed
@@ -47,5 +47,5 @@ def at_a_terminal(*words: str) -> str:
                 if not (piece := os.read(ours, 4096)):
                     break
                 shown += piece
-        assert process.wait(PATIENCE_S) == 0, shown.decode(errors="replace")
+        assert process.wait(PATIENCE_S) == status, shown.decode(errors="replace")
     return shown.decode(errors="replace")

@@ -1,7 +1,8 @@
 """Definition of the board: its schema, its faults, its bus load, and the robot itself."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
+from typing import Any
 
 from firmware_drivers.chips.pca9685_registers import prescale_for
 from firmware_drivers.hardware import Identifiable, ReadBack
@@ -81,6 +82,17 @@ def build(settings: DetectiveSettings, lines: Lines) -> Robot:
     )
 
 
+def result_text(result: Mapping[str, Any]) -> str:
+    """Say in a sentence whether it found its target, and where it stopped, if that is known."""
+    stopped_m, time_s = result.get("stopped_m"), result.get("time_s")
+    away = "" if stopped_m is None else f" {stopped_m:.2f} m away"
+    after = "" if time_s is None else f" after {time_s:.1f} s"
+    if result["found"]:
+        return f"the detective robot found its target{away and f'{away},'}{after}"
+    where = away and f"; it stopped{away}"
+    return f"the detective robot did not find its target{where}{after}"
+
+
 def _identities(model: DetectiveRobot) -> Iterator[Callable[[], None]]:
     """Yield the questions to each chip; nothing on a serial port answers at once."""
     chips = (
@@ -141,4 +153,5 @@ BOARD = BoardDefinition(
         "commanded_turn": ("treads.speed",),
     },
     doubles_run_s=240.0,  # at most; it ends in front of the target
+    result_text=result_text,
 )

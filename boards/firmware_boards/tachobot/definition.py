@@ -8,7 +8,7 @@ from firmware_drivers.thrust_pairs import MOTORS
 
 from firmware_boards.tachobot.controller import Controller
 from firmware_boards.tachobot.experiments import EXPERIMENTS
-from firmware_boards.tachobot.result import yaw_result
+from firmware_boards.tachobot.result import result_text, yaw_result
 from firmware_boards.tachobot.settings import EscSettings, TachobotSettings
 from firmware_boards.tachobot.wiring import Tachobot, chip_settings, control_period
 from firmware_runtime.board.definition import BoardDefinition
@@ -219,6 +219,7 @@ BOARD = BoardDefinition(
         **dict.fromkeys(("x_position", "y_position", "position", "pose"), "hold"),
     },
     doubles_run_s=10.0,
+    result_text=result_text,
     experiments=EXPERIMENTS,
     plant=YAW,
 )

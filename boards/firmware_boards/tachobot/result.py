@@ -3,7 +3,8 @@
 Mode `track` has a result of its own (`track_result`).
 """
 
-from typing import Final
+from collections.abc import Mapping
+from typing import Any, Final
 
 from firmware_runtime.models.motion import Motion
 
@@ -36,9 +37,35 @@ def yaw_result(
     return result if reason is None else {**result, "settled_reason": reason}
 
 
+def is_settled(reference_rad: float, yaw: Motion) -> bool:
+    """Return whether both error and rate are small."""
+    return _why_not_settled(reference_rad - yaw.position, yaw.rate) is None
+
+
 def _why_not_settled(error: float, rate: float) -> str | None:
     if not abs(error) <= SETTLED_RAD:
         return f"yaw is off by {error:.3f} rad, expected {SETTLED_RAD:g} at most"
     if not abs(rate) <= SETTLED_RAD_S:
         return f"yaw turns at {rate:.3f} rad/s, expected {SETTLED_RAD_S:g} at most"
     return None
+
+
+def result_text(result: Mapping[str, Any]) -> str:
+    """Say in a sentence where it turned to, or how well it kept to its path in mode `track`."""
+    if result.get("off_m") is not None:
+        return _track_text(result)
+    reason, yaw_rad = result.get("settled_reason"), result.get("yaw_rad")
+    if yaw_rad is None or reason == NEVER_BEGAN:
+        return f"TachoBot did not turn: {reason}"
+    turned = f"TachoBot turned to {yaw_rad:.2f} rad"
+    if not result["settled"]:
+        return f"{turned} and has not settled: {reason}"
+    after_s = result.get("settled_after_s")
+    after = "" if after_s is None else f" after {after_s:.1f} s"
+    return f"{turned} and settled{after}"
+
+
+def _track_text(result: Mapping[str, Any]) -> str:
+    if result["settled"]:
+        return f"TachoBot followed its path; at the end it was {result['off_m']:.2f} m off"
+    return f"TachoBot did not keep to its path: {result['settled_reason']}"

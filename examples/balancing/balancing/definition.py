@@ -4,7 +4,7 @@ from firmware_drivers import dc_motor
 from firmware_drivers.chips.mpu9250_burst import NINE_AXES
 from firmware_drivers.chips.pca9685_registers import prescale_for
 
-from balancing.result import result
+from balancing.result import result, result_text
 from balancing.settings import BalancingSettings
 from balancing.wiring import Balancing, chip_settings
 from firmware_runtime.board.definition import BoardDefinition
@@ -121,5 +121,6 @@ BOARD = BoardDefinition(
     },
     inputs={"place": "hold"},
     doubles_run_s=10.0,
+    result_text=result_text,
     experiments={"place-step": PLACE_STEP},
 )

@@ -1,6 +1,8 @@
 """What the runtime asks of a board: its schema, its faults, its bus load, and the robot itself."""
 
+from collections.abc import Mapping
 from importlib.util import find_spec
+from typing import Any
 
 from firmware_drivers.chips import ads1115
 
@@ -78,6 +80,14 @@ def build(settings: PanTiltSettings, lines: Lines) -> Robot:
     )
 
 
+def result_text(result: Mapping[str, Any]) -> str:
+    """What the head did, for the last lines of a run: the light, and how far beside it it looks."""
+    does = "follows a light" if result["following"] else "sees no light"
+    error_rad = result.get("error_rad")  # the rig's: the head itself cannot know
+    beside = "" if error_rad is None else f", and looks {error_rad:.2f} rad beside it"
+    return f"the head {does}{beside}"
+
+
 BOARD = BoardDefinition(
     settings=PanTiltSettings,
     build=build,
@@ -88,4 +98,5 @@ BOARD = BoardDefinition(
         "controller": ("controller.kp", "controller.ki", "controller.kd", "controller.most_rad_s"),
     },
     doubles_run_s=15.0,
+    result_text=result_text,
 )

@@ -17,7 +17,9 @@ from typing import Any, Final, TextIO
 from firmware_runtime.board.roles import Stage
 from firmware_runtime.errors import TraceFileError
 
-_OF_AN_END: Final = ("status", "ended", "result", "outputs_on", "statistics", "link")
+_OF_AN_END: Final = (
+    *("status", "ended", "result", "outputs_on", "recording", "statistics", "link"),
+)
 
 
 def of_one_process(stage: Stage, run: Mapping[str, object]) -> dict[str, Any]:

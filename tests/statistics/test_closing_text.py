@@ -1,0 +1,176 @@
+"""The last lines of a run: twelve at most, in a fixed order, nothing claimed that is not known."""
+
+from typing import Any
+
+import pytest
+from msgspec.structs import replace
+
+from firmware_runtime.devs.time import MILLISECOND
+from firmware_runtime.statistics.blame import ABOUT, Blame, Cause
+from firmware_runtime.statistics.closing_text import (
+    MOST,
+    closing_lines,
+    did_text,
+    next_text,
+    outputs_text,
+    punctuality,
+    stopped_text,
+    went_wrong,
+)
+from firmware_runtime.statistics.figures import (
+    Causes,
+    FaultFigures,
+    Figures,
+    WorstActivation,
+    figures_from,
+)
+from firmware_runtime.statistics.file_header import RunState
+from firmware_runtime.statistics.rows import DeadlineRow
+from tests.support.written_run import WrittenRun
+
+LATE = (0.1, 13.0)
+REFUSED = "not granted: fifo_priority = 60 (Operation not permitted; needs CAP_SYS_NICE)"
+
+
+def run_of(*lateness_ms: float, skipped: int = 0, **conditions: Any) -> Figures:  # noqa: ANN401 -- as JSON has them
+    """A tick each 10 ms, so many ms late; beside the first, some that were skipped."""
+    run = WrittenRun(**conditions)
+    for number, late in enumerate(lateness_ms):
+        at = number * 10 * MILLISECOND
+        run.activation(at, round(late * MILLISECOND), 0, skipped=0 if number else skipped)
+    return run.statistics(RunState.ENDED).figures()
+
+
+def worst(lateness_us: float, cause: str | None, culprit: str | None = None) -> WorstActivation:
+    blame = None if cause is None else Blame(cause, culprit, 0.0, 0.0, {})
+    return WorstActivation(0, "imu", lateness_us, 0.0, Causes(0.0, 0.0, 0.0, {}, {}), blame)
+
+
+@pytest.mark.parametrize(
+    ("lateness_ms", "skipped", "said"),
+    [
+        ((0.1, 0.4), 0, "all 2 ticks on time, within 0.4 ms"),
+        ((0.1,) * 1001 + LATE[1:] * 2, 2, "1,001 of 1,005 ticks on time; the worst 13 ms late"),
+        ((0.1,), 1, "1 of 2 ticks on time; 1 did not run"),
+        ((), 0, "no tick of its own; 0 reactions to inputs"),
+    ],
+)
+def test_it_says_how_many_ticks_were_on_time(
+    lateness_ms: tuple[float, ...], skipped: int, said: str
+) -> None:
+    assert punctuality(run_of(*lateness_ms, skipped=skipped)) == said
+
+
+def test_the_latest_has_its_cause_and_who_it_was_in_words() -> None:
+    longest, latest = worst(5_000.0, Cause.GARBAGE), worst(13_000.0, Cause.BUS, "i2c1 0x68")
+    found = replace(run_of(*LATE), worst=[longest, latest])
+    assert punctuality(found).endswith(f"the worst 13 ms late: {ABOUT[Cause.BUS]} (i2c1 0x68)")
+    assert punctuality(replace(found, worst=[worst(13_000.0, None)])).endswith("ms late")
+    of_a_newer_file = replace(found, worst=[worst(13_000.0, "sunspots")])
+    assert punctuality(of_a_newer_file).endswith("ms late: sunspots")
+
+
+def test_in_virtual_time_nothing_can_be_late() -> None:
+    found = run_of(0.0, clock="VirtualClock")
+    assert punctuality(found) == "in virtual time: nothing can be late"
+
+
+@pytest.mark.parametrize(
+    ("on", "not_safe", "said"),
+    [
+        ({"wings": 0, "tail": 0}, False, "all outputs off"),
+        ({"wings": 0, "tail": 2}, False, "outputs still on: tail 2"),
+        ({"wings": 0, "tail": 2}, True, "outputs still on: tail 2"),
+        ({}, False, "all outputs were switched off"),
+        (None, False, "all outputs were switched off"),
+        (None, True, "outputs may still be on: not all could be switched off"),
+    ],
+)
+def test_outputs_are_off_or_named(on: dict[str, int] | None, said: str, *, not_safe: bool) -> None:
+    assert outputs_text(on, not_safe=not_safe) == said
+
+
+def test_nothing_is_said_to_be_wrong_where_nothing_was() -> None:
+    assert list(went_wrong(run_of(0.1))) == [], "a refused setting that had no effect is none"
+
+
+@pytest.mark.parametrize(
+    ("lateness_ms", "conditions", "drives_outside", "is_said"),
+    [
+        (LATE, {}, False, True),
+        ((0.1,), {}, True, True),
+        ((0.1,), {}, False, False),
+        (LATE, {"clock": "VirtualClock"}, True, False),
+    ],
+    ids=["late", "on chips", "on time", "in virtual time"],
+)
+def test_a_refused_setting_counts_where_it_may_matter(
+    lateness_ms: tuple[float, ...],
+    conditions: dict[str, Any],
+    *,
+    drives_outside: bool,
+    is_said: bool,
+) -> None:
+    found = run_of(*lateness_ms, **conditions)
+    said = [each for each in went_wrong(found, drives_outside=drives_outside) if "granted" in each]
+    assert [each.startswith(REFUSED) for each in said] == [True] * is_said
+
+
+def test_faults_have_their_sentence_and_first_time_and_come_before_what_is_less_grave() -> None:
+    fault = FaultFigures(3, 1.0, 2.5, "i2c1 0x68: not acknowledged")
+    found = replace(
+        run_of(*LATE),
+        faults={"imu": {"NoAcknowledge": fault}},
+        deadlines={"imu.sample -> thrust": DeadlineRow(3, 5, 2)},
+    )
+    first, second, third = went_wrong(found)
+    said = "fault: imu NoAcknowledge 3 times from 1.00 s to 2.50 s: i2c1 0x68: not acknowledged"
+    assert first == said
+    assert second == "deadline imu.sample -> thrust: 3 missed"
+    assert third.startswith(REFUSED)
+
+
+def test_they_are_twelve_at_most_and_what_has_no_room_is_counted() -> None:
+    wrong = [f"fault {number}" for number in range(20)]
+    lines = closing_lines(["did"], wrong, ["off", "on time"])
+    assert len(lines) == MOST
+    assert lines[:2] == ["did", "fault 0"]
+    assert lines[-3:] == ["and 12 more things went wrong", "off", "on time"]
+    assert len(lines) - 4 + 12 == len(wrong)
+    assert closing_lines(["did"], wrong[:9], ["off", "on time"]) == [
+        *("did", *wrong[:9], "off", "on time")
+    ]
+
+
+def test_a_robot_without_words_of_its_own_is_said_to_have_run() -> None:
+    ran = run_of(0.0)
+    assert did_text("heron", ran, None, {}) == "heron ran for 0.00 s"
+    assert did_text("heron", ran, "it landed", {"height_m": 0.123456, "wet": False}) == (
+        "heron ran for 0.00 s: it landed; height_m 0.1235, wet False"
+    )
+    assert stopped_text(ran, "SIGINT") == "stopped after 0.00 s: SIGINT"
+
+
+@pytest.mark.parametrize(
+    ("run", "statistics", "said"),
+    [
+        ("heron", "heron", ["view heron", "stats heron", "report heron", "replay heron"]),
+        ("heron", None, ["view heron", "replay heron"]),
+        (None, "x.stats", ["stats x.stats", "report x.stats"]),
+    ],
+)
+def test_what_to_do_next_is_what_can_be_done(
+    run: str | None, statistics: str | None, said: list[str]
+) -> None:
+    (line,) = next_text(run, statistics)
+    begun, *others = line.removeprefix("next: firmware-runtime ").split(", ")
+    assert [" ".join(each.split()[:2]) for each in (begun, *others)] == said
+
+
+def test_after_a_run_that_left_nothing_nothing_is_next() -> None:
+    assert list(next_text(None, None)) == []
+
+
+def test_figures_are_read_from_json_as_they_were_written() -> None:
+    found = run_of(*LATE)
+    assert figures_from(found.as_json()) == found
