@@ -67,6 +67,10 @@ class Page:
 
     def wait_for(self, condition: str, timeout_s: float = 60.0) -> None:
         """Wait until an expression is true in the page. Raises BrowserError where it never is."""
+        _check(self.comes_true(condition, timeout_s), f"never: {condition}")
+
+    def comes_true(self, condition: str, timeout_s: float) -> bool:
+        """Return whether an expression becomes true in the page within that time."""
         looks = round(timeout_s / 0.05)
         found = self.evaluate(
             f"""new Promise((done) => {{
@@ -78,7 +82,7 @@ class Page:
                 }}, 50);
             }})"""
         )
-        _check(found, f"never: {condition}")
+        return bool(found)
 
     def click(self, words: str, within: str = "body") -> None:
         """Press the button with these words, or of this label. Raises BrowserError without one."""

@@ -109,7 +109,7 @@ def _sentence(observed: Observed, figures: Figures, *, armed: bool | None, why: 
     if run.state == "running":
         if armed:
             return f"{observed.board.name} is armed and runs since {run.elapsed_s:.0f} s"
-        return f"{observed.board.name} is disarmed: {why or 'the run does not say why'}"
+        return f"{observed.board.name} is disarmed: {why or 'why, the run has not said yet'}"
     because = f": {run.reason}" if run.reason else ""
     return f"{observed.board.name}: {run.state} after {run.elapsed_s:.1f} s{because}"
 

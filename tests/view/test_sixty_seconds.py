@@ -19,6 +19,7 @@ pytestmark = [
     pytest.mark.real_time,
     pytest.mark.skipif(chromium.FOUND is None, reason="needs the Debian package chromium"),
 ]
+_TRIES, _WITHIN_S = 4, 20.0
 _SEEN_AT = "parseFloat(document.querySelector('output.at').textContent)"
 _GO_BEFORE = """(() => {
     const all = [...document.querySelectorAll('#faults li')];
@@ -55,6 +56,19 @@ def played(board: str) -> Iterator[str]:
     assert process.returncode == 0
 
 
+@contextmanager
+def armed(board: str, page: chromium.Page) -> Iterator[None]:
+    """A robot that is played with and armed, on its page; a busy machine may need some tries."""
+    for left in reversed(range(_TRIES)):
+        with played(board) as address:
+            page.open(f"{address}/", "light")
+            page.wait_for("document.body.dataset.ready")
+            if page.comes_true(_ARMED, timeout_s=_WITHIN_S) or not left:
+                page.wait_for(_ARMED)
+                yield
+                return
+
+
 @pytest.mark.parametrize(
     ("board", "device", "kind"),
     [
@@ -66,11 +80,7 @@ def played(board: str) -> Iterator[str]:
 def test_a_stranger_sees_breaks_and_rewinds_a_robot(
     board: str, device: str, kind: str, tmp_path: Path
 ) -> None:
-    with played(board) as address, chromium.open_page(tmp_path / "chromium") as page:
-        page.open(f"{address}/", "light")
-        page.wait_for("document.body.dataset.ready")
-        page.wait_for(_ARMED)
-        page.wait_for("store.at > 1")
+    with chromium.open_page(tmp_path / "chromium") as page, armed(board, page):
         page.wait_for("Object.keys(store.values).length > 2")
         choose = "document.querySelector('select[aria-label=device]')"
         page.evaluate(f"{choose}.value = {device!r}")
