@@ -17,7 +17,8 @@ from firmware_runtime.errors import ConfigError, did_you_mean
 from firmware_runtime.recording.blackbox.listing import span_of
 from firmware_runtime.recording.blackbox.reader import read_recording
 from firmware_runtime.recording.board_of_recording import settings_said
-from firmware_runtime.recording.what_if.what_if import Question, answer
+from firmware_runtime.recording.what_if.checkout import ask
+from firmware_runtime.recording.what_if.what_if import Question
 from firmware_runtime.recording.what_if.what_if_report import what_if_page
 from firmware_runtime.statistics.units import unit_of
 from firmware_runtime.system.atomic_file import read_text
@@ -52,7 +53,10 @@ def sliders(board: Board, values: Mapping[str, object]) -> list[dict[str, Any]]:
 
 
 def trial(recording: Path, changes: Mapping[str, object], last_s: float = LAST_S) -> list[Part]:
-    """What these values would have sent in the end of a recorded run. Raises ConfigError."""
+    """What these values would have sent in the end of a recorded run. Raises ConfigError.
+
+    It is found out in a process of its own, so that this one goes on serving.
+    """
     if not changes:
         raise ConfigError.of_one("try", "nothing is set otherwise", expected="another value")
     _, end = span_of(read_recording(recording))
@@ -62,7 +66,7 @@ def trial(recording: Path, changes: Mapping[str, object], last_s: float = LAST_S
         begin=max(0, end - round(last_s * SECOND)),
         plots=_PLOTS,
     )
-    found = answer(question)
+    found = ask(question, None)
     changed = settings_said(found.settings_changed)
     page = what_if_page(found, changed)
     said = Text(text=f"With {changed}, in {found.duration_s:.3f} s of the run.")

@@ -90,6 +90,7 @@ def test_a_value_that_changes_nothing_says_so(flight: Path) -> None:
     assert not [each for each in within(parts) if isinstance(each, Series)]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("changes", "why"),
     [
