@@ -55,6 +55,8 @@ def test_an_instant_of_a_recording_is_seen_and_stepped_through(
     at = "parseFloat(document.querySelector('output.at').textContent)"
     browser.wait_for(f"Math.abs({at} - 1.5) < 0.02")
     assert browser.evaluate("document.querySelectorAll('.events li').length") > 0
+    cells = "[...document.querySelectorAll('.instant-seen td')].map(each => each.textContent)"
+    assert "changed" in browser.evaluate(cells)
     before = browser.evaluate(at)
     browser.click("step forward")
     browser.wait_for(f"{at} > {before}")

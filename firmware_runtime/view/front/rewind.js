@@ -83,7 +83,9 @@ class Rewind {
     const parts = [
       instant.note ? { kind: "text", text: instant.note, look: "warning" } : null,
       instant.entered?.length ? { kind: "table", title: "Entered", head: ["port", "value"], rows: instant.entered.map(([port, value]) => [port, shortText(value)]) } : null,
-      here ? { kind: "table", title: `${here.model} after ${here.function}`, head: ["attribute", "value"], rows: Object.entries(here.state).map(([name, value]) => [name, shortText(value)]), is_words: true } : null,
+      instant.marks.length ? { kind: "bullets", items: instant.marks.map((each) => each.what) } : null,
+      here?.raised ? { kind: "text", text: `${here.model} ${here.function} raised ${here.raised}`, look: "warning" } : null,
+      here ? { kind: "table", title: `${here.model} after ${here.function}`, head: ["attribute", "value", ""], rows: Object.entries(here.state).map(([name, value]) => [name, shortText(value), here.changed.includes(name) ? "changed" : ""]), is_words: true } : null,
       instant.transfers.length ? { kind: "table", title: "On the lines", head: ["at", "line", "device", "written", "read", "error"], rows: instant.transfers.map((each) => [durationText(each.at - instant.at), each.line, each.device ?? String(each.address), each.written ?? "", each.read ?? "", each.error ?? ""]), is_words: true } : null,
     ].filter(Boolean);
     this.seen.replaceChildren(element("ol", { class: "events", "aria-label": "events of this instant" }, events), element("div", {}, parts.map((each) => render(each))));
