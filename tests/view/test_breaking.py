@@ -6,6 +6,7 @@ import sys
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
+from urllib.parse import quote
 
 import pytest
 
@@ -20,6 +21,7 @@ from tests.support.foxglove_viewer import viewed, viewer_of
 from tests.support.served_page import served_page
 from tests.support.waiting import PATIENCE_S, wait_until
 
+KP = "controller.yaw.kp"
 BEGAN = 1_700_000_000_000_000_000
 """A date before any run, ns."""
 pytestmark = [pytest.mark.slow, pytest.mark.real_time]
@@ -135,6 +137,24 @@ async def _first_sample(address: str) -> tuple[int, Any]:
     async with viewer_of(address) as viewer:
         await viewer.subscribe("/tachobot/ports/imu/sample")
         return await viewer.value()
+
+
+def test_a_run_under_way_is_gone_back_in_tried_and_saved(run: Path) -> None:
+    with served_page("--statistics", run) as page:
+        wait_until(lambda: page.said("/api/state")["at_s"] > 1.0, "a second has passed")
+        found = page.said("/api/instant?at=1000000000&snapshot=1")
+        assert found["at"] <= 1_000_000_000 < found["next"]
+        assert found["lateness_us"] > 0.0
+        assert found["note"] is None
+        assert found["transfers"][0]["device"] == "imu (MPU-9250)"
+        assert page.said(f"/api/instant?at={found['previous']}")["next"] == found["at"]
+        values = {each["key"]: each["value"] for each in page.said("/api/sliders")}
+        tried = page.ask("/api/try", json.dumps({"values": {KP: 2 * values[KP]}}).encode())
+        assert f"{KP}=1.5 (in the run 0.75)" in tried.document[0]["text"]
+        copy = page.ask(f"/api/board-file?values={quote(json.dumps({KP: 1.5}))}")
+        assert b"\nkp = 1.5\n" in copy.content
+        table = page.ask("/api/export?ports=imu.sample&begin_s=0&end_s=99&ending=csv")
+        assert table.content.startswith(b"t_ns,t_s,utc,acceleration.0,")
 
 
 def test_a_killed_run_has_died(run: Path) -> None:
