@@ -91,12 +91,13 @@ if TYPE_CHECKING:
     from firmware_runtime.models.smith_predictor import SmithPredictor
     from firmware_runtime.models.state_diagram import StateDiagram
     from firmware_runtime.models.state_table import Arrow, State, StateTableError
+    from firmware_runtime.recording.exports.recorded_run import RecordedRun, open_recording
     from firmware_runtime.runs.model_alone import open_model, run
     from firmware_runtime.runs.open_board import OpenBoard, open_board
     from firmware_runtime.runs.open_run import OpenRun, RunResult
-    from firmware_runtime.runs.port_values import PortValues
     from firmware_runtime.statistics.figures import Figures, ModelFigures
     from firmware_runtime.statistics.file_header import RunState
+    from firmware_runtime.statistics.port_values import PortValues
     from firmware_runtime.statistics.reader import read_statistics
     from firmware_runtime.statistics.statistics import Statistics
 
@@ -148,7 +149,9 @@ _WHERE: Final = {
     "OpenBoard": "runs.open_board",
     "open_board": "runs.open_board",
     "OpenRun": "runs.open_run",
-    "PortValues": "runs.port_values",
+    "open_recording": "recording.exports.recorded_run",
+    "RecordedRun": "recording.exports.recorded_run",
+    "PortValues": "statistics.port_values",
     "RunResult": "runs.open_run",
     "Figures": "statistics.figures",
     "ModelFigures": "statistics.figures",
@@ -270,6 +273,7 @@ __all__ = [
     "PortTypeError",
     "PortValues",
     "ProcessSettings",
+    "RecordedRun",
     "Robot",
     "RunResult",
     "RunState",
@@ -297,6 +301,7 @@ __all__ = [
     "format_time",
     "open_board",
     "open_model",
+    "open_recording",
     "read_statistics",
     "run",
     "seconds",

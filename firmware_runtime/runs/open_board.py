@@ -9,20 +9,22 @@ from dataclasses import replace
 from os import PathLike
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from firmware_runtime.board.assignments import assignments_of
 from firmware_runtime.board.ends import end_of
 from firmware_runtime.board.local_settings import board_in_force, settings_in_force
 from firmware_runtime.board.registry import Board
 from firmware_runtime.board.rig import Rig
+from firmware_runtime.devs.component import below_root
 from firmware_runtime.devs.coupled import Coupled
-from firmware_runtime.errors import ConfigError, FirmwareRuntimeError
+from firmware_runtime.errors import ConfigError, FirmwareRuntimeError, UnknownName
 from firmware_runtime.executive.clocks import Clock
 from firmware_runtime.executive.outcome import Outcome
 from firmware_runtime.hal.strike import Strike, Struck
 from firmware_runtime.hal.wire_errors import HalError
 from firmware_runtime.recording.blackbox.locations import recording_beside
+from firmware_runtime.recording.blackbox.taps import output_ports
 from firmware_runtime.runs.arming import permission_for
 from firmware_runtime.runs.end_link import idle_options
 from firmware_runtime.runs.open_run import OpenRun, RunResult
@@ -38,7 +40,11 @@ from firmware_runtime.runs.session import Session
 from firmware_runtime.runs.start import start_session, way_of
 from firmware_runtime.statistics.file_header import RunState
 from firmware_runtime.statistics.paths import check_ending, default_path
+from firmware_runtime.statistics.port_values import PortValues, table_of
 from firmware_runtime.system.atomic_file import why_not_writable
+
+if TYPE_CHECKING:
+    from firmware_runtime.recording.exports.recorded_run import RecordedRun
 
 Settings = Mapping[str, object]
 """Numbers of board.toml by their dotted keys."""
@@ -156,6 +162,23 @@ class OpenBoard(OpenRun):
         """
         return super().run(self._default_for_s if for_s is None else for_s)
 
+    def values(self) -> dict[str, PortValues[Any]]:
+        """Return all that has passed the run's ports so far, by their paths.
+
+        Of a run that is recorded: under way, or closed with `record`. Raises ConfigError otherwise.
+        """
+        recorded = self._recorded()
+        return {} if recorded is None else recorded.values()
+
+    def to_dataframe(self) -> Any:  # noqa: ANN401 -- as `PortValues.to_dataframe`
+        """Return all of that as one table, a row for each instant at which a port sent something.
+
+        A column is called by port and field, such as `imu.sample.rate.2`. It is a DataFrame of
+        pandas, or without pandas a Table of pyarrow. Raises ConfigError without either, and as
+        `values` does.
+        """
+        return table_of(self.values())
+
     def close(self) -> RunResult | None:
         """End the run with all outputs off, and release the buses. Closing twice is harmless.
 
@@ -176,13 +199,42 @@ class OpenBoard(OpenRun):
     # ---------------------------------------------------------------------------------------------
 
     def _keep(self) -> None:
-        """Keep the recording, once."""
-        into, self._record = self._record, None
-        if into is None:
+        """Keep the recording."""
+        if self._record is None:
             return
-        fault = self._session.edge.keep_into(into)
+        fault = self._session.edge.keep_into(self._record)
         if fault is not None:
             self._log(f"warning: {fault}")
+
+    def _recorded(self) -> "RecordedRun | None":
+        """The run so far, by its recording; None before it begins. Raises ConfigError."""
+        edge = self._session.edge
+        kept = self._record if self._is_closed else edge.kept
+        if edge.recorder is None or (self._is_closed and kept is None):
+            expected = "open_board(..., record=FILE), and recording.minutes above 0"
+            fault = "nothing of this run is recorded"
+            raise ConfigError.of_one(self.board.name, fault, expected=expected)
+        if kept is None or not self._executive.has_begun:
+            return None
+        # of a program that asks for values, and no other
+        from firmware_runtime.recording.blackbox.reader import read_recording  # noqa: PLC0415
+        from firmware_runtime.recording.exports.recorded_run import RecordedRun  # noqa: PLC0415
+
+        atomics = self._executive.simulator.atomics
+        ports = {below_root(port.path): port for port in output_ports(atomics)}
+        return RecordedRun(read_recording(kept), ports)
+
+    def _passed_so_far(self, path: str) -> Iterable[tuple[int, Any]] | None:
+        if self._session.edge.recorder is None:
+            return None
+        recorded = self._recorded()
+        if recorded is None:
+            return ()
+        try:
+            port = recorded.port(path)
+        except UnknownName:  # nothing can leave it: it leads nowhere
+            return ()
+        return zip(port.times_ns(), port.values(), strict=True)
 
     def _switch_off(self) -> None:
         """Switch off what never ran: something before it may have left outputs on."""

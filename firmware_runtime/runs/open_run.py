@@ -1,7 +1,7 @@
 """A run in the hands of a program: run it for a while, look at it, put values in, go on."""
 
 import threading
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Final, NoReturn, TypeVar
@@ -14,10 +14,10 @@ from firmware_runtime.errors import ConfigError, FirmwareRuntimeError, UnknownNa
 from firmware_runtime.executive.executive import Executive
 from firmware_runtime.executive.outcome import Outcome
 from firmware_runtime.runs.options import end_after, positive
-from firmware_runtime.runs.port_values import PortValues
 from firmware_runtime.runs.session import quitting_is_a_bug
 from firmware_runtime.statistics.figures import Figures
 from firmware_runtime.statistics.file_header import RunState
+from firmware_runtime.statistics.port_values import PortValues
 from firmware_runtime.system.resources import Closing
 from firmware_runtime.system.signals import signal_number, stop_on_signals
 
@@ -137,10 +137,11 @@ class OpenRun(Closing):
         return self._executive.simulator.listen(port, listener)
 
     def port(self, path: str) -> PortValues[Any]:
-        """Return what passes a port from now on, by its path: `controller.yaw.command_n`.
+        """Return what passes a port, by its path: `controller.yaw.command_n`.
 
-        Of an output port of any model, or an input port of the whole. Asked for again, it is the
-        same. Raises UnknownName for a port that there is not.
+        Of an output port of any model, or an input port of the whole, from now on; of a run that is
+        recorded also what has passed before. Asked for again, it is the same. Raises UnknownName
+        for a port that there is not.
         """
         if path not in self._watched:
             root = self._executive.simulator.root
@@ -150,7 +151,7 @@ class OpenRun(Closing):
             }
             if path not in known:
                 raise UnknownName.of("port", path, known)
-            self._watched[path] = PortValues(known[path], self._executive)
+            self._watched[path] = self._watch(path, known[path])
         return self._watched[path]
 
     def close(self) -> RunResult | None:
@@ -168,6 +169,18 @@ class OpenRun(Closing):
         return self._result(outcome)
 
     # ---------------------------------------------------------------------------------------------
+
+    def _watch(self, path: str, port: InPort[T] | OutPort[T]) -> PortValues[T]:
+        """What passes a port from now on."""
+        so_far = self._passed_so_far(path)
+        since = self._executive.reached if so_far is None else 0
+        values = PortValues[T](path, port.type.__name__, so_far or (), since)
+        self._executive.simulator.listen(port, values.take)
+        return values
+
+    def _passed_so_far(self, path: str) -> Iterable[tuple[int, Any]] | None:  # noqa: ARG002
+        """What passed a port until now; None where that is not known."""
+        return None
 
     @contextmanager
     def _alone(self) -> Iterator[None]:

@@ -2,10 +2,11 @@
 
 import ast
 import re
-import sys
+from collections.abc import Callable
 from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
+from types import ModuleType
 
 import pytest
 
@@ -20,6 +21,7 @@ from firmware_runtime import (
     open_board,
     open_model,
 )
+from firmware_runtime.statistics import port_values
 from firmware_runtime.system.packages import install_command
 from tests.support.command import in_python
 from tests.support.pages import Example, examples, printed
@@ -161,7 +163,7 @@ def test_every_robot_does_what_the_page_says(example: Example) -> None:
 
 
 def test_every_program_with_a_text_after_it_is_run() -> None:
-    assert (len(OTHERS), len(WITH_ROBOTS)) == (2, 4)
+    assert (len(OTHERS), len(WITH_ROBOTS)) == (2, 6)
 
 
 @pytest.mark.slow
@@ -223,6 +225,7 @@ def test_a_port_has_what_passed_it_since_it_was_asked_for() -> None:
         run.run(3.0)
         assert run.port("walker.place") is place
     assert place.times_s() == [2.0, 3.0, 4.0]
+    assert place.times_ns() == [2 * SECOND, 3 * SECOND, 4 * SECOND]
     assert [each.x for each in place.values()] == [1.0, 2.0, 5.0]
     assert (pace.times_s(), pace.values()) == ([2.5], [3.0])
     assert repr(place) == "<PortValues walker.place: 3 of Place, 2 s to 4 s>"
@@ -230,9 +233,10 @@ def test_a_port_has_what_passed_it_since_it_was_asked_for() -> None:
 
 @pytest.mark.slow
 def test_a_data_frame_has_a_column_for_each_part() -> None:
-    with open_model(walk(), clock="virtual") as run:
+    model = walk()
+    with open_model(model, clock="virtual") as run:
         place, pace = run.port("walker.place"), run.port("pace")
-        run.post(run.port("pace").port, 2.0)  # type: ignore[arg-type] # an input port
+        run.post(model.in_ports["pace"], 2.0)
         run.run(2.0)
     frame = place.to_dataframe()
     assert frame.index.name == "t_s"
@@ -241,14 +245,34 @@ def test_a_data_frame_has_a_column_for_each_part() -> None:
     assert pace.to_dataframe()["value"].tolist() == [2.0]
 
 
-def test_without_pandas_the_command_that_installs_it_is_said(
+def _without(*names: str) -> Callable[[str], ModuleType]:
+    """What imports modules where these are not installed."""
+
+    def importing(name: str) -> ModuleType:
+        if name in names:
+            raise ModuleNotFoundError(name=name)
+        return import_module(name)
+
+    return importing
+
+
+@pytest.mark.slow
+def test_without_pandas_it_is_a_table_of_pyarrow_and_without_either_a_sentence(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setitem(sys.modules, "pandas", None)
+    monkeypatch.setattr(port_values, "import_module", _without("pandas"))
     with open_model(walk(), clock="virtual") as run:
         place = run.port("walker.place")
-        run.run(1.0)
-    with pytest.raises(ConfigError) as refused:
+        run.run(2.0)
+    assert place.to_dataframe().to_pydict() == {
+        "t_ns": [SECOND, 2 * SECOND],
+        "t_s": [1.0, 2.0],
+        "x": [0.0, 1.0],
+        "turns.0": [1, 1],
+        "turns.1": [2, 2],
+    }
+    monkeypatch.setattr(port_values, "import_module", _without("pandas", "pyarrow"))
+    with pytest.raises(ConfigError, match="neither pandas nor pyarrow") as refused:
         place.to_dataframe()
     assert install_command("pandas") in str(refused.value)
 

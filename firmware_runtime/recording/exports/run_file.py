@@ -82,8 +82,8 @@ def csv_of(columns: dict[str, Column]) -> bytes:
 
 def parquet_of(columns: dict[str, Column]) -> bytes:
     """The bytes of a Parquet file. Raises ConfigError without pyarrow."""
-    pyarrow = module_of_extra("pyarrow", "sweep")
-    parquet = module_of_extra("pyarrow.parquet", "sweep")
+    pyarrow = module_of_extra("pyarrow", "parquet")
+    parquet = module_of_extra("pyarrow.parquet", "parquet")
     known = {"t_ns": pyarrow.int64(), "t_s": pyarrow.float64()}
     known[UTC] = pyarrow.timestamp("us", tz="UTC")  # ns are read by pandas alone
     columns = {**columns, UTC: [None if each is None else each // 1000 for each in columns[UTC]]}

@@ -54,7 +54,7 @@ def sections_between(recording: Recording, begin: int, until: int) -> Iterator[S
             yield section
 
 
-def values_in(section: Section, paths: Sequence[str], ports: dict[str, Port]) -> Iterator[Sent]:
+def values_in(section: Section, paths: Sequence[str], ports: Mapping[str, Port]) -> Iterator[Sent]:
     """Yield what left ports in a section, in the order in which it was sent."""
     for number, form in sent_of(section):
         path = paths[number] if 0 <= number < len(paths) else str(number)
@@ -76,11 +76,18 @@ def entrance(name: str) -> str:
 
 
 def passed(
-    recording: Recording, board: Board, begin: int = 0, until: int = NEVER
+    recording: Recording,
+    board: Board,
+    begin: int = 0,
+    until: int = NEVER,
+    ports: Mapping[str, Port] | None = None,
 ) -> Iterator[Sent]:
-    """Values that came in from outside and that left ports, in order. Raises ConfigError."""
+    """Values that came in from outside and that left ports, in order. Raises ConfigError.
+
+    `ports` are those of the run itself, with its world's, where that is at hand.
+    """
     header, model = recording.header, model_of(recording.header, board)
-    ports = ports_of(model)
+    ports = ports_of(model) if ports is None else ports
     for section in sections_between(recording, begin, until):
         yield from entered_in(section, model.in_ports)
         yield from values_in(section, header.ports, ports)
