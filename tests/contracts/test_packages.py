@@ -70,6 +70,7 @@ def test_what_tests_and_benches_take_is_no_extra_of_an_installed_robot() -> None
         "tuning",
         "sweep",
         "mcap",
+        "parquet",
         "pandas",
         "ros",
     }
@@ -82,6 +83,7 @@ def test_what_tests_and_benches_take_is_no_extra_of_an_installed_robot() -> None
     [
         ("plot", "matplotlib"),
         ("sweep", "distributed"),
+        ("parquet", "pyarrow"),
         ("gpio", "gpiod"),
         ("top", "rich"),
         ("completion", "argcomplete"),
