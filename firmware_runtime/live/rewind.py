@@ -28,8 +28,8 @@ from firmware_runtime.recording.blackbox.section import (
     Section,
     Transfer,
     decode,
-    sending,
-    sent_of,
+    sent_in,
+    timed,
 )
 from firmware_runtime.recording.board_of_recording import board_of
 from firmware_runtime.recording.debugger.last_sent import LastSent
@@ -184,7 +184,7 @@ class Rewind:
         """What each model sent, which is all that is known of it without running it again."""
         events: list[dict[str, Any]] = []
         for content in self._contents[it.begin : it.steps]:
-            for number, form in sent_of(sending(content)):
+            for number, form in sent_in(content):
                 path, sent = self._path(number), [self._path(number), _of_form(form)]
                 model = path.rpartition(".")[0]
                 if events and events[-1]["model"] == model:
@@ -257,7 +257,7 @@ def _mark(section: Section) -> dict[str, Any] | None:
 def _instants_of(contents: Sequence[bytes]) -> Iterator[_Instant]:
     """The instants of all steps: what stands between two belongs to the one before it."""
     places = [place for place, each in enumerate(contents) if kind_of(each) == Kind.STEP]
-    at_once = groupby(places, lambda place: sending(contents[place]).at)
+    at_once = groupby(places, lambda place: timed(contents[place]).at)
     groups = [(at, list(group)) for at, group in at_once]
     ends = [group[0] for _, group in groups[1:]] + [len(contents)]
     before = 0

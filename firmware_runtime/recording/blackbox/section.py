@@ -129,7 +129,7 @@ class Section(msgspec.Struct, array_like=True):
         return self.kind not in _WITHOUT_INSTANT
 
 
-class Sending(msgspec.Struct, array_like=True, frozen=True):
+class _UpToSent(msgspec.Struct, array_like=True, frozen=True, gc=False):
     """The first fields of a section, up to what was sent: read in a third of the time."""
 
     kind: int
@@ -138,7 +138,14 @@ class Sending(msgspec.Struct, array_like=True, frozen=True):
     times: msgspec.Raw
     enabled: msgspec.Raw
     world: msgspec.Raw
-    sent: msgspec.Raw
+    sent: list[Any]
+
+
+class Timed(msgspec.Struct, array_like=True, frozen=True, gc=False):
+    """The first two fields of a section."""
+
+    kind: int
+    at: int
 
 
 _WITHOUT_INSTANT: Final = frozenset({Kind.HEADER, Kind.GO_ON})
@@ -169,8 +176,9 @@ encode_into: Final[Callable[[Any, bytearray], None]] = _ENCODER.encode_into
 """As `encode`, in place of what is in an array of bytes."""
 _UNKNOWN_KEY: Final = encode(_UNKNOWN)
 _decode: Final = msgspec.msgpack.Decoder(Section).decode
-sending: Final[Callable[[bytes], Sending]] = msgspec.msgpack.Decoder(Sending).decode
-"""The first fields of a section that has been found to be one."""
+_decode_up_to_sent: Final = msgspec.msgpack.Decoder(_UpToSent).decode
+timed: Final[Callable[[bytes], Timed]] = msgspec.msgpack.Decoder(Timed).decode
+"""Kind and instant of a section that has been found to be one."""
 _SENT: Final = msgspec.msgpack.Decoder(list[Any]).decode
 
 
@@ -222,7 +230,19 @@ def decode(content: bytes) -> Section:
     return section
 
 
-def sent_of(section: Section | Sending) -> list[tuple[int, Any]]:
+def sent_in(content: bytes) -> Iterable[tuple[int, Any]]:
+    """As `sent_of`, of the bytes of a section that has been found to be one. Raises ConfigError."""
+    try:
+        sent = _decode_up_to_sent(content).sent
+    except (msgspec.MsgspecError, ValueError, RecursionError) as error:
+        raise _unreadable(text_of(error)) from error
+    numbers = sent[::2]
+    if len(sent) % 2 or not all(type(number) is int for number in numbers):
+        raise _unreadable("a port without a value, or that is no number")
+    return zip(numbers, sent[1::2], strict=True)
+
+
+def sent_of(section: Section) -> list[tuple[int, Any]]:
     """Number of the port and value, for all that was sent. Raises ConfigError."""
     try:
         found = pairs_of(_SENT(bytes(section.sent)))

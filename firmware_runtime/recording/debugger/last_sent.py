@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from typing import Any, Final
 
 from firmware_runtime.recording.blackbox.reader import kind_of
-from firmware_runtime.recording.blackbox.section import Kind, sending, sent_of
+from firmware_runtime.recording.blackbox.section import Kind, sent_in
 
 _KEPT_EVERY: Final = 500
 """Sections between two places whose values are kept, so that the next need not begin at 0."""
@@ -24,7 +24,7 @@ class LastSent:
         for index in range(begin, place):
             content = self._contents[index]
             if kind_of(content) != Kind.HEADER:
-                forms.update(sent_of(sending(content)))
+                forms.update(sent_in(content))
             if (index + 1) % _KEPT_EVERY == 0:
                 self._forms[index + 1] = dict(forms)
         return forms

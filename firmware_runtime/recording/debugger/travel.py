@@ -17,7 +17,7 @@ from firmware_runtime.recording.blackbox.reader import (
     kind_of,
     no_instant,
 )
-from firmware_runtime.recording.blackbox.section import Kind, Section, decode, sending
+from firmware_runtime.recording.blackbox.section import Kind, Section, decode, timed
 from firmware_runtime.recording.blackbox.state.keyframes import ForeignState, UnkeepableState
 from firmware_runtime.recording.blackbox.taps import output_ports
 from firmware_runtime.recording.debugger.last_sent import LastSent
@@ -135,7 +135,7 @@ class Travel:
         found, latest = [], 0
         for content in self._contents:
             if kind_of(content) in _TIMED:
-                latest = max(latest, sending(content).at)
+                latest = max(latest, timed(content).at)
             found.append(latest)
         return found
 
