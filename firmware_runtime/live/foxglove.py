@@ -5,7 +5,7 @@ password: every process of this machine may look.
 Source: docs.foxglove.dev, Foxglove SDK; github.com/foxglove/ws-protocol.
 """
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any, Final
 
 import msgspec
@@ -38,6 +38,8 @@ class FoxgloveChannels(Closing):
     ) -> None:
         self._foxglove = foxglove = module_of_extra("foxglove", "foxglove")
         self._board = board
+        self._last: dict[str, tuple[Any, int, object]] = {}
+        """Channel, date and value that were sent last, by topic."""
         self._context = context = foxglove.Context()  # the server itself does not keep it
         try:
             self._server = foxglove.start_server(
@@ -45,6 +47,7 @@ class FoxgloveChannels(Closing):
                 host=LOOPBACK,
                 port=port,
                 context=context,
+                server_listener=_Subscriptions(self._send_last),
                 message_backlog_size=_BACKLOG,
             )
         except (RuntimeError, OSError, OverflowError) as error:
@@ -68,10 +71,14 @@ class FoxgloveChannels(Closing):
         channel = self._channels.get(path)
         if channel is None:
             channel = self._channels[path] = self._channel(path, None)
+        self._last[channel.topic()] = channel, at_ns, value
         if channel.has_sinks():
-            said = plain(value)
-            message = said if isinstance(said, dict) else {ALONE: said}
-            channel.log(msgspec.json.encode(message), log_time=at_ns)
+            _log(channel, at_ns, value)
+
+    def _send_last(self, topic: str) -> None:
+        """Send what a port had last to a viewer that begins to look; others get the same again."""
+        if (last := self._last.get(topic)) is not None:
+            _log(*last)
 
     def _channel(self, path: str, schema: dict[str, Any] | None) -> Any:  # noqa: ANN401 -- an extra
         topic = topic_of(self._board, path)
@@ -85,6 +92,26 @@ class FoxgloveChannels(Closing):
             channel.close()
         self._channels = {}
         self._server.stop()
+
+
+class _Subscriptions:
+    """Calls a function with the topic, in a thread of the SDK's, when a viewer begins to look."""
+
+    def __init__(self, began: Callable[[str], None]) -> None:
+        self._began = began
+
+    def on_subscribe(self, _client: object, channel: Any) -> None:  # noqa: ANN401 -- an extra
+        """A viewer looks at a channel."""
+        self._began(channel.topic)
+
+    def on_unsubscribe(self, _client: object, _channel: object) -> None:
+        """A viewer looks at it no more."""
+
+
+def _log(channel: Any, at_ns: int, value: object) -> None:  # noqa: ANN401 -- an extra
+    said = plain(value)
+    message = said if isinstance(said, dict) else {ALONE: said}
+    channel.log(msgspec.json.encode(message), log_time=at_ns)
 
 
 def topic_of(board: str, path: str) -> str:

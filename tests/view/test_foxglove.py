@@ -71,7 +71,7 @@ def test_a_record_has_its_fields(ports: Mapping[str, Port]) -> None:
 @pytest.mark.slow
 def test_a_port_of_the_world_has_any_value(ports: Mapping[str, Port]) -> None:
     with FoxgloveChannels("tachobot", ports, port=0) as served:
-        served.send("world.yaw_rad", 1, 0.25)
+        served.send("world.yaw_rad", 1, 0.5)
         topic = topic_of("tachobot", "world.yaw_rad")
         _, channel, (_, value) = viewed(first_value(served, "world.yaw_rad", 0.5, topic))
     assert value == {"value": 0.5}
@@ -82,6 +82,19 @@ def test_what_nobody_looks_at_is_not_sent(ports: Mapping[str, Port]) -> None:
     with FoxgloveChannels("tachobot", ports, port=0) as served:
         served.send(COMMAND, 1, 0.25)
         served.close()  # again does nothing
+
+
+@pytest.mark.slow
+def test_who_comes_later_gets_what_was_sent_last(ports: Mapping[str, Port]) -> None:
+    async def looked_at_late(served: FoxgloveChannels) -> tuple[int, Any]:
+        async with viewer_of(f"ws://{LOOPBACK}:{served.port}") as viewer:
+            await viewer.subscribe(topic_of("tachobot", COMMAND))
+            return await viewer.value()
+
+    with FoxgloveChannels("tachobot", ports, port=0) as served:
+        served.send(COMMAND, BEGAN, 0.25)
+        served.send(COMMAND, BEGAN + 1, 0.5)
+        assert viewed(looked_at_late(served)) == (BEGAN + 1, {"value": 0.5})
 
 
 @pytest.mark.slow
