@@ -28,6 +28,7 @@ from firmware_runtime.recording.exports.typed_values import (
 )
 from firmware_runtime.recording.replay.player import Player
 from firmware_runtime.statistics.json_values import plain
+from firmware_runtime.statistics.statistics import Statistics
 from firmware_runtime.statistics.value_table import cells_of
 from firmware_runtime.system.resources import Closing
 
@@ -66,6 +67,8 @@ class Observed(Closing):
         """By model, and by leaf where its values are words."""
         self.remark: str | None = None
         """Why this is not all that there is to see; None where it is."""
+        self.is_off = False
+        """Whether its outputs have been switched off since its last step."""
         self.end: str | None = None
         """How the run ended, as it recorded it."""
         self._is_whole = is_whole
@@ -75,6 +78,11 @@ class Observed(Closing):
     def close(self) -> None:
         """Close the file."""
         self._follower.close()
+
+    @property
+    def statistics(self) -> Statistics | None:
+        """What was counted as it was run again; None where it was not."""
+        return None if self._observer is None else self._observer.player.statistics
 
     @property
     def is_replaced(self) -> bool:
@@ -120,6 +128,8 @@ class Observed(Closing):
     def _take(self, section: Section) -> None:
         if section.kind is Kind.ENDED and isinstance(section.extra, dict):
             self.end = f"{section.extra.get('state')}: {section.extra.get('reason')}"
+        if section.kind in {Kind.SAFE, Kind.STEP}:
+            self.is_off = section.kind is Kind.SAFE
         if section.kind is Kind.LOST:
             self._observer = None
             self.remark = f"at {section.at / SECOND:g} s a part of the recording is missing"

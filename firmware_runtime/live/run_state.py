@@ -16,6 +16,8 @@ from firmware_runtime.statistics.reader import read_statistics
 from firmware_runtime.statistics.statistics import Statistics
 
 _TIMEOUT_S: Final = 0.2
+_VIRTUAL: Final = "in virtual time: nothing can be late"
+OFF: Final = Applied.NOTHING.name
 IN_THE_RUN: Final = "in the run"
 """In the place of a socket: doubles in the run's own process."""
 
@@ -67,6 +69,8 @@ def run_state(observed: Observed, statistics: Statistics | None, path: Path | No
     outputs = _outputs(observed)
     at_s = observed.at / 1e9
     if statistics is None:
+        is_virtual = observed.header.speed == 0
+        again = None if observed.statistics is None else observed.statistics.figures()
         return RunState(
             board=observed.board.name,
             state="recording",
@@ -75,9 +79,9 @@ def run_state(observed: Observed, statistics: Statistics | None, path: Path | No
             why_not_armed=None,
             at_s=at_s,
             sentence=f"a recording of {at_s:.1f} s; {observed.end or 'its end is not in it'}",
-            faults=[],
+            faults=[] if again is None else _faults(again),
             outputs=outputs,
-            punctual=None,
+            punctual=_VIRTUAL if is_virtual else None if again is None else punctuality(again),
             doubles=None,
             pid=None,
             note=observed.remark,
@@ -141,7 +145,12 @@ def _outputs(observed: Observed) -> dict[str, str]:
         for path, port in observed.ports.items()
         if port.type is Applied and path.count(".") == 1
     )
-    return {path.partition(".")[0]: str(observed.values.get(path, "unknown")) for path in actuators}
+    return {
+        path.partition(".")[0]: OFF
+        if observed.is_off
+        else str(observed.values.get(path, "unknown"))
+        for path in actuators
+    }
 
 
 def _doubles(stated: Mapping[str, object]) -> str | None:

@@ -125,7 +125,8 @@ class PageServer:
         return socket
 
     async def _get_state(self, _request: web.Request) -> web.Response:
-        if self._source.state is None:
+        await self._has_seen.wait()
+        if self._source.state is None or not self._source.is_live:
             await self._in_thread(self._source.look)
         state = self._source.state
         return _json({} if state is None else as_json(state))

@@ -75,7 +75,13 @@ class Source(Closing):
     def look(self) -> RunState:
         """Read the statistics, and say how the run fares. Blocks for a moment."""
         self.statistics = statistics_at(self.statistics_path)
-        self.state = run_state(self.observed, self.statistics, self.statistics_path)
+        if self.statistics is None and not self.is_live:
+            self.statistics = self.observed.statistics
+        self.state = run_state(
+            self.observed,
+            self.statistics if self.statistics_path is not None else None,
+            self.statistics_path,
+        )
         return self.state
 
     def model(self) -> dict[str, object]:

@@ -11,6 +11,8 @@ import aiohttp
 import pytest
 
 from firmware_runtime.live.viewer import LONGEST
+from firmware_runtime.runs.session import Session
+from sim_doubles.faults import FaultScript, NackAddress
 from tests.support.command import Command
 from tests.support.recorded import record
 from tests.support.served_page import ServedPage, served_page
@@ -44,7 +46,24 @@ def test_the_state_says_what_programs_ask_for(page: ServedPage) -> None:
     assert state["state"] == "recording"
     assert state["armed"] is None
     assert state["faults"] == []
-    assert state["outputs"].keys() == {"thrust_pairs"}
+    assert state["outputs"] == {"thrust_pairs": "NOTHING"}
+
+
+def test_a_recording_says_what_went_wrong_and_how_punctual_it_was(tmp_path: Path) -> None:
+    path = record(tmp_path / "tachobot.recording", "tachobot", 1.2, before=_without_imu)
+    with served_page(path) as page:
+        page.said("/api/model")
+        state = page.said("/api/state")
+        assert {each["model"] for each in state["faults"]} == {"imu"}
+        assert state["faults"][0]["first_s"] >= 0.0
+        assert "virtual time" in state["punctual"]
+        assert page.said("/api/report")["title"].endswith("timing report")
+
+
+def _without_imu(session: Session) -> None:
+    """From the start, nothing answers at the IMU's address."""
+    rig: Any = session.hardware.rig
+    rig.buses["i2c1"].faults = FaultScript([NackAddress(address=0x68, times=None)])
 
 
 def test_the_model_has_its_ports_and_what_is_plotted_first(page: ServedPage) -> None:
