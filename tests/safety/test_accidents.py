@@ -101,7 +101,7 @@ def test_a_guard_with_its_chips_on_another_bus_takes_up_the_run_s_even_if_one_is
     file = tmp_path / "two_buses.toml"
     file.write_text(f"{begin}{another}{imu}{imu_s}{pairs}{own}", encoding="utf-8")
     with guarded_run(tmp_path, board=str(file)) as run:
-        fault = ("doubles", "fault", "stuck", "--bus", "i2c1", "--for", 600)
+        fault = ("doubles", "fault", "stuck", "i2c1", "--for", 600)
         assert run.ask(*fault, "--socket", run.socket).returncode == 0
         run.signal(signal.SIGKILL)
         wait_until(lambda: run.is_off, "the guard has switched off", run.errors)
