@@ -81,6 +81,10 @@ class OpenRun(Closing):
         """Figures that have been counted so far."""
         return self._executive.statistics.figures()
 
+    def show(self) -> None:
+        """Show the report so far in a notebook. Raises ConfigError where none runs this."""
+        self._executive.statistics.show()
+
     def run(self, for_s: float | None = None) -> RunResult:
         """Run for so many seconds, or until it is over or stopped; again, go on from there.
 

@@ -4,6 +4,7 @@ Totals over models are not in the cells: they are the sums of the models' counte
 histograms of their lateness, made here.
 """
 
+from importlib import import_module
 from time import monotonic_ns
 from typing import Any
 
@@ -127,6 +128,11 @@ class Statistics(Struct, frozen=True):
     def step_times(self) -> Histogram:
         """The time of whole steps, in ns."""
         return self._measured(STEP_HISTOGRAM)
+
+    def show(self) -> None:
+        """Show the report in a notebook. Raises ConfigError where none runs this."""
+        # what draws builds on this room, and is loaded by nothing but this call
+        import_module("firmware_runtime.view.notebook").show_statistics(self)
 
     def as_json(self) -> dict[str, Any]:
         """Everything, in the spelling that other programs rely on; times in us where named so."""

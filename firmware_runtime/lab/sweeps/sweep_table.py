@@ -54,6 +54,17 @@ class Table:
         of_experiment = [name for name in self.columns if name.startswith(EXPERIMENT)]
         return of_experiment or [name for name in self.columns if name.startswith(RESULT)]
 
+    def show(self) -> None:
+        """Show its page in a notebook. Raises ConfigError where none runs this."""
+        # both are made of tables
+        from firmware_runtime.lab.sweeps.summary import summary  # noqa: PLC0415
+        from firmware_runtime.lab.sweeps.sweep_page import sweep_page  # noqa: PLC0415
+        from firmware_runtime.view.notebook import show  # noqa: PLC0415
+
+        show(
+            sweep_page(self, summary(self, "FILE")), "firmware-runtime sweep show FILE -o page.html"
+        )
+
     def column(self, name: str) -> list[Cell]:
         """One column, None where a row has it not."""
         return [row.get(name) for row in self.rows]
