@@ -22,7 +22,8 @@ class Frame:
 
     def _repr_html_(self) -> str:
         """Return markup for whatever shows HTML."""
-        return f'<iframe sandbox="allow-scripts" style="{_LOOK}" srcdoc="{escape(self._text)}">'
+        look = f'sandbox="allow-scripts" style="{_LOOK}"'
+        return f'<iframe {look} srcdoc="{escape(self._text)}"></iframe>'
 
 
 def show(page: Page, instead: str) -> None:

@@ -102,8 +102,9 @@ def test_late_and_skipped_are_counted_in_the_span_in_which_they_were(uneven: Sta
     run = timeline(uneven)
     _, counted = lateness_over_time(run, MILLISECOND)
     (stalled,) = (each for each in run if each.span.late > 0)
-    for curve, number in zip(counted.curves, (1, 4), strict=True):
+    for curve, number in zip(counted.curves, (4, 1), strict=True):
         assert curve.style == "columns"
+        assert curve.name == ("late" if number == 1 else "skipped")
         assert [point for point in curve.points if point[1]] == [(stalled.sides_s[0], number)]
 
 

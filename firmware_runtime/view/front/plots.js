@@ -254,10 +254,12 @@ function histogramPlot(part) {
   const least = (value) => (part.is_log ? Math.max(value, 1) : value);
   const edges = part.edges.map(least);
   const ys = [...part.counts.map((each) => (each > 0 ? each : null)), null];
-  const values = [...edges, ...(part.levels ?? []).map((each) => least(each.value) * (part.is_log ? 1.15 : 1))];
+  const values = [...edges, ...(part.levels ?? []).map((each) => least(each.value))];
+  const decade = (value, round) => (part.is_log ? 10 ** round(Math.log10(value)) : value);
+  const whole = [decade(Math.min(...values), Math.floor), decade(Math.max(...values) * 1.001, Math.ceil)];
   const options = {
     scales: {
-      x: { time: false, distr: part.is_log ? 3 : 1, range: (_, min, max) => (plot?.ends ? [min, max] : [Math.min(...values), Math.max(...values)]) },
+      x: { time: false, distr: part.is_log ? 3 : 1, range: (_, min, max) => (plot?.ends ? [min, max] : whole) },
       y: part.is_log ? { distr: 3, range: (_, min, max) => [0.6, Math.max(max ?? 1, 10)] } : { range: (_, min, max) => [0, (max ?? 1) * 1.05] },
     },
     axes: [{ ...axis(part.across, part.across, true), ...(part.is_log ? DECADES : {}) }, axis("", "", false)],

@@ -80,12 +80,13 @@ def lateness_over_time(run: Sequence[Stretch], tolerance_ns: int | None) -> Iter
         said=_lateness_said(shown, largest),
         numbers=[_lateness_table(shown)],
     )
-    if any(counted(each.span) for _, _, counted in _COUNTED for each in shown):
+    columns = [_columns(*each, shown) for each in _COUNTED]
+    if any(any(each.y) for each in columns):
         yield Series(
             title="Late and skipped activations",
             across="s",
             up="activations",
-            curves=[_columns(*each, shown) for each in _COUNTED],
+            curves=sorted(columns, key=_total, reverse=True),  # the smaller ones in front
             across_ends=ends,
             said=_counted_said(shown),
         )
@@ -115,6 +116,10 @@ def _columns(
 ) -> Curve:
     begins = [each.sides_s[0] for each in run]
     return Curve(name, begins, [counted(each.span) for each in run], "columns", colour)
+
+
+def _total(curve: Curve) -> float:
+    return sum(number for _, number in curve.points)
 
 
 def _lateness_said(run: Sequence[Stretch], largest: int) -> str:
