@@ -4,9 +4,17 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Final, TypeAlias
 
 from firmware_runtime.lab.sweeps.row import EXPERIMENT
-from firmware_runtime.lab.sweeps.summary import FIGURES, Case, Summary, number_of, rarer_truth
+from firmware_runtime.lab.sweeps.summary import (
+    FIGURES,
+    Case,
+    Summary,
+    number_of,
+    rarer_truth,
+    summary,
+)
 from firmware_runtime.lab.sweeps.sweep_table import Table
 from firmware_runtime.view import parts
+from firmware_runtime.view.notebook import show
 from firmware_runtime.view.parts import (
     Beside,
     Bullets,
@@ -40,6 +48,12 @@ def sweep_page(rows: Table, found: Summary) -> Page:
             section("Worst", *(_cases(name, cases) for name, cases in found.worst.items())),
         ],
     )
+
+
+def show_sweep(rows: Table) -> None:
+    """Show the page in a notebook. Raises ConfigError where none runs this."""
+    page = sweep_page(rows, summary(rows, "FILE"))
+    show(page, "firmware-runtime sweep show FILE -o page.html")
 
 
 def _said(found: Summary) -> Iterator[str]:

@@ -12,6 +12,7 @@ import os
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from importlib import import_module
 from pathlib import Path
 from typing import Any, Final
 
@@ -56,14 +57,8 @@ class Table:
 
     def show(self) -> None:
         """Show its page in a notebook. Raises ConfigError where none runs this."""
-        # both are made of tables
-        from firmware_runtime.lab.sweeps.summary import summary  # noqa: PLC0415
-        from firmware_runtime.lab.sweeps.sweep_page import sweep_page  # noqa: PLC0415
-        from firmware_runtime.view.notebook import show  # noqa: PLC0415
-
-        show(
-            sweep_page(self, summary(self, "FILE")), "firmware-runtime sweep show FILE -o page.html"
-        )
+        # the page is made of a table, and is loaded by nothing but this call
+        import_module("firmware_runtime.lab.sweeps.sweep_page").show_sweep(self)
 
     def column(self, name: str) -> list[Cell]:
         """One column, None where a row has it not."""
