@@ -13,6 +13,7 @@ from typing import Any, Final, TypeAlias
 
 import msgspec
 
+from firmware_runtime.board.retuning import retunable_values
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.links.control import ask
@@ -135,7 +136,10 @@ class Actions:
     # Gains ----------------------------------------------------------------------------------------
 
     def _sliders(self, _said: Said) -> object:
-        return sliders(self._source.board, self._ask("get")["values"])
+        board = self._source.board
+        if not self._source.is_live:
+            return sliders(board, retunable_values(board.settings, board.retunable))
+        return sliders(board, self._ask("get")["values"])
 
     def _board_file(self, said: Said) -> bytes:
         """A copy of the board.toml with `values`, an object in JSON."""

@@ -175,3 +175,13 @@ def test_what_cannot_be_viewed_is_refused_in_a_sentence(command: Command, tmp_pa
 def test_an_address_for_others_takes_a_token(command: Command, recording: Path) -> None:
     said = command.refused("view", recording, "--address", "0.0.0.0", "--no-browser")  # noqa: S104
     assert "--token-file" in said
+
+
+def test_other_gains_are_tried_on_a_recording(page: ServedPage) -> None:
+    sliders = {each["key"]: each for each in page.said("/api/sliders")}
+    key = "controller.yaw.kp"
+    values = {key: sliders[key]["value"] * 1.5}
+    tried = page.ask("/api/try", json.dumps({"values": values}).encode()).document
+    assert any(each["kind"] == "series" for each in tried)
+    assert page.ask("/api/try", b'{"values": {"no.such": 1}}').status == 409
+    assert page.ask("/api/set", json.dumps({"values": values}).encode()).status == 409

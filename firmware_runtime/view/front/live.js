@@ -149,7 +149,7 @@ async function begin() {
   rewind = new Rewind(model);
   layOut();
   rewind.layOut(document.getElementById("rewind"));
-  if (model.is_live) tuning(document.getElementById("tune"));
+  tuning(document.getElementById("tune"), model.is_live);
   breaking(document.getElementById("break"));
   showState(await ask("state"));
   connect();

@@ -1,7 +1,7 @@
 "use strict";
 /* Gains and limits as sliders: try them on the last run, take them up, undo, save a copy of board.toml. */
 
-async function tuning(section) {
+async function tuning(section, isLive) {
   let sliders;
   try { sliders = await ask("sliders"); } catch { return; } // a run without gains
   if (!sliders.length) return;
@@ -37,16 +37,16 @@ async function tuning(section) {
     try { await does(); } catch (error) { say(`${words}: ${error.message}`); } finally { event.target.disabled = false; }
   } }, words);
 
-  section.append(element("h2", {}, "Tune"), element("div", { class: "scroll" }, element("table", { class: "words" }, element("tbody", {}, sliders.map(row)))),
+  section.append(element("h2", {}, isLive ? "Tune" : "What if"), element("div", { class: "scroll" }, element("table", { class: "words" }, element("tbody", {}, sliders.map(row)))),
     element("p", { class: "acts" },
-      attempt("Try on the last run first", async () => tried.replaceChildren(...(await ask("try", { values: changed() })).map((each) => render(each)))),
-      attempt("Take up", async () => {
+      attempt(isLive ? "Try on the last run first" : "Try on this run", async () => tried.replaceChildren(...(await ask("try", { values: changed() })).map((each) => render(each)))),
+      !isLive ? null : attempt("Take up", async () => {
         const values = changed(), before = await take(values);
         past.push(before);
         history.prepend(element("li", {}, Object.entries(values).map(([key, value]) => `${key} ${numberText(before[key])} → ${numberText(value)}`).join(", ")));
         say("taken up until the run ends", "good");
       }),
-      attempt("Undo", async () => { if (past.length) { await take(past.pop()); history.firstChild?.remove(); } }),
+      !isLive ? null : attempt("Undo", async () => { if (past.length) { await take(past.pop()); history.firstChild?.remove(); } }),
       attempt("Save a copy of board.toml", async () => {
         const response = await fetch(`api/board-file?values=${encodeURIComponent(JSON.stringify(Object.fromEntries(chosen)))}`);
         if (!response.ok) throw new Error((await response.json()).refused.join("; "));
