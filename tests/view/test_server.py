@@ -182,6 +182,6 @@ def test_other_gains_are_tried_on_a_recording(page: ServedPage) -> None:
     key = "controller.yaw.kp"
     values = {key: sliders[key]["value"] * 1.5}
     tried = page.ask("/api/try", json.dumps({"values": values}).encode()).document
-    assert any(each["kind"] == "series" for each in tried)
+    assert '"kind": "series"' in json.dumps(tried)
     assert page.ask("/api/try", b'{"values": {"no.such": 1}}').status == 409
     assert page.ask("/api/set", json.dumps({"values": values}).encode()).status == 409
