@@ -78,5 +78,5 @@ def test_a_missing_extra_is_named(run: Path, monkeypatch: pytest.MonkeyPatch) ->
         raise ConfigError.of_one("pyarrow", "not installed", expected=f"the extra {extra}")
 
     monkeypatch.setattr(run_file, "module_of_extra", missing)
-    with pytest.raises(ConfigError, match="the extra sweep"):
+    with pytest.raises(ConfigError, match="the extra parquet"):
         seen.exported(run, [COMMAND], 0, SECOND, "parquet")
