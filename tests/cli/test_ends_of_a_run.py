@@ -3,6 +3,7 @@
 import errno
 import json
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -20,6 +21,7 @@ from firmware_runtime.devs.model_errors import ModelError
 from firmware_runtime.errors import ConfigError, StatisticsFileError, Status
 from firmware_runtime.lab.stages import staged_run
 from firmware_runtime.recording.blackbox import layout
+from firmware_runtime.recording.blackbox.locations import recording_beside
 from firmware_runtime.runs import black_box, open_board
 from firmware_runtime.runs import kept_recordings as keeping
 from firmware_runtime.runs.hardware import Hardware
@@ -297,11 +299,10 @@ def test_it_ends_where_the_board_says_so(tmp_path: Path) -> None:
 
 
 @contextmanager
-def running() -> Iterator["subprocess.Popen[str]"]:
+def running(*words: str) -> Iterator["subprocess.Popen[str]"]:
     """A robot that runs in real time, seen to be running."""
-    process = started(
-        "run", "tachobot", "--doubles", "--for", "600", "--json", stderr=subprocess.PIPE
-    )
+    run = ("run", "tachobot", "--doubles", "--for", "600", *words)
+    process = started(*run, stderr=subprocess.PIPE)
     try:
         wait_until(lambda: steps() > 200 or process.poll() is not None, "its propellers turn")
         assert process.poll() is None
@@ -329,7 +330,7 @@ def stats() -> dict[str, Any] | None:
 @pytest.mark.real_time
 @pytest.mark.parametrize(("number", "status"), [(signal.SIGTERM, 143), (signal.SIGINT, 130)])
 def test_a_signal_ends_the_run_with_all_outputs_off(number: signal.Signals, status: int) -> None:
-    with running() as process:
+    with running("--json") as process:
         process.send_signal(number)
         out, error = process.communicate(timeout=PATIENCE_S)
     document = json.loads(out)
@@ -338,6 +339,21 @@ def test_a_signal_ends_the_run_with_all_outputs_off(number: signal.Signals, stat
     assert document["outputs_on"] == {"thrust_pairs": 0}
     kept = stats()
     assert kept == {**document["statistics"], "takeovers": []}
+
+
+@pytest.mark.slow
+@pytest.mark.real_time
+def test_a_run_that_a_signal_ends_says_so_in_words_and_is_no_failure() -> None:
+    with running() as process:
+        process.send_signal(signal.SIGINT)
+        out, error = process.communicate(timeout=PATIENCE_S)
+    closing = out.split("\n\n")[-1].splitlines()
+    assert error == ""
+    assert closing[0].startswith("TachoBot ")
+    assert re.fullmatch(r"stopped after \d+\.\d\d s: SIGINT", closing[1])
+    assert "all outputs off" in closing
+    assert closing[-2] == f"recorded in {recording_beside(default_path('tachobot'))}"
+    assert "stats tachobot (the table)" in closing[-1]
 
 
 @pytest.mark.slow
