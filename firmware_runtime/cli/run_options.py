@@ -122,8 +122,9 @@ def _add_files(verb: argparse.ArgumentParser) -> None:
     verb.add_argument(
         "--plot",
         type=Path,
-        metavar="FILE.svg",
-        help="draw the run, where the rig can; FILE.png needs the extra `plot`",
+        metavar="FILE.html",
+        help="draw the run, where the rig can, as a page, or its data as FILE.json; a picture, "
+        "FILE.svg or FILE.png, needs the extra `plot`",
     )
 
 

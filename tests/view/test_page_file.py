@@ -118,6 +118,11 @@ def test_all_of_them_are_one_png_and_what_is_no_picture_is_left_out(tmp_path: Pa
     assert (tmp_path / "all.png").read_bytes().startswith(b"\x89PNG")
 
 
+def test_a_page_without_pictures_is_its_title(tmp_path: Path) -> None:
+    write_page(page_of(Text(text="No number differs.")), tmp_path / "none.svg")
+    assert "A $x_1$ &lt;run&gt;" in (tmp_path / "none.svg").read_text()
+
+
 def test_a_page_and_its_data_need_no_extra(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "matplotlib", None)
     page = page_of(KINDS["curves"][0])
