@@ -25,12 +25,17 @@ from firmware_runtime.executive.clocks import Clock, MonotonicClock
 from firmware_runtime.executive.executive import Executive
 from firmware_runtime.recording.blackbox.section import Kind
 from firmware_runtime.runs.arming import FREE, Arming, Permission, PrearmCheck, prearm_checks
-from firmware_runtime.runs.device_messages import DeviceMessages
 from firmware_runtime.runs.hardware import Hardware, refuse_faults
 from firmware_runtime.runs.local_robot import LocalRobot, local_robot
 from firmware_runtime.runs.recorded_edge import RecordedEdge
 from firmware_runtime.runs.session import Session, Task
-from firmware_runtime.runs.supervision import Commanders, RightToDrive, watch_load, watch_sleep
+from firmware_runtime.runs.supervision import (
+    Commanders,
+    DeviceMessages,
+    RightToDrive,
+    watch_load,
+    watch_sleep,
+)
 from firmware_runtime.runs.tuning import Tuning, tuning_of
 from firmware_runtime.runs.watched_run import (
     keep_clear_of_other_runs,

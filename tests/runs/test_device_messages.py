@@ -7,7 +7,7 @@ import pytest
 
 from firmware_runtime import open_board
 from firmware_runtime.devs.time import MILLISECOND, SECOND
-from firmware_runtime.runs.device_messages import AGAIN_AFTER, FAILED_AFTER
+from firmware_runtime.runs.supervision import AGAIN_AFTER, FAILED_AFTER
 from sim_doubles.faults import FaultScript, NackAddress
 from sim_doubles.rigs.tachobot import TachobotRig
 
