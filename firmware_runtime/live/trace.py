@@ -2,8 +2,9 @@
 
 from array import array
 from bisect import bisect_left, bisect_right
-from collections.abc import Sequence
 from typing import Final, NamedTuple
+
+from firmware_runtime.view.thinning import thinned
 
 ROOM: Final = 40_000
 """Points of one trace; then the older half is thinned to a quarter."""
@@ -51,22 +52,6 @@ class Trace:
         times, values = thinned(self._times[first:last], self._values[first:last], most)
         finite = (each if each - each == 0.0 else None for each in values)
         return Points(list(times), list(finite))
-
-
-def thinned(
-    times: Sequence[float], values: Sequence[float], most: int
-) -> tuple[Sequence[float], Sequence[float]]:
-    """The least and the greatest of every so many points, in their order; all, where few enough."""
-    count = len(times)
-    if count <= most:
-        return times, values
-    every = -(-2 * count // most)
-    kept: list[int] = []
-    for begin in range(0, count, every):
-        places = range(begin, min(begin + every, count))
-        least, greatest = (choose(places, key=values.__getitem__) for choose in (min, max))
-        kept += sorted({least, greatest})
-    return [times[each] for each in kept], [values[each] for each in kept]
 
 
 class States:

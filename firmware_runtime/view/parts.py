@@ -15,6 +15,7 @@ from msgspec import Struct, field
 from msgspec.structs import replace
 
 from firmware_runtime.statistics.number_formats import plain
+from firmware_runtime.view.thinning import thinned
 
 Number: TypeAlias = float | int | None
 Ends: TypeAlias = tuple[float, float]
@@ -250,6 +251,8 @@ class Shape(Struct, frozen=True, omit_defaults=True):
     colour: str = ""
 
 
+MOST_POINTS: Final = 4000
+"""Points of a curve on a page, unless it says otherwise."""
 LOOKS: Final = ("thing", "low", "target", "goal", "body", "ghost", "nose", "path", "ray", "echo")
 """What a shape is: an obstacle, a low one, the goal and the ring round it, the robot, where it was,
 its front, its way, a ray that met nothing, one that met something."""
@@ -410,23 +413,13 @@ def facts(title: str, values: Mapping[str, object]) -> Table:
     return table(title, ("what", "value"), rows, is_words=True)
 
 
-def curve(name: str, points: Points, style: Style = "line", colour: str = "") -> Curve:
-    """A curve through points, pairs of numbers in order of the first."""
+def curve(
+    name: str, points: Points, style: Style = "line", colour: str = "", most: int = MOST_POINTS
+) -> Curve:
+    """A curve through points, pairs of numbers in order of the first; of more the ends of pieces."""
     xs, ys = zip(*points, strict=True) if points else ((), ())
-    return Curve(name, list(xs), list(ys), style, colour)
-
-
-def thinned(points: Points, most: int = 4000) -> Points:
-    """The least and the greatest of every so many points, so that no peak is lost."""
-    every = -(-2 * len(points) // most)
-    if every <= 2:
-        return points
-    kept: list[tuple[float, float]] = []
-    for begin in range(0, len(points), every):
-        some = points[begin : begin + every]
-        ends = (choose(some, key=lambda point: point[1]) for choose in (min, max))
-        kept += sorted(dict.fromkeys(ends))
-    return kept
+    x, y = thinned(xs, ys, most)
+    return Curve(name, list(x), list(y), style, colour)
 
 
 def on_common_axes(plots: Mapping[str, Series]) -> dict[str, Series]:

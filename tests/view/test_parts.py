@@ -22,7 +22,6 @@ from firmware_runtime.view.parts import (
     on_common_axes,
     section,
     table,
-    thinned,
 )
 
 
@@ -46,11 +45,11 @@ def test_plots_of_one_quantity_have_one_axis() -> None:
 
 def test_a_single_peak_among_many_points_is_kept() -> None:
     points = [(float(n), 7.0 if n == 12_345 else 0.0) for n in range(20_000)]
-    kept = thinned(points)
+    kept = curve("x", points).points
     assert len(kept) <= 4000
     assert (12_345.0, 7.0) in kept
     assert kept == sorted(kept)
-    assert thinned(points[:4000]) == points[:4000]
+    assert curve("x", points[:4000]).points == points[:4000]
 
 
 def test_what_was_not_measured_is_no_point() -> None:

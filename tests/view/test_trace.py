@@ -4,7 +4,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from firmware_runtime.live.trace import ROOM, STAYS, States, Trace, thinned
+from firmware_runtime.live.trace import ROOM, STAYS, States, Trace
+from firmware_runtime.view.thinning import thinned
 
 NUMBERS = st.floats(allow_nan=False, allow_infinity=False, width=32)
 

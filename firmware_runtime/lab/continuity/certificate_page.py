@@ -42,7 +42,6 @@ from firmware_runtime.view.parts import (
     on_common_axes,
     section,
     table,
-    thinned,
 )
 
 Points = list[tuple[float, float]]
@@ -217,7 +216,7 @@ def _commands(run: StageRun, signals: Signals) -> Mapping[str, Points]:
 def _plot(stage: str, title: str, curves: Mapping[str, Points], for_s: float) -> Series | None:
     """Draw a quantity in a stage while its controller ran; None where there is nothing."""
     drawn = [
-        curve(name, thinned(seen))
+        curve(name, seen)
         for name, points in curves.items()
         if (seen := [point for point in points if point[0] <= for_s])
     ]

@@ -9,7 +9,7 @@ from firmware_runtime.recording.replay.difference import in_lines
 from firmware_runtime.recording.replay.outputs import OutputDifference
 from firmware_runtime.recording.what_if.what_if import WhatIf
 from firmware_runtime.statistics.run_text import aligned
-from firmware_runtime.view.parts import Page, Section, Series, Text, curve, section, table, thinned
+from firmware_runtime.view.parts import Page, Section, Series, Text, curve, section, table
 
 PLOTS: Final = 6
 SHOWN: Final = 12
@@ -97,7 +97,7 @@ def _sections(found: WhatIf) -> Iterator[Section]:
 def _plot(found: WhatIf, name: str) -> Series:
     curves = found.curves[name]
     drawn = [
-        curve("recorded", thinned(curves.recorded)),
-        curve("replayed", thinned(curves.replayed)),
+        curve("recorded", curves.recorded),
+        curve("replayed", curves.replayed),
     ]
     return Series(name, "s", name, drawn, is_nested=True)

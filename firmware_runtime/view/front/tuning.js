@@ -15,15 +15,20 @@ async function tuning(section, isLive) {
   const put = (key, value) => { chosen.set(key, value); fields.get(key).forEach((each) => { if (Number(each.value) !== value) each.value = value; }); };
 
   const row = (each) => {
-    const isNumber = typeof each.value === "number";
-    if (!isNumber) return null;
+    const meaning = element("td", { class: "quiet" }, each.unit ?? "", " ", each.text), head = element("th", { scope: "row" }, each.key);
+    if (typeof each.value === "boolean") {
+      const box = element("input", { type: "checkbox", checked: each.value, "aria-label": each.key, onchange: () => chosen.set(each.key, box.checked) });
+      fields.set(each.key, []);
+      return element("tr", {}, head, element("td", {}, box), element("td"), meaning);
+    }
+    if (typeof each.value !== "number") return null;
     const size = Math.abs(each.value) || 1;
-    const [least, most] = [each.least ?? Math.min(0, each.value - 2 * size), each.most ?? each.value + 2 * size];
+    const [least, most] = [Math.max(each.least ?? -Infinity, Math.min(0, each.value - 2 * size)), Math.min(each.most ?? Infinity, each.value + 2 * size)];
     const set = (event) => put(each.key, Number(event.target.value));
     const slider = element("input", { type: "range", min: least, max: most, step: "any", value: each.value, "aria-label": each.key, oninput: set });
     const number = element("input", { type: "number", min: each.least, max: each.most, step: "any", value: each.value, "aria-label": `${each.key} as a number`, oninput: set });
     fields.set(each.key, [slider, number]);
-    return element("tr", {}, element("th", { scope: "row", title: each.text }, each.key), element("td", {}, slider), element("td", {}, number), element("td", { class: "quiet" }, each.unit ?? "", " ", each.text));
+    return element("tr", {}, head, element("td", {}, slider), element("td", {}, number), meaning);
   };
 
   const take = async (values) => {
