@@ -416,7 +416,7 @@ def facts(title: str, values: Mapping[str, object]) -> Table:
 def curve(
     name: str, points: Points, style: Style = "line", colour: str = "", most: int = MOST_POINTS
 ) -> Curve:
-    """A curve through points, pairs of numbers in order of the first; of more the ends of pieces."""
+    """A curve through points, in order of the first number; of too many the ends of pieces."""
     xs, ys = zip(*points, strict=True) if points else ((), ())
     x, y = thinned(xs, ys, most)
     return Curve(name, list(x), list(y), style, colour)
