@@ -70,7 +70,7 @@ def execute(arguments: argparse.Namespace) -> int:
     """Ask the server for it; its log has when a fault began and ends."""
     path, kind = arguments.socket, arguments.kind
     if arguments.list:
-        _refuse_kind(kind, "--list")
+        _refuse_kind(kind or (arguments.as_test and "--as-test"), "--list")
         _print(faults_of(path), as_json=arguments.json)
     elif arguments.as_test is not None:
         _refuse_kind(kind, "--as-test")
@@ -78,6 +78,9 @@ def execute(arguments: argparse.Namespace) -> int:
     elif kind is None:
         raise ConfigError.of_one("doubles fault", "no kind", f"one of {', '.join(KINDS)}, {CLEAR}")
     elif kind == CLEAR:
+        if arguments.device:
+            fault = f"clear {arguments.device}; it ends all faults"
+            raise ConfigError.of_one("doubles fault", fault, "it without a device")
         listing = clear(path)
         if arguments.json:
             _print(listing, as_json=True)

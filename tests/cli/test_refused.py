@@ -71,6 +71,8 @@ gate a b c --seed x | --seed: 'x': expected a whole number
 run m:s --samples 1.5 | --samples: '1.5': expected a whole number
 experiment loop-delay tachobot --every x | 'x': expected a positive
 doubles fault --socket x | no kind
+doubles fault clear imu --socket x | it ends all faults
+doubles fault --socket x --as-test test_it.py --list | --list with --as-test
 doubles fault --socket x --as-test test_it.py nack | --as-test with nack
 doubles fault stuck --socket x --for -1 | expected 0 or more seconds
 doubles fault stuck --socket x --list | --list with stuck
