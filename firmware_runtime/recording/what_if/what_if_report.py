@@ -100,4 +100,4 @@ def _plot(found: WhatIf, name: str) -> Series:
         curve("recorded", curves.recorded),
         curve("replayed", curves.replayed),
     ]
-    return Series(name, "s", name, drawn, is_nested=True)
+    return Series(name, "s", "", drawn, is_nested=True)

@@ -183,7 +183,7 @@ function crossPlot(part) {
     const own = `var(--${each.colour || (each.style === "dashed" ? "quiet" : nameOfCurve(place))})`;
     const drawn = each.x.map((x, n) => [x, each.y[n] === null ? null : each.y[n] * scale]).filter(([x, y]) => x !== null && y !== null);
     const made = each.style === "dots"
-      ? shape("g", { class: "dots" }, ...drawn.map(([x, y]) => shape("circle", { cx: x, cy: -y, r: (fitted[1] - fitted[0]) / 260 })))
+      ? shape("g", { class: "dots" }, ...drawn.map(([x, y]) => shape("circle", { cx: x, cy: -y, r: (fitted[1] - fitted[0]) / (part.is_small ? 130 : 260) })))
       : figure({ form: "line", points: drawn, look: each.style === "dashed" ? "path dashed" : "path" });
     made.style.setProperty("--own", own);
     inside.append(made);
