@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 
 import msgspec
 from firmware_boards.tachobot.controller import Controller
-from firmware_boards.tachobot.result import is_settled, yaw_result
+from firmware_boards.tachobot.result import SETTLED_RAD, SETTLED_RAD_S, yaw_result
 from firmware_boards.tachobot.settings import TachobotSettings
 from firmware_boards.tachobot.wiring import Tachobot
 
@@ -153,8 +153,8 @@ class TachobotRig(BoardRig):
         at = self.now()
         state = self.world.state(at)
         if self._controller is not None:
-            yaw = Motion(state.yaw_rad, state.yaw_rate_rad_s)
-            if not is_settled(self._controller.yaw.reference, yaw):
+            error = self._controller.yaw.reference - state.yaw_rad
+            if not (abs(error) <= SETTLED_RAD and abs(state.yaw_rate_rad_s) <= SETTLED_RAD_S):
                 self._settled_at = None
             elif self._settled_at is None:
                 self._settled_at = at

@@ -37,11 +37,6 @@ def yaw_result(
     return result if reason is None else {**result, "settled_reason": reason}
 
 
-def is_settled(reference_rad: float, yaw: Motion) -> bool:
-    """Return whether both error and rate are small."""
-    return _why_not_settled(reference_rad - yaw.position, yaw.rate) is None
-
-
 def _why_not_settled(error: float, rate: float) -> str | None:
     if not abs(error) <= SETTLED_RAD:
         return f"yaw is off by {error:.3f} rad, expected {SETTLED_RAD:g} at most"
