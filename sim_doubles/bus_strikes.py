@@ -51,6 +51,14 @@ class BusStrikes:
         self._bus = bus
         self._now = now
         self._made: list[Fault] = []
+        self._all: set[Fault] = set()
+
+    @property
+    def struck_at(self) -> int | None:
+        """The instant at which one of them first showed, of the last thousand strikes."""
+        script = self._bus.faults
+        record = () if script is None else script.record
+        return next((each.at for each in record if each.fault in self._all), None)
 
     def strike(self, kind: str, address: int | None, span: Span) -> None:
         """Make a fault of a kind, at the chip with this address or at all."""
@@ -79,6 +87,8 @@ class BusStrikes:
             self._bus.faults = FaultScript()
         self._bus.faults.add(fault)
         self._made.append(fault)
+        if not isinstance(fault, Happening):
+            self._all.add(fault)
 
     def _remove(self, fault: Fault) -> None:
         if self._bus.faults is not None:

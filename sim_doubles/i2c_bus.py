@@ -24,7 +24,7 @@ from sim_doubles.i2c_target import ADAPTERS, AdapterProfile, Target
 from sim_doubles.i2c_wire import BlockRead, Transaction, Wire, WireTiming, os_error
 
 if TYPE_CHECKING:  # what only a script of faults needs is not made for a bus without one
-    from firmware_runtime.hal.strike import Span
+    from firmware_runtime.hal.strike import Span, Use
     from sim_doubles.bus_strikes import BusStrikes
     from sim_doubles.faults import Alteration, FaultScript
 
@@ -184,6 +184,19 @@ class I2cBusDouble(Wire, I2cBus):
         """Addresses of its chips, of those whose double says it."""
         found = (getattr(target, "address", None) for target in self._targets)
         return [address for address in found if isinstance(address, int)]
+
+    @property
+    def struck_at(self) -> int | None:
+        """The instant at which a fault made by `strike` first showed; None before."""
+        return self._strikes().struck_at
+
+    def uses(self) -> "Collection[Use]":
+        """Return the transactions of the log."""
+        from firmware_runtime.hal.strike import Use  # noqa: PLC0415 -- as faults
+
+        return [
+            Use(each.at, each.address, each.to_read > 0, bool(each.written)) for each in self.log
+        ]
 
     def strike(self, kind: str, address: int | None, span: "Span") -> None:
         """Make a fault of a kind, at the chip with this address or at all."""

@@ -23,7 +23,7 @@ from firmware_runtime.hal.wire_errors import BusFault, PortClosed
 from sim_doubles.clock import Now
 
 if TYPE_CHECKING:
-    from firmware_runtime.hal.strike import Span
+    from firmware_runtime.hal.strike import Span, Use
 
 _LASTING: Final = ("silent", "absent")
 
@@ -81,6 +81,8 @@ class SerialLineDouble(SerialPort):
         self._due: list[tuple[int, Callable[[], None]]] = []
         self._broken: set[str] = set()
         self._to_drop = 0
+        self.struck_at: int | None = None
+        """The instant at which a fault made by `strike` began; None before."""
         target.transmitted(now())
 
     def write(self, data: bytes) -> None:
@@ -117,6 +119,12 @@ class SerialLineDouble(SerialPort):
 
     # Faults by kind
 
+    def uses(self) -> "Collection[Use]":
+        """Return the writes and the reads of the log."""
+        from firmware_runtime.hal.strike import Use  # noqa: PLC0415 -- of a line that is broken
+
+        return [Use(each.at, None, not each.written, each.written) for each in self.log]
+
     def strike(self, kind: str, _address: int | None, span: "Span") -> None:
         """Make a fault of a kind."""
         self.call_at(span.since, partial(self._break, kind))
@@ -137,6 +145,8 @@ class SerialLineDouble(SerialPort):
             self._heal(kind)
 
     def _break(self, kind: str) -> None:
+        if self.struck_at is None:
+            self.struck_at = self._now()
         if kind in _LASTING:
             self._broken.add(kind)
         if kind == "drop":

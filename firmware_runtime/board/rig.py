@@ -95,3 +95,36 @@ class Pushable(Protocol):
 
     def push(self, amount: float) -> None:
         """Push the robot now: an impulse; the world has been brought up to now."""
+
+
+@runtime_checkable
+class Driven(Protocol):
+    """A rig that knows whether something is moved, where outputs alone do not say it."""
+
+    @property
+    def is_driven(self) -> bool:
+        """Whether outputs move something; a brake does not."""
+
+
+@runtime_checkable
+class Losable(Protocol):
+    """A rig whose robot can come to a state that it cannot leave by itself, such as on its side."""
+
+    def lost(self) -> str | None:
+        """Return why its robot cannot go on, a sentence; None while it can."""
+
+
+@runtime_checkable
+class Judging(Protocol):
+    """A rig with an oracle of its own for campaigns of faults (`firmware_runtime.lab.campaign`)."""
+
+    def judge(self) -> str | None:
+        """Return what is wrong with its world now, a sentence; None where nothing is."""
+
+
+@runtime_checkable
+class Limited(Protocol):
+    """A rig whose robot has a limit of its own for campaigns of faults."""
+
+    said_within_s: float
+    """Seconds in which a fault has to be reported or outputs off, in place of the usual ones."""

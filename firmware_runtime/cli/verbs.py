@@ -57,6 +57,7 @@ GROUPS: Final[Mapping[str, Mapping[str, Verb]]] = {
     "study": {
         "experiment": Verb("experiment", "Repeat an experiment: data, plot and page."),
         "sweep": Verb("sweep", "Run a board many times with other values."),
+        "campaign": Verb("campaign", "Find the fault that breaks a robot."),
         "identify": Verb("identify", "Find mass, friction and delay from a run."),
         "tune": Verb("tune", "Find gains for a board's loop from a run."),
         "gate": Verb("gate", "Say whether HEAD is slower than BASE."),

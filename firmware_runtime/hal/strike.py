@@ -21,6 +21,9 @@ from firmware_runtime.errors import expected_one_of
 Of: TypeAlias = Literal["I2C", "serial", "chip", "world"]
 """Things that a kind can be about: an I2C bus or a chip on it, a serial port, a chip, the world."""
 
+Needs: TypeAlias = Literal["", "read", "write"]
+"""What a transaction must have for a kind to show in it: any will do, one that reads, or writes."""
+
 LONGEST_S: Final = 1e9
 
 
@@ -35,17 +38,27 @@ class Kind(Struct, array_like=True, frozen=True):
     amount: float | None = None
     """How much of it there is unless stated; None for a kind that has no amount."""
     unit: str = ""
+    needs: Needs = ""
+    """What a transaction must have for it to show."""
+    fails: bool = False
+    """Whether each transaction that it strikes ends in an error, as its driver sees it."""
 
 
 _ALL: Final = (
-    Kind("nack", "the address is not acknowledged", "I2C"),
-    Kind("nack-data", "the first byte that is written is not acknowledged", "I2C"),
-    Kind("stuck", "a line is held low: every transaction times out", "I2C"),
-    Kind("arbitration", "another controller wins the bus", "I2C"),
-    Kind("fault", "the adapter reports an error of its own", "I2C"),
-    Kind("freeze", "every reading is the last one again", "I2C"),
-    Kind("zero", "every byte read is 0x00", "I2C"),
-    Kind("ones", "every byte read is 0xff, as of a line that is pulled up", "I2C"),
+    Kind("nack", "the address is not acknowledged", "I2C", fails=True),
+    Kind(
+        "nack-data",
+        "the first byte that is written is not acknowledged",
+        "I2C",
+        needs="write",
+        fails=True,
+    ),
+    Kind("stuck", "a line is held low: every transaction times out", "I2C", fails=True),
+    Kind("arbitration", "another controller wins the bus", "I2C", fails=True),
+    Kind("fault", "the adapter reports an error of its own", "I2C", fails=True),
+    Kind("freeze", "every reading is the last one again", "I2C", needs="read"),
+    Kind("zero", "every byte read is 0x00", "I2C", needs="read"),
+    Kind("ones", "every byte read is 0xff, as of a line that is pulled up", "I2C", needs="read"),
     Kind("silent", "the wires are parted: no byte arrives, either way", "serial"),
     Kind("drop", "the next byte on the line is lost", "serial", is_moment=True),
     Kind("brown-out", "the supply fails for a moment: power-up state", "chip", is_moment=True),
@@ -154,6 +167,20 @@ class Struck(Struct, array_like=True, frozen=True):
     amount: float | None
 
 
+class Use(NamedTuple):
+    """One use of a line by its driver: `at` ns, of which chip, and what went over it."""
+
+    at: int
+    address: int | None
+    """None on a serial port."""
+    reads: bool
+    writes: bool
+
+    def shows(self, kind: Kind) -> bool:
+        """Return whether a fault of a kind would show in it."""
+        return not kind.needs or (self.reads if kind.needs == "read" else self.writes)
+
+
 class Span(NamedTuple):
     """Instants from `since` to `until`, both included, ns; `once`: the first time only."""
 
@@ -173,6 +200,13 @@ class Breakable(Protocol):
     @property
     def addresses(self) -> Collection[int]:
         """Addresses of its chips, as far as these say; none on a serial port."""
+
+    @property
+    def struck_at(self) -> int | None:
+        """The instant at which a fault made by `strike` first showed on it, ns; None before."""
+
+    def uses(self) -> Collection[Use]:
+        """Return the last uses of it, the oldest first; how many is up to the line."""
 
     def strike(self, kind: str, address: int | None, span: Span) -> None:
         """Make one, at the chip with this address, or at all of the line."""

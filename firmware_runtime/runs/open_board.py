@@ -82,6 +82,11 @@ class OpenBoard(OpenRun):
         return self._session.robot.model
 
     @property
+    def session(self) -> Session:
+        """What it was put together from: for what looks at a run closer than a program does."""
+        return self._session
+
+    @property
     def rig(self) -> Rig | None:
         """The doubles and the lines they are on, if they are in this process."""
         return self._session.hardware.rig

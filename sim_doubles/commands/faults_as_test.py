@@ -15,28 +15,13 @@ from firmware_runtime.errors import ConfigError
 from firmware_runtime.hal.served.packets import FaultList
 from firmware_runtime.hal.strike import KINDS, Strike, Struck
 from firmware_runtime.hal.wire_errors import HalError
+from firmware_runtime.runs.fault_test import FaultTest, quoted, set_source
 from firmware_runtime.runs.open_board import OpenBoard, open_board
 from sim_doubles.testing.broken import noticed
 
 _AFTERWARDS_S: Final = 3.0
 NOT_MADE_SAFE: Final = "not made safe"
 """Words of a run that ends with an output it cannot reach."""
-_TEST = '''"""{board} as it was broken on its doubles.
-
-Written by `firmware-runtime doubles fault --as-test`.
-"""
-
-{imported}
-
-FAULTS = [
-{faults}
-]
-
-
-def {name}() -> None:
-    with open_board({opened}, faults=FAULTS) as robot:
-{asserted}
-'''
 _IMPORTED: Final = """from firmware_runtime import Strike, open_board
 from sim_doubles.testing.broken import {}"""
 _IMPORTED_UNSAFE: Final = """import pytest
@@ -111,15 +96,16 @@ def text_of_test(script: Script, name: str, noticed: str | None) -> str:
         asserted = ["assert_noticed"] * (noticed is not None) + ["assert_ends_off"]
         imported = _IMPORTED.format(", ".join(sorted(asserted)))
         lines = [run, *(f"{each}(robot)" for each in asserted)]
-    settings = f", set={script.settings!r}" if script.settings else ""
-    return _TEST.format(
-        board=Path(script.board).name,
+    opened = f'{quoted(script.board)}, doubles=True, clock="virtual"{set_source(script.settings)}'
+    test = FaultTest(
+        name=name,
+        title=f"{Path(script.board).name} as it was broken on its doubles.",
+        about="Written by `firmware-runtime doubles fault --as-test`.",
         imported=imported,
-        faults="\n".join(f"    {_source(each)}," for each in script.faults),
-        name=name if name.startswith("test_") else f"test_{name}",
-        opened=f'{_quoted(script.board)}, doubles=True, clock="virtual"{settings}',
-        asserted="\n".join(f"        {each}" for each in lines),
+        faults=script.faults,
+        body=[f"with open_board({opened}, faults=FAULTS) as robot:", *(f"    {e}" for e in lines)],
     )
+    return test.text()
 
 
 def _end(struck: Struck, now: int) -> int:
@@ -137,19 +123,3 @@ def _since(began: int, struck: Struck) -> Strike:
 def _in_s(span: int) -> float:
     """Seconds, to the millisecond."""
     return round(span / MILLISECOND) * MILLISECOND / SECOND
-
-
-def _source(strike: Strike) -> str:
-    words = [_quoted(strike.kind)]
-    if strike.device:
-        words.append(_quoted(strike.device))
-    words.append(f"at_s={strike.at_s!r}")
-    if strike.for_s is not None:
-        words.append(f"for_s={strike.for_s!r}")
-    if strike.amount is not None:
-        words.append(f"amount={strike.amount!r}")
-    return f"Strike({', '.join(words)})"
-
-
-def _quoted(text: str) -> str:
-    return '"' + repr(text)[1:-1].replace('"', '\\"') + '"'

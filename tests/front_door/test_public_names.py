@@ -105,7 +105,7 @@ def test_not_even_all_names_together_load_what_only_some_robots_need() -> None:
 (HOME,) = examples("index.md")
 FIRST, *OTHERS = examples("first-model.md")
 (README,) = examples("../README.md")
-WITH_ROBOTS = examples("testing.md")
+WITH_ROBOTS = [*examples("testing.md"), *examples("campaign.md")]
 (SWEEP,) = examples("experiments.md")
 
 
@@ -163,7 +163,7 @@ def test_every_robot_does_what_the_page_says(example: Example) -> None:
 
 
 def test_every_program_with_a_text_after_it_is_run() -> None:
-    assert (len(OTHERS), len(WITH_ROBOTS)) == (2, 6)
+    assert (len(OTHERS), len(WITH_ROBOTS)) == (2, 7)
 
 
 @pytest.mark.slow

@@ -196,7 +196,7 @@ def test_a_second_sweep_into_the_same_file_is_refused_while_one_is_at_it(
 ) -> None:
     kept_at = partial_of(tmp_path / "table.csv")
     with Partial(kept_at, SHORT, "1", resume=False) as first:
-        with pytest.raises(ConfigError, match="another sweep writes it"):
+        with pytest.raises(ConfigError, match="another one writes it"):
             Partial(kept_at, SHORT, "1", resume=resume)
         first.keep({"row": 0})
     with pytest.raises(ConfigError, match="did not end; expected --resume"):

@@ -6,13 +6,15 @@ from firmware_drivers.chips.mpu9250_burst import InertialSample
 
 from firmware_boards.tachobot.settings import ControllerSettings
 from firmware_runtime.devs.atomic import Atomic
-from firmware_runtime.devs.time import SECOND, seconds
+from firmware_runtime.devs.time import MILLISECOND, SECOND, seconds
 from firmware_runtime.models.cross_check import CrossCheck, CrossCheckSettings, Source
 from firmware_runtime.models.motion import Motion
 from firmware_runtime.system.elementary import atan2
 
 FIELDS_AVERAGED = 100
 """Readings of the compass from which its angle at yaw zero is taken; one alone is too noisy."""
+GAP = 50 * MILLISECOND
+"""Time without a sample, ns, in which the robot may have turned as no rate says."""
 
 
 class Attitude(Atomic):
@@ -27,7 +29,8 @@ class Attitude(Atomic):
     Yaw is zero where the first sample found the robot and counts anticlockwise seen from above.
     Rates are integrated by the trapezoid rule over the time that really passed. The compass gives
     how far the estimate has strayed from it since the start, on average of its first fields; of
-    that, elapsed / time constant is taken off in one step.
+    that, elapsed / time constant is taken off in one step. The average ends with a gap between
+    samples: a turn that the gyro missed would be taken for where the robot was at first.
     """
 
     def __init__(self, name: str, compass_time_constant: int, *, enabled: bool) -> None:
@@ -81,6 +84,8 @@ class Attitude(Atomic):
             return Motion(0.0, rate)
         yaw, rate_before = self.motion
         yaw += (rate_before + rate) / 2 * elapsed / SECOND
+        if elapsed > GAP and self._headings:
+            self._headings = FIELDS_AVERAGED
         if field is not None and self.compass_time_constant:
             constant = self.compass_time_constant
             share = elapsed / constant if elapsed < constant else 1.0

@@ -4,7 +4,6 @@ import argparse
 import json
 import sys
 from pathlib import Path
-from time import monotonic
 
 import msgspec
 
@@ -15,6 +14,7 @@ from firmware_runtime.cli.arguments import (
     add_output,
     add_verb,
 )
+from firmware_runtime.cli.row_progress import RowProgress
 from firmware_runtime.cli.written import write_text
 from firmware_runtime.errors import ConfigError, Status
 from firmware_runtime.lab.sweeps.distributions import FORMS
@@ -26,7 +26,7 @@ from firmware_runtime.lab.sweeps.sweep_page import sweep_page
 from firmware_runtime.lab.sweeps.sweep_table import Table, read_table, sweep_of
 from firmware_runtime.lab.sweeps.sweeping import carry_out, faults_of
 from firmware_runtime.system.signals import exit_on_signals
-from firmware_runtime.system.terminal import Progress, print_line
+from firmware_runtime.system.terminal import print_line
 from firmware_runtime.view.page import page_of
 
 _SUMMARY = "Run a board many times in virtual time, each with other values; or show the table."
@@ -38,7 +38,6 @@ it is left early. `sweep show FILE [--json | -o PAGE.html]` sums a table up, `sw
 runs one of its rows again and says whether it is the same. A run that fails is a row. Exit status
 0: done, 1: a row that was run again is another.
 """
-_EVERY_S = 1.0
 
 
 def add_to(verbs: SubParsers) -> None:
@@ -138,7 +137,7 @@ def _sweep(arguments: argparse.Namespace) -> int:
 
 
 def _carried_out(sweep: Sweep, arguments: argparse.Namespace) -> Table:
-    progress = _Progress()
+    progress = RowProgress()
     try:
         return carry_out(
             sweep,
@@ -228,36 +227,3 @@ def _demand(arguments: argparse.Namespace, form: str, *, has_row: bool) -> None:
         faults.append(f"--vary and --set belong to a sweep of a board; expected sweep {form}")
     if faults:
         raise ConfigError("sweep", faults)
-
-
-class _Progress:
-    """How far it is, on standard error: over and over on a terminal, once a tenth elsewhere."""
-
-    def __init__(self) -> None:
-        self._shown = Progress(sys.stderr, every_s=_EVERY_S / 4)
-        self._began: float | None = None
-        self._first = self._said = 0
-
-    def __call__(self, done: int, size: int, failed: int) -> None:
-        """So many rows are there."""
-        now = monotonic()
-        if self._began is None:
-            self._began, self._first = now, done
-        line = self._line(done, size, failed, now - self._began)
-        self._shown.show(line)
-        if not self._shown.is_shown and (done == size or 10 * (done - self._said) >= size):
-            self._said = done
-            print_line(line, sys.stderr)
-
-    def close(self) -> None:
-        """Take the line away."""
-        self._shown.close()
-
-    def _line(self, done: int, size: int, failed: int, spent_s: float) -> str:
-        words = [f"{done} of {size} runs"]
-        if failed:
-            words.append(f"{failed} failed")
-        if spent_s > 0 and done > self._first:
-            rate = (done - self._first) / spent_s
-            words += [f"{rate:.1f} a second", f"{(size - done) / rate:.0f} s left"]
-        return ", ".join(words)

@@ -1,6 +1,6 @@
-"""Rows on a cluster: the same function, sent through a scheduler of Dask distributed.
+"""Jobs on a cluster: the same parts, sent through a scheduler of Dask distributed.
 
-A worker that is lost costs the rows under way there; the scheduler has others run them. Workers
+A worker that is lost costs the parts under way there; the scheduler has others run them. Workers
 need this project, the board's package, and for a board by path that file at the same place.
 """
 
@@ -12,8 +12,7 @@ from types import ModuleType
 from typing import Any, Final, TypeAlias, TypeVar
 
 from firmware_runtime.errors import ConfigError
-from firmware_runtime.lab.sweeps.plan import Sweep
-from firmware_runtime.lab.sweeps.row import Row, lost, run_row
+from firmware_runtime.lab.sweeps.local_pool import Job
 from firmware_runtime.system.packages import module_of_extra
 
 T = TypeVar("T")
@@ -21,18 +20,18 @@ Client: TypeAlias = Any
 """distributed has no types."""
 CONNECT_S: Final = 10.0
 LOOK_S: Final = 5.0
-"""Time without a row, s, after which the cluster is asked for its workers."""
+"""Time without a result, s, after which the cluster is asked for its workers."""
 _LOOKS: Final = 12
 """A cluster that has lost all of them is waited for so often."""
 _AHEAD: Final = 4
-"""Rows that wait for each thread of the cluster."""
+"""Parts that wait for each thread of the cluster."""
 
 
-def run_on_cluster(sweep: Sweep, rows: Sequence[int], address: str) -> Generator[Row, None, None]:
-    """Run rows and yield each as it ends, in any order. Raises ConfigError without a scheduler."""
+def run_on_cluster(job: Job[T], numbers: Sequence[int], address: str) -> Generator[T, None, None]:
+    """Run parts and yield each as it ends, in any order. Raises ConfigError without a scheduler."""
     distributed = module_of_extra("distributed", "sweep")
     with _client(distributed, address) as client:
-        yield from _rows(distributed, client, sweep, rows)
+        yield from _parts(distributed, client, job, numbers)
 
 
 def _client(distributed: ModuleType, address: str) -> Client:
@@ -46,18 +45,18 @@ def _client(distributed: ModuleType, address: str) -> Client:
         raise ConfigError.of_one("--scheduler", fault) from error
 
 
-def _rows(
-    distributed: ModuleType, client: Client, sweep: Sweep, rows: Sequence[int]
-) -> Generator[Row, None, None]:
-    to_come, under_way = iter(rows), {}
+def _parts(
+    distributed: ModuleType, client: Client, job: Job[T], numbers: Sequence[int]
+) -> Generator[T, None, None]:
+    to_come, under_way = iter(numbers), {}
     ended: SimpleQueue[Client] = SimpleQueue()
 
     def send() -> bool:
-        row = next(to_come, None)
-        if row is None:
+        number = next(to_come, None)
+        if number is None:
             return False
-        future = client.submit(run_row, sweep, row, pure=False)
-        under_way[future.key] = row, future
+        future = client.submit(job.run, number, pure=False)
+        under_way[future.key] = number, future
         future.add_done_callback(ended.put)
         return True
 
@@ -66,21 +65,21 @@ def _rows(
             break
     while under_way:
         future = _next(client, ended)
-        row, _ = under_way.pop(future.key)
+        number, _ = under_way.pop(future.key)
         found = _next(client, _fetched(future))
         if isinstance(found, Exception):
-            found = _failed(distributed, found, sweep, row)
+            found = _failed(distributed, found, job, number)
         yield found
         send()
 
 
-def _fetched(future: Client) -> "SimpleQueue[Row | Exception]":
-    """Return a queue that gets a row's result, or why there is none.
+def _fetched(future: Client) -> "SimpleQueue[Any]":
+    """Return a queue that gets a part's result, or why there is none.
 
     One whose worker is lost before it is fetched is run again by another, however long there is
     none, and distributed waits for that without end: in a thread, so that `_next` can give up.
     """
-    found: SimpleQueue[Row | Exception] = SimpleQueue()
+    found: SimpleQueue[Any] = SimpleQueue()
 
     def fetch() -> None:
         try:
@@ -105,7 +104,7 @@ def _next(client: Client, queue: "SimpleQueue[T]") -> T:
 
 
 def _threads(client: Client) -> int:
-    """Count the rows that the cluster can run at once. Raises ConfigError if it stays none."""
+    """Count the parts that the cluster can run at once. Raises ConfigError if it stays none."""
     try:
         client.wait_for_workers(1, timeout=CONNECT_S)
     except TimeoutError as error:
@@ -127,16 +126,16 @@ def _scheduler_lost() -> ConfigError:
     return ConfigError.of_one("--scheduler", fault)
 
 
-def _failed(distributed: ModuleType, error: Exception, sweep: Sweep, row: int) -> Row:
-    """Return the row for one without a result. Raises ConfigError where the cluster cannot go on.
+def _failed(distributed: ModuleType, error: Exception, job: Job[T], number: int) -> T:
+    """Return what stands for a part without a result. Raises ConfigError where it cannot go on.
 
     One that was under way on several workers that were lost is given up.
     """
     if isinstance(error, distributed.scheduler.KilledWorker):
-        return lost(sweep, row, "the workers that ran it were lost")
+        return job.lost(number, "the workers that ran it were lost")
     if isinstance(error, distributed.CancelledError | OSError):
         raise _scheduler_lost() from error
-    # not of the row: it raises nothing
-    fault = f"a worker cannot run a row: {type(error).__name__}: {error}"
+    # not of the part: it raises nothing
+    fault = f"a worker cannot run a part: {type(error).__name__}: {error}"
     expected = "expected this version of the project and the board's package there"
     raise ConfigError.of_one("--scheduler", f"{fault}; {expected}") from error

@@ -1,7 +1,8 @@
-"""Rows on this machine's cores: processes of their own, started fresh and ended with this one.
+"""Jobs on this machine's cores: processes of their own, started fresh and ended with this one.
 
-A process that is killed costs the rows under way, which are run again by new ones; a row that was
-under way three times when that happened is given up.
+A job has parts by number, such as the rows of a sweep. A process that is killed costs the parts
+under way, which are run again by new ones; a part that was under way three times when that happened
+is given up.
 """
 
 import multiprocessing
@@ -13,16 +14,26 @@ from collections.abc import Generator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
 from multiprocessing.connection import wait as wait_for
-from typing import Final
+from typing import Final, Protocol, TypeVar
 
 from firmware_runtime.errors import Status
-from firmware_runtime.lab.sweeps.plan import Sweep
-from firmware_runtime.lab.sweeps.row import Row, lost, run_row
 from firmware_runtime.system.this_system import allowed_cpus
 
 MOST_LOSSES: Final = 3
 _AHEAD: Final = 2
-"""Rows that wait for each process, so that none waits for a row."""
+"""Parts that wait for each process, so that none waits for a part."""
+T = TypeVar("T")
+T_co = TypeVar("T_co", covariant=True)
+
+
+class Job(Protocol[T_co]):
+    """Work in parts, which another process can do: it is sent there whole."""
+
+    def run(self, number: int) -> T_co:
+        """Do one part; raises nothing that the part could raise."""
+
+    def lost(self, number: int, why: str) -> T_co:
+        """Return what stands for a part whose process ended each time it was tried."""
 
 
 def cores() -> int:
@@ -30,40 +41,40 @@ def cores() -> int:
     return len(allowed_cpus())
 
 
-def run_here(sweep: Sweep, rows: Sequence[int], workers: int) -> Generator[Row, None, None]:
-    """Run rows and yield each as it ends, in any order; with one worker in this process."""
-    if workers == 1 or len(rows) == 1:
-        yield from (run_row(sweep, row) for row in rows)
+def run_here(job: Job[T], numbers: Sequence[int], workers: int) -> Generator[T, None, None]:
+    """Run parts and yield each as it ends, in any order; with one worker in this process."""
+    if workers == 1 or len(numbers) == 1:
+        yield from (job.run(number) for number in numbers)
         return
-    left, losses = list(rows), Counter[int]()
+    left, losses = list(numbers), Counter[int]()
     while left:
         done = set()
-        for row in _run_by_pool(sweep, left, workers, losses):
-            done.add(row["row"])
-            yield row
+        for number, found in _run_by_pool(job, left, workers, losses):
+            done.add(number)
+            yield found
         left = [each for each in left if each not in done]
         for number in [each for each in left if losses[each] >= MOST_LOSSES]:
             left.remove(number)
-            yield lost(sweep, number, f"its process was killed, {MOST_LOSSES} times")
+            yield job.lost(number, f"its process was killed, {MOST_LOSSES} times")
 
 
 def _run_by_pool(
-    sweep: Sweep, rows: Sequence[int], workers: int, losses: Counter[int]
-) -> Generator[Row, None, None]:
-    """Yield what ends before a process is killed; count the rows that were under way then."""
+    job: Job[T], numbers: Sequence[int], workers: int, losses: Counter[int]
+) -> Generator[tuple[int, T], None, None]:
+    """Yield what ends before a process is killed; count the parts that were under way then."""
     context = multiprocessing.get_context("spawn")
-    pool = ProcessPoolExecutor(min(workers, len(rows)), context, initializer=_begin)
-    waiting: dict[Future[Row], int] = {}
-    to_come = iter(rows)
+    pool = ProcessPoolExecutor(min(workers, len(numbers)), context, initializer=_begin)
+    waiting: dict[Future[T], int] = {}
+    to_come = iter(numbers)
     try:
         while True:
-            while len(waiting) < _AHEAD * workers and (row := next(to_come, None)) is not None:
-                waiting[pool.submit(_row, sweep, row)] = row
+            while len(waiting) < _AHEAD * workers and (part := next(to_come, None)) is not None:
+                waiting[pool.submit(_run, job, part)] = part
             if not waiting:
                 return
             ended, _ = wait(waiting, return_when=FIRST_COMPLETED)
             for future in ended:
-                yield future.result()
+                yield waiting[future], future.result()
                 del waiting[future]
     except BrokenProcessPool:
         losses.update(waiting.values())
@@ -77,13 +88,13 @@ def _begin() -> None:
     threading.Thread(target=_end_with_parent, daemon=True).start()
 
 
-def _row(sweep: Sweep, row: int) -> Row:
-    """Run a row in a process of the pool; a signal that ends the run ends the process.
+def _run(job: Job[T], number: int) -> T:
+    """Run a part in a process of the pool; a signal that ends the run ends the process.
 
-    To the pool what it raises would be an answer, and the process would wait for the next row.
+    To the pool what it raises would be an answer, and the process would wait for the next part.
     """
     try:
-        return run_row(sweep, row)
+        return job.run(number)
     except SystemExit as signalled:
         os._exit(signalled.code if isinstance(signalled.code, int) else Status.MODEL_ERROR)
 

@@ -1,7 +1,7 @@
 """Rows that are finished, beside the table to come: kept as they come, found again by `--resume`.
 
-The first line says which sweep they are of, each further line is one row, in JSON. A last line that
-was cut short by a kill is left out.
+The first line says which plan they are of, such as a sweep; each further line is one row, in JSON.
+A last line that was cut short by a kill is left out.
 """
 
 from collections.abc import Iterator
@@ -10,19 +10,26 @@ from fcntl import LOCK_EX, LOCK_NB, flock
 from io import FileIO
 from os import SEEK_END
 from pathlib import Path
+from typing import Any, Protocol
 
 import msgspec
 
 from firmware_runtime.errors import ConfigError
-from firmware_runtime.lab.sweeps.plan import Sweep
 from firmware_runtime.lab.sweeps.row import Row
 from firmware_runtime.system.resources import Closing
+
+
+class Plan(Protocol):
+    """What the rows are of: a sweep, or a campaign; a Struct."""
+
+    def command(self) -> Iterator[str]:
+        """Yield the words of its command."""
 
 
 class _First(msgspec.Struct, frozen=True):
     """The first line."""
 
-    sweep: Sweep
+    plan: Any
     version: str
 
 
@@ -32,12 +39,12 @@ def partial_of(output: Path) -> Path:
 
 
 class Partial(Closing):
-    """The rows finished so far of one sweep; `rows` are those found. Raises ConfigError."""
+    """The rows finished so far of one plan; `rows` are those found. Raises ConfigError."""
 
-    def __init__(self, path: Path, sweep: Sweep, version: str, *, resume: bool) -> None:
+    def __init__(self, path: Path, plan: Plan, version: str, *, resume: bool) -> None:
         self.path = path
         self.rows: dict[int, Row] = {}
-        first = _First(sweep, version)
+        first = _First(plan, version)
         lines = _lines(path) if resume else []
         if lines:
             _check(path, lines[0], first)
@@ -87,17 +94,17 @@ def _unfinished(path: Path) -> ConfigError:
     """Return the error for rows that are there. Raises ConfigError while a sweep writes them."""
     with suppress(OSError), path.open("rb", buffering=0) as file:
         _lock(path, file)
-    fault = f"{path} is of a sweep that did not end; expected --resume, or that it is gone"
+    fault = f"{path} is of one that did not end; expected --resume, or that it is gone"
     return ConfigError.of_one("sweep", fault)
 
 
 def _lock(path: Path, file: FileIO) -> None:
-    """Keep other sweeps out until the file is closed. Raises ConfigError while one is at it."""
+    """Keep others out until the file is closed. Raises ConfigError while one is at it."""
     try:
         flock(file, LOCK_EX | LOCK_NB)
     except BlockingIOError as error:
         file.close()
-        fault = f"{path}: another sweep writes it; expected one at a time"
+        fault = f"{path}: another one writes it; expected one at a time"
         raise ConfigError.of_one("sweep", fault) from error
 
 
@@ -113,32 +120,14 @@ def _lines(path: Path) -> list[bytes]:
 
 
 def _check(path: Path, line: bytes, first: _First) -> None:
-    """Refuse rows of another sweep."""
+    """Refuse rows of another plan."""
     try:
         found = msgspec.json.decode(line, type=_First)
+        plan: Plan = msgspec.convert(found.plan, type(first.plan))
     except msgspec.MsgspecError as error:
-        fault = f"{path}: no sweep's finished rows ({error})"
+        fault = f"{path}: no finished rows of this command ({error})"
         raise ConfigError.of_one("--resume", fault) from error
-    if found != first:
-        fault = f"{path} is of another sweep; expected {' '.join(_words(found))}, as it began"
+    if (plan, found.version) != (first.plan, first.version):
+        words = " ".join([*plan.command(), f"with version {found.version}"])
+        fault = f"{path} is of another one; expected {words}, as it began"
         raise ConfigError.of_one("--resume", fault)
-
-
-def _words(first: _First) -> Iterator[str]:
-    """Yield the words of the other sweep's command."""
-    sweep = first.sweep
-    yield f"sweep {sweep.board}"
-    yield from (f"--vary '{key}={words}'" for key, words in sweep.vary.items())
-    yield from (f"--set {each}" for each in sweep.assignments)
-    yield from (
-        f"--{name} {value}"
-        for name, value in (
-            ("runs", sweep.runs),
-            ("seed", sweep.seed),
-            ("for", sweep.for_s),
-            ("experiment", sweep.experiment),
-            ("sampling", sweep.sampling),
-        )
-        if value is not None
-    )
-    yield f"with version {first.version}"

@@ -7,7 +7,7 @@ each point of the grid once; with more, the grid begins again, with fewer, it is
 
 import hashlib
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from functools import lru_cache
 from typing import Final, Literal, TypeAlias
 
@@ -68,6 +68,23 @@ class Sweep(Struct, frozen=True, kw_only=True):
             else:
                 found[key] = each.quantile(self._share(row, key))
         return {key: found[key] for key in self.vary}
+
+    def command(self) -> Iterator[str]:
+        """Yield the words of its command."""
+        yield f"sweep {self.board}"
+        yield from (f"--vary '{key}={words}'" for key, words in self.vary.items())
+        yield from (f"--set {each}" for each in self.assignments)
+        yield from (
+            f"--{name} {value}"
+            for name, value in (
+                ("runs", self.runs),
+                ("seed", self.seed),
+                ("for", self.for_s),
+                ("experiment", self.experiment),
+                ("sampling", self.sampling),
+            )
+            if value is not None
+        )
 
     def row_assignments(self, row: int) -> list[str]:
         """All overrides of a row, as `--set` has them."""

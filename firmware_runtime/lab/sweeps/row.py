@@ -11,7 +11,7 @@ from functools import cache
 from math import isfinite
 from typing import TypeAlias
 
-from msgspec import to_builtins
+from msgspec import Struct, to_builtins
 
 from firmware_runtime.board.assignments import assigned
 from firmware_runtime.board.experiments import StepExperiment
@@ -57,6 +57,20 @@ def run_row(sweep: Sweep, row: int) -> Row:
 def lost(sweep: Sweep, row: int, why: str) -> Row:
     """The row of a run whose process ended each time it was tried."""
     return _head(sweep, row) | {"outcome": "lost", "error": why}
+
+
+class RowsOf(Struct, frozen=True):
+    """The rows of a sweep, as parts of a job."""
+
+    sweep: Sweep
+
+    def run(self, number: int) -> Row:
+        """Run one row."""
+        return run_row(self.sweep, number)
+
+    def lost(self, number: int, why: str) -> Row:
+        """Return the row of a run whose process ended each time it was tried."""
+        return lost(self.sweep, number, why)
 
 
 def _head(sweep: Sweep, row: int) -> Row:

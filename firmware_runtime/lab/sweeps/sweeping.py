@@ -18,7 +18,7 @@ from firmware_runtime.lab.sweeps.distributions import distribution
 from firmware_runtime.lab.sweeps.local_pool import cores, run_here
 from firmware_runtime.lab.sweeps.partial import Partial, partial_of
 from firmware_runtime.lab.sweeps.plan import SAMPLINGS, Sampling, Sweep
-from firmware_runtime.lab.sweeps.row import Row, release, settings_of_row, step_of
+from firmware_runtime.lab.sweeps.row import Row, RowsOf, release, settings_of_row, step_of
 from firmware_runtime.lab.sweeps.sweep_table import ENDINGS, Table, write_table
 from firmware_runtime.system.packages import module_of_extra
 
@@ -216,8 +216,8 @@ def _run(
     if not rows:
         return
     if scheduler is None:
-        yield from run_here(sweep, rows, workers or cores())
+        yield from run_here(RowsOf(sweep), rows, workers or cores())
         return
     from firmware_runtime.lab.sweeps.cluster import run_on_cluster  # noqa: PLC0415 -- an extra's
 
-    yield from run_on_cluster(sweep, rows, scheduler)
+    yield from run_on_cluster(RowsOf(sweep), rows, scheduler)

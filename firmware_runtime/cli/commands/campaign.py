@@ -1,0 +1,163 @@
+"""`firmware-runtime campaign BOARD`, `campaign rerun FILE ROW`: the fault that breaks a robot."""
+
+import argparse
+import json
+import re
+import sys
+from pathlib import Path
+from typing import Final
+
+from firmware_runtime.cli.arguments import (
+    SubParsers,
+    add_board,
+    add_duration,
+    add_output,
+    add_verb,
+    positive,
+)
+from firmware_runtime.cli.row_progress import RowProgress
+from firmware_runtime.errors import ConfigError, Status
+from firmware_runtime.lab.campaign.campaigning import carry_out, rerun
+from firmware_runtime.lab.campaign.findings import is_same, is_wrong
+from firmware_runtime.lab.campaign.mission import Mission
+from firmware_runtime.lab.campaign.report import Report
+from firmware_runtime.lab.sweeps.partial import partial_of
+from firmware_runtime.lab.sweeps.sweep_table import read_table
+from firmware_runtime.system.signals import exit_on_signals
+from firmware_runtime.system.terminal import print_line
+
+_SUMMARY: Final = "Strike a robot with each fault at each moment, and say what breaks it."
+_ABOUT: Final = """
+In the space: each kind of `doubles fault --list` that fits a device, at each transaction of that
+device in a mission, the start included; once, for a second, for ever; brown-outs and pushes at each
+of these moments; what holds a bus up on all of the bus, too. Not in it: two faults at once, faults
+of actuators and of the world other than a push, of the machine and its network, commands of people,
+and signals. A robot is judged from outside, by its outputs, the truth of its world, and the faults
+that its models report: it may be off, or degraded and say so, within --within. `campaign rerun FILE
+ROW` runs a row again and says whether it is the same, to the bit. Exit status 0: nothing was found;
+1: something was, or a row that was run again is another.
+"""
+_UNITS: Final = {"": 1.0, "s": 1.0, "m": 60.0, "h": 3600.0}
+_MISSION_S: Final = 10.0
+
+
+def add_to(verbs: SubParsers) -> None:
+    """Add this verb to the command line."""
+    verb = add_verb(verbs, "campaign", _SUMMARY, execute)
+    verb.epilog = _ABOUT
+    add_board(verb, about="a board's name or file; or `rerun`")
+    verb.add_argument("file", metavar="FILE", nargs="?", type=Path, help="of rerun")
+    verb.add_argument("row", metavar="ROW", nargs="?", type=int, help="of rerun")
+    verb.add_argument("--json", action="store_true", help="print one JSON object")
+    add_output(verb, "write a row for each run, into FILE.csv or FILE.parquet")
+    add_duration(verb, f"length of the mission; default {_MISSION_S:g}", dest="for_s")
+    verb.add_argument("--seed", type=int, metavar="N", help="world.seed; default: the board's")
+    verb.add_argument(
+        "--within",
+        type=positive,
+        metavar="SECONDS",
+        help="in which outputs are off or a fault is reported; default: what the rig says, or 0.3",
+    )
+    verb.add_argument(
+        "--budget", type=_span, metavar="TIME", help="such as 90s, 2m, 1h: an even sample"
+    )
+    verb.add_argument("--runs", type=int, metavar="N", help="an even sample of so many")
+    verb.add_argument(
+        "--findings",
+        type=Path,
+        metavar="FOLDER",
+        help="keep each finding there: its recording, and a test that fails until it is fixed",
+    )
+    verb.add_argument(
+        "--workers", type=int, metavar="N", help="processes; default: one for each core"
+    )
+    verb.add_argument(
+        "--scheduler", metavar="ADDRESS", help="run on a cluster, by Dask's scheduler there"
+    )
+    verb.add_argument(
+        "--resume", action="store_true", help="go on with a campaign that was interrupted"
+    )
+
+
+def execute(arguments: argparse.Namespace) -> int:
+    """Run a campaign, or a row again."""
+    return _rerun(arguments) if arguments.board == "rerun" else _campaign(arguments)
+
+
+def _campaign(arguments: argparse.Namespace) -> int:
+    if arguments.file is not None:
+        fault = f"{arguments.file}: expected options only"
+        raise ConfigError.of_one("campaign", fault)
+    mission = Mission(
+        board=arguments.board,
+        assignments=tuple(arguments.assignments),
+        for_s=arguments.for_s or _MISSION_S,
+        seed=arguments.seed,
+        within_s=arguments.within,
+    )
+    try:
+        with exit_on_signals():
+            report = _carried_out(mission, arguments)
+    except SystemExit:
+        if arguments.output is not None and partial_of(arguments.output).exists():
+            kept = f"{partial_of(arguments.output)} has the finished runs"
+            said = f"firmware-runtime: {kept}; the same command with --resume goes on"
+            print_line(said, sys.stderr)
+        raise
+    print(json.dumps(report.as_json()) if arguments.json else report)
+    return Status.MODEL_ERROR if report.findings or report.flakes else Status.OK
+
+
+def _carried_out(mission: Mission, arguments: argparse.Namespace) -> Report:
+    progress = RowProgress("with findings")
+    try:
+        return carry_out(
+            mission,
+            arguments.output,
+            runs=arguments.runs,
+            budget_s=arguments.budget,
+            findings=arguments.findings,
+            workers=arguments.workers,
+            scheduler=arguments.scheduler,
+            resume=arguments.resume,
+            progress=progress,
+        )
+    finally:
+        progress.close()
+
+
+def _rerun(arguments: argparse.Namespace) -> int:
+    faults = [f"no {name}; expected campaign rerun FILE ROW" for name in _missing(arguments)]
+    if arguments.assignments:
+        faults.append("--set belongs to a campaign of a board; expected campaign rerun FILE ROW")
+    if faults:
+        raise ConfigError("campaign", faults)
+    before = read_table(arguments.file).row(arguments.row)
+    now = rerun(before)
+    same = is_same(before, now)
+    if arguments.json:
+        print(json.dumps({"row": now, "is_same": same}))
+        return Status.OK if same else Status.MODEL_ERROR
+    what = f", {now['what']}" if is_wrong(now) else ""
+    where = f"{now['kind']} of {now['device'] or 'the robot'}"
+    print(f"row {arguments.row}: {where}: {now['outcome']}{what}")
+    said = now["said"]
+    print(
+        f"first reported: {said} after {now['said_after_s']} s" if said else "nothing was reported"
+    )
+    print("the same as in the table" if same else f"another than in the table: {before['outcome']}")
+    return Status.OK if same else Status.MODEL_ERROR
+
+
+def _missing(arguments: argparse.Namespace) -> list[str]:
+    return [
+        name for name, value in (("FILE", arguments.file), ("ROW", arguments.row)) if value is None
+    ]
+
+
+def _span(text: str) -> float:
+    """A span of time on the command line, such as `90`, `90s`, `2m` or `1h`, in s."""
+    found = re.fullmatch(r"([0-9.]+)([smh]?)", text)
+    if found is None:
+        raise argparse.ArgumentTypeError(f"{text!r}: expected a time such as 90s, 2m or 1h")
+    return positive(found[1]) * _UNITS[found[2]]

@@ -1,0 +1,44 @@
+"""Progress of a verb that makes a table of many runs."""
+
+import sys
+from time import monotonic
+from typing import Final
+
+from firmware_runtime.system.terminal import Progress, print_line
+
+_EVERY_S: Final = 1.0
+
+
+class RowProgress:
+    """How far it is, on standard error: over and over on a terminal, once a tenth elsewhere."""
+
+    def __init__(self, failed: str = "failed") -> None:
+        """`failed` is the word for rows that are not as they should be."""
+        self._word = failed
+        self._shown = Progress(sys.stderr, every_s=_EVERY_S / 4)
+        self._began: float | None = None
+        self._first = self._said = 0
+
+    def __call__(self, done: int, size: int, failed: int) -> None:
+        """So many rows are there."""
+        now = monotonic()
+        if self._began is None:
+            self._began, self._first = now, done
+        line = self._line(done, size, failed, now - self._began)
+        self._shown.show(line)
+        if not self._shown.is_shown and (done == size or 10 * (done - self._said) >= size):
+            self._said = done
+            print_line(line, sys.stderr)
+
+    def close(self) -> None:
+        """Take the line away."""
+        self._shown.close()
+
+    def _line(self, done: int, size: int, failed: int, spent_s: float) -> str:
+        words = [f"{done} of {size} runs"]
+        if failed:
+            words.append(f"{failed} {self._word}")
+        if spent_s > 0 and done > self._first:
+            rate = (done - self._first) / spent_s
+            words += [f"{rate:.1f} a second", f"{(size - done) / rate:.0f} s left"]
+        return ", ".join(words)

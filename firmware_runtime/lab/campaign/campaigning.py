@@ -1,0 +1,292 @@
+"""`campaign`: strike a robot with each fault at each moment, on all cores, and say what breaks it.
+
+    found = campaign("tachobot", budget_s=60.0)
+    print(found)
+    found.check()  # an AssertionError with three lines for each finding
+
+Runs are done in stretches: some that are spread evenly over the space and share one healthy run up
+to where each is struck. What was done first is spread as evenly as all of it, so a campaign that is
+ended early has seen a fair share.
+"""
+
+import time
+from collections.abc import Callable, Collection, Generator, Iterator, Mapping, Sequence
+from contextlib import ExitStack, closing
+from itertools import islice
+from os import PathLike
+from pathlib import Path
+from typing import Final, TypeAlias
+
+from msgspec import Struct
+from msgspec.structs import replace
+
+from firmware_runtime.board.assignments import assignments_of
+from firmware_runtime.board.local_settings import board_in_force
+from firmware_runtime.board.rigs import has_rig
+from firmware_runtime.errors import ConfigError
+from firmware_runtime.hal.strike import Strike
+from firmware_runtime.lab.campaign.findings import findings_of, is_same, is_wrong
+from firmware_runtime.lab.campaign.judge import SOUND, Oracle
+from firmware_runtime.lab.campaign.mission import SEED_KEY, Mission
+from firmware_runtime.lab.campaign.report import Report, never_shown
+from firmware_runtime.lab.campaign.space import space_of, spread
+from firmware_runtime.lab.campaign.trial import Trial, alone, forked, lost, trial_of
+from firmware_runtime.lab.sweeps.local_pool import cores, run_here
+from firmware_runtime.lab.sweeps.partial import Partial, partial_of
+from firmware_runtime.lab.sweeps.row import Row, release
+from firmware_runtime.lab.sweeps.sweep_table import Table, write_table
+from firmware_runtime.lab.sweeps.sweeping import output_faults
+
+Progress: TypeAlias = Callable[[int, int, int], None]
+"""Called with how many runs are done, how many there are, and how many of them found something."""
+
+FIRST: Final = 16
+LARGEST: Final = 256
+"""Runs of the first stretches, and of the largest."""
+AGAIN: Final = 12
+"""Runs that are run again to see that they are the same, beside those with findings."""
+
+
+class Campaign(Struct, frozen=True, kw_only=True):
+    """A campaign in words; where and for how long it is carried out is none of it."""
+
+    mission: Mission
+
+    def command(self) -> Iterator[str]:
+        """Yield the words of its command."""
+        yield "campaign"
+        yield from self.mission.words
+
+
+class Stretches(Struct, frozen=True, kw_only=True):
+    """The runs of a campaign as parts of a job: each shares one healthy run."""
+
+    mission: Mission
+    parts: tuple[tuple[int, ...], ...]
+    """Numbers in the space, by part."""
+    until: float | None = None
+    oracle: Oracle | None = None
+
+    def run(self, number: int) -> list[Row]:
+        """Run one part."""
+        return [*forked(self.mission, self.parts[number], self.oracle, self.until)]
+
+    def lost(self, number: int, why: str) -> list[Row]:
+        """Return the rows of a part whose process ended each time it was tried."""
+        space = space_of(self.mission)
+        return [lost(self.mission, each, space[each], why) for each in self.parts[number]]
+
+
+def campaign(  # noqa: PLR0913 -- the options of the command, by the same names
+    board: str | PathLike[str],
+    *,
+    for_s: float = 10.0,
+    set: Mapping[str, object] | None = None,  # noqa: A002 -- as the command has it
+    seed: int | None = None,
+    within_s: float | None = None,
+    runs: int | None = None,
+    budget_s: float | None = None,
+    output: str | PathLike[str] | None = None,
+    findings: str | PathLike[str] | None = None,
+    workers: int | None = None,
+    scheduler: str | None = None,
+    resume: bool = False,
+    judge: Oracle | None = None,
+    progress: Progress | None = None,
+) -> Report:
+    """Strike a board's mission of `for_s` with single faults, on doubles in virtual time.
+
+    All of the space, or so many `runs`, or as many as fit into `budget_s`; either is spread evenly.
+    The table of runs is written to `output`, findings to a folder as recordings and tests. By
+    default all cores are used, by processes of their own: a script that calls this needs
+    `if __name__ == "__main__":`. `judge` is an oracle of your own: given the rig, it returns a
+    sentence about what is wrong with its world, or None; a run with it stays in this process.
+    Raises ConfigError, naming every fault, before any run.
+    """
+    mission = Mission(
+        board=str(board),
+        assignments=tuple(assignments_of(set or {})),
+        for_s=for_s,
+        seed=seed,
+        within_s=within_s,
+    )
+    return carry_out(
+        mission,
+        None if output is None else Path(output),
+        runs=runs,
+        budget_s=budget_s,
+        findings=None if findings is None else Path(findings),
+        workers=workers,
+        scheduler=scheduler,
+        resume=resume,
+        oracle=judge,
+        progress=progress,
+    )
+
+
+def carry_out(  # noqa: PLR0913 -- where, how much, and what is shown of it
+    mission: Mission,
+    output: Path | None = None,
+    *,
+    runs: int | None = None,
+    budget_s: float | None = None,
+    findings: Path | None = None,
+    workers: int | None = None,
+    scheduler: str | None = None,
+    resume: bool = False,
+    oracle: Oracle | None = None,
+    progress: Progress | None = None,
+) -> Report:
+    """Carry a campaign out; see `campaign`."""
+    faults = [*_faults_of(mission, runs, budget_s, workers, scheduler), *output_faults(output)]
+    if resume and output is None:
+        faults.append("--resume: there is no file to go on with; expected -o FILE")
+    if faults:
+        raise ConfigError("campaign", faults)
+    until = None if budget_s is None else time.monotonic() + budget_s
+    space = space_of(mission)
+    with ExitStack() as stack:
+        partial, rows = None, dict[int, Row]()
+        if output is not None:
+            kept = Partial(partial_of(output), Campaign(mission=mission), release(), resume=resume)
+            partial = stack.enter_context(kept)
+            rows |= partial.rows
+        chosen = list(islice(spread(len(space)), runs))
+        job = Stretches(
+            mission=mission, parts=_parts(chosen, rows.keys()), until=until, oracle=oracle
+        )
+        found = sum(map(is_wrong, rows.values()))
+        parts = _run(job, 1 if oracle is not None else workers, scheduler)
+        for row in stack.enter_context(closing(parts)):
+            rows[int(row["row"] or 0)] = row
+            if partial is not None:
+                partial.keep(row)
+            found += is_wrong(row)
+            if progress is not None:
+                progress(len(rows), len(chosen), found)
+            if until is not None and scheduler is not None and time.monotonic() >= until:
+                break
+        in_order = [rows[number] for number in sorted(rows)]
+        report = _report(mission, in_order, findings, oracle)
+        if output is not None and partial is not None and in_order:
+            write_table(Table(in_order), output)
+            if len(rows) >= len(chosen):
+                partial.remove()
+    return report
+
+
+def _report(
+    mission: Mission, rows: Sequence[Row], folder: Path | None, oracle: Oracle | None
+) -> Report:
+    found = findings_of(rows, folder, oracle)
+    step = max(1, len(rows) // AGAIN)
+    again = [row for row in rows[::step] if not is_wrong(row)][:AGAIN]
+    others = [row for row in again if not is_same(row, alone(trial_of(row), oracle=oracle))]
+    return Report(
+        board=mission.board,
+        space=len(space_of(mission)),
+        rows=rows,
+        findings=found,
+        flakes=len(others) + sum(each.is_flaky for each in found),
+        run_again=len(again) + len(found),
+        never=never_shown(space_of(mission), rows),
+    )
+
+
+def rerun(row: Row) -> Row:
+    """Run a row again from its start, as it was. Raises ConfigError for no row of a campaign."""
+    try:
+        trial = trial_of(row)
+    except (KeyError, TypeError, ValueError) as error:
+        fault = f"row {row.get('row')} is none of a campaign: {error}"
+        raise ConfigError.of_one("campaign rerun", fault) from error
+    number = row["row"]
+    return alone(trial, number if isinstance(number, int) else 0)
+
+
+def assert_sound(  # noqa: PLR0913 -- as `campaign`
+    board: str | PathLike[str],
+    faults: Sequence[Strike],
+    *,
+    for_s: float = 10.0,
+    set: Mapping[str, object] | None = None,  # noqa: A002 -- as the command has it
+    seed: int | None = None,
+    within_s: float | None = None,
+    judge: Oracle | None = None,
+) -> None:
+    """Fail the test of a robot that one fault breaks; it is judged as in a campaign."""
+    __tracebackhide__ = True
+    if len(faults) != 1:
+        raise ConfigError.of_one("assert_sound", f"{len(faults)} faults", expected="one")
+    mission = Mission(
+        board=str(board),
+        assignments=tuple(assignments_of(set or {})),
+        for_s=for_s,
+        seed=seed,
+        within_s=within_s,
+    )
+    row = alone(Trial(mission, faults[0]), oracle=judge)
+    if row["outcome"] != SOUND:
+        raise AssertionError(f"{row['outcome']} of {row['model']}: {row['what']}")
+
+
+def _parts(chosen: Sequence[int], done: Collection[int]) -> tuple[tuple[int, ...], ...]:
+    """Cut what is chosen into stretches, small ones first, without the runs that are done."""
+    parts: list[tuple[int, ...]] = []
+    begin, size, count = 0, FIRST, 0
+    while begin < len(chosen):
+        part = tuple(each for each in chosen[begin : begin + size] if each not in done)
+        begin += size
+        count += 1
+        if count % 2 == 0:
+            size = min(2 * size, LARGEST)
+        if part:
+            parts.append(part)
+    return tuple(parts)
+
+
+def _run(job: Stretches, workers: int | None, scheduler: str | None) -> Generator[Row, None, None]:
+    numbers = range(len(job.parts))
+    if scheduler is None:
+        for rows in run_here(job, numbers, workers or cores()):
+            yield from rows
+        return
+    from firmware_runtime.lab.sweeps.cluster import run_on_cluster  # noqa: PLC0415 -- an extra's
+
+    for rows in run_on_cluster(replace(job, until=None), numbers, scheduler):
+        yield from rows
+
+
+def _faults_of(
+    mission: Mission,
+    runs: int | None,
+    budget_s: float | None,
+    workers: int | None,
+    scheduler: str | None,
+) -> Iterator[str]:
+    """Yield what is wrong with the choices, one sentence each."""
+    for name, value in (
+        ("--for", mission.for_s),
+        ("--within", mission.within_s),
+        ("--budget", budget_s),
+    ):
+        if value is not None and not 0 < value <= _MOST_S:
+            yield f"{name}: {value!r}; expected a positive number of seconds, {_MOST_S:g} at most"
+    if runs is not None and runs < 1:
+        yield f"--runs: {runs}; expected 1 or more"
+    if workers is not None and workers < 1:
+        yield f"--workers: {workers}; expected 1 or more"
+    if workers is not None and scheduler is not None:
+        yield "--workers and --scheduler: a cluster has workers of its own; expected one"
+    try:
+        board = board_in_force(mission.board, mission.assignments)
+    except ConfigError as error:
+        yield from (f"{error.where}: {each}" for each in error.faults)
+        return
+    if not has_rig(board):
+        yield f"{board.name} has no doubles; expected a board with a rig"
+    elif mission.seed is not None and mission.seeds(1) == [None]:
+        yield f"--seed: {board.name} has no {SEED_KEY}; expected it left out"
+
+
+_MOST_S: Final = 3600.0

@@ -1,0 +1,215 @@
+"""Findings of a campaign: equal ones are one, made as short as they get, and saved.
+
+Equal are those of one oracle, model and kind of fault. The shortest and latest of them is tried
+shorter still, and with fewer settings; what is left is one line of fault script.
+"""
+
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import Final
+
+from msgspec import Struct
+from msgspec.structs import replace
+
+from firmware_runtime.board.assignments import assigned
+from firmware_runtime.hal.strike import KINDS, Strike
+from firmware_runtime.lab.campaign.fork import in_child
+from firmware_runtime.lab.campaign.judge import SOUND, Oracle
+from firmware_runtime.lab.campaign.mission import Mission
+from firmware_runtime.lab.campaign.trial import LOST, Trial, alone, trial_of
+from firmware_runtime.lab.sweeps.row import Row
+from firmware_runtime.runs.fault_test import FaultTest, quoted, set_source, source_of
+from firmware_runtime.system.atomic_file import keep_output
+
+SHORTER_S: Final = (0.0, 0.05, 0.2, 1.0)
+"""Lengths that a fault is tried with, s; 0 is once."""
+
+
+class Finding(Struct, frozen=True, kw_only=True):
+    """What breaks a robot, in at most three lines."""
+
+    oracle: str
+    model: str
+    kind: str
+    what: str
+    """A sentence about what goes wrong."""
+    at_s: float
+    """When it is known, s of the run."""
+    faults: tuple[Strike, ...]
+    """The script that shows it."""
+    mission: Mission
+    """Where it shows: its settings are those that it takes."""
+    row: int
+    """A row of the table that has it."""
+    count: int
+    """Rows that have it."""
+    is_flaky: bool = False
+    """Whether it was another one when it was run again."""
+    recording: str | None = None
+    test: str | None = None
+
+    @property
+    def lines(self) -> list[str]:
+        """It in words: what, by which fault, and where it is kept."""
+        alike = "" if self.count == 1 else f" ({self.count} runs alike)"
+        script = ", ".join(source_of(each) for each in self.faults)
+        chosen = " ".join(["on", *self.mission.words])
+        kept = f"kept as {self.test}" if self.test else f"row {self.row}"
+        return [
+            f"{self.oracle} of {self.model}: {self.what}{alike}",
+            f"  {script} {chosen}",
+            f"  known at {self.at_s:g} s{', another one each time' * self.is_flaky}; {kept}",
+        ]
+
+    def as_json(self) -> dict[str, object]:
+        """Return it as the command prints it."""
+        return {
+            "oracle": self.oracle,
+            "model": self.model,
+            "kind": self.kind,
+            "what": self.what,
+            "at_s": self.at_s,
+            "faults": [source_of(each) for each in self.faults],
+            "set": list(self.mission.assignments),
+            "row": self.row,
+            "count": self.count,
+            "is_flaky": self.is_flaky,
+            "recording": self.recording,
+            "test": self.test,
+        }
+
+
+def is_wrong(row: Row) -> bool:
+    """Return whether a row has a finding."""
+    return row["outcome"] not in {SOUND, LOST}
+
+
+def findings_of(
+    rows: Sequence[Row], folder: Path | None, oracle: Oracle | None = None
+) -> list[Finding]:
+    """Find what is wrong in rows, shorten it, and save it in a folder if one is given."""
+    found: list[Finding] = []
+    for alike in _alike(rows).values():
+        finding = _shortened(alike, oracle)
+        names = {each.test for each in found}
+        found.append(finding if folder is None else _saved(finding, folder, oracle, names))
+    return found
+
+
+def is_same(row: Row, again: Row) -> bool:
+    """Return whether two runs of a row came to the same, to the bit."""
+    return (row["outcome"], row["digest"]) == (again["outcome"], again["digest"])
+
+
+def _alike(rows: Sequence[Row]) -> Mapping[tuple[object, ...], list[Row]]:
+    found: dict[tuple[object, ...], list[Row]] = {}
+    for row in filter(is_wrong, rows):
+        found.setdefault((row["outcome"], row["model"], row["kind"]), []).append(row)
+    return found
+
+
+def _shortened(alike: list[Row], oracle: Oracle | None) -> Finding:
+    first = min(alike, key=_length)
+    trial, shown = trial_of(first), first
+    is_flaky = not is_same(first, alone(trial, oracle=oracle))
+    for shorter in [] if is_flaky else _shorter(trial):
+        row = alone(shorter, oracle=oracle)
+        if _key(row) == _key(first):
+            trial, shown = shorter, row
+            break
+    for each in [] if is_flaky else trial.mission.assignments:
+        fewer = replace(
+            trial.mission, assignments=tuple(a for a in trial.mission.assignments if a != each)
+        )
+        row = alone(replace(trial, mission=fewer), oracle=oracle)
+        if _key(row) == _key(first):
+            trial, shown = replace(trial, mission=fewer), row
+    number = first["row"]
+    return Finding(
+        oracle=str(shown["outcome"]),
+        model=str(shown["model"]),
+        kind=trial.strike.kind,
+        what=str(shown["what"]),
+        at_s=float(shown["known_at_s"] or 0.0),
+        faults=(trial.strike,),
+        mission=trial.mission,
+        row=number if isinstance(number, int) else 0,
+        count=len(alike),
+        is_flaky=is_flaky,
+    )
+
+
+def _key(row: Row) -> tuple[object, ...]:
+    return row["outcome"], row["model"], row["kind"]
+
+
+def _length(row: Row) -> tuple[float, float]:
+    """Order rows: once before for a while before for ever, then later before sooner."""
+    strike = trial_of(row).strike
+    return strike.span, -strike.at_s
+
+
+def _shorter(trial: Trial) -> Iterator[Trial]:
+    """Yield the trial with shorter faults, the shortest first."""
+    strike = trial.strike
+    if KINDS[strike.kind].is_moment:
+        return
+    for for_s in SHORTER_S:
+        shorter = replace(strike, for_s=for_s)
+        if shorter.fault() is None and shorter.span < strike.span:
+            yield replace(trial, strike=shorter)
+
+
+def _saved(
+    finding: Finding, folder: Path, oracle: Oracle | None, names: set[str | None]
+) -> Finding:
+    """Keep its recording, and the test."""
+    folder.mkdir(parents=True, exist_ok=True)
+    words = [Path(finding.mission.board).stem, finding.oracle, finding.model, finding.kind]
+    name = re.sub(r"\W+", "_", "_".join(words).lower()).strip("_")
+    test = folder / f"test_{name}.py"
+    number = 2
+    while str(test) in names:
+        test, number = folder / f"test_{name}_{number}.py", number + 1
+    recording = test.with_suffix(".recording")
+    trial = Trial(finding.mission, finding.faults[0])
+    alone(trial, oracle=oracle, record=recording)
+    is_kept = recording.exists()
+    replays = in_child(lambda: {"same": _replays(recording)}) if is_kept else {"same": True}
+    keep_output(test, text_of_test(finding, test.stem).encode(), "--findings")
+    is_flaky = finding.is_flaky or replays != {"same": True}
+    return replace(
+        finding,
+        is_flaky=is_flaky,
+        recording=str(recording) if is_kept else None,
+        test=str(test),
+    )
+
+
+def _replays(recording: Path) -> bool:
+    # of findings only
+    from firmware_runtime.recording.replay.replay_assertion import difference_of  # noqa: PLC0415
+
+    first, _ = difference_of(recording)
+    return first is None
+
+
+def text_of_test(finding: Finding, name: str) -> str:
+    """Return the source of a test that fails until the finding is fixed."""
+    mission = finding.mission
+    chosen = f", for_s={mission.for_s!r}{set_source(dict(map(assigned, mission.assignments)))}"
+    if mission.seed is not None:
+        chosen += f", seed={mission.seed!r}"
+    if mission.within_s is not None:
+        chosen += f", within_s={mission.within_s!r}"
+    test = FaultTest(
+        name=name,
+        title=f"{Path(mission.board).name}: {finding.oracle} of {finding.model}.",
+        about=f"Found by `firmware-runtime campaign`: {finding.what}.",
+        imported="from firmware_runtime import Strike\n"
+        "from firmware_runtime.lab.campaign import assert_sound",
+        faults=finding.faults,
+        body=[f"assert_sound({quoted(mission.board)}, FAULTS{chosen})"],
+    )
+    return test.text()

@@ -1,0 +1,183 @@
+"""Healthy runs of a mission: the uses of its lines, and the envelope that a robot stays in.
+
+The envelope is what the numbers of the world's truth were in a few healthy runs, each with another
+seed of the world's noise, 0.3 s earlier or later, and a quarter of each number's own range on
+either side. Far outside is what no healthy run was near at any instant: a whole range away.
+"""
+
+from collections.abc import Sequence
+from functools import lru_cache
+from typing import Final
+
+from msgspec import Struct
+
+from firmware_runtime.board.rig import Limited
+from firmware_runtime.devs.time import MILLISECOND, NEVER, SECOND, seconds
+from firmware_runtime.errors import ConfigError
+from firmware_runtime.hal.strike import Kind, Place, Use
+from firmware_runtime.lab.campaign.mission import WITHIN_S, Mission
+from firmware_runtime.lab.campaign.watched import EVERY, Look, Watched
+
+RUNS: Final = 4
+AFTER: Final = 6 * SECOND
+"""How long a mission goes on beyond its end, so that what strikes at its end is watched, too."""
+_SLACK: Final = 300 * MILLISECOND // EVERY
+_MARGIN: Final = 0.25
+_FAR: Final = 4
+"""So many margins are far."""
+_LEAST: Final = 1e-3
+"""Margin of a number that never moves."""
+AT_START: Final = -1
+"""In place of the look before it, of a use while the robot was put together."""
+
+
+class UseOfLine(Struct, frozen=True):
+    """One use of a line, and the last look before the step that it is in."""
+
+    line: str
+    use: Use
+    before: int
+
+
+class Envelope(Struct, frozen=True):
+    """Bounds of each number at each look, and at any."""
+
+    names: tuple[str, ...]
+    low: tuple[tuple[float, ...], ...]
+    high: tuple[tuple[float, ...], ...]
+    least: tuple[float, ...]
+    most: tuple[float, ...]
+
+    def outside(self, look: Look) -> str | None:
+        """Return the name of a number that is out of its bounds at this instant."""
+        number = min(look.at // EVERY, len(self.low)) - 1
+        return self._outside(look, self.low[number], self.high[number]) if self.low else None
+
+    def far_outside(self, look: Look) -> str | None:
+        """Return the name of a number that no healthy run had at any instant."""
+        return self._outside(look, self.least, self.most)
+
+    def _outside(self, look: Look, low: Sequence[float], high: Sequence[float]) -> str | None:
+        for name, value, least, most in zip(self.names, look.numbers, low, high, strict=True):
+            if not least <= value <= most:
+                return f"{name} is {value:.4g}, {least:.4g} to {most:.4g} in healthy runs"
+        return None
+
+
+class Healthy(Struct, frozen=True):
+    """What the healthy runs of a mission were like."""
+
+    mission: Mission
+    uses: tuple[UseOfLine, ...]
+    """Uses of lines within the mission, in order."""
+    places: tuple[Place, ...]
+    kinds: tuple[Kind, ...]
+    envelope: Envelope
+    on: tuple[bool, ...]
+    """Whether outputs were on, by look, in every run."""
+    not_finite: frozenset[str]
+    """Ports that send numbers that are not finite when all is well."""
+    within: int
+    """Ns in which a fault has to be reported, or outputs off."""
+
+    def is_on(self, at: int) -> bool:
+        """Return whether outputs are on at an instant when all is well, also a while before."""
+        number = at // EVERY - 1
+        return number < len(self.on) and all(self.on[max(0, number - _SLACK) : number + 1])
+
+
+@lru_cache(maxsize=4)
+def healthy(mission: Mission) -> Healthy:
+    """Run a mission healthy, a few times. Raises ConfigError for one that fails by itself."""
+    runs = [_Run(mission, seed) for seed in mission.seeds(RUNS)]
+    first = runs[0]
+    count = max(len(each.looks) for each in runs)
+    looks = [[_at(each.looks, number) for each in runs] for number in range(count)]
+    return Healthy(
+        mission=mission,
+        uses=tuple(first.uses),
+        places=first.places,
+        kinds=first.kinds,
+        envelope=_envelope(first.names, looks),
+        on=tuple(all(each.is_on for each in at_once) for at_once in looks),
+        not_finite=frozenset(path for each in runs for path in each.not_finite),
+        within=first.within,
+    )
+
+
+class _Run:
+    """One healthy run."""
+
+    def __init__(self, mission: Mission, seed: int | None) -> None:
+        self.looks: list[Look] = []
+        self.uses: list[UseOfLine] = []
+        with mission.opened(seed=seed) as robot:
+            watched = Watched(robot)
+            self.places = tuple(robot.session.hardware.struck.places)
+            self.kinds = tuple(robot.session.hardware.struck.kinds)
+            self.names = watched.names
+            stated = watched.rig.said_within_s if isinstance(watched.rig, Limited) else WITHIN_S
+            self.within = seconds(stated if mission.within_s is None else mission.within_s)
+            self._noted: dict[str, int] = {}
+            self._note(watched, AT_START)
+            until = seconds(mission.for_s)
+            while watched.at < until + AFTER and watched.outcome is None:
+                before = watched.at
+                self.looks.append(watched.go_on())
+                if before < until:
+                    self._note(watched, before)
+            self.not_finite = watched.not_finite
+            _check(mission, watched)
+        self.uses.sort(key=lambda each: each.use.at)
+
+    def _note(self, watched: Watched, before: int) -> None:
+        """Take down the uses since the last time."""
+        for name, line in watched.lines.items():
+            since = self._noted.get(name, -1)
+            fresh = [use for use in line.uses() if use.at > since]
+            self.uses += [UseOfLine(name, use, before) for use in fresh]
+            self._noted[name] = max([since, *(use.at for use in fresh)])
+
+
+def _check(mission: Mission, watched: Watched) -> None:
+    """Raise ConfigError for a mission that fails without a fault."""
+    outcome = watched.outcome
+    if outcome is not None and outcome.error is not None:
+        fault = f"it fails without any fault: {outcome.reason}"
+        raise ConfigError.of_one(mission.board, fault, "a mission that is healthy by itself")
+
+
+def _at(looks: Sequence[Look], number: int) -> Look:
+    """A look of a run; the last one of a run that was over by then."""
+    return looks[min(number, len(looks) - 1)]
+
+
+def _envelope(names: Sequence[str], looks: Sequence[Sequence[Look]]) -> Envelope:
+    columns = range(len(names))
+    lows = [[min(each.numbers[c] for each in at_once) for c in columns] for at_once in looks]
+    highs = [[max(each.numbers[c] for each in at_once) for c in columns] for at_once in looks]
+    least = [min(low[c] for low in lows) for c in columns]
+    most = [max(high[c] for high in highs) for c in columns]
+    margins = [max(_MARGIN * (most[c] - least[c]), _LEAST) for c in columns]
+
+    def window(number: int) -> slice:
+        return slice(max(0, number - _SLACK), number + _SLACK + 1)
+
+    return Envelope(
+        names=tuple(names),
+        low=tuple(
+            tuple(min(low[c] for low in lows[window(k)]) - margins[c] for c in columns)
+            for k in range(len(looks))
+        ),
+        high=tuple(
+            tuple(max(high[c] for high in highs[window(k)]) + margins[c] for c in columns)
+            for k in range(len(looks))
+        ),
+        least=tuple(least[c] - margins[c] * _FAR for c in columns),
+        most=tuple(most[c] + margins[c] * _FAR for c in columns),
+    )
+
+
+def end_of(at: int, span: int) -> int:
+    """The instant at which a fault is over; NEVER for one without an end."""
+    return NEVER if span == NEVER else at + span

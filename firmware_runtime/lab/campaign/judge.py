@@ -1,0 +1,286 @@
+"""The judge of a struck robot: it goes by outputs, the world's truth, and faults reported.
+
+| oracle | what is wrong |
+|---|---|
+| `crash` | something was raised that is no fault of the world, or the process died |
+| `hang` | a second of the robot takes no end of processor time |
+| `on` | the run is over, its lines work, and an output is on; or the robot is lost, and driven |
+| `late` | a device fails at each use, outputs are driven, and nothing was reported in time |
+| `silent` | the robot left the envelope of its healthy runs, is driven, and nothing was reported |
+| `not-finite` | a port has sent a number that is none |
+| `astray` | long after a fault the robot is where no healthy one ever was |
+| `unhealed` | long after a fault outputs are off, or it is still reported |
+| `account` | activations that were scheduled and those that are accounted for differ |
+| `own` | what the board's own oracle says |
+
+A verdict is `sound` once the judge is sure: half a second after a robot is healthy again, a second
+after a lasting fault was reported, or three after one that shows in nothing.
+"""
+
+from collections.abc import Callable
+from typing import Final, TypeAlias
+
+from msgspec import Struct
+
+from firmware_runtime.board.rig import Judging, Losable, Rig
+from firmware_runtime.devs.time import MILLISECOND, NEVER, SECOND
+from firmware_runtime.errors import FirmwareRuntimeError, text_of
+from firmware_runtime.hal.strike import KINDS, Strike
+from firmware_runtime.hal.wire_errors import HalError
+from firmware_runtime.lab.campaign.healthy import Healthy, end_of
+from firmware_runtime.lab.campaign.watched import Look, Said, Watched
+
+Oracle: TypeAlias = Callable[[Rig], str | None]
+"""An oracle of one's own: a sentence about what is wrong with a rig's world now, or None."""
+
+SOUND: Final = "sound"
+ORACLES: Final = (
+    *("crash", "hang", "on", "late", "silent", "not-finite", "astray", "unhealed"),
+    *("account", "own"),
+)
+RECOVER: Final = 5 * SECOND
+"""In which a robot has to be healthy again after a fault."""
+_QUIET: Final = 300 * MILLISECOND
+_SETTLED: Final = 500 * MILLISECOND
+_SAID: Final = SECOND
+_WATCHED: Final = 3 * SECOND
+_DRIVEN_WHILE_LOST: Final = SECOND
+_KEPT_OFF: Final = frozenset({"stuck", "nack", "nack-data", "arbitration", "fault", "absent"})
+
+
+class Verdict(Struct, frozen=True, kw_only=True):
+    """What became of a struck robot."""
+
+    outcome: str
+    """`sound`, or the oracle that found something."""
+    what: str = ""
+    """A sentence about it."""
+    model: str = ""
+    at: int = 0
+    """When it was known, ns of the run."""
+    said: str | None = None
+    """The first fault that was reported, `MODEL: KIND`."""
+    said_after: int | None = None
+    """Ns from the strike to that."""
+    struck: bool = False
+    """Whether the fault showed on a line."""
+    ended: str | None = None
+    """Why the run was over, if it was."""
+    digest: str = ""
+
+
+class Judge:
+    """Watches one struck robot, look by look, until it is sure."""
+
+    def __init__(
+        self, watched: Watched, healthy: Healthy, strike: Strike, oracle: Oracle | None = None
+    ) -> None:
+        self._watched = watched
+        self._healthy = healthy
+        self._strike = strike
+        self._kind = KINDS[strike.kind]
+        self._end = end_of(strike.at, strike.span)
+        self._oracle = oracle
+        self._struck_at = strike.at if self._kind.is_moment else None
+        self._said: Said | None = None
+        self._left_at: int | None = None
+        self._astray_at: int | None = None
+        self._well_since: int | None = None
+        self._lost_at: int | None = None
+        self._last_said = -1
+
+    def judge(self) -> Verdict:
+        """Run on until it is sure, end the run, and return the verdict."""
+        watched = self._watched
+        while True:
+            look = watched.go_on()
+            if look.at < self._strike.at:
+                continue
+            if watched.outcome is not None:
+                return self._after_the_end(look)
+            found = self._found(look)
+            if found is not None:
+                return self._verdict(*found, look.at)
+            if self._is_sure(look):
+                return self._closed(look)
+
+    # ---------------------------------------------------------------------------------------------
+
+    def _verdict(self, outcome: str, what: str, at: int, model: str = "") -> Verdict:
+        said = self._said
+        return Verdict(
+            outcome=outcome,
+            what=what,
+            model=model or self._strike.device or "world",
+            at=at,
+            said=None if said is None else f"{said.model}: {said.kind}",
+            said_after=None if said is None else said.at - self._strike.at,
+            struck=self._struck_at is not None,
+            ended=None if self._watched.outcome is None else self._watched.outcome.reason,
+            digest=self._watched.digest,
+        )
+
+    def _found(self, look: Look) -> tuple[str, str] | None:
+        """Return the oracle that finds something wrong, and a sentence."""
+        self._take_down()
+        return (
+            self._not_finite()
+            or self._own()
+            or self._late(look)
+            or self._silent(look)
+            or self._after_a_fault(look)
+        )
+
+    def _take_down(self) -> None:
+        if self._struck_at is None:
+            self._struck_at = self._watched.struck_at
+        if self._said is None:
+            self._said = self._watched.said(self._strike.at)
+        last = self._watched.said_last()
+        self._last_said = -1 if last is None else last.at
+
+    def _not_finite(self) -> tuple[str, str] | None:
+        for path in self._watched.not_finite:
+            return "not-finite", f"{path} has sent a number that is not finite"
+        return None
+
+    def _own(self) -> tuple[str, str] | None:
+        rig = self._watched.rig
+        said = rig.judge() if isinstance(rig, Judging) else None
+        if said is None and self._oracle is not None:
+            said = self._oracle(rig)
+        return None if said is None else ("own", said)
+
+    def _late(self, look: Look) -> tuple[str, str] | None:
+        """A device that fails for good, nothing of which is said in time."""
+        within = self._healthy.within
+        lasts = self._strike.span > within
+        if not (self._kind.fails and lasts and self._said is None and look.is_on):
+            return None
+        if self._struck_at is None or min(look.at, self._end) - self._struck_at <= within:
+            return None
+        return "late", f"nothing was reported within {within / SECOND:g} s, and outputs are on"
+
+    def _silent(self, look: Look) -> tuple[str, str] | None:
+        """A robot that drives beside its envelope, and says nothing."""
+        outside = None
+        if look.is_on and self._said is None and self._kind.of != "world":
+            outside = self._healthy.envelope.outside(look)
+        if outside is None:
+            self._left_at = None
+            return None
+        if self._left_at is None:
+            self._left_at = look.at
+        if look.at - self._left_at <= self._healthy.within:
+            return None
+        return "silent", f"{outside}, outputs are on, and nothing was reported"
+
+    def _after_a_fault(self, look: Look) -> tuple[str, str] | None:
+        """A robot that is not well a while after its fault."""
+        if look.at < self._end or self._end == NEVER:
+            return None
+        rig = self._watched.rig
+        if isinstance(rig, Losable) and (lost := rig.lost()) is not None:
+            return self._driven_while_lost(look, lost)
+        why = self._why_unwell(look)
+        if why is not None:
+            self._well_since = None
+            if look.at - self._end > RECOVER:
+                return "unhealed", f"{RECOVER / SECOND:g} s after the fault {why}"
+            return None
+        if self._well_since is None:
+            self._well_since = look.at
+        is_judged = look.is_on and self._kind.of != "world"
+        far = self._healthy.envelope.far_outside(look) if is_judged else None
+        if far is not None and look.at - self._end > RECOVER:
+            return "astray", f"{RECOVER / SECOND:g} s after the fault {far}"
+        if far is not None:
+            self._well_since = None
+        return None
+
+    def _driven_while_lost(self, look: Look, lost: str) -> tuple[str, str] | None:
+        """A robot that cannot go on, and is driven all the same."""
+        if not look.is_on:
+            self._lost_at = None
+            if self._well_since is None:
+                self._well_since = look.at
+            return None
+        self._well_since = None
+        if self._lost_at is None:
+            self._lost_at = look.at
+        within = max(self._healthy.within, _DRIVEN_WHILE_LOST)
+        return ("on", f"{lost}, and it is driven") if look.at - self._lost_at > within else None
+
+    def _why_unwell(self, look: Look) -> str | None:
+        if self._last_said >= 0 and look.at - self._last_said < _QUIET:
+            said = self._watched.said_last()
+            if said is not None and said.at >= self._end and self._kind.of != "world":
+                return f"{said.model} still reports {said.kind}"
+        is_of_world = (
+            self._kind.of == "world"
+        )  # nothing failed: off is right for as long as it says
+        is_said = is_of_world and self._last_said >= look.at - _SAID
+        if not (look.is_on or is_said) and self._healthy.is_on(look.at):
+            return "outputs are off"
+        return None
+
+    def _is_sure(self, look: Look) -> bool:
+        if self._end != NEVER:
+            return self._well_since is not None and look.at - self._well_since >= _SETTLED
+        if self._said is not None:
+            return look.at - self._said.at >= _SAID
+        return look.at - self._strike.at >= _WATCHED
+
+    # The end -------------------------------------------------------------------------------------
+
+    def _after_the_end(self, look: Look) -> Verdict:
+        """Judge a run that ended by itself."""
+        outcome = self._watched.outcome
+        assert outcome is not None  # noqa: S101 -- it is over
+        self._take_down()
+        if outcome.error is not None:
+            return self._verdict(
+                "crash", text_of(outcome.error), look.at, where_raised(outcome.error)
+            )
+        if (found := self._found_in_the_end(look)) is not None:
+            return self._verdict(*found, look.at)
+        return self._verdict(SOUND, "", look.at)
+
+    def _closed(self, look: Look) -> Verdict:
+        """End the fault and the run, and judge that."""
+        robot = self._watched.robot
+        verdict = self._verdict(SOUND, "", look.at)
+        robot.clear_faults()
+        try:
+            robot.close()
+        except HalError as error:
+            return self._verdict("on", f"at the end {text_of(error)}", look.at)
+        except FirmwareRuntimeError as error:
+            return self._verdict("crash", text_of(error), look.at, where_raised(error))
+        found = self._found_in_the_end(self._watched.look(), is_cleared=True)
+        return verdict if found is None else self._verdict(*found, look.at)
+
+    def _found_in_the_end(self, look: Look, *, is_cleared: bool = False) -> tuple[str, str] | None:
+        outcome = self._watched.outcome
+        is_kept_off = not is_cleared and self._kind.name in _KEPT_OFF and look.at <= self._end
+        was_said = outcome is not None and bool(outcome.faults)
+        if self._watched.has_output_on and not (is_kept_off and was_said):
+            return "on", "the run is over, and an output is on"
+        for path, each in self._watched.robot.statistics.models.items():
+            if each.scheduled - each.run - each.skipped - each.coalesced not in {0, each.waiting}:
+                return "account", f"{path}: {each.scheduled} scheduled, not all accounted for"
+        return self._not_finite()
+
+
+def where_raised(error: BaseException) -> str:
+    """The file and line in which something was raised."""
+    each: BaseException | None = error
+    while each is not None and each.__cause__ is not None:
+        each = each.__cause__
+    traceback = None if each is None else each.__traceback__
+    while traceback is not None and traceback.tb_next is not None:
+        traceback = traceback.tb_next
+    if traceback is None:
+        return type(error).__name__
+    code = traceback.tb_frame.f_code
+    return f"{code.co_filename.rpartition('/')[2]}:{traceback.tb_lineno}"

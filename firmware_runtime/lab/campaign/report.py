@@ -1,0 +1,108 @@
+"""The end of a campaign: how much of the space was seen, what was found, what was never reached."""
+
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from typing import Final
+
+from msgspec import Struct
+
+from firmware_runtime.hal.strike import KINDS
+from firmware_runtime.lab.campaign.findings import Finding
+from firmware_runtime.lab.campaign.space import Case
+from firmware_runtime.lab.sweeps.row import Row
+
+_DEAD: Final = ("crash", "hang", "lost")
+_MOST_LISTED: Final = 8
+
+
+class Report(Struct, frozen=True, kw_only=True):
+    """What came of a campaign."""
+
+    board: str
+    space: int
+    """Faults that there are in the mission."""
+    rows: Sequence[Row]
+    """The runs, in order of their numbers."""
+    findings: Sequence[Finding]
+    flakes: int
+    """Runs that were another one when they were run again."""
+    run_again: int
+    """Runs that were run again to know that."""
+    never: Sequence[str]
+    """Faults of the space, `KIND of DEVICE`, that no run has had, or that never showed."""
+
+    @property
+    def runs(self) -> int:
+        """How many runs there were."""
+        return len(self.rows)
+
+    @property
+    def share(self) -> float:
+        """Share of the space that was seen."""
+        return self.runs / self.space if self.space else 0.0
+
+    @property
+    def silent(self) -> int:
+        """Runs in which the robot went wrong and said nothing."""
+        return sum(row["outcome"] == "silent" for row in self.rows)
+
+    @property
+    def crashes(self) -> int:
+        """Runs that crashed, hung, or whose process was lost."""
+        return sum(row["outcome"] in _DEAD for row in self.rows)
+
+    @property
+    def said(self) -> dict[str, int]:
+        """How many runs each fault of a model was the first one to be reported in."""
+        said = Counter(str(row["said"]) for row in self.rows if row["said"] is not None)
+        return dict(said.most_common())
+
+    def as_json(self) -> dict[str, object]:
+        """Return it as the command prints it."""
+        return {
+            "board": self.board,
+            "outcomes": dict(Counter(str(row["outcome"]) for row in self.rows).most_common()),
+            "said": self.said,
+            "never": list(self.never),
+            "run_again": self.run_again,
+            "runs": self.runs,
+            "space": self.space,
+            "share": self.share,
+            "silent": self.silent,
+            "crashes": self.crashes,
+            "flakes": self.flakes,
+            "findings": [each.as_json() for each in self.findings],
+        }
+
+    @property
+    def lines(self) -> Iterator[str]:
+        """It in words."""
+        for each in self.findings:
+            yield from each.lines
+        runs = f"{self.runs:,} of {self.space:,} faults of {self.board} ({self.share:.1%})"
+        found = f"{len(self.findings)} findings" if len(self.findings) != 1 else "1 finding"
+        yield f"{runs}: {found}, {self.silent} silent, {self.crashes} crashes"
+        yield f"{self.run_again} run again: {self.flakes} flakes"
+        if self.never:
+            listed = ", ".join(self.never[:_MOST_LISTED])
+            more = len(self.never) - _MOST_LISTED
+            yield f"never shown: {listed}{f' and {more} more' if more > 0 else ''}"
+
+    def __str__(self) -> str:
+        return "\n".join(self.lines)
+
+    def check(self) -> None:
+        """Fail a test with three lines for each finding."""
+        __tracebackhide__ = True
+        if self.findings or self.flakes:
+            said = [line for each in self.findings for line in each.lines]
+            raise AssertionError("\n".join(said or [f"{self.flakes} runs were others run again"]))
+
+
+def never_shown(space: Sequence[Case], rows: Sequence[Row]) -> list[str]:
+    """Return the faults of a space that no run has shown, by kind and device."""
+    shown = {(row["kind"], row["device"]) for row in rows if row["struck"]}
+    there = dict.fromkeys((case.strike.kind, case.strike.device) for case in space)
+    order = list(KINDS)
+    left = sorted((each for each in there if each not in shown), key=lambda e: order.index(e[0]))
+    return [f"{kind} of {device}" if device else kind for kind, device in left]

@@ -1,0 +1,154 @@
+"""A robot that is looked at from outside: its outputs and the truth of its world, every 20 ms.
+
+Nothing of what the robot says of itself is in a look. Faults that its models report, and values at
+its ports that are not finite, are kept beside the looks.
+"""
+
+from collections.abc import Iterator, Sequence
+from functools import partial
+from hashlib import blake2b
+from typing import Final
+
+import msgspec
+from msgspec import Struct
+
+from firmware_runtime.board.rig import Driven, Rig, Truthful
+from firmware_runtime.devs.coupled import ports_below
+from firmware_runtime.devs.finite import all_numbers
+from firmware_runtime.devs.time import MILLISECOND
+from firmware_runtime.executive.outcome import Outcome
+from firmware_runtime.hal.strike import Breakable
+from firmware_runtime.hal.wire_errors import Fault
+from firmware_runtime.runs.open_board import OpenBoard
+
+EVERY: Final = 20 * MILLISECOND
+
+
+class Look(Struct, frozen=True):
+    """How a robot stood at an instant."""
+
+    at: int
+    is_on: bool
+    """Whether outputs were on, or moved something where the rig says that."""
+    numbers: tuple[float, ...]
+    """The numbers of the world's truth."""
+
+
+class Said(Struct, frozen=True):
+    """A fault that a model has reported."""
+
+    model: str
+    kind: str
+    at: int
+
+
+class Watched:
+    """A robot that goes on look by look; `outcome` is there once its run is over."""
+
+    def __init__(self, robot: OpenBoard, exempt: frozenset[str] = frozenset()) -> None:
+        rig = robot.rig
+        assert rig is not None  # noqa: S101 -- it is on doubles of this process
+        self.robot = robot
+        self.rig: Rig = rig
+        self.session = robot.session
+        self.at = 0
+        self.outcome: Outcome | None = None
+        self.not_finite: dict[str, int] = {}
+        """Ports that have sent a number that is not finite, each with the instant."""
+        self.lines = {
+            name: line
+            for lines in (rig.buses, rig.ports)
+            for name, line in lines.items()
+            if isinstance(line, Breakable)
+        }
+        self._truth = rig if isinstance(rig, Truthful) else None
+        self._digest = blake2b(digest_size=6)
+        truths = set(self._truth.truth() if self._truth else ())
+        simulator = self.session.executive.simulator
+        for port in ports_below(simulator.root).values():
+            if port.path not in truths and port.path not in exempt and not _is_of_faults(port.type):
+                simulator.listen(port, partial(self._check, port.path))
+
+    @property
+    def names(self) -> list[str]:
+        """Names of the numbers in a look."""
+        values = {} if self._truth is None else self._truth.truth()
+        return [name for path, value in values.items() for name, _ in _numbers(path, value)]
+
+    def look(self) -> Look:
+        """Look at it now."""
+        values = {} if self._truth is None else self._truth.truth()
+        numbers = tuple(
+            number for path, value in values.items() for _, number in _numbers(path, value)
+        )
+        rig = self.rig
+        is_on = rig.is_driven if isinstance(rig, Driven) else self.has_output_on
+        self._digest.update(repr((is_on, numbers)).encode())
+        return Look(self.at, is_on, numbers)
+
+    @property
+    def has_output_on(self) -> bool:
+        """Whether any output is on."""
+        return any(self.rig.outputs.values())
+
+    def go_on(self, to: int | None = None) -> Look:
+        """Run to the next look, or to an instant, and look."""
+        self.at = self.at + EVERY if to is None else to
+        if self.outcome is None:
+            outcome = self.session.run_on(self.at)
+            if self.session.executive.is_over:
+                self.outcome = outcome
+        return self.look()
+
+    def said(self, since: int) -> Said | None:
+        """Return the first fault that was reported since an instant; None if there is none."""
+        found = [
+            Said(each.path, each.kind, each.first_at if each.first_at >= since else each.last_at)
+            for each in self.session.executive.faults.counted
+            if each.last_at >= since
+        ]
+        return min(found, key=lambda each: each.at, default=None)
+
+    def said_last(self) -> Said | None:
+        """Return the fault that was reported last; None if there is none."""
+        counted = self.session.executive.faults.counted
+        found = [Said(each.path, each.kind, each.last_at) for each in counted]
+        return max(found, key=lambda each: each.at, default=None)
+
+    @property
+    def struck_at(self) -> int | None:
+        """The instant at which a fault first showed on a line; None before."""
+        found = [each.struck_at for each in self.lines.values()]
+        return min((each for each in found if each is not None), default=None)
+
+    @property
+    def digest(self) -> str:
+        """A fingerprint of all looks so far, and of the faults that were reported, to the bit."""
+        whole = self._digest.copy()
+        counted = self.session.executive.faults.counted
+        whole.update(repr([(each.path, each.kind, each.count) for each in counted]).encode())
+        return whole.hexdigest()
+
+    def _check(self, path: str, at: int, value: object) -> None:
+        try:
+            is_finite = all_numbers(value)
+        except (TypeError, OverflowError):  # of a type that has no numbers to look at
+            return
+        if not is_finite:
+            self.not_finite.setdefault(path, at)
+
+
+def _is_of_faults(kind: object) -> bool:
+    return isinstance(kind, type) and issubclass(kind, Fault)
+
+
+def _numbers(name: str, value: object) -> Iterator[tuple[str, float]]:
+    """The numbers in a value, each with its name."""
+    if isinstance(value, int | float):
+        yield name, float(value)
+    elif isinstance(value, Sequence) and not isinstance(value, str | bytes):
+        for index, each in enumerate(value):
+            yield from _numbers(f"{name}.{index}", each)
+    elif isinstance(value, Struct):
+        for field, each in msgspec.structs.asdict(value).items():
+            yield from _numbers(f"{name}.{field}", each)

@@ -1,0 +1,235 @@
+"""Campaigns on TachoBot: the space, one run of it, planted mistakes, and how it resumes."""
+
+from collections.abc import Callable, Iterator
+from itertools import islice, pairwise
+from pathlib import Path
+from runpy import run_path
+from typing import Any
+
+import pytest
+from firmware_drivers.chips.mpu9250 import Mpu9250
+
+from firmware_runtime import HalError
+from firmware_runtime.devs.time import SECOND
+from firmware_runtime.errors import ConfigError
+from firmware_runtime.hal.strike import KINDS
+from firmware_runtime.lab.campaign import campaign
+from firmware_runtime.lab.campaign.campaigning import assert_sound, carry_out, rerun
+from firmware_runtime.lab.campaign.healthy import AT_START, healthy
+from firmware_runtime.lab.campaign.mission import Mission
+from firmware_runtime.lab.campaign.space import space_of, spread
+from firmware_runtime.lab.campaign.trial import forked
+from firmware_runtime.lab.sweeps.partial import partial_of
+from firmware_runtime.lab.sweeps.row import Row
+from firmware_runtime.recording.replay.replay_assertion import assert_replays
+
+SHORT = Mission(board="tachobot", for_s=1.5)
+
+
+@pytest.fixture
+def planted(monkeypatch: pytest.MonkeyPatch) -> Iterator[Callable[[Callable[..., Any]], None]]:
+    """Puts another `read_sample` into the IMU's driver; no healthy run of it is kept."""
+
+    def plant(read_sample: Callable[..., Any]) -> None:
+        monkeypatch.setattr(Mpu9250, "read_sample", read_sample)
+
+    yield plant
+    healthy.cache_clear()
+
+
+def last_again() -> Callable[..., object]:
+    """A driver that passes the last sample on where there is none."""
+    read: Callable[..., object] = Mpu9250.read_sample
+    kept: dict[int, object] = {}
+
+    def read_sample(chip: Mpu9250, *asked: object) -> object:
+        try:
+            kept[id(chip)] = read(chip, *asked)
+        except HalError:
+            if id(chip) not in kept:
+                raise
+        return kept[id(chip)]
+
+    return read_sample
+
+
+def numbers_of(kind: str, for_s: float | None, since_s: float = 1.2) -> list[int]:
+    """Where in the space a kind strikes the IMU late enough that it drives."""
+    return [
+        number
+        for number, case in enumerate(space_of(SHORT))
+        if (case.strike.kind, case.strike.device, case.strike.for_s) == (kind, "imu", for_s)
+        and case.strike.at_s >= since_s
+    ]
+
+
+def test_a_sample_of_any_size_is_spread_over_the_space_and_has_nothing_twice() -> None:
+    for size in (1, 2, 10, 997, 63_446):
+        assert sorted(spread(size)) == list(range(size))
+    for count in (10, 100, 1000):
+        first = sorted(islice(spread(63_446), count))
+        gaps = [later - sooner for sooner, later in pairwise(first)]
+        assert max(gaps) < 4 * 63_446 / count
+
+
+@pytest.mark.slow
+def test_each_fault_is_in_the_space_once_for_each_use_that_it_shows_in() -> None:
+    found, space = healthy(SHORT), space_of(SHORT)
+    assert len({case.strike for case in space}) == len(space)
+    uses = [each.use for each in found.uses if each.use.address == 0x68]
+    reads = {use.at for use in uses if use.reads}
+    assert {case.before for case in space[:100]} == {AT_START}
+    for kind, at in (("nack", {use.at for use in uses}), ("freeze", reads)):
+        struck = [c.strike for c in space if (c.strike.kind, c.strike.device) == (kind, "imu")]
+        assert {each.at for each in struck} == at
+        assert {each.for_s for each in struck} == {0.0, 1.0, None}
+    assert all(KINDS[case.strike.kind].of != "I2C" for case in space if case.strike.device == "")
+
+
+@pytest.mark.slow
+def test_a_run_that_is_forked_is_to_the_bit_the_one_from_its_start() -> None:
+    numbers = list(islice(spread(len(space_of(SHORT))), 8))
+    rows = list(forked(SHORT, numbers))
+    assert sorted(int(row["row"] or 0) for row in rows) == sorted(numbers)
+    for row in rows:
+        assert rerun(row) == row
+
+
+@pytest.mark.slow
+def test_a_sound_robot_has_no_finding_and_the_report_has_its_figures() -> None:
+    report = campaign("tachobot", for_s=1.5, runs=24, workers=1)
+    report.check()
+    found = report.as_json()
+    assert list(found)[-7:] == [
+        *("runs", "space", "share", "silent", "crashes", "flakes", "findings"),
+    ]
+    assert (found["runs"], found["space"]) == (24, len(space_of(SHORT)))
+    assert found["share"] == pytest.approx(24 / len(space_of(SHORT)))
+    assert (found["silent"], found["crashes"], found["flakes"]) == (0, 0, 0)
+    assert report.said
+    assert "0 flakes" in str(report)
+
+
+@pytest.mark.slow
+def test_a_stale_value_that_is_passed_on_is_found_shortened_and_saved(
+    planted: Callable[[Callable[..., Any]], None], tmp_path: Path
+) -> None:
+    planted(last_again())
+    rows = list(forked(SHORT, numbers_of("nack", None)[:2]))
+    assert {row["outcome"] for row in rows} <= {"late", "silent"}
+    with pytest.MonkeyPatch.context() as patched:
+        patched.setattr(
+            "firmware_runtime.lab.campaign.campaigning.spread",
+            lambda _: iter(numbers_of("nack", None)[:2]),
+        )
+        report = carry_out(SHORT, workers=1, findings=tmp_path)
+    (finding,) = report.findings
+    assert (finding.model, finding.kind, finding.count) == ("imu", "nack", 2)
+    assert finding.faults[0].for_s in {0.2, 1.0}
+    assert len(finding.lines) == 3
+    assert report.flakes == 0
+    with pytest.raises(AssertionError, match=f"{finding.oracle} of imu"):
+        report.check()
+    assert finding.recording is not None
+    assert_replays(finding.recording)
+    assert finding.test is not None
+    (test,) = [each for name, each in run_path(finding.test).items() if name.startswith("test_")]
+    with pytest.raises(AssertionError, match=f"{finding.oracle} of imu"):
+        test()
+
+
+@pytest.mark.slow
+def test_what_is_raised_in_a_struck_robot_is_a_crash_with_its_place(
+    planted: Callable[[Callable[..., Any]], None],
+) -> None:
+    read: Callable[..., object] = Mpu9250.read_sample
+
+    def read_sample(chip: Mpu9250, *asked: object) -> object:
+        try:
+            return read(chip, *asked)
+        except HalError:
+            return list(asked)[7]
+
+    planted(read_sample)
+    rows = forked(SHORT, numbers_of("nack", None)[:1])
+    place = f"{Path(__file__).name}:{_line_of('list(asked)[7]')}"
+    assert [(row["outcome"], row["model"]) for row in rows] == [("crash", place)]
+
+
+def _line_of(text: str) -> int:
+    lines = Path(__file__).read_text(encoding="utf-8").splitlines()
+    return next(number for number, line in enumerate(lines, 1) if f"return {text}" in line)
+
+
+@pytest.mark.slow
+def test_a_robot_is_judged_by_a_line_of_ones_own_too() -> None:
+    (case, *_) = space_of(SHORT)[numbers_of("nack", 0.0)[0] :]
+    assert_sound("tachobot", [case.strike], for_s=1.5, judge=lambda _: None)
+    with pytest.raises(AssertionError, match="own of imu: it is struck"):
+        assert_sound("tachobot", [case.strike], for_s=1.5, judge=lambda _: "it is struck")
+    with pytest.raises(ConfigError, match="expected one"):
+        assert_sound("tachobot", [], for_s=1.5)
+
+
+@pytest.mark.slow
+def test_a_campaign_that_is_interrupted_goes_on_to_the_same_table(tmp_path: Path) -> None:
+    whole, broken = tmp_path / "whole.csv", tmp_path / "broken.csv"
+    carry_out(SHORT, whole, runs=20, workers=1)
+
+    def stop(done: int, _size: int, _found: int) -> None:
+        if done == 18:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        carry_out(SHORT, broken, runs=20, workers=1, progress=stop)
+    assert partial_of(broken).exists()
+    with pytest.raises(ConfigError, match="expected --resume"):
+        carry_out(SHORT, broken, runs=20, workers=1)
+    other = Mission(board="tachobot", for_s=2.0)
+    with pytest.raises(ConfigError, match=r"campaign tachobot --for 1\.5 with version"):
+        carry_out(other, broken, runs=20, workers=1, resume=True)
+    done: list[int] = []
+    report = carry_out(
+        SHORT, broken, runs=20, workers=1, resume=True, progress=lambda n, *_: done.append(n)
+    )
+    assert done == [19, 20]
+    assert report.runs == 20
+    assert broken.read_bytes() == whole.read_bytes()
+    assert not partial_of(broken).exists()
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        ({"for_s": 0.0}, "--for"),
+        ({"runs": 0}, "--runs"),
+        ({"budget_s": -1.0}, "--budget"),
+        ({"within_s": float("nan")}, "--within"),
+        ({"workers": 0}, "--workers"),
+        ({"workers": 1, "scheduler": "tcp://x:1"}, "expected one"),
+        ({"resume": True}, "--resume"),
+        ({"output": "table.txt"}, "expected a name that ends in"),
+        ({"set": {"controller.yaw.kq": 1.0}}, "kq"),
+    ],
+    ids=str,
+)
+def test_what_cannot_be_is_refused_before_any_run(words: dict[str, Any], said: str) -> None:
+    with pytest.raises(ConfigError, match=said):
+        campaign("tachobot", **words)
+
+
+def test_a_board_without_a_seed_refuses_one() -> None:
+    with pytest.raises(ConfigError, match=r"pan_tilt has no world\.seed"):
+        campaign("pan_tilt", seed=3)
+
+
+def test_a_row_of_another_table_is_refused() -> None:
+    row: Row = {"row": 3, "board": "tachobot", "outcome": "ended", "set": "[]"}
+    with pytest.raises(ConfigError, match="row 3 is none of a campaign"):
+        rerun(row)
+
+
+def test_an_instant_of_the_space_comes_back_from_its_row_exactly() -> None:
+    assert all(
+        round(at / SECOND * SECOND) == at for at in (1, 590_592, 9_999_999_999, 59_123_456_789)
+    )
