@@ -14,10 +14,10 @@ from firmware_runtime.statistics.summary import summary
 
 _ABOUT = """
 It must begin within a minute and run for the seconds asked, with few faults, each model with a
-period half as often as that says, at least. Beside figures from before, as `stats --json` prints
-them, models must run as often as they did, within the same half, faults come and activations be
-late no more often, and steps be no longer. Exit status: 0 if it is healthy, 6 if it does not run, 8
-if not.
+period due half as often as that says, at least. Beside figures from before, as `stats --json`
+prints them, models must be due as often as they were, within the same half, faults come and
+activations be late no more often, and steps be no longer. Exit status: 0 if it is healthy, 6 if it
+does not run, 8 if not.
 """
 
 

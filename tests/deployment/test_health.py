@@ -82,29 +82,37 @@ def test_a_fault_of_a_model_that_answers_inputs_counts_by_its_answers(healthy: F
 
 
 def with_imu(figures: Figures, share: float, period_us: float = 10_000.0) -> Figures:
-    """Figures in which the sensor, of this period, ran a share of its times."""
+    """Figures in which the sensor, of this period, was due a share of its times."""
     imu = figures.models["imu"]
-    few = replace(imu, run=int(share * imu.run), period_us=period_us)
+    few = replace(imu, scheduled=int(share * imu.scheduled), period_us=period_us)
     return replace(figures, models={**figures.models, "imu": few})
 
 
-def test_a_model_that_runs_less_than_half_as_often_is_said_with_both_rates(
+def test_a_model_that_is_due_less_than_half_as_often_is_said_with_both_rates(
     healthy: Figures,
 ) -> None:
     def said(share: float) -> list[str]:
         return list(complaints(Trial(with_imu(healthy, share)), healthy))
 
-    assert said(0.0) == ["imu ran 0 times a second, 100 before"]
-    assert said(0.25) == ["imu ran 25 times a second, 100 before"]
+    assert said(0.0) == ["imu was due 0 times a second, 100 before"]
+    assert said(0.25) == ["imu was due 25 times a second, 100 before"]
     assert said(0.45) != []
     assert said(0.55) == []
+
+
+def test_what_a_busy_computer_skips_was_due(healthy: Figures) -> None:
+    imu = healthy.models["imu"]
+    skips = replace(imu, run=imu.run // 4, skipped=imu.scheduled - imu.run // 4)
+    busy = replace(healthy, models={**healthy.models, "imu": skips})
+    for before in (healthy, None):
+        assert list(complaints(Trial(busy), before)) == []
 
 
 def test_a_model_that_stops_in_the_middle_is_said(healthy: Figures) -> None:
     parts = [healthy] * PARTS
     for part in range(PARTS):
         stops = Trial(healthy, (*parts[:part], with_imu(healthy, 0.0), *parts[part + 1 :]))
-        assert list(complaints(stops, healthy)) == ["imu ran 0 times a second, 100 before"]
+        assert list(complaints(stops, healthy)) == ["imu was due 0 times a second, 100 before"]
     assert list(complaints(Trial(healthy, tuple(parts)), healthy)) == []
 
 
@@ -113,7 +121,7 @@ def test_a_model_that_was_not_there_before_runs_by_its_period(healthy: Figures) 
     without = replace(healthy, models=others)
     for before in (without, None):
         few = list(complaints(Trial(with_imu(healthy, 0.1)), before))
-        assert few == ["imu ran 10 times a second, 100 by its period"]
+        assert few == ["imu was due 10 times a second, 100 by its period"]
         assert list(complaints(Trial(healthy), before)) == []
 
 
@@ -121,7 +129,7 @@ def test_a_period_that_was_made_longer_is_kept(healthy: Figures) -> None:
     slower = with_imu(healthy, 0.2, period_us=50_000.0)
     assert list(complaints(Trial(slower), healthy)) == []
     few = list(complaints(Trial(with_imu(healthy, 0.05, period_us=50_000.0)), healthy))
-    assert few == ["imu ran 5 times a second, 20 by its period"]
+    assert few == ["imu was due 5 times a second, 20 by its period"]
 
 
 def test_a_model_that_runs_by_events_may_rest(healthy: Figures) -> None:

@@ -1,7 +1,7 @@
 """Whether a robot that a service runs is healthy, and its timing no worse than a version's before.
 
     begins within WITHIN_S -> runs for the seconds asked -> has few faults in them: chips answer;
-    each model with a period runs as often as it did, in the whole and in each part of that time;
+    each model with a period is due as often as it was, in the whole and in each part of that time;
     beside figures from before: each kind of fault comes no more often, no more activations are
     late, none for one cause more often, and steps are no longer
 
@@ -27,9 +27,9 @@ LOOK_S: Final = 1.0
 PARTS: Final = 3
 """So many parts of a trial are looked at on their own: a model may stop in the middle of it."""
 RARER: Final = 0.5
-"""A model runs too rarely below this share of what it did, but for one activation;"""
+"""A model is due too rarely below this share of what it was, but for one activation;"""
 MUCH_FASTER: Final = 1.1
-"""where it did so much more than its period now says, below this share of that."""
+"""where it was so much more often than its period now says, below this share of that."""
 FAULT_SHARE: Final = 0.05
 """So much larger, by the model's activations, may be the share of a kind of fault: a busy computer
 misses a sample now and then."""
@@ -97,29 +97,32 @@ def complaints(trial: Trial, before: Figures | None) -> Iterator[str]:
 
 
 def _rarer(trial: Trial, path: str, before: Figures | None) -> Iterator[str]:
-    """Yield a sentence if a model with a period ran too rarely, in the whole or in a part."""
+    """Yield a sentence if a model with a period was due too rarely, in the whole or in a part.
+
+    What a slow or busy computer skips was due: it is judged by how late activations are.
+    """
     declared = _declared_hz(trial.whole.models[path])
     if declared is None:
         return
     usual, whose = declared, "by its period"
     if before is not None and path in before.models:
-        then = _run_hz(before, path)
+        then = _due_hz(before, path)
         if then < MUCH_FASTER * declared:  # else its period was made longer
             usual, whose = then, "before"
     for each in (trial.whole, *trial.parts):
         expected = usual * each.conditions.run.elapsed_s
-        if each.models[path].run + 1 < RARER * expected:
-            yield f"{path} ran {_run_hz(each, path):.3g} times a second, {usual:.3g} {whose}"
+        if each.models[path].scheduled + 1 < RARER * expected:
+            yield f"{path} was due {_due_hz(each, path):.3g} times a second, {usual:.3g} {whose}"
             return
 
 
-def _run_hz(figures: Figures, path: str) -> float:
+def _due_hz(figures: Figures, path: str) -> float:
     seconds = figures.conditions.run.elapsed_s
-    return figures.models[path].run / seconds if seconds > 0 else 0.0
+    return figures.models[path].scheduled / seconds if seconds > 0 else 0.0
 
 
 def _declared_hz(model: ModelFigures) -> float | None:
-    """Return how often a model's period says that it runs; None for one without a period."""
+    """Return how often a model is due by its period; None for one without a period."""
     return 1e6 / model.period_us if model.kind == "periodic" and model.period_us else None
 
 
