@@ -120,7 +120,7 @@ def test_a_run_in_virtual_time_is_recorded_replayed_and_shown(elsewhere: Elsewhe
 @pytest.mark.real_time
 def test_a_run_in_real_time_keeps_statistics_and_is_its_replay(elsewhere: Elsewhere) -> None:
     elsewhere.said("run", "detective", "--doubles", "--for", "1")
-    assert "ended after 1.00 s" in elsewhere.said("stats", "detective")
+    assert "ended after 1." in elsewhere.said("stats", "detective")
     elsewhere.said("report", "detective", "-o", "report.html")
     assert elsewhere.said("replay", "detective").startswith("identical: ")
 
