@@ -8,14 +8,16 @@ import errno
 from collections.abc import Callable, Collection, Iterator
 from typing import Any, Final, Protocol
 
-from firmware_runtime.devs.time import NEVER
+from firmware_runtime.devs.time import MILLISECOND, NEVER
 from firmware_runtime.hal.strike import KINDS, Span
+from sim_doubles.altered_answers import AlteredWord, InvertedBits, LateAnswer
 from sim_doubles.clock import Now
 from sim_doubles.faults import (
     AbsentTarget,
     AdapterError,
     BrownOut,
     ConstantAnswer,
+    Delay,
     Fault,
     FaultScript,
     FrozenAnswer,
@@ -25,7 +27,8 @@ from sim_doubles.faults import (
 )
 from sim_doubles.i2c_target import AdapterProfile, Target
 
-BREAKS: Final = tuple(name for name, kind in KINDS.items() if kind.of in {"I2C", "chip"})
+OF_ANY: Final = tuple(name for name, kind in KINDS.items() if kind.of in {"I2C", "chip"})
+OF_SENSORS: Final = tuple(name for name, kind in KINDS.items() if kind.of == "sensor")
 
 
 class ScriptedBus(Protocol):
@@ -45,8 +48,6 @@ class ScriptedBus(Protocol):
 class BusStrikes:
     """The faults that were made on a bus by kind, until `clear`."""
 
-    breaks: Collection[str] = BREAKS
-
     def __init__(self, bus: ScriptedBus, now: Now) -> None:
         self._bus = bus
         self._now = now
@@ -60,13 +61,18 @@ class BusStrikes:
         record = () if script is None else script.record
         return next((each.at for each in record if each.fault in self._all), None)
 
-    def strike(self, kind: str, address: int | None, span: Span) -> None:
+    def fitting(self, address: int | None) -> Collection[str]:
+        """Return the kinds that fit the chip with this address, or any."""
+        measures = any(each.measured for each in self._targets(address))
+        return (*OF_ANY, *OF_SENSORS) if measures else OF_ANY
+
+    def strike(self, kind: str, address: int | None, span: Span, amount: float) -> None:
         """Make a fault of a kind, at the chip with this address or at all."""
         self._forget_past()
         if KINDS[kind].of == "chip" and span.since <= self._now():
             for target in self._targets(address):
                 target.power_cycle()
-        for fault in self._faults(kind, address, span):
+        for fault in self._faults(kind, address, span, amount):
             self._add(fault)
 
     def call_at(self, at: int, action: Callable[[], None]) -> None:
@@ -109,11 +115,22 @@ class BusStrikes:
         said = tuple(each for each in targets if getattr(each, "address", None) == address)
         return said or tuple(each for each in targets if _answers(each, address))
 
-    def _faults(self, kind: str, address: int | None, span: Span) -> Iterator[Fault]:
+    def _faults(self, kind: str, address: int | None, span: Span, amount: float) -> Iterator[Fault]:
         when: dict[str, Any] = {"since": span.since, "until": span.until}
+        times = 1 if span.once else None
+        if KINDS[kind].of == "sensor":
+            for each in self._targets(address):
+                if each.measured:
+                    at = address if address is not None else getattr(each, "address", None)
+                    said: dict[str, Any] = {
+                        "kind": kind,
+                        "words": each.measured,
+                        "number": int(amount),
+                    }
+                    yield AlteredWord(address=at, times=times, **when, **said)
+            return
         if KINDS[kind].of == "I2C":
-            fault, details = _on_wires(kind, self._bus.adapter)
-            times = 1 if span.once else None
+            fault, details = _on_wires(kind, self._bus.adapter, amount)
             yield fault(address=address, times=times, **when, **details)
             return
         targets, now = self._targets(address), self._now()
@@ -124,7 +141,9 @@ class BusStrikes:
                 yield from _cycles(targets, span.until + 1, now)
 
 
-def _on_wires(kind: str, adapter: AdapterProfile) -> tuple[type[Fault], dict[str, Any]]:
+def _on_wires(
+    kind: str, adapter: AdapterProfile, amount: float
+) -> tuple[type[Fault], dict[str, Any]]:
     """Return the fault of a kind, and what it needs to know beside when and where."""
     known: dict[str, tuple[type[Fault], dict[str, Any]]] = {
         "nack": (NackAddress, {}),
@@ -135,6 +154,10 @@ def _on_wires(kind: str, adapter: AdapterProfile) -> tuple[type[Fault], dict[str
         "freeze": (FrozenAnswer, {}),
         "zero": (ConstantAnswer, {"byte": 0x00}),
         "ones": (ConstantAnswer, {"byte": 0xFF}),
+        "late": (LateAnswer, {}),
+        "flip": (InvertedBits, {"number": int(amount)}),
+        "wrong-byte": (InvertedBits, {"number": int(amount), "mask": 0xFF}),
+        "slow": (Delay, {"span": max(0, round(amount * MILLISECOND))}),
     }
     return known[kind]
 

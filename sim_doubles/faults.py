@@ -38,8 +38,8 @@ _MAY_BE_NONE: Final = frozenset({"address", "last", "times"})
 class Alteration:
     """The sum of the faults due in one transaction; each of them enters its part.
 
-    `pulses` is what a stuck bus needs to come free, `forced` holds (register, value), `flipped`
-    holds (index among the bytes read, mask).
+    `pulses` is what a stuck bus needs to come free, `delay` ns pass before START, `forced` holds
+    (register, value), `flipped` holds (index among the bytes read, mask).
     """
 
     errno: int | None = None
@@ -50,8 +50,8 @@ class Alteration:
     absent: list[Target] = field(default_factory=list)
     forced: list[tuple[int, int]] = field(default_factory=list)
     flipped: list[tuple[int, int]] = field(default_factory=list)
-    frozen: list["FrozenAnswer"] = field(default_factory=list)
-    constant: int | None = None
+    altered: list["AlteredAnswer"] = field(default_factory=list)
+    delay: int = 0
 
     def cut(self, messages: tuple[Message, ...]) -> tuple[Message, ...]:
         """Return the messages up to the refused byte, without it."""
@@ -72,14 +72,12 @@ class Alteration:
         answer: bytes,
         log: Sequence[Transaction],
     ) -> bytes:
-        """Return the bytes read: frozen or constant, with forced values put in, bits flipped.
+        """Return the bytes read: altered, with forced values put in, bits flipped.
 
         `log` has the transactions that were before this one.
         """
-        for fault in self.frozen:
-            answer = fault.kept(address, messages, answer, log)
-        if self.constant is not None:
-            answer = bytes([self.constant]) * len(answer)
+        for fault in self.altered:
+            answer = fault.alter(address, messages, answer, log)
         altered = bytearray(answer)
         for register, value in self.forced:
             altered[register - burst_start(messages)] = value
@@ -260,14 +258,22 @@ class AbsentTarget(Fault):
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class FrozenAnswer(Fault):
-    """What is read stays as it was: the answer to the same messages before, while the chip goes on.
+class Delay(Fault):
+    """The transaction takes `span` ns longer, as if the chip held the clock low before the rest."""
 
-    Messages that were not among the last on the bus are answered once more, and stay so.
-    """
+    span: int
+    times: int | None = None
+
+    def strike(self, alteration: Alteration) -> None:
+        """Enter the time."""
+        alteration.delay += self.span
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class AlteredAnswer(Fault):
+    """What is read is another than what the chip has put on the bus."""
 
     times: int | None = None
-    _kept: dict[tuple[int, tuple[Message, ...]], bytes] = field(default_factory=dict, init=False)
 
     def fits(self, messages: Sequence[Message]) -> bool:
         """Return whether anything is read."""
@@ -275,9 +281,29 @@ class FrozenAnswer(Fault):
 
     def strike(self, alteration: Alteration) -> None:
         """Enter itself."""
-        alteration.frozen.append(self)
+        alteration.altered.append(self)
 
-    def kept(
+    @abstractmethod
+    def alter(
+        self,
+        address: int,
+        messages: tuple[Message, ...],
+        answer: bytes,
+        log: Sequence[Transaction],
+    ) -> bytes:
+        """Return what is read by these messages; `log` has what was before."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class FrozenAnswer(AlteredAnswer):
+    """What is read stays as it was: the answer to the same messages before, while the chip goes on.
+
+    Messages that were not among the last on the bus are answered once more, and stay so.
+    """
+
+    _kept: dict[tuple[int, tuple[Message, ...]], bytes] = field(default_factory=dict, init=False)
+
+    def alter(
         self,
         address: int,
         messages: tuple[Message, ...],
@@ -287,29 +313,37 @@ class FrozenAnswer(Fault):
         """Return what was read by these messages when it froze, or now for the first time."""
         asked = (address, messages)
         if asked not in self._kept:
-            before = (
-                each.answer
-                for each in reversed(log)
-                if each.error is None and (each.address, each.messages) == asked
-            )
-            self._kept[asked] = next(before, answer)
+            self._kept[asked] = last_answer(address, messages, log) or answer
         return self._kept[asked]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class ConstantAnswer(Fault):
+class ConstantAnswer(AlteredAnswer):
     """Every byte that is read is `byte`; what is written arrives."""
 
     byte: int
-    times: int | None = None
 
-    def fits(self, messages: Sequence[Message]) -> bool:
-        """Return whether anything is read."""
-        return any(isinstance(message, int) for message in messages)
+    def alter(
+        self,
+        address: int,  # noqa: ARG002 -- the same, whatever is read
+        messages: tuple[Message, ...],  # noqa: ARG002
+        answer: bytes,
+        log: Sequence[Transaction],  # noqa: ARG002
+    ) -> bytes:
+        """Return as many of it."""
+        return bytes([self.byte]) * len(answer)
 
-    def strike(self, alteration: Alteration) -> None:
-        """Enter the byte."""
-        alteration.constant = self.byte
+
+def last_answer(
+    address: int, messages: tuple[Message, ...], log: Sequence[Transaction]
+) -> bytes | None:
+    """Return what was last read by the same messages; None if that is not in the log."""
+    before = (
+        each.answer
+        for each in reversed(log)
+        if each.error is None and (each.address, each.messages) == (address, messages)
+    )
+    return next(before, None)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -174,10 +174,9 @@ class I2cBusDouble(Wire, I2cBus):
 
     # Faults by kind (`firmware_runtime.hal.strike`)
 
-    @property
-    def breaks(self) -> Collection[str]:
-        """Kinds of faults that it knows."""
-        return self._strikes().breaks
+    def fitting(self, address: int | None) -> Collection[str]:
+        """Return the kinds of faults that fit the chip with this address; None is any."""
+        return self._strikes().fitting(address)
 
     @property
     def addresses(self) -> Collection[int]:
@@ -198,9 +197,9 @@ class I2cBusDouble(Wire, I2cBus):
             Use(each.at, each.address, each.to_read > 0, bool(each.written)) for each in self.log
         ]
 
-    def strike(self, kind: str, address: int | None, span: "Span") -> None:
+    def strike(self, kind: str, address: int | None, span: "Span", amount: float) -> None:
         """Make a fault of a kind, at the chip with this address or at all."""
-        self._strikes().strike(kind, address, span)
+        self._strikes().strike(kind, address, span, amount)
 
     def call_at(self, at: int, action: Callable[[], None]) -> None:
         """Call at `at`, or with the first transaction after it."""
@@ -245,6 +244,9 @@ class I2cBusDouble(Wire, I2cBus):
         if alteration is None:
             return self._carry(at, self._targets, addresses, messages, stop_bits)
         self._fail_before_start(alteration)
+        if alteration.delay:
+            self._timing.pause(alteration.delay)
+            at = self._now()
         reachable = [] if alteration.address_refused else self._present(alteration)
         messages_left = alteration.cut(messages)
         answer = self._carry(at, reachable, addresses, messages_left, stop_bits)

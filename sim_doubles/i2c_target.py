@@ -9,11 +9,20 @@ Source: Linux 6.1 drivers/i2c/busses (bcm2835, designware, tiny-usb), algos/i2c-
 import errno
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
+from typing import Literal, NamedTuple
 
 from msgspec import Struct
 
 from firmware_runtime.hal.i2c import Message
 from firmware_runtime.hal.wire_errors import EREMOTEIO
+
+
+class Words(NamedTuple):
+    """So many measured words of 16 bits in a chip's registers, one after the other."""
+
+    register: int
+    length: int
+    order: Literal["big", "little"] = "big"
 
 
 class Target(ABC):
@@ -22,6 +31,9 @@ class Target(ABC):
     The bus offers every START to every target, so all-call, sub-addresses and general call need
     nothing from the bus. `write` and `read` follow only a `start` that was acknowledged.
     """
+
+    measured: Sequence[Words] = ()
+    """Registers of what it measures, for faults of one axis: read by number, counting up."""
 
     is_connected: bool = True
     """False while a fault keeps it off every bus, that of another chip's own master included."""

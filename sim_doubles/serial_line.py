@@ -67,7 +67,6 @@ class SerialLineDouble(SerialPort):
     port notices; `strike` makes those that have a kind (`firmware_runtime.hal.strike`).
     """
 
-    breaks: Collection[str] = (*_LASTING, "drop", "brown-out")
     addresses: Collection[int] = ()
 
     def __init__(self, name: str, now: Now, target: SerialTarget, *, log_length: int = 256) -> None:
@@ -125,7 +124,11 @@ class SerialLineDouble(SerialPort):
 
         return [Use(each.at, None, not each.written, each.written) for each in self.log]
 
-    def strike(self, kind: str, _address: int | None, span: "Span") -> None:
+    def fitting(self, _address: int | None) -> Collection[str]:
+        """Return the kinds of faults that it knows."""
+        return (*_LASTING, "drop", "brown-out")
+
+    def strike(self, kind: str, _address: int | None, span: "Span", _amount: float) -> None:
         """Make a fault of a kind."""
         self.call_at(span.since, partial(self._break, kind))
         if kind in _LASTING and span.until < NEVER:

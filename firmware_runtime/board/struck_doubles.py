@@ -112,7 +112,7 @@ class StruckDoubles:
             once = strike.span == 0 and not kind.is_moment
             span = Span(at, NEVER if once else until, once)
             for line, address in self._struck_places(strike):
-                line.strike(kind.name, address, span)
+                line.strike(kind.name, address, span, amount or 0.0)
         span_ns = None if strike.span == NEVER else strike.span
         struck = Struck(kind.name, strike.device, at, span_ns, amount)
         self.struck.append(struck)
@@ -125,8 +125,9 @@ class StruckDoubles:
             line.clear_strikes()
         self.struck = [_ended(each, at) for each in self.struck if each.at <= at]
 
-    def _fit(self, line: Breakable) -> tuple[str, ...]:
-        return tuple(kind for kind in KINDS if kind in line.breaks)
+    def _fit(self, line: Breakable, address: int | None) -> tuple[str, ...]:
+        fitting = line.fitting(address)
+        return tuple(kind for kind in KINDS if kind in fitting)
 
     def _push(self, strike: Strike, at: int, amount: float) -> None:
         rig = self._doubles
@@ -194,16 +195,18 @@ def _breakable(doubles: HasLines) -> Iterator[tuple[str, Breakable]]:
 def _places(
     lines: dict[str, Breakable],
     devices: HasDevices,
-    fit: Callable[[Breakable], tuple[str, ...]],
+    fit: Callable[[Breakable, int | None], tuple[str, ...]],
 ) -> Iterator[Place]:
     for device in devices.devices:
         if (line := lines.get(device.bus)) is not None:
-            yield Place(device.key, device.chip, device.bus, device.address, fit(line))
+            yield Place(
+                device.key, device.chip, device.bus, device.address, fit(line, device.address)
+            )
     for wired in devices.serial_devices:
         if (line := lines.get(wired.port)) is not None:
-            yield Place(wired.key, wired.chip, wired.port, None, fit(line))
+            yield Place(wired.key, wired.chip, wired.port, None, fit(line, None))
     for name, line in lines.items():
-        yield Place(name, "", name, None, fit(line), is_line=True)
+        yield Place(name, "", name, None, fit(line, None), is_line=True)
 
 
 def _address(text: str) -> int | None:

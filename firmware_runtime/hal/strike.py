@@ -18,8 +18,9 @@ from msgspec import Struct
 from firmware_runtime.devs.time import NEVER, seconds
 from firmware_runtime.errors import expected_one_of
 
-Of: TypeAlias = Literal["I2C", "serial", "chip", "world"]
-"""Things that a kind can be about: an I2C bus or a chip on it, a serial port, a chip, the world."""
+Of: TypeAlias = Literal["I2C", "sensor", "serial", "chip", "world"]
+"""Things that a kind can be about: an I2C bus or a chip on it, what a chip on it measures, a serial
+port, a chip, the world."""
 
 Needs: TypeAlias = Literal["", "read", "write"]
 """What a transaction must have for a kind to show in it: any will do, one that reads, or writes."""
@@ -42,6 +43,25 @@ class Kind(Struct, array_like=True, frozen=True):
     """What a transaction must have for it to show."""
     fails: bool = False
     """Whether each transaction that it strikes ends in an error, as its driver sees it."""
+    is_numbered: bool = False
+    """Whether its amount is the number of a bit, a byte or a measured word, counted round."""
+
+    @property
+    def can_be_once(self) -> bool:
+        """Return whether it can strike a single transaction."""
+        return self.of in {"I2C", "sensor"}
+
+
+def _of_axis(name: str, meaning: str) -> Kind:
+    return Kind(
+        name,
+        meaning,
+        "sensor",
+        amount=0.0,
+        unit="number of the word",
+        needs="read",
+        is_numbered=True,
+    )
 
 
 _ALL: Final = (
@@ -59,6 +79,36 @@ _ALL: Final = (
     Kind("freeze", "every reading is the last one again", "I2C", needs="read"),
     Kind("zero", "every byte read is 0x00", "I2C", needs="read"),
     Kind("ones", "every byte read is 0xff, as of a line that is pulled up", "I2C", needs="read"),
+    Kind("late", "every reading is the one before", "I2C", needs="read"),
+    Kind(
+        "flip",
+        "one bit of what is read arrives inverted",
+        "I2C",
+        amount=0.0,
+        unit="number of the bit",
+        needs="read",
+        is_numbered=True,
+    ),
+    Kind(
+        "wrong-byte",
+        "one byte of what is read arrives with all its bits inverted",
+        "I2C",
+        amount=0.0,
+        unit="number of the byte",
+        needs="read",
+        is_numbered=True,
+    ),
+    Kind(
+        "slow",
+        "each transaction takes so much longer: a chip stretches the clock",
+        "I2C",
+        amount=5.0,
+        unit="ms",
+    ),
+    _of_axis("freeze-axis", "one measured word stays as it was"),
+    _of_axis("offset", "one measured word is 2000 counts more"),
+    _of_axis("scale", "one measured word is twice as much"),
+    _of_axis("negate", "one measured word has the other sign"),
     Kind("silent", "the wires are parted: no byte arrives, either way", "serial"),
     Kind("drop", "the next byte on the line is lost", "serial", is_moment=True),
     Kind("brown-out", "the supply fails for a moment: power-up state", "chip", is_moment=True),
@@ -116,7 +166,7 @@ def _span_fault(kind: Kind, for_s: float | None) -> str | None:
         return f"{kind.name}: for {for_s!r} s; expected 0 or more"
     if for_s > 0 and kind.is_moment:
         return f"{kind.name}: for {for_s:g} s; expected none, it is over at once"
-    if for_s == 0 and not (kind.of == "I2C" or kind.is_moment):
+    if for_s == 0 and not (kind.can_be_once or kind.is_moment):
         return f"{kind.name}: for 0 s, which is once; expected more than 0"
     return None
 
@@ -194,10 +244,6 @@ class Breakable(Protocol):
     """A line of doubles on which faults can be made: an I2C bus or a serial port."""
 
     @property
-    def breaks(self) -> Collection[str]:
-        """Kinds of faults that it knows, by name."""
-
-    @property
     def addresses(self) -> Collection[int]:
         """Addresses of its chips, as far as these say; none on a serial port."""
 
@@ -208,8 +254,11 @@ class Breakable(Protocol):
     def uses(self) -> Collection[Use]:
         """Return the last uses of it, the oldest first; how many is up to the line."""
 
-    def strike(self, kind: str, address: int | None, span: Span) -> None:
-        """Make one, at the chip with this address, or at all of the line."""
+    def fitting(self, address: int | None) -> Collection[str]:
+        """Return the kinds that fit the chip with this address; None is any on the line."""
+
+    def strike(self, kind: str, address: int | None, span: Span, amount: float) -> None:
+        """Make one, at the chip with this address, or at all of the line; `amount` is of it."""
 
     def call_at(self, at: int, action: Callable[[], None]) -> None:
         """Call at `at`, or when the line is next used after it."""

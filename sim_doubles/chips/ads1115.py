@@ -18,6 +18,7 @@ from firmware_runtime.devs.time import MICROSECOND, NEVER, SECOND
 from sim_doubles.chips.protocol_warnings import ProtocolWarnings
 from sim_doubles.chips.register_target import RegisterTarget
 from sim_doubles.clock import Now
+from sim_doubles.i2c_target import Words
 
 SHIPPED_AT = 0x48  # ADDR at GND
 GENERAL_CALL, RESET = 0x00, 0x06
@@ -44,6 +45,8 @@ class Ads1115Double(RegisterTarget):
     A plant whose state depends on the host's writes must see every conversion that ended before it
     moves on: call `catch_up` first.
     """
+
+    measured = (Words(0, 1),)
 
     def __init__(
         self,

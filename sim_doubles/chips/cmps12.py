@@ -28,6 +28,7 @@ from struct import Struct
 from firmware_runtime.devs.time import MILLISECOND, NEVER
 from sim_doubles.chips.devantech import CommandSequence, DevantechDouble
 from sim_doubles.clock import Now
+from sim_doubles.i2c_target import Words
 from sim_doubles.inertial_truth import Vector
 from sim_doubles.worlds.noise import part_noise
 
@@ -77,6 +78,9 @@ class Cmps12Double(DevantechDouble):
     from `hangs_from` on, an instant in ns, no register changes. `noise_seed` chooses the noise;
     None for exact values.
     """
+
+    measured = (Words(2, 1), Words(6, 3))
+    """Bearing and raw field."""
 
     def __init__(  # noqa: PLR0913 (what varies between modules, one line each)
         self,

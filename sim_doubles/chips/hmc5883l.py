@@ -20,6 +20,7 @@ from firmware_runtime.devs.time import MICROSECOND, MILLISECOND, NEVER
 from sim_doubles.chips.protocol_warnings import ProtocolWarnings
 from sim_doubles.chips.register_target import RegisterTarget
 from sim_doubles.clock import Now
+from sim_doubles.i2c_target import Words
 from sim_doubles.inertial_truth import Vector
 from sim_doubles.worlds.noise import part_noise
 
@@ -62,6 +63,8 @@ class Hmc5883lDouble(RegisterTarget):
     it moves on: call `catch_up` first. `noise_seed` chooses the noise; None for exact values. From
     `hangs_from` on, an instant in ns, its data stay as they are, whatever is measured.
     """
+
+    measured = (Words(3, 3),)
 
     def __init__(
         self, now: Now, field: Callable[[int], Vector], *, noise_seed: int | None = 1

@@ -50,7 +50,7 @@ from sim_doubles.chips.mpu9250_registers import (
 from sim_doubles.chips.mpu9250_signal_path import SignalPath
 from sim_doubles.chips.protocol_warnings import ProtocolWarnings
 from sim_doubles.clock import Now
-from sim_doubles.i2c_target import Target
+from sim_doubles.i2c_target import Target, Words
 from sim_doubles.inertial_truth import Inertia
 
 POWER_UP_TIME = 11 * MILLISECOND
@@ -71,6 +71,9 @@ class Mpu9250Double(Target):
     A plant whose state depends on the host's writes must see every sample taken before it moves
     on: call `catch_up` first, for example in `Pca9685Double.before_change`.
     """
+
+    measured = (Words(0x3B, 3), Words(0x43, 3), Words(0x4A, 3, "little"))
+    """Acceleration, rate, and the field that its master has read."""
 
     def __init__(  # noqa: PLR0913 (what varies between modules, one line each)
         self,

@@ -16,6 +16,7 @@ from firmware_runtime.devs.time import MICROSECOND, MILLISECOND
 from firmware_runtime.hal.i2c import GENERAL_CALL
 from sim_doubles.chips.devantech import DevantechDouble
 from sim_doubles.clock import Now
+from sim_doubles.i2c_target import Words
 
 ADDRESSES = range(0x70, 0x80)
 
@@ -49,6 +50,8 @@ class Srf08Double(DevantechDouble):
     It is called at the instant of each ping, in ns. World face: `light` (0 to 255) is taken with
     each ping; `pings` counts them; `ranging` is whether the chip is deaf now.
     """
+
+    measured = (Words(2, 1),)
 
     def __init__(
         self,

@@ -7,13 +7,13 @@ import pytest
 
 from firmware_runtime.board.faults import Device
 from firmware_runtime.board.struck_doubles import NoDevices, StruckDoubles
-from firmware_runtime.devs.time import MILLISECOND, SECOND
+from firmware_runtime.devs.time import MILLISECOND, NEVER, SECOND
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.hal.i2c import I2cBus
 from firmware_runtime.hal.served.client import ServedDoubles
 from firmware_runtime.hal.served.packets import ClearFaults, FaultList, FaultQuestion, ListFaults
 from firmware_runtime.hal.served.strikes import ask_faults
-from firmware_runtime.hal.strike import KINDS, Strike
+from firmware_runtime.hal.strike import KINDS, Span, Strike
 from firmware_runtime.hal.wire_errors import (
     ArbitrationLost,
     BusFault,
@@ -311,3 +311,106 @@ def test_many_strikes_leave_no_long_script_behind() -> None:
 
 def test_every_kind_says_what_it_is() -> None:
     assert all(kind.meaning and kind.name == name for name, kind in KINDS.items())
+
+
+UP = 2
+"""Number of the word among those that an MPU-9250 measures: its acceleration upwards."""
+G = 16384
+
+
+def burst(tachobot: Robot) -> list[int]:
+    """Acceleration, temperature and rate, as words."""
+    data = tachobot.read(0x68, 0x3B, 14)
+    return [int.from_bytes(data[at : at + 2], "big", signed=True) for at in range(0, 14, 2)]
+
+
+@pytest.fixture
+def awake(waking: Callable[[Robot], None]) -> Iterator[Robot]:
+    """A TachoBot whose IMU samples."""
+    with robot("tachobot") as tachobot:
+        waking(tachobot)
+        yield tachobot
+
+
+@pytest.mark.parametrize(
+    ("kind", "up"), [("offset", G + 2000), ("scale", 2 * G - 1), ("negate", -G)]
+)
+def test_one_measured_word_is_another_and_the_others_are_as_they_were(
+    awake: Robot, kind: str, up: int
+) -> None:
+    awake.faults(Strike(kind, "imu", for_s=1.0, amount=UP))
+    found = burst(awake)
+    assert found[UP] == pytest.approx(up, abs=200)
+    assert found[:UP] == pytest.approx([0, 0], abs=200)
+    assert awake.read(0x68, WHO_AM_I) == b"\x71"
+    awake.wait(2 * SECOND)
+    assert burst(awake)[UP] == pytest.approx(G, abs=200)
+
+
+def test_one_frozen_word_stays_and_the_others_live_on(awake: Robot) -> None:
+    before = burst(awake)
+    awake.faults(Strike("freeze-axis", "imu", amount=UP))
+    for _ in range(5):
+        awake.wait(SECOND // 10)
+        now = burst(awake)
+        assert now[UP] == before[UP]
+    assert now[:UP] != before[:UP]
+
+
+def test_a_word_is_counted_round_and_stays_within_its_bits(awake: Robot) -> None:
+    words = 9
+    awake.faults(Strike("scale", "imu", amount=2 + words))
+    awake.faults(Strike("scale", "imu", amount=2))
+    awake.faults(Strike("scale", "imu", amount=2))
+    assert burst(awake)[2] == 32767  # upwards: 1 g, eight times
+
+
+def test_a_late_reading_is_the_one_before(awake: Robot) -> None:
+    readings = [burst(awake)]
+    awake.faults(Strike("late", "imu"))
+    seen = []
+    for _ in range(4):
+        awake.wait(SECOND // 10)
+        seen.append(burst(awake))
+    awake.faults(ClearFaults())
+    assert seen[0] == readings[0]
+    assert len({tuple(each) for each in seen}) == 4
+
+
+@pytest.mark.parametrize(
+    ("kind", "number", "altered"),
+    [
+        ("flip", 0, b"\xf1"),
+        ("flip", 7, b"\x70"),
+        ("flip", 8, b"\xf1"),
+        ("wrong-byte", 0, b"\x8e"),
+        ("wrong-byte", 3, b"\x8e"),
+    ],
+)
+def test_one_bit_or_one_byte_arrives_inverted(
+    awake: Robot, kind: str, number: int, altered: bytes
+) -> None:
+    awake.faults(Strike(kind, "imu", for_s=0, amount=number))
+    assert awake.read(0x68, WHO_AM_I) == altered
+    assert awake.read(0x68, WHO_AM_I) == b"\x71"
+
+
+def test_a_slow_bus_takes_its_time_on_the_clock_of_the_doubles() -> None:
+    clock = ManualClock()
+    chip = Pca9685Double(clock)
+    bus = I2cBusDouble("i2c1", clock, [chip], reach=lambda at: clock.advance(at - clock()))
+    took = []
+    for _ in range(2):
+        began = clock()
+        bus.transaction(0x40, (b"\xfe", 1))
+        took.append(clock() - began)
+        bus.strike("slow", None, Span(0, NEVER, once=False), 2.0)
+    assert took[1] == took[0] + 2 * MILLISECOND
+
+
+def test_kinds_of_measured_words_fit_what_measures_and_nothing_else() -> None:
+    with robot("tachobot") as tachobot:
+        kinds = {place.name: place.kinds for place in tachobot.faults(ListFaults()).places}
+    assert "offset" in kinds["imu"]
+    assert "offset" in kinds["i2c1"]
+    assert "offset" not in kinds["thrust_pairs"]

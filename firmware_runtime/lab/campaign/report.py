@@ -8,7 +8,7 @@ from msgspec import Struct
 
 from firmware_runtime.hal.strike import KINDS
 from firmware_runtime.lab.campaign.findings import Finding
-from firmware_runtime.lab.campaign.space import Case
+from firmware_runtime.lab.campaign.space import Space
 from firmware_runtime.lab.sweeps.row import Row
 
 _DEAD: Final = ("crash", "hang", "lost")
@@ -99,10 +99,10 @@ class Report(Struct, frozen=True, kw_only=True):
             raise AssertionError("\n".join(said or [f"{self.flakes} runs were others run again"]))
 
 
-def never_shown(space: Sequence[Case], rows: Sequence[Row]) -> list[str]:
+def never_shown(space: Space, rows: Sequence[Row]) -> list[str]:
     """Return the faults of a space that no run has shown, by kind and device."""
     shown = {(row["kind"], row["device"]) for row in rows if row["struck"]}
-    there = dict.fromkeys((case.strike.kind, case.strike.device) for case in space)
     order = list(KINDS)
-    left = sorted((each for each in there if each not in shown), key=lambda e: order.index(e[0]))
+    left = [each for each in space.faults if each not in shown]
+    left.sort(key=lambda each: order.index(each[0]))
     return [f"{kind} of {device}" if device else kind for kind, device in left]

@@ -3,12 +3,15 @@
 A fault of a device strikes with a transaction of that device: one that is made between two of them
 strikes the second one, and is the same run. So the space has each fault once for each use in which
 it shows: what alters readings at those that read, what refuses a written byte at those that write.
-Kinds that hold up a whole bus are tried on the bus, too; a push at each use of the first line.
+Kinds that hold up a whole bus are tried on the bus, too; a push at each use of the first line. A
+kind that has a number, such as which bit, has the number of the use.
 """
 
+from bisect import bisect_right
 from collections.abc import Iterator, Sequence
 from functools import lru_cache
-from typing import Final
+from itertools import accumulate
+from typing import Final, NamedTuple, overload
 
 from msgspec import Struct
 
@@ -32,11 +35,69 @@ class Case(Struct, frozen=True):
     before: int
 
 
+class Form(NamedTuple):
+    """A fault without its instant."""
+
+    kind: Kind
+    device: str
+    for_s: float | None
+
+
+class Space(Sequence[Case]):
+    """All of them, in order of time, each made when it is asked for."""
+
+    def __init__(self, found: Healthy) -> None:
+        self._found = found
+        self._first_line = found.uses[0].line if found.uses else ""
+        self._by_use: dict[tuple[str, int | None, bool, bool], tuple[Form, ...]] = {}
+        counts = (len(self._forms_at(each)) for each in found.uses)
+        self._ends = list(accumulate(counts))
+
+    def __len__(self) -> int:
+        return self._ends[-1] if self._ends else 0
+
+    @overload
+    def __getitem__(self, number: int) -> Case: ...
+    @overload
+    def __getitem__(self, number: slice) -> Sequence[Case]: ...
+    def __getitem__(self, number: int | slice) -> Case | Sequence[Case]:
+        if isinstance(number, slice):
+            return [self[each] for each in range(*number.indices(len(self)))]
+        if not 0 <= number < len(self):
+            raise IndexError(number)
+        place = bisect_right(self._ends, number)
+        use = self._found.uses[place]
+        form = self._forms_at(use)[number - (self._ends[place - 1] if place else 0)]
+        amount = float(place) if form.kind.is_numbered else None
+        at_s = use.use.at / SECOND
+        return Case(Strike(form.kind.name, form.device, at_s, form.for_s, amount), use.before)
+
+    @property
+    def faults(self) -> list[tuple[str, str]]:
+        """Kinds that are in it, each with the device."""
+        forms = (form for each in self._by_use.values() for form in each)
+        return list(dict.fromkeys((form.kind.name, form.device) for form in forms))
+
+    def _forms_at(self, use: UseOfLine) -> tuple[Form, ...]:
+        key = (use.line, use.use.address, use.use.reads, use.use.writes)
+        if key not in self._by_use:
+            self._by_use[key] = tuple(self._new_forms_at(use))
+        return self._by_use[key]
+
+    def _new_forms_at(self, use: UseOfLine) -> Iterator[Form]:
+        for place in self._found.places:
+            for kind in _kinds_at(place, use):
+                spans = spans_of(kind)
+                # once is the same on the bus as on the device that this use is of
+                yield from (Form(kind, place.name, s) for s in spans[place.is_line :])
+        if use.line == self._first_line and any(each.name == "push" for each in self._found.kinds):
+            yield Form(KINDS["push"], "", None)
+
+
 @lru_cache(maxsize=4)
-def space_of(mission: Mission) -> tuple[Case, ...]:
-    """All of them, in order of time. Raises ConfigError for a mission that is not sound."""
-    found = healthy(mission)
-    return tuple(case for use in found.uses for case in _at_use(found, use))
+def space_of(mission: Mission) -> Space:
+    """Return the space of a mission. Raises ConfigError for one that is not sound."""
+    return Space(healthy(mission))
 
 
 def spread(size: int) -> Iterator[int]:
@@ -56,15 +117,6 @@ def spread(size: int) -> Iterator[int]:
             yield number
 
 
-def _at_use(found: Healthy, use: UseOfLine) -> Iterator[Case]:
-    first_line = found.uses[0].line
-    for place in found.places:
-        for kind in _kinds_at(place, use):
-            yield from _cases(kind, place.name, use)
-    if use.line == first_line and any(each.name == "push" for each in found.kinds):
-        yield from _cases(KINDS["push"], "", use)
-
-
 def _kinds_at(place: Place, use: UseOfLine) -> Sequence[Kind]:
     """Kinds that show at a place in this use of its line."""
     if place.line != use.line:
@@ -77,13 +129,8 @@ def _kinds_at(place: Place, use: UseOfLine) -> Sequence[Kind]:
     return [kind for kind in kinds if use.use.shows(kind)]
 
 
-def _cases(kind: Kind, device: str, use: UseOfLine) -> Iterator[Case]:
-    for for_s in spans_of(kind):
-        yield Case(Strike(kind.name, device, use.use.at / SECOND, for_s), use.before)
-
-
 def spans_of(kind: Kind) -> tuple[float | None, ...]:
     """How long a fault of a kind lasts: once, for a while, for ever, as far as it can."""
     if kind.is_moment:
         return (None,)
-    return (0.0, FOR_A_WHILE_S, None) if kind.of == "I2C" else (FOR_A_WHILE_S, None)
+    return (0.0, FOR_A_WHILE_S, None) if kind.can_be_once else (FOR_A_WHILE_S, None)

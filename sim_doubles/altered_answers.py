@@ -1,0 +1,120 @@
+"""Faults of what is read, by kind: late, one bit, one byte, one measured word of a chip."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Final
+
+from firmware_runtime.hal.i2c import Message
+from sim_doubles.faults import AlteredAnswer, burst_start, last_answer
+from sim_doubles.i2c_target import Words
+from sim_doubles.i2c_wire import Transaction
+
+OFFSET: Final = 2000
+"""Counts that an offset jumps by."""
+CHANGES: Final[Mapping[str, Callable[[int, int], int]]] = {
+    "freeze-axis": lambda first, _: first,
+    "offset": lambda _, now: now + OFFSET,
+    "scale": lambda _, now: 2 * now,
+    "negate": lambda _, now: -now,
+}
+"""What becomes of a word, by kind: of what it was when it broke, and what is measured now."""
+_LEAST, _MOST = -(1 << 15), (1 << 15) - 1
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class LateAnswer(AlteredAnswer):
+    """What is read is what the chip put on the bus one transaction of these messages ago."""
+
+    _before: dict[tuple[int, tuple[Message, ...]], bytes] = field(default_factory=dict, init=False)
+
+    def alter(
+        self,
+        address: int,
+        messages: tuple[Message, ...],
+        answer: bytes,
+        log: Sequence[Transaction],
+    ) -> bytes:
+        """Return the answer before; this one, where there was none."""
+        asked = (address, messages)
+        before = self._before.get(asked) or last_answer(address, messages, log) or answer
+        self._before[asked] = answer
+        return before
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class InvertedBits(AlteredAnswer):
+    """Bits of what is read arrive inverted: those of `mask` in one byte, counted round."""
+
+    number: int
+    """Of the bit if the mask is none, else of the byte."""
+    mask: int | None = None
+
+    def alter(
+        self,
+        address: int,  # noqa: ARG002 -- the same, whatever is read
+        messages: tuple[Message, ...],  # noqa: ARG002
+        answer: bytes,
+        log: Sequence[Transaction],  # noqa: ARG002
+    ) -> bytes:
+        """Return the answer with these bits inverted."""
+        if not answer:
+            return answer
+        byte, bit = divmod(self.number, 8) if self.mask is None else (self.number, 0)
+        altered = bytearray(answer)
+        altered[byte % len(answer)] ^= 0x80 >> bit if self.mask is None else self.mask
+        return bytes(altered)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class AlteredWord(AlteredAnswer):
+    """One measured word of a chip is read as another: `number` counts round through its `words`."""
+
+    kind: str
+    words: Sequence[Words]
+    number: int
+    _first: list[int] = field(default_factory=list, init=False)
+
+    def fits(self, messages: Sequence[Message]) -> bool:
+        """Return whether the word is among what is read."""
+        if not super().fits(messages):
+            return False
+        begin = self._register - burst_start(messages)
+        return begin >= 0 and begin + 2 <= sum(m for m in messages if isinstance(m, int))
+
+    def alter(
+        self,
+        address: int,
+        messages: tuple[Message, ...],
+        answer: bytes,
+        log: Sequence[Transaction],
+    ) -> bytes:
+        """Return the answer with that word in it."""
+        begin = self._register - burst_start(messages)
+        now = self._word(answer, begin)
+        if not self._first:
+            before = last_answer(address, messages, log)
+            self._first.append(now if before is None else self._word(before, begin))
+        word = max(_LEAST, min(_MOST, CHANGES[self.kind](self._first[0], now)))
+        altered = word.to_bytes(2, self._group.order, signed=True)
+        return answer[:begin] + altered + answer[begin + 2 :]
+
+    def _word(self, answer: bytes, begin: int) -> int:
+        return int.from_bytes(answer[begin : begin + 2], self._group.order, signed=True)
+
+    @property
+    def _place(self) -> tuple[Words, int]:
+        left = self.number % sum(each.length for each in self.words)
+        for each in self.words:
+            if left < each.length:
+                return each, left
+            left -= each.length
+        raise AssertionError(self.words)
+
+    @property
+    def _group(self) -> Words:
+        return self._place[0]
+
+    @property
+    def _register(self) -> int:
+        group, index = self._place
+        return group.register + 2 * index
