@@ -100,6 +100,17 @@ def test_a_model_that_is_due_less_than_half_as_often_is_said_with_both_rates(
     assert said(0.55) == []
 
 
+def test_where_much_was_late_before_half_as_much_again_is_no_complaint(healthy: Figures) -> None:
+    steps, run = healthy.conditions.run.steps, healthy.run
+
+    def late(share: float) -> Figures:
+        causes = {"model": int(share * steps)}
+        return replace(healthy, overruns=int(share * run), late_by_cause=causes)
+
+    assert list(complaints(Trial(late(0.12)), late(0.08))) == []
+    assert len(list(complaints(Trial(late(0.20)), late(0.08)))) == 2
+
+
 def test_what_a_busy_computer_skips_was_due(healthy: Figures) -> None:
     imu = healthy.models["imu"]
     skips = replace(imu, run=imu.run // 4, skipped=imu.scheduled - imu.run // 4)

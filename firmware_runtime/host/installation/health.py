@@ -41,6 +41,9 @@ LONGER_US: Final = 200.0
 """where that is less, so much longer."""
 CAUSE_SHARE: Final = 0.01
 """So much larger may be the share of steps that were late for one cause."""
+OFTENER: Final = 2.0
+"""So many times larger may both shares be: of a busy computer, where much was late before, they
+differ by more from one half minute to the next."""
 _ALIKE: Final = ("board", "machine", "model", "governor", "clock")
 
 
@@ -151,7 +154,7 @@ def _differing(figures: Figures, before: Figures) -> list[str]:
 
 def _slower(figures: Figures, before: Figures) -> Iterator[str]:
     now, then = _late_share(figures), _late_share(before)
-    if now > then + LATE_SHARE:
+    if now > max(then + LATE_SHARE, then * OFTENER):
         yield f"{now:.1%} of its activations are late, {then:.1%} were before"
     step, usual = figures.step_us.p50, before.step_us.p50
     if step is not None and usual is not None and step > max(usual * LONGER, usual + LONGER_US):
@@ -160,7 +163,8 @@ def _slower(figures: Figures, before: Figures) -> Iterator[str]:
     steps_before = max(before.conditions.run.steps, 1)
     for cause, count in (figures.late_by_cause or {}).items():
         usual_count = (before.late_by_cause or {}).get(cause, 0)
-        if count / steps > usual_count / steps_before + CAUSE_SHARE:
+        usual_share = usual_count / steps_before
+        if count / steps > max(usual_share + CAUSE_SHARE, usual_share * OFTENER):
             share = f"{count} of {steps} steps"
             yield f"{share} were late by {cause}, {usual_count} of {steps_before} before"
 
