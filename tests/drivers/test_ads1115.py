@@ -149,6 +149,7 @@ def test_a_chip_that_lost_its_supply_is_brought_up_again_and_nothing_is_made_up(
             1.0, NackAddress(address=0x48, times=None), "NoAcknowledge", False, id="silent"
         ),
         pytest.param(3.0, NackAddress(times=0), "NotReady", None, id="beyond the scale"),
+        pytest.param(-0.5, NackAddress(times=0), "Implausible", None, id="below ground"),
     ],
 )
 def test_a_chip_that_gives_no_voltage_is_a_fault_and_no_reading(

@@ -25,7 +25,7 @@ from firmware_drivers.chips.i2c_chip import I2cChip, choice_fault
 from firmware_drivers.chips.step import Step
 from firmware_runtime.errors import SettingError
 from firmware_runtime.hal.i2c import I2cBus, Message
-from firmware_runtime.hal.wire_errors import Stuck
+from firmware_runtime.hal.wire_errors import Implausible, Stuck
 
 ADDRESSES: Final = (0x48, 0x49, 0x4A, 0x4B)
 """ADDR at GND, VDD, SDA, SCL."""
@@ -80,6 +80,8 @@ TRAFFIC: Final[tuple[tuple[Message, ...], ...]] = (
     (bytes((CONVERSION,)), 2),
 )
 """Transactions of one measurement, start and reading, for the bus-time budget."""
+LEAST_INPUT_V: Final = -0.3
+"""Voltage of one input below which the part is destroyed: no such reading was measured."""
 
 
 def conversion_ns(rate_sps: int) -> int:
@@ -184,7 +186,7 @@ class Ads1115(I2cChip):
         Two transactions of two bytes, 0.24 ms at 400 kHz.
         Raises NotReady if none was started or it is not done, if the voltage is beyond the full
         scale, or if the chip was reset; Stuck if the code stays the same at another full scale;
-        NoAcknowledge if it is gone.
+        Implausible if one input is further below GND than any may be; NoAcknowledge if it is gone.
         """
         if not self._is_measuring:
             raise self._not_ready("no conversion to read", "one started, not read")
@@ -200,7 +202,11 @@ class Ads1115(I2cChip):
                 f"code reads {code:04x}", f"a voltage within {self._full_scale_v} V"
             )
         self._prove(signed)
-        return signed * self._full_scale_v / -LEAST
+        volts = signed * self._full_scale_v / -LEAST
+        if volts < LEAST_INPUT_V and "-" not in self._inputs:
+            expected = f"{LEAST_INPUT_V} V or more against GND"
+            raise Implausible(self.place, self._inputs, volts, expected)
+        return volts
 
     # ---------------------------------------------------------------------------------------------
 
