@@ -102,7 +102,7 @@ _ALL: Final = (
         "slow",
         "each transaction takes so much longer: a chip stretches the clock",
         "I2C",
-        amount=5.0,
+        amount=0.5,
         unit="ms",
     ),
     _of_axis("freeze-axis", "one measured word stays as it was"),

@@ -87,6 +87,15 @@ def test_each_fault_is_in_the_space_once_for_each_use_that_it_shows_in() -> None
 
 
 @pytest.mark.slow
+def test_a_fault_that_is_accepted_is_left_out() -> None:
+    whole = set(space_of(SHORT).faults)
+    fewer = Mission(board="tachobot", for_s=1.5, without=("push", "offset:imu", "stuck:i2c1"))
+    assert whole - set(space_of(fewer).faults) == {
+        *(("push", ""), ("offset", "imu"), ("stuck", "i2c1")),
+    }
+
+
+@pytest.mark.slow
 def test_a_run_that_is_forked_is_to_the_bit_the_one_from_its_start() -> None:
     numbers = list(islice(spread(len(space_of(SHORT))), 8))
     rows = list(forked(SHORT, numbers))
@@ -203,6 +212,7 @@ def test_a_campaign_that_is_interrupted_goes_on_to_the_same_table(tmp_path: Path
     [
         ({"for_s": 0.0}, "--for"),
         ({"runs": 0}, "--runs"),
+        ({"without": ["frieze:imu"]}, "did you mean freeze"),
         ({"budget_s": -1.0}, "--budget"),
         ({"within_s": float("nan")}, "--within"),
         ({"workers": 0}, "--workers"),

@@ -59,6 +59,13 @@ def add_to(verbs: SubParsers) -> None:
         help="in which outputs are off or a fault is reported; default: what the rig says, or 0.3",
     )
     verb.add_argument(
+        "--without",
+        action="append",
+        default=[],
+        metavar="KIND[:DEVICE]",
+        help="leave out a fault that is known and accepted; may be repeated",
+    )
+    verb.add_argument(
         "--budget", type=_span, metavar="TIME", help="such as 90s, 2m, 1h: an even sample"
     )
     verb.add_argument("--runs", type=int, metavar="N", help="an even sample of so many")
@@ -94,6 +101,7 @@ def _campaign(arguments: argparse.Namespace) -> int:
         for_s=arguments.for_s or _MISSION_S,
         seed=arguments.seed,
         within_s=arguments.within,
+        without=tuple(arguments.without),
     )
     try:
         with exit_on_signals():

@@ -23,8 +23,8 @@ from msgspec.structs import replace
 from firmware_runtime.board.assignments import assignments_of
 from firmware_runtime.board.local_settings import board_in_force
 from firmware_runtime.board.rigs import has_rig
-from firmware_runtime.errors import ConfigError
-from firmware_runtime.hal.strike import Strike
+from firmware_runtime.errors import ConfigError, expected_one_of
+from firmware_runtime.hal.strike import KINDS, Strike
 from firmware_runtime.lab.campaign.findings import findings_of, is_same, is_wrong
 from firmware_runtime.lab.campaign.judge import SOUND, Oracle
 from firmware_runtime.lab.campaign.mission import SEED_KEY, Mission
@@ -84,6 +84,7 @@ def campaign(  # noqa: PLR0913 -- the options of the command, by the same names
     set: Mapping[str, object] | None = None,  # noqa: A002 -- as the command has it
     seed: int | None = None,
     within_s: float | None = None,
+    without: Sequence[str] = (),
     runs: int | None = None,
     budget_s: float | None = None,
     output: str | PathLike[str] | None = None,
@@ -97,6 +98,7 @@ def campaign(  # noqa: PLR0913 -- the options of the command, by the same names
     """Strike a board's mission of `for_s` with single faults, on doubles in virtual time.
 
     All of the space, or so many `runs`, or as many as fit into `budget_s`; either is spread evenly.
+    Faults that you know and accept are left out by `without`, `KIND` or `KIND:DEVICE`.
     The table of runs is written to `output`, findings to a folder as recordings and tests. By
     default all cores are used, by processes of their own: a script that calls this needs
     `if __name__ == "__main__":`. `judge` is an oracle of your own: given the rig, it returns a
@@ -109,6 +111,7 @@ def campaign(  # noqa: PLR0913 -- the options of the command, by the same names
         for_s=for_s,
         seed=seed,
         within_s=within_s,
+        without=tuple(without),
     )
     return carry_out(
         mission,
@@ -278,6 +281,14 @@ def _faults_of(
         yield f"--workers: {workers}; expected 1 or more"
     if workers is not None and scheduler is not None:
         yield "--workers and --scheduler: a cluster has workers of its own; expected one"
+    yield from _mission_faults(mission)
+
+
+def _mission_faults(mission: Mission) -> Iterator[str]:
+    for each in mission.without:
+        kind = each.partition(":")[0]
+        if kind not in KINDS:
+            yield f"--without {each}: {expected_one_of(kind, KINDS)}"
     try:
         board = board_in_force(mission.board, mission.assignments)
     except ConfigError as error:

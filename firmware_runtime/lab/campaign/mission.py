@@ -28,6 +28,8 @@ class Mission(Struct, frozen=True, kw_only=True):
     """Seed of the world's noise; None is the one of the board's file."""
     within_s: float | None = None
     """Seconds in which a fault has to be said; None is what the board says, else `WITHIN_S`."""
+    without: tuple[str, ...] = ()
+    """Faults that are left out, `KIND` or `KIND:DEVICE`: those that are known and accepted."""
 
     def settings(self, seed: int | None = None) -> dict[str, object]:
         """Return all overrides by key, with another seed if one is given."""
@@ -70,4 +72,6 @@ class Mission(Struct, frozen=True, kw_only=True):
             found += ["--seed", str(self.seed)]
         if self.within_s is not None:
             found += ["--within", f"{self.within_s:g}"]
+        for each in self.without:
+            found += ["--without", each]
         return found

@@ -81,7 +81,12 @@ class Space(Sequence[Case]):
     def _forms_at(self, use: UseOfLine) -> tuple[Form, ...]:
         key = (use.line, use.use.address, use.use.reads, use.use.writes)
         if key not in self._by_use:
-            self._by_use[key] = tuple(self._new_forms_at(use))
+            without = set(self._found.mission.without)
+            self._by_use[key] = tuple(
+                form
+                for form in self._new_forms_at(use)
+                if without.isdisjoint({form.kind.name, f"{form.kind.name}:{form.device}"})
+            )
         return self._by_use[key]
 
     def _new_forms_at(self, use: UseOfLine) -> Iterator[Form]:
