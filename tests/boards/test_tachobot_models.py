@@ -93,6 +93,15 @@ def test_a_disabled_estimator_says_nothing_until_it_is_enabled() -> None:
     assert rig.values("yaw") == [Motion(0.0, 1.0)]
 
 
+def test_a_turn_in_a_gap_between_samples_is_not_taken_for_where_it_was_at_first() -> None:
+    estimator = Estimator(compass_s=1.0)
+    for number in range(FIELDS_AVERAGED // 4):
+        estimator.feel(10 * number, 0.0, heading=0.0)
+    for number in range(1000):  # it has turned to 1 rad within a second that nothing was felt of
+        estimator.feel(1500 + 10 * number, 0.0, heading=1.0)
+    assert estimator.yaw == pytest.approx(1.0, abs=0.01)
+
+
 # Allocation ---------------------------------------------------------------------------------------
 
 
