@@ -22,7 +22,7 @@ from typing import Final, TypeAlias
 
 from msgspec import Struct
 
-from firmware_runtime.board.rig import Judging, Losable, Rig
+from firmware_runtime.board.rig import Rig
 from firmware_runtime.devs.time import MILLISECOND, NEVER, SECOND
 from firmware_runtime.errors import FirmwareRuntimeError, text_of
 from firmware_runtime.hal.strike import KINDS, Strike
@@ -145,10 +145,10 @@ class Judge:
         return None
 
     def _own(self) -> tuple[str, str] | None:
-        rig = self._watched.rig
-        said = rig.judge() if isinstance(rig, Judging) else None
+        judging = self._watched.judging
+        said = None if judging is None else judging.judge()
         if said is None and self._oracle is not None:
-            said = self._oracle(rig)
+            said = self._oracle(self._watched.rig)
         return None if said is None else ("own", said)
 
     def _late(self, look: Look) -> tuple[str, str] | None:
@@ -179,8 +179,8 @@ class Judge:
         """A robot that is not well a while after its fault."""
         if look.at < self._end or self._end == NEVER:
             return None
-        rig = self._watched.rig
-        if isinstance(rig, Losable) and (lost := rig.lost()) is not None:
+        losable = self._watched.losable
+        if losable is not None and (lost := losable.lost()) is not None:
             return self._driven_while_lost(look, lost)
         why = self._why_unwell(look)
         if why is not None:

@@ -3,6 +3,7 @@
 A row says all that it takes to run it again, and a fingerprint of what the robot did, to the bit.
 """
 
+import gc
 import json
 import time
 from collections.abc import Callable, Generator, Iterator, Sequence
@@ -127,8 +128,11 @@ def _healthy_again(mission: Mission, found: Healthy) -> Iterator[Watched | None]
     robot = mission.opened()
     try:
         robot.session.hardware.struck  # noqa: B018 -- made once, here
-        yield Watched(robot, found.not_finite)
+        watched = Watched(robot, found.not_finite)
+        gc.freeze()  # what there is now is no garbage of a child, which would copy it to look
+        yield watched
     finally:
+        gc.unfreeze()
         with suppress(FirmwareRuntimeError):  # it is a healthy one, which no verdict is about
             robot.close()
 

@@ -12,7 +12,7 @@ from typing import Final
 import msgspec
 from msgspec import Struct
 
-from firmware_runtime.board.rig import Driven, Rig, Truthful
+from firmware_runtime.board.rig import Driven, Judging, Losable, Rig, Truthful
 from firmware_runtime.devs.coupled import ports_below
 from firmware_runtime.devs.finite import all_numbers
 from firmware_runtime.devs.time import MILLISECOND
@@ -61,7 +61,11 @@ class Watched:
             for name, line in lines.items()
             if isinstance(line, Breakable)
         }
+        # asked once: to look at a protocol takes longer than to look at the robot
         self._truth = rig if isinstance(rig, Truthful) else None
+        self._driven = rig if isinstance(rig, Driven) else None
+        self.losable = rig if isinstance(rig, Losable) else None
+        self.judging = rig if isinstance(rig, Judging) else None
         self._digest = blake2b(digest_size=6)
         truths = set(self._truth.truth() if self._truth else ())
         simulator = self.session.executive.simulator
@@ -81,8 +85,7 @@ class Watched:
         numbers = tuple(
             number for path, value in values.items() for _, number in _numbers(path, value)
         )
-        rig = self.rig
-        is_on = rig.is_driven if isinstance(rig, Driven) else self.has_output_on
+        is_on = self.has_output_on if self._driven is None else self._driven.is_driven
         self._digest.update(repr((is_on, numbers)).encode())
         return Look(self.at, is_on, numbers)
 
