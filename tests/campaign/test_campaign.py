@@ -22,6 +22,7 @@ from firmware_runtime.lab.campaign.trial import forked
 from firmware_runtime.lab.sweeps.partial import partial_of
 from firmware_runtime.lab.sweeps.row import Row
 from firmware_runtime.recording.replay.replay_assertion import assert_replays
+from sim_doubles.rigs.tachobot import TachobotRig
 
 SHORT = Mission(board="tachobot", for_s=1.5)
 
@@ -178,6 +179,17 @@ def test_a_robot_is_judged_by_a_line_of_ones_own_too() -> None:
         assert_sound("tachobot", [case.strike], for_s=1.5, judge=lambda _: "it is struck")
     with pytest.raises(ConfigError, match="expected one"):
         assert_sound("tachobot", [], for_s=1.5)
+
+
+@pytest.mark.slow
+def test_a_rig_has_an_oracle_and_a_limit_of_its_own(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(TachobotRig, "judge", lambda _: "it is watched", raising=False)
+    monkeypatch.setattr(TachobotRig, "said_within_s", 1.25, raising=False)
+    mission = Mission(board="tachobot", for_s=0.5)
+    assert healthy(mission).within == 1.25 * SECOND
+    (row,) = forked(mission, [len(space_of(mission)) - 1])
+    assert (row["outcome"], row["what"]) == ("own", "it is watched")
+    healthy.cache_clear()
 
 
 @pytest.mark.slow
