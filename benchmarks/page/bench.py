@@ -86,6 +86,7 @@ def _measured(page: Page, address: str, arguments: argparse.Namespace) -> dict[s
     ready_s = monotonic() - began
     page.evaluate(_FILL.replace("PLOTS", str(PLOTS)).replace("POINTS", str(arguments.points)))
     page.wait_for(f"plots.shown.size === {PLOTS}")
+    page.evaluate("plots.element.scrollIntoView()")
     drawn = _frames(page, arguments.seconds)
     return {
         "ready_s": ready_s,

@@ -126,6 +126,9 @@ class Plots {
     this.window = 10;
     this.shown = new Map(); // group -> plot
     this.list = element("div", { class: "chosen" });
+    this.seen = new IntersectionObserver((entries) => {
+      for (const { target, isIntersecting } of entries) for (const { plot } of this.shown.values()) if (plot.element === target) plot.isSeen = isIntersecting;
+    }, { rootMargin: "100px" }); // what is not on the screen is not drawn
     this.pause = element("button", { type: "button", "aria-pressed": "false", onclick: () => this.togglePause() }, "Pause");
     this.choice = element("select", { "aria-label": "port to plot", onchange: () => { this.add(this.choice.value); this.choice.value = ""; } });
     this.spans = element("select", { "aria-label": "seconds shown", onchange: () => { this.window = Number(this.spans.value); this.ends = null; this.draw(this.store.at); } },
@@ -172,6 +175,8 @@ class Plots {
     plot.element.querySelector("figcaption").append(" ", element("button", { type: "button", class: "close", "aria-label": `close ${group}`, onclick: () => this.remove(group) }, "×"));
     const zoom = plot.zoom.bind(plot);
     plot.zoom = (ends) => { this.ends = ends; zoom(ends); this.fetchPast(); this.draw(this.store.at); };
+    plot.isSeen = true;
+    this.seen.observe(plot.element);
     this.shown.set(group, { plot, leaves });
     this.list.append(plot.element);
     this.watch(this.socket);
@@ -179,6 +184,7 @@ class Plots {
 
   remove(group) {
     const { plot } = this.shown.get(group);
+    this.seen.unobserve(plot.element);
     plot.element.remove();
     plot.library.destroy();
     groups.get("s")?.delete(plot);
@@ -231,6 +237,7 @@ class Plots {
       this.isDrawing = false;
       const [begin, end] = this.span();
       for (const { plot, leaves } of this.shown.values()) {
+        if (!plot.isSeen) continue;
         const curves = leaves.map((each) => this.store.lines.get(each) ?? NO_LINE);
         const data = curves.some(({ times }) => times.length) ? visible(curves, begin, end, Math.max(plot.library.width - 80, 100)) : [[begin, end], ...leaves.map(() => [null, null])];
         plot.library.batch(() => { plot.library.setData(data, false); plot.library.setScale("x", { min: begin, max: end }); });
