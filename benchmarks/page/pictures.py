@@ -16,6 +16,7 @@ from tempfile import TemporaryDirectory
 from typing import Final
 
 from benchmarks.shared.chromium import Page, open_page
+from benchmarks.shared.page import served
 from benchmarks.shared.process import COMMAND
 from benchmarks.shared.side_by_side import PROJECT
 
@@ -40,6 +41,7 @@ def main() -> None:
         _moving(page, work)
         for name, path in _pages(work):
             _all_looks(page, name, path)
+        _alive(page, work)
         page.open(work / "report.html", "light", 1100, 740)
         page.wait_for(_READY)
         page.picture(KEPT / "report.png")
@@ -74,7 +76,16 @@ def _pages(work: Path) -> Iterator[tuple[str, Path]]:
     yield "identified", work / "identified.html"
 
 
-def _all_looks(page: Page, name: str, path: Path) -> None:
+def _alive(page: Page, work: Path) -> None:
+    """The page of a recording, of each robot."""
+    for board in ("tachobot", "detective", "pan_tilt"):
+        recording = work / f"{board}.recording"
+        _run("run", board, *_VIRTUAL, "--record", recording)
+        with served(recording) as address:
+            _all_looks(page, f"view-{board}", f"{address}/")
+
+
+def _all_looks(page: Page, name: str, path: Path | str) -> None:
     for scheme in ("light", "dark"):
         for width in (1100, 380):
             page.open(path, scheme, width)
