@@ -1,6 +1,8 @@
 "use strict";
 /* The past of a run: any instant of it, step by step and event by event, forward and back. */
 
+const BEYOND = 9e15; // ns, later than any run
+
 class Rewind {
   constructor(model) {
     this.model = model;
@@ -20,7 +22,7 @@ class Rewind {
         button("▶", "event forward", () => this.stepEvent(1)), button("▶|", "step forward", () => this.step("next")),
         this.now, this.at),
       this.slider, this.seen);
-    if (!this.model.is_live) this.goTo(0);
+    if (!this.model.is_live) this.goTo(BEYOND); // its end
   }
 
   /** The slider's ends are those of what was recorded. */
