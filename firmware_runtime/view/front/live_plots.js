@@ -1,6 +1,7 @@
 "use strict";
 /* Plots that grow with the run: what has come of each leaf, and the plots that are chosen. */
 
+const STATES_EVERY = 4; // frames: they change seldom
 const KEPT = 120_000, WINDOWS = [5, 10, 30, 60, 300];
 
 const BLOCK = 16;
@@ -91,18 +92,18 @@ function placeOf(numbers, at) {
 
 const orNull = (value) => (Number.isFinite(value) ? value : null);
 
-/** Lines of one port between two instants, over one x; of each pixel the least and the greatest. */
-function visible(lines, begin, end, pixels) {
+/** Lines of one port between two instants, over one x; of each of so many pieces both ends. */
+function visible(lines, begin, end, pieces) {
   const longest = lines.reduce((one, other) => (other.times.length > one.times.length ? other : one)), { times } = longest;
   const [from, until] = [Math.max(placeOf(times, begin) - 1, 0), Math.min(placeOf(times, end) + 1, times.length)];
   const isAlike = (line) => line.times.length === times.length;
-  if (until - from <= 2 * pixels) {
+  if (until - from <= 2 * pieces) {
     const xs = times.slice(from, until);
     return [xs, ...lines.map((each) => (isAlike(each) ? each.values.slice(from, until).map(orNull) : xs.map((x) => orNull(each.values[placeOf(each.times, x)]))))];
   }
-  const every = (until - from) / pixels, xs = [], ys = lines.map(() => []);
-  for (let pixel = 0; pixel < pixels; pixel++) {
-    const first = from + Math.floor(pixel * every), last = Math.max(Math.min(from + Math.floor((pixel + 1) * every), until), first + 1);
+  const every = (until - from) / pieces, xs = [], ys = lines.map(() => []);
+  for (let piece = 0; piece < pieces; piece++) {
+    const first = from + Math.floor(piece * every), last = Math.max(Math.min(from + Math.floor((piece + 1) * every), until), first + 1);
     xs.push(times[first], last - 1 > first ? times[last - 1] : times[first] + 1e-9);
     lines.forEach((line, number) => {
       const [a, b] = isAlike(line) ? [first, last] : [placeOf(line.times, times[first]), placeOf(line.times, times[last - 1])];
@@ -239,11 +240,12 @@ class Plots {
       for (const { plot, leaves } of this.shown.values()) {
         if (!plot.isSeen) continue;
         const curves = leaves.map((each) => this.store.lines.get(each) ?? NO_LINE);
-        const data = curves.some(({ times }) => times.length) ? visible(curves, begin, end, Math.max(plot.library.width - 80, 100)) : [[begin, end], ...leaves.map(() => [null, null])];
+        const data = curves.some(({ times }) => times.length) ? visible(curves, begin, end, Math.max(Math.floor((plot.library.width - 80) / 2), 100)) : [[begin, end], ...leaves.map(() => [null, null])];
         plot.library.batch(() => { plot.library.setData(data, false); plot.library.setScale("x", { min: begin, max: end }); });
         if (rewind?.isAway) plot.moveTo(at);
       }
-      this.drawStates(begin, end);
+      this.frames = (this.frames ?? 0) + 1;
+      if (this.ends || this.isPaused || this.frames % STATES_EVERY === 0) this.drawStates(begin, end);
     });
   }
 
