@@ -31,11 +31,14 @@ class Rewind {
     this.timer = setTimeout(() => this.goTo(Number(this.slider.value)), 40);
   }
 
+  /** Go to an instant, ns; of several asked for, to the last one. */
   async goTo(at) {
+    const asked = this.asked = (this.asked ?? 0) + 1;
     this.isAway = true;
     try {
       const snapshot = this.instant === undefined || this.model.is_live && !this.instant ? "&snapshot=1" : "";
-      this.take(await ask(`instant?at=${Math.max(0, Math.round(at))}${snapshot}`));
+      const instant = await ask(`instant?at=${Math.max(0, Math.round(at))}${snapshot}`);
+      if (asked === this.asked) this.take(instant);
     } catch (error) { say(`rewind: ${error.message}`); }
   }
 
@@ -64,6 +67,7 @@ class Rewind {
   }
 
   toNow() {
+    this.asked = (this.asked ?? 0) + 1; // what is still asked for comes too late
     this.isAway = false;
     this.instant = null;
     this.seen.replaceChildren();
