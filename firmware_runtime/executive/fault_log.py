@@ -45,7 +45,7 @@ class FaultLog:
         self._refusing: dict[InPort[Any], int] = {}
         """The number in `models` for each port that may refuse a value."""
         for atomic in simulator.atomics:
-            ports = [port for port in atomic.out_ports.values() if _carries_faults(port)]
+            ports = [port for port in atomic.out_ports.values() if carries_faults(port)]
             for port in ports:
                 simulator.listen(port, partial(self._note, len(paths)))
             refusing = [port for port in atomic.in_ports.values() if check_of(port) is not None]
@@ -133,6 +133,7 @@ class FaultLog:
         return counted
 
 
-def _carries_faults(port: OutPort[Any]) -> bool:
+def carries_faults(port: OutPort[Any]) -> bool:
+    """Return whether the values of a port are faults."""
     kind: object = port.type  # anything, whatever its annotation says
     return isinstance(kind, type) and issubclass(kind, Fault)

@@ -110,7 +110,7 @@ class Loop:
         self._poll_by = NEVER
         if ledger.late.has_work:
             ledger.use_slack(until - self._clock.now())
-        for hook in self.hooks:
+        for hook in tuple(self.hooks):  # one may take itself away
             now = self._clock.now()
             hook.between_steps(now, until - now)
         if self.readiness.waiting:

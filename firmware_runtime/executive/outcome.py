@@ -101,6 +101,10 @@ class Readiness:
         """Judge one more, that is none of the model's."""
         self.waiting.append((device.path, device))
 
+    def has_worked(self, device: Device) -> bool:
+        """Return whether a device has been ready since the start."""
+        return all(each is not device for _, each in self.waiting)
+
     def poll(self) -> None:
         """Ask the devices that have not been ready yet."""
         self.waiting = [each for each in self.waiting if each[1].unready() is not None]

@@ -17,7 +17,7 @@ from firmware_runtime.devs.ports import InPort
 from firmware_runtime.devs.time import MILLISECOND, NEVER, SECOND
 from firmware_runtime.executive.clocks import MonotonicClock
 from firmware_runtime.executive.executive import Executive
-from firmware_runtime.executive.fault_log import FaultLog
+from firmware_runtime.executive.fault_log import carries_faults
 from firmware_runtime.executive.outcome import Device
 from firmware_runtime.hal.interlock import NotedInterlock
 from firmware_runtime.runs.arming import Arming
@@ -251,19 +251,34 @@ class DeviceMessages:
     """A hook: `log` gets a sentence when a device fails that had worked, and when it works again.
 
     A sample missed now and then is no sentence, and a device that fails again and again is one
-    every AGAIN_AFTER. One that never came up is for the end of the run to judge.
+    every AGAIN_AFTER. One that never came up is for the end of the run to judge. It looks from a
+    fault on until all work, so a tick without one costs nothing; always where a device reports no
+    faults.
     """
 
     def __init__(self, executive: Executive, log: Callable[[str], None]) -> None:
         self._log = log
         self._look_at = 0
-        self._watched = [
-            _Watched(below_root(atomic.path), atomic, executive.faults)
-            for atomic in executive.simulator.atomics
-            if isinstance(atomic, Device)
-        ]
-        if self._watched:
-            executive.hooks.append(self)
+        self._hooks = executive.hooks
+        self._watched: list[_Watched] = []
+        for atomic in executive.simulator.atomics:
+            if isinstance(atomic, Device):
+                ports = [each for each in atomic.out_ports.values() if carries_faults(each)]
+                for port in ports:
+                    executive.simulator.listen(port, self._watch)
+                path = below_root(atomic.path)
+                self._watched.append(_Watched(path, atomic, executive, reports_faults=bool(ports)))
+        if not self._is_quiet:
+            self._watch()
+
+    @property
+    def _is_quiet(self) -> bool:
+        """Whether nothing is to be said until another fault."""
+        return all(watched.is_quiet for watched in self._watched)
+
+    def _watch(self, *_fault: object) -> None:
+        if self not in self._hooks:
+            self._hooks.append(self)
 
     def between_steps(self, now: int, _left: int) -> None:
         """Ask the devices, if it is time to."""
@@ -273,27 +288,37 @@ class DeviceMessages:
         for watched in self._watched:
             if (sentence := watched.news(now)) is not None:
                 self._log(sentence)
+        if self._is_quiet:
+            self._hooks.remove(self)
 
 
 class _Watched:
     """One device, and what was said of it."""
 
-    def __init__(self, path: str, device: Device, faults: FaultLog) -> None:
+    def __init__(
+        self, path: str, device: Device, executive: Executive, *, reports_faults: bool
+    ) -> None:
         self._path = path
         self._device = device
-        self._faults = faults
-        self._has_worked = False
+        self._faults = executive.faults
+        self._readiness = executive.readiness
+        self._reports_faults = reports_faults
         self._fails_since = NEVER
         """When it was first seen not to work, after it had; NEVER while it works."""
         self._is_said = False
         self._again_at = 0
+
+    @property
+    def is_quiet(self) -> bool:
+        """Return whether nothing becomes of it without a fault that it reports."""
+        return self._reports_faults and self._fails_since == NEVER
 
     def news(self, now: int) -> str | None:
         """Return a sentence on what has become of it, if that is to be said now."""
         why = self._device.unready()
         if why is None:
             return self._working(now)
-        if self._has_worked and self._fails_since == NEVER:
+        if self._fails_since == NEVER and self._readiness.has_worked(self._device):
             self._fails_since = now
         lasts = now - self._fails_since >= FAILED_AFTER
         if self._is_said or not lasts or now < self._again_at:
@@ -304,7 +329,7 @@ class _Watched:
 
     def _working(self, now: int) -> str | None:
         since, was_said = self._fails_since, self._is_said
-        self._has_worked, self._fails_since, self._is_said = True, NEVER, False
+        self._fails_since, self._is_said = NEVER, False
         if not was_said:
             return None
         return f"{self._path} works again, after {(now - since) / SECOND:.1f} s"
