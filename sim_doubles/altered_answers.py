@@ -5,9 +5,8 @@ from dataclasses import dataclass, field
 from typing import Final
 
 from firmware_runtime.hal.i2c import Message
-from sim_doubles.faults import AlteredAnswer, burst_start, last_answer
+from sim_doubles.faults import AlteredAnswer, Reading, burst_start
 from sim_doubles.i2c_target import Words
-from sim_doubles.i2c_wire import Transaction
 
 OFFSET: Final = 2000
 """Counts that an offset jumps by."""
@@ -27,17 +26,10 @@ class LateAnswer(AlteredAnswer):
 
     _before: dict[tuple[int, tuple[Message, ...]], bytes] = field(default_factory=dict, init=False)
 
-    def alter(
-        self,
-        address: int,
-        messages: tuple[Message, ...],
-        answer: bytes,
-        log: Sequence[Transaction],
-    ) -> bytes:
+    def alter(self, reading: Reading) -> bytes:
         """Return the answer before; this one, where there was none."""
-        asked = (address, messages)
-        before = self._before.get(asked) or last_answer(address, messages, log) or answer
-        self._before[asked] = answer
+        before = self._before.get(reading.asked) or reading.before or reading.answer
+        self._before[reading.asked] = reading.answer
         return before
 
 
@@ -49,14 +41,9 @@ class InvertedBits(AlteredAnswer):
     """Of the bit if the mask is none, else of the byte."""
     mask: int | None = None
 
-    def alter(
-        self,
-        address: int,  # noqa: ARG002 -- the same, whatever is read
-        messages: tuple[Message, ...],  # noqa: ARG002
-        answer: bytes,
-        log: Sequence[Transaction],  # noqa: ARG002
-    ) -> bytes:
+    def alter(self, reading: Reading) -> bytes:
         """Return the answer with these bits inverted."""
+        answer = reading.answer
         if not answer:
             return answer
         byte, bit = divmod(self.number, 8) if self.mask is None else (self.number, 0)
@@ -81,18 +68,12 @@ class AlteredWord(AlteredAnswer):
         begin = self._register - burst_start(messages)
         return begin >= 0 and begin + 2 <= sum(m for m in messages if isinstance(m, int))
 
-    def alter(
-        self,
-        address: int,
-        messages: tuple[Message, ...],
-        answer: bytes,
-        log: Sequence[Transaction],
-    ) -> bytes:
+    def alter(self, reading: Reading) -> bytes:
         """Return the answer with that word in it."""
-        begin = self._register - burst_start(messages)
+        answer, begin = reading.answer, self._register - burst_start(reading.messages)
         now = self._word(answer, begin)
         if not self._first:
-            before = last_answer(address, messages, log)
+            before = reading.before
             self._first.append(now if before is None else self._word(before, begin))
         word = max(_LEAST, min(_MOST, CHANGES[self.kind](self._first[0], now)))
         altered = word.to_bytes(2, self._group.order, signed=True)

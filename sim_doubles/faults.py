@@ -76,9 +76,10 @@ class Alteration:
 
         `log` has the transactions that were before this one.
         """
+        reading = Reading(address, messages, answer, log)
         for fault in self.altered:
-            answer = fault.alter(address, messages, answer, log)
-        altered = bytearray(answer)
+            reading = reading._replace(answer=fault.alter(reading))
+        altered = bytearray(reading.answer)
         for register, value in self.forced:
             altered[register - burst_start(messages)] = value
         for index, mask in self.flipped:
@@ -269,6 +270,30 @@ class Delay(Fault):
         alteration.delay += self.span
 
 
+class Reading(NamedTuple):
+    """What is read by a transaction; `log` has the transactions that were before it."""
+
+    address: int
+    messages: tuple[Message, ...]
+    answer: bytes
+    log: Sequence[Transaction]
+
+    @property
+    def asked(self) -> tuple[int, tuple[Message, ...]]:
+        """What it was read by."""
+        return self.address, self.messages
+
+    @property
+    def before(self) -> bytes | None:
+        """What was last read by the same messages; None if that is not in the log."""
+        answers = (
+            each.answer
+            for each in reversed(self.log)
+            if each.error is None and (each.address, each.messages) == self.asked
+        )
+        return next(answers, None)
+
+
 @dataclass(frozen=True, kw_only=True, eq=False)
 class AlteredAnswer(Fault):
     """What is read is another than what the chip has put on the bus."""
@@ -284,14 +309,8 @@ class AlteredAnswer(Fault):
         alteration.altered.append(self)
 
     @abstractmethod
-    def alter(
-        self,
-        address: int,
-        messages: tuple[Message, ...],
-        answer: bytes,
-        log: Sequence[Transaction],
-    ) -> bytes:
-        """Return what is read by these messages; `log` has what was before."""
+    def alter(self, reading: Reading) -> bytes:
+        """Return what is read instead."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -303,18 +322,11 @@ class FrozenAnswer(AlteredAnswer):
 
     _kept: dict[tuple[int, tuple[Message, ...]], bytes] = field(default_factory=dict, init=False)
 
-    def alter(
-        self,
-        address: int,
-        messages: tuple[Message, ...],
-        answer: bytes,
-        log: Sequence[Transaction],
-    ) -> bytes:
+    def alter(self, reading: Reading) -> bytes:
         """Return what was read by these messages when it froze, or now for the first time."""
-        asked = (address, messages)
-        if asked not in self._kept:
-            self._kept[asked] = last_answer(address, messages, log) or answer
-        return self._kept[asked]
+        if reading.asked not in self._kept:
+            self._kept[reading.asked] = reading.before or reading.answer
+        return self._kept[reading.asked]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -323,27 +335,9 @@ class ConstantAnswer(AlteredAnswer):
 
     byte: int
 
-    def alter(
-        self,
-        address: int,  # noqa: ARG002 -- the same, whatever is read
-        messages: tuple[Message, ...],  # noqa: ARG002
-        answer: bytes,
-        log: Sequence[Transaction],  # noqa: ARG002
-    ) -> bytes:
+    def alter(self, reading: Reading) -> bytes:
         """Return as many of it."""
-        return bytes([self.byte]) * len(answer)
-
-
-def last_answer(
-    address: int, messages: tuple[Message, ...], log: Sequence[Transaction]
-) -> bytes | None:
-    """Return what was last read by the same messages; None if that is not in the log."""
-    before = (
-        each.answer
-        for each in reversed(log)
-        if each.error is None and (each.address, each.messages) == (address, messages)
-    )
-    return next(before, None)
+        return bytes([self.byte]) * len(reading.answer)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
