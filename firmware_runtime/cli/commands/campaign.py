@@ -3,7 +3,7 @@
 import argparse
 import json
 import re
-import sys
+from contextlib import closing
 from pathlib import Path
 from typing import Final
 
@@ -15,16 +15,12 @@ from firmware_runtime.cli.arguments import (
     add_verb,
     positive,
 )
-from firmware_runtime.cli.row_progress import RowProgress
+from firmware_runtime.cli.many_runs import RowProgress, add_how, interruptible
 from firmware_runtime.errors import ConfigError, Status
 from firmware_runtime.lab.campaign.campaigning import carry_out, rerun
 from firmware_runtime.lab.campaign.findings import is_same, is_wrong
 from firmware_runtime.lab.campaign.mission import Mission
-from firmware_runtime.lab.campaign.report import Report
-from firmware_runtime.lab.sweeps.partial import partial_of
 from firmware_runtime.lab.sweeps.sweep_table import read_table
-from firmware_runtime.system.signals import exit_on_signals
-from firmware_runtime.system.terminal import print_line
 
 _SUMMARY: Final = "Strike a robot with each fault at each moment, and say what breaks it."
 _ABOUT: Final = """
@@ -75,15 +71,7 @@ def add_to(verbs: SubParsers) -> None:
         metavar="FOLDER",
         help="keep each finding there: its recording, and a test that fails until it is fixed",
     )
-    verb.add_argument(
-        "--workers", type=int, metavar="N", help="processes; default: one for each core"
-    )
-    verb.add_argument(
-        "--scheduler", metavar="ADDRESS", help="run on a cluster, by Dask's scheduler there"
-    )
-    verb.add_argument(
-        "--resume", action="store_true", help="go on with a campaign that was interrupted"
-    )
+    add_how(verb, "campaign")
 
 
 def execute(arguments: argparse.Namespace) -> int:
@@ -103,23 +91,8 @@ def _campaign(arguments: argparse.Namespace) -> int:
         within_s=arguments.within,
         without=tuple(arguments.without),
     )
-    try:
-        with exit_on_signals():
-            report = _carried_out(mission, arguments)
-    except SystemExit:
-        if arguments.output is not None and partial_of(arguments.output).exists():
-            kept = f"{partial_of(arguments.output)} has the finished runs"
-            said = f"firmware-runtime: {kept}; the same command with --resume goes on"
-            print_line(said, sys.stderr)
-        raise
-    print(json.dumps(report.as_json()) if arguments.json else report)
-    return Status.MODEL_ERROR if report.findings or report.flakes else Status.OK
-
-
-def _carried_out(mission: Mission, arguments: argparse.Namespace) -> Report:
-    progress = RowProgress("with findings")
-    try:
-        return carry_out(
+    with interruptible(arguments.output), closing(RowProgress("with findings")) as progress:
+        report = carry_out(
             mission,
             arguments.output,
             runs=arguments.runs,
@@ -130,8 +103,8 @@ def _carried_out(mission: Mission, arguments: argparse.Namespace) -> Report:
             resume=arguments.resume,
             progress=progress,
         )
-    finally:
-        progress.close()
+    print(json.dumps(report.as_json()) if arguments.json else report)
+    return Status.MODEL_ERROR if report.findings or report.flakes else Status.OK
 
 
 def _rerun(arguments: argparse.Namespace) -> int:

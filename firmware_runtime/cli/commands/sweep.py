@@ -3,6 +3,7 @@
 import argparse
 import json
 import sys
+from contextlib import closing
 from pathlib import Path
 
 import msgspec
@@ -14,18 +15,16 @@ from firmware_runtime.cli.arguments import (
     add_output,
     add_verb,
 )
-from firmware_runtime.cli.row_progress import RowProgress
+from firmware_runtime.cli.many_runs import RowProgress, add_how, interruptible
 from firmware_runtime.cli.written import write_text
 from firmware_runtime.errors import ConfigError, Status
 from firmware_runtime.lab.sweeps.distributions import FORMS
-from firmware_runtime.lab.sweeps.partial import partial_of
 from firmware_runtime.lab.sweeps.plan import SAMPLINGS, Sweep
 from firmware_runtime.lab.sweeps.row import run_row
 from firmware_runtime.lab.sweeps.summary import summary, text_of
 from firmware_runtime.lab.sweeps.sweep_page import sweep_page
 from firmware_runtime.lab.sweeps.sweep_table import Table, read_table, sweep_of
 from firmware_runtime.lab.sweeps.sweeping import carry_out, faults_of
-from firmware_runtime.system.signals import exit_on_signals
 from firmware_runtime.system.terminal import print_line
 from firmware_runtime.view.page import page_of
 
@@ -50,7 +49,7 @@ def add_to(verbs: SubParsers) -> None:
     verb.add_argument("--json", action="store_true", help="print one JSON object")
     add_output(verb, "FILE.parquet or FILE.csv; show: a page")
     _add_values(verb)
-    _add_how(verb)
+    add_how(verb, "sweep")
 
 
 def _add_values(verb: argparse.ArgumentParser) -> None:
@@ -78,18 +77,6 @@ def _add_values(verb: argparse.ArgumentParser) -> None:
     )
     verb.add_argument(
         "--experiment", metavar="NAME", help="a step of the board, such as step: its figures"
-    )
-
-
-def _add_how(verb: argparse.ArgumentParser) -> None:
-    verb.add_argument(
-        "--workers", type=int, metavar="N", help="processes; default: one for each core"
-    )
-    verb.add_argument(
-        "--scheduler", metavar="ADDRESS", help="run on a cluster, by Dask's scheduler there"
-    )
-    verb.add_argument(
-        "--resume", action="store_true", help="go on with a sweep that was interrupted"
     )
 
 
@@ -127,19 +114,8 @@ def _sweep(arguments: argparse.Namespace) -> int:
     )
     if faults:
         raise ConfigError("sweep", faults + (faults_of(sweep) if vary else []))
-    try:
-        with exit_on_signals():
-            table = _carried_out(sweep, arguments)
-    except SystemExit:
-        _say_what_is_kept(partial_of(arguments.output))
-        raise
-    return _told(sweep, table, arguments)
-
-
-def _carried_out(sweep: Sweep, arguments: argparse.Namespace) -> Table:
-    progress = RowProgress()
-    try:
-        return carry_out(
+    with interruptible(arguments.output), closing(RowProgress()) as progress:
+        table = carry_out(
             sweep,
             arguments.output,
             workers=arguments.workers,
@@ -147,15 +123,7 @@ def _carried_out(sweep: Sweep, arguments: argparse.Namespace) -> Table:
             resume=arguments.resume,
             progress=progress,
         )
-    finally:
-        progress.close()
-
-
-def _say_what_is_kept(kept: Path) -> None:
-    """After a sweep that was stopped by a signal."""
-    if kept.exists():
-        said = f"{kept} has the finished rows; the same command with --resume goes on"
-        print_line(f"firmware-runtime: {said}", sys.stderr)
+    return _told(sweep, table, arguments)
 
 
 def _told(sweep: Sweep, table: Table, arguments: argparse.Namespace) -> int:

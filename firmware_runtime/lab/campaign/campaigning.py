@@ -10,9 +10,9 @@ ended early has seen a fair share.
 """
 
 import time
-from collections.abc import Callable, Collection, Generator, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from contextlib import ExitStack, closing
-from itertools import islice
+from itertools import chain, islice
 from os import PathLike
 from pathlib import Path
 from typing import Final, TypeAlias
@@ -31,11 +31,10 @@ from firmware_runtime.lab.campaign.mission import SEED_KEY, Mission
 from firmware_runtime.lab.campaign.report import Report, never_shown
 from firmware_runtime.lab.campaign.space import space_of, spread
 from firmware_runtime.lab.campaign.trial import Trial, alone, forked, lost, trial_of
-from firmware_runtime.lab.sweeps.local_pool import cores, run_here
+from firmware_runtime.lab.sweeps.how import carried_out, how_faults
 from firmware_runtime.lab.sweeps.partial import Partial, partial_of
 from firmware_runtime.lab.sweeps.row import Row, release
 from firmware_runtime.lab.sweeps.sweep_table import Table, write_table
-from firmware_runtime.lab.sweeps.sweeping import output_faults
 
 Progress: TypeAlias = Callable[[int, int, int], None]
 """Called with how many runs are done, how many there are, and how many of them found something."""
@@ -141,9 +140,10 @@ def carry_out(  # noqa: PLR0913 -- where, how much, and what is shown of it
     progress: Progress | None = None,
 ) -> Report:
     """Carry a campaign out; see `campaign`."""
-    faults = [*_faults_of(mission, runs, budget_s, workers, scheduler), *output_faults(output)]
-    if resume and output is None:
-        faults.append("--resume: there is no file to go on with; expected -o FILE")
+    faults = [
+        *_faults_of(mission, runs, budget_s),
+        *how_faults(output, workers, scheduler, resume=resume),
+    ]
     if faults:
         raise ConfigError("campaign", faults)
     until = None if budget_s is None else time.monotonic() + budget_s
@@ -159,8 +159,13 @@ def carry_out(  # noqa: PLR0913 -- where, how much, and what is shown of it
             mission=mission, parts=_parts(chosen, rows.keys()), until=until, oracle=oracle
         )
         found = sum(map(is_wrong, rows.values()))
-        parts = _run(job, 1 if oracle is not None else workers, scheduler)
-        for row in stack.enter_context(closing(parts)):
+        parts = carried_out(
+            job if scheduler is None else replace(job, until=None),
+            range(len(job.parts)),
+            1 if oracle is not None else workers,
+            scheduler,
+        )
+        for row in chain.from_iterable(stack.enter_context(closing(parts))):
             rows[int(row["row"] or 0)] = row
             if partial is not None:
                 partial.keep(row)
@@ -248,25 +253,7 @@ def _parts(chosen: Sequence[int], done: Collection[int]) -> tuple[tuple[int, ...
     return tuple(parts)
 
 
-def _run(job: Stretches, workers: int | None, scheduler: str | None) -> Generator[Row, None, None]:
-    numbers = range(len(job.parts))
-    if scheduler is None:
-        for rows in run_here(job, numbers, workers or cores()):
-            yield from rows
-        return
-    from firmware_runtime.lab.sweeps.cluster import run_on_cluster  # noqa: PLC0415 -- an extra's
-
-    for rows in run_on_cluster(replace(job, until=None), numbers, scheduler):
-        yield from rows
-
-
-def _faults_of(
-    mission: Mission,
-    runs: int | None,
-    budget_s: float | None,
-    workers: int | None,
-    scheduler: str | None,
-) -> Iterator[str]:
+def _faults_of(mission: Mission, runs: int | None, budget_s: float | None) -> Iterator[str]:
     """Yield what is wrong with the choices, one sentence each."""
     for name, value in (
         ("--for", mission.for_s),
@@ -277,10 +264,6 @@ def _faults_of(
             yield f"{name}: {value!r}; expected a positive number of seconds, {_MOST_S:g} at most"
     if runs is not None and runs < 1:
         yield f"--runs: {runs}; expected 1 or more"
-    if workers is not None and workers < 1:
-        yield f"--workers: {workers}; expected 1 or more"
-    if workers is not None and scheduler is not None:
-        yield "--workers and --scheduler: a cluster has workers of its own; expected one"
     yield from _mission_faults(mission)
 
 

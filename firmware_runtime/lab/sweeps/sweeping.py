@@ -1,7 +1,6 @@
 """`sweep`: many runs of one board, on this machine's cores or on a cluster, and their table."""
 
-import os
-from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import ExitStack, closing
 from math import isfinite
 from os import PathLike
@@ -15,12 +14,11 @@ from firmware_runtime.board.local_settings import board_in_force
 from firmware_runtime.board.rigs import has_rig
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.lab.sweeps.distributions import distribution
-from firmware_runtime.lab.sweeps.local_pool import cores, run_here
+from firmware_runtime.lab.sweeps.how import carried_out, how_faults
 from firmware_runtime.lab.sweeps.partial import Partial, partial_of
 from firmware_runtime.lab.sweeps.plan import SAMPLINGS, Sampling, Sweep
-from firmware_runtime.lab.sweeps.row import Row, RowsOf, release, settings_of_row, step_of
-from firmware_runtime.lab.sweeps.sweep_table import ENDINGS, Table, write_table
-from firmware_runtime.system.packages import module_of_extra
+from firmware_runtime.lab.sweeps.row import RowsOf, release, settings_of_row, step_of
+from firmware_runtime.lab.sweeps.sweep_table import Table, write_table
 
 MOST_RUNS: Final = 10_000_000
 _TRIED: Final = 8
@@ -36,25 +34,6 @@ def faults_of(sweep: Sweep) -> list[str]:
     if faults:  # those of the keys are found all the same
         sweep = replace(sweep, vary=sound, runs=1, sampling="random")
     return [*faults, *_board_faults(sweep)]
-
-
-def output_faults(output: Path | None) -> list[str]:
-    """Check the file that the table is to be written to."""
-    if output is None:
-        return []
-    if output.suffix not in ENDINGS:
-        return [f"-o: {output}; expected a name that ends in {' or '.join(ENDINGS)}"]
-    faults = []
-    if not (output.parent.is_dir() and os.access(output.parent, os.W_OK)):
-        faults.append(f"-o: {output} cannot be written; expected a folder that can")
-    elif output.exists() and not (output.is_file() and os.access(output, os.W_OK)):
-        faults.append(f"-o: {output} is no file that can be written; expected one, or a new name")
-    if output.suffix == ".parquet":
-        try:
-            module_of_extra("pyarrow", "sweep")
-        except ConfigError as error:
-            faults += [f"-o: {output.suffix} needs pyarrow: {each}" for each in error.faults]
-    return faults
 
 
 def _distribution_faults(sweep: Sweep, sound: dict[str, str]) -> Iterator[str]:
@@ -174,10 +153,7 @@ def carry_out(  # noqa: PLR0913 -- where, how, and what is shown of it
     progress: Progress | None = None,
 ) -> Table:
     """Carry a sweep out as it stands; see `sweep`."""
-    faults = faults_of(sweep) + output_faults(output)
-    faults += _option_faults(workers, scheduler)
-    if resume and output is None:
-        faults.append("--resume: there is no file to go on with; expected -o FILE")
+    faults = [*faults_of(sweep), *how_faults(output, workers, scheduler, resume=resume)]
     if faults:
         raise ConfigError("sweep", faults)
     with ExitStack() as stack:
@@ -188,7 +164,9 @@ def carry_out(  # noqa: PLR0913 -- where, how, and what is shown of it
         rows = dict(partial.rows) if partial is not None else {}
         missing = [row for row in range(sweep.size) if row not in rows]
         failed = sum(each["outcome"] not in SOUND for each in rows.values())
-        for row in stack.enter_context(closing(_run(sweep, missing, workers, scheduler))):
+        for row in stack.enter_context(
+            closing(carried_out(RowsOf(sweep), missing, workers, scheduler))
+        ):
             rows[row["row"]] = row  # type: ignore[index]
             if partial is not None:
                 partial.keep(row)
@@ -200,24 +178,3 @@ def carry_out(  # noqa: PLR0913 -- where, how, and what is shown of it
             write_table(table, output)
             partial.remove()
     return table
-
-
-def _option_faults(workers: int | None, scheduler: str | None) -> Iterator[str]:
-    """Check where it is to run."""
-    if workers is not None and workers < 1:
-        yield f"--workers: {workers}; expected 1 or more"
-    if workers is not None and scheduler is not None:
-        yield "--workers and --scheduler: a cluster has workers of its own; expected one"
-
-
-def _run(
-    sweep: Sweep, rows: Sequence[int], workers: int | None, scheduler: str | None
-) -> Generator[Row, None, None]:
-    if not rows:
-        return
-    if scheduler is None:
-        yield from run_here(RowsOf(sweep), rows, workers or cores())
-        return
-    from firmware_runtime.lab.sweeps.cluster import run_on_cluster  # noqa: PLC0415 -- an extra's
-
-    yield from run_on_cluster(RowsOf(sweep), rows, scheduler)

@@ -1,12 +1,44 @@
-"""Progress of a verb that makes a table of many runs."""
+"""Verbs that make a table of many runs: how they are carried out, progress, and an early end."""
 
+import argparse
 import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
 from time import monotonic
 from typing import Final
 
+from firmware_runtime.lab.sweeps.partial import partial_of
+from firmware_runtime.system.signals import exit_on_signals
 from firmware_runtime.system.terminal import Progress, print_line
 
 _EVERY_S: Final = 1.0
+
+
+def add_how(verb: argparse.ArgumentParser, what: str) -> None:
+    """Add --workers, --scheduler and --resume of a verb that makes `what`."""
+    verb.add_argument(
+        "--workers", type=int, metavar="N", help="processes; default: one for each core"
+    )
+    verb.add_argument(
+        "--scheduler", metavar="ADDRESS", help="run on a cluster, by Dask's scheduler there"
+    )
+    verb.add_argument(
+        "--resume", action="store_true", help=f"go on with a {what} that was interrupted"
+    )
+
+
+@contextmanager
+def interruptible(output: Path | None) -> Iterator[None]:
+    """Within the block a signal ends the verb, which says what is kept of its table."""
+    try:
+        with exit_on_signals():
+            yield
+    except SystemExit:
+        if output is not None and (kept := partial_of(output)).exists():
+            said = f"{kept} has the finished rows; the same command with --resume goes on"
+            print_line(f"firmware-runtime: {said}", sys.stderr)
+        raise
 
 
 class RowProgress:
