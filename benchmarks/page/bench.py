@@ -58,11 +58,11 @@ def execute(arguments: argparse.Namespace) -> int:
         with tachobot(directory, _LENGTH_S) as running:
             running.read_when(lambda statistics: statistics.cells[ELAPSED] > 2_000_000_000)
             with (
-                served("--statistics", running.statistics) as address,
+                served("view", "--statistics", running.statistics) as view,
                 open_page(directory / "chromium") as page,
             ):
-                report = _measured(page, address, arguments)
-                report |= asyncio.run(_attacked(address, arguments.hostile))
+                report = _measured(page, view.address, arguments)
+                report |= asyncio.run(_attacked(view.address, arguments.hostile))
                 report["counts_exact"] = _are_exact(running.statistics)
     finish(arguments, "page", {"conditions": before, **report}, _lines)
     return Status.OK

@@ -5,13 +5,10 @@ looked at, into build/pictures. Needs the Debian packages chromium and webp.
 """
 
 import os
-import re
 import subprocess
 import sys
 from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
-from signal import SIGINT
 from tempfile import TemporaryDirectory
 from typing import Final
 
@@ -81,8 +78,8 @@ def _alive(page: Page, work: Path) -> None:
     for board in ("tachobot", "detective", "pan_tilt"):
         recording = work / f"{board}.recording"
         _run("run", board, *_VIRTUAL, "--record", recording)
-        with served(recording) as address:
-            _all_looks(page, f"view-{board}", f"{address}/")
+        with served("view", recording) as view:
+            _all_looks(page, f"view-{board}", f"{view.address}/")
 
 
 def _all_looks(page: Page, name: str, path: Path | str) -> None:
@@ -110,8 +107,8 @@ def _moving(page: Page, work: Path) -> None:
             page.picture(frames / f"{number:03}.png")
             number += 1
 
-    with _played() as address:
-        page.open(f"{address}/", "light", 1200, 760)
+    with served("play", "tachobot") as play:
+        page.open(f"{play.address}/", "light", 1200, 760)
         page.wait_for(_READY)
         page.wait_for("state.armed")
         film(8)
@@ -129,21 +126,6 @@ def _moving(page: Page, work: Path) -> None:
     words = ["img2webp", "-loop", "0", "-lossy", "-q", "55", "-m", "6", "-d", str(_FRAME_MS)]
     made = [*words, *sorted(map(str, frames.iterdir())), "-o", str(KEPT / "play.webp")]
     subprocess.run(made, check=True, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-
-
-@contextmanager
-def _played() -> Iterator[str]:
-    command = [*COMMAND, "play", "tachobot", "--no-browser", "--port", "0"]
-    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
-        try:
-            assert process.stdout is not None  # noqa: S101 -- a pipe was asked for
-            yield next(
-                found[0]
-                for line in process.stdout
-                if (found := re.search(r"http://[^/\s]+", line)) is not None
-            )
-        finally:
-            process.send_signal(SIGINT)
 
 
 if __name__ == "__main__":

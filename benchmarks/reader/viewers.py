@@ -8,9 +8,7 @@ how many frames they got. It ends with its input.
 import asyncio
 import json
 import os
-import re
 import signal
-import subprocess
 import sys
 from typing import Final
 from urllib.request import urlopen
@@ -18,7 +16,7 @@ from urllib.request import urlopen
 import aiohttp
 
 from benchmarks.reader.process import READ
-from benchmarks.shared.process import COMMAND
+from benchmarks.shared.page import served
 
 VIEWERS: Final = 8
 CURVES: Final = 20
@@ -27,22 +25,17 @@ _INPUT: Final = 0
 
 def main() -> None:
     """Obey until there is nothing more to obey."""
-    words = [*COMMAND, "view", "--statistics", sys.argv[1], "--port", "0", "--no-browser"]
-    with subprocess.Popen(words, stdout=subprocess.PIPE, text=True) as server:
+    with served("view", "--statistics", sys.argv[1]) as view:
+        address, server = view
+        leaves = _leaves(address)
+        server.send_signal(signal.SIGSTOP)
         try:
-            assert server.stdout is not None  # noqa: S101 -- a pipe was asked for
-            found = re.search(r"http://[^/\s]+", server.stdout.readline())
-            if found is None:
-                raise SystemExit("viewers: no page")
-            leaves = _leaves(found[0])
-            server.send_signal(signal.SIGSTOP)
             while os.read(_INPUT, 1) == READ:
                 server.send_signal(signal.SIGCONT)
-                print(asyncio.run(_watch(found[0], leaves)), flush=True)
+                print(asyncio.run(_watch(address, leaves)), flush=True)
                 server.send_signal(signal.SIGSTOP)
         finally:
             server.send_signal(signal.SIGCONT)
-            server.kill()
 
 
 def _leaves(address: str) -> list[str]:

@@ -1,15 +1,13 @@
 """A page that is served by a process of its own, and what a program asks of it."""
 
 import json
-import re
 import urllib.error
 import urllib.request
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from typing import Any, NamedTuple
 
-from firmware_runtime.system.programs import end_within
-from tests.support.command import started
+from benchmarks.shared.page import served
 from tests.support.waiting import PATIENCE_S
 
 
@@ -55,15 +53,5 @@ class ServedPage:
 @contextmanager
 def served_page(*words: object, **options: Any) -> Iterator[ServedPage]:  # noqa: ANN401 -- of Popen
     """`view` with these words, on any free port, until the block ends."""
-    process = started("view", *words, "--port", 0, "--no-browser", **options)
-    try:
-        assert process.stdout is not None
-        line = process.stdout.readline()
-        found = re.search(r"http://\S+", line)
-        assert found is not None, line
-        yield ServedPage(found[0])
-    finally:
-        process.terminate()
-        end_within(process, PATIENCE_S)
-        if process.stdout is not None:
-            process.stdout.close()
+    with served("view", *words, **options) as found:
+        yield ServedPage(found.address)

@@ -1,25 +1,21 @@
 """What a stranger does in a minute: sees a robot move, breaks a chip, sees it named, rewinds."""
 
-import re
 import subprocess
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from signal import SIGINT
 
 import pytest
 
 from benchmarks.shared import chromium
-from firmware_runtime.system.programs import end_within
-from tests.support.command import started
-from tests.support.waiting import PATIENCE_S
+from benchmarks.shared.page import served
 
 pytestmark = [
     pytest.mark.slow,
     pytest.mark.real_time,
     pytest.mark.skipif(chromium.FOUND is None, reason="needs the Debian package chromium"),
 ]
-_TRIES, _WITHIN_S = 4, 20.0
+_TRIES, _WITHIN_S = 7, 20.0
 _SEEN_AT = "parseFloat(document.querySelector('output.at').textContent)"
 _GO_BEFORE = """(() => {
     const all = [...document.querySelectorAll('#faults li')];
@@ -37,36 +33,19 @@ _FAULTS = "document.getElementById('faults').textContent"
 
 
 @contextmanager
-def played(board: str) -> Iterator[str]:
-    """`play`, until the block ends; yields the page's address."""
-    process = started("play", board, "--no-browser", "--port", 0, stderr=subprocess.DEVNULL)
-    try:
-        assert process.stdout is not None
-        for line in process.stdout:
-            if found := re.search(r"http://[^/\s]+", line):
-                yield found[0]
-                break
-        else:
-            raise AssertionError("play has ended")
-    finally:
-        process.send_signal(SIGINT)
-        end_within(process, PATIENCE_S)
-        if process.stdout is not None:
-            process.stdout.close()
-    assert process.returncode == 0
-
-
-@contextmanager
 def armed(board: str, page: chromium.Page) -> Iterator[None]:
     """A robot that is played with and armed, on its page; a busy machine may need some tries."""
-    for left in reversed(range(_TRIES)):
-        with played(board) as address:
-            page.open(f"{address}/", "light")
+    for _ in range(_TRIES):
+        with served("play", board, stderr=subprocess.DEVNULL) as play:
+            page.open(f"{play.address}/", "light")
             page.wait_for("document.body.dataset.ready")
-            if page.comes_true(_ARMED, timeout_s=_WITHIN_S) or not left:
-                page.wait_for(_ARMED)
+            is_armed = page.comes_true(_ARMED, timeout_s=_WITHIN_S)
+            if is_armed:
                 yield
-                return
+        assert play.process.returncode == 0
+        if is_armed:
+            return
+    raise AssertionError(f"{board} was never armed")
 
 
 @pytest.mark.parametrize(
