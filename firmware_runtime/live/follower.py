@@ -11,7 +11,7 @@ from zlib import crc32
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.recording.blackbox.layout import CHUNK, sections_in
 from firmware_runtime.recording.blackbox.reader import NO_HEADER, check_prefix, kind_of
-from firmware_runtime.recording.blackbox.ring_file import Header, RingFile, Slot, opened
+from firmware_runtime.recording.blackbox.ring_file import RingFile, Slot, opened
 from firmware_runtime.recording.blackbox.section import Kind
 from firmware_runtime.system.resources import Closing
 
@@ -94,9 +94,3 @@ class Follower(Closing):
                 found.append(section)
         self._used = slot.used
         return True
-
-
-def header_of(path: Path) -> Header:
-    """The header of a recording. Raises ConfigError."""
-    with Follower(path) as follower:
-        return follower.header

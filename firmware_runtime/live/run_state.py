@@ -10,13 +10,12 @@ from firmware_runtime.errors import FirmwareRuntimeError, StatisticsFileError
 from firmware_runtime.links.control import ask
 from firmware_runtime.live.observed import Observed
 from firmware_runtime.models.motion import Applied
-from firmware_runtime.statistics.closing_text import punctuality
+from firmware_runtime.statistics.closing_text import VIRTUAL, punctuality
 from firmware_runtime.statistics.figures import Figures
 from firmware_runtime.statistics.reader import read_statistics
 from firmware_runtime.statistics.statistics import Statistics
 
 _TIMEOUT_S: Final = 0.2
-_VIRTUAL: Final = "in virtual time: nothing can be late"
 OFF: Final = Applied.NOTHING.name
 IN_THE_RUN: Final = "in the run"
 """In the place of a socket: doubles in the run's own process."""
@@ -66,28 +65,10 @@ def statistics_at(path: Path | None) -> Statistics | None:
 
 def run_state(observed: Observed, statistics: Statistics | None, path: Path | None) -> RunState:
     """The state of a run, by what is seen of it and by its statistics."""
-    outputs = _outputs(observed)
-    at_s = observed.at / 1e9
     if statistics is None:
-        is_virtual = observed.header.speed == 0
-        again = None if observed.statistics is None else observed.statistics.figures()
-        return RunState(
-            board=observed.board.name,
-            state="recording",
-            reason=observed.end,
-            armed=None,
-            why_not_armed=None,
-            at_s=at_s,
-            sentence=f"a recording of {at_s:.1f} s; {observed.end or 'its end is not in it'}",
-            faults=[] if again is None else _faults(again),
-            outputs=outputs,
-            punctual=_VIRTUAL if is_virtual else None if again is None else punctuality(again),
-            doubles=None,
-            pid=None,
-            note=observed.remark,
-        )
+        return _of_recording(observed)
     figures = statistics.figures()
-    run, stated = figures.conditions.run, figures.conditions.stated
+    run = figures.conditions.run
     is_running = run.state == "running"
     armed = run.armed if is_running else None
     why = _why_not_armed(path) if is_running and not armed else None
@@ -97,13 +78,35 @@ def run_state(observed: Observed, statistics: Statistics | None, path: Path | No
         reason=run.reason,
         armed=armed,
         why_not_armed=why,
-        at_s=at_s,
+        at_s=observed.at / 1e9,
         sentence=_sentence(observed, figures, armed=armed, why=why),
         faults=_faults(figures),
-        outputs=outputs,
+        outputs=_outputs(observed),
         punctual=punctuality(figures),
-        doubles=_doubles(stated),
+        doubles=_doubles(figures.conditions.stated),
         pid=statistics.header.writer.pid if is_running else None,
+        note=observed.remark,
+    )
+
+
+def _of_recording(observed: Observed) -> RunState:
+    """The state of a run of which there is but the recording, as it was run again."""
+    at_s, again = observed.at / 1e9, observed.statistics
+    figures = None if again is None else again.figures()
+    punctual = None if figures is None else punctuality(figures)
+    return RunState(
+        board=observed.board.name,
+        state="recording",
+        reason=observed.end,
+        armed=None,
+        why_not_armed=None,
+        at_s=at_s,
+        sentence=f"a recording of {at_s:.1f} s; {observed.end or 'its end is not in it'}",
+        faults=[] if figures is None else _faults(figures),
+        outputs=_outputs(observed),
+        punctual=VIRTUAL if observed.header.speed == 0 else punctual,
+        doubles=None,
+        pid=None,
         note=observed.remark,
     )
 

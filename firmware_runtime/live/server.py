@@ -17,7 +17,7 @@ from aiohttp import web
 from firmware_runtime.errors import ConfigError, FirmwareRuntimeError, text_of
 from firmware_runtime.live.actions import Actions, number_in
 from firmware_runtime.live.entrance import COOKIE, Entrance
-from firmware_runtime.live.source import Source, as_json
+from firmware_runtime.live.source import Source
 from firmware_runtime.live.viewer import LONGEST, Viewer
 from firmware_runtime.view.page import html_of
 
@@ -128,8 +128,7 @@ class PageServer:
         await self._has_seen.wait()
         if self._source.state is None or not self._source.is_live:
             await self._in_thread(self._source.look)
-        state = self._source.state
-        return _json({} if state is None else as_json(state))
+        return _json(self._source.state or {})
 
     async def _get_model(self, _request: web.Request) -> web.Response:
         await self._has_seen.wait()

@@ -4,8 +4,6 @@ import os
 from pathlib import Path
 from typing import Final
 
-from msgspec import structs
-
 from firmware_runtime.board.registry import Board
 from firmware_runtime.board.rigs import has_rig, rig_for
 from firmware_runtime.devs.component import below_root
@@ -74,14 +72,10 @@ class Source(Closing):
 
     def look(self) -> RunState:
         """Read the statistics, and say how the run fares. Blocks for a moment."""
-        self.statistics = statistics_at(self.statistics_path)
-        if self.statistics is None and not self.is_live:
-            self.statistics = self.observed.statistics
-        self.state = run_state(
-            self.observed,
-            self.statistics if self.statistics_path is not None else None,
-            self.statistics_path,
-        )
+        kept = statistics_at(self.statistics_path)
+        again = self.observed.statistics if kept is None and not self.is_live else None
+        self.statistics = kept or again
+        self.state = run_state(self.observed, kept, self.statistics_path)
         return self.state
 
     def model(self) -> dict[str, object]:
@@ -151,8 +145,3 @@ def _first(shown: str | None, observed: Observed) -> list[str]:
     first = [shown, *numbers, *others]
     known = [each for each in first if each in observed.numbers]
     return list(dict.fromkeys(known))[:_MOST_SHOWN]
-
-
-def as_json(state: RunState) -> dict[str, object]:
-    """The state of a run as `GET /api/state` says it."""
-    return structs.asdict(state)

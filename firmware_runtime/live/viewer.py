@@ -85,8 +85,10 @@ class Viewer:
         return True
 
     def _frame(self, observed: Observed, state: RunState | None) -> dict[str, Any]:
-        if observed.header.run != self._run:
-            self._begin(observed)
+        is_another = observed.header.run != self._run
+        if is_another:  # nothing of it has been sent
+            self._sent_until = dict.fromkeys(self._sent_until, -1.0)
+            self._states_until = float("-inf")
         at_s = observed.at / 1e9
         frame: dict[str, Any] = {
             "at": at_s,
@@ -108,25 +110,17 @@ class Viewer:
             self._states_until = max(entries[-1][0] for entries in stays.values())
         if state is not None and state != self._state:
             frame["state"] = self._state = state
-        if self._run != observed.header.run:
+        if is_another:
             frame["run"] = self._run = observed.header.run
         return frame
-
-    def _begin(self, observed: Observed) -> None:
-        """Another run: nothing of it has been sent."""
-        since = max(observed.at / 1e9 - BACK_S, -1.0)
-        self._sent_until = dict.fromkeys(self._sent_until, since)
-        self._states_until = float("-inf")
 
     def _points(self, observed: Observed, leaf: str) -> Points | None:
         trace = observed.numbers.get(leaf)
         if trace is None:
             return None
-        since = self._sent_until[leaf]
-        is_first = since < observed.at / 1e9 - BACK_S
-        if is_first:
-            since = observed.at / 1e9 - BACK_S
-        points = trace.since(since, BACK_POINTS if is_first else MOST_POINTS)
+        sent_until, back = self._sent_until[leaf], observed.at / 1e9 - BACK_S
+        most = BACK_POINTS if sent_until < back else MOST_POINTS
+        points = trace.since(max(sent_until, back), most)
         if not points.times:
             return None
         self._sent_until[leaf] = points.times[-1]

@@ -12,6 +12,7 @@ from firmware_runtime.statistics.file_header import Settings
 from firmware_runtime.statistics.number_formats import count, milliseconds, seconds
 from firmware_runtime.statistics.summary import fault_lines, periods_not_kept
 
+VIRTUAL: Final = "in virtual time: nothing can be late"
 MOST: Final = 12
 """Lines at the end of a run."""
 
@@ -100,7 +101,7 @@ def outputs_text(outputs_on: Mapping[str, int] | None, *, not_safe: bool = False
 def punctuality(figures: Figures) -> str:
     """Return how many ticks were on time, and how late the worst one was, and why."""
     if figures.is_virtual:
-        return "in virtual time: nothing can be late"
+        return VIRTUAL
     if figures.scheduled == 0:
         reactions = sum(model.reactions for model in figures.models.values())
         return f"no tick of its own; {count(reactions, 'reaction')} to inputs"

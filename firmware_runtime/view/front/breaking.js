@@ -16,9 +16,7 @@ async function breaking(section) {
     struck.replaceChildren(...now.struck.map((each) => element("li", {}, `${numberText(each.at_s, 6)} s: ${each.kind} ${each.device ?? ""}${each.for_s === null || each.for_s === undefined ? "" : ` for ${each.for_s} s`}`)));
   };
   const save = async () => {
-    const response = await fetch("api/break-test");
-    if (!response.ok) return say(`save as a test: ${(await response.json()).refused.join("; ")}`);
-    keep(await response.blob(), "test_found.py");
+    try { await download("break-test", "test_found.py"); } catch (error) { say(`save as a test: ${error.message}`); }
   };
   const strike = async (kind) => {
     try {

@@ -16,6 +16,13 @@ async function ask(name, said) {
   return answer;
 }
 
+/** Ask for a file, and have the browser save it. Throws what the server refuses. */
+async function download(name, file) {
+  const response = await fetch(`api/${name}`);
+  if (!response.ok) throw new Error((await response.json()).refused.join("; "));
+  keep(await response.blob(), file);
+}
+
 /** Say something that went wrong, or went well, where everybody sees it. */
 function say(words, judgement = "bad") {
   const line = element("p", { class: `said ${judgement}`, role: judgement === "bad" ? "alert" : "status" }, words, " ",

@@ -157,9 +157,7 @@ class Plots {
     const [begin, end] = this.span();
     const ports = new Set([...this.shown.keys()].map((group) => this.model.ports.map(({ path }) => path).find((path) => group === path || group.startsWith(`${path}.`))).filter(Boolean));
     const query = new URLSearchParams([["ending", ending], ["begin_s", begin], ["end_s", end], ["ports", [...ports].join(" ")]]);
-    const response = await fetch(`api/export?${query}`);
-    if (!response.ok) return say(`export: ${(await response.json()).refused.join("; ")}`);
-    keep(await response.blob(), `${this.model.board}.${ending}`);
+    try { await download(`export?${query}`, `${this.model.board}.${ending}`); } catch (error) { say(`export: ${error.message}`); }
   }
 
   /** Plot a port, or a field of it. */

@@ -53,9 +53,7 @@ async function tuning(section, isLive) {
       }),
       !isLive ? null : attempt("Undo", async () => { if (past.length) { await take(past.pop()); history.firstChild?.remove(); } }),
       attempt("Save a copy of board.toml", async () => {
-        const response = await fetch(`api/board-file?values=${encodeURIComponent(JSON.stringify(Object.fromEntries(chosen)))}`);
-        if (!response.ok) throw new Error((await response.json()).refused.join("; "));
-        keep(await response.blob(), "board.toml");
+        await download(`board-file?values=${encodeURIComponent(JSON.stringify(Object.fromEntries(chosen)))}`, "board.toml");
       })),
     history, tried);
 }
