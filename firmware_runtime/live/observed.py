@@ -73,6 +73,8 @@ class Observed(Closing):
         """How the run ended, as it recorded it."""
         self._is_whole = is_whole
         self._observer: Observer | None = None
+        self._can_run_again = True
+        """False once that has failed; behind a gap it is tried again."""
         self._is_new = True
 
     def close(self) -> None:
@@ -96,7 +98,7 @@ class Observed(Closing):
             contents = self._beginning_of(contents)
             self._is_new = False
         elif self._follower.has_gap:
-            self._observer = None
+            self._observer, self._can_run_again = None, True
             self.remark = "this page was too slow, and missed a part of the run"
         for content in contents:
             self._take(decode(content))
@@ -131,7 +133,7 @@ class Observed(Closing):
         if section.kind in {Kind.SAFE, Kind.STEP}:
             self.is_off = section.kind is Kind.SAFE
         if section.kind is Kind.LOST:
-            self._observer = None
+            self._observer, self._can_run_again = None, True
             self.remark = f"at {section.at / SECOND:g} s a part of the recording is missing"
             return
         if self._observer is None and self._may_begin(section):
@@ -145,7 +147,7 @@ class Observed(Closing):
         self._note_states()
 
     def _may_begin(self, section: Section) -> bool:
-        return section.kind in BEGINNINGS and not (self.remark or "").startswith("not run again")
+        return section.kind in BEGINNINGS and self._can_run_again
 
     def _begin(self, section: Section) -> None:
         """Run it again from here."""
@@ -167,7 +169,7 @@ class Observed(Closing):
             return None
 
     def _give_up(self, error: BaseException) -> None:
-        self._observer = None
+        self._observer, self._can_run_again = None, False
         self.states.clear()
         self.remark = f"not run again here, so no state of a model is shown: {text_of(error)}"
 

@@ -109,7 +109,6 @@ function planeOf(part) {
       const words = moved.map((each) => each(values)).filter(Boolean);
       said.textContent = words.join("; ");
     },
-    clear() { inside.querySelectorAll(".trail").forEach((each) => each.setAttribute("points", "")); },
   };
 }
 

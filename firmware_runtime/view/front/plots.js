@@ -1,6 +1,6 @@
 "use strict";
 /* Plots on uPlot: curves over time, histograms, states over time. Plots with the same axis across share
-   cursor and zoom. A plot has: `element`, `setData(curves)`, `show(ends)`, `moveTo(x)`. */
+   cursor and zoom. A plot has: `element`, `library`, `show(ends)`, `moveTo(x)`. */
 
 const groups = new Map(); // plots by the label of their axis across
 const SMALL = 190, LARGE = 260, LANE = 26;
@@ -160,13 +160,6 @@ class Plot {
   fit() {
     const width = Math.floor(this.frame.clientWidth);
     if (width > 0 && width !== this.library.width) this.library.setSize({ width, height: this.height });
-  }
-
-  setData(data) {
-    const { min, max } = this.library.scales.x;
-    this.library.setData(data, false);
-    if (this.ends) this.library.setScale("x", { min, max });
-    else this.library.setData(data);
   }
 
   /** Show these ends, or all. */
