@@ -171,7 +171,7 @@ class Status(IntEnum):
 OF_THE_MACHINE: Final = frozenset(
     {errno.ENOSPC, errno.EDQUOT, errno.EROFS, errno.EIO, errno.ENOMEM, errno.EMFILE, errno.ENFILE}
 )
-"""Numbers of errors that say how the machine is, and not what was asked of it."""
+"""Numbers of errors that describe the state of the machine, and not of the request."""
 ROOM_EXPECTED: Final = "expected a disk with room that is writable"
 
 

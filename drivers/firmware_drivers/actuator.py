@@ -115,7 +115,7 @@ class Actuator(HardwareModel):
         return None
 
     def failed_uses(self) -> int:
-        """Return 0: what could not be stopped is told by the end of the run itself."""
+        """Return 0: the end of the run itself reports what could not be stopped."""
         return 0
 
     # The DEVS functions ---------------------------------------------------------------------------

@@ -1,4 +1,4 @@
-"""Numbers that are not finite do not enter a model: a NaN would stay in its state for ever.
+"""Numbers that are not finite do not enter a model: a NaN would stay in its state without end.
 
 NaN passes a clamp of `min` and `max` as the limit, and every sum and filter keeps it, so one
 measurement that is no number would be full command from then on. An input port therefore takes

@@ -27,7 +27,7 @@ class Laps:
     """What a simulator notes of each function of a model as soon as it has returned.
 
     `noted` has four entries for each: the model's number, the function's, what `read` returned, and
-    the time advance that a transition has left. Whoever reads them empties it before the next
+    the time advance that a transition has left. The reader empties it before the next
     advance. `read` is the source of a clock itself, so that no frame stands around it.
     """
 

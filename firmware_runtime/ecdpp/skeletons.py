@@ -19,7 +19,7 @@ TYPES: Mapping[Kind, str] = {"time": "int", "number": "float", "whole": "int", "
 
 
 class SkeletonModel(Atomic):
-    """An atomic model that waits for ever, with these ports as attributes."""
+    """Atomic model that is passive without end, with these ports as attributes."""
 
     def __init__(self, name: str, skeleton: "Skeleton", arguments: Mapping[str, Value]) -> None:
         super().__init__(name)

@@ -20,7 +20,7 @@ Interlock: TypeAlias = Callable[[], bool]
 
 
 class NotedInterlock(ABC):
-    """Interlock that notes each of its answers once it is told where: one frame, not two."""
+    """Interlock that notes each of its answers once it has a list for them: one frame, not two."""
 
     answers: list[bool] | None = None
 

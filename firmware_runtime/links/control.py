@@ -153,7 +153,7 @@ def post(statistics: Path, request: str) -> None:
 def ask(statistics: Path, request: str, timeout_s: float | None = None, **more: object) -> Answer:
     """Send a request to the run with these statistics and return its answer.
 
-    The run refuses what it finds once nobody waits for it any more, but for `disarm`. Raises
+    The run refuses a request whose sender no longer waits, but for `disarm`. Raises
     ControlError when there is no answer, or none by that run.
     """
     timeout_s = TIMEOUT_S if timeout_s is None else timeout_s

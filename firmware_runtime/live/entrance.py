@@ -1,7 +1,7 @@
 """Who may ask the page's server: this page itself, on this machine, or who has the token.
 
 A browser sends requests of any page that it shows. So a request must name this server as its host
-(no name that leads here by somebody's DNS), and if it says from which page it comes, that must be
+(no name that another DNS server leads here), and if it says from which page it comes, that must be
 this one; what changes something must say so.
 """
 

@@ -35,7 +35,7 @@ from firmware_runtime.system.resources import Closing
 BEFORE: Final = 6_000
 """Steps of a run under way that are run again at first."""
 _STEPS_AT_ONCE: Final = 2_000
-"""Steps between two looks at the clock of whoever asks."""
+"""Steps between two readings of the caller's clock."""
 
 Listener: TypeAlias = Callable[[int, str, object], None]
 

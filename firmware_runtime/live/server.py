@@ -1,7 +1,7 @@
 """The page's server: the page, its data as JSON, and a socket for each viewer.
 
-One loop looks at the run some twenty times a second, whoever watches, and offers what it saw to
-each viewer. Whatever may take long (a question to the run, a replay) is in a thread of its own.
+One loop polls the run some twenty times a second, for all viewers, and offers what it read to
+each of them. Whatever may take long (a question to the run, a replay) is in a thread of its own.
 """
 
 import asyncio

@@ -1,6 +1,6 @@
 """Stops the process behind a descriptor for a moment: a program of its own.
 
-Whoever started it may die meanwhile; the process goes on all the same, unless this program is
+The process that started it may die meanwhile; this one goes on all the same, unless this program is
 killed (SIGKILL) as well.
 """
 

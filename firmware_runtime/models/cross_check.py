@@ -35,7 +35,7 @@ class CrossCheckSettings(Struct, frozen=True, kw_only=True):
     share: float = 0.0
     """And so much of the change more, for sources whose scales differ."""
     circle: float = math.inf
-    """After which the quantity begins anew, as a heading does."""
+    """Span after which the quantity repeats, as a heading does."""
 
 
 class Source(NamedTuple, Generic[R]):
@@ -92,7 +92,7 @@ class CrossCheck(Atomic, Generic[R, V]):
 
     They agree at first. Apart by more than the tolerance they do not; they do again from half of it
     on. As long as they do not, the fault is repeated once a window. A source that pauses for a
-    window begins anew, and contradicts nothing.
+    window begins a new one, and contradicts nothing.
     """
 
     def __init__(

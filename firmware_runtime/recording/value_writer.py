@@ -28,7 +28,7 @@ _SMALL: Final = range(-(1 << 63), 1 << 63)
 DEEPEST: Final = 64
 """Values within values; more are refused, on writing and on reading."""
 GENERATORS: Final = frozenset({"MT19937", "PCG64", "PCG64DXSM", "Philox", "SFC64"})
-"""Generators of numpy whose state is told."""
+"""Generators of numpy whose state is written."""
 _NUMBERS: Final = frozenset("biufc")
 """Kinds of numbers that an array may be of."""
 

@@ -203,10 +203,10 @@ class Commanders:
     def _listener(self, name: str) -> Callable[[int, object], None]:
         timeout = self._timeouts[name]
 
-        def hear(at: int, _value: object) -> None:
+        def note(at: int, _value: object) -> None:
             self._silent_at[name] = at + timeout
 
-        return hear
+        return note
 
 
 class RightToDrive(NotedInterlock):

@@ -5,7 +5,7 @@ are written with every start, and every reading brings them with it, so a chip t
 detected at once: a comparator bit that has no effect is set in ours and not at power-up. A code at
 the end of the scale is a voltage beyond it, and is no reading.
 
-A voltage that stands still is told from a converter that does by its full scale: after
+A voltage that stands still is distinguished from a converter that does by its full scale: after
 `SAME_BEFORE_PROOF` equal codes of an input one conversion has another full scale, and so another
 code. One that stays the same is stuck. A code within `NEAR_ZERO` of zero proves nothing.
 

@@ -8,7 +8,7 @@ Range and gain are forgotten with the supply and cannot be read back, so they ar
 ranging: a sonar that lost power is as set again with the next one. A short range wants a low gain,
 or a late echo of the ping before is taken for a target.
 
-A wall that stands still is told from a sonar that does by asking in another unit: after
+A wall that stands still is distinguished from a sonar that does by ranging in another unit: after
 `SAME_BEFORE_PROOF` equal echoes one ranging is in microseconds, and a chip that ranges answers 58
 times as much. One that answers the same is stuck. No echo is 0 in every unit: whether its
 transducers still work cannot be known.

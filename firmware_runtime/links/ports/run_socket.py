@@ -4,7 +4,7 @@ A Unix socket beside the statistics (`BOARD.socket`) that other processes connec
 theirs or of the run is one packet, and what may be said is in `datagrams`. To the loop it is a
 source: a value enters the model as an external event of the next pass, like any other input.
 
-Who speaks is known from the kernel, at both ends. Whoever may write to the socket may put values in
+The kernel names the sender, at both ends. A process that may write to the socket may put values in
 and watch ports; what arms, disarms and changes settings is for root and the run's own user alone.
 The run greets each connection: what was said before that, while it stood still, is of unknown age,
 and of it only `disarm` is obeyed.
