@@ -1,4 +1,4 @@
-"""True state of a world whose doubles are served: requested from them, never from the run.
+"""True state of a world whose doubles are served: requested from them, never from the run."""
 
 from contextlib import suppress
 from pathlib import Path
