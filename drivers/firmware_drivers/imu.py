@@ -6,7 +6,7 @@ from firmware_drivers.gyro_bias import GyroBias
 from firmware_drivers.hardware import HardwareModel
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.errors import SettingError
-from firmware_runtime.hal.wire_errors import Fault, HalError, NotReady
+from firmware_runtime.hal.wire_errors import WARNING, Fault, HalError, NotReady
 
 FAULTS_BEFORE_BRING_UP = 10
 """Failed reads in a row after which the chip is brought up again: it may have lost its supply."""
@@ -153,7 +153,7 @@ class Imu(HardwareModel):
         """Keep what the chip warns of for the next output; it is no fault in a row."""
         if self.chip.warnings:
             text = "; ".join(self.chip.warnings)
-            self.faults.append(Fault("Warning", text, self.consecutive_faults))
+            self.faults.append(Fault(WARNING, text, self.consecutive_faults))
         return bool(self.chip.warnings)
 
     def _calibrate(self, sample: InertialSample) -> None:

@@ -48,15 +48,17 @@ class RowProgress:
         """`failed` is the word for rows that are not as they should be."""
         self._word = failed
         self._shown = Progress(sys.stderr, every_s=_EVERY_S / 4)
-        self._began: float | None = None
-        self._first = self._said = 0
+        self._began = monotonic()
+        self._before: int | None = None
+        """Rows that were there already, of a job that goes on."""
+        self._said = 0
 
     def __call__(self, done: int, size: int, failed: int) -> None:
         """So many rows are there."""
-        now = monotonic()
-        if self._began is None:
-            self._began, self._first = now, done
-        line = self._line(done, size, failed, now - self._began)
+        if self._before is None:
+            self._before = done - 1
+        spent_s = monotonic() - self._began
+        line = self._line(done, size, failed, (done - self._before) / spent_s)
         self._shown.show(line)
         if not self._shown.is_shown and (done == size or 10 * (done - self._said) >= size):
             self._said = done
@@ -66,11 +68,9 @@ class RowProgress:
         """Take the line away."""
         self._shown.close()
 
-    def _line(self, done: int, size: int, failed: int, spent_s: float) -> str:
+    def _line(self, done: int, size: int, failed: int, rate: float) -> str:
         words = [f"{done} of {size} runs"]
         if failed:
             words.append(f"{failed} {self._word}")
-        if spent_s > 0 and done > self._first:
-            rate = (done - self._first) / spent_s
-            words += [f"{rate:.1f} a second", f"{(size - done) / rate:.0f} s left"]
+        words += [f"{rate:.1f} a second", f"{(size - done) / rate:.0f} s left"]
         return ", ".join(words)

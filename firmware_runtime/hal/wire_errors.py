@@ -143,6 +143,10 @@ def errno_of(kind: str, sentence: str) -> int:
     return next(chain(said, of_kind), errno.EIO)
 
 
+WARNING: Final = "Warning"
+"""Kind of a `Fault` that is none: a device works, less well than it should."""
+
+
 class Fault(NamedTuple):
     """One thing that went wrong, in words; never a number that could be taken for a value."""
 

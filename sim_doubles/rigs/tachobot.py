@@ -1,7 +1,7 @@
 """TachoBot's rig: an MPU-9250 and one or two PCA9685, and the plant that ties them."""
 
 from collections.abc import Callable, Mapping
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
 import msgspec
 from firmware_boards.tachobot.controller import Controller
@@ -31,6 +31,9 @@ if TYPE_CHECKING:
 
     from firmware_runtime.view.parts import Plane
     from sim_doubles.worlds.position_sensor import TruePose
+
+_FASTEST_TURN_RAD_S: Final = 6.0
+"""A turn a second: several times what any mission of this robot asks of it."""
 
 
 class TachobotRig(BoardRig):
@@ -88,6 +91,13 @@ class TachobotRig(BoardRig):
             self._probe.x.path: Motion(x, vx),
             self._probe.y.path: Motion(y, vy),
         }
+
+    def judge(self) -> str | None:
+        """Return that the robot turns faster than any of its missions lets it, in a campaign."""
+        rate = self.world.state(self.now())[5]
+        if abs(rate) <= _FASTEST_TURN_RAD_S:
+            return None
+        return f"it turns at {rate:.3g} rad/s, {_FASTEST_TURN_RAD_S:g} at most"
 
     def attach(self, robot: Coupled) -> None:
         """Add the world's probe, and the room's tracking system: in mode `free` that is ideal."""

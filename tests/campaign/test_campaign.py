@@ -13,6 +13,7 @@ from firmware_runtime import HalError
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.hal.strike import KINDS
+from firmware_runtime.hal.wire_errors import Stuck
 from firmware_runtime.lab.campaign import campaign
 from firmware_runtime.lab.campaign.campaigning import assert_sound, carry_out, rerun
 from firmware_runtime.lab.campaign.healthy import AT_START, healthy
@@ -50,6 +51,21 @@ def last_again() -> Callable[..., object]:
             if id(chip) not in kept:
                 raise
         return kept[id(chip)]
+
+    return read_sample
+
+
+def stuck_now_and_then() -> Callable[..., object]:
+    """A driver that takes a living sensor for a dead one, at each fiftieth reading."""
+    read: Callable[..., object] = Mpu9250.read_sample
+    count = 0
+
+    def read_sample(chip: Mpu9250, *asked: object) -> object:
+        nonlocal count
+        count += 1
+        if count % 50 == 0:
+            raise Stuck("imu", "rate", 0.0, 50)
+        return read(chip, *asked)
 
     return read_sample
 
@@ -171,19 +187,50 @@ def _line_of(text: str) -> int:
     return next(number for number, line in enumerate(lines, 1) if f"return {text}" in line)
 
 
+def check_wrong_by_itself(folder: Path, oracle: str, said: str) -> None:
+    """Assert that a campaign's only finding is the robot without a fault, saved as a test."""
+    report = campaign("tachobot", for_s=1.5, runs=5, workers=1, findings=folder)
+    (finding,) = report.findings
+    assert (finding.oracle, finding.faults, report.runs) == (oracle, (), 0)
+    assert said in finding.what
+    assert len(finding.lines) == 3
+    test = run_path(str(finding.test))
+    with pytest.raises(AssertionError, match=said):
+        test[Path(str(finding.test)).stem]()
+
+
+@pytest.mark.slow
+def test_a_fault_that_is_reported_without_any_is_a_finding_and_the_robot_is_not_struck(
+    planted: Callable[[Callable[..., Any]], None], tmp_path: Path
+) -> None:
+    planted(stuck_now_and_then())
+    check_wrong_by_itself(tmp_path, "invented", "reports Stuck")
+
+
+@pytest.mark.slow
+def test_what_a_rig_finds_wrong_without_any_fault_is_a_finding(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    monkeypatch.setattr(TachobotRig, "judge", lambda _: "it flies")
+    healthy.cache_clear()
+    check_wrong_by_itself(tmp_path, "own", "it flies")
+    healthy.cache_clear()
+
+
 @pytest.mark.slow
 def test_a_robot_is_judged_by_a_line_of_ones_own_too() -> None:
     (case, *_) = space_of(SHORT)[numbers_of("nack", 0.0)[0] :]
     assert_sound("tachobot", [case.strike], for_s=1.5, judge=lambda _: None)
     with pytest.raises(AssertionError, match="own of imu: it is struck"):
         assert_sound("tachobot", [case.strike], for_s=1.5, judge=lambda _: "it is struck")
-    with pytest.raises(ConfigError, match="expected one"):
-        assert_sound("tachobot", [], for_s=1.5)
+    assert_sound("tachobot", [], for_s=1.5)
+    with pytest.raises(ConfigError, match="expected one at most"):
+        assert_sound("tachobot", [case.strike, case.strike], for_s=1.5)
 
 
 @pytest.mark.slow
 def test_a_rig_has_an_oracle_and_a_limit_of_its_own(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(TachobotRig, "judge", lambda _: "it is watched", raising=False)
+    monkeypatch.setattr(TachobotRig, "judge", lambda _: "it is watched")
     monkeypatch.setattr(TachobotRig, "said_within_s", 1.25, raising=False)
     mission = Mission(board="tachobot", for_s=0.5)
     assert healthy(mission).within == 1.25 * SECOND

@@ -25,7 +25,13 @@ from firmware_runtime.board.local_settings import board_in_force
 from firmware_runtime.board.rigs import has_rig
 from firmware_runtime.errors import ConfigError, expected_one_of
 from firmware_runtime.hal.strike import KINDS, Strike
-from firmware_runtime.lab.campaign.findings import findings_of, is_same, is_wrong
+from firmware_runtime.lab.campaign.findings import (
+    finding_without_faults,
+    findings_of,
+    is_same,
+    is_wrong,
+)
+from firmware_runtime.lab.campaign.healthy import healthy
 from firmware_runtime.lab.campaign.judge import SOUND, Oracle
 from firmware_runtime.lab.campaign.mission import SEED_KEY, Mission
 from firmware_runtime.lab.campaign.report import Report, never_shown
@@ -148,6 +154,16 @@ def carry_out(  # noqa: PLR0913 -- where, how much, and what is shown of it
         raise ConfigError("campaign", faults)
     until = None if budget_s is None else time.monotonic() + budget_s
     space = space_of(mission)
+    if (by_itself := finding_without_faults(mission, findings)) is not None:
+        return Report(
+            board=mission.board,
+            space=len(space),
+            rows=(),
+            findings=(by_itself,),
+            flakes=0,
+            run_again=0,
+            never=(),
+        )
     with ExitStack() as stack:
         partial, rows = None, dict[int, Row]()
         if output is not None:
@@ -222,10 +238,10 @@ def assert_sound(  # noqa: PLR0913 -- as `campaign`
     within_s: float | None = None,
     judge: Oracle | None = None,
 ) -> None:
-    """Fail the test of a robot that one fault breaks; it is judged as in a campaign."""
+    """Fail the test of a robot that one fault breaks, or none; it is judged as in a campaign."""
     __tracebackhide__ = True
-    if len(faults) != 1:
-        raise ConfigError.of_one("assert_sound", f"{len(faults)} faults", expected="one")
+    if len(faults) > 1:
+        raise ConfigError.of_one("assert_sound", f"{len(faults)} faults", expected="one at most")
     mission = Mission(
         board=str(board),
         assignments=tuple(assignments_of(set or {})),
@@ -233,9 +249,12 @@ def assert_sound(  # noqa: PLR0913 -- as `campaign`
         seed=seed,
         within_s=within_s,
     )
-    row = alone(Trial(mission, faults[0]), oracle=judge)
-    if row["outcome"] != SOUND:
-        raise AssertionError(f"{row['outcome']} of {row['model']}: {row['what']}")
+    if (wrong := healthy(mission).wrong) is not None:
+        raise AssertionError(f"{wrong.oracle} of {wrong.model}: {wrong.what}")
+    for each in faults:
+        row = alone(Trial(mission, each), oracle=judge)
+        if row["outcome"] != SOUND:
+            raise AssertionError(f"{row['outcome']} of {row['model']}: {row['what']}")
 
 
 def _parts(chosen: Sequence[int], done: Collection[int]) -> tuple[tuple[int, ...], ...]:

@@ -13,8 +13,10 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from firmware_runtime.board.assignments import assigned
+from firmware_runtime.devs.time import SECOND
 from firmware_runtime.hal.strike import KINDS, Strike
 from firmware_runtime.lab.campaign.fork import in_child
+from firmware_runtime.lab.campaign.healthy import healthy
 from firmware_runtime.lab.campaign.judge import SOUND, Oracle
 from firmware_runtime.lab.campaign.mission import Mission
 from firmware_runtime.lab.campaign.trial import LOST, Trial, alone, trial_of
@@ -53,9 +55,10 @@ class Finding(Struct, frozen=True, kw_only=True):
     def lines(self) -> list[str]:
         """It in words: what, by which fault, and where it is kept."""
         alike = "" if self.count == 1 else f" ({self.count} runs alike)"
-        script = ", ".join(source_of(each) for each in self.faults)
+        script = ", ".join(source_of(each) for each in self.faults) or "no fault"
         chosen = " ".join(["on", *self.mission.words])
-        kept = f"kept as {self.test}" if self.test else f"row {self.row}"
+        row = f"row {self.row}" if self.faults else "no row"
+        kept = f"kept as {self.test}" if self.test else row
         return [
             f"{self.oracle} of {self.model}: {self.what}{alike}",
             f"  {script} {chosen}",
@@ -95,6 +98,25 @@ def findings_of(
         names = {each.test for each in found}
         found.append(finding if folder is None else _saved(finding, folder, oracle, names))
     return found
+
+
+def finding_without_faults(mission: Mission, folder: Path | None) -> Finding | None:
+    """Return what is wrong with a mission that no fault strikes, saved if a folder is given."""
+    wrong = healthy(mission).wrong
+    if wrong is None:
+        return None
+    finding = Finding(
+        oracle=wrong.oracle,
+        model=wrong.model,
+        kind="none",
+        what=wrong.what,
+        at_s=wrong.at / SECOND,
+        faults=(),
+        mission=mission,
+        row=0,
+        count=1,
+    )
+    return finding if folder is None else _with_test(finding, folder, set())
 
 
 def is_same(row: Row, again: Row) -> bool:
@@ -165,6 +187,18 @@ def _saved(
     finding: Finding, folder: Path, oracle: Oracle | None, names: set[str | None]
 ) -> Finding:
     """Keep its recording, and the test."""
+    finding = _with_test(finding, folder, names)
+    recording = Path(str(finding.test)).with_suffix(".recording")
+    trial = Trial(finding.mission, finding.faults[0])
+    alone(trial, oracle=oracle, record=recording)
+    is_kept = recording.exists()
+    replays = in_child(lambda: {"same": _replays(recording)}) if is_kept else {"same": True}
+    is_flaky = finding.is_flaky or replays != {"same": True}
+    return replace(finding, is_flaky=is_flaky, recording=str(recording) if is_kept else None)
+
+
+def _with_test(finding: Finding, folder: Path, names: set[str | None]) -> Finding:
+    """Write the test of a finding, under a name that is not among `names`."""
     folder.mkdir(parents=True, exist_ok=True)
     words = [Path(finding.mission.board).stem, finding.oracle, finding.model, finding.kind]
     name = re.sub(r"\W+", "_", "_".join(words).lower()).strip("_")
@@ -172,19 +206,8 @@ def _saved(
     number = 2
     while str(test) in names:
         test, number = folder / f"test_{name}_{number}.py", number + 1
-    recording = test.with_suffix(".recording")
-    trial = Trial(finding.mission, finding.faults[0])
-    alone(trial, oracle=oracle, record=recording)
-    is_kept = recording.exists()
-    replays = in_child(lambda: {"same": _replays(recording)}) if is_kept else {"same": True}
     keep_output(test, text_of_test(finding, test.stem).encode(), "--findings")
-    is_flaky = finding.is_flaky or replays != {"same": True}
-    return replace(
-        finding,
-        is_flaky=is_flaky,
-        recording=str(recording) if is_kept else None,
-        test=str(test),
-    )
+    return replace(finding, test=str(test))
 
 
 def _replays(recording: Path) -> bool:

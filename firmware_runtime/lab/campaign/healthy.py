@@ -15,6 +15,7 @@ from firmware_runtime.board.rig import Limited
 from firmware_runtime.devs.time import MILLISECOND, NEVER, SECOND, seconds
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.hal.strike import Kind, Place, Use
+from firmware_runtime.hal.wire_errors import WARNING
 from firmware_runtime.lab.campaign.mission import WITHIN_S, Mission
 from firmware_runtime.lab.campaign.watched import EVERY, Look, Watched
 
@@ -64,6 +65,15 @@ class Envelope(Struct, frozen=True):
         return None
 
 
+class Wrong(Struct, frozen=True):
+    """What is wrong with a mission in which no fault was made."""
+
+    oracle: str
+    model: str
+    what: str
+    at: int
+
+
 class Healthy(Struct, frozen=True):
     """What the healthy runs of a mission were like."""
 
@@ -79,6 +89,8 @@ class Healthy(Struct, frozen=True):
     """Ports that send numbers that are not finite when all is well."""
     within: int
     """Ns in which a fault has to be reported, or outputs off."""
+    wrong: Wrong | None
+    """What the oracles find without any fault; such a robot cannot be judged with one."""
 
     def is_on(self, at: int) -> bool:
         """Return whether outputs are on at an instant when all is well, also a while before."""
@@ -102,6 +114,7 @@ def healthy(mission: Mission) -> Healthy:
         on=tuple(all(each.is_on for each in at_once) for at_once in looks),
         not_finite=frozenset(path for each in runs for path in each.not_finite),
         within=first.within,
+        wrong=next((each.wrong for each in runs if each.wrong is not None), None),
     )
 
 
@@ -111,6 +124,7 @@ class _Run:
     def __init__(self, mission: Mission, seed: int | None) -> None:
         self.looks: list[Look] = []
         self.uses: list[UseOfLine] = []
+        self.wrong: Wrong | None = None
         with mission.opened(seed=seed) as robot:
             watched = Watched(robot)
             self.places = tuple(robot.session.hardware.struck.places)
@@ -124,6 +138,7 @@ class _Run:
             while watched.at < until + AFTER and watched.outcome is None:
                 before = watched.at
                 self.looks.append(watched.go_on())
+                self.wrong = self.wrong or wrong_by_itself(watched)
                 if before < until:
                     self._note(watched, before)
             self.not_finite = watched.not_finite
@@ -137,6 +152,19 @@ class _Run:
             fresh = [use for use in line.uses() if use.at > since]
             self.uses += [UseOfLine(name, use, before) for use in fresh]
             self._noted[name] = max([since, *(use.at for use in fresh)])
+
+
+def wrong_by_itself(watched: Watched) -> Wrong | None:
+    """Return what is wrong with a robot in which no fault was made, by what it says and does."""
+    said = watched.said(0)
+    if said is not None and said.kind != WARNING:
+        what = f"reports {said.kind}, and no fault was made"
+        return Wrong("invented", said.model, what, said.at)
+    if watched.judging is not None and (why := watched.judging.judge()) is not None:
+        return Wrong("own", "world", f"{why}, and no fault was made", watched.at)
+    if watched.losable is not None and (why := watched.losable.lost()) is not None:
+        return Wrong("on", "world", f"{why}, and no fault was made", watched.at)
+    return None
 
 
 def _check(mission: Mission, watched: Watched) -> None:

@@ -10,6 +10,7 @@
 | `not-finite` | a port has sent a number that is none |
 | `astray` | long after a fault the robot is where no healthy one ever was |
 | `unhealed` | long after a fault outputs are off, or it is still reported |
+| `invented` | a fault is reported in a mission without any |
 | `account` | activations that were scheduled and those that are accounted for differ |
 | `own` | what the board's own oracle says |
 
@@ -36,7 +37,7 @@ Oracle: TypeAlias = Callable[[Rig], str | None]
 SOUND: Final = "sound"
 ORACLES: Final = (
     *("crash", "hang", "on", "late", "silent", "not-finite", "astray", "unhealed"),
-    *("account", "own"),
+    *("invented", "account", "own"),
 )
 RECOVER: Final = 5 * SECOND
 """In which a robot has to be healthy again after a fault."""
