@@ -3,6 +3,8 @@
 An address is probed by a write of no bytes: START, address, STOP. Where EEPROMs live and this could
 set their write protection (0x30 to 0x37, 0x50 to 0x5F) one byte is read instead, as it is where an
 adapter cannot write nothing (designware, of a Raspberry Pi 5). Reserved addresses are left out.
+An address answers if it acknowledges twice: after a transfer that timed out, the acknowledge of the
+next may be of the chip that was asked before.
 Source: i2c-tools 4.3, tools/i2cdetect.c.
 """
 
@@ -25,7 +27,7 @@ class State(Enum):
     HELD = "held"
     """A driver of the kernel's holds it; it was not probed."""
     FAULTY = "faulty"
-    """The adapter reported a fault there."""
+    """The adapter reported a fault there, or one of two probes was not acknowledged."""
 
 
 class Answer(NamedTuple):
@@ -42,10 +44,14 @@ def scan(bus: I2cBus, addresses: Iterable[int] = ADDRESSES) -> Iterator[Answer]:
     Raises BusTimeout where a line is held: no other address would fare better; and PortClosed.
     """
     for address in addresses:
+        has_acknowledged = False
         try:
             _ask(bus, address)
-        except NoAcknowledge:
-            continue
+            has_acknowledged = True
+            _ask(bus, address)
+        except NoAcknowledge as error:
+            if has_acknowledged:
+                yield Answer(address, State.FAULTY, f"acknowledged once, then: {error}")
         except AddressInUse as error:
             yield Answer(address, State.HELD, str(error))
         except BusFault as error:

@@ -1,5 +1,6 @@
 """Chips recognised by reading, those of other packages, and addresses that cannot be."""
 
+import errno
 from collections.abc import Callable, Iterator
 from typing import NamedTuple
 
@@ -18,7 +19,7 @@ from firmware_drivers.chips.srf08 import Srf08
 
 from firmware_runtime.errors import SettingError
 from firmware_runtime.hal.i2c import I2cBus
-from firmware_runtime.hal.wire_errors import NoAcknowledge
+from firmware_runtime.hal.wire_errors import BusFault, BusTimeout, HalError, NoAcknowledge
 from sim_doubles.chips.ads1115 import Ads1115Double
 from sim_doubles.chips.ak8963 import Ak8963Double
 from sim_doubles.chips.cmps12 import Cmps12Double
@@ -27,7 +28,7 @@ from sim_doubles.chips.md25 import Md25Double
 from sim_doubles.chips.mpu9250 import Mpu9250Double
 from sim_doubles.chips.pca9685 import Pca9685Double
 from sim_doubles.chips.srf08 import Srf08Double
-from sim_doubles.faults import FaultScript, NackAddress
+from sim_doubles.faults import AdapterError, Fault, FaultScript, NackAddress
 from sim_doubles.i2c_bus import I2cBusDouble
 from sim_doubles.i2c_target import Target
 from sim_doubles.inertial_truth import InertialTruth
@@ -109,12 +110,21 @@ def test_what_a_driver_woke_shows_and_what_is_none_of_ours_is_not_asked() -> Non
     assert not bus.log
 
 
-def test_a_chip_that_went_silent_meanwhile_is_no_error() -> None:
+@pytest.mark.parametrize(
+    ("fault", "raised"),
+    [
+        (NackAddress(address=0x68, times=None), NoAcknowledge),
+        (AdapterError(address=0x68, errno=errno.EIO), BusFault),
+        (AdapterError(address=0x68, errno=errno.ETIMEDOUT), BusTimeout),
+    ],
+)
+def test_a_chip_that_cannot_be_read_is_no_chip_but_an_error_of_the_bus(
+    fault: Fault, raised: type[HalError]
+) -> None:
     bus = I2cBusDouble("i2c1", now, [inertial(0x71)])
-    bus.faults = FaultScript([NackAddress(address=0x68, times=None)])
-    with pytest.raises(NoAcknowledge):
-        bus.read(0x68, 1)
-    assert recognise(bus, 0x68).chips == ()
+    bus.faults = FaultScript([fault])
+    with pytest.raises(raised):
+        recognise(bus, 0x68)
 
 
 class EntryPoint(NamedTuple):

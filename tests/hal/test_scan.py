@@ -1,6 +1,7 @@
 """Scanning a bus: which addresses answer, and what may never be put on the wire to find out."""
 
-from collections.abc import Sequence
+import errno
+from collections.abc import Mapping, Sequence
 
 import pytest
 
@@ -9,7 +10,7 @@ from firmware_runtime.hal.scan import ADDRESSES, READ_ONLY, State, scan
 from firmware_runtime.hal.wire_errors import AddressInUse, BusTimeout, NoAcknowledge
 from sim_doubles.chips.md25 import Md25Double
 from sim_doubles.chips.pca9685 import Pca9685Double
-from sim_doubles.faults import FaultScript, StuckSda
+from sim_doubles.faults import AdapterError, FaultScript, StuckSda
 from sim_doubles.i2c_bus import I2cBusDouble
 from sim_doubles.i2c_target import ADAPTERS
 
@@ -45,6 +46,32 @@ def test_a_bus_whose_line_is_held_is_given_up_at_the_first_address() -> None:
     with pytest.raises(BusTimeout):
         list(scan(bus))
     assert bus.log[-1].address == 0x43
+
+
+@pytest.mark.parametrize(
+    ("errors", "state"),
+    [
+        ({1: errno.EREMOTEIO}, State.FAULTY),
+        ({0: errno.EIO, 1: errno.EIO}, State.FAULTY),
+        ({0: errno.EIO}, State.ANSWERS),  # as an adapter that cannot write nothing
+    ],
+)
+def test_an_address_answers_only_if_it_acknowledges_twice(
+    errors: Mapping[int, int], state: State
+) -> None:
+    bus = bus_of_two()
+    faults = [
+        AdapterError(address=0x43, first=number, last=number, errno=error)
+        for number, error in errors.items()
+    ]
+    bus.faults = FaultScript(faults)
+    assert [each.state for each in scan(bus, [0x43])] == [state]
+
+
+def test_an_absent_chip_is_absent_after_a_fault_of_the_adapter() -> None:
+    bus = bus_of_two()
+    bus.faults = FaultScript([AdapterError(address=0x21, errno=errno.EIO)])
+    assert list(scan(bus, [0x21])) == []
 
 
 class HeldBus(I2cBus):

@@ -26,6 +26,7 @@ from sim_doubles.serial_line import SerialTarget
 from sim_doubles.serial_pty import PtySerialLine
 from sim_doubles.served.server import RealClock
 from tests.pi.computer import MONITOR, NOTE, NOWHERE, TRACE, Monitor
+from tests.pi.guest.emulated import MAY_DRIVE
 from tests.pi.guest.settings import text_of
 from tests.pi.watch import Sent, Trace, Watch
 
@@ -72,6 +73,8 @@ class Player(Closing):
 
     def __init__(self, logs: Path, timeout_ms: int) -> None:
         self.watch = Watch()
+        self.carried: dict[int, bytes] = {}
+        """Pieces of a file from there, by number."""
         self._logs = logs
         self._timeout_ms = timeout_ms
         self._clock = RealClock()
@@ -131,11 +134,17 @@ class Player(Closing):
         is_news = False
         for sent in self._trace.messages(piece):
             if sent.address == NOTE:
-                self.watch.may_drive = bool(sent.message[1])
-                self._note("outputs may be on" if self.watch.may_drive else "none may be on")
+                self._take_note(*sent.message)
             elif self._rig is not None and self._puppet is not None:
                 is_news |= self._taken(sent, self._rig, self._puppet)
         return is_news
+
+    def _take_note(self, register: int, *content: int) -> None:
+        if register == MAY_DRIVE:
+            self.watch.may_drive = bool(content[0])
+            self._note("outputs may be on" if self.watch.may_drive else "none may be on")
+        else:
+            self.carried[int.from_bytes(content[:2], "big")] = bytes(content[2:])
 
     def _taken(self, sent: Sent, rig: DoublesRig, puppet: Puppet) -> bool:
         is_hosts = puppet.sent(sent.address, sent.message)

@@ -8,16 +8,18 @@ import gzip
 import shutil
 import subprocess
 import sys
+import zlib
 from argparse import ArgumentParser, Namespace
-from base64 import b64decode
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Final
 
 from firmware_runtime.board.settings import BusSettings
 from firmware_runtime.cli.arguments import positive
 from tests.pi.computer import command
+from tests.pi.guest import endurance
 from tests.pi.guest.emulated import ASKED
-from tests.pi.guest.tachobot import CARRIED
+from tests.pi.guest.main import SHORT
 from tests.pi.image import KERNELS, Image, built, pack, why_impossible
 from tests.pi.player import Player
 from tests.vm.commands import Unbuildable, end_in_order, lacking, show
@@ -99,8 +101,9 @@ def _checks(image: Image, kind: str, wheels: Path, asked: Namespace) -> int:
         pack(image, kind, wheels)
     logs = HOME / "logs" / kind
     logs.mkdir(parents=True, exist_ok=True)
-    tally, carried = Tally(), list[str]()
+    tally = Tally()
     words, limit_s = _chosen(asked)
+    expected = len(SHORT) + 3 if asked.armed_minutes is None else len(endurance.CHECKS) + 1
     with (
         Player(logs, asked.timeout_ms) as player,
         stage(f"checks, {kind} kernel"),
@@ -110,9 +113,7 @@ def _checks(image: Image, kind: str, wheels: Path, asked: Namespace) -> int:
     ):
         for each in lines:
             line = each.replace("\r", "")
-            if line.startswith(CARRIED):
-                carried.append(line.removeprefix(CARRIED))
-            elif line.startswith(ASKED):
+            if line.startswith(ASKED):
                 player.ask(line.removeprefix(ASKED))
             else:
                 tally.take(line)
@@ -121,7 +122,9 @@ def _checks(image: Image, kind: str, wheels: Path, asked: Namespace) -> int:
     tally.take(player.watch.line())
     if asked.armed_minutes is None:
         tally.take(player.uart.line())
-        tally.take(_replayed(carried, logs / "tachobot.recording"))
+        tally.take(_replayed(player.carried, logs / "tachobot.recording"))
+    if (said := tally.passed + tally.failed) != expected:
+        tally.take(f"FAILED {expected} checks say how they went: {said} did")
     if not tally.has_passed:
         tally.show_logs(logs)
     show(tally.closing_line())
@@ -137,12 +140,12 @@ def _chosen(asked: Namespace) -> tuple[str, float]:
     return f"loglevel=4 {words} ARMED_MINUTES={minutes:g}", LIMIT_S + 3 * 60 * minutes
 
 
-def _replayed(carried: list[str], file: Path) -> str:
+def _replayed(carried: Mapping[int, bytes], file: Path) -> str:
     """Replay here what was recorded there; how that went, as a line of the guest."""
     what = "its recording replays identically on this computer"
     try:
-        file.write_bytes(gzip.decompress(b64decode("".join(carried), validate=True)))
-    except (ValueError, OSError, EOFError) as error:
+        file.write_bytes(gzip.decompress(b"".join(carried[each] for each in sorted(carried))))
+    except (ValueError, OSError, EOFError, zlib.error) as error:
         return f"FAILED {what}: it did not come back whole: {error}"
     words = [sys.executable, "-m", "firmware_runtime.cli", "replay", str(file)]
     done = subprocess.run(words, capture_output=True, text=True, check=False)

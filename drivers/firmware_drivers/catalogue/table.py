@@ -58,17 +58,26 @@ class Recognition(NamedTuple):
 
 
 def recognise(bus: I2cBus, address: int) -> Recognition:
-    """Ask an address that answers what it is. Errors of the bus are in the answer, not raised."""
+    """Ask an address that answers what it is.
+
+    Raises the error of the bus where nothing was read that says what it is, or what it is not.
+    """
     asked = [identity for identity in identities() if address in identity.addresses]
     if not asked:
         return Recognition((), False, "answers; no chip with a driver here lives at this address")
     found: list[tuple[Identity, str]] = []
     refuted: list[str] = []
+    unread: HalError | None = None
     for identity in asked:
         try:
             found.append((identity, identity.evidence(bus, address)))
         except HalError as error:
+            if isinstance(error, OSError):  # of the bus, and not of what was read
+                unread = error
+                continue
             refuted.append(f"no {identity.chip}: {str(error).rpartition(f' on {bus.name}: ')[2]}")
+    if unread is not None and not found and not refuted:
+        raise unread
     certain = [each for each in found if each[0].certain]
     chips = tuple(identity.chip for identity, _ in certain or found if identity.usable)
     if certain:

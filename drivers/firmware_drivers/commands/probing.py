@@ -97,7 +97,11 @@ def _found(bus: I2cBus, answer: Answer, drivers: dict[int, str]) -> Found:
         return Found(address, state, (), certain=False, what=what)
     if state is State.FAULTY:
         return Found(address, state, (), certain=False, what=sentence)
-    return Found(address, state, *recognise(bus, address))
+    try:
+        return Found(address, state, *recognise(bus, address))
+    except HalError as error:
+        what = f"acknowledges its address, then: {error}"
+        return Found(address, State.FAULTY, (), certain=False, what=what)
 
 
 def _in_use(files: SystemFiles, device: str) -> str:

@@ -8,15 +8,22 @@ from contextlib import closing
 from pathlib import Path
 from typing import Final
 
+from firmware_runtime.hal.i2c import I2cBus
 from firmware_runtime.hal.linux import open_i2c
+from firmware_runtime.hal.wire_errors import HalError
 from tests.pi.guest.settings import text_of
-from tests.vm.guest.machine import Failed, attempt, run, wait_until
+from tests.vm.guest.machine import Failed, attempt, expect, run, wait_until
 from tests.vm.guest.report import say
 
 BUS: Final = "/dev/i2c-1"
 NOTES: Final = "/dev/i2c-2"
 NOTE: Final = 0x50
-"""Bus and address of what the host's watch is told."""
+"""Bus and address of what is for the host: it has every byte that is sent there."""
+MAY_DRIVE: Final = 0
+"""Register of what the watch is told. One of another number begins a piece of a file."""
+CARRIED: Final = 1
+PIECE: Final = 1000
+ATTEMPTS: Final = 20
 PROGRAM: Final = (sys.executable, "-m", "firmware_runtime.cli")
 PATIENCE_S: Final = 240.0
 FOLDER: Final = Path("/etc/firmware-runtime")
@@ -71,7 +78,28 @@ def ask_host(what: str) -> None:
 def may_drive(*, outputs: bool) -> None:
     """Let the host's watch know whether outputs may be on from now on."""
     with closing(open_i2c("notes", NOTES, timeout_ms=TIMEOUT_MS)) as bus:
-        bus.write(NOTE, bytes((0, outputs)))
+        bus.write(NOTE, bytes((MAY_DRIVE, outputs)))
+
+
+def carry(content: bytes) -> None:
+    """Send a file to the host, in numbered pieces; the console has what a kernel says in between.
+
+    A piece that timed out is sent again: of one number the host keeps the last. Raises Failed.
+    """
+    pieces = [content[first : first + PIECE] for first in range(0, len(content), PIECE)]
+    with closing(open_i2c("notes", NOTES, timeout_ms=TIMEOUT_MS)) as bus:
+        for number, piece in enumerate(pieces):
+            message = bytes((CARRIED, *number.to_bytes(2, "big"), *piece))
+            is_sent = any(_sent(bus, message) for _ in range(ATTEMPTS))
+            expect(is_sent, f"piece {number} of {len(pieces)} was not sent")
+
+
+def _sent(bus: I2cBus, message: bytes) -> bool:
+    try:
+        bus.write(NOTE, message)
+    except HalError:
+        return False
+    return True
 
 
 def write_settings(board: str) -> Path:

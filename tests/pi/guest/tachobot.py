@@ -3,7 +3,6 @@
 import gzip
 import json
 import math
-from base64 import b64encode
 from pathlib import Path
 from typing import Final
 
@@ -13,6 +12,7 @@ from tests.pi.guest.emulated import (
     PROGRAM,
     are_off,
     ask_host,
+    carry,
     log_of,
     may_drive,
     memory_of,
@@ -24,12 +24,9 @@ from tests.pi.guest.emulated import (
 )
 from tests.pi.guest.robot import Robot
 from tests.vm.guest.machine import expect
-from tests.vm.guest.report import Check, say
+from tests.vm.guest.report import Check
 
 RECORDING: Final = Path("/run/tachobot.recording")
-CARRIED: Final = "> "
-"""How a line of what the host keeps begins, in base64."""
-LINE: Final = 1000
 PWM, IMU = 0x40, 0x68
 GRAVITY: Final = 9.80665
 
@@ -84,9 +81,7 @@ def a_run_is_recorded_and_sent_to_the_host() -> str:
     """10 s, disarmed and at rest; the host replays it."""
     program("run", robot.settings, "--for", "10", "--record", RECORDING, timeout_s=300.0)
     content = gzip.compress(RECORDING.read_bytes())
-    text = b64encode(content).decode()
-    for first in range(0, len(text), LINE):
-        say(f"{CARRIED}{text[first : first + LINE]}")
+    carry(content)
     return f"{len(content)} bytes"
 
 
