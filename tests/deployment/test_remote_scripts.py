@@ -20,6 +20,7 @@ SENT = (
     ("venvs.sh", "examine.sh"),
     ("venvs.sh", "units.sh", "robots.sh", "update.sh", "signatures.sh", "switch.sh"),
     ("venvs.sh", "units.sh", "robots.sh", "update.sh", "persisted.sh"),
+    ("update.sh", "await.sh"),
 )
 PROGRAM = """\
 #!/bin/sh

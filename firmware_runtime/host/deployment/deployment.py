@@ -22,7 +22,7 @@ from pathlib import Path
 from secrets import token_hex
 from shutil import which
 from tempfile import TemporaryDirectory
-from time import monotonic, sleep
+from time import monotonic
 
 from firmware_runtime.errors import DeploymentError, Status
 from firmware_runtime.host.deployment import wheels
@@ -41,6 +41,8 @@ SIGNED_FOR = "firmware-runtime"
 WAY_BACK = "firmware-runtime-update.service"
 _LONGEST_VERDICT_S = 150.0
 """Beyond the trial: a service may take a minute to begin, and another to be taken back."""
+_ASKED_EVERY_S = 60
+"""How long the target waits for its verdict in one login."""
 _PROGRAMS = {"ssh": "openssh-client", "ssh-keygen": "openssh-client", "rsync": "rsync"}
 """What a deployment needs here, by Debian's packages."""
 
@@ -259,7 +261,9 @@ class Deployment:
                     where=self._options.host,
                     expected="one; see firmware-runtime deploy status HOST",
                 )
-            sleep(1.0)
+            waited = self.connection.script(["update.sh", "await.sh"], str(_ASKED_EVERY_S))
+            if waited.status != 0:
+                raise DeploymentError(waited.reason, where=self._options.host)
         self._log_all(update.reason)
         if update.state != "committed":
             back = "the one before is back" if update.state == "reverted" else update.state

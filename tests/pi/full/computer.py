@@ -13,7 +13,7 @@ from pathlib import Path
 from threading import Thread
 from typing import Final
 
-from tests.pi.computer import command
+from tests.pi.computer import MONITOR, Monitor, command
 from tests.pi.full.image import KIND, USER, Image
 from tests.pi.guest.emulated import ASKED
 from tests.pi.image import Image as Emulator
@@ -71,6 +71,16 @@ class Computer:
     def wait_for_line(self, words: str) -> None:
         """Wait until its console shows a line with these words. Raises Failed."""
         self.wait(lambda: words in self.console, f"the console shows {words!r}")
+
+    @contextmanager
+    def standing_still(self) -> Iterator[None]:
+        """Let nothing go on in it, its clock neither; all that it has written is on its card."""
+        monitor = Monitor(self._logs / MONITOR)
+        monitor.stop()
+        try:
+            yield
+        finally:
+            monitor.go_on()
 
     def outputs(self) -> str:
         """Return in words what was sent since it was switched on. Raises Failed if one was on."""

@@ -1,15 +1,14 @@
 """The power is cut at steps of an update, and what is there afterwards is looked at.
 
-A step is a command that changes the disk or what runs. Each is noted, and the one asked for is held
-before it is carried out, so that the cut comes exactly there. It is one computer all the while:
-what a cut leaves is what the next update begins with.
+A step is a command that changes the disk or what runs. Each is noted, and those asked for are held
+before they are carried out. Meanwhile the computer stands still as a whole, its card is copied as
+it is at that instant, and a second computer is switched on with the copy: what the first had in its
+memory alone is lost to it. Then the first goes on, to the end of its update.
 """
 
 import subprocess
 from collections.abc import Iterator
-from contextlib import ExitStack
 from functools import partial
-from pathlib import Path
 from typing import Final, Self
 
 from tests.pi.full.deploying import MARK, SECOND, second_version
@@ -17,24 +16,32 @@ from tests.pi.full.stand import PROGRAM, Robot, Stand
 from tests.vm.guest.machine import Failed, expect
 from tests.vm.guest.report import Check
 
+EVERY: Final = 3
+"""Of the steps of a switch, each so manieth has its cut."""
+HELD: Final = "held before: "
+WENT_ON: Final = "went on with: "
+OVER: Final = "firmware-runtime-watch.service: Deactivated"
+"""What the console shows when a trial has its verdict."""
 STEPS: Final = ("ln", "mv", "cp", "sync", "tar", "rm", "mkdir", "systemctl", "systemd-run")
-TOOL: Final = """\
+TOOL: Final = f"""\
 #!/bin/sh
-name=${0##*/}
-if [ -e /run/cut ]; then
+name=${{0##*/}}
+if read -r every first </run/cuts; then
 	case $(tr '\\0' ' ' </proc/$PPID/cmdline) in
 	*" tachobot yes "* | *" service install "* | *"update.sh watch "*)
 		echo "$name $*" >>/run/steps
-		if [ "$(wc -l </run/steps)" -eq "$(cat /run/cut)" ]; then
-			echo "<2>held before: $name $*" >/dev/kmsg
-			sleep infinity
+		number=$(wc -l </run/steps)
+		if [ $(((number - first) % every)) -eq 0 ]; then
+			echo "<2>{HELD}$number $name $*" >/dev/kmsg
+			sleep 5
+			echo "<2>{WENT_ON}$number" >/dev/kmsg
 		fi
 		;;
 	esac
-fi
+fi 2>/dev/null
 exec "/usr/bin/$name" "$@"
 """
-"""Stands before the system's own, where the shell looks first; it does nothing without /run/cut."""
+"""Stands before the system's own where the shell looks first; without /run/cuts it does nothing."""
 LOOK: Final = f"""\
 cd {PROGRAM}/venv/ || exit
 cat manifest manifest.made 2>/dev/null | sha256sum --check --strict --quiet && echo whole
@@ -43,68 +50,35 @@ grep -q '{MARK}' /etc/firmware-runtime/tachobot.toml && echo settings
 :
 """
 """Prints whether the version in use is whole, and what the second has marked."""
-HELD: Final = "held before: "
-TRIAL_S: Final = 30
-EVERY: Final = 3
-"""Of the steps of a switch, each so manieth has its cut."""
-SCRIPTS: Final = Path(__file__).parents[3] / "firmware_runtime/host/deployment"
-SWITCH: Final = ("venvs.sh", "units.sh", "robots.sh", "update.sh", "signatures.sh", "switch.sh")
 BEFORE_THE_SWITCH: Final = (("send it", 3), ("compare what arrived", 10))
 """Steps of `deploy`, and after how many seconds of each the power is cut."""
 
 
-def cuts(stand: Stand) -> Iterator[tuple[str, Check]]:
-    """Yield each cut with its name, until an update gets through without one."""
-    with _Computer(stand) as computer:
-        for step, after_s in BEFORE_THE_SWITCH:
-            check = partial(computer.is_cut_before_the_switch, step, after_s)
-            yield f"cut in {step!r}, {after_s} s on", check
-        yield "cut before the first step of the switch", computer.is_prepared
-        number = 1
-        while not computer.is_committed:
+def cuts(first: int, stand: Stand) -> Iterator[tuple[str, Check]]:
+    """Yield each cut with its name: from this step of the switch on, until the update is over."""
+    with stand.on("cut", "deployed") as robot, _Update(stand, robot, first) as update:
+        if first == 1:
+            for step, after_s in BEFORE_THE_SWITCH:
+                check = partial(update.is_cut_before_the_switch, step, after_s)
+                yield f"cut in {step!r}, {after_s} s on", check
+        number = first
+        while not update.is_over:
+            yield f"cut before step {number}", partial(update.is_cut_at, number)
             number += EVERY
-            yield f"cut before step {number}", partial(computer.is_cut_at, number)
+        yield "the update that was not cut is kept", update.is_kept
 
 
-class _Computer:
-    """One that is cut off again and again."""
+class _Update:
+    """A deployment of the second version; it stands still while a cut is looked at."""
 
-    def __init__(self, stand: Stand) -> None:
+    def __init__(self, stand: Stand, robot: Robot, first: int) -> None:
         self._stand = stand
-        self._power = ExitStack()
-        self._robot = self._switched_on("deployed")
-        self._robot.wait_until_it_runs()
-        self._update = self._robot.update()
-        self.is_committed = False
-        self._new = ""
-        """Where the second version is, as it was sent; a copy is kept."""
+        self._robot = robot
+        self._first = first
+        self.is_over = False
 
     def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self._power.close()
-
-    def _switched_on(self, copied_from: str = "") -> Robot:
-        return self._power.enter_context(self._stand.on("cut", copied_from))
-
-    def is_cut_before_the_switch(self, step: str, after_s: int) -> str:
-        """Cut while `deploy` sends or prepares."""
-        command = self._robot.deployment(*self._second())
-        with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as deploying:
-            assert deploying.stdout is not None
-            if not any(line.startswith(step) for line in deploying.stdout):
-                raise Failed(f"deploy ended before {step!r}")
-            try:
-                deploying.wait(after_s)
-            except subprocess.TimeoutExpired:
-                deploying.kill()
-            else:
-                raise Failed(f"deploy was done before {after_s} s of {step!r} were over")
-        return self._cut()
-
-    def is_prepared(self) -> str:
-        """Cut before the first step of the switch; keep a copy of the version that was sent."""
+        self._robot.wait_until_it_runs()
         computer = self._robot.computer
         computer.write("/usr/local/bin/tar", TOOL)
         others = " ".join(name for name in STEPS if name != "tar")
@@ -112,60 +86,61 @@ class _Computer:
             "cd /usr/local/bin && chmod +x tar && "
             f"for each in {others}; do ln -s tar $each; done && sync"
         )
-        computer.write("/run/cut", "1")
-        command = self._robot.deployment(*self._second())
-        with subprocess.Popen(command, stdout=subprocess.DEVNULL) as deploying:
-            computer.wait_for_line(HELD)
-            deploying.kill()
-        found = self._cut()
-        (new,) = (each for each in self._update.versions if each.version == SECOND)
-        self._new = f"{PROGRAM}/{new.folder}"
-        self._robot.computer.run(f"cp -al {self._new} {PROGRAM}/kept && sync")
-        return found
+        computer.write("/run/cuts", f"{EVERY} {self._first}\n")
+        words = ("--wheel", second_version(self._stand), "--settings", self._stand.settings(MARK))
+        command = self._robot.deployment(*words)
+        self._deploying = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        with self._deploying:
+            self._deploying.kill()
+
+    def is_cut_before_the_switch(self, step: str, after_s: int) -> str:
+        """Cut while `deploy` sends or prepares."""
+        assert self._deploying.stdout is not None
+        if not any(line.startswith(step) for line in self._deploying.stdout):
+            raise Failed(f"deploy ended before {step!r}")
+        try:
+            self._deploying.wait(after_s)
+        except subprocess.TimeoutExpired:
+            return self._cut()
+        raise Failed(f"deploy was done before {after_s} s of {step!r} were over")
 
     def is_cut_at(self, number: int) -> str:
-        """Cut before a step of the switch, or after the whole of it where it has fewer."""
-        computer = self._robot.computer
-        renewed = f"rm -rf {self._new} && cp -al {PROGRAM}/kept {self._new} && sync"
-        computer.run(f"{renewed} && echo {number} >/run/cut")
-        script = "".join((SCRIPTS / name).read_text(encoding="utf-8") for name in SWITCH)
-        command = computer.target.login(f"sh -s -- '' {self._new} tachobot yes {TRIAL_S} sent")
-        with subprocess.Popen(command, stdin=subprocess.PIPE, text=True) as switching:
-            assert switching.stdin is not None
-            switching.stdin.write(script)
-            switching.stdin.close()
-            computer.wait(self._is_held_or_over, f"step {number} is held, or the update over")
-            switching.kill()
-        return self._cut()
+        """Cut before a step of the switch, or of the trial; nothing where there are fewer.
 
-    def _is_held_or_over(self) -> bool:
-        if HELD in self._robot.computer.console:
-            return True
+        `deploy` itself may have given up by then: the computer goes on without it.
+        """
+        console = self._robot.computer
+        console.wait(
+            lambda: f"{HELD}{number} " in console.console or OVER in console.console,
+            f"step {number} is held, or the update over",
+        )
+        if f"{HELD}{number} " not in console.console:
+            self.is_over = True
+            return f"it has {number - 1} at most"
+        found = self._cut()
+        expect(f"{WENT_ON}{number}" not in console.console, "it was not held for long enough")
+        said = next(line for line in console.console.splitlines() if f"{HELD}{number} " in line)
+        return f"before `{said.partition(f'{HELD}{number} ')[2]}`; {found}"
+
+    def is_kept(self) -> str:
+        """Run the second version, with no output on since power-up; cut once more."""
+        outputs = self._robot.expect_it_is_at_rest()
         update = self._robot.update()
-        is_over = update.since != self._update.since and update.state in {"committed", "reverted"}
-        expect(not is_over or update.state == "committed", f"taken back uncut: {update.reason}")
-        self.is_committed = is_over
-        return is_over
-
-    def _second(self) -> tuple[object, ...]:
-        settings = self._stand.settings(MARK)
-        wheel = second_version(self._stand)
-        return ("--wheel", wheel, "--settings", settings, "--health", TRIAL_S)
+        expect(update.state == "committed", f"{update.state}: {update.reason}")
+        found = self._cut()
+        expect(f"then {SECOND}" in found, found)
+        return f"{update.reason}; outputs {outputs}; cut after it, {found}"
 
     def _cut(self) -> str:
-        """Cut the power, boot again; return what was there. Raises Failed, but for one version."""
-        lines = self._robot.computer.console.splitlines()
-        held = [line.partition(HELD)[2] for line in lines if HELD in line]
-        before = self._robot.computer.outputs()
-        self._power.close()
-        self._robot = self._switched_on()
-        after = self._robot.expect_it_is_at_rest()
-        self._update = self._robot.update()
-        version = next(each for each in self._update.versions if each.place == "in-use")
-        found = self._robot.computer.run(LOOK).split()
-        expected = ["whole", *(["unit", "settings"] if version.version == SECOND else [])]
-        expect(found == expected, f"of {version.version} there is {found}, expected {expected}")
-        where = f"before `{held[0]}`; " if held else ""
-        return (
-            f"{where}then {version.version}, {self._update.state}; outputs {before}, then {after}"
-        )
+        """Switch a copy on; return what was there. Raises Failed, but for one whole version."""
+        with self._robot.computer.standing_still(), self._stand.on("after", "cut") as robot:
+            outputs = robot.expect_it_is_at_rest()
+            update = robot.update()
+            version = next(each for each in update.versions if each.place == "in-use")
+            found = robot.computer.run(LOOK).split()
+            expected = ["whole", *(["unit", "settings"] if version.version == SECOND else [])]
+            expect(found == expected, f"of {version.version} there is {found}, not {expected}")
+        return f"then {version.version}, {update.state}; outputs {outputs}"

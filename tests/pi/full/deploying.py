@@ -58,7 +58,7 @@ def a_bare_computer_becomes_a_robot(stand: Stand) -> str:
         expect(done.returncode == 0, f"{done.stdout[-3000:]}{done.stderr}")
         outputs = robot.expect_it_is_at_rest()
         robot.switch_off()
-    steps = re.findall(r"^(\S.*)\n(?:  .*\n)*?  ([0-9.]+ s)$", done.stdout, re.MULTILINE)
+    steps = re.findall(r"^(\S.*)\n(?:(?:  .*)?\n)*?  ([0-9.]+ s)$", done.stdout, re.MULTILINE)
     return f"{'; '.join(' '.join(step) for step in steps)}; outputs {outputs}"
 
 

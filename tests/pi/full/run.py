@@ -52,7 +52,9 @@ STEPS: Final[dict[str, Callable[[Stand], Named]]] = {
         deploying.a_build_that_does_not_start_is_taken_back,
         deploying.a_build_that_is_slow_is_taken_back,
     ),
-    "cuts": cuts,
+    "cuts": partial(cuts, 1),
+    "cuts-2": partial(cuts, 2),
+    "cuts-3": partial(cuts, 3),
     "page": followed,
 }
 
