@@ -27,6 +27,7 @@ from sim_doubles.serial_pty import PtySerialLine
 from sim_doubles.served.server import RealClock
 from tests.pi.computer import MONITOR, NOTE, NOWHERE, TRACE, Monitor
 from tests.pi.guest.emulated import MAY_DRIVE
+from tests.pi.guest.hand import with_checksum
 from tests.pi.guest.settings import text_of
 from tests.pi.watch import Sent, Trace, Watch
 
@@ -200,7 +201,7 @@ class Player(Closing):
     def _say(self, line: str) -> None:
         """Say a line to the guest; one that it has no room for is lost, and sent again in time."""
         with suppress(BlockingIOError):
-            os.write(self._hand, line.encode("ascii") + b"\n")
+            os.write(self._hand, with_checksum(line.encode("ascii")) + b"\n")
 
     def _note(self, line: str) -> None:
         self._log.write(f"{monotonic():.3f} {line}\n")

@@ -1,7 +1,8 @@
 """The host's hand: writes into memories, and sends on a serial line, what the host says.
 
 A line is an address and a message, in hex: `40 fd00`. One that begins with `body` is what a device
-sends at /dev/body, which is a pseudo-terminal.
+sends at /dev/body, which is a pseudo-terminal. Before it stands its checksum: a console loses bytes
+while its computer is busy.
 """
 
 import os
@@ -10,6 +11,7 @@ import tty
 from contextlib import suppress
 from pathlib import Path
 from typing import Final
+from zlib import crc32
 
 from firmware_runtime.hal.i2c import I2cBus
 from firmware_runtime.hal.linux import open_i2c
@@ -22,6 +24,11 @@ PRIORITY: Final = 70
 """Above any run: a chip does not wait for one."""
 
 
+def with_checksum(line: bytes) -> bytes:
+    """Return a line as it is sent here."""
+    return b"%08x %s" % (crc32(line), line)
+
+
 def main(timeout_ms: int) -> None:
     """Do what each line says, until it is ended."""
     line, end = os.openpty()
@@ -32,12 +39,15 @@ def main(timeout_ms: int) -> None:
     memories = open_i2c("memories", BUS, timeout_ms=timeout_ms)
     with Path(PORT).open("rb") as lines:
         for each in lines:
-            where, _, content = each.decode("ascii", "replace").strip().partition(" ")
-            with suppress(ValueError, BlockingIOError):  # a line cut short; a line nobody reads
-                if where == "body":
-                    os.write(line, bytes.fromhex(content))
-                else:
-                    _write(memories, int(where, 16), bytes.fromhex(content))
+            said = each.strip().partition(b" ")[2]
+            if each.strip() != with_checksum(said):
+                continue
+            where, _, content = said.decode("ascii").partition(" ")
+            if where != "body":
+                _write(memories, int(where, 16), bytes.fromhex(content))
+                continue
+            with suppress(BlockingIOError):  # the device is not read
+                os.write(line, bytes.fromhex(content))
 
 
 def _write(memories: I2cBus, address: int, message: bytes) -> None:
