@@ -5,19 +5,24 @@ from dataclasses import dataclass, field
 from typing import Final
 
 from firmware_runtime.hal.i2c import Message
-from sim_doubles.faults import AlteredAnswer, Reading, burst_start
+from sim_doubles.faults import AlteredAnswer
 from sim_doubles.i2c_target import Words
+from sim_doubles.scripted_fault import Reading, burst_start
 
 OFFSET: Final = 2000
 """Counts that an offset jumps by."""
+_LEAST, _MOST = -(1 << 15), (1 << 15) - 1
+NOISE: Final = 10
+"""By how much a word changes more than it does."""
 CHANGES: Final[Mapping[str, Callable[[int, int], int]]] = {
-    "freeze-axis": lambda first, _: first,
+    "freeze-axis": lambda before, _: before,
     "offset": lambda _, now: now + OFFSET,
     "scale": lambda _, now: 2 * now,
     "negate": lambda _, now: -now,
+    "full-scale": lambda _, now: _LEAST if now < 0 else _MOST,
+    "noise": lambda before, now: before + NOISE * (now - before),
 }
-"""What becomes of a word, by kind: of what it was when it broke, and what is measured now."""
-_LEAST, _MOST = -(1 << 15), (1 << 15) - 1
+"""What becomes of a word, by kind: of what it was before it broke, and what is measured now."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -59,7 +64,7 @@ class AlteredWord(AlteredAnswer):
     kind: str
     words: Sequence[Words]
     number: int
-    _first: list[int] = field(default_factory=list, init=False)
+    _before: list[int] = field(default_factory=list, init=False)
 
     def fits(self, messages: Sequence[Message]) -> bool:
         """Return whether the word is among what is read."""
@@ -71,13 +76,28 @@ class AlteredWord(AlteredAnswer):
     def alter(self, reading: Reading) -> bytes:
         """Return the answer with that word in it."""
         answer, begin = reading.answer, self._register - burst_start(reading.messages)
+        if self.kind == "swap":
+            return self._swapped(answer, begin)
         now = self._word(answer, begin)
-        if not self._first:
+        if not self._before:
             before = reading.before
-            self._first.append(now if before is None else self._word(before, begin))
-        word = max(_LEAST, min(_MOST, CHANGES[self.kind](self._first[0], now)))
+            self._before.append(now if before is None else self._word(before, begin))
+        word = max(_LEAST, min(_MOST, CHANGES[self.kind](self._before[0], now)))
+        if self.kind == "noise":
+            self._before[0] = now
         altered = word.to_bytes(2, self._group.order, signed=True)
         return answer[:begin] + altered + answer[begin + 2 :]
+
+    def _swapped(self, answer: bytes, begin: int) -> bytes:
+        """Exchange the word with the next one of its group; the last one with the first."""
+        group, index = self._place
+        other = begin + 2 if index + 1 < group.length else begin - 2 * index
+        if not 0 <= other <= len(answer) - 2:
+            return answer
+        altered = bytearray(answer)
+        altered[begin : begin + 2] = answer[other : other + 2]
+        altered[other : other + 2] = answer[begin : begin + 2]
+        return bytes(altered)
 
     def _word(self, answer: bytes, begin: int) -> int:
         return int.from_bytes(answer[begin : begin + 2], self._group.order, signed=True)

@@ -15,6 +15,7 @@ from sim_doubles.clock import Now
 from sim_doubles.faults import (
     AbsentTarget,
     AdapterError,
+    BrokenOutput,
     BrownOut,
     ConstantAnswer,
     Delay,
@@ -26,9 +27,11 @@ from sim_doubles.faults import (
     NackByte,
 )
 from sim_doubles.i2c_target import AdapterProfile, Target
+from sim_doubles.outputs import HasOutputs
 
 OF_ANY: Final = tuple(name for name, kind in KINDS.items() if kind.of in {"I2C", "chip"})
 OF_SENSORS: Final = tuple(name for name, kind in KINDS.items() if kind.of == "sensor")
+OF_OUTPUTS: Final = tuple(name for name, kind in KINDS.items() if kind.of == "actuator")
 
 
 class ScriptedBus(Protocol):
@@ -63,8 +66,10 @@ class BusStrikes:
 
     def fitting(self, address: int | None) -> Collection[str]:
         """Return the kinds that fit the chip with this address, or any."""
-        measures = any(each.measured for each in self._targets(address))
-        return (*OF_ANY, *OF_SENSORS) if measures else OF_ANY
+        targets = self._targets(address)
+        of_sensors = OF_SENSORS if any(each.measured for each in targets) else ()
+        of_outputs = OF_OUTPUTS if any(isinstance(each, HasOutputs) for each in targets) else ()
+        return (*OF_ANY, *of_sensors, *of_outputs)
 
     def strike(self, kind: str, address: int | None, span: Span, amount: float) -> None:
         """Make a fault of a kind, at the chip with this address or at all."""
@@ -72,12 +77,21 @@ class BusStrikes:
         if KINDS[kind].of == "chip" and span.since <= self._now():
             for target in self._targets(address):
                 target.power_cycle()
-        for fault in self._faults(kind, address, span, amount):
-            self._add(fault)
+        self._add(*self._faults(kind, address, span, amount))
 
     def call_at(self, at: int, action: Callable[[], None]) -> None:
         """Call at `at`, or with the first transaction after it."""
         self._add(Happening(since=at, action=action))
+
+    def end(self, at: int) -> None:
+        """Let those that have no end be over after `at`, which is not past."""
+        now = self._now()
+        for fault in [each for each in self._made if each.until == NEVER and _lasts(each)]:
+            fault.end(at)
+            if isinstance(fault, AbsentTarget):
+                self._add(*_cycles((fault.target,), at + 1, now))
+            if isinstance(fault, BrokenOutput):
+                self._add(*_healed(fault.target, at))
 
     def clear(self) -> None:
         """End them all; what had no supply, or was to lose it, is in its power-up state."""
@@ -86,15 +100,18 @@ class BusStrikes:
             self._remove(fault)
             if isinstance(fault, AbsentTarget) and fault.since <= at <= fault.until:
                 fault.target.power_cycle()
+            if isinstance(fault, BrokenOutput):
+                fault.target.heal_outputs()
         self._made.clear()
 
-    def _add(self, fault: Fault) -> None:
+    def _add(self, *faults: Fault) -> None:
         if self._bus.faults is None:
             self._bus.faults = FaultScript()
-        self._bus.faults.add(fault)
-        self._made.append(fault)
-        if not isinstance(fault, Happening):
-            self._all.add(fault)
+        for fault in faults:
+            self._bus.faults.add(fault)
+            self._made.append(fault)
+            if not isinstance(fault, Happening):
+                self._all.add(fault)
 
     def _remove(self, fault: Fault) -> None:
         if self._bus.faults is not None:
@@ -117,28 +134,40 @@ class BusStrikes:
 
     def _faults(self, kind: str, address: int | None, span: Span, amount: float) -> Iterator[Fault]:
         when: dict[str, Any] = {"since": span.since, "until": span.until}
-        times = 1 if span.once else None
-        if KINDS[kind].of == "sensor":
-            for each in self._targets(address):
-                if each.measured:
+        times, targets = 1 if span.once else None, self._targets(address)
+        match KINDS[kind].of:
+            case "sensor":
+                said: dict[str, Any] = {"kind": kind, "number": int(amount), "times": times}
+                for each in targets:
                     at = address if address is not None else getattr(each, "address", None)
-                    said: dict[str, Any] = {
-                        "kind": kind,
-                        "words": each.measured,
-                        "number": int(amount),
-                    }
-                    yield AlteredWord(address=at, times=times, **when, **said)
-            return
-        if KINDS[kind].of == "I2C":
-            fault, details = _on_wires(kind, self._bus.adapter, amount)
-            yield fault(address=address, times=times, **when, **details)
-            return
-        targets, now = self._targets(address), self._now()
-        yield from _cycles(targets, span.since, now)
-        if kind == "absent":
-            yield from (AbsentTarget(target=each, **when) for each in targets)
-            if span.until < NEVER:
-                yield from _cycles(targets, span.until + 1, now)
+                    if each.measured:
+                        yield AlteredWord(address=at, words=each.measured, **when, **said)
+            case "I2C":
+                fault, details = _on_wires(kind, self._bus.adapter, amount)
+                yield fault(address=address, times=times, **when, **details)
+            case "actuator":
+                for each in targets:
+                    if isinstance(each, HasOutputs):
+                        yield BrokenOutput(target=each, kind=kind, number=int(amount), **when)
+                        yield from _healed(each, span.until)
+            case _:
+                yield from _off(kind, targets, span, self._now())
+
+
+def _healed(target: HasOutputs, until: int) -> Iterator[Fault]:
+    if until < NEVER:
+        yield Happening(since=until + 1, action=target.heal_outputs)
+
+
+def _off(kind: str, targets: tuple[Target, ...], span: Span, now: int) -> Iterator[Fault]:
+    """The supply of chips fails, for a moment or for a while."""
+    yield from _cycles(targets, span.since, now)
+    if kind == "absent":
+        yield from (
+            AbsentTarget(target=each, since=span.since, until=span.until) for each in targets
+        )
+        if span.until < NEVER:
+            yield from _cycles(targets, span.until + 1, now)
 
 
 def _on_wires(
@@ -162,10 +191,14 @@ def _on_wires(
     return known[kind]
 
 
+def _lasts(fault: Fault) -> bool:
+    """Return whether it has an end of its own, in time."""
+    return fault.times is None or isinstance(fault, BrokenOutput)
+
+
 def _is_over(fault: Fault, at: int, script: FaultScript | None) -> bool:
-    if fault.times is not None and script is not None and script.count(fault) >= fault.times:
-        return True
-    return fault.until < at
+    is_spent = script is not None and script.count(fault) >= (fault.times or NEVER)
+    return fault.until < at or (is_spent and not _lasts(fault))
 
 
 def _cycles(targets: tuple[Target, ...], at: int, now: int) -> Iterator[Fault]:

@@ -26,7 +26,8 @@ from sim_doubles.i2c_wire import BlockRead, Transaction, Wire, WireTiming, os_er
 if TYPE_CHECKING:  # what only a script of faults needs is not made for a bus without one
     from firmware_runtime.hal.strike import Span, Use
     from sim_doubles.bus_strikes import BusStrikes
-    from sim_doubles.faults import Alteration, FaultScript
+    from sim_doubles.faults import FaultScript
+    from sim_doubles.scripted_fault import Alteration
 
 __all__ = ["BlockRead", "I2cBusDouble", "Target", "Transaction"]
 
@@ -204,6 +205,10 @@ class I2cBusDouble(Wire, I2cBus):
     def call_at(self, at: int, action: Callable[[], None]) -> None:
         """Call at `at`, or with the first transaction after it."""
         self._strikes().call_at(at, action)
+
+    def end_strikes(self, at: int) -> None:
+        """Let every fault that has no end be over after `at`, as if it had been made so."""
+        self._strikes().end(at)
 
     def clear_strikes(self) -> None:
         """End every fault that `strike` has made."""

@@ -21,11 +21,14 @@ from firmware_runtime.devs.time import NEVER
 from firmware_runtime.hal.serial import SerialPort
 from firmware_runtime.hal.wire_errors import BusFault, PortClosed
 from sim_doubles.clock import Now
+from sim_doubles.outputs import HasOutputs
 
 if TYPE_CHECKING:
     from firmware_runtime.hal.strike import Span, Use
 
 _LASTING: Final = ("silent", "absent")
+_MOMENTS: Final = ("drop", "garble", "brown-out")
+_OF_OUTPUTS: Final = ("ignored", "weak", "dead", "full-on")
 
 
 class SerialTarget(ABC):
@@ -79,7 +82,8 @@ class SerialLineDouble(SerialPort):
         self._cut = self._closed = False
         self._due: list[tuple[int, Callable[[], None]]] = []
         self._broken: set[str] = set()
-        self._to_drop = 0
+        self._broken_outputs: set[str] = set()
+        self._to_drop = self._to_garble = 0
         self.struck_at: int | None = None
         """The instant at which a fault made by `strike` began; None before."""
         target.transmitted(now())
@@ -91,7 +95,7 @@ class SerialLineDouble(SerialPort):
         if self._due:
             self._catch_up()
         if not (self._cut or self._broken):
-            self._target.receive(self._without_lost(bytes(data)))
+            self._target.receive(self._as_it_arrives(bytes(data)))
 
     def read_available(self) -> bytes:
         """Take what has arrived by now. Raises PortClosed, or BusFault without an adapter."""
@@ -126,12 +130,13 @@ class SerialLineDouble(SerialPort):
 
     def fitting(self, _address: int | None) -> Collection[str]:
         """Return the kinds of faults that it knows."""
-        return (*_LASTING, "drop", "brown-out")
+        has_outputs = isinstance(self._target, HasOutputs)
+        return (*_LASTING, *_MOMENTS, *(_OF_OUTPUTS if has_outputs else ()))
 
-    def strike(self, kind: str, _address: int | None, span: "Span", _amount: float) -> None:
+    def strike(self, kind: str, _address: int | None, span: "Span", amount: float) -> None:
         """Make a fault of a kind."""
-        self.call_at(span.since, partial(self._break, kind))
-        if kind in _LASTING and span.until < NEVER:
+        self.call_at(span.since, partial(self._break, kind, int(amount)))
+        if kind not in _MOMENTS and span.until < NEVER:
             self.call_at(span.until + 1, partial(self._heal, kind))
 
     def call_at(self, at: int, action: Callable[[], None]) -> None:
@@ -139,25 +144,40 @@ class SerialLineDouble(SerialPort):
         self._due = sorted([*self._due, (at, action)], key=itemgetter(0))
         self._catch_up()
 
+    def end_strikes(self, at: int) -> None:
+        """Let every fault that has no end be over after `at`, as if it had been made so."""
+        self._catch_up()
+        for kind in (*self._broken, *self._broken_outputs):
+            self.call_at(at + 1, partial(self._heal, kind))
+
     def clear_strikes(self) -> None:
         """End every fault that `strike` has made."""
         self._catch_up()
         self._due.clear()
-        self._to_drop = 0
-        for kind in tuple(self._broken):
+        self._to_drop = self._to_garble = 0
+        for kind in (*self._broken, *self._broken_outputs):
             self._heal(kind)
 
-    def _break(self, kind: str) -> None:
+    def _break(self, kind: str, amount: int) -> None:
         if self.struck_at is None:
             self.struck_at = self._now()
+        if isinstance(self._target, HasOutputs) and kind in _OF_OUTPUTS:
+            self._broken_outputs.add(kind)
+            self._target.break_output(kind, amount)
+            return
         if kind in _LASTING:
             self._broken.add(kind)
         if kind == "drop":
             self._to_drop += 1
+        elif kind == "garble":
+            self._to_garble += 1
         elif kind != "silent":
             self._target.power_cycle()
 
     def _heal(self, kind: str) -> None:
+        if isinstance(self._target, HasOutputs) and kind in self._broken_outputs:
+            self._broken_outputs.clear()
+            self._target.heal_outputs()
         if kind == "absent":
             self._target.power_cycle()
         self._broken.discard(kind)
@@ -174,13 +194,16 @@ class SerialLineDouble(SerialPort):
     def _fetch_until(self, at: int) -> None:
         sent = self._target.transmitted(at)
         if not (self._cut or self._broken):
-            self._arrived += self._without_lost(sent)
+            self._arrived += self._as_it_arrives(sent)
 
-    def _without_lost(self, data: bytes) -> bytes:
-        """Return bytes on the line without those that are to be dropped."""
+    def _as_it_arrives(self, data: bytes) -> bytes:
+        """Return bytes on the line without those that are to be dropped, garbled ones inverted."""
         lost = min(self._to_drop, len(data))
         self._to_drop -= lost
-        return data[lost:]
+        garbled = min(self._to_garble, len(data) - lost)
+        self._to_garble -= garbled
+        inverted = bytes(byte ^ 0xFF for byte in data[lost : lost + garbled])
+        return inverted + data[lost + garbled :]
 
     def _check(self) -> None:
         if self._closed:

@@ -13,11 +13,20 @@ from msgspec.structs import replace
 
 from firmware_runtime.board.faults import Device, SerialDevice
 from firmware_runtime.board.rig import Pushable
-from firmware_runtime.devs.time import NEVER
+from firmware_runtime.devs.time import MILLISECOND, NEVER
 from firmware_runtime.errors import ConfigError, suggested
 from firmware_runtime.hal.i2c import I2cBus
 from firmware_runtime.hal.serial import SerialPort
-from firmware_runtime.hal.strike import KINDS, Breakable, Kind, Place, Span, Strike, Struck
+from firmware_runtime.hal.strike import (
+    KINDS,
+    OF_NO_DEVICE,
+    Breakable,
+    Kind,
+    Place,
+    Span,
+    Strike,
+    Struck,
+)
 
 
 class HasDevices(Protocol):
@@ -65,15 +74,20 @@ class HasLines(Protocol):
 
 
 class StruckDoubles:
-    """Doubles in this process, on the clock `now`, and the faults that were made on them."""
+    """Doubles in this process, on the clock `now`, and the faults that were made on them.
+
+    `stall` lets so many ns of a run in virtual time pass in which it does nothing.
+    """
 
     def __init__(
         self,
         doubles: HasLines,
         devices: HasDevices,
         now: Callable[[], int],
+        stall: Callable[[int], None] | None = None,
     ) -> None:
         self._doubles = doubles
+        self._stall = stall
         self._now = now
         self._lines = dict(_breakable(doubles))
         self.places = [*_places(self._lines, devices, self._fit)]
@@ -86,6 +100,8 @@ class StruckDoubles:
         """Kinds of faults that can be made here."""
         fitting = {kind for place in self.places for kind in place.kinds}
         found = [kind for name, kind in KINDS.items() if name in fitting]
+        if self._stall is not None:
+            found.append(KINDS["stall"])
         if isinstance(self._doubles, Pushable):
             found.append(replace(KINDS["push"], unit=self._doubles.push_unit))
         return found
@@ -105,8 +121,8 @@ class StruckDoubles:
             )
         at = max(since + strike.at, self._now())
         amount = strike.amount if strike.amount is not None else kind.amount
-        if kind.of == "world":
-            self._push(strike, at, amount or 0.0)
+        if kind.of in OF_NO_DEVICE:
+            self._strike_all(strike, at, amount or 0.0)
         else:
             until = NEVER if strike.span == NEVER else at + strike.span
             once = strike.span == 0 and not kind.is_moment
@@ -117,6 +133,12 @@ class StruckDoubles:
         struck = Struck(kind.name, strike.device, at, span_ns, amount)
         self.struck.append(struck)
         return struck
+
+    def end(self, at: int) -> None:
+        """Let every fault that has no end be over after `at`, as if it had been made so."""
+        for line in self._lines.values():
+            line.end_strikes(at)
+        self.struck = [each if each.span is not None else _ended(each, at) for each in self.struck]
 
     def clear(self) -> None:
         """End all faults; what had no supply has it again, and is in its power-up state."""
@@ -129,25 +151,29 @@ class StruckDoubles:
         fitting = line.fitting(address)
         return tuple(kind for kind in KINDS if kind in fitting)
 
-    def _push(self, strike: Strike, at: int, amount: float) -> None:
-        rig = self._doubles
+    def _strike_all(self, strike: Strike, at: int, amount: float) -> None:
+        """Push the robot, or stall its computer."""
         if strike.device:
-            raise ConfigError.of_one("fault", f"push of {strike.device}", "it without a device")
-        assert isinstance(rig, Pushable)  # noqa: S101 -- else it is none of the kinds
+            fault = f"{strike.kind} of {strike.device}"
+            raise ConfigError.of_one("fault", fault, "it without a device")
         has_been = False
 
-        def push() -> None:
+        def happen() -> None:
             nonlocal has_been
-            if not has_been:  # each line calls; the first one counts
-                has_been = True
-                rig.catch_up()
-                rig.push(amount)
+            if has_been:  # each line calls; the first one counts
+                return
+            has_been = True
+            if strike.kind == "stall" and self._stall is not None:
+                self._stall(max(0, round(amount * MILLISECOND)))
+            elif isinstance(self._doubles, Pushable):
+                self._doubles.catch_up()
+                self._doubles.push(amount)
 
         if at <= self._now():
-            push()
+            happen()
             return
         for line in self._lines.values():
-            line.call_at(at, push)
+            line.call_at(at, happen)
 
     def _struck_places(self, strike: Strike) -> list[tuple[Breakable, int | None]]:
         """The lines, and the chip on each. Raises ConfigError if there is none that it fits."""

@@ -174,6 +174,10 @@ class VirtualClock:
         """Return the present instant of the run, in ns."""
         return self._now
 
+    def stall(self, span: int) -> None:
+        """Let time pass while the run does nothing, as if it had got no processor time."""
+        self._now += span
+
     def wait(self, until: int, sources: Sequence[S]) -> list[S]:
         """Go to `until`, unless a source is readable now."""
         ready: list[S] = []

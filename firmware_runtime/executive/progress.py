@@ -20,8 +20,8 @@ _STEPS = 100
 class Progress:
     """Follows the lag from step to step; spans are real time, instants the run's.
 
-    `speed` is how many times as fast as real time the run's clock goes. `livelock` says why the run
-    must end; it is empty until then.
+    `speed` is how many times as fast as real time the run's clock goes; virtual time, of speed 0,
+    is behind by what it was stalled. `livelock` says why the run must end; it is empty until then.
     """
 
     def __init__(self, step: Step, max_lag: int, speed: float) -> None:
@@ -32,8 +32,8 @@ class Progress:
         if it has again."""
         self._step = step
         self._max_lag = max_lag
-        self._speed = speed
-        self._limit = round(max_lag * speed)
+        self._speed = speed or 1.0
+        self._limit = round(max_lag * self._speed)
         self._has_caught_up = False
         self._is_behind = False
         self._behind_for = 0

@@ -18,9 +18,11 @@ from msgspec import Struct
 from firmware_runtime.devs.time import NEVER, seconds
 from firmware_runtime.errors import expected_one_of
 
-Of: TypeAlias = Literal["I2C", "sensor", "serial", "chip", "world"]
+Of: TypeAlias = Literal["I2C", "sensor", "serial", "chip", "actuator", "machine", "world"]
 """Things that a kind can be about: an I2C bus or a chip on it, what a chip on it measures, a serial
-port, a chip, the world."""
+port, a chip, what a chip drives, the computer that the robot runs on, the world."""
+OF_NO_DEVICE: Final = frozenset({"machine", "world"})
+"""Those that have no device by a name."""
 
 Needs: TypeAlias = Literal["", "read", "write"]
 """What a transaction must have for a kind to show in it: any will do, one that reads, or writes."""
@@ -53,15 +55,13 @@ class Kind(Struct, array_like=True, frozen=True):
 
 
 def _of_axis(name: str, meaning: str) -> Kind:
-    return Kind(
-        name,
-        meaning,
-        "sensor",
-        amount=0.0,
-        unit="number of the word",
-        needs="read",
-        is_numbered=True,
-    )
+    unit = "number of the word"
+    return Kind(name, meaning, "sensor", amount=0.0, unit=unit, needs="read", is_numbered=True)
+
+
+def _of_output(name: str, meaning: str) -> Kind:
+    unit = "number of the output"
+    return Kind(name, meaning, "actuator", amount=0.0, unit=unit, needs="write", is_numbered=True)
 
 
 _ALL: Final = (
@@ -109,10 +109,26 @@ _ALL: Final = (
     _of_axis("offset", "one measured word is 2000 counts more"),
     _of_axis("scale", "one measured word is twice as much"),
     _of_axis("negate", "one measured word has the other sign"),
+    _of_axis("full-scale", "one measured word is at the end of its scale"),
+    _of_axis("noise", "one measured word changes ten times as much from reading to reading"),
+    _of_axis("swap", "one measured word and the next one are exchanged"),
     Kind("silent", "the wires are parted: no byte arrives, either way", "serial"),
     Kind("drop", "the next byte on the line is lost", "serial", is_moment=True),
+    Kind("garble", "the next byte on the line arrives inverted", "serial", is_moment=True),
     Kind("brown-out", "the supply fails for a moment: power-up state", "chip", is_moment=True),
     Kind("absent", "no supply: off and silent; then power-up state", "chip"),
+    _of_output("ignored", "one output stays as it was, whatever its chip is told"),
+    _of_output("weak", "one output acts with half of what its chip is told"),
+    _of_output("dead", "one output does nothing"),
+    _of_output("full-on", "one output acts with all it has"),
+    Kind(
+        "stall",
+        "the process gets no processor time for so long",
+        "machine",
+        is_moment=True,
+        amount=50.0,
+        unit="ms",
+    ),
     Kind("push", "the robot is pushed", "world", is_moment=True, amount=1.0),
 )
 KINDS: Final[Mapping[str, Kind]] = {kind.name: kind for kind in _ALL}
@@ -262,6 +278,9 @@ class Breakable(Protocol):
 
     def call_at(self, at: int, action: Callable[[], None]) -> None:
         """Call at `at`, or when the line is next used after it."""
+
+    def end_strikes(self, at: int) -> None:
+        """Let every fault that has no end be over after `at`, as if it had been made so."""
 
     def clear_strikes(self) -> None:
         """End every fault that `strike` has made; what had no supply is in its power-up state."""

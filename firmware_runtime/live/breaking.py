@@ -14,7 +14,7 @@ from firmware_runtime.devs.time import SECOND
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.hal.served import strikes
 from firmware_runtime.hal.served.packets import FaultList
-from firmware_runtime.hal.strike import KINDS, Struck
+from firmware_runtime.hal.strike import KINDS, OF_NO_DEVICE, Struck
 
 WORLD: Final = "the robot"
 """The device of what strikes no chip, such as a push."""
@@ -43,12 +43,12 @@ def strike(
         raise ConfigError.of_one("break", "no kind", expected=f"one of {', '.join(KINDS)}")
     known = KINDS.get(kind)
     is_moment = known is not None and known.is_moment
-    is_of_world = known is not None and known.of == "world"
+    has_no_device = known is not None and known.of in OF_NO_DEVICE
     return _said(
         strikes.strike(
             socket,
             kind,
-            "" if is_of_world or device == WORLD else device,
+            "" if has_no_device or device == WORLD else device,
             for_s=None if is_moment else _number("for_s", for_s, _MOST_S),
             amount=_number("amount", amount, float("inf")),
         )
@@ -91,7 +91,7 @@ def _said(listing: FaultList) -> dict[str, Any]:
         {"name": each.name, "what": each.what, "line": each.line, "kinds": list(each.kinds)}
         for each in listing.places
     ]
-    of_world = [each.name for each in listing.kinds if each.of == "world"]
+    of_world = [each.name for each in listing.kinds if each.of in OF_NO_DEVICE]
     if of_world:
         devices.append({"name": WORLD, "what": "world", "line": None, "kinds": of_world})
     return {
@@ -110,7 +110,7 @@ def _said(listing: FaultList) -> dict[str, Any]:
 def _struck(struck: Struck, began: int) -> dict[str, Any]:
     return {
         "kind": struck.kind,
-        "device": WORLD if KINDS[struck.kind].of == "world" else struck.device or "all",
+        "device": WORLD if KINDS[struck.kind].of in OF_NO_DEVICE else struck.device or "all",
         "at_s": (struck.at - began) / SECOND,
         "for_s": None if struck.span is None else struck.span / SECOND,
         "amount": struck.amount,

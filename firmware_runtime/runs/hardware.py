@@ -12,7 +12,7 @@ from firmware_runtime.board.rig import Doubles, Rig
 from firmware_runtime.board.rigs import blamed_on_rig, of_rig, rig_for, served_doubles
 from firmware_runtime.board.robot import Lines, Robot
 from firmware_runtime.errors import ConfigError
-from firmware_runtime.executive.clocks import Clock, OutsideClock, WorldClock
+from firmware_runtime.executive.clocks import Clock, OutsideClock, VirtualClock, WorldClock
 from firmware_runtime.executive.executive import Executive
 from firmware_runtime.hal.interlock import Interlock
 from firmware_runtime.hal.wire_errors import HalError
@@ -62,6 +62,7 @@ class Hardware:
         self._served_at = doubles if is_here and isinstance(doubles, Path) else None
         self.world_now = WorldClock() if is_own else OutsideClock(clock.now)
         self.rig: Rig | None = rig_for(board, self.world_now) if is_own else None
+        self._stall = clock.stall if isinstance(clock, VirtualClock) else None
         self._struck: StruckDoubles | None = None
         self._served: ServedDoubles | None = None
         if (path := self._served_at) is not None:
@@ -89,7 +90,7 @@ class Hardware:
 
             if self.rig is None:
                 refuse_faults(self._board.name, self._served_at or False)
-            self._struck = StruckDoubles(self.rig, self._board, self.world_now)
+            self._struck = StruckDoubles(self.rig, self._board, self.world_now, self._stall)
         return self._struck
 
     def strike(self, script: "Sequence[Strike]") -> None:

@@ -11,6 +11,7 @@ from typing import NamedTuple
 
 from firmware_runtime.devs.time import NEVER, SECOND, format_time
 from sim_doubles.clock import Now
+from sim_doubles.outputs import BrokenOutputs
 
 
 @dataclass(frozen=True, slots=True)
@@ -101,6 +102,8 @@ class MotorPair:
         self._since = at
         self._stops_at = NEVER
         self._ramps = (Ramp(at), Ramp(at))
+        self._broken = BrokenOutputs(full_scale)
+        self._commanded = ((0, 0), 1, 0)
 
     # World face
 
@@ -142,18 +145,36 @@ class MotorPair:
 
     def drive(self, at: int, targets: tuple[int, int], step: int, period: int) -> None:
         """Let the speeds go to `targets` from `at` on, `step` units each `period` ns."""
+        self._commanded = targets, step, period
+        first_target, second_target = self._broken.applied(targets)
         first, second = self._ramps
         ramps = (
-            first.towards(at, targets[0], step, period),
-            second.towards(at, targets[1], step, period),
+            first.towards(at, first_target, step, period),
+            second.towards(at, second_target, step, period),
         )
         if ramps != self._ramps:
             self._replace(at, ramps)
+
+    def break_output(self, at: int, kind: str, number: int) -> None:
+        """Break one motor from `at` on; what it stands at is the speed that it is on its way to."""
+        self._broken.add(kind, number, [each.target for each in self._ramps])
+        self._drive_again(at)
+
+    def heal_outputs(self, at: int) -> None:
+        """Let both motors follow the chip again."""
+        self._broken.clear()
+        self._drive_again(at)
+
+    def _drive_again(self, at: int) -> None:
+        """Let the last command have its effect; silence that has stopped the motors ended it."""
+        if at < self._stops_at:
+            self.drive(at, *self._commanded)
 
     def halt(self, at: int) -> None:
         """Stop both motors at once; no silence stops them again."""
         first, second = self._ramps
         end = min(at, self._stops_at)
+        self._commanded = (0, 0), 1, 0
         halted = Ramp(at, turned_before=first.turned(end))
         self._replace(at, (halted, Ramp(at, turned_before=second.turned(end))))
         self._stops_at = NEVER
@@ -186,6 +207,14 @@ class MotorDriverDouble:
 
     motors: MotorPair
     _now: Now
+
+    def break_output(self, kind: str, number: int) -> None:
+        """Break one motor, until `heal_outputs`."""
+        self.motors.break_output(self._now(), kind, number)
+
+    def heal_outputs(self) -> None:
+        """Let both motors follow the chip again."""
+        self.motors.heal_outputs(self._now())
 
     @property
     def speeds_rad_s(self) -> tuple[float, float]:

@@ -44,6 +44,7 @@ from sim_doubles.chips.pca9685_registers import (
 from sim_doubles.chips.protocol_warnings import ProtocolWarnings
 from sim_doubles.clock import Now
 from sim_doubles.i2c_target import Target
+from sim_doubles.outputs import BrokenOutputs
 
 # What the next byte written is.
 POINTER, CONTENT, CALL, REFUSED = range(4)
@@ -77,6 +78,7 @@ class Pca9685Double(Target):
         self._output_enabled = True
         self.duties = ALL_LOW
         """Duty of each output: the fraction of time it is high; to be read only."""
+        self._broken = BrokenOutputs(full=1.0)
         self._registers = bytearray(256)
         self._pointer = 0
         self._next_is = REFUSED
@@ -127,6 +129,16 @@ class Pca9685Double(Target):
     @output_enabled.setter
     def output_enabled(self, enabled: bool) -> None:
         self._output_enabled = enabled
+        self._update_outputs()
+
+    def break_output(self, kind: str, number: int) -> None:
+        """Break what stands behind one output, until `heal_outputs`."""
+        self._broken.add(kind, number, self.duties)
+        self._update_outputs()
+
+    def heal_outputs(self) -> None:
+        """Let all outputs follow the registers again."""
+        self._broken.clear()
         self._update_outputs()
 
     def power_cycle(self) -> None:
@@ -293,7 +305,7 @@ class Pca9685Double(Target):
         self._update_outputs()
 
     def _update_outputs(self) -> None:
-        duties = self._outputs()
+        duties = self._broken.applied(self._outputs())
         if duties != self.duties:
             if self.before_change is not None:
                 self.before_change()

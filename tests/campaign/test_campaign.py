@@ -1,5 +1,6 @@
 """Campaigns on TachoBot: the space, one run of it, planted mistakes, and how it resumes."""
 
+import os
 from collections.abc import Callable, Iterator
 from itertools import islice, pairwise
 from pathlib import Path
@@ -8,18 +9,19 @@ from typing import Any
 
 import pytest
 from firmware_drivers.chips.mpu9250 import Mpu9250
+from msgspec.structs import replace
 
 from firmware_runtime import HalError
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.hal.strike import KINDS
 from firmware_runtime.hal.wire_errors import Stuck
-from firmware_runtime.lab.campaign import campaign
+from firmware_runtime.lab.campaign import campaign, trial
 from firmware_runtime.lab.campaign.campaigning import assert_sound, carry_out, rerun
 from firmware_runtime.lab.campaign.healthy import AT_START, healthy
 from firmware_runtime.lab.campaign.mission import Mission
-from firmware_runtime.lab.campaign.space import space_of, spread
-from firmware_runtime.lab.campaign.trial import forked
+from firmware_runtime.lab.campaign.space import in_courses, space_of, spread
+from firmware_runtime.lab.campaign.trial import Trial, forked, trial_of
 from firmware_runtime.lab.sweeps.partial import partial_of
 from firmware_runtime.lab.sweeps.row import Row
 from firmware_runtime.recording.replay.replay_assertion import assert_replays
@@ -70,13 +72,16 @@ def stuck_now_and_then() -> Callable[..., object]:
     return read_sample
 
 
-def numbers_of(kind: str, for_s: float | None, since_s: float = 1.2) -> list[int]:
-    """Where in the space a kind strikes the IMU late enough that it drives."""
+def numbers_of(
+    kind: str, for_s: float | None, since_s: float = 1.2, device: str = "imu"
+) -> list[int]:
+    """Where in the space a kind strikes the IMU, or another device, once it is driven."""
     return [
         number
         for number, case in enumerate(space_of(SHORT))
-        if (case.strike.kind, case.strike.device, case.strike.for_s) == (kind, "imu", for_s)
-        and case.strike.at_s >= since_s
+        if (case.strikes[0].kind, case.strikes[0].device, case.strikes[0].for_s)
+        == (kind, device, for_s)
+        and case.strikes[0].at_s >= since_s
     ]
 
 
@@ -92,15 +97,19 @@ def test_a_sample_of_any_size_is_spread_over_the_space_and_has_nothing_twice() -
 @pytest.mark.slow
 def test_each_fault_is_in_the_space_once_for_each_use_that_it_shows_in() -> None:
     found, space = healthy(SHORT), space_of(SHORT)
-    assert len({case.strike for case in space}) == len(space)
+    assert len({case.strikes[0] for case in space}) == len(space)
     uses = [each.use for each in found.uses if each.use.address == 0x68]
     reads = {use.at for use in uses if use.reads}
     assert {case.before for case in space[:100]} == {AT_START}
     for kind, at in (("nack", {use.at for use in uses}), ("freeze", reads)):
-        struck = [c.strike for c in space if (c.strike.kind, c.strike.device) == (kind, "imu")]
+        struck = [
+            c.strikes[0] for c in space if (c.strikes[0].kind, c.strikes[0].device) == (kind, "imu")
+        ]
         assert {each.at for each in struck} == at
         assert {each.for_s for each in struck} == {0.0, 1.0, None}
-    assert all(KINDS[case.strike.kind].of != "I2C" for case in space if case.strike.device == "")
+    assert all(
+        KINDS[case.strikes[0].kind].of != "I2C" for case in space if case.strikes[0].device == ""
+    )
 
 
 @pytest.mark.slow
@@ -114,11 +123,50 @@ def test_a_fault_that_is_accepted_is_left_out() -> None:
 
 @pytest.mark.slow
 def test_a_run_that_is_forked_is_to_the_bit_the_one_from_its_start() -> None:
-    numbers = list(islice(spread(len(space_of(SHORT))), 8))
+    numbers = list(islice(in_courses(space_of(SHORT)), 8))
+    numbers += [
+        numbers_of(kind, for_s, device=device)[3]
+        for for_s in (1.0, None)
+        for kind, device in (("nack", "imu"), ("late", "imu"), ("absent", "imu"), ("stuck", "i2c1"))
+    ]
+    numbers += [numbers_of("weak", for_s, device="thrust_pairs")[3] for for_s in (1.0, None)]
+    numbers += numbers_of("stall", None, device="")[:1]
     rows = list(forked(SHORT, numbers))
     assert sorted(int(row["row"] or 0) for row in rows) == sorted(numbers)
     for row in rows:
         assert rerun(row) == row
+
+
+@pytest.mark.slow
+def test_a_process_that_dies_for_one_fault_is_not_the_other_ones_verdict(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    numbers = [numbers_of("nack", for_s)[0] for for_s in (1.0, None)]
+    rows = list(forked(SHORT, numbers))
+
+    def dying(*_asked: object) -> object:
+        os._exit(3)
+
+    monkeypatch.setattr(trial, "_together", dying)
+    assert list(forked(SHORT, numbers)) == rows
+
+
+@pytest.mark.slow
+def test_pairs_strike_within_a_second_and_are_shortened_to_one_where_one_will_do() -> None:
+    paired = Mission(board="tachobot", for_s=1.5, pairs=50)
+    space, single = space_of(paired), space_of(SHORT)
+    assert (space.singles, len(space)) == (len(single), len(single) + 50)
+    pairs = space[space.singles :]
+    assert len({each.strikes for each in pairs}) == 50
+    for first, second in (each.strikes for each in pairs):
+        assert first != second
+        assert 0 <= second.at - first.at <= SECOND
+    order = list(in_courses(space, 100))
+    assert len(order) == 150
+    assert sum(number >= space.singles for number in order[:30]) == 10
+    (row, *_) = forked(paired, [space.singles + 3])
+    assert trial_of(row) == Trial(replace(paired, pairs=0), pairs[3].strikes)
+    assert rerun(row) == row
 
 
 @pytest.mark.slow
@@ -145,8 +193,8 @@ def test_a_stale_value_that_is_passed_on_is_found_shortened_and_saved(
     assert {row["outcome"] for row in rows} <= {"late", "silent"}
     with pytest.MonkeyPatch.context() as patched:
         patched.setattr(
-            "firmware_runtime.lab.campaign.campaigning.spread",
-            lambda _: iter(numbers_of("nack", None)[:2]),
+            "firmware_runtime.lab.campaign.campaigning.in_courses",
+            lambda *_: iter(numbers_of("nack", None)[:2]),
         )
         report = carry_out(SHORT, workers=1, findings=tmp_path)
     (finding,) = report.findings
@@ -220,12 +268,12 @@ def test_what_a_rig_finds_wrong_without_any_fault_is_a_finding(
 @pytest.mark.slow
 def test_a_robot_is_judged_by_a_line_of_ones_own_too() -> None:
     (case, *_) = space_of(SHORT)[numbers_of("nack", 0.0)[0] :]
-    assert_sound("tachobot", [case.strike], for_s=1.5, judge=lambda _: None)
+    assert_sound("tachobot", [case.strikes[0]], for_s=1.5, judge=lambda _: None)
     with pytest.raises(AssertionError, match="own of imu: it is struck"):
-        assert_sound("tachobot", [case.strike], for_s=1.5, judge=lambda _: "it is struck")
+        assert_sound("tachobot", [case.strikes[0]], for_s=1.5, judge=lambda _: "it is struck")
     assert_sound("tachobot", [], for_s=1.5)
-    with pytest.raises(ConfigError, match="expected one at most"):
-        assert_sound("tachobot", [case.strike, case.strike], for_s=1.5)
+    twice = replace(case.strikes[0], at_s=1.4)
+    assert_sound("tachobot", [case.strikes[0], twice], for_s=1.5)
 
 
 @pytest.mark.slow

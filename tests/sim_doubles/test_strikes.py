@@ -193,7 +193,10 @@ def test_the_list_has_devices_kinds_and_what_was_done() -> None:
     assert names[-2:] == ["i2c1", "sonar"]
     assert {"body_compass", "body_sonar", "treads"} < set(names)
     sonar = next(place for place in listing.places if place.name == "body_sonar")
-    assert (sonar.line, sonar.kinds) == ("sonar", ("silent", "drop", "brown-out", "absent"))
+    assert (sonar.line, sonar.kinds) == (
+        "sonar",
+        ("silent", "drop", "garble", "brown-out", "absent"),
+    )
     (made,) = listing.struck
     assert (made.kind, made.device, made.at, made.span) == (
         "freeze",
@@ -238,7 +241,7 @@ def test_what_cannot_be_is_refused_in_one_sentence(strike: Strike, said: str) ->
 
 
 def test_a_kind_that_does_not_fit_a_device_says_which_do() -> None:
-    fitting = pytest.raises(ConfigError, match="silent, drop, brown-out, absent")
+    fitting = pytest.raises(ConfigError, match="silent, drop, garble, brown-out, absent")
     with robot("detective", *SERIAL_SONAR) as detective, fitting:
         detective.strike("freeze", "body_sonar")
 

@@ -25,13 +25,13 @@ from firmware_runtime.lab.sweeps.sweep_table import read_table
 _SUMMARY: Final = "Strike a robot with each fault at each moment, and say what breaks it."
 _ABOUT: Final = """
 In the space: each kind of `doubles fault --list` that fits a device, at each transaction of that
-device in a mission, the start included; once, for a second, for ever; brown-outs and pushes at each
-of these moments; what holds a bus up on all of the bus, too. Not in it: two faults at once, faults
-of actuators and of the world other than a push, of the machine and its network, commands of people,
-and signals. A robot is judged from outside, by its outputs, the truth of its world, and the faults
-that its models report: it may be off, or degraded and say so, within --within. `campaign rerun FILE
-ROW` runs a row again and says whether it is the same, to the bit. Exit status 0: nothing was found;
-1: something was, or a row that was run again is another.
+device in a mission, the start included; once, for a second, for ever; brown-outs, stalls and pushes
+at each of these moments; what holds a bus up on all of the bus, too; a sample of pairs by --pairs.
+Not in it: load, friction and walls, disks and networks, and commands of people. A robot is judged
+from outside, by its outputs, the truth of its world, and the faults that its models report: it may
+be off, or degraded and say so, within --within. `campaign rerun FILE ROW` runs a row again and says
+whether it is the same, to the bit. Exit status 0: nothing was found; 1: something was, or a row
+that was run again is another.
 """
 _UNITS: Final = {"": 1.0, "s": 1.0, "m": 60.0, "h": 3600.0}
 _MISSION_S: Final = 10.0
@@ -64,6 +64,13 @@ def add_to(verbs: SubParsers) -> None:
     verb.add_argument(
         "--budget", type=_span, metavar="TIME", help="such as 90s, 2m, 1h: an even sample"
     )
+    verb.add_argument(
+        "--pairs",
+        type=int,
+        default=0,
+        metavar="N",
+        help="so many pairs of faults within a second, beside each that strikes alone",
+    )
     verb.add_argument("--runs", type=int, metavar="N", help="an even sample of so many")
     verb.add_argument(
         "--findings",
@@ -90,6 +97,7 @@ def _campaign(arguments: argparse.Namespace) -> int:
         seed=arguments.seed,
         within_s=arguments.within,
         without=tuple(arguments.without),
+        pairs=arguments.pairs,
     )
     with interruptible(arguments.output), closing(RowProgress("with findings")) as progress:
         report = carry_out(

@@ -12,7 +12,7 @@ ended early has seen a fair share.
 import time
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from contextlib import ExitStack, closing
-from itertools import chain, islice
+from itertools import chain
 from os import PathLike
 from pathlib import Path
 from typing import Final, TypeAlias
@@ -34,8 +34,8 @@ from firmware_runtime.lab.campaign.findings import (
 from firmware_runtime.lab.campaign.healthy import healthy
 from firmware_runtime.lab.campaign.judge import SOUND, Oracle
 from firmware_runtime.lab.campaign.mission import SEED_KEY, Mission
-from firmware_runtime.lab.campaign.report import Report, never_shown
-from firmware_runtime.lab.campaign.space import space_of, spread
+from firmware_runtime.lab.campaign.report import Report, never_shown, never_taken
+from firmware_runtime.lab.campaign.space import in_courses, space_of
 from firmware_runtime.lab.campaign.trial import Trial, alone, forked, lost, trial_of
 from firmware_runtime.lab.sweeps.how import carried_out, how_faults
 from firmware_runtime.lab.sweeps.partial import Partial, partial_of
@@ -90,6 +90,7 @@ def campaign(  # noqa: PLR0913 -- the options of the command, by the same names
     seed: int | None = None,
     within_s: float | None = None,
     without: Sequence[str] = (),
+    pairs: int = 0,
     runs: int | None = None,
     budget_s: float | None = None,
     output: str | PathLike[str] | None = None,
@@ -103,7 +104,8 @@ def campaign(  # noqa: PLR0913 -- the options of the command, by the same names
     """Strike a board's mission of `for_s` with single faults, on doubles in virtual time.
 
     All of the space, or so many `runs`, or as many as fit into `budget_s`; either is spread evenly.
-    Faults that you know and accept are left out by `without`, `KIND` or `KIND:DEVICE`.
+    Faults that you know and accept are left out by `without`, `KIND` or `KIND:DEVICE`. Beside
+    single faults, `pairs` of them are tried, which strike within a second.
     The table of runs is written to `output`, findings to a folder as recordings and tests. By
     default all cores are used, by processes of their own: a script that calls this needs
     `if __name__ == "__main__":`. `judge` is an oracle of your own: given the rig, it returns a
@@ -117,6 +119,7 @@ def campaign(  # noqa: PLR0913 -- the options of the command, by the same names
         seed=seed,
         within_s=within_s,
         without=tuple(without),
+        pairs=pairs,
     )
     return carry_out(
         mission,
@@ -170,7 +173,7 @@ def carry_out(  # noqa: PLR0913 -- where, how much, and what is shown of it
             kept = Partial(partial_of(output), Campaign(mission=mission), release(), resume=resume)
             partial = stack.enter_context(kept)
             rows |= partial.rows
-        chosen = list(islice(spread(len(space)), runs))
+        chosen = list(in_courses(space, runs))
         job = Stretches(
             mission=mission, parts=_parts(chosen, rows.keys()), until=until, oracle=oracle
         )
@@ -214,6 +217,8 @@ def _report(
         flakes=len(others) + sum(each.is_flaky for each in found),
         run_again=len(again) + len(found),
         never=never_shown(space_of(mission), rows),
+        arrows=len(healthy(mission).arrows),
+        never_taken=never_taken(healthy(mission), rows),
     )
 
 
@@ -238,10 +243,8 @@ def assert_sound(  # noqa: PLR0913 -- as `campaign`
     within_s: float | None = None,
     judge: Oracle | None = None,
 ) -> None:
-    """Fail the test of a robot that one fault breaks, or none; it is judged as in a campaign."""
+    """Fail the test of a robot that these faults break, or none; it is judged as in a campaign."""
     __tracebackhide__ = True
-    if len(faults) > 1:
-        raise ConfigError.of_one("assert_sound", f"{len(faults)} faults", expected="one at most")
     mission = Mission(
         board=str(board),
         assignments=tuple(assignments_of(set or {})),
@@ -251,10 +254,11 @@ def assert_sound(  # noqa: PLR0913 -- as `campaign`
     )
     if (wrong := healthy(mission).wrong) is not None:
         raise AssertionError(f"{wrong.oracle} of {wrong.model}: {wrong.what}")
-    for each in faults:
-        row = alone(Trial(mission, each), oracle=judge)
-        if row["outcome"] != SOUND:
-            raise AssertionError(f"{row['outcome']} of {row['model']}: {row['what']}")
+    if not faults:
+        return
+    row = alone(Trial(mission, tuple(faults)), oracle=judge)
+    if row["outcome"] != SOUND:
+        raise AssertionError(f"{row['outcome']} of {row['model']}: {row['what']}")
 
 
 def _parts(chosen: Sequence[int], done: Collection[int]) -> tuple[tuple[int, ...], ...]:
@@ -281,6 +285,8 @@ def _faults_of(mission: Mission, runs: int | None, budget_s: float | None) -> It
     ):
         if value is not None and not 0 < value <= _MOST_S:
             yield f"{name}: {value!r}; expected a positive number of seconds, {_MOST_S:g} at most"
+    if mission.pairs < 0:
+        yield f"--pairs: {mission.pairs}; expected 0 or more"
     if runs is not None and runs < 1:
         yield f"--runs: {runs}; expected 1 or more"
     yield from _mission_faults(mission)

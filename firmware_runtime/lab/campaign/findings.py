@@ -127,7 +127,7 @@ def is_same(row: Row, again: Row) -> bool:
 def _alike(rows: Sequence[Row]) -> Mapping[tuple[object, ...], list[Row]]:
     found: dict[tuple[object, ...], list[Row]] = {}
     for row in filter(is_wrong, rows):
-        found.setdefault((row["outcome"], row["model"], row["kind"]), []).append(row)
+        found.setdefault(_key(row), []).append(row)
     return found
 
 
@@ -135,9 +135,9 @@ def _shortened(alike: list[Row], oracle: Oracle | None) -> Finding:
     first = min(alike, key=_length)
     trial, shown = trial_of(first), first
     is_flaky = not is_same(first, alone(trial, oracle=oracle))
-    for shorter in [] if is_flaky else _shorter(trial):
+    for shorter in [] if is_flaky else (*_fewer(trial), *_shorter(trial)):
         row = alone(shorter, oracle=oracle)
-        if _key(row) == _key(first):
+        if (row["outcome"], row["model"]) == (first["outcome"], first["model"]):
             trial, shown = shorter, row
             break
     for each in [] if is_flaky else trial.mission.assignments:
@@ -151,10 +151,10 @@ def _shortened(alike: list[Row], oracle: Oracle | None) -> Finding:
     return Finding(
         oracle=str(shown["outcome"]),
         model=str(shown["model"]),
-        kind=trial.strike.kind,
+        kind=trial.kinds,
         what=str(shown["what"]),
         at_s=float(shown["known_at_s"] or 0.0),
-        faults=(trial.strike,),
+        faults=trial.strikes,
         mission=trial.mission,
         row=number if isinstance(number, int) else 0,
         count=len(alike),
@@ -163,24 +163,35 @@ def _shortened(alike: list[Row], oracle: Oracle | None) -> Finding:
 
 
 def _key(row: Row) -> tuple[object, ...]:
-    return row["outcome"], row["model"], row["kind"]
+    """Return what equal findings have in common."""
+    return row["outcome"], row["model"], trial_of(row).kinds
 
 
 def _length(row: Row) -> tuple[float, float]:
     """Order rows: once before for a while before for ever, then later before sooner."""
-    strike = trial_of(row).strike
-    return strike.span, -strike.at_s
+    strikes = trial_of(row).strikes
+    return max(each.span for each in strikes), -strikes[0].at_s
+
+
+def _fewer(trial: Trial) -> Iterator[Trial]:
+    """Yield the trial with one of its faults alone."""
+    if len(trial.strikes) > 1:
+        yield from (replace(trial, strikes=(each,)) for each in trial.strikes)
 
 
 def _shorter(trial: Trial) -> Iterator[Trial]:
     """Yield the trial with shorter faults, the shortest first."""
-    strike = trial.strike
-    if KINDS[strike.kind].is_moment:
-        return
     for for_s in SHORTER_S:
-        shorter = replace(strike, for_s=for_s)
-        if shorter.fault() is None and shorter.span < strike.span:
-            yield replace(trial, strike=shorter)
+        shorter = tuple(_for_at_most(each, for_s) for each in trial.strikes)
+        if shorter != trial.strikes:
+            yield replace(trial, strikes=shorter)
+
+
+def _for_at_most(strike: Strike, for_s: float) -> Strike:
+    """Return a fault that lasts so long at most, where its kind can."""
+    shorter = replace(strike, for_s=for_s)
+    is_one = shorter.fault() is None and shorter.span < strike.span
+    return shorter if is_one and not KINDS[strike.kind].is_moment else strike
 
 
 def _saved(
@@ -189,7 +200,7 @@ def _saved(
     """Keep its recording, and the test."""
     finding = _with_test(finding, folder, names)
     recording = Path(str(finding.test)).with_suffix(".recording")
-    trial = Trial(finding.mission, finding.faults[0])
+    trial = Trial(finding.mission, finding.faults)
     alone(trial, oracle=oracle, record=recording)
     is_kept = recording.exists()
     replays = in_child(lambda: {"same": _replays(recording)}) if is_kept else {"same": True}

@@ -11,20 +11,21 @@ import resource
 import signal
 import warnings
 from collections.abc import Callable
-from typing import Final
+from typing import Final, TypeVar
 
 import msgspec
 
-from firmware_runtime.lab.sweeps.row import Row
 from firmware_runtime.system.signals import signal_name
+
+T = TypeVar("T")
 
 CPU_S: Final = 60
 """Processor time of a child, s; a run of the robot takes a hundredth of it."""
 HANG: Final = "it used all of its processor time"
 
 
-def in_child(work: Callable[[], Row]) -> Row | str:
-    """Return the row that `work` makes in a child, or how the child died, in words."""
+def in_child(work: Callable[[], T]) -> T | str:
+    """Return what `work` makes in a child, in JSON's types, or how the child died, in words."""
     reading, writing = os.pipe()
     with warnings.catch_warnings():
         # other threads of this process hold nothing that the child takes
@@ -38,14 +39,14 @@ def in_child(work: Callable[[], Row]) -> Row | str:
     _, status = os.waitpid(child, 0)
     code = os.waitstatus_to_exitcode(status)
     if code == 0:
-        row: Row = msgspec.json.decode(answer)
-        return row
+        made: T = msgspec.json.decode(answer)
+        return made
     if -code in {signal.SIGXCPU, signal.SIGKILL}:
         return HANG
     return f"its process ended by {signal_name(-code)}" if code < 0 else f"it ended with {code}"
 
 
-def _be_child(work: Callable[[], Row], writing: int) -> None:
+def _be_child(work: Callable[[], object], writing: int) -> None:
     """Work, answer, and end without all that an interpreter does at its end."""
     try:
         gc.disable()

@@ -87,6 +87,10 @@ class Healthy(Struct, frozen=True):
     """Whether outputs were on, by look, in every run."""
     not_finite: frozenset[str]
     """Ports that send numbers that are not finite when all is well."""
+    arrows: frozenset[str]
+    """Arrows of all state diagrams, `MODEL: STATE -> STATE`."""
+    reached: frozenset[str]
+    """Those that are taken when all is well."""
     within: int
     """Ns in which a fault has to be reported, or outputs off."""
     wrong: Wrong | None
@@ -113,6 +117,8 @@ def healthy(mission: Mission) -> Healthy:
         envelope=_envelope(first.names, looks),
         on=tuple(all(each.is_on for each in at_once) for at_once in looks),
         not_finite=frozenset(path for each in runs for path in each.not_finite),
+        arrows=first.arrows,
+        reached=frozenset(arrow for each in runs for arrow in each.reached),
         within=first.within,
         wrong=next((each.wrong for each in runs if each.wrong is not None), None),
     )
@@ -142,6 +148,7 @@ class _Run:
                 if before < until:
                     self._note(watched, before)
             self.not_finite = watched.not_finite
+            self.arrows, self.reached = frozenset(watched.arrows), frozenset(watched.reached)
             _check(mission, watched)
         self.uses.sort(key=lambda each: each.use.at)
 

@@ -14,11 +14,12 @@
 | `account` | activations that were scheduled and those that are accounted for differ |
 | `own` | what the board's own oracle says |
 
-A verdict is `sound` once the judge is sure: half a second after a robot is healthy again, a second
-after a lasting fault was reported, or three after one that shows in nothing.
+A verdict is `sound` once the judge is sure: half a second after a robot is healthy again or a
+lasting fault was reported, or three seconds after one that shows in nothing.
 """
 
-from collections.abc import Callable
+import copy
+from collections.abc import Callable, Sequence
 from typing import Final, TypeAlias
 
 from msgspec import Struct
@@ -43,7 +44,7 @@ RECOVER: Final = 5 * SECOND
 """In which a robot has to be healthy again after a fault."""
 _QUIET: Final = 300 * MILLISECOND
 _SETTLED: Final = 500 * MILLISECOND
-_SAID: Final = SECOND
+_SAID_LATELY: Final = SECOND
 _WATCHED: Final = 3 * SECOND
 _DRIVEN_WHILE_LOST: Final = SECOND
 _KEPT_OFF: Final = frozenset({"stuck", "nack", "nack-data", "arbitration", "fault", "absent"})
@@ -67,6 +68,8 @@ class Verdict(Struct, frozen=True, kw_only=True):
     """Whether the fault showed on a line."""
     ended: str | None = None
     """Why the run was over, if it was."""
+    reached: tuple[str, ...] = ()
+    """Arrows of state diagrams that were taken, and are not in healthy runs."""
     digest: str = ""
 
 
@@ -74,36 +77,61 @@ class Judge:
     """Watches one struck robot, look by look, until it is sure."""
 
     def __init__(
-        self, watched: Watched, healthy: Healthy, strike: Strike, oracle: Oracle | None = None
+        self,
+        watched: Watched,
+        healthy: Healthy,
+        strikes: Sequence[Strike],
+        oracle: Oracle | None = None,
     ) -> None:
         self._watched = watched
         self._healthy = healthy
-        self._strike = strike
-        self._kind = KINDS[strike.kind]
-        self._end = end_of(strike.at, strike.span)
         self._oracle = oracle
-        self._struck_at = strike.at if self._kind.is_moment else None
+        self._go_by(strikes)
+        self._struck_at = self._at if all(KINDS[each.kind].is_moment for each in strikes) else None
         self._said: Said | None = None
         self._left_at: int | None = None
-        self._astray_at: int | None = None
         self._well_since: int | None = None
         self._lost_at: int | None = None
         self._last_said = -1
 
+    def _go_by(self, strikes: Sequence[Strike]) -> None:
+        kinds = [KINDS[each.kind] for each in strikes]
+        self._device = next((each.device for each in strikes if each.device), "world")
+        self._at = min(each.at for each in strikes)
+        self._end = max(end_of(each.at, each.span) for each in strikes)
+        self._is_of_world = any(kind.of == "world" for kind in kinds)
+        self._fails = any(
+            kind.fails and each.span > self._healthy.within
+            for kind, each in zip(kinds, strikes, strict=True)
+        )
+        self._may_stay_on = any(kind.name in _KEPT_OFF for kind in kinds)
+        self._drives_itself = any(kind.of == "actuator" for kind in kinds)
+
+    def of_shorter(self, strikes: Sequence[Strike]) -> "Judge":
+        """Return the judge of faults that are over sooner, in a run that is the same so far."""
+        other = copy.copy(self)
+        other._go_by(strikes)  # noqa: SLF001 -- its own
+        return other
+
     def judge(self) -> Verdict:
         """Run on until it is sure, end the run, and return the verdict."""
+        return self.judge_until(NEVER) or self.closed()
+
+    def judge_until(self, until: int) -> Verdict | None:
+        """Run on until it is sure, or at an instant; None where nothing is wrong."""
         watched = self._watched
-        while True:
+        while watched.at < until:
             look = watched.go_on()
-            if look.at < self._strike.at:
+            if look.at < self._at:
                 continue
             if watched.outcome is not None:
                 return self._after_the_end(look)
             found = self._found(look)
             if found is not None:
                 return self._verdict(*found, look.at)
-            if self._is_sure(look):
-                return self._closed(look)
+            if self.is_sure:
+                return None
+        return None
 
     # ---------------------------------------------------------------------------------------------
 
@@ -112,12 +140,13 @@ class Judge:
         return Verdict(
             outcome=outcome,
             what=what,
-            model=model or self._strike.device or "world",
+            model=model or self._device,
             at=at,
             said=None if said is None else f"{said.model}: {said.kind}",
-            said_after=None if said is None else said.at - self._strike.at,
+            said_after=None if said is None else said.at - self._at,
             struck=self._struck_at is not None,
             ended=None if self._watched.outcome is None else self._watched.outcome.reason,
+            reached=tuple(sorted(self._watched.reached - self._healthy.reached)),
             digest=self._watched.digest,
         )
 
@@ -136,7 +165,7 @@ class Judge:
         if self._struck_at is None:
             self._struck_at = self._watched.struck_at
         if self._said is None:
-            self._said = self._watched.said(self._strike.at)
+            self._said = self._watched.said(self._at)
         last = self._watched.said_last()
         self._last_said = -1 if last is None else last.at
 
@@ -155,8 +184,7 @@ class Judge:
     def _late(self, look: Look) -> tuple[str, str] | None:
         """A device that fails for good, nothing of which is said in time."""
         within = self._healthy.within
-        lasts = self._strike.span > within
-        if not (self._kind.fails and lasts and self._said is None and look.is_on):
+        if not (self._fails and self._said is None and look.is_on):
             return None
         if self._struck_at is None or min(look.at, self._end) - self._struck_at <= within:
             return None
@@ -165,7 +193,7 @@ class Judge:
     def _silent(self, look: Look) -> tuple[str, str] | None:
         """A robot that drives beside its envelope, and says nothing."""
         outside = None
-        if look.is_on and self._said is None and self._kind.of != "world":
+        if look.is_on and self._said is None and not self._is_of_world:
             outside = self._healthy.envelope.outside(look)
         if outside is None:
             self._left_at = None
@@ -191,7 +219,7 @@ class Judge:
             return None
         if self._well_since is None:
             self._well_since = look.at
-        is_judged = look.is_on and self._kind.of != "world"
+        is_judged = look.is_on and not self._is_of_world
         far = self._healthy.envelope.far_outside(look) if is_judged else None
         if far is not None and look.at - self._end > RECOVER:
             return "astray", f"{RECOVER / SECOND:g} s after the fault {far}"
@@ -215,22 +243,23 @@ class Judge:
     def _why_unwell(self, look: Look) -> str | None:
         if self._last_said >= 0 and look.at - self._last_said < _QUIET:
             said = self._watched.said_last()
-            if said is not None and said.at >= self._end and self._kind.of != "world":
+            if said is not None and said.at >= self._end and not self._is_of_world:
                 return f"{said.model} still reports {said.kind}"
-        is_of_world = (
-            self._kind.of == "world"
-        )  # nothing failed: off is right for as long as it says
-        is_said = is_of_world and self._last_said >= look.at - _SAID
+        # nothing failed: off is right for as long as it says
+        is_said = self._is_of_world and self._last_said >= look.at - _SAID_LATELY
         if not (look.is_on or is_said) and self._healthy.is_on(look.at):
             return "outputs are off"
         return None
 
-    def _is_sure(self, look: Look) -> bool:
+    @property
+    def is_sure(self) -> bool:
+        """Whether what comes now changes nothing any more."""
+        at = self._watched.at
         if self._end != NEVER:
-            return self._well_since is not None and look.at - self._well_since >= _SETTLED
+            return self._well_since is not None and at - self._well_since >= _SETTLED
         if self._said is not None:
-            return look.at - self._said.at >= _SAID
-        return look.at - self._strike.at >= _WATCHED
+            return at - self._said.at >= _SETTLED
+        return at - self._at >= _WATCHED
 
     # The end -------------------------------------------------------------------------------------
 
@@ -247,25 +276,28 @@ class Judge:
             return self._verdict(*found, look.at)
         return self._verdict(SOUND, "", look.at)
 
-    def _closed(self, look: Look) -> Verdict:
-        """End the fault and the run, and judge that."""
-        robot = self._watched.robot
-        verdict = self._verdict(SOUND, "", look.at)
+    def closed(self) -> Verdict:
+        """End the faults and the run, and judge that."""
+        robot, at = self._watched.robot, self._watched.at
+        verdict = self._verdict(SOUND, "", at)
         robot.clear_faults()
         try:
             robot.close()
         except HalError as error:
-            return self._verdict("on", f"at the end {text_of(error)}", look.at)
+            return self._verdict("on", f"at the end {text_of(error)}", at)
         except FirmwareRuntimeError as error:
-            return self._verdict("crash", text_of(error), look.at, where_raised(error))
+            return self._verdict("crash", text_of(error), at, where_raised(error))
         found = self._found_in_the_end(self._watched.look(), is_cleared=True)
-        return verdict if found is None else self._verdict(*found, look.at)
+        return verdict if found is None else self._verdict(*found, at)
 
     def _found_in_the_end(self, look: Look, *, is_cleared: bool = False) -> tuple[str, str] | None:
         outcome = self._watched.outcome
-        is_kept_off = not is_cleared and self._kind.name in _KEPT_OFF and look.at <= self._end
+        is_kept_off = not is_cleared and self._may_stay_on and look.at <= self._end
         was_said = outcome is not None and bool(outcome.faults)
-        if self._watched.has_output_on and not (is_kept_off and was_said):
+        is_kept_off = is_kept_off and was_said
+        if not is_cleared and self._drives_itself and look.at <= self._end:
+            is_kept_off = True  # the robot has switched off what it could
+        if self._watched.has_output_on and not is_kept_off:
             return "on", "the run is over, and an output is on"
         for path, each in self._watched.robot.statistics.models.items():
             if each.scheduled - each.run - each.skipped - each.coalesced not in {0, each.waiting}:

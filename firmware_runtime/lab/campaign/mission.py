@@ -30,6 +30,8 @@ class Mission(Struct, frozen=True, kw_only=True):
     """Seconds in which a fault has to be said; None is what the board says, else `WITHIN_S`."""
     without: tuple[str, ...] = ()
     """Faults that are left out, `KIND` or `KIND:DEVICE`: those that are known and accepted."""
+    pairs: int = 0
+    """Pairs of faults that are tried beside each single one."""
 
     def settings(self, seed: int | None = None) -> dict[str, object]:
         """Return all overrides by key, with another seed if one is given."""
@@ -74,4 +76,6 @@ class Mission(Struct, frozen=True, kw_only=True):
             found += ["--within", f"{self.within_s:g}"]
         for each in self.without:
             found += ["--without", each]
+        if self.pairs:
+            found += ["--pairs", str(self.pairs)]
         return found

@@ -1,5 +1,6 @@
 """The end of a campaign: how much of the space was seen, what was found, what was never reached."""
 
+import json
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from typing import Final
@@ -8,6 +9,7 @@ from msgspec import Struct
 
 from firmware_runtime.hal.strike import KINDS
 from firmware_runtime.lab.campaign.findings import Finding
+from firmware_runtime.lab.campaign.healthy import Healthy
 from firmware_runtime.lab.campaign.space import Space
 from firmware_runtime.lab.sweeps.row import Row
 
@@ -30,6 +32,10 @@ class Report(Struct, frozen=True, kw_only=True):
     """Runs that were run again to know that."""
     never: Sequence[str]
     """Faults of the space, `KIND of DEVICE`, that no run has had, or that never showed."""
+    arrows: int = 0
+    """Arrows of the robot's state diagrams."""
+    never_taken: Sequence[str] = ()
+    """Those that no run has taken, healthy ones included, `MODEL: STATE -> STATE`."""
 
     @property
     def runs(self) -> int:
@@ -64,6 +70,8 @@ class Report(Struct, frozen=True, kw_only=True):
             "outcomes": dict(Counter(str(row["outcome"]) for row in self.rows).most_common()),
             "said": self.said,
             "never": list(self.never),
+            "arrows": self.arrows,
+            "never_taken": list(self.never_taken),
             "run_again": self.run_again,
             "runs": self.runs,
             "space": self.space,
@@ -84,9 +92,10 @@ class Report(Struct, frozen=True, kw_only=True):
         yield f"{runs}: {found}, {self.silent} silent, {self.crashes} crashes"
         yield f"{self.run_again} run again: {self.flakes} flakes"
         if self.never:
-            listed = ", ".join(self.never[:_MOST_LISTED])
-            more = len(self.never) - _MOST_LISTED
-            yield f"never shown: {listed}{f' and {more} more' if more > 0 else ''}"
+            yield f"never shown: {_listed(self.never)}"
+        if self.arrows:
+            taken = f"{self.arrows - len(self.never_taken)} of {self.arrows} arrows of states taken"
+            yield f"{taken}; never: {_listed(self.never_taken)}" if self.never_taken else taken
 
     def __str__(self) -> str:
         return "\n".join(self.lines)
@@ -97,6 +106,17 @@ class Report(Struct, frozen=True, kw_only=True):
         if self.findings or self.flakes:
             said = [line for each in self.findings for line in each.lines]
             raise AssertionError("\n".join(said or [f"{self.flakes} runs were others run again"]))
+
+
+def _listed(names: Sequence[str]) -> str:
+    more = len(names) - _MOST_LISTED
+    return f"{', '.join(names[:_MOST_LISTED])}{f' and {more} more' if more > 0 else ''}"
+
+
+def never_taken(found: Healthy, rows: Sequence[Row]) -> list[str]:
+    """Return the arrows of state diagrams that no run has taken."""
+    taken = {arrow for row in rows for arrow in json.loads(str(row["reached"]))}
+    return sorted(found.arrows - found.reached - taken)
 
 
 def never_shown(space: Space, rows: Sequence[Row]) -> list[str]:

@@ -1,22 +1,25 @@
-"""The space of a campaign: every single fault at every use of the lines of a mission.
+"""The space of a campaign: every single fault at every use of the lines of a mission, and pairs.
 
 A fault of a device strikes with a transaction of that device: one that is made between two of them
 strikes the second one, and is the same run. So the space has each fault once for each use in which
 it shows: what alters readings at those that read, what refuses a written byte at those that write.
 Kinds that hold up a whole bus are tried on the bus, too; a push at each use of the first line. A
 kind that has a number, such as which bit, has the number of the use.
+
+Pairs are a sample: the first ones of any size are spread evenly over what the first fault is, and
+over the faults within a second after it.
 """
 
 from bisect import bisect_right
 from collections.abc import Iterator, Sequence
 from functools import lru_cache
-from itertools import accumulate
+from itertools import accumulate, islice
 from typing import Final, NamedTuple, overload
 
 from msgspec import Struct
 
 from firmware_runtime.devs.time import SECOND
-from firmware_runtime.hal.strike import KINDS, Kind, Place, Strike
+from firmware_runtime.hal.strike import KINDS, OF_NO_DEVICE, Kind, Place, Strike
 from firmware_runtime.lab.campaign.healthy import Healthy, UseOfLine, healthy
 from firmware_runtime.lab.campaign.mission import Mission
 
@@ -26,12 +29,15 @@ OF_LINES: Final = ("stuck", "arbitration", "fault", "slow")
 _BITS: Final = 64
 _GOLDEN: Final = 0x9E3779B97F4A7C15
 """The golden section of 2 to the power of 64, which is odd."""
+_SECOND: Final = 0xC13FA9A902A6328F
+"""Another such number: multiples of both fill a square evenly."""
+PAIRED_WITHIN: Final = SECOND
 
 
 class Case(Struct, frozen=True):
-    """One fault of the space, and the last look before the step in which it strikes."""
+    """One fault of the space, or a pair, and the last look before the step that it strikes in."""
 
-    strike: Strike
+    strikes: tuple[Strike, ...]
     before: int
 
 
@@ -52,9 +58,12 @@ class Space(Sequence[Case]):
         self._by_use: dict[tuple[str, int | None, bool, bool], tuple[Form, ...]] = {}
         counts = (len(self._forms_at(each)) for each in found.uses)
         self._ends = list(accumulate(counts))
+        self._use_times = [each.use.at for each in found.uses]
+        self.singles = self._ends[-1] if self._ends else 0
+        """Its faults that strike alone come first; the rest are pairs."""
 
     def __len__(self) -> int:
-        return self._ends[-1] if self._ends else 0
+        return self.singles + (self._found.mission.pairs if self.singles > 1 else 0)
 
     @overload
     def __getitem__(self, number: int) -> Case: ...
@@ -65,12 +74,41 @@ class Space(Sequence[Case]):
             return [self[each] for each in range(*number.indices(len(self)))]
         if not 0 <= number < len(self):
             raise IndexError(number)
+        if number >= self.singles:
+            return self._pair(number - self.singles)
         place = bisect_right(self._ends, number)
         use = self._found.uses[place]
         form = self._forms_at(use)[number - (self._ends[place - 1] if place else 0)]
         amount = float(place) if form.kind.is_numbered else None
         at_s = use.use.at / SECOND
-        return Case(Strike(form.kind.name, form.device, at_s, form.for_s, amount), use.before)
+        strike = Strike(form.kind.name, form.device, at_s, form.for_s, amount)
+        return Case((strike,), use.before)
+
+    def _pair(self, index: int) -> Case:
+        first = (index * _GOLDEN % (1 << _BITS)) * self.singles >> _BITS
+        place = bisect_right(self._ends, first)
+        begin = self._ends[place - 1] if place else 0
+        last = bisect_right(self._use_times, self._use_times[place] + PAIRED_WITHIN) - 1
+        count = self._ends[last] - begin
+        second = begin + ((index * _SECOND % (1 << _BITS)) * count >> _BITS)
+        if second == first:
+            second = begin + (second + 1 - begin) % count
+        cases = [self[each] for each in sorted((first, second))]
+        return Case(tuple(each.strikes[0] for each in cases), cases[0].before)
+
+    def alike(self, number: int) -> range:
+        """Return the numbers of the cases that differ in nothing but how long their fault lasts.
+
+        A pair is alike to none.
+        """
+        if number >= self.singles:
+            return range(number, number + 1)
+        place = bisect_right(self._ends, number)
+        begin = self._ends[place - 1] if place else 0
+        forms = [form[:2] for form in self._forms_at(self._found.uses[place])]
+        form = forms[number - begin]
+        first = begin + forms.index(form)
+        return range(first, first + forms.count(form))
 
     @property
     def faults(self) -> list[tuple[str, str]]:
@@ -95,8 +133,10 @@ class Space(Sequence[Case]):
                 spans = spans_of(kind)
                 # once is the same on the bus as on the device that this use is of
                 yield from (Form(kind, place.name, s) for s in spans[place.is_line :])
-        if use.line == self._first_line and any(each.name == "push" for each in self._found.kinds):
-            yield Form(KINDS["push"], "", None)
+        if use.line == self._first_line:
+            yield from (
+                Form(each, "", None) for each in self._found.kinds if each.of in OF_NO_DEVICE
+            )
 
 
 @lru_cache(maxsize=4)
@@ -120,6 +160,30 @@ def spread(size: int) -> Iterator[int]:
             seen[number] = 1
             left -= 1
             yield number
+
+
+def in_courses(space: Space, most: int | None = None) -> Iterator[int]:
+    """Yield all numbers of a space, spread evenly, `most` single faults and all pairs.
+
+    Cases that are alike come together.
+    """
+    count = space.singles if most is None else min(most, space.singles)
+    pairs = len(space) - space.singles
+    done = 0
+    for index, number in enumerate(islice(_courses(space), count), 1):
+        yield number
+        while done < pairs * index // count:
+            yield space.singles + done
+            done += 1
+
+
+def _courses(space: Space) -> Iterator[int]:
+    seen = bytearray(space.singles)
+    for each in spread(space.singles):
+        if not seen[each]:
+            for number in space.alike(each):
+                seen[number] = 1
+                yield number
 
 
 def _kinds_at(place: Place, use: UseOfLine) -> Sequence[Kind]:

@@ -8,14 +8,17 @@ import json
 import time
 from collections.abc import Callable, Generator, Iterator, Sequence
 from contextlib import contextmanager, suppress
+from functools import partial
+from itertools import groupby
 from pathlib import Path
-from typing import Final
+from typing import Final, TypeVar
 
 from msgspec import Struct
 from msgspec.structs import replace
 
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.errors import FirmwareRuntimeError, text_of
+from firmware_runtime.executive.clocks import FURTHEST_AHEAD
 from firmware_runtime.hal.strike import Strike
 from firmware_runtime.hal.wire_errors import HalError
 from firmware_runtime.lab.campaign.fork import HANG, in_child
@@ -34,11 +37,17 @@ class Trial(Struct, frozen=True):
     """A mission and the faults that are made in it."""
 
     mission: Mission
-    strike: Strike
+    strikes: tuple[Strike, ...]
+    """One, or two of a pair, in order of time."""
+
+    @property
+    def kinds(self) -> str:
+        """Return the kinds of its faults, as `nack` or `nack + push`."""
+        return " + ".join(each.kind for each in self.strikes)
 
     def row(self, number: int, verdict: Verdict) -> Row:
         """Return the row of a verdict."""
-        mission, strike = self.mission, self.strike
+        mission, strike = self.mission, self.strikes[0]
         return {
             "row": number,
             "board": mission.board,
@@ -51,6 +60,7 @@ class Trial(Struct, frozen=True):
             "at_s": strike.at_s,
             "for_s": strike.for_s,
             "amount": strike.amount,
+            "others": json.dumps([_cells(each) for each in self.strikes[1:]]),
             "outcome": verdict.outcome,
             "what": verdict.what,
             "model": verdict.model,
@@ -59,6 +69,7 @@ class Trial(Struct, frozen=True):
             "said_after_s": _in_s(verdict.said_after),
             "struck": verdict.struck,
             "ended": verdict.ended,
+            "reached": json.dumps(verdict.reached),
             "digest": verdict.digest,
             "version": release(),
         }
@@ -73,14 +84,19 @@ def trial_of(row: Row) -> Trial:
         seed=_whole(row["seed"]),
         within_s=_number(row["within_s"]),
     )
-    strike = Strike(
-        str(row["kind"]),
-        str(row["device"] or ""),
-        _number(row["at_s"]) or 0.0,
-        _number(row["for_s"]),
-        _number(row["amount"]),
+    first = (row["kind"], row["device"], row["at_s"], row["for_s"], row["amount"])
+    others = json.loads(str(row["others"]))
+    return Trial(mission, tuple(_strike(*cells) for cells in (first, *others)))
+
+
+def _cells(strike: Strike) -> tuple[Cell, ...]:
+    return strike.kind, strike.device, strike.at_s, strike.for_s, strike.amount
+
+
+def _strike(kind: Cell, device: Cell, at_s: Cell, for_s: Cell, amount: Cell) -> Strike:
+    return Strike(
+        str(kind), str(device or ""), _number(at_s) or 0.0, _number(for_s), _number(amount)
     )
-    return Trial(mission, strike)
 
 
 def alone(
@@ -93,7 +109,7 @@ def alone(
         return trial.row(number, _from_the_start(trial, found, oracle, record))
 
     healthy(trial.mission)  # the child has it, and the next one, too
-    return _answer(trial, number, in_child(work))
+    return _answered(trial, number, in_child(work))
 
 
 def forked(
@@ -104,27 +120,74 @@ def forked(
 ) -> Generator[Row, None, None]:
     """Run trials of the space, in order of time, each in a child that begins where it strikes.
 
-    With `until`, an instant of the machine's clock, those that have not begun by then are left.
+    A fault that lasts for a while and the same one for ever are one run until the first ends. With
+    `until`, an instant of the machine's clock, those that have not begun by then are left.
     """
     space, found = space_of(mission), healthy(mission)
-    cases = sorted(((space[number], number) for number in numbers), key=lambda each: each[0].before)
+    cases = sorted(((space[number], number) for number in numbers), key=_order)
     with _healthy_again(mission, found) as watched:
-        for case, number in cases:
+        for _, alike in groupby(cases, _course):
             if until is not None and time.monotonic() >= until:
                 return
-            trial = Trial(mission, case.strike)
-            if case.before == AT_START or watched is None:
-                yield alone(trial, number, oracle)
+            course = [(Trial(mission, case.strikes), number) for case, number in alike]
+            before = space[course[0][1]].before
+            if before == AT_START:
+                yield from (alone(trial, number, oracle) for trial, number in course)
                 continue
-            while watched.at < case.before:
+            while watched.at < before:
                 watched.go_on()
-            yield _answer(
-                trial, number, in_child(_from_here(trial, number, watched, found, oracle))
-            )
+            together = partial(_together, course, watched, found, oracle)
+            rows = in_child(together) if len(course) == 2 else "one"
+            if not isinstance(rows, str):
+                yield from rows
+                continue
+            for trial, number in course:
+                work = partial(_from_here, trial, number, watched, found, oracle)
+                yield _answered(trial, number, in_child(work))
+
+
+def _order(each: tuple[Case, int]) -> tuple[int, int]:
+    """Order cases by where they begin."""
+    return each[0].before, each[1]
+
+
+def _course(each: tuple[Case, int]) -> tuple[object, ...]:
+    """Return what is equal for cases that are one run until the first of them ends."""
+    case, number = each
+    first, *others = case.strikes
+    is_one = bool(others) or first.span <= FURTHEST_AHEAD
+    return number if is_one else -1, case.before, replace(first, for_s=None)
+
+
+def _together(
+    course: Sequence[tuple[Trial, int]], watched: Watched, found: Healthy, oracle: Oracle | None
+) -> list[Row]:
+    """Run a fault for a while and the same one for ever, up to where the first one ends.
+
+    A world is ahead of the clock by so much at most: no transaction by then comes after that end.
+    """
+    (shorter, number), (longer, its_number) = course
+    strike, struck = shorter.strikes[0], watched.robot.session.hardware
+    end = strike.at + strike.span
+    struck.strike(longer.strikes)
+    judge = Judge(watched, found, longer.strikes, oracle)
+    verdict = _verdict(longer, lambda: judge.judge_until(end - FURTHEST_AHEAD))
+    if verdict is not None:  # or it is over: so are both
+        return [trial.row(each, verdict) for trial, each in course]
+
+    def go_on() -> Row:
+        struck.struck.end(end)
+        return shorter.row(number, _verdict(shorter, judge.of_shorter(shorter.strikes).judge))
+
+    if not judge.is_sure:
+        row = _answered(shorter, number, in_child(go_on))
+        return [row, longer.row(its_number, _verdict(longer, judge.judge))]
+    last = in_child(lambda: longer.row(its_number, _verdict(longer, judge.closed)))
+    return [go_on(), _answered(longer, its_number, last)]
 
 
 @contextmanager
-def _healthy_again(mission: Mission, found: Healthy) -> Iterator[Watched | None]:
+def _healthy_again(mission: Mission, found: Healthy) -> Iterator[Watched]:
     robot = mission.opened()
     try:
         robot.session.hardware.struck  # noqa: B018 -- made once, here
@@ -139,13 +202,10 @@ def _healthy_again(mission: Mission, found: Healthy) -> Iterator[Watched | None]
 
 def _from_here(
     trial: Trial, number: int, watched: Watched, found: Healthy, oracle: Oracle | None
-) -> Callable[[], Row]:
-    def work() -> Row:
-        watched.robot.session.hardware.strike([trial.strike])
-        judge = Judge(watched, found, trial.strike, oracle)
-        return trial.row(number, _judged(trial, judge))
-
-    return work
+) -> Row:
+    watched.robot.session.hardware.strike(trial.strikes)
+    judge = Judge(watched, found, trial.strikes, oracle)
+    return trial.row(number, _verdict(trial, judge.judge))
 
 
 def _from_the_start(
@@ -153,47 +213,46 @@ def _from_the_start(
 ) -> Verdict:
     """Judge a run that has its fault from before its first transaction."""
     try:
-        robot: OpenBoard = trial.mission.opened([trial.strike], record=record)
+        robot: OpenBoard = trial.mission.opened(trial.strikes, record=record)
     except HalError as error:
         return Verdict(outcome=SOUND, ended=f"not begun: {text_of(error)}", struck=True)
     except Exception as error:  # noqa: BLE001 -- of a driver or a model: the finding
         return _crash(trial, error)
     try:
         watched = Watched(robot, found.not_finite)
-        return _judged(trial, Judge(watched, found, trial.strike, oracle))
+        return _verdict(trial, Judge(watched, found, trial.strikes, oracle).judge)
     finally:
         with suppress(FirmwareRuntimeError):  # the verdict is there
             robot.close()
 
 
-def _judged(trial: Trial, judge: Judge) -> Verdict:
+V = TypeVar("V", Verdict, Verdict | None)
+
+
+def _verdict(trial: Trial, judge: Callable[[], V]) -> V | Verdict:
     try:
-        return judge.judge()
+        return judge()
     except Exception as error:  # noqa: BLE001 -- raised past the executive: the finding
         return _crash(trial, error)
 
 
 def _crash(trial: Trial, error: Exception) -> Verdict:
     what = f"{type(error).__name__}: {text_of(error)}"
-    return Verdict(outcome="crash", what=what, model=where_raised(error), at=trial.strike.at)
+    return Verdict(outcome="crash", what=what, model=where_raised(error), at=trial.strikes[0].at)
 
 
-def _answer(trial: Trial, number: int, answer: Row | str) -> Row:
+def _answered(trial: Trial, number: int, answer: Row | str) -> Row:
     if not isinstance(answer, str):
         return answer
     outcome = "hang" if answer == HANG else "crash"
-    verdict = Verdict(outcome=outcome, what=answer, model=trial.strike.device, at=trial.strike.at)
+    first = trial.strikes[0]
+    verdict = Verdict(outcome=outcome, what=answer, model=first.device, at=first.at)
     return trial.row(number, verdict)
 
 
 def lost(mission: Mission, number: int, case: Case, why: str) -> Row:
     """Return the row of a run whose process ended each time it was tried."""
-    return Trial(mission, case.strike).row(number, Verdict(outcome=LOST, what=why))
-
-
-def with_strike(trial: Trial, **changes: float | None) -> Trial:
-    """Return a trial with another strike."""
-    return replace(trial, strike=replace(trial.strike, **changes))
+    return Trial(mission, case.strikes).row(number, Verdict(outcome=LOST, what=why))
 
 
 def _in_s(span: int | None) -> float | None:

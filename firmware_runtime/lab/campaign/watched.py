@@ -13,12 +13,14 @@ import msgspec
 from msgspec import Struct
 
 from firmware_runtime.board.rig import Driven, Judging, Losable, Rig, Truthful
+from firmware_runtime.devs.component import below_root
 from firmware_runtime.devs.coupled import ports_below
 from firmware_runtime.devs.finite import all_numbers
 from firmware_runtime.devs.time import MILLISECOND
 from firmware_runtime.executive.outcome import Outcome
 from firmware_runtime.hal.strike import Breakable
 from firmware_runtime.hal.wire_errors import Fault
+from firmware_runtime.models.state_diagram import StateDiagram
 from firmware_runtime.runs.open_board import OpenBoard
 
 EVERY: Final = 20 * MILLISECOND
@@ -66,12 +68,19 @@ class Watched:
         self._driven = rig if isinstance(rig, Driven) else None
         self.losable = rig if isinstance(rig, Losable) else None
         self.judging = rig if isinstance(rig, Judging) else None
+        self.reached: set[str] = set()
+        """Arrows that its state diagrams have taken, `MODEL: STATE -> STATE`."""
+        self.arrows: set[str] = set()
+        """All that they have."""
         self._digest = blake2b(digest_size=6)
         truths = set(self._truth.truth() if self._truth else ())
         simulator = self.session.executive.simulator
         for port in ports_below(simulator.root).values():
             if port.path not in truths and port.path not in exempt and not _is_of_faults(port.type):
                 simulator.listen(port, partial(self._check, port.path))
+        for model in simulator.atomics:
+            if isinstance(model, StateDiagram):
+                self._follow(model)
 
     @property
     def names(self) -> list[str]:
@@ -131,6 +140,25 @@ class Watched:
         counted = self.session.executive.faults.counted
         whole.update(repr([(each.path, each.kind, each.count) for each in counted]).encode())
         return whole.hexdigest()
+
+    def _follow(self, diagram: StateDiagram) -> None:
+        """Note the arrows that a state diagram takes, beside what watches it already."""
+        path, before, also = below_root(diagram.path), "", diagram.watch
+
+        def enter(state: str) -> None:
+            nonlocal before
+            if before:
+                self.reached.add(f"{path}: {before} -> {state}")
+            before = state
+            if also is not None:
+                also(state)
+
+        diagram.watch = enter
+        self.arrows |= {
+            f"{path}: {state.name} -> {arrow.to}"
+            for state in diagram.states
+            for arrow in (*state.external, *state.internal)
+        }
 
     def _check(self, path: str, at: int, value: object) -> None:
         try:

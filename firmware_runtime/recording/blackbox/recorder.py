@@ -310,6 +310,9 @@ class Recorder:
             self._writer.write(Kind.OUTSIDE, self._now())
 
     def _note_readings(self) -> None:
-        """Note what the clock said in the step; in virtual time it stands still."""
-        if not self._step.stands_still:
-            self.pending.readings += self._step.readings()
+        """Note what the clock said in the step; in virtual time, when that began if it was late."""
+        step = self._step
+        if not step.stands_still:
+            self.pending.readings += step.readings()
+        elif step.started != step.at:
+            self.pending.readings.append(step.started)

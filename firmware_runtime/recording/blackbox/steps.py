@@ -70,7 +70,7 @@ def end_of_step(  # noqa: C901, PLR0913, PLR0917 -- parts of a recorder, straigh
     unlike, note = pending.classes.unlike, pending.classes.note
     noted, has_readings = step.laps.noted, not step.stands_still
 
-    def end(at: int, next_at: int) -> None:  # noqa: C901 -- straight on
+    def end(at: int, next_at: int) -> None:  # noqa: C901, PLR0912 -- straight on
         content: bytes | bytearray = buffer
         if has_readings:
             epoch = step.epoch
@@ -78,6 +78,8 @@ def end_of_step(  # noqa: C901, PLR0913, PLR0917 -- parts of a recorder, straigh
             for reading in noted[2::4]:
                 readings.append(reading - epoch)
             readings.append(step.ended)
+        elif step.started != at:  # virtual time that was stalled
+            readings.append(step.started)
         if unlike:
             fields[EXTRA] = note()
         try:

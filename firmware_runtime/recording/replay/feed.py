@@ -35,6 +35,7 @@ class Feed:
         self._at = section.at
         self._section = section
         self._readings = iter(section.readings)
+        self._still_at = next(self._readings, section.at) if self.is_virtual else section.at
         self._times = iter(section.times)
         self._enabled = iter(section.enabled)
         self._world = iter(section.world)
@@ -58,7 +59,7 @@ class Feed:
     def reading(self) -> int:
         """Return the clock's next reading; in virtual time it stands still within a section."""
         if self.is_virtual:
-            return self._at
+            return self._still_at
         self._last_reading = self._next(self._readings, "clock", self._last_reading)
         return self._last_reading
 
