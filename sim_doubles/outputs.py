@@ -35,14 +35,8 @@ class BrokenOutputs:
         index = on[number % len(on)]
         self._broken[index] = kind, now[index]
 
-    def clear(self) -> None:
-        """Let none be broken."""
-        self._broken.clear()
-
     def applied(self, commanded: tuple[T, ...]) -> tuple[T, ...]:
-        """Return how the outputs stand for what is commanded; that itself where none is broken."""
-        if not self._broken:
-            return commanded
+        """Return how the outputs stand for what is commanded."""
         found = list(commanded)
         for index, (kind, before) in self._broken.items():
             found[index] = type(commanded[index])(self._one(kind, before, commanded[index]))

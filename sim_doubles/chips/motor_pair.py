@@ -7,11 +7,13 @@ world may ask as rarely as it likes: speed and turn are formulas in integers.
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 from firmware_runtime.devs.time import NEVER, SECOND, format_time
 from sim_doubles.clock import Now
-from sim_doubles.outputs import BrokenOutputs
+
+if TYPE_CHECKING:
+    from sim_doubles.outputs import BrokenOutputs
 
 
 @dataclass(frozen=True, slots=True)
@@ -102,7 +104,8 @@ class MotorPair:
         self._since = at
         self._stops_at = NEVER
         self._ramps = (Ramp(at), Ramp(at))
-        self._broken = BrokenOutputs(full_scale)
+        self._full_scale = full_scale
+        self._broken: BrokenOutputs | None = None
         self._commanded = ((0, 0), 1, 0)
 
     # World face
@@ -146,7 +149,8 @@ class MotorPair:
     def drive(self, at: int, targets: tuple[int, int], step: int, period: int) -> None:
         """Let the speeds go to `targets` from `at` on, `step` units each `period` ns."""
         self._commanded = targets, step, period
-        first_target, second_target = self._broken.applied(targets)
+        broken = self._broken
+        first_target, second_target = targets if broken is None else broken.applied(targets)
         first, second = self._ramps
         ramps = (
             first.towards(at, first_target, step, period),
@@ -157,12 +161,16 @@ class MotorPair:
 
     def break_output(self, at: int, kind: str, number: int) -> None:
         """Break one motor from `at` on; what it stands at is the speed that it is on its way to."""
+        from sim_doubles.outputs import BrokenOutputs  # noqa: PLC0415 -- of a run with faults
+
+        if self._broken is None:
+            self._broken = BrokenOutputs(self._full_scale)
         self._broken.add(kind, number, [each.target for each in self._ramps])
         self._drive_again(at)
 
     def heal_outputs(self, at: int) -> None:
         """Let both motors follow the chip again."""
-        self._broken.clear()
+        self._broken = None
         self._drive_again(at)
 
     def _drive_again(self, at: int) -> None:

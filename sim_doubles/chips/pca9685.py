@@ -12,6 +12,7 @@ RESTART, all channels run again with the values they hold.
 """
 
 from collections.abc import Callable
+from typing import TYPE_CHECKING
 
 from firmware_runtime.devs.time import NEVER
 from firmware_runtime.hal.i2c import GENERAL_CALL
@@ -44,7 +45,9 @@ from sim_doubles.chips.pca9685_registers import (
 from sim_doubles.chips.protocol_warnings import ProtocolWarnings
 from sim_doubles.clock import Now
 from sim_doubles.i2c_target import Target
-from sim_doubles.outputs import BrokenOutputs
+
+if TYPE_CHECKING:
+    from sim_doubles.outputs import BrokenOutputs
 
 # What the next byte written is.
 POINTER, CONTENT, CALL, REFUSED = range(4)
@@ -78,7 +81,7 @@ class Pca9685Double(Target):
         self._output_enabled = True
         self.duties = ALL_LOW
         """Duty of each output: the fraction of time it is high; to be read only."""
-        self._broken = BrokenOutputs(full=1.0)
+        self._broken: BrokenOutputs | None = None
         self._registers = bytearray(256)
         self._pointer = 0
         self._next_is = REFUSED
@@ -133,12 +136,16 @@ class Pca9685Double(Target):
 
     def break_output(self, kind: str, number: int) -> None:
         """Break what stands behind one output, until `heal_outputs`."""
+        from sim_doubles.outputs import BrokenOutputs  # noqa: PLC0415 -- of a run with faults
+
+        if self._broken is None:
+            self._broken = BrokenOutputs(full=1.0)
         self._broken.add(kind, number, self.duties)
         self._update_outputs()
 
     def heal_outputs(self) -> None:
         """Let all outputs follow the registers again."""
-        self._broken.clear()
+        self._broken = None
         self._update_outputs()
 
     def power_cycle(self) -> None:
@@ -305,7 +312,9 @@ class Pca9685Double(Target):
         self._update_outputs()
 
     def _update_outputs(self) -> None:
-        duties = self._broken.applied(self._outputs())
+        duties = self._outputs()
+        if self._broken is not None:
+            duties = self._broken.applied(duties)
         if duties != self.duties:
             if self.before_change is not None:
                 self.before_change()
