@@ -99,7 +99,7 @@ def _watch(arguments: argparse.Namespace, question: Question, folder: Path | Non
     from firmware_runtime.recording.what_if.watch import Watched, answers, since  # noqa: PLC0415 -- with --watch only
 
     before: WhatIf | None = None
-    watched = Watched(folder, read_recording(Path(question.recording)).header)
+    watched = Watched(folder, read_recording(Path(question.recording)).header.code)
     for found, spent in answers(question, watched):
         if isinstance(found, ConfigError):
             print_line(f"firmware-runtime: {found}", sys.stderr)

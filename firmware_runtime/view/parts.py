@@ -210,20 +210,50 @@ class Stay(Struct, frozen=True):
     end: float
 
 
-class Lane(Struct, frozen=True):
-    """What one model was in, one state after the other."""
+class Mark(Struct, frozen=True, omit_defaults=True):
+    """An instant of a lane, with its words, a command that shows more, and a place on the page.
+
+    `height` is its place in the lane, from 0 at the bottom to 1.
+    """
+
+    at: float
+    words: str
+    colour: str = "good"
+    command: str = ""
+    href: str = ""
+    height: float = 0.5
+
+
+class Lane(Struct, frozen=True, omit_defaults=True):
+    """What one model was in, one state after the other; or what happened to it, in marks."""
 
     name: str
-    stays: Sequence[Stay]
+    stays: Sequence[Stay] = ()
+    marks: Sequence[Mark] = ()
+
+
+LANE: Final = 26
+"""Pixels of a lane of states."""
 
 
 class Lanes(_Part, frozen=True, kw_only=True, tag="lanes"):
-    """States over time, a lane a model; shares the cursor of the plots with the same `across`."""
+    """States or marks over time, a lane a model; it shares the cursor of plots of its `across`."""
 
     title: str
     lanes: Sequence[Lane]
     across: str = "s"
     ends: Ends | None = None
+    height: int = LANE
+    """Pixels of a lane."""
+    colours: Mapping[str, str] = {}
+    """Colours of marks by what they mean."""
+
+    @property
+    def reach(self) -> Ends:
+        """Its first and last instant."""
+        stays = [stay.end for lane in self.lanes for stay in lane.stays]
+        marks = [mark.at for lane in self.lanes for mark in lane.marks]
+        return self.ends or (0.0, max([*stays, *marks], default=1.0) or 1.0)
 
     @property
     def lasted(self) -> dict[str, float]:

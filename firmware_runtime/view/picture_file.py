@@ -22,6 +22,7 @@ from matplotlib.ticker import FuncFormatter
 from firmware_runtime.statistics.number_formats import round_duration
 from firmware_runtime.view.palette import PALETTE
 from firmware_runtime.view.parts import (
+    LANE,
     Curve,
     Histogram,
     Lanes,
@@ -103,7 +104,7 @@ def _height(part: Picture) -> float:
 def _inner(part: Picture) -> float:
     """Inches that its axes take."""
     if isinstance(part, Lanes):
-        return _LANE * len(part.lanes)
+        return _LANE * len(part.lanes) * part.height / LANE
     is_square = isinstance(part, Plane) or (isinstance(part, Series) and part.has_equal_scales)
     return 5.5 if is_square else 2.3
 
@@ -114,7 +115,7 @@ def _named(part: Picture) -> list[str]:
         case Series() if len(part.curves) > 1:
             return [curve.name for curve in part.curves]
         case Lanes():
-            return _lasting(part)
+            return [*_lasting(part), *part.colours]
         case Plane():
             return list(dict.fromkeys(each.name for each in _shapes(part) if each.name))
     return []
@@ -274,20 +275,15 @@ def _write(axes: Axes, at: tuple[float, float], words: str, side: str, colour: s
 # States and places --------------------------------------------------------------------------------
 
 
-def _ends_of(part: Lanes) -> tuple[float, float]:
-    stays = [stay for lane in part.lanes for stay in lane.stays]
-    return part.ends or (0.0, max((stay.end for stay in stays), default=1.0) or 1.0)
-
-
 def _lasting(part: Lanes) -> list[str]:
     """The states that take a share of the time that is seen."""
-    begin, end = _ends_of(part)
+    begin, end = part.reach
     return [state for state, span in part.lasted.items() if span >= _SEEN * (end - begin)]
 
 
 def _draw_lanes(axes: Axes, part: Lanes) -> dict[str, Handle]:
     colours = {state: _of_place(place) for place, state in enumerate(part.lasted)}
-    ends = _ends_of(part)
+    ends = part.reach
     for row, lane in enumerate(part.lanes):
         for stay in lane.stays:
             span, colour = stay.end - stay.begin, colours[stay.state]
@@ -295,12 +291,17 @@ def _draw_lanes(axes: Axes, part: Lanes) -> dict[str, Handle]:
             if len(stay.state) < _LETTERS * span / (ends[1] - ends[0]):
                 middle = (stay.begin + stay.end) / 2
                 axes.text(middle, -row, stay.state, color="white", ha="center", va="center")
+        places = [(mark.at, mark.height - 0.5 - row) for mark in lane.marks]
+        if places:
+            shades = [_colour(mark.colour) for mark in lane.marks]
+            axes.scatter(*zip(*places, strict=True), s=6, c=shades, linewidths=0, zorder=2)
     axes.set_yticks([-row for row in range(len(part.lanes))], [lane.name for lane in part.lanes])
     axes.set_xlim(*ends)
     axes.set_ylim(0.5 - len(part.lanes), 0.5)
     axes.grid(visible=False, axis="y")
     _name_axis(axes.xaxis, part.across)
-    return {state: Patch(color=colour) for state, colour in colours.items()}
+    meant = {words: _colour(name) for words, name in part.colours.items()}
+    return {word: Patch(color=colour) for word, colour in {**colours, **meant}.items()}
 
 
 _LOOKS: Final[dict[str, tuple[str, float]]] = {

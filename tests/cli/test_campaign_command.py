@@ -4,6 +4,9 @@ from pathlib import Path
 
 import pytest
 
+from firmware_runtime.lab.campaign.findings import as_in_rows
+from firmware_runtime.lab.campaign.kept_findings import keep_findings
+from firmware_runtime.lab.sweeps.sweep_table import read_table
 from tests.support.command import Command
 
 
@@ -27,6 +30,25 @@ def test_a_campaign_prints_its_figures_and_a_row_is_the_same_again(
 
 
 @pytest.mark.slow
+def test_a_table_is_a_page_and_its_findings_are_run_again(command: Command, tmp_path: Path) -> None:
+    table, page, findings = (tmp_path / name for name in ("t.csv", "page.html", "found"))
+    words = ("campaign", "tachobot", "--for", "0.5", "--runs", "2", "--workers", "1")
+    assert command(*words, "-o", str(table), "--html", str(page)).status == 0
+    assert "campaign of 2 of" in page.read_text(encoding="utf-8")
+    assert command("campaign", "show", str(table)).out.startswith("2 of ")
+    text = table.read_text(encoding="utf-8")
+    table.write_text(text.replace(",sound,", ",silent,"), encoding="utf-8")
+    shown = command("campaign", "show", str(table), "-o", str(tmp_path / "other.json"))
+    assert (shown.status, shown.out.strip()) == (0, str(tmp_path / "other.json"))
+    keep_findings(findings, "tachobot", as_in_rows(read_table(table).rows))
+    again = command("campaign", "rerun", str(findings))
+    assert again.status == 0
+    assert "fixed" in again.out.splitlines()[-1]
+    document = command.document("campaign", "rerun", str(findings), "--json")
+    assert document["left"] == 0
+
+
+@pytest.mark.slow
 def test_of_another_row_it_is_said_that_it_is_another(command: Command, tmp_path: Path) -> None:
     table = tmp_path / "table.csv"
     words = ("campaign", "tachobot", "--for", "0.5", "--runs", "1", "--workers", "1")
@@ -47,6 +69,11 @@ def test_of_another_row_it_is_said_that_it_is_another(command: Command, tmp_path
         (("tachobot", "table.csv"), "expected options only"),
         (("tachobit",), "did you mean tachobot"),
         (("rerun",), "no FILE"),
+        (("show",), "no FILE"),
+        (("show", "absent.csv"), "cannot be read"),
+        (("tachobot", "--watch"), "expected --findings FOLDER"),
+        (("tachobot", "--watch", "--findings", "absent"), "findings.json"),
+        (("tachobot", "--html", "page.txt"), "expected a name that ends in"),
         (("rerun", "absent.csv", "1"), "cannot be read"),
         (("rerun", "absent.csv", "1", "--set", "world.seed=2"), "--set belongs to a campaign"),
     ],

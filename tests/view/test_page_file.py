@@ -17,6 +17,7 @@ from firmware_runtime.view.parts import (
     Lane,
     Lanes,
     Level,
+    Mark,
     Page,
     Part,
     Piece,
@@ -78,6 +79,15 @@ KINDS: dict[str, tuple[Part, set[str]]] = {
             lanes=[Lane("radar", [Stay("Idle", 0, 5), Stay("Brief", 5, 5.1)]), Lane("arm", [])],
         ),
         {"radar", "arm", "Idle", "Brief"},
+    ),
+    "marks": (
+        Lanes(
+            title="marks",
+            lanes=[Lane("imu", marks=[Mark(1.0, "froze", "bad", "rerun 1", "#x", 0.2)])],
+            height=50,
+            colours={"found": "bad"},
+        ),
+        {"imu", "found"},
     ),
     "map": (
         Plane(

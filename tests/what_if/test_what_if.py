@@ -159,7 +159,7 @@ def test_a_folder_without_the_robots_code_is_refused(
 ) -> None:
     assert "no folder" in command.refused("replay", flight, "--with", tmp_path / "none")
     with pytest.raises(ConfigError, match="none of the robot's code"):
-        Watched(tmp_path, read_recording(flight).header)
+        Watched(tmp_path, read_recording(flight).header.code)
 
 
 @pytest.mark.slow
@@ -176,7 +176,7 @@ def test_a_save_is_seen_and_a_file_of_an_editor_is_not(flight: Path, tmp_path: P
     package = tmp_path / "boards/firmware_boards"
     package.mkdir(parents=True)
     (package / "__init__.py").write_text("")
-    watched = Watched(tmp_path, read_recording(flight).header)
+    watched = Watched(tmp_path, read_recording(flight).header.code)
     before = watched.state()
     (package / ".model.py.swp").write_text("")
     (package / "model.pyc").write_text("")

@@ -1,8 +1,10 @@
-"""`firmware-runtime campaign BOARD`, `campaign rerun FILE ROW`: the fault that breaks a robot."""
+"""`firmware-runtime campaign BOARD`, `campaign show`, `campaign rerun`: what breaks a robot."""
 
 import argparse
 import json
 import re
+import subprocess
+import sys
 from contextlib import closing
 from pathlib import Path
 from typing import Final
@@ -16,11 +18,20 @@ from firmware_runtime.cli.arguments import (
     positive,
 )
 from firmware_runtime.cli.many_runs import RowProgress, add_how, interruptible
+from firmware_runtime.cli.written import check_page_file
 from firmware_runtime.errors import ConfigError, Status
-from firmware_runtime.lab.campaign.campaigning import carry_out, rerun
+from firmware_runtime.lab.campaign.campaign_page import campaign_page
+from firmware_runtime.lab.campaign.campaigning import carry_out, report_of, rerun
 from firmware_runtime.lab.campaign.findings import is_same, is_wrong
+from firmware_runtime.lab.campaign.kept_findings import (
+    read_findings,
+    rerun_findings,
+    watched_code,
+)
 from firmware_runtime.lab.campaign.mission import Mission
+from firmware_runtime.lab.campaign.report import Report
 from firmware_runtime.lab.sweeps.sweep_table import read_table
+from firmware_runtime.view.page_file import write_page
 
 _SUMMARY: Final = "Strike a robot with each fault at each moment, and say what breaks it."
 _ABOUT: Final = """
@@ -29,9 +40,11 @@ device in a mission, the start included; once, for a second, for ever; brown-out
 at each of these moments; what holds a bus up on all of the bus, too; a sample of pairs by --pairs.
 Not in it: load, friction and walls, disks and networks, and commands of people. A robot is judged
 from outside, by its outputs, the truth of its world, and the faults that its models report: it may
-be off, or degraded and say so, within --within. `campaign rerun FILE ROW` runs a row again and says
-whether it is the same, to the bit. Exit status 0: nothing was found; 1: something was, or a row
-that was run again is another.
+be off, or degraded and say so, within --within. `campaign show FILE` sums a table up, with -o
+PAGE.html as a page. `campaign rerun FILE ROW` runs a row again and says whether it is the same, to
+the bit; `campaign rerun FOLDER` all findings that --findings has kept, and says which are fixed.
+With --watch those are run again on every save of the robot's files, and nothing else is. Exit
+status 0: nothing was found; 1: something was, or a row that was run again is another.
 """
 _UNITS: Final = {"": 1.0, "s": 1.0, "m": 60.0, "h": 3600.0}
 _MISSION_S: Final = 10.0
@@ -41,11 +54,14 @@ def add_to(verbs: SubParsers) -> None:
     """Add this verb to the command line."""
     verb = add_verb(verbs, "campaign", _SUMMARY, execute)
     verb.epilog = _ABOUT
-    add_board(verb, about="a board's name or file; or `rerun`")
-    verb.add_argument("file", metavar="FILE", nargs="?", type=Path, help="of rerun")
+    add_board(verb, about="a board's name or file; or `show`, or `rerun`")
+    verb.add_argument("file", metavar="FILE", nargs="?", type=Path, help="of show and rerun")
     verb.add_argument("row", metavar="ROW", nargs="?", type=int, help="of rerun")
     verb.add_argument("--json", action="store_true", help="print one JSON object")
-    add_output(verb, "write a row for each run, into FILE.csv or FILE.parquet")
+    add_output(verb, "a row for each run, into FILE.csv or FILE.parquet; show: a page")
+    verb.add_argument(
+        "--html", type=Path, metavar="FILE", help="write a page of it: tried, found, fixed, left"
+    )
     add_duration(verb, f"length of the mission; default {_MISSION_S:g}", dest="for_s")
     verb.add_argument("--seed", type=int, metavar="N", help="world.seed; default: the board's")
     verb.add_argument(
@@ -78,18 +94,30 @@ def add_to(verbs: SubParsers) -> None:
         metavar="FOLDER",
         help="keep each finding there: its recording, and a test that fails until it is fixed",
     )
+    verb.add_argument(
+        "--watch",
+        action="store_true",
+        help="run those kept in --findings again, now and on every save, until Ctrl-C",
+    )
     add_how(verb, "campaign")
 
 
 def execute(arguments: argparse.Namespace) -> int:
-    """Run a campaign, or a row again."""
-    return _rerun(arguments) if arguments.board == "rerun" else _campaign(arguments)
-
-
-def _campaign(arguments: argparse.Namespace) -> int:
+    """Run a campaign, show one, or run something of it again."""
+    if arguments.board == "show":
+        return _show(arguments)
+    if arguments.board == "rerun":
+        is_folder = arguments.file is not None and arguments.file.is_dir()
+        return _rerun_findings(arguments) if is_folder else _rerun(arguments)
     if arguments.file is not None:
         fault = f"{arguments.file}: expected options only"
         raise ConfigError.of_one("campaign", fault)
+    return _watch(arguments) if arguments.watch else _campaign(arguments)
+
+
+def _campaign(arguments: argparse.Namespace) -> int:
+    if arguments.html is not None:
+        check_page_file(arguments.html, "--html")
     mission = Mission(
         board=arguments.board,
         assignments=tuple(arguments.assignments),
@@ -111,8 +139,63 @@ def _campaign(arguments: argparse.Namespace) -> int:
             resume=arguments.resume,
             progress=progress,
         )
+    if arguments.html is not None:
+        table = "" if arguments.output is None else str(arguments.output)
+        write_page(campaign_page(report, table), arguments.html, "--html")
+    return _told(report, arguments)
+
+
+def _told(report: Report, arguments: argparse.Namespace) -> int:
     print(json.dumps(report.as_json()) if arguments.json else report)
     return Status.MODEL_ERROR if report.findings or report.flakes else Status.OK
+
+
+def _show(arguments: argparse.Namespace) -> int:
+    if arguments.file is None or arguments.row is not None:
+        raise ConfigError.of_one("campaign", "no FILE, or a ROW", expected="campaign show FILE")
+    if arguments.output is not None:
+        check_page_file(arguments.output)
+    kept = [] if arguments.findings is None else read_findings(arguments.findings)
+    report = report_of(read_table(arguments.file).rows, kept)
+    if arguments.output is None:
+        return _told(report, arguments)
+    write_page(campaign_page(report, str(arguments.file)), arguments.output)
+    print(arguments.output)
+    return Status.OK
+
+
+def _watch(arguments: argparse.Namespace) -> int:
+    """Run what was found again on every save, in a fresh process each time; ends with Ctrl-C."""
+    if arguments.findings is None:
+        expected = "--findings FOLDER, where a campaign has kept some"
+        raise ConfigError.of_one("campaign", "--watch without findings", expected=expected)
+    words = ["campaign", "rerun", str(arguments.findings), *(["--json"] * arguments.json)]
+    for _ in watched_code(arguments.findings).saves():
+        subprocess.run([sys.executable, "-m", "firmware_runtime.cli", *words], check=False)  # noqa: S603 -- this command
+        if not arguments.json:
+            print("waiting for a save (Ctrl-C ends)", flush=True)
+    return Status.OK
+
+
+def _rerun_findings(arguments: argparse.Namespace) -> int:
+    if arguments.row is not None or arguments.assignments:
+        fault = "ROW and --set belong to a table and to a board"
+        raise ConfigError.of_one("campaign", fault, expected="campaign rerun FOLDER")
+    left = 0
+    found = []
+    for kept, outcome in rerun_findings(arguments.file):
+        left += not kept.fixed
+        found.append(
+            {"finding": kept.finding.as_json(), "fixed": kept.fixed or None, "outcome": outcome}
+        )
+        if not arguments.json:
+            state = f"fixed, {kept.fixed}" if kept.fixed else f"still {outcome}"
+            print(f"{state}: {kept.finding.lines[0]}", flush=True)
+    if arguments.json:
+        print(json.dumps({"findings": found, "left": left}), flush=True)
+    else:
+        print(f"{len(found) - left} of {len(found)} fixed")
+    return Status.MODEL_ERROR if left else Status.OK
 
 
 def _rerun(arguments: argparse.Namespace) -> int:

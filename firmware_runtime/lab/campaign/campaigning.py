@@ -26,6 +26,7 @@ from firmware_runtime.board.rigs import has_rig
 from firmware_runtime.errors import ConfigError, expected_one_of
 from firmware_runtime.hal.strike import KINDS, Strike
 from firmware_runtime.lab.campaign.findings import (
+    as_in_rows,
     finding_without_faults,
     findings_of,
     is_same,
@@ -33,6 +34,7 @@ from firmware_runtime.lab.campaign.findings import (
 )
 from firmware_runtime.lab.campaign.healthy import healthy
 from firmware_runtime.lab.campaign.judge import SOUND, Oracle
+from firmware_runtime.lab.campaign.kept_findings import KeptFinding, keep_findings
 from firmware_runtime.lab.campaign.mission import SEED_KEY, Mission
 from firmware_runtime.lab.campaign.report import Report, never_shown, never_taken
 from firmware_runtime.lab.campaign.space import in_courses, space_of
@@ -219,18 +221,46 @@ def _report(
         never=never_shown(space_of(mission), rows),
         arrows=len(healthy(mission).arrows),
         never_taken=never_taken(healthy(mission), rows),
+        kept=[] if folder is None else keep_findings(folder, mission.board, found, oracle),
+    )
+
+
+def report_of(rows: Sequence[Row], kept: Sequence[KeptFinding] = ()) -> Report:
+    """Return the report of a table, without any run but healthy ones, which say what there is.
+
+    Findings are those that are kept of its board and not fixed; without any, as they are in rows.
+    Raises ConfigError for no rows of a campaign.
+    """
+    mission = _trial_of(rows[0]).mission
+    of_board = [each for each in kept if each.finding.mission.board == mission.board]
+    left = [each.finding for each in of_board if not each.fixed]
+    space = space_of(mission)
+    return Report(
+        board=mission.board,
+        space=len(space),
+        rows=rows,
+        findings=left if of_board else as_in_rows(rows),
+        flakes=0,
+        run_again=0,
+        never=never_shown(space, rows),
+        arrows=len(healthy(mission).arrows),
+        never_taken=never_taken(healthy(mission), rows),
+        kept=of_board,
     )
 
 
 def rerun(row: Row) -> Row:
     """Run a row again from its start, as it was. Raises ConfigError for no row of a campaign."""
+    trial, number = _trial_of(row), row["row"]
+    return alone(trial, number if isinstance(number, int) else 0)
+
+
+def _trial_of(row: Row) -> Trial:
     try:
-        trial = trial_of(row)
+        return trial_of(row)
     except (KeyError, TypeError, ValueError) as error:
         fault = f"row {row.get('row')} is none of a campaign: {error}"
-        raise ConfigError.of_one("campaign rerun", fault) from error
-    number = row["row"]
-    return alone(trial, number if isinstance(number, int) else 0)
+        raise ConfigError.of_one("campaign", fault) from error
 
 
 def assert_sound(  # noqa: PLR0913 -- as `campaign`

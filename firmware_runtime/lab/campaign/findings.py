@@ -119,6 +119,15 @@ def finding_without_faults(mission: Mission, folder: Path | None) -> Finding | N
     return finding if folder is None else _with_test(finding, folder, set())
 
 
+def as_in_rows(rows: Sequence[Row]) -> list[Finding]:
+    """Return what is wrong in rows as it stands there, the shortest and latest of equal ones."""
+    return [
+        _finding(first, trial_of(first), first, len(alike))
+        for alike in _alike(rows).values()
+        for first in [min(alike, key=_length)]
+    ]
+
+
 def is_same(row: Row, again: Row) -> bool:
     """Return whether two runs of a row came to the same, to the bit."""
     return (row["outcome"], row["digest"]) == (again["outcome"], again["digest"])
@@ -147,6 +156,13 @@ def _shortened(alike: list[Row], oracle: Oracle | None) -> Finding:
         row = alone(replace(trial, mission=fewer), oracle=oracle)
         if _key(row) == _key(first):
             trial, shown = replace(trial, mission=fewer), row
+    return _finding(first, trial, shown, len(alike), is_flaky=is_flaky)
+
+
+def _finding(
+    first: Row, trial: Trial, shown: Row, count: int, *, is_flaky: bool = False
+) -> Finding:
+    """Return the finding of a row, as it shows in another, or in itself."""
     number = first["row"]
     return Finding(
         oracle=str(shown["outcome"]),
@@ -157,7 +173,7 @@ def _shortened(alike: list[Row], oracle: Oracle | None) -> Finding:
         faults=trial.strikes,
         mission=trial.mission,
         row=number if isinstance(number, int) else 0,
-        count=len(alike),
+        count=count,
         is_flaky=is_flaky,
     )
 

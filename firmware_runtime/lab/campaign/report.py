@@ -10,6 +10,7 @@ from msgspec import Struct
 from firmware_runtime.hal.strike import KINDS
 from firmware_runtime.lab.campaign.findings import Finding
 from firmware_runtime.lab.campaign.healthy import Healthy
+from firmware_runtime.lab.campaign.kept_findings import KeptFinding
 from firmware_runtime.lab.campaign.space import Space
 from firmware_runtime.lab.sweeps.row import Row
 
@@ -36,6 +37,8 @@ class Report(Struct, frozen=True, kw_only=True):
     """Arrows of the robot's state diagrams."""
     never_taken: Sequence[str] = ()
     """Those that no run has taken, healthy ones included, `MODEL: STATE -> STATE`."""
+    kept: Sequence[KeptFinding] = ()
+    """Findings of the folder, of earlier campaigns, too."""
 
     @property
     def runs(self) -> int:
@@ -90,7 +93,10 @@ class Report(Struct, frozen=True, kw_only=True):
         runs = f"{self.runs:,} of {self.space:,} faults of {self.board} ({self.share:.1%})"
         found = f"{len(self.findings)} findings" if len(self.findings) != 1 else "1 finding"
         yield f"{runs}: {found}, {self.silent} silent, {self.crashes} crashes"
-        yield f"{self.run_again} run again: {self.flakes} flakes"
+        if self.run_again:
+            yield f"{self.run_again} run again: {self.flakes} flakes"
+        if fixed := sum(bool(each.fixed) for each in self.kept):
+            yield f"{fixed} of {len(self.kept)} that were found here are fixed"
         if self.never:
             yield f"never shown: {_listed(self.never)}"
         if self.arrows:

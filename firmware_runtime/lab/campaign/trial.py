@@ -55,6 +55,7 @@ class Trial(Struct, frozen=True):
             "set": json.dumps(list(mission.assignments)),
             "mission_s": mission.for_s,
             "within_s": mission.within_s,
+            "without": json.dumps(list(mission.without)),
             "kind": strike.kind,
             "device": strike.device,
             "at_s": strike.at_s,
@@ -83,6 +84,7 @@ def trial_of(row: Row) -> Trial:
         for_s=_number(row["mission_s"]) or 0.0,
         seed=_whole(row["seed"]),
         within_s=_number(row["within_s"]),
+        without=tuple(json.loads(str(row["without"]))),
     )
     first = (row["kind"], row["device"], row["at_s"], row["for_s"], row["amount"])
     others = json.loads(str(row["others"]))

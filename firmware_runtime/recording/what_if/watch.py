@@ -1,14 +1,13 @@
-"""Asks again on every save of a file of the robot's packages, each time in a fresh process."""
+"""Saves of files of a robot's packages, and what is found in a fresh process after each."""
 
 import os
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from importlib.util import find_spec
 from pathlib import Path
 from time import monotonic_ns, sleep
 from typing import Final
 
 from firmware_runtime.errors import ConfigError
-from firmware_runtime.recording.blackbox.ring_file import Header
 from firmware_runtime.recording.replay.outputs import OutputDifference
 from firmware_runtime.recording.what_if.checkout import ask
 from firmware_runtime.recording.what_if.what_if import Question, WhatIf
@@ -25,14 +24,14 @@ State = Mapping[str, tuple[int, int]]
 
 
 class Watched:
-    """The folders of the packages that a recorded run's code is in, and the runtime's.
+    """The folders of the packages that modules are in, and the runtime's.
 
-    With a folder of other code, those of its packages that it has.
+    With a folder of other code, those of its packages that it has. Raises ConfigError for none.
     """
 
-    def __init__(self, folder: Path | None, header: Header) -> None:
+    def __init__(self, folder: Path | None, modules: Iterable[str]) -> None:
         self.folder = folder
-        packages = {name.partition(".")[0] for name in header.code} | {_RUNTIME}
+        packages = {name.partition(".")[0] for name in modules} | {_RUNTIME}
         found = (_package(each, folder) for each in sorted(packages))
         self.folders = [each for each in found if each is not None]
         if not self.folders:
@@ -43,18 +42,24 @@ class Watched:
         """Return the present state of the files."""
         return {path: each for folder in self.folders for path, each in _files(str(folder))}
 
+    def saves(self) -> Iterator[None]:
+        """Yield at once, and whenever something has been saved since what was yielded last."""
+        while True:
+            state = self.state()
+            yield
+            while self.state() == state:
+                sleep(_EVERY_S)
+
 
 def answers(question: Question, watched: Watched) -> Iterator[tuple[WhatIf | ConfigError, int]]:
     """The answer at once and after every save, or why there is none, and the ns that it took."""
-    while True:
-        state, begun = watched.state(), monotonic_ns()
+    for _ in watched.saves():
+        begun = monotonic_ns()
         try:
             found: WhatIf | ConfigError = ask(question, watched.folder)
         except ConfigError as error:
             found = error
         yield found, monotonic_ns() - begun
-        while watched.state() == state:
-            sleep(_EVERY_S)
 
 
 def since(before: WhatIf | None, found: WhatIf) -> Iterator[str]:

@@ -17,7 +17,7 @@ const RENDER = {
   section: (part, on) => element("section", { id: anchor(part.title) }, element("h2", {}, part.title), part.parts.map((each) => render(each, on))),
   folded: (part, on) => folded(part.title, part.parts, on),
   beside: (part, on) => element("div", { class: "beside" }, part.parts.map((each) => render(each, on))),
-  card: (part, on) => element("article", {}, element("h3", {}, cell(part.title), element("span", { class: "quiet" }, part.note ? ` ${part.note}` : "")), part.parts.map((each) => render(each, on))),
+  card: (part, on) => element("article", { id: anchor(part.title.text ?? part.title) }, element("h3", {}, cell(part.title), element("span", { class: "quiet" }, part.note ? ` ${part.note}` : "")), part.parts.map((each) => render(each, on))),
 };
 
 /** What draws a part; `on.instant(ns)` is called where an instant of the run is clicked. */

@@ -3,7 +3,7 @@
    cursor and zoom. A plot has: `element`, `library`, `show(ends)`, `moveTo(x)`. */
 
 const groups = new Map(); // plots by the label of their axis across
-const SMALL = 190, LARGE = 260, LANE = 26;
+const SMALL = 190, LARGE = 260, LANE = 26, NEAR = 12;
 
 /** Give every plot that shares an axis these ends; null: what its curves have. */
 function zoomAll(across, ends, but) {
@@ -267,11 +267,13 @@ function histogramPlot(part) {
   return plot;
 }
 
-/** States over time: a lane a model, the name of a state where it has room. */
+/** States over time: a lane a model, the name of a state where it has room; marks, which say what they are. */
 function lanesPlot(part) {
-  const height = LANE * part.lanes.length + 62;
-  const stays = part.lanes.flatMap((each) => each.stays);
-  const whole = part.ends ?? [Math.min(0, ...stays.map((each) => each.begin)), Math.max(1e-9, ...stays.map((each) => each.end))];
+  const height = (part.height ?? LANE) * part.lanes.length + 62;
+  const stays = part.lanes.flatMap((each) => each.stays ?? []), marks = part.lanes.flatMap((each) => each.marks ?? []);
+  const instants = [...stays.flatMap((each) => [each.begin, each.end]), ...marks.map((each) => each.at)];
+  const end = (found, each) => Math.max(found, each);
+  const whole = part.ends ?? [instants.reduce((found, each) => Math.min(found, each), 0), instants.reduce(end, 1e-9)];
   const lasted = new Map();
   for (const each of stays) lasted.set(each.state, (lasted.get(each.state) ?? 0) + each.end - each.begin);
   const names = [...lasted].sort(([, one], [, other]) => other - one).map(([name]) => name);
@@ -280,13 +282,13 @@ function lanesPlot(part) {
     axes: [axis(part.across, part.across, true), { ...axis("", "", false), size: 170, grid: { show: false }, splits: part.lanes.map((_, row) => part.lanes.length - row - 0.5), values: () => part.lanes.map((each) => each.name.slice(-26)) }],
     series: [{ label: part.across, value: (_, value) => valueText(value, part.across) }, { label: "states", show: true, stroke: "transparent", points: { show: false }, value: (_, __, ___, index) => "" }],
     legend: { show: false },
-    hooks: { draw: [(each) => drawLanes(each, part.lanes, names)] },
+    hooks: { draw: [(each) => drawLanes(each, part.lanes, names), (each) => drawMarks(each, part.lanes)] },
   };
   let plot = null;
   plot = new Plot(part, options, [whole, [null, null]], { height });
   plot.setLanes = (lanes, [min, max]) => {
     part.lanes = lanes;
-    for (const { state } of lanes.flatMap((each) => each.stays)) if (!names.includes(state)) names.push(state);
+    for (const { state } of lanes.flatMap((each) => each.stays ?? [])) if (!names.includes(state)) names.push(state);
     plot.ends = [min, max];
     plot.library.setScale("x", { min, max });
     plot.library.redraw(false, false);
@@ -296,18 +298,65 @@ function lanesPlot(part) {
   plot.onCursor = (each) => {
     if (each.cursor.left < 0) return;
     const at = each.posToVal(each.cursor.left, "x");
-    const now = part.lanes.map((lane) => [lane.name, lane.stays.find((stay) => stay.begin <= at && at < stay.end)?.state ?? "–"]);
+    if (marks.length) return isHeld || sayMark(said, nearestMark(each, part.lanes));
+    const now = part.lanes.map((lane) => [lane.name, (lane.stays ?? []).find((stay) => stay.begin <= at && at < stay.end)?.state ?? "–"]);
     said.textContent = `${numberText(at, 6)} ${part.across}: ${now.map(([name, state]) => `${name} ${state}`).join(", ")}`;
   };
-  plot.frame.after(said);
+  plot.frame.after(said, legendOf(part.colours ?? {}));
+  let isHeld = false;
+  plot.frame.addEventListener("click", () => {
+    isHeld = marks.length > 0 && sayMark(said, nearestMark(plot.library, part.lanes));
+  });
   return plot;
+}
+
+/** What colours mean. */
+const legendOf = (colours) => element("ul", { class: "legend" }, Object.entries(colours).map(([words, name]) =>
+  element("li", {}, element("span", { class: "swatch", style: `background:var(--${name})`, "aria-hidden": "true" }), words)));
+
+/** Where a mark is drawn, in pixels of the page. */
+function placeOfMark(plot, mark, row, rows) {
+  return [plot.valToPos(mark.at, "x"), plot.valToPos(rows - row - 1 + 0.1 + 0.8 * (mark.height ?? 0.5), "y")];
+}
+
+/** The mark that is next to the cursor and near it. */
+function nearestMark(plot, lanes) {
+  let found = null, least = NEAR;
+  lanes.forEach((lane, row) => (lane.marks ?? []).forEach((mark) => {
+    const [left, top] = placeOfMark(plot, mark, row, lanes.length);
+    const far = Math.hypot(left - plot.cursor.left, top - plot.cursor.top);
+    if (far < least) [found, least] = [mark, far];
+  }));
+  return found;
+}
+
+/** Say what a mark is, how it is shown again, and where it stands; return whether there is one. */
+function sayMark(said, mark) {
+  const more = mark === null ? ["\u00a0"] : [mark.words, mark.command ? [" ", cell({ kind: "code", text: mark.command })] : [], mark.href ? [" ", cell({ text: "more", href: mark.href })] : []];
+  said.replaceChildren(...more.flat());
+  return mark !== null;
+}
+
+function drawMarks(plot, lanes) {
+  const { ctx } = plot, size = 4 * devicePixelRatio;
+  const { left, top, width, height } = plot.bbox;
+  ctx.save();
+  ctx.beginPath();
+  ctx.rect(left, top, width, height);
+  ctx.clip();
+  lanes.forEach((lane, row) => (lane.marks ?? []).forEach((mark) => {
+    const [x, y] = placeOfMark(plot, mark, row, lanes.length);
+    ctx.fillStyle = colour(mark.colour || "good");
+    ctx.fillRect(left + x * devicePixelRatio - size / 2, top + y * devicePixelRatio - size / 2, size, size);
+  }));
+  ctx.restore();
 }
 
 function drawLanes(plot, lanes, names) {
   const { ctx, bbox } = plot;
   lanes.forEach((lane, row) => {
     const [top, bottom] = [lanes.length - row, lanes.length - row - 1].map((y) => plot.valToPos(y, "y", true));
-    for (const stay of lane.stays) {
+    for (const stay of lane.stays ?? []) {
       const [left, right] = [stay.begin, stay.end].map((x) => Math.min(Math.max(plot.valToPos(x, "x", true), bbox.left), bbox.left + bbox.width));
       if (right < left || (right === left && (stay.end < plot.scales.x.min || stay.begin > plot.scales.x.max))) continue;
       ctx.fillStyle = colour(nameOfCurve(names.indexOf(stay.state)));
