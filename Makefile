@@ -12,6 +12,8 @@
 # make pi-full-test  a whole Debian on an emulated Raspberry Pi, deployed to by ssh, updated, and cut
 #             off at steps of it (root; more than an hour on two cores); STEPS chooses from deploy, reboot,
 #             update, bad, cuts and page
+# make campaign  robots struck, killed and soaked, mutants, wire formats: each part of MINUTES minutes
+#             (30), in turn, into docs/reliability.md; PARTS chooses (tests/reliability/run.py)
 # make bench  benchmarks against peers; each prints its ratio last
 # make ros    .venv-ros: the interpreter of the ROS 2 node, with rclpy from wheels
 # make test-ros  the tests of the ROS 2 node, with real rclpy; part of `make test` where .venv-ros is
@@ -47,7 +49,7 @@ WITH_ROS = $(if $(wildcard $(ROS_VENV)/installed-node),test-ros)
 unexport PYTHONDONTWRITEBYTECODE
 
 .PHONY: run play test all-cores real-time test-fast test-portable \
-	lint types ros test-ros vm-test pi-test pi-full-test update-test bench docs pictures clean \
+	lint types ros test-ros vm-test pi-test pi-full-test update-test campaign bench docs pictures clean \
 	interpreter wheels-of-rclpy
 .DEFAULT_GOAL := run
 
@@ -104,6 +106,14 @@ update-test: $(VENV)/installed-test
 
 pi-full-test: $(VENV)/installed-test
 	@$(BIN)/python -m tests.pi.full.run $(STEPS)
+
+PARTS ?= mutants fuzzing dying soak campaigns
+MINUTES ?= 30
+
+campaign: $(VENV)/installed-fuzz
+	@for part in $(PARTS); do \
+		$(BIN)/python -m tests.reliability.run $$part --minutes $(MINUTES) --save || failed=1; done; \
+		$(BIN)/python -m tests.reliability.document; exit $${failed:-0}
 
 bench: $(VENV)/installed-bench
 	@$(BIN)/firmware-runtime bench devstone
@@ -176,6 +186,12 @@ $(VENV)/installed-test: pyproject.toml tests/outsiders/requirements.txt | $(VENV
 	@$(INSTALL) --no-deps \
 		--requirement tests/outsiders/requirements.txt
 	@touch $@ $(VENV)/installed-run $(VENV)/installed-view
+
+# Where there is no wheel of atheris, fuzzing says so.
+$(VENV)/installed-fuzz: $(VENV)/installed-test
+	@echo "make: installing what fuzzes wire formats into $(VENV)"
+	@$(INSTALL) --group fuzz || echo "make: not installed: wire formats are not fuzzed"
+	@touch $@
 
 $(VENV)/installed-bench: pyproject.toml | $(VENV)/pip-of-groups
 	@echo "make: installing firmware-runtime and its benchmark peers into $(VENV)"

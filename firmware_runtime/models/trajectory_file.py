@@ -61,7 +61,10 @@ def path_of_file(file: FilePath) -> Spline:
         raise ValueError(f"{file}: {fault}") from error
     except OSError as error:
         raise ValueError(f"{file}: {error.strerror}; expected a CSV file of poses") from error
-    lines = [*csv.reader(text.splitlines())]
+    try:
+        lines = [*csv.reader(text.splitlines())]
+    except csv.Error as error:
+        raise ValueError(f"{file}: {error}; expected a CSV file of poses") from error
     faults, rows = [f"{file}: {fault}" for fault in _header_faults(lines)], list[_Row]()
     if not faults:
         faults = [f"{file}: {fault}" for fault in _row_faults(lines[1:], rows)]

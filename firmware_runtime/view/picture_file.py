@@ -291,10 +291,10 @@ def _draw_lanes(axes: Axes, part: Lanes) -> dict[str, Handle]:
             if len(stay.state) < _LETTERS * span / (ends[1] - ends[0]):
                 middle = (stay.begin + stay.end) / 2
                 axes.text(middle, -row, stay.state, color="white", ha="center", va="center")
-        places = [(mark.at, mark.height - 0.5 - row) for mark in lane.marks]
-        if places:
-            shades = [_colour(mark.colour) for mark in lane.marks]
-            axes.scatter(*zip(*places, strict=True), s=6, c=shades, linewidths=0, zorder=2)
+        at = [mark.at for mark in lane.marks]
+        heights = [mark.height - 0.5 - row for mark in lane.marks]
+        shades = [_colour(mark.colour) for mark in lane.marks]
+        axes.scatter(at, heights, s=6, c=shades, linewidths=0, zorder=2)
     axes.set_yticks([-row for row in range(len(part.lanes))], [lane.name for lane in part.lanes])
     axes.set_xlim(*ends)
     axes.set_ylim(0.5 - len(part.lanes), 0.5)

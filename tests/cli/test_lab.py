@@ -183,6 +183,7 @@ def test_a_trace_says_the_same_as_the_recording_of_the_same_run(
         ("{}\n", "line 1 is no message of a trace"),
         ('{"t_ns": 1, "port": "a", "value": 1}\n', "nothing of controller.forces"),
         ("\xff\xfe", "no column"),
+        ("time_s,input,output\n" + "0" * 140_000, "neither a recording, a trace nor a table"),
     ],
 )
 def test_what_is_no_run_is_refused_by_what_is_wrong_with_it(

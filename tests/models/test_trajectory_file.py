@@ -42,6 +42,7 @@ def test_acceleration_does_not_jump_at_a_pose() -> None:
         (HEADER + "0,0,0,0\n1,nan,0,0\n", "line 3: '1,nan,0,0'"),
         (HEADER + "0,0,0,0\n1,one,0,0\n", "line 3"),
         (HEADER + "0,0,0,0\n\n1,0,0,0\n", "line 3"),
+        (HEADER + "0" * 140_000 + ",0,0,0\n", "field larger than field limit"),
     ],
 )
 def test_a_file_with_a_fault_is_refused_with_its_line(

@@ -43,7 +43,7 @@ class GuardedRun:
         self._lines: list[dict[str, Any]] = []
         self._outputs: dict[str, float] = {}
         self._read_up_to = 0
-        self._command: tuple[list[object], str] = ([], "")
+        self.command: tuple[list[object], str] = ([], "")
         self._stack = ExitStack()
 
     def start(
@@ -79,12 +79,12 @@ class GuardedRun:
         if not guard:
             arguments += ["--set", "arming.demand_guard=false"]
         self.environment |= environment
-        self._command = arguments, program
+        self.command = arguments, program
         self.run_again()
 
     def run_again(self) -> None:
         """Start the run, as it was started before, and wait until it drives."""
-        arguments, program = self._command
+        arguments, program = self.command
         self.run = self._start(*arguments, program=program)
         wait_until(self._is_driving, "the motors are driven", self._against_arming)
 

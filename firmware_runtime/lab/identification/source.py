@@ -151,7 +151,7 @@ def _of_table(path: Path) -> _Pair:
                 fault = f"no recording, no trace, and no table: no column {', '.join(missing)}"
                 raise ConfigError(str(path), [f"{fault}; expected {', '.join(COLUMNS)}"])
             return _pair_of(path, rows)
-    except UnicodeDecodeError as error:
+    except (UnicodeDecodeError, csv.Error) as error:
         fault = "neither a recording, a trace nor a table; expected one of these"
         raise ConfigError.of_one(str(path), fault) from error
 

@@ -1,0 +1,64 @@
+"""Results of the parts of a long campaign: kept with date, commit and conditions, as JSON."""
+
+import subprocess
+from collections.abc import Mapping
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any, Final
+
+import msgspec
+from msgspec import Struct
+
+from benchmarks.shared.results import RESULTS, conditions
+
+ROOT: Final = Path(__file__).parents[2]
+BUILD: Final = ROOT / "build" / "reliability"
+KEPT: Final = RESULTS / "reliability"
+
+
+class Result(Struct, frozen=True, kw_only=True):
+    """What came of one part: a sentence, its figures, and whether it is as it should be."""
+
+    name: str
+    summary: str
+    is_sound: bool
+    figures: Mapping[str, Any]
+
+
+class Kept(Struct, frozen=True, kw_only=True):
+    """A result, and when, of which code, and on what it was measured."""
+
+    result: Result
+    day: str
+    commit: str
+    load: float
+    conditions: Mapping[str, Any]
+    took_s: float
+
+
+def keep(result: Result, took_s: float, folder: Path = KEPT) -> Path:
+    """Write a result under its name."""
+    found = conditions()
+    kept = Kept(
+        result=result,
+        day=datetime.now(UTC).date().isoformat(),
+        commit=_commit(),
+        load=found["load"],
+        conditions={name: found[name] for name in ("kernel", "cpu", "cpu_count", "python")},
+        took_s=round(took_s, 1),
+    )
+    folder.mkdir(parents=True, exist_ok=True)
+    path = folder / f"{result.name}.json"
+    path.write_bytes(msgspec.json.format(msgspec.json.encode(kept), indent=1) + b"\n")
+    return path
+
+
+def read_kept(name: str, folder: Path = KEPT) -> Kept | None:
+    """Return what was kept of a part."""
+    path = folder / f"{name}.json"
+    return msgspec.json.decode(path.read_bytes(), type=Kept) if path.exists() else None
+
+
+def _commit() -> str:
+    words = ["git", "-C", str(ROOT), "rev-parse", "--short", "HEAD"]
+    return subprocess.run(words, capture_output=True, text=True, check=True).stdout.strip()

@@ -1,0 +1,106 @@
+"""A sample of each part of `make campaign`, and that its document says what was measured."""
+
+import random
+from collections.abc import Iterator
+from contextlib import ExitStack
+from pathlib import Path
+
+import pytest
+from msgspec.structs import replace
+
+from tests.reliability import document, dying, soak
+from tests.reliability.fuzz_seeds import seeds
+from tests.reliability.fuzz_targets import TARGETS, built
+from tests.reliability.mutations import mutants_of
+from tests.reliability.results import Result, keep, read_kept
+
+SOURCE = '''
+"""A module."""
+LIMIT: int = 3
+def late(lag: int, *, limit: int = LIMIT) -> bool:
+    """Say whether it is late."""
+    if lag < 0 or lag % 2:
+        raise ValueError(f"{lag + 1}")
+    note(lag)
+    return lag >= limit
+'''
+
+
+def test_a_mutant_is_one_change_of_code_and_none_of_words() -> None:
+    mutants = [*mutants_of("x.py", SOURCE)]
+    changes = {(each.before, each.text) for each in mutants}
+    assert changes == {
+        ("3", "4"),
+        ("lag < 0 or lag % 2", "(lag < 0 and lag % 2)"),
+        ("lag < 0", "(lag <= 0)"),
+        ("0", "1"),
+        ("lag % 2", "(lag // 2)"),
+        ("2", "3"),
+        ("note(lag)", "pass"),
+        ("lag >= limit", "(lag > limit)"),
+    }
+    for each in mutants:
+        changed = each.applied(SOURCE)
+        assert changed != SOURCE
+        compile(changed, "x.py", "exec")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", TARGETS)
+def test_what_reads_bytes_of_others_raises_nothing_but_its_own_errors(
+    name: str, tmp_path: Path
+) -> None:
+    chance = random.Random(1)  # noqa: S311 -- to be repeated
+    with ExitStack() as stack:
+        one = built(name, stack)
+        for content in [b"", b"[" * 5000, *_changed(seeds(name, tmp_path), chance)]:
+            one(content)
+
+
+def _changed(contents: list[bytes], chance: random.Random) -> Iterator[bytes]:
+    """Each as it is, and with a byte or a piece of it otherwise."""
+    for content in contents[:60]:
+        yield content
+        for _ in range(3):
+            if content:
+                at = chance.randrange(len(content))
+                end = at + chance.choice((1, 1, 8))
+                yield content[:at] + chance.randbytes(chance.choice((0, 1, 4))) + content[end:]
+
+
+@pytest.mark.slow
+@pytest.mark.real_time
+@pytest.mark.parametrize("phase", ["keyframe", "disarming"])
+def test_outputs_are_off_after_a_death_in_a_phase(
+    phase: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(dying, "PHASES", {phase: dying.PHASES[phase]})
+    monkeypatch.setattr(dying, "KINDS", ("SIGKILL", "hang"))
+    trials = [*dying._on("tachobot", 2, None, random.Random(1))]  # noqa: S311
+    assert [each.outcome for each in trials] == ["off", "off"]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("board", soak.BOARDS)
+def test_minutes_with_faults_leave_accounts_memory_and_recording_in_order(board: str) -> None:
+    soaked = soak._soaked(board, 60.0, None, random.Random(2), is_real=False)  # noqa: S311
+    assert soaked.wrong == []
+    assert soaked.faults > 0
+    assert soaked.keyframes > 0
+
+
+def test_the_document_is_what_the_results_say() -> None:
+    assert document.DOCUMENT.read_text(encoding="utf-8") == document.text()
+    table = document.SAFETY.read_text(encoding="utf-8").partition(document.BEGIN)[2]
+    assert table.partition(document.END)[0].strip() == "\n".join(document.phases())
+
+
+def test_a_result_is_kept_with_its_day_commit_and_conditions(tmp_path: Path) -> None:
+    result = Result(name="soak", summary="done", is_sound=True, figures={"boards": []})
+    keep(result, 12.5, tmp_path)
+    kept = read_kept("soak", tmp_path)
+    assert kept is not None
+    assert replace(kept.result) == result
+    assert kept.commit
+    assert "Done. Measured on " in document.text(tmp_path)
+    assert "Not measured yet." in document.text(tmp_path)
