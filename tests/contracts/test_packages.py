@@ -74,7 +74,7 @@ def test_what_tests_and_benches_take_is_no_extra_of_an_installed_robot() -> None
         "pandas",
         "ros",
     }
-    assert set(project["dependency-groups"]) == {"test", "bench"}
+    assert set(project["dependency-groups"]) == {"test", "bench", "fuzz"}
     assert {"include-group": "bench"} in project["dependency-groups"]["test"]
 
 

@@ -36,14 +36,14 @@ def execute(arguments: argparse.Namespace) -> Result:
         )
         sys.stdout.write(f"{report}\n")
         sys.stdout.flush()
-        found[board] = report.as_json()
-    findings = sum(len(each["findings"]) for each in found.values())  # type: ignore[arg-type]
-    wrong = sum(int(str(each["crashes"])) + int(str(each["flakes"])) for each in found.values())
-    runs = sum(int(str(each["runs"])) for each in found.values())
+        found[board] = report
+    findings = sum(len(each.findings) for each in found.values())
+    wrong = sum(each.crashes + each.flakes for each in found.values())
+    runs = sum(each.runs for each in found.values())
     return Result(
         name="campaigns",
         summary=f"{runs} runs of {len(found)} robots, {findings} findings, "
         f"{wrong} crashes or flakes",
         is_sound=findings == 0 and wrong == 0,
-        figures={"boards": found},
+        figures={"boards": {board: each.as_json() for board, each in found.items()}},
     )

@@ -14,7 +14,7 @@ import msgspec
 
 from firmware_runtime import open_board
 from firmware_runtime.board import registry
-from firmware_runtime.hal.served.packets import Look, Question, Read, Transfer, encode
+from firmware_runtime.hal.served.packets import Asked, Look, Question, Read, Transfer, encode
 from firmware_runtime.hal.strike import Strike
 from firmware_runtime.lab.campaign.findings import as_in_rows
 from firmware_runtime.lab.campaign.kept_findings import keep_findings
@@ -114,7 +114,12 @@ def _envelopes(_folder: Path) -> list[bytes]:
 
 
 def _questions(_folder: Path) -> list[bytes]:
-    asked = (Transfer("i2c1", 0x68, (b"\x75", 1)), Look(), Read("x"), Strike("nack", "imu"))
+    asked: tuple[Asked, ...] = (
+        Transfer("i2c1", 0x68, (b"\x75", 1)),
+        Look(),
+        Read("x"),
+        Strike("nack", "imu"),
+    )
     return [encode(Question(number, each)) for number, each in enumerate(asked)]
 
 

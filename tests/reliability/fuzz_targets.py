@@ -39,8 +39,8 @@ from firmware_runtime.lab.sweeps.summary import summary as summary_of_sweep
 from firmware_runtime.lab.sweeps.sweep_table import read_table
 from firmware_runtime.links.bridge.signatures import Refused as BridgeRefused
 from firmware_runtime.links.bridge.signatures import Signed
+from firmware_runtime.links.cut.refusal import Refused as CutRefused
 from firmware_runtime.links.cut.wire import Farewell, Greeting, decoded, entries_of, reading
-from firmware_runtime.links.cut.wire import Refused as CutRefused
 from firmware_runtime.links.key_file import read_key
 from firmware_runtime.links.ports.datagrams import Put, Refusal, understood
 from firmware_runtime.links.ports.ports import Ports

@@ -13,7 +13,7 @@ import tempfile
 import time
 from collections.abc import Generator, Iterator
 from pathlib import Path
-from typing import Final
+from typing import Final, Literal
 
 from msgspec import Struct
 
@@ -110,7 +110,7 @@ def _minutes(
     board: str, path: Path, chance: random.Random, soaked: Soaked, *, is_real: bool
 ) -> Generator[OpenBoard, None, None]:
     """Yield a robot after each minute of its time; after a run that has ended another one."""
-    clock = "real" if is_real else "virtual"
+    clock: Literal["monotonic", "virtual"] = "monotonic" if is_real else "virtual"
     while True:
         with open_board(board, doubles=True, clock=clock, record=path) as robot:
             done, is_over = 0, False
