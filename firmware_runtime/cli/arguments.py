@@ -164,6 +164,11 @@ def whole(text: str, least: int = 0, most: int | None = None) -> int:
     return number
 
 
+def port(text: str) -> int:
+    """The number of a TCP port to listen on, 0 for any that is free."""
+    return whole(text, most=65_535)
+
+
 def instant(text: str) -> int:
     """An instant of the command line, `HH:MM:SS:mmm`, in ns."""
     from firmware_runtime.ecdpp.file_text import parse_time  # noqa: PLC0415 -- not for a run

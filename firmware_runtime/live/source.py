@@ -2,12 +2,12 @@
 
 import os
 from pathlib import Path
-from typing import Final
+from typing import Final, NamedTuple
 
 from firmware_runtime.board.registry import Board
 from firmware_runtime.board.rigs import has_rig, rig_for
 from firmware_runtime.devs.component import below_root
-from firmware_runtime.errors import ConfigError
+from firmware_runtime.errors import ConfigError, raised_words
 from firmware_runtime.executive.clocks import WorldClock
 from firmware_runtime.live.observed import Listener, Observed
 from firmware_runtime.live.run_state import IN_THE_RUN, RunState, run_state, statistics_at
@@ -81,7 +81,7 @@ class Source(Closing):
     def model(self) -> dict[str, object]:
         """What does not change while the run goes on: ports, diagram, world, first plots."""
         observed = self.observed
-        shown, plane = _world_of(self.board)
+        world = _world_of(self.board)
         return {
             "board": self.board.name,
             "run": self.observed.header.run,
@@ -91,8 +91,9 @@ class Source(Closing):
             ],
             "leaves": sorted(observed.numbers),
             "words": sorted(observed.words),
-            "shown": _first(shown, observed),
-            "plane": plane,
+            "shown": _first(world.shown, observed),
+            "plane": world.plane,
+            "no_world": world.fault,
             "diagram": Diagram(title="The model", svg=diagram(observed.model)),
         }
 
@@ -122,19 +123,28 @@ def of_run(statistics: Path) -> Source:
     return Source(recording, statistics, is_live=True)
 
 
-def _world_of(board: Board) -> tuple[str | None, Plane | None]:
-    """The port that the board's rig shows, and its world from above; None where it has none."""
+class _World(NamedTuple):
+    """The port that a board's rig shows, and its world from above; None where it has none."""
+
+    shown: str | None = None
+    plane: Plane | None = None
+    fault: str = ""
+    """Why it cannot be drawn, in a sentence."""
+
+
+def _world_of(board: Board) -> _World:
+    """Return the world of the board's rig; without one, nothing is shown."""
     if not has_rig(board):
-        return None, None
+        return _World()
     try:
         model = board.unconnected().model
         rig = rig_for(board, WorldClock())
         rig.attach(model)
         port, plane = rig.shown, getattr(rig, "plane", None)
-    except Exception:  # noqa: BLE001 -- of a rig of anybody's; the page does without its world
-        return None, None
+    except Exception as error:  # noqa: BLE001 -- of a rig of anybody's; the rest is shown
+        return _World(fault=f"no world is drawn: the rig of {board.name}: {raised_words(error)}")
     shown = None if port is None else below_root(port.path)
-    return shown, plane if isinstance(plane, Plane) else None
+    return _World(shown, plane if isinstance(plane, Plane) else None)
 
 
 def _first(shown: str | None, observed: Observed) -> list[str]:

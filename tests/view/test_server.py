@@ -10,6 +10,7 @@ from typing import Any
 import aiohttp
 import pytest
 
+from firmware_runtime.live.source import Source
 from firmware_runtime.live.viewer import LONGEST
 from firmware_runtime.runs.session import Session
 from sim_doubles.faults import FaultScript, NackAddress
@@ -185,3 +186,16 @@ def test_other_gains_are_tried_on_a_recording(page: ServedPage) -> None:
     assert '"kind": "series"' in json.dumps(tried)
     assert page.ask("/api/try", b'{"values": {"no.such": 1}}').status == 409
     assert page.ask("/api/set", json.dumps({"values": values}).encode()).status == 409
+
+
+def test_a_world_that_cannot_be_drawn_is_said(
+    recording: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def broken(*_: object) -> None:
+        raise KeyError("wheel")
+
+    monkeypatch.setattr("firmware_runtime.live.source.rig_for", broken)
+    with Source(recording, None, is_live=False) as source:
+        model = source.model()
+    assert model["plane"] is None
+    assert model["no_world"] == "no world is drawn: the rig of tachobot: KeyError: 'wheel'"

@@ -13,7 +13,7 @@ from tempfile import TemporaryDirectory
 from time import monotonic
 from typing import Final
 
-from firmware_runtime.cli.arguments import SubParsers, add_set, add_verb
+from firmware_runtime.cli.arguments import SubParsers, add_set, add_verb, port
 from firmware_runtime.cli.chosen_board import chosen_board
 from firmware_runtime.errors import ConfigError, StatisticsFileError, Status
 from firmware_runtime.statistics.paths import default_path
@@ -40,7 +40,9 @@ def add_to(verbs: SubParsers) -> None:
         "board", metavar="BOARD", nargs="?", default="tachobot", help="default: tachobot"
     )
     add_set(verb, "override one number of board.toml, such as controller.kp=0.8")
-    verb.add_argument("--port", default="8765", metavar="N", help="of the page; default 8765")
+    verb.add_argument(
+        "--port", type=port, default=8765, metavar="N", help="of the page; default 8765"
+    )
     verb.add_argument("--no-browser", action="store_true", help="do not open a browser")
 
 
@@ -51,7 +53,7 @@ def execute(arguments: argparse.Namespace) -> int:
     settings = [word for each in arguments.assignments for word in ("--set", each)]
     robot = [arguments.board, *settings]
     statistics = default_path(board.name)
-    page = ["--statistics", str(statistics), "--port", arguments.port, "--allow-arm"]
+    page = ["--statistics", str(statistics), "--port", str(arguments.port), "--allow-arm"]
     page += ["--no-browser"] if arguments.no_browser else []
     with TemporaryDirectory(prefix="firmware-runtime-") as folder, ExitStack() as undo:
         signal = undo.enter_context(until_signal())
@@ -73,7 +75,7 @@ def _running(
 ) -> Iterator["subprocess.Popen[str]"]:
     """A verb of this program in a process of its own, once it has said that it is ready.
 
-    Raises ConfigError for one that ends before.
+    Raises SystemExit or ConfigError for one that ends before.
     """
     process = subprocess.Popen(  # noqa: S603 -- this program itself
         [sys.executable, "-m", "firmware_runtime.cli", *words],
@@ -99,14 +101,19 @@ def _await_line(
     *,
     is_shown: bool,
 ) -> None:
-    """Wait for the line with that word. What the process prints later goes nowhere."""
+    """Wait for the line with that word. What the process prints later goes nowhere.
+
+    Raises SystemExit with the status of a process that refuses, ConfigError for one that dies.
+    """
     assert process.stdout is not None  # noqa: S101 -- a pipe, as it was asked for
     for line in process.stdout:
         if is_shown:
             print(line, end="", flush=True)
         if ready in line or signal.came:
             return
-    fault = f"ended with status {process.wait()} before it was ready"
+    if (status := process.wait()) > 0:  # it has said why
+        raise SystemExit(status)
+    fault = f"ended with status {status} before it was ready"
     raise ConfigError.of_one(f"play: {name}", fault)
 
 

@@ -9,7 +9,7 @@ from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from firmware_runtime.cli.arguments import SubParsers, add_statistics, add_verb
+from firmware_runtime.cli.arguments import SubParsers, add_statistics, add_verb, port
 from firmware_runtime.errors import ConfigError, StatisticsFileError, Status
 from firmware_runtime.recording.blackbox.locations import find_recording
 from firmware_runtime.statistics.paths import Companion, find_statistics
@@ -38,7 +38,7 @@ def add_to(verbs: SubParsers) -> None:
     )
     add_statistics(verb, "of the run that keeps this file")
     verb.add_argument(
-        "--port", type=_port, default=8765, metavar="N", help="0 for any; default 8765"
+        "--port", type=port, default=8765, metavar="N", help="0 for any; default 8765"
     )
     verb.add_argument("--address", default="127.0.0.1", help="to listen on; default 127.0.0.1")
     verb.add_argument(
@@ -46,7 +46,7 @@ def add_to(verbs: SubParsers) -> None:
     )
     verb.add_argument(
         "--foxglove",
-        type=_port,
+        type=port,
         nargs="?",
         const=8766,
         metavar="N",
@@ -151,10 +151,3 @@ def _has_screen() -> bool:
 
 def _host(address: str) -> str:
     return f"[{address}]" if ":" in address else address
-
-
-def _port(text: str) -> int:
-    number = int(text)
-    if not 0 <= number <= 65_535:
-        raise argparse.ArgumentTypeError(f"{text!r}: expected a port from 0 to 65535")
-    return number

@@ -53,7 +53,7 @@ def _output_faults(output: Path | None) -> list[str]:
         faults.append(f"-o: {output} is no file that can be written; expected one, or a new name")
     if output.suffix == ".parquet":
         try:
-            module_of_extra("pyarrow", "sweep")
+            module_of_extra("pyarrow", "parquet")
         except ConfigError as error:
             faults += [f"-o: {output.suffix} needs pyarrow: {each}" for each in error.faults]
     return faults

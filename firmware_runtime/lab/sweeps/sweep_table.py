@@ -98,7 +98,7 @@ def read_table(path: Path) -> Table:
         raise ConfigError.of_one(str(path), f"expected a file named {' or '.join(ENDINGS)}")
     try:
         if path.suffix == ".parquet":
-            rows = module_of_extra("pyarrow.parquet", "sweep").read_table(path).to_pylist()
+            rows = module_of_extra("pyarrow.parquet", "parquet").read_table(path).to_pylist()
         else:
             rows = _from_csv(path)
     except OSError as error:
@@ -149,8 +149,8 @@ def _place(name: str) -> int:
 
 
 def _parquet(table: Table) -> bytes:
-    pyarrow = module_of_extra("pyarrow", "sweep")
-    parquet = module_of_extra("pyarrow.parquet", "sweep")
+    pyarrow = module_of_extra("pyarrow", "parquet")
+    parquet = module_of_extra("pyarrow.parquet", "parquet")
     columns = {name: _typed(pyarrow, table.column(name)) for name in table.columns}
     into = io.BytesIO()
     parquet.write_table(pyarrow.table(columns), into)

@@ -66,6 +66,7 @@ function layOut() {
 }
 
 function worldFigure() {
+  if (model.no_world) return element("p", { class: "quiet" }, model.no_world);
   if (!model.plane) return null;
   world = planeOf(model.plane);
   return world.element;
