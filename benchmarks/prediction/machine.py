@@ -106,12 +106,17 @@ class Charge:
     def __init__(
         self, machine: Machine, clock: MachineClock, random: Random, own: set[str]
     ) -> None:
-        self.buses: Sequence[AccountedBus] = ()
         self.responses: list[int] = []
         self._machine, self._clock, self._random, self._own = machine, clock, random, own
         self._charged: set[str] = set()
+        self._buses: Sequence[AccountedBus] = ()
         self._together, self._busy_ns = 1.0, 0
         self._step: Step | None = None
+
+    def wait_for(self, buses: Sequence[AccountedBus]) -> None:
+        """Charge what is on these wires from now on: not what found the chips before the run."""
+        self._buses = buses
+        self._busy_ns = self._busy()
 
     def watch(self, step: Step) -> None:
         """Read the ends of steps from there."""
@@ -144,9 +149,12 @@ class Charge:
             self._charged.add(path)
             own_ns = self._machine.own_ns(path, self._random)
             self._clock.spend(round(self._together * own_ns))
-        busy_ns = sum(bus.busy_ns for bus in self.buses)
+        busy_ns = self._busy()
         self._clock.spend(busy_ns - self._busy_ns)
         self._busy_ns = busy_ns
+
+    def _busy(self) -> int:
+        return sum(bus.busy_ns for bus in self._buses)
 
     def begin(self, _at: int) -> None:
         """Begin a step: nothing has been charged."""
@@ -209,8 +217,6 @@ def _run(
     robot = board.build(lines)
     own = {below_root(each.path) for each in with_all_below(robot.model)}
     charge = Charge(machine, clock, random, own)
-    if wires:  # on doubles nothing waits for them
-        charge.buses = [bus for bus in lines.buses.values() if isinstance(bus, AccountedBus)]
     rig.attach(robot.model)
     configuration = replace(
         configuration_of(board, robot.model, lines), tap=charge, process=ProcessSettings()
@@ -218,6 +224,8 @@ def _run(
     executive = Executive(robot.model, clock, robot.make_safe, configuration, world_now)
     Task(executive, robot)
     robot.find_chips()
+    if wires:  # on doubles nothing waits for them
+        charge.wait_for([bus for bus in lines.buses.values() if isinstance(bus, AccountedBus)])
     until = 0
     while len(charge.responses) < steps and not executive.is_over:
         until += STRETCH

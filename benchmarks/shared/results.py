@@ -16,6 +16,7 @@ from typing import Any, Final
 from benchmarks.shared.side_by_side import PEER, PROJECT, peer_version
 from firmware_runtime.cli.arguments import whole
 from firmware_runtime.system.conditions import system_conditions
+from firmware_runtime.system.kernel_files import THIS_MACHINE, computer_model
 
 RESULTS = PROJECT / "benchmarks" / "results"
 positive: Final = partial(whole, least=1)
@@ -71,7 +72,8 @@ def finish(
 def conditions() -> dict[str, Any]:
     """What a run notes of the system, its processor, its load and the peer."""
     load = round(os.getloadavg()[0], 2)
-    return {**system_conditions(), "cpu": _cpu_name(), "load": load, PEER: peer_version()}
+    cpu = computer_model(THIS_MACHINE) or "unknown"
+    return {**system_conditions(), "cpu": cpu, "load": load, PEER: peer_version()}
 
 
 def _conditions_text(found: Mapping[str, Any]) -> str:
@@ -82,10 +84,3 @@ def _conditions_text(found: Mapping[str, Any]) -> str:
         "{python} on {kernel} {machine}, {cpu}, {cpu_count} CPUs, {where}, "
         "clock {clock_source}, governor {governor}, load {load}{peer}"
     ).format(where=where, peer=peer, **found)
-
-
-def _cpu_name() -> str:
-    for line in Path("/proc/cpuinfo").read_text().splitlines():
-        if line.startswith("model name"):
-            return line.partition(":")[2].strip()
-    return "unknown"

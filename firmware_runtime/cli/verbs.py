@@ -84,7 +84,7 @@ VERBS: Final[Mapping[str, Verb]] = {
 OF_LINUX: Final = frozenset(
     {
         *("arm", "disarm", "set", "guard", "safe-state", "doubles", "blame", "gate", "doctor"),
-        *("service", "probe", "try", "send", "watch", "bridge", "ros2"),
+        *("service", "probe", "try", "send", "watch", "bridge", "ros2", "play"),
     }
 )
 """Verbs that need what Linux alone has, those of our other packages too."""

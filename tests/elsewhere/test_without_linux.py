@@ -90,6 +90,10 @@ class Elsewhere:
         assert (status, error) == (Status.OK, "")
         return out
 
+    def done(self, *words: object) -> str:
+        """Return what the command prints that ends well, and says how far it is meanwhile."""
+        return self.python(*COMMAND[1:], *words)
+
 
 @pytest.fixture
 def elsewhere(tmp_path: Path) -> Elsewhere:
@@ -117,10 +121,42 @@ def test_a_run_in_virtual_time_is_recorded_replayed_and_shown(elsewhere: Elsewhe
     assert {"arena.svg", "report.html", "it.csv", "couplings.svg"} <= written
 
 
+def test_a_run_is_studied(elsewhere: Elsewhere) -> None:
+    words = ("--doubles", "--clock", "virtual", "--for", "12", "--record", "it.recording")
+    elsewhere.said("run", "tachobot", *words, "--set", "controller.mode='platform'")
+    for verb in ("identify", "tune"):
+        elsewhere.done(verb, "tachobot", "--from", "it.recording", "-o", f"{verb}.html")
+    what_if = ("--set", "controller.yaw.kp=0.5", "-o", "what_if.html")
+    assert "replayed: " in elsewhere.python(*COMMAND[1:], "replay", "it.recording", *what_if)
+    for file in ("it.parquet", "it.mcap"):
+        elsewhere.said("export", "it.recording", "-o", file)
+    written = {each.name for each in elsewhere.folder.iterdir()}
+    assert {"identify.html", "tune.html", "what_if.html", "it.parquet", "it.mcap"} <= written
+
+
+def test_a_board_is_run_many_times_in_processes_of_their_own(elsewhere: Elsewhere) -> None:
+    few = ("--runs", "3", "--for", "1", "--workers", "2")
+    vary = ("--vary", "controller.yaw.kp=uniform(0.5, 1.0)")
+    assert "3 runs: 3 ended" in elsewhere.done("sweep", "tachobot", *vary, *few, "-o", "it.csv")
+    assert "the same as in the table" in elsewhere.done("sweep", "rerun", "it.csv", "0")
+    assert elsewhere.done("campaign", "tachobot", *few, "-o", "faults.csv").startswith("3 of ")
+
+
+@pytest.mark.real_time
+def test_stages_of_one_process_are_certified_and_others_named(elsewhere: Elsewhere) -> None:
+    said = elsewhere.done("continuity", "tachobot", "--for", "1", "-o", "it.html")
+    for stage in ("simulation", "embedded"):
+        assert f"{stage}, whole: identical: " in said
+    for stage in ("network", "remote"):
+        assert f"{stage}: not run: macOS lacks what this needs; expected Linux" in said
+
+
 @pytest.mark.real_time
 def test_a_run_in_real_time_keeps_statistics_and_is_its_replay(elsewhere: Elsewhere) -> None:
     elsewhere.said("run", "detective", "--doubles", "--for", "1")
     assert "ended after 1." in elsewhere.said("stats", "detective")
+    assert "detective" in elsewhere.done("top", "detective")
+    assert "detective" in elsewhere.said("recordings")
     elsewhere.said("report", "detective", "-o", "report.html")
     assert elsewhere.said("replay", "detective").startswith("identical: ")
 

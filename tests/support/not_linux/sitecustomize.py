@@ -69,6 +69,14 @@ def _refuse_absent(path: object) -> None:
         raise FileNotFoundError(errno.ENOENT, os.strerror(errno.ENOENT), name)
 
 
+def _is_there(path: object) -> bool:
+    try:
+        _refuse_absent(path)
+    except FileNotFoundError:
+        return False
+    return True
+
+
 def _audit(event: str, arguments: tuple[Any, ...]) -> None:
     if event in {"open", "os.listdir", "os.scandir", "os.mkdir"} and arguments[0] is not None:
         _refuse_absent(arguments[0])
@@ -101,8 +109,10 @@ def _hide() -> None:
     _hide_names()
     importlib.reload(selectors)  # `socket` had it loaded, with epoll
     _hide_functions()
-    for name in ("stat", "lstat", "access", "readlink"):
+    for name in ("stat", "lstat", "readlink"):
         setattr(os, name, _looked_up(getattr(os, name)))
+    access = os.access
+    os.access = lambda path, *more, **named: _is_there(path) and access(path, *more, **named)
     machine = os.uname().machine
     os.uname = lambda: os.uname_result(("Darwin", "mac", "24.6.0", "Darwin Kernel", machine))
     # urllib asks this part of macOS for proxies
