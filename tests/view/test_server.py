@@ -170,7 +170,7 @@ def test_what_cannot_be_viewed_is_refused_in_a_sentence(command: Command, tmp_pa
     assert "no file, and no run" in command.refused("view", "nothing-of-this-name")
     (tmp_path / "x").write_bytes(b"nothing")
     assert "not a recording" in command.refused("view", tmp_path / "x")
-    assert "expected a port" in command.refused("view", tmp_path / "x", "--port", "70000")
+    assert "from 0 to 65535" in command.refused("view", tmp_path / "x", "--port", "70000")
 
 
 def test_an_address_for_others_takes_a_token(command: Command, recording: Path) -> None:
