@@ -15,6 +15,7 @@ from typing import Final
 from firmware_runtime.errors import ConfigError, StatisticsFileError, text_of
 from firmware_runtime.statistics.file_header import STATISTICS, Driver, driver_of
 from firmware_runtime.system.this_process import is_running
+from firmware_runtime.system.this_system import demand_linux
 
 LONGEST_S: Final = 2.0
 _BEGINS_WITHIN_S: Final = 10.0
@@ -54,7 +55,11 @@ def kill(run: Path) -> None:
 
 @contextmanager
 def _process_of(run: Path, where: str, *, is_served: bool = False) -> Iterator[int]:
-    """A descriptor of the run's process, open. Raises ConfigError for one on chips, or over."""
+    """A descriptor of the run's process, open, which Linux alone has.
+
+    Raises ConfigError for one on chips, or over.
+    """
+    demand_linux(where)
     try:
         with STATISTICS.opened(run) as file:
             driver = driver_of(file)

@@ -13,6 +13,7 @@ from firmware_drivers.circuitpython import Busio, CircuitPythonSensor, driver_ca
 from firmware_runtime.devs.time import MILLISECOND, SECOND
 from firmware_runtime.errors import SettingError
 from firmware_runtime.hal.wire_errors import (
+    EREMOTEIO,
     BusTimeout,
     Fault,
     NoAcknowledge,
@@ -65,7 +66,7 @@ def test_a_refusal_is_accounted_retried_and_then_an_os_error_with_its_errno(
     assert prescale(Busio(rig.bus)) == 0x1E
     with pytest.raises(OSError, match="0x40") as refused:
         prescale(Busio(rig.bus))
-    assert refused.value.errno == errno.EREMOTEIO
+    assert refused.value.errno == EREMOTEIO
     assert isinstance(refused.value.__cause__, NoAcknowledge)
     assert rig.bus.retries == 4
 
@@ -79,7 +80,7 @@ def test_a_wrapped_error_becomes_the_hal_error_again(rig: VirtualBus) -> None:
 @pytest.mark.parametrize(
     ("raised", "expected"),
     [
-        (OSError(errno.EREMOTEIO, ""), NoAcknowledge),
+        (OSError(EREMOTEIO, ""), NoAcknowledge),
         (RuntimeError("Failed to find chip"), WrongDevice),
         (TypeError("a bug, which is no HalError"), TypeError),
     ],

@@ -15,6 +15,7 @@ from firmware_runtime.hal import linux
 from firmware_runtime.hal.i2c import I2cBus
 from firmware_runtime.hal.linux import check_node
 from firmware_runtime.hal.wire_errors import (
+    EREMOTEIO,
     AddressInUse,
     ArbitrationLost,
     BusAbsent,
@@ -176,7 +177,7 @@ def test_who_is_refused_a_bus_leaves_its_timeout(kernel: Kernel, node: str) -> N
 @pytest.mark.parametrize(
     ("failure", "kind"),
     [
-        (errno.EREMOTEIO, NoAcknowledge),
+        (EREMOTEIO, NoAcknowledge),
         (errno.ENXIO, NoAcknowledge),
         (errno.EAGAIN, ArbitrationLost),
         (errno.ETIMEDOUT, BusTimeout),
@@ -281,7 +282,7 @@ def test_what_an_adapter_reported_is_found_again(number: int) -> None:
 @pytest.mark.parametrize(
     ("kind", "number"),
     [
-        ("NoAcknowledge", errno.EREMOTEIO),
+        ("NoAcknowledge", EREMOTEIO),
         ("BusTimeout", errno.ETIMEDOUT),
         ("BusFault", errno.EIO),
         ("LettersLost", errno.EIO),

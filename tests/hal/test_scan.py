@@ -7,7 +7,7 @@ import pytest
 
 from firmware_runtime.hal.i2c import I2cBus, Message
 from firmware_runtime.hal.scan import ADDRESSES, READ_ONLY, State, scan
-from firmware_runtime.hal.wire_errors import AddressInUse, BusTimeout, NoAcknowledge
+from firmware_runtime.hal.wire_errors import EREMOTEIO, AddressInUse, BusTimeout, NoAcknowledge
 from sim_doubles.chips.md25 import Md25Double
 from sim_doubles.chips.pca9685 import Pca9685Double
 from sim_doubles.faults import AdapterError, FaultScript, StuckSda
@@ -51,7 +51,7 @@ def test_a_bus_whose_line_is_held_is_given_up_at_the_first_address() -> None:
 @pytest.mark.parametrize(
     ("errors", "state"),
     [
-        ({1: errno.EREMOTEIO}, State.FAULTY),
+        ({1: EREMOTEIO}, State.FAULTY),
         ({0: errno.EIO, 1: errno.EIO}, State.FAULTY),
         ({0: errno.EIO}, State.ANSWERS),  # as an adapter that cannot write nothing
     ],

@@ -4,7 +4,6 @@ The kernel under smbus2 is `sim_doubles.smbus`: a bus of doubles that answers it
 `/dev/i2c-N` of a module of the kernel the same is a test of its own, where there is one.
 """
 
-import errno
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack
 from dataclasses import dataclass
@@ -19,6 +18,7 @@ from firmware_runtime.devs.time import MILLISECOND, SECOND
 from firmware_runtime.executive.clocks import MonotonicClock
 from firmware_runtime.hal import linux
 from firmware_runtime.hal.linux_serial import open_serial
+from firmware_runtime.hal.wire_errors import EREMOTEIO
 from firmware_runtime.recording.blackbox.reader import read_recording
 from firmware_runtime.runs import hardware
 from firmware_runtime.runs.open_lines import open_lines
@@ -100,7 +100,7 @@ def test_a_run_by_the_kernels_calls_is_its_replay_with_the_chip_gone_for_a_while
 ) -> None:
     def chip_gone(now: int) -> None:
         gone = AdapterError(
-            errno=errno.EREMOTEIO, address=None, since=now, until=now + SECOND // 5, times=None
+            errno=EREMOTEIO, address=None, since=now, until=now + SECOND // 5, times=None
         )
         lines.rig.buses["i2c1"].faults = FaultScript([gone])
 

@@ -1,6 +1,5 @@
 """Recorded lines answer in the recorded order; what is asked otherwise is refused or said."""
 
-import errno
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -22,7 +21,7 @@ from firmware_runtime.hal.served.packets import (
 )
 from firmware_runtime.hal.served.strikes import ask_faults
 from firmware_runtime.hal.strike import Strike
-from firmware_runtime.hal.wire_errors import BusAbsent, BusFault, HalError, from_os_error
+from firmware_runtime.hal.wire_errors import EREMOTEIO, BusAbsent, BusFault, HalError, from_os_error
 from firmware_runtime.recording.blackbox.layout import Chunk, file_of
 from firmware_runtime.recording.blackbox.reader import Recording, kind_of, read_recording
 from firmware_runtime.recording.blackbox.section import DISCARD, READ, WRITE, Kind, Transfer
@@ -84,7 +83,7 @@ def break_every_seventh(session: Session) -> None:
 
     def sometimes(address: int, messages: Sequence[Message]) -> bytes:
         if next(count) % 7 == 3:
-            raise from_os_error(OSError(errno.EREMOTEIO, "no"), f"i2c1 0x{address:02x}")
+            raise from_os_error(OSError(EREMOTEIO, "no"), f"i2c1 0x{address:02x}")
         return carry(address, messages)
 
     bus.transaction = sometimes  # type: ignore[method-assign]

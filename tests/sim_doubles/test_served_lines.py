@@ -20,7 +20,14 @@ from firmware_runtime.hal.served.client import (
     look,
 )
 from firmware_runtime.hal.served.packets import Enable, Failed, Question, encode, read_answer
-from firmware_runtime.hal.wire_errors import AddressInUse, BusAbsent, BusFault, HalError, PortClosed
+from firmware_runtime.hal.wire_errors import (
+    EREMOTEIO,
+    AddressInUse,
+    BusAbsent,
+    BusFault,
+    HalError,
+    PortClosed,
+)
 from sim_doubles.clock import ManualClock
 from sim_doubles.faults import AdapterError, FaultScript
 from sim_doubles.rigs.board_rig import DoublesRig, rig_for
@@ -35,7 +42,7 @@ ADDRESSES = {
 MESSAGES = st.lists(st.binary(max_size=6) | st.integers(-1, 12), max_size=4)
 SPANS = st.integers(0, 4 * MILLISECOND)
 OF_ADAPTERS = (
-    errno.EREMOTEIO,
+    EREMOTEIO,
     errno.ENXIO,
     errno.EAGAIN,
     errno.ETIMEDOUT,

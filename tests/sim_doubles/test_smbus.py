@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterator
 
 import pytest
 
+from firmware_runtime.hal.wire_errors import EREMOTEIO
 from sim_doubles.busio import I2C
 from sim_doubles.chips.pca9685 import Pca9685Double
 from sim_doubles.chips.register_target import RegisterTarget
@@ -92,7 +93,7 @@ def outcome(call: Callable[[], object]) -> object:
 @pytest.mark.parametrize(
     ("call", "expected"),
     [
-        pytest.param(lambda: SMBus(1).read_byte_data(0x51, 0), errno.EREMOTEIO, id="no chip"),
+        pytest.param(lambda: SMBus(1).read_byte_data(0x51, 0), EREMOTEIO, id="no chip"),
         pytest.param(lambda: SMBus(1).read_byte(0x80), errno.EINVAL, id="eight bits"),
         pytest.param(lambda: SMBus(1).i2c_rdwr(), errno.EINVAL, id="no messages"),
         pytest.param(lambda: SMBus(1).pec, 0, id="pec"),
@@ -147,7 +148,7 @@ def test_two_buses_at_one_number_are_refused(bus: I2cBusDouble) -> None:
 @pytest.mark.parametrize(
     ("adapter", "fault", "number"),
     [
-        ("bcm2835", NackAddress(), errno.EREMOTEIO),
+        ("bcm2835", NackAddress(), EREMOTEIO),
         ("i2c-gpio", NackAddress(), errno.ENXIO),
         ("bcm2835", StuckSda(), errno.ETIMEDOUT),
         ("designware", AdapterError(errno=errno.EAGAIN), errno.EAGAIN),
@@ -225,7 +226,7 @@ def test_only_the_part_of_a_buffer_is_written_and_read(i2c: I2C, pwm_bus: I2cBus
 def test_a_chip_that_is_absent_is_an_os_error(i2c: I2C) -> None:
     with pytest.raises(OSError, match=" ") as absent:
         i2c.writeto(0x41, b"")
-    assert absent.value.errno == errno.EREMOTEIO
+    assert absent.value.errno == EREMOTEIO
 
 
 def test_the_bus_is_used_under_its_lock_alone(i2c: I2C) -> None:

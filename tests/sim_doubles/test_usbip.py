@@ -16,6 +16,7 @@ from firmware_runtime.board import registry
 from firmware_runtime.cli.main import main
 from firmware_runtime.hal.budget import transaction_ns
 from firmware_runtime.hal.i2c import Message
+from firmware_runtime.hal.wire_errors import EREMOTEIO
 from sim_doubles.clock import ManualClock
 from sim_doubles.rigs.board_rig import rig_for
 from sim_doubles.usbip.host_controller import HostController
@@ -128,7 +129,7 @@ def test_random_transactions_end_as_on_the_doubles_used_directly(asked: Any) -> 
             try:
                 expected: bytes | int = local.transfer(address, messages)
             except OSError as error:
-                expected = errno.ENXIO if error.errno == errno.EREMOTEIO else errno.EIO
+                expected = errno.ENXIO if error.errno == EREMOTEIO else errno.EIO
             assert host.transaction(address, messages) == expected
 
 

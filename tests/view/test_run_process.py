@@ -136,3 +136,13 @@ def test_a_stall_is_short(statistics: Path, for_s: float) -> None:
 def test_without_statistics_there_is_no_run(statistics: Path) -> None:
     with pytest.raises(ConfigError, match="cannot be read"):
         kill(statistics)
+
+
+def test_where_linux_is_not_both_are_refused(
+    statistics: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("firmware_runtime.system.this_system.IS_LINUX", False)
+    with pytest.raises(ConfigError, match="expected Linux"):
+        stall(statistics, 0.5)
+    with pytest.raises(ConfigError, match="expected Linux"):
+        kill(statistics)
