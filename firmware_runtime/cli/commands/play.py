@@ -91,6 +91,8 @@ def _running(
     finally:
         process.terminate()
         end_within(process, END_WITHIN_S)
+        if process.stdout is not None:
+            process.stdout.close()
 
 
 def _await_line(
