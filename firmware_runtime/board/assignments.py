@@ -34,7 +34,7 @@ def assigned(assignment: str) -> tuple[str, object]:
     key, _, text = assignment.partition("=")
     try:
         return key.strip(), tomllib.loads(f"value = {text}")["value"]
-    except ValueError:
+    except (ValueError, RecursionError):
         return key.strip(), text.strip()
 
 

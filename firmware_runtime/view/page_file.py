@@ -52,5 +52,5 @@ def read_page(path: Path) -> Page:
     """Return the page whose data `write_page` has written. Raises ConfigError for another file."""
     try:
         return msgspec.json.decode(path.read_bytes(), type=Page)
-    except (OSError, msgspec.MsgspecError) as error:
+    except (OSError, RecursionError, msgspec.MsgspecError) as error:
         raise ConfigError.of_one(str(path), f"{error}", expected="a page's data") from error

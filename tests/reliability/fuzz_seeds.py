@@ -33,23 +33,32 @@ LONGEST: Final = 600
 MOST: Final = 40
 _TABLE = "row,board,seed,experiment,set,outcome,error,a.b\n0,tachobot,1,,[],ended,,1.5\n"
 _CAMPAIGN = (
-    "row,board,seed,set,mission_s,within_s,without,kind,device,at_s,for_s,amount,outcome,what,"
-    "model,known_at_s,said,said_after_s,struck,ended,digest,version\n"
-    '0,pan_tilt,,[],0.1,,[],freeze,eyes,0.05,1.0,,silent,"turns",eyes,0.5,,,true,,1,0.1\n'
+    "row,board,seed,set,mission_s,within_s,without,kind,device,at_s,for_s,amount,others,outcome,"
+    "what,model,known_at_s,said,said_after_s,struck,ended,reached,digest,version\n"
+    '0,pan_tilt,,[],0.1,,[],freeze,eyes,0.05,1.0,,[],silent,"turns",eyes,0.5,,,true,,[],1,0.1\n'
 )
+_DEEP = "[" * 3000
+"""Deeper than a parser that calls itself can go."""
 _TEXTS: Final = {
+    "assignments": ["world.seed=3", f"a={_DEEP}"],
     "--set": ["world.seed=3", "imu.mounting='x y z'", "controller.yaw.kp=0.5", "a.b=[1, 2]"],
     "mountings": ["x y z", "+x -y -z", "y,-x,z"],
     "fault scripts": ["2.0:freeze:imu:1.0", "1:push=0.4", "0:nack:i2c1@0x68"],
-    "distributions": ["uniform(2, 4)", "normal(0, 1)", "choice('a', 'b')", "range(0, 1, 0.1)"],
+    "distributions": ["uniform(2, 4)", "normal(0, 1)", "range(0, 1, 0.1)", f"choice({_DEEP})"],
     "expressions": ["x + 2 * sin(u)", "-(x - 1) ** 2 / y", "max(x, 0.5)"],
     "CD++ models": [TWO_RELAYS],
     "CD++ events": ["00:00:01:000 In 0.5", "00:00:02:000 count 3 00:00:03:000 x 1"],
     "fleet.toml": ['[a]\nhost = "a.local"\nboard = "tachobot"\nport = 22\n'],
     "trajectories": ["t_s,x_m,y_m,yaw_rad\n0,0,0,0\n1,1,0,0\n2,2,1,0.5\n"],
-    "tables": [_TABLE],
-    "campaign tables": [_CAMPAIGN],
-    "pages": ['{"title":"a","parts":[{"kind":"text","text":"b"}]}'],
+    "tables": [_TABLE, _TABLE.replace("[]", _DEEP), _TABLE.replace("1.5", _DEEP)],
+    "campaign tables": [
+        *(_CAMPAIGN, _CAMPAIGN.replace("freeze", "melt"), _CAMPAIGN.replace("[]", _DEEP)),
+        _CAMPAIGN.replace("0.05", "nan"),
+    ],
+    "pages": [
+        '{"title":"a","parts":[{"kind":"text","text":"b"}]}',
+        '{"title":"a","parts":[' + '{"kind":"section","title":"a","parts":[' * 3000,
+    ],
     "takeovers": ['{"at":1,"reason":"hang","process":[1,2],"off_after_ns":3}\n'],
     "messages to a run": [
         '{"watch": ["imu.sample"], "every": 10}',

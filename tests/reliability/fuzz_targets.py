@@ -21,6 +21,7 @@ from firmware_drivers.chips.mounting import parse_mounting
 
 from firmware_runtime import open_board
 from firmware_runtime.board import registry
+from firmware_runtime.board.assignments import assigned
 from firmware_runtime.board.local_settings import load_table
 from firmware_runtime.board.registers.register_file import parse_table
 from firmware_runtime.cli.run_options import stated_fault
@@ -263,6 +264,7 @@ def _maxbotix(content: bytes) -> None:
 
 TARGETS: Final[Mapping[str, Target]] = {
     "board.toml": Target(_of_file("board.toml", lambda path: registry.load(str(path)))),
+    "assignments": Target(_of_text(assigned), ()),
     "--set": Target(_of_text(lambda text: registry.load("tachobot", [text]))),
     "kept settings": Target(_of_file("tachobot.settings", load_table)),
     "register tables": Target(_of_text(lambda text: parse_table(text, "x.toml"))),

@@ -258,7 +258,7 @@ def rerun(row: Row) -> Row:
 def _trial_of(row: Row) -> Trial:
     try:
         return trial_of(row)
-    except (KeyError, TypeError, ValueError) as error:
+    except (KeyError, TypeError, ValueError, RecursionError) as error:
         fault = f"row {row.get('row')} is none of a campaign: {error}"
         raise ConfigError.of_one("campaign", fault) from error
 

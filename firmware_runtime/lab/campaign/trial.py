@@ -96,9 +96,12 @@ def _cells(strike: Strike) -> tuple[Cell, ...]:
 
 
 def _strike(kind: Cell, device: Cell, at_s: Cell, for_s: Cell, amount: Cell) -> Strike:
-    return Strike(
+    strike = Strike(
         str(kind), str(device or ""), _number(at_s) or 0.0, _number(for_s), _number(amount)
     )
+    if (fault := strike.fault()) is not None:
+        raise ValueError(fault)
+    return strike
 
 
 def alone(

@@ -58,7 +58,7 @@ def _values(text: str) -> list[Value]:
     for word in [each.strip() for each in text.split(",")] if text.strip() else []:
         try:
             value = tomllib.loads(f"value = {word}")["value"]
-        except tomllib.TOMLDecodeError:
+        except (tomllib.TOMLDecodeError, RecursionError):
             value = word if _WORD.fullmatch(word) else None
         if not isinstance(value, bool | int | float | str):
             raise ValueError(f"{word!r} is no value")  # noqa: TRY004 -- of the words, not of code

@@ -106,7 +106,7 @@ def read_table(path: Path) -> Table:
         why = error.strerror or absent or error
         fault = f"cannot be read ({why}); expected a sweep's table"
         raise ConfigError.of_one(str(path), fault) from error
-    except (ValueError, KeyError, TypeError, csv.Error) as error:
+    except (ValueError, KeyError, TypeError, RecursionError, csv.Error) as error:
         fault = "no sweep's table, or not whole; expected one that `sweep` has written"
         raise ConfigError.of_one(str(path), fault) from error
     fault = next(filter(None, map(_fault_of, rows)), "it has no rows" if not rows else "")
