@@ -15,7 +15,7 @@ from firmware_runtime.devs.time import SECOND
 from firmware_runtime.errors import FirmwareRuntimeError, text_of
 from firmware_runtime.live.follower import Follower
 from firmware_runtime.live.trace import States, Trace
-from firmware_runtime.recording.blackbox.reader import BEGINNINGS, kind_of
+from firmware_runtime.recording.blackbox.reader import BEGINNINGS
 from firmware_runtime.recording.blackbox.section import Kind, Section, decode
 from firmware_runtime.recording.board_of_recording import board_of
 from firmware_runtime.recording.exports.observed_run import Moment, Observer
@@ -34,8 +34,10 @@ from firmware_runtime.system.resources import Closing
 
 BEFORE: Final = 6_000
 """Steps of a run under way that are run again at first."""
-_STEPS_AT_ONCE: Final = 2_000
-"""Steps between two readings of the caller's clock."""
+AT_ONCE: Final = 500
+"""Sections of a run under way that are taken at once; then it is shown how far that is."""
+MOST_BEHIND: Final = 2
+"""Chunks of the recording that this may fall behind the run; then it goes on at its present."""
 
 Listener: TypeAlias = Callable[[int, str, object], None]
 
@@ -75,7 +77,8 @@ class Observed(Closing):
         self._observer: Observer | None = None
         self._can_run_again = True
         """False once that has failed; behind a gap it is tried again."""
-        self._is_new = True
+        self._most_behind: int | None = None
+        """Chunks that this may be behind the run; None before it has been looked at."""
 
     def close(self) -> None:
         """Close the file."""
@@ -92,40 +95,34 @@ class Observed(Closing):
         return self._follower.is_replaced
 
     def poll(self) -> bool:
-        """Take what is new; return whether there was anything."""
-        contents: Sequence[bytes] = self._follower.poll()
-        if self._is_new and contents:
-            contents = self._beginning_of(contents)
-            self._is_new = False
-        elif self._follower.has_gap:
-            self._observer, self._can_run_again = None, True
-            self.remark = "this page was too slow, and missed a part of the run"
-        for content in contents:
-            self._take(decode(content))
-        return bool(contents)
+        """Take what is new, of a run under way not all at once; return whether there was any."""
+        self._skip_what_is_too_much()
+        number = 0
+        for number, content in enumerate(self._follower.sections(), start=1):
+            if content is None:
+                self._begin_again("is missing, or was written over before it was read")
+            else:
+                self._take(decode(content))
+            if number == AT_ONCE and not self._is_whole:
+                break
+        return number > 0
 
-    def progress(self) -> Iterator[float]:
-        """Take all that is there, and yield the share that has been taken."""
-        contents = self._beginning_of(self._follower.poll())
-        self._is_new = False
-        for number, content in enumerate(contents):
-            self._take(decode(content))
-            if number % _STEPS_AT_ONCE == 0:
-                yield number / len(contents)
+    def _skip_what_is_too_much(self) -> None:
+        follower = self._follower
+        if self._most_behind is None:
+            if not self._is_whole:
+                follower.skip_to_beginning(BEFORE)
+            self._most_behind = follower.chunks_behind + MOST_BEHIND
+        elif follower.chunks_behind > self._most_behind:
+            follower.skip_to_beginning(0)
+            self._begin_again("was left out, as this page was too slow")
 
     # What is in a section -------------------------------------------------------------------------
 
-    def _beginning_of(self, contents: Sequence[bytes]) -> Sequence[bytes]:
-        """From where to look on: the last beginning with enough steps behind it."""
-        steps, found = 0, 0
-        for place in range(len(contents) - 1, -1, -1):
-            kind = kind_of(contents[place])
-            steps += kind == Kind.STEP
-            if kind in BEGINNINGS:
-                found = place
-                if steps >= BEFORE and not self._is_whole:
-                    break
-        return contents[found:]
+    def _begin_again(self, how: str) -> None:
+        """Run it again from the next keyframe on, behind a part that cannot be."""
+        self._observer, self._can_run_again = None, True
+        self.remark = f"after {self.at / SECOND:g} s a part of the recording {how}"
 
     def _take(self, section: Section) -> None:
         if section.kind is Kind.ENDED and isinstance(section.extra, dict):
@@ -133,8 +130,7 @@ class Observed(Closing):
         if section.kind in {Kind.SAFE, Kind.STEP}:
             self.is_off = section.kind is Kind.SAFE
         if section.kind is Kind.LOST:
-            self._observer, self._can_run_again = None, True
-            self.remark = f"at {section.at / SECOND:g} s a part of the recording is missing"
+            self._begin_again("is missing")
             return
         if self._observer is None and self._may_begin(section):
             self._begin(section)

@@ -45,6 +45,8 @@ class Viewer:
         self._states_until = float("-inf")
         self._state: RunState | None = None
         self._run = ""
+        self._leaves = 0
+        """How many leaves there were when it was sent their names."""
 
     async def listen(self) -> None:
         """Take what the page says until it is gone."""
@@ -110,6 +112,9 @@ class Viewer:
             self._states_until = max(entries[-1][0] for entries in stays.values())
         if state is not None and state != self._state:
             frame["state"] = self._state = state
+        if len(observed.numbers) != self._leaves:
+            frame["leaves"] = sorted(observed.numbers)
+            self._leaves = len(frame["leaves"])
         if is_another:
             frame["run"] = self._run = observed.header.run
         return frame

@@ -78,3 +78,30 @@ def test_a_port_is_plotted_when_it_is_clicked(browser: chromium.Page, address: s
     browser.wait_for(f"document.querySelectorAll('.chosen figure').length > {before}")
     browser.click("close controller.attitude.yaw.position")
     browser.wait_for("![...plots.shown.keys()].includes('controller.attitude.yaw.position')")
+
+
+def test_no_peak_is_lost_of_many_points_nor_is_their_order(
+    browser: chromium.Page, address: str
+) -> None:
+    browser.open(f"{address}/", "light")
+    browser.wait_for(READY)
+    found = browser.evaluate(
+        """(() => {
+            const at = (n) => n < 40000 ? n / 1000 : n / 100 - 360;
+            const times = Array.from({ length: 50000 }, (_, n) => at(n));
+            const values = times.map((_, n) => n === 12345 ? 9 : n === 45678 ? -9 : Math.sin(n));
+            const [xs, ys] = visible([new Line(times, values)], 0, 140, 400, false);
+            const isGrowing = xs.every((x, n) => n === 0 || x > xs[n - 1]);
+            return [Math.max(...ys), Math.min(...ys), isGrowing, xs.length];
+        })()"""
+    )
+    assert found[:3] == [9, -9, True]
+    assert 400 <= found[3] <= 804
+
+
+def test_what_is_sent_when_it_changes_is_drawn_up_to_now(
+    browser: chromium.Page, address: str
+) -> None:
+    browser.open(f"{address}/", "light")
+    browser.wait_for(READY)
+    assert browser.evaluate("visible([new Line([1], [3])], 5, 9, 400, true)") == [[1, 9], [3, 3]]

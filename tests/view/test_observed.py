@@ -1,15 +1,17 @@
 """A run as the page sees it: by its recording alone, while it is written and afterwards."""
 
 from collections.abc import Callable
+from itertools import islice
 from pathlib import Path
 
 import pytest
 
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.live.follower import Follower
-from firmware_runtime.live.observed import Observed
+from firmware_runtime.live.observed import MOST_BEHIND, Observed
 from firmware_runtime.recording.blackbox.layout import file_of
-from firmware_runtime.recording.blackbox.reader import read_recording
+from firmware_runtime.recording.blackbox.reader import BEGINNINGS, kind_of, read_recording
+from firmware_runtime.recording.blackbox.section import Kind
 from tests.support.recorded import every_section, in_chunks, record
 
 SPAN_S = 1.0
@@ -24,9 +26,18 @@ def test_all_of_a_recording_is_read_once(recording: Path, tmp_path: Path) -> Non
     copy = tmp_path / "x.recording"
     copy.write_bytes(in_chunks(recording, 20))
     with Follower(copy) as follower:
-        assert follower.poll() == every_section(recording)
-        assert not follower.has_gap
-        assert follower.poll() == []
+        assert list(follower.sections()) == every_section(recording)
+        assert list(follower.sections()) == []
+
+
+def test_one_that_is_left_goes_on_there(recording: Path, tmp_path: Path) -> None:
+    copy = tmp_path / "x.recording"
+    copy.write_bytes(in_chunks(recording, 20))
+    sections = every_section(recording)
+    with Follower(copy) as follower:
+        assert list(islice(follower.sections(), 30)) == sections[:30]
+        assert follower.chunks_behind == (len(sections) - 1) // 20 - 1
+        assert list(follower.sections()) == sections[30:]
 
 
 def test_what_a_run_appends_is_read_when_it_is_there(recording: Path, tmp_path: Path) -> None:
@@ -39,11 +50,11 @@ def test_what_a_run_appends_is_read_when_it_is_there(recording: Path, tmp_path: 
     first[72:80] = used.to_bytes(8, "little")
     growing.write_bytes(first)
     with Follower(growing) as follower:
-        assert follower.poll() == sections[:50]
+        assert list(follower.sections()) == sections[:50]
         with growing.open("r+b") as file:
             file.seek(72)
             file.write(whole[72:80])
-        assert follower.poll() == sections[50 : len(chunks[0].contents) - 1]
+        assert list(follower.sections()) == sections[50 : len(chunks[0].contents) - 1]
 
 
 def _used_after(contents: list[bytes], sections: int) -> int:
@@ -56,12 +67,67 @@ def test_a_reader_that_was_overtaken_says_so_and_goes_on(recording: Path, tmp_pa
     path = tmp_path / "ring.recording"
     path.write_bytes(file_of(chunks[:2]))
     with Follower(path) as follower:
-        follower.poll()
+        seen = [*follower.sections()]
         content = file_of([type(each)(each.number + 5, each.contents) for each in chunks[:2]])
         with path.open("r+b") as file:
             file.write(content)
-        assert follower.poll() != []
-        assert follower.has_gap
+        assert list(follower.sections()) == [None, *seen]
+
+
+def test_a_section_that_is_not_whole_yet_is_read_when_it_is(
+    recording: Path, tmp_path: Path
+) -> None:
+    path = tmp_path / "x.recording"
+    whole = file_of(read_recording(recording).chunks)
+    sections = every_section(recording)
+    place = whole.index(sections[50])
+    path.write_bytes(whole[:place] + bytes(8) + whole[place + 8 :])
+    with Follower(path) as follower:
+        assert list(follower.sections()) == sections[:50]
+        path.write_bytes(whole)
+        assert list(follower.sections()) == sections[50:]
+
+
+def test_a_section_that_stays_damaged_is_missing(recording: Path, tmp_path: Path) -> None:
+    path = tmp_path / "x.recording"
+    content, sections = bytearray(in_chunks(recording, 20)), every_section(recording)
+    content[content.index(sections[25]) + 4] ^= 1
+    path.write_bytes(content)
+    with Follower(path) as follower:
+        assert list(follower.sections()) == [*sections[:25], None, *sections[40:]]
+
+
+@pytest.mark.parametrize("behind", [0, 50])
+def test_it_skips_to_where_a_replay_can_begin(recording: Path, tmp_path: Path, behind: int) -> None:
+    path = tmp_path / "x.recording"
+    path.write_bytes(in_chunks(recording, 20))
+    sections = every_section(recording)
+    steps = [kind_of(each) == Kind.STEP for each in sections]
+    wanted = max(
+        place
+        for place, each in enumerate(sections)
+        if kind_of(each) in BEGINNINGS and sum(steps[place:]) >= behind
+    )
+    with Follower(path) as follower:
+        follower.skip_to_beginning(behind)
+        assert list(follower.sections()) == sections[wanted:]
+
+
+def test_a_page_that_is_too_far_behind_goes_on_at_the_present(
+    recording: Path, tmp_path: Path
+) -> None:
+    path = tmp_path / "x.recording"
+    chunks = read_recording(_chunked(recording, tmp_path)).chunks
+    path.write_bytes(file_of(chunks))
+    later = [type(each)(each.number + len(chunks) + MOST_BEHIND, each.contents) for each in chunks]
+    with Observed(path) as observed:
+        assert observed.poll()
+        assert observed.remark is None
+        with path.open("r+b") as file:
+            file.write(file_of(later))
+        assert observed.poll()
+        assert observed.remark is not None
+        assert "left out" in observed.remark
 
 
 def _chunked(recording: Path, folder: Path) -> Path:

@@ -14,12 +14,14 @@ from firmware_runtime.view.parts import (
     Bullets,
     Card,
     Code,
+    Curve,
     Folded,
     Glossary,
     Link,
     Page,
     Part,
     Piece,
+    Series,
     Text,
     Verdict,
     section,
@@ -76,3 +78,24 @@ def test_what_is_folded_is_made_when_it_is_opened(browser: chromium.Page, tmp_pa
     assert "hidden" not in browser.evaluate(shown)
     browser.evaluate("document.querySelector('details').open = true")
     browser.wait_for(f"{shown}.includes('hidden')")
+
+
+@pytest.mark.parametrize("period", [2, 500])
+def test_a_line_that_fills_its_plot_is_drawn_as_bars(
+    browser: chromium.Page, tmp_path: Path, period: int
+) -> None:
+    points = [(float(n), float(n % period < period // 2)) for n in range(4000)]
+    dense = Series("dense", "s", "V", [Curve("x", *zip(*points, strict=True))])
+    write_page(Page(title="Dense", parts=[dense]), tmp_path / "page.html")
+    browser.open(tmp_path / "page.html", "light")
+    plot = "[...groups.get('s')][0].library"
+    drawn = browser.evaluate(f"{plot}.series[1].bars?.length ?? null")
+    assert (drawn is not None) == (period == 2)
+    inked = f"""(() => {{
+        const plot = {plot}, x = plot.bbox.left + 0.53 * plot.bbox.width;
+        const {{ data }} = plot.ctx.getImageData(x, plot.bbox.top, 1, plot.bbox.height);
+        let inked = 0;
+        for (let n = 0; n < data.length; n += 4) if (data[n + 3] > 200 && data[n] < 50) inked++;
+        return inked / plot.bbox.height;
+    }})()"""
+    assert (browser.evaluate(inked) > 0.8) == (period == 2)

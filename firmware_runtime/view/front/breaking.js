@@ -8,7 +8,7 @@ async function breaking(section) {
     return;
   }
   const device = element("select", { "aria-label": "device" }, offered.devices.map((each) => element("option", { value: each.name }, each.name)));
-  const span = element("select", { "aria-label": "for how long" }, [["1", "for 1 s"], ["0.2", "for 0.2 s"], ["5", "for 5 s"], ["", "for ever"]].map(([value, words]) => element("option", { value }, words)));
+  const span = element("select", { "aria-label": "for how long" }, [["1", "for 1 s"], ["0.2", "for 0.2 s"], ["5", "for 5 s"], ["", "until ended"]].map(([value, words]) => element("option", { value }, words)));
   const buttons = element("p", { class: "acts" });
   const struck = element("ol", { class: "quiet struck" });
   const refresh = async () => {

@@ -35,8 +35,13 @@ function safe(href) {
   return /^(#|[\w.-]+(\/[\w.-]+)*(#.*)?$)/.test(href) ? href : "#";
 }
 
-/** The present colour of that name; `curve(n)` is that of the n-th curve. */
-const colour = (name) => getComputedStyle(document.documentElement).getPropertyValue(`--${name}`);
+const colours = new Map(); // by name; looked up once, for that takes the time of a plot
+
+/** The present colour of that name; `colour0` is that of the first curve. */
+function colour(name) {
+  if (!colours.has(name)) colours.set(name, getComputedStyle(document.documentElement).getPropertyValue(`--${name}`));
+  return colours.get(name);
+}
 const CURVES = 8;
 const nameOfCurve = (place) => `colour${place % CURVES}`;
 
@@ -63,7 +68,7 @@ const valueText = (value, unit) =>
 
 /** Everything that is drawn anew when colours change: functions without arguments. */
 const repaints = new Set();
-const repaint = () => repaints.forEach((each) => each());
+const repaint = () => { colours.clear(); repaints.forEach((each) => each()); };
 matchMedia("(prefers-color-scheme: dark)").addEventListener("change", repaint);
 addEventListener("beforeprint", repaint);
 addEventListener("afterprint", repaint);

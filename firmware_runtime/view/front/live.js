@@ -77,10 +77,13 @@ function modelFigure() {
   return drawn.element;
 }
 
+const cells = new Map(); // of values, by port
+
 function valuesTable() {
-  const rows = model.ports.map(({ path, type }) => element("tr", { "data-path": path },
+  for (const { path } of model.ports) cells.set(path, element("td", { class: "value" }, "–"));
+  const rows = model.ports.map(({ path, type }) => element("tr", {},
     element("th", { scope: "row" }, element("button", { class: "instant", type: "button", title: "plot it", onclick: () => plots.add(path) }, path)),
-    element("td", { class: "quiet" }, type), element("td", { class: "value" }, "–")));
+    element("td", { class: "quiet" }, type), cells.get(path)));
   return element("div", { class: "scroll", tabindex: 0, role: "region", "aria-label": "Values" },
     element("table", { class: "words", id: "values" }, element("thead", {}, element("tr", {}, ["port", "type", "value"].map((each) => element("th", { scope: "col" }, each)))), element("tbody", {}, rows)));
 }
@@ -112,21 +115,22 @@ function showState(now) {
   document.getElementById("doing").textContent = [now.sentence, now.punctual, now.note].filter(Boolean).join(". ");
   document.getElementById("faults").replaceChildren(...now.faults.map((each) => element("li", {},
     element("button", { class: "instant", type: "button", title: "go to the moment before", onclick: () => rewind.goTo((each.first_s ?? 0) * 1e9 - 1) }, `${numberText(each.first_s, 6)} s`),
-    ` ${each.model}: ${each.sentence}${each.count > 1 ? ` (${numberText(each.count)} times, the last at ${numberText(each.last_s, 6)} s)` : ""}`)));
+    ` ${each.model}: ${each.sentence.replace(`${model.board}.${each.model}: `, "")}${each.count > 1 ? ` (${numberText(each.count)} times, the last at ${numberText(each.last_s, 6)} s)` : ""}`)));
   document.getElementById("outputs").replaceChildren(...Object.entries(now.outputs).map(([name, each]) =>
     element("div", {}, element("dt", {}, name), element("dd", {}, { ALL: "driven as commanded", PART: "driven, limited", NOTHING: "off" }[each] ?? each))));
 }
 
 function showValues(values) {
-  for (const row of document.querySelectorAll("#values tbody tr")) {
-    const value = values[row.dataset.path];
-    if (value !== undefined) row.lastChild.textContent = shortText(value);
+  for (const [path, cell] of cells) {
+    const words = values[path] === undefined ? cell.textContent : shortText(values[path]);
+    if (cell.textContent !== words) cell.textContent = words;
   }
 }
 
 function take(frame) {
   if (frame.run && model && frame.run !== model.run) return location.reload();
   store.take(frame);
+  if (frame.leaves) plots.fill(frame.leaves);
   if (frame.state) showState(frame.state);
   if (rewind.isAway) return;
   show(frame.values, frame.states, frame.at);

@@ -92,8 +92,18 @@ function placeOf(numbers, at) {
 
 const orNull = (value) => (Number.isFinite(value) ? value : null);
 
-/** Lines of one port between two instants, over one x; of each of so many pieces both ends. */
-function visible(lines, begin, end, pieces) {
+/** Lines of one port between two instants, over one x; what `isHeld` is so until the end. */
+function visible(lines, begin, end, pieces, isHeld) {
+  const [xs, ...ys] = thinnedLines(lines, begin, end, pieces);
+  if (isHeld && xs[xs.length - 1] < end) {
+    xs.push(end);
+    ys.forEach((each) => each.push(each[each.length - 1]));
+  }
+  return [xs, ...ys];
+}
+
+/** Of each of so many pieces both ends. */
+function thinnedLines(lines, begin, end, pieces) {
   const longest = lines.reduce((one, other) => (other.times.length > one.times.length ? other : one)), { times } = longest;
   const [from, until] = [Math.max(placeOf(times, begin) - 1, 0), Math.min(placeOf(times, end) + 1, times.length)];
   const isAlike = (line) => line.times.length === times.length;
@@ -101,15 +111,18 @@ function visible(lines, begin, end, pieces) {
     const xs = times.slice(from, until);
     return [xs, ...lines.map((each) => (isAlike(each) ? each.values.slice(from, until).map(orNull) : xs.map((x) => orNull(each.values[placeOf(each.times, x)]))))];
   }
-  const every = (until - from) / pieces, xs = [], ys = lines.map(() => []);
-  for (let piece = 0; piece < pieces; piece++) {
-    const first = from + Math.floor(piece * every), last = Math.max(Math.min(from + Math.floor((piece + 1) * every), until), first + 1);
+  const span = (end - begin) / pieces, xs = [], ys = lines.map(() => []);
+  const number = Math.ceil(times[from] / span); // of spans since 0, so a piece stays the same as time goes on
+  for (let piece = 0, first = from; piece <= pieces + 1; piece++) {
+    const place = placeOf(times, (number + piece) * span), last = Math.min(place - first > 4 * BLOCK ? place - (place % BLOCK) : place, until);
+    if (last <= first) continue;
     xs.push(times[first], last - 1 > first ? times[last - 1] : times[first] + 1e-9);
-    lines.forEach((line, number) => {
+    lines.forEach((line, row) => {
       const [a, b] = isAlike(line) ? [first, last] : [placeOf(line.times, times[first]), placeOf(line.times, times[last - 1])];
-      const [low, high] = line.ends(a, b);
-      ys[number].push(orNull(line.values[a] <= (low + high) / 2 ? low : high), orNull(line.values[a] <= (low + high) / 2 ? high : low));
+      const [low, high] = line.ends(a, b), isRising = line.values[a] <= (low + high) / 2;
+      ys[row].push(orNull(isRising ? low : high), orNull(isRising ? high : low));
     });
+    first = last;
   }
   return [xs, ...ys];
 }
@@ -129,6 +142,7 @@ class Plots {
     this.list = element("div", { class: "chosen" });
     this.seen = new IntersectionObserver((entries) => {
       for (const { target, isIntersecting } of entries) for (const { plot } of this.shown.values()) if (plot.element === target) plot.isSeen = isIntersecting;
+      this.draw(this.at ?? this.store.at);
     }, { rootMargin: "100px" }); // what is not on the screen is not drawn
     this.pause = element("button", { type: "button", "aria-pressed": "false", onclick: () => this.togglePause() }, "Pause");
     this.choice = element("select", { "aria-label": "port to plot", onchange: () => { this.add(this.choice.value); this.choice.value = ""; } });
@@ -136,15 +150,17 @@ class Plots {
       WINDOWS.map((each) => element("option", { value: each, selected: each === this.window }, `${each} s`)));
     this.element = element("section", { id: "plots" }, element("h2", {}, "Over time"),
       element("p", { class: "acts" }, this.pause, this.spans, this.choice, this.exports()), this.list, this.lanes());
-    this.fill();
+    this.fill(model.leaves);
     for (const leaf of model.shown) this.add(leaf);
     document.addEventListener("keydown", (event) => {
       if (event.key === " " && event.target === document.body) { event.preventDefault(); this.togglePause(); }
     });
   }
 
-  fill() {
-    const groups = [...new Set(this.model.leaves.map(groupOf))];
+  /** Offer these to be plotted. */
+  fill(leaves) {
+    this.model.leaves = leaves;
+    const groups = [...new Set(leaves.map(groupOf))];
     this.choice.replaceChildren(element("option", { value: "" }, "plot …"), ...groups.map((each) => element("option", { value: each }, each)));
   }
 
@@ -169,14 +185,15 @@ class Plots {
   addGroup(group) {
     if (this.shown.has(group)) return this.shown.get(group).plot.element.scrollIntoView({ block: "nearest" });
     const leaves = this.model.leaves.filter((each) => groupOf(each) === group);
-    const part = { title: group, across: "s", up: "", is_small: true, curves: leaves.map((each) => ({ name: each === group ? "value" : each.slice(group.length + 1), x: [], y: [] })) };
+    const isHeld = this.model.ports.some(({ path, type }) => path === group && ["int", "bool"].includes(type)); // and sent when it changes
+    const part = { title: group, across: "s", up: "", is_small: true, curves: leaves.map((each) => ({ name: each === group ? "value" : each.slice(group.length + 1), x: [], y: [], style: isHeld ? "steps" : "line" })) };
     const plot = seriesPlot(part);
     plot.element.querySelector("figcaption").append(" ", element("button", { type: "button", class: "close", "aria-label": `close ${group}`, onclick: () => this.remove(group) }, "×"));
     const zoom = plot.zoom.bind(plot);
     plot.zoom = (ends) => { this.ends = ends; zoom(ends); this.fetchPast(); this.draw(this.store.at); };
     plot.isSeen = true;
     this.seen.observe(plot.element);
-    this.shown.set(group, { plot, leaves });
+    this.shown.set(group, { plot, leaves, isHeld });
     this.list.append(plot.element);
     this.watch(this.socket);
   }
@@ -235,10 +252,10 @@ class Plots {
     requestAnimationFrame(() => {
       this.isDrawing = false;
       const [begin, end] = this.span();
-      for (const { plot, leaves } of this.shown.values()) {
+      for (const { plot, leaves, isHeld } of this.shown.values()) {
         if (!plot.isSeen) continue;
         const curves = leaves.map((each) => this.store.lines.get(each) ?? NO_LINE);
-        const data = curves.some(({ times }) => times.length) ? visible(curves, begin, end, Math.max(Math.floor((plot.library.width - 80) / 2), 100)) : [[begin, end], ...leaves.map(() => [null, null])];
+        const data = curves.some(({ times }) => times.length) ? visible(curves, begin, end, Math.round(plot.library.bbox.width), isHeld) : [[begin, end], ...leaves.map(() => [null, null])];
         plot.library.batch(() => { plot.library.setData(data, false); plot.library.setScale("x", { min: begin, max: end }); });
         if (rewind?.isAway) plot.moveTo(at);
       }

@@ -36,7 +36,7 @@ function stepOf(span) {
 function gridOf([west, east, south, north], across, up, scale) {
   const [wide, high] = [east - west, (north - south) / scale];
   const [step, rise] = scale === 1 ? Array(2).fill(stepOf(Math.max(wide, high))) : [stepOf(wide), stepOf(high)];
-  const size = Math.max(wide, north - south) / 46, group = shape("g", { class: "grid" });
+  const size = Math.max(wide, north - south) / 38, group = shape("g", { class: "grid" });
   for (let n = Math.ceil(west / step); n * step <= east; n++) {
     const x = n * step;
     group.append(shape("line", { x1: x, x2: x, y1: -south, y2: -north }),

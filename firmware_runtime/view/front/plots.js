@@ -4,6 +4,7 @@
 
 const groups = new Map(); // plots by the label of their axis across
 const SMALL = 190, LARGE = 260, LANE = 26, NEAR = 12;
+const STEEP = 4; // pixels that a line goes up and down in each column, from which on it is drawn as bars
 
 /** Give every plot that shares an axis these ends; null: what its curves have. */
 function zoomAll(across, ends, but) {
@@ -26,10 +27,47 @@ function aligned(curves) {
   return areEqual ? [first, ...tables.map(([, ys]) => ys)] : uPlot.join(tables);
 }
 
+const lineOf = uPlot.paths.linear();
+
+/** A line; one that goes far up and down within columns of pixels is drawn as bars, many times as fast. */
+const orBars = (path) => (plot, number, from, until) => {
+  const bars = barsOf(plot, number, from, until);
+  plot.series[number].bars = bars;
+  return bars ? null : path(plot, number, from, until);
+};
+
+/** Bars from the highest to the lowest point of each column, joined to the one before: x, top, bottom, width. */
+function barsOf(plot, number, from, until) {
+  const [xs, ys] = [plot.data[0], plot.data[number]], { scale } = plot.series[number], bars = [];
+  const [left, right] = [from, until].map((n) => plot.valToPos(xs[n], "x", true)), slope = (right - left) / (xs[until] - xs[from]);
+  if (until - from < right - left) return null;
+  let bar = null, last = null, height = 0;
+  for (let n = from; n <= until; n++) {
+    if (ys[n] === null || ys[n] === undefined) { last = null; continue; }
+    const x = Math.round(left + slope * (xs[n] - xs[from])), y = Math.round(plot.valToPos(ys[n], scale, true));
+    if (bar?.[0] !== x) {
+      if (last !== null && x > bar[0] + 1) bars.push([bar[0] + 1, last, last, x - bar[0] - 1]);
+      bars.push(bar = [x, last ?? y, last ?? y, 1]);
+    }
+    bar[1] = Math.min(bar[1], y);
+    bar[2] = Math.max(bar[2], y);
+    height += Math.abs(y - (last ?? y));
+    last = y;
+  }
+  return height > STEEP * bars.length ? bars : null;
+}
+
+function drawBars(plot, number) {
+  const { bars } = plot.series[number], { ctx, bbox } = plot, thick = Math.round(2 * devicePixelRatio);
+  if (!bars) return;
+  ctx.fillStyle = colour(plot.series[number].colour);
+  for (const [x, top, bottom, width] of bars) if (x >= bbox.left && x < bbox.left + bbox.width) ctx.fillRect(x, top, width, bottom - top + thick);
+}
+
 const PATHS = {
-  line: () => uPlot.paths.linear(),
-  dashed: () => uPlot.paths.linear(),
-  steps: () => uPlot.paths.stepped({ align: 1 }),
+  line: () => orBars(lineOf),
+  dashed: () => lineOf,
+  steps: () => orBars(uPlot.paths.stepped({ align: 1 })),
   columns: () => columnPath,
   dots: () => () => null,
 };
@@ -54,13 +92,13 @@ function optionsOf(curve, place, part) {
   const thinner = part.is_nested ? part.curves.length - place - 1 : 0;
   return {
     label: curve.name,
-    colour: () => colour(name),
+    colour: name,
     stroke: () => colour(name),
     fill: style === "columns" ? () => colour(name) : undefined,
     width: style === "columns" || style === "dots" ? 0 : 1.6 + thinner,
     dash: style === "dashed" ? [5, 4] : undefined,
     paths: PATHS[style](),
-    points: style === "dots" ? { show: true, size: 4, width: 0, fill: () => colour(name) } : { show: false },
+    points: { show: style === "dots" || ((_, __, from, until) => until - from < 2), size: 4, width: 0, fill: () => colour(name) }, // what is too short for a line
     spanGaps: false, // null is a gap; what is undefined is only of another curve
     value: (_, value) => valueText(value, part.up),
   };
@@ -130,7 +168,7 @@ function drawLevels(plot, levels, unit, isUpright) {
 }
 
 /** A square of the curve's colour, also where it is drawn as dots. */
-const MARKERS = { width: 0, stroke: (plot, place) => plot.series[place].colour?.(), fill: (plot, place) => plot.series[place].colour?.() };
+const MARKERS = { width: 0, fill: (plot, place) => `var(--${plot.series[place].colour})` };
 
 /** The figure of a plot: caption, picture, numbers; `options` are the library's. */
 class Plot {
@@ -218,6 +256,7 @@ function seriesPlot(part) {
     series: [{ label: part.across, value: (_, value) => valueText(value, part.across) }, ...(curves.length ? curves : [{ name: "nothing", x: [], y: [] }]).map((each, place) => optionsOf(each, place, part))],
     hooks: {
       drawAxes: [(each) => drawSpans(each, part.spans ?? [])],
+      drawSeries: [drawBars],
       draw: [(each) => drawLevels(each, part.levels ?? [], part.up, false)],
     },
   };
@@ -257,7 +296,7 @@ function histogramPlot(part) {
     },
     axes: [{ ...axis(part.across, part.across, true), ...(part.is_log ? DECADES : {}) }, axis("", "", false)],
     series: [{ label: part.across, value: (_, value) => valueText(value, part.across) }, {
-      label: "samples", colour: () => colour("blue"), stroke: () => colour("blue"), fill: () => colour("blue"), width: 0, paths: columnPath, points: { show: false },
+      label: "samples", colour: "blue", stroke: () => colour("blue"), fill: () => colour("blue"), width: 0, paths: columnPath, points: { show: false },
       value: (_, value) => numberText(value),
     }],
     hooks: { draw: [(each) => drawLevels(each, part.levels ?? [], part.across, true)] },
@@ -279,7 +318,7 @@ function lanesPlot(part) {
   const names = [...lasted].sort(([, one], [, other]) => other - one).map(([name]) => name);
   const options = {
     scales: { x: { time: false, range: (_, min, max) => (plot?.ends ? [min, max] : whole) }, y: { range: [0, part.lanes.length] } },
-    axes: [axis(part.across, part.across, true), { ...axis("", "", false), size: 170, grid: { show: false }, splits: part.lanes.map((_, row) => part.lanes.length - row - 0.5), values: () => part.lanes.map((each) => each.name.slice(-26)) }],
+    axes: [axis(part.across, part.across, true), { ...axis("", "", false), size: 170, grid: { show: false }, splits: part.lanes.map((_, row) => part.lanes.length - row - 0.5), values: () => part.lanes.map(({ name }) => (name.length > 26 ? `…${name.slice(-25)}` : name)) }],
     series: [{ label: part.across, value: (_, value) => valueText(value, part.across) }, { label: "states", show: true, stroke: "transparent", points: { show: false }, value: (_, __, ___, index) => "" }],
     legend: { show: false },
     hooks: { draw: [(each) => drawLanes(each, part.lanes, names), (each) => drawMarks(each, part.lanes)] },
