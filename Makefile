@@ -56,10 +56,10 @@ unexport PYTHONDONTWRITEBYTECODE
 run: $(VENV)/installed-run
 	@$(BIN)/firmware-runtime run tachobot --doubles --for 10
 
-# The parts of a test that need no other part, beside one another; what one says is shown when it ends.
 play: $(VENV)/installed-view
 	@$(BIN)/firmware-runtime play $(BOARD)
 
+# The parts of a test that need no other part, beside one another; what one says is shown when it ends.
 test: lint
 	@echo "make: types, the tests for all cores, those in real time$(if $(WITH_ROS), and of ROS 2)"
 	@$(MAKE) --no-print-directory --jobs=4 --keep-going --output-sync=target \
@@ -107,7 +107,7 @@ update-test: $(VENV)/installed-test
 pi-full-test: $(VENV)/installed-test
 	@$(BIN)/python -m tests.pi.full.run $(STEPS)
 
-PARTS ?= mutants fuzzing dying soak campaigns
+PARTS ?= mutants fuzzing dying soak campaigns planted
 MINUTES ?= 30
 
 campaign: $(VENV)/installed-fuzz

@@ -79,6 +79,15 @@ def _campaigns(kept: Kept) -> Iterator[str]:
         yield from ("", "Left:", "", *findings)
 
 
+def _planted(kept: Kept) -> Iterator[str]:
+    yield "| mistake | robot | first finding |"
+    yield "|---|---|---|"
+    for row in kept.result.figures["rows"]:
+        lines = row["finding"] or ["none"]
+        script = "".join(f", `{each}`" for each in lines[1:])
+        yield f"| {row['mistake']} | {row['board']} | {lines[0]}{script} |"
+
+
 def _dying(kept: Kept) -> Iterator[str]:
     yield "| phase | what happens | trials | off and stays so | went on | median, ms | worst, ms |"
     yield "|---|---|---|---|---|---|---|"
@@ -132,6 +141,7 @@ def _cell(value: Any) -> str:  # noqa: ANN401 -- of a table
 
 _PARTS: Final = (
     ("campaigns", "Single faults at transactions", _campaigns),
+    ("planted", "Mistakes that were planted", _planted),
     ("dying", "Dying and hanging by phase", _dying),
     ("fuzzing", "Wire formats and parsers", _fuzzing),
     ("mutants", "Mutants", _mutants),

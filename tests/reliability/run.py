@@ -1,4 +1,4 @@
-"""`make campaign`: dying, wire formats, mutants, soak; each as long as it is given time for.
+"""`make campaign`: each part of what finds faults, as long as it is given time for.
 
     python -m tests.reliability.run mutants --count 300 --minutes 30 --save
 
@@ -14,7 +14,7 @@ from typing import Final
 
 from tests.reliability.results import BUILD, keep
 
-PARTS: Final = ("mutants", "fuzzing", "dying", "soak", "campaigns")
+PARTS: Final = ("mutants", "fuzzing", "dying", "soak", "campaigns", "planted")
 
 
 def main() -> int:

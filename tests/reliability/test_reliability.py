@@ -8,11 +8,11 @@ from pathlib import Path
 import pytest
 from msgspec.structs import replace
 
-from tests.reliability import document, dying, soak
+from tests.reliability import document, dying, planted, soak
 from tests.reliability.fuzz_seeds import seeds
 from tests.reliability.fuzz_targets import TARGETS, built
 from tests.reliability.mutations import mutants_of
-from tests.reliability.results import Result, keep, read_kept
+from tests.reliability.results import ROOT, Result, keep, read_kept
 
 SOURCE = '''
 """A module."""
@@ -104,3 +104,16 @@ def test_a_result_is_kept_with_its_day_commit_and_conditions(tmp_path: Path) -> 
     assert kept.commit
     assert "Done. Measured on " in document.text(tmp_path)
     assert "Not measured yet." in document.text(tmp_path)
+
+
+@pytest.mark.parametrize("name", planted.MISTAKES)
+def test_a_mistake_can_be_planted_in_this_code(name: str) -> None:
+    mistake = planted.MISTAKES[name]
+    assert (ROOT / mistake.file).read_text(encoding="utf-8").count(mistake.old) == 1
+
+
+@pytest.mark.slow
+def test_a_mistake_that_shows_without_any_fault_is_found_by_a_campaign() -> None:
+    found = planted.found_in(planted.MISTAKES["the sign of the compass is turned"], runs=1)
+    assert found is not None
+    assert found[0].startswith("invented of controller.heading_check")

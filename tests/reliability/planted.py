@@ -1,0 +1,195 @@
+"""Mistakes that are made in a copy of the project: its campaigns find them, in three lines at most.
+
+A mistake is found where a campaign has a finding that the same sample of the same space has not
+without it. As it should be is: all, or all but one.
+"""
+
+import argparse
+import json
+import math
+import os
+import shutil
+import subprocess
+import sys
+import time
+from collections.abc import Mapping, Sequence
+from functools import cache
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any, Final, NamedTuple
+
+from tests.reliability.results import ROOT, Result
+from tests.vm.commands import show
+
+PACKAGES: Final = (
+    "firmware_runtime",
+    "drivers/firmware_drivers",
+    "boards/firmware_boards",
+    "sim_doubles",
+)
+CHIPS: Final = "drivers/firmware_drivers/chips/"
+MODELS: Final = "drivers/firmware_drivers/"
+BOARDS: Final = "boards/firmware_boards/"
+RUNS: Final = 2000
+MOST_LINES: Final = 3
+
+
+class Mistake(NamedTuple):
+    """Lines of a file that are others, and the board that shows it."""
+
+    board: str
+    file: str
+    old: str
+    new: str
+
+
+MISTAKES: Final[Mapping[str, Mistake]] = {
+    "a stale sample is passed on where the bus fails": Mistake(
+        "tachobot",
+        f"{CHIPS}mpu9250.py",
+        "        burst = self._bus.transaction(self.address, decoder.messages)\n",
+        "        try:\n"
+        "            burst = self._bus.transaction(self.address, decoder.messages)\n"
+        "            self.kept = burst\n"
+        "        except OSError:\n"
+        "            burst = self.kept\n",
+    ),
+    "the check for a frozen IMU is removed": Mistake(
+        "tachobot",
+        f"{CHIPS}mpu9250_burst.py",
+        "        checks.inertial.check((ax, ay, az, gx, gy, gz))\n",
+        "",
+    ),
+    "a failed write of thrust is no fault": Mistake(
+        "tachobot",
+        f"{MODELS}thrust_pairs.py",
+        "        except HalError as error:\n            self.fail(error)\n",
+        "        except HalError:\n            pass\n",
+    ),
+    "a PCA9685 that was reset is not brought up again": Mistake(
+        "tachobot", f"{CHIPS}pca9685.py", "        if found != expected:\n", "        if False:\n"
+    ),
+    "the sign of the compass is turned": Mistake(
+        "tachobot",
+        f"{BOARDS}tachobot/attitude.py",
+        "    return atan2(-field[1], field[0])",
+        "    return atan2(field[1], field[0])",
+    ),
+    "two axes of the gyro are swapped": Mistake(
+        "tachobot",
+        f"{CHIPS}mpu9250_burst.py",
+        "rate[j] * qy - bias_y, rate[k] * qz - bias_z)",
+        "rate[k] * qz - bias_z, rate[j] * qy - bias_y)",
+    ),
+    "the compass is averaged over a gap": Mistake(
+        "tachobot",
+        f"{BOARDS}tachobot/attitude.py",
+        "            self._headings = FIELDS_AVERAGED\n",
+        "            pass\n",
+    ),
+    "both treads are swapped": Mistake(
+        "detective",
+        f"{CHIPS}md25.py",
+        "STOP + round(left * FULL), STOP + round(right * FULL))",
+        "STOP + round(right * FULL), STOP + round(left * FULL))",
+    ),
+    "a compass that fails gives its last heading": Mistake(
+        "detective",
+        f"{MODELS}compass.py",
+        "            bearing = self.chip.read_bearing()\n",
+        "            try:\n"
+        "                bearing = self.kept = self.chip.read_bearing()\n"
+        "            except HalError:\n"
+        "                bearing = self.kept\n",
+    ),
+    "a sonar that fails sees nothing": Mistake(
+        "detective",
+        f"{MODELS}sonar.py",
+        "            self.distance = self.chip.read_distance()\n",
+        "            try:\n"
+        "                self.distance = self.chip.read_distance()\n"
+        "            except OSError:\n"
+        '                self.distance = float("inf")\n',
+    ),
+}
+
+
+def add_options(parser: argparse.ArgumentParser) -> None:
+    """Add the options of this part."""
+    parser.add_argument("--minutes", type=float, help="begin no other after so long")
+    parser.add_argument("--runs", type=int, default=RUNS, help="of each campaign")
+    parser.add_argument("--only", nargs="+", metavar="WORD", help="mistakes with one of the words")
+
+
+def execute(arguments: argparse.Namespace) -> Result:
+    """Try them, one after the other."""
+    words = arguments.only or [""]
+    chosen = [name for name in MISTAKES if any(word in name for word in words)]
+    until = math.inf if arguments.minutes is None else time.monotonic() + 60 * arguments.minutes
+    rows: list[dict[str, object]] = []
+    for name in chosen:
+        if time.monotonic() >= until:
+            break
+        mistake = MISTAKES[name]
+        finding = found_in(mistake, arguments.runs)
+        rows.append({"mistake": name, "board": mistake.board, "finding": finding})
+        show(f"{'found' if finding else 'NOT FOUND'}: {name}")
+        for line in finding or ():
+            show(f"    {line}")
+    found = sum(row["finding"] is not None for row in rows)
+    return Result(
+        name="planted",
+        summary=f"{found} of {len(rows)} mistakes found, {arguments.runs} runs each",
+        is_sound=bool(rows) and found >= len(rows) - 1,
+        figures={"rows": rows},
+    )
+
+
+def found_in(mistake: Mistake, runs: int) -> Sequence[str] | None:
+    """Return the first finding that is there for this mistake, in lines; None if there is none."""
+    before = {_key(each) for each in _findings_without_any(mistake.board, runs)}
+    for each in _findings_of(mistake, runs):
+        if _key(each) not in before:
+            words = [f"{each['oracle']} of {each['model']}: {each['what']}", *each["faults"]]
+            return words if len(words) <= MOST_LINES else None
+    return None
+
+
+@cache
+def _findings_without_any(board: str, runs: int) -> Sequence[Mapping[str, Any]]:
+    return _campaign(ROOT, board, runs)
+
+
+def _findings_of(mistake: Mistake, runs: int) -> Sequence[Mapping[str, Any]]:
+    with TemporaryDirectory() as folder:
+        copy = Path(folder)
+        for each in PACKAGES:
+            shutil.copytree(ROOT / each, copy / each, ignore=shutil.ignore_patterns("__pycache__"))
+        file = copy / mistake.file
+        text = file.read_text(encoding="utf-8")
+        assert text.count(mistake.old) == 1, f"{mistake.file}: {mistake.old!r} is not there once"
+        file.write_text(text.replace(mistake.old, mistake.new), encoding="utf-8")
+        return _campaign(copy, mistake.board, runs)
+
+
+def _campaign(root: Path, board: str, runs: int) -> Sequence[Mapping[str, Any]]:
+    path = os.pathsep.join(str((root / each).parent) for each in PACKAGES)
+    words = ("campaign", board, "--runs", str(runs), "--json")
+    ended = subprocess.run(
+        [sys.executable, "-m", "firmware_runtime.cli", *words],
+        cwd=root,
+        env=os.environ | {"PYTHONPATH": path},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert ended.stdout or root != ROOT, ended.stderr
+    if not ended.stdout:  # it fails without any fault: found at once
+        what = ended.stderr.strip().splitlines()[-1]
+        return [{"oracle": "start", "model": board, "kind": "", "what": what, "faults": []}]
+    findings: Sequence[Mapping[str, Any]] = json.loads(ended.stdout)["findings"]
+    return findings
+
+
+def _key(finding: Mapping[str, Any]) -> tuple[object, ...]:
+    return finding["oracle"], finding["model"], finding["kind"]
