@@ -3,9 +3,9 @@
 An address is probed by a write of no bytes: START, address, STOP. Where EEPROMs live and this could
 set their write protection (0x30 to 0x37, 0x50 to 0x5F) one byte is read instead, as it is where an
 adapter cannot write nothing (designware, of a Raspberry Pi 5). Reserved addresses are left out.
-An address answers if it acknowledges twice: after a transfer that timed out, the acknowledge of the
-next may be of the chip that was asked before.
-Source: i2c-tools 4.3, tools/i2cdetect.c.
+An address answers if it acknowledges twice: one acknowledge may belong to a transfer that was given
+up, since QEMU's controllers send a START to the chip that is still addressed, whatever its address.
+Sources: i2c-tools 4.3, tools/i2cdetect.c; QEMU 10, hw/i2c/core.c.
 """
 
 from collections.abc import Iterable, Iterator

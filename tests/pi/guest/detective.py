@@ -14,8 +14,7 @@ from tests.pi.guest.emulated import (
     are_off,
     may_drive,
     memory_of,
-    program,
-    tried,
+    tried_in_time,
     waited,
     write_settings,
 )
@@ -44,13 +43,13 @@ def memories_are_kept_as_the_detectives_chips_are() -> str:
 def try_reads_a_compass() -> str:
     """Whose bearing is the head's."""
     words = ("--bus", BUS, "--address", "0x61", "--for", 1, "--json")
-    return program("try", "cmps12", *words).splitlines()[-1]
+    return tried_in_time("cmps12", *words).splitlines()[-1]
 
 
 def try_turns_a_tread_for_its_time_and_it_reads_back_stopped() -> str:
     """The left one."""
     may_drive(outputs=True)
-    said = program("try", "md25", "--bus", BUS, "--left", 0.1, "--for", 2, "--yes")
+    said = tried_in_time("md25", "--bus", BUS, "--left", 0.1, "--for", 2, "--yes")
     expect(memory_of(TREADS)[:2] == STOP, "a tread turns")
     may_drive(outputs=False)
     turned = int.from_bytes(memory_of(TREADS)[2:6], "big", signed=True)
@@ -60,26 +59,14 @@ def try_turns_a_tread_for_its_time_and_it_reads_back_stopped() -> str:
 
 def try_reads_a_sonar_on_the_uart() -> str:
     """What the host's arena has before it, or nothing."""
-    shown = program("try", "maxbotix", "--port", UART, "--for", 3, "--json")
+    shown = tried_in_time("maxbotix", "--port", UART, "--for", 3, "--json")
     return shown.splitlines()[-1]
 
 
 def try_drives_a_sabertooth_on_the_uart() -> str:
-    """Which cannot answer: the host says at the end how it turned.
-
-    A port has 20 ms to take a packet, so where others keep the machine busy a trial may be given
-    up, switched off, as of a port that stopped sending; then there is another one.
-    """
-    said: list[str] = []
-
-    def is_driven() -> bool:
-        words = ("--port", UART, "--left", 0.2, "--for", 2, "--yes")
-        done = tried("try", "sabertooth", *words)
-        said.append((done.stdout + done.stderr).splitlines()[-1])
-        return done.returncode == 0
-
-    waited(is_driven, "a trial of a Sabertooth")
-    return "; ".join(said)
+    """Which cannot answer: the host says at the end how it turned."""
+    said = tried_in_time("sabertooth", "--port", UART, "--left", 0.2, "--for", 2, "--yes")
+    return said.splitlines()[-1]
 
 
 def the_detective_drives_nothing_before_it_is_armed() -> None:
