@@ -1,5 +1,6 @@
 """`probe`: what is on the buses, and which board it fits; chips that a page names."""
 
+import errno
 import json
 import re
 from collections.abc import Sequence
@@ -12,9 +13,11 @@ from firmware_drivers.commands import probe, probing
 
 from firmware_runtime.board import registry
 from firmware_runtime.hal.i2c import I2cBus, Message
+from firmware_runtime.hal.scan import ADDRESSES
 from firmware_runtime.hal.wire_errors import AddressInUse, BusAbsent, BusInUse
 from sim_doubles.chips.mpu9250 import Mpu9250Double
 from sim_doubles.chips.pca9685 import Pca9685Double
+from sim_doubles.faults import AdapterError, FaultScript
 from sim_doubles.i2c_bus import I2cBusDouble
 from sim_doubles.inertial_truth import InertialTruth
 from tests.support.command import Command
@@ -182,6 +185,37 @@ def test_a_held_address_is_named_with_its_driver(
     ended = command("probe", "1")
     assert "0x68  held by the kernel's driver inv-mpu6050-i2c" in ended.out
     assert "tachobot does not fit" in ended.out
+
+
+@pytest.mark.parametrize(
+    ("number", "error", "said"),
+    [
+        (1, errno.EREMOTEIO, "0x68  acknowledged once, then: i2c 0x68: not acknowledged"),
+        (2, errno.ETIMEDOUT, "0x68  acknowledges its address, then: i2c 0x68: timed out"),
+        (2, errno.EIO, "0x68  acknowledges its address, then: i2c 0x68: the adapter"),
+    ],
+)
+def test_a_chip_that_cannot_be_read_is_said_to_be_that_and_fits_nothing(
+    command: Command, machine: dict[str, I2cBus | Exception], number: int, error: int, said: str
+) -> None:
+    inertial = Mpu9250Double(now, lambda _: REST, noise_seed=None)
+    machine["/dev/i2c-1"] = bus = I2cBusDouble("i2c", now, [inertial])
+    first = 0x68 - ADDRESSES.start + number  # those before it are asked once: nothing is there
+    bus.faults = FaultScript([AdapterError(first=first, errno=error)])
+    ended = command("probe", "1")
+    assert said in ended.out
+    assert "tachobot does not fit" in ended.out
+
+
+def test_a_bus_that_times_out_is_not_asked_to_the_end(
+    command: Command, machine: dict[str, I2cBus | Exception]
+) -> None:
+    machine["/dev/i2c-1"] = bus = tachobots_bus()
+    bus.faults = FaultScript([AdapterError(address=0x21, errno=errno.ETIMEDOUT)])
+    ended = command("probe", "1")
+    assert ended.status == 3
+    assert "not asked to the end: i2c 0x21: timed out" in ended.out
+    assert "0x68" not in ended.out
 
 
 def test_on_a_machine_without_a_bus_the_sentence_says_how_to_get_one(
