@@ -51,11 +51,16 @@ class Robot:
         """What the run has said."""
         return log_of(f"run of {self.board}")
 
-    @property
     def is_armed(self) -> bool:
-        """Whether its figures say so."""
-        figures = self.statistics()
-        return bool(figures) and bool(figures["conditions"]["run"]["armed"])
+        """Wait for its figures; return whether they say so."""
+        seen: list[dict[str, Any]] = []
+
+        def has_figures() -> dict[str, Any]:
+            seen.append(self.statistics())
+            return seen[-1]
+
+        waited(has_figures, "its figures")
+        return bool(seen[-1]["conditions"]["run"]["armed"])
 
     def faults(self, model: str) -> dict[str, Any]:
         """What its figures say of a model's faults, by kind."""

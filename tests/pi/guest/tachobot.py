@@ -118,8 +118,7 @@ def a_sensor_that_comes_back_is_brought_up_and_tachobot_drives_on() -> str:
     Or its guard was silent for half a second, as where others keep the host busy; then it is armed
     again.
     """
-    waited(robot.statistics, "its figures")
-    was_armed = robot.is_armed
+    was_armed = robot.is_armed()
     expect(was_armed or "the guard is gone" in robot.said, f"it is disarmed: {robot.said[-300:]}")
     may_drive(outputs=True)
     ask_host(f"return 0x{IMU:02x}")
