@@ -1,15 +1,19 @@
 """The page of a run in a browser: how soon it is there, how smoothly it draws, what it withstands.
 
-    firmware-runtime bench page [--seconds S] [--points N] [--hostile N] [--json] [--save]
+    firmware-runtime bench page [--seconds S] [--points N] [--hostile N] [--watched S]
+                                [--json] [--save]
 
 In one run of TachoBot on doubles, in real time: the time from a request to a page that shows
 values; frames per second with ten plots of so many points each that go on as the run does, beside
 those of an empty page in the same browser; then frames and requests that are none of a page's, of
-which nothing must remain. The ratio is frames with the plots by frames without.
+which nothing must remain. With `--watched`, eight viewers of twenty curves each watch for so long,
+and the memory of the page's process is read ten times. The ratio is frames with the plots by frames
+without.
 """
 
 import argparse
 import asyncio
+import os
 import random
 import sys
 import tempfile
@@ -20,8 +24,9 @@ from typing import Any, Final
 
 import aiohttp
 
+from benchmarks.reader.viewers import CURVES, VIEWERS, leaves_of, watch
 from benchmarks.shared.chromium import Page, open_page
-from benchmarks.shared.page import served
+from benchmarks.shared.page import Served, served
 from benchmarks.shared.process import tachobot
 from benchmarks.shared.results import conditions, finish, positive
 from firmware_runtime.cli.arguments import positive as positive_number
@@ -35,6 +40,7 @@ READY_GOAL_S, FRAMES_GOAL = 1.5, 60.0
 _READY: Final = "document.body.dataset.ready"
 _LENGTH_S: Final = 7_200.0
 _AT_ONCE: Final = 16
+_READINGS: Final = 10
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
@@ -47,6 +53,12 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument(
         "--hostile", type=positive, default=1_000, metavar="N", help="frames and requests"
+    )
+    parser.add_argument(
+        "--watched",
+        type=positive_number,
+        metavar="S",
+        help="memory is read for; default not at all",
     )
 
 
@@ -64,6 +76,8 @@ def execute(arguments: argparse.Namespace) -> int:
                 report = _measured(page, view.address, arguments)
                 report |= asyncio.run(_attacked(view.address, arguments.hostile))
                 report["counts_exact"] = _are_exact(running.statistics)
+                if arguments.watched is not None:
+                    report["memory_mb"] = asyncio.run(_watched(view, arguments.watched))
     finish(arguments, "page", {"conditions": before, **report}, _lines)
     return Status.OK
 
@@ -86,13 +100,16 @@ def _measured(page: Page, address: str, arguments: argparse.Namespace) -> dict[s
     page.evaluate(_FILL.replace("PLOTS", str(PLOTS)).replace("POINTS", str(arguments.points)))
     page.wait_for(f"plots.shown.size === {PLOTS}")
     page.evaluate("plots.element.scrollIntoView()")
+    before_s = page.processor_s()
     drawn = _frames(page, arguments.seconds)
+    taken_s = page.processor_s() - before_s
     return {
         "ready_s": ready_s,
         "plots": PLOTS,
         "points": arguments.points,
         "frames_per_second": drawn,
         "frames_per_second_empty": empty,
+        "processor_ms_per_frame": 1000 * taken_s / (drawn * arguments.seconds),
         "ratio": drawn / empty,
     }
 
@@ -174,13 +191,44 @@ async def _attack(session: aiohttp.ClientSession, address: str, chance: random.R
         return str(answer.status)
 
 
+# Memory -------------------------------------------------------------------------------------------
+
+
+async def _watched(view: Served, seconds: float) -> list[tuple[float, float]]:
+    """Minutes, and MB that the page's process has then, while viewers watch."""
+    print(f"bench page: {VIEWERS} viewers of {CURVES} curves", file=sys.stderr)
+    leaves = leaves_of(view.address)
+    async with aiohttp.ClientSession() as session:
+        viewers = [
+            asyncio.create_task(watch(session, view.address, leaves)) for _ in range(VIEWERS)
+        ]
+        found = []
+        for number in range(1, _READINGS + 1):
+            await asyncio.sleep(seconds / _READINGS)
+            found.append((number * seconds / _READINGS / 60, _memory_mb(view.process.pid)))
+        for each in viewers:
+            each.cancel()
+        await asyncio.gather(*viewers)
+    return found
+
+
+def _memory_mb(process: int) -> float:
+    """What a process has resident, MB."""
+    pages = int(Path(f"/proc/{process}/statm").read_text().split()[1])
+    return pages * os.sysconf("SC_PAGE_SIZE") / 1e6
+
+
 def _lines(report: Mapping[str, Any]) -> Iterator[str]:
     yield f"ready after {report['ready_s']:.2f} s; goal {READY_GOAL_S} s"
     plots = f"{report['plots']} plots of {report['points']} points"
     frames, empty = report["frames_per_second"], report["frames_per_second_empty"]
     yield f"{frames:.1f} frames a second with {plots}, {empty:.1f} without; goal {FRAMES_GOAL:g}"
+    yield f"{report['processor_ms_per_frame']:.1f} ms of processor time a frame, all of the browser"
     answers = ", ".join(f"{each} {count}" for each, count in sorted(report["answers"].items()))
     lives = "it lives" if report["lives"] else "IT HAS DIED"
     lives += ", the run's counts are exact" if report["counts_exact"] else ", THE RUN'S ARE NOT"
     yield f"{report['hostile']} hostile frames and requests ({answers}): {lives}"
+    if "memory_mb" in report:
+        figures = ", ".join(f"{mb:.0f} after {after:.1f} min" for after, mb in report["memory_mb"])
+        yield f"memory of the page's process, MB: {figures}; goal level"
     yield f"ratio {report['ratio']:.2f}, frames with the plots by frames without"

@@ -27,7 +27,7 @@ def main() -> None:
     """Obey until there is nothing more to obey."""
     with served("view", "--statistics", sys.argv[1]) as view:
         address, server = view
-        leaves = _leaves(address)
+        leaves = leaves_of(address)
         server.send_signal(signal.SIGSTOP)
         try:
             while os.read(_INPUT, 1) == READ:
@@ -38,7 +38,8 @@ def main() -> None:
             server.send_signal(signal.SIGCONT)
 
 
-def _leaves(address: str) -> list[str]:
+def leaves_of(address: str) -> list[str]:
+    """So many of the curves that a page offers."""
     with urlopen(f"{address}/api/model") as answer:  # noqa: S310 -- of this machine
         leaves: list[str] = json.load(answer)["leaves"]
     return leaves[:CURVES]
@@ -48,7 +49,7 @@ async def _watch(address: str, leaves: list[str]) -> int:
     """Watch until the next command; return how many frames came."""
     loop = asyncio.get_running_loop()
     async with aiohttp.ClientSession() as session:
-        viewers = [asyncio.create_task(_view(session, address, leaves)) for _ in range(VIEWERS)]
+        viewers = [asyncio.create_task(watch(session, address, leaves)) for _ in range(VIEWERS)]
         await loop.run_in_executor(None, os.read, _INPUT, 1)
         for each in viewers:
             each.cancel()
@@ -56,7 +57,8 @@ async def _watch(address: str, leaves: list[str]) -> int:
     return sum(frames)
 
 
-async def _view(session: aiohttp.ClientSession, address: str, leaves: list[str]) -> int:
+async def watch(session: aiohttp.ClientSession, address: str, leaves: list[str]) -> int:
+    """Watch until it is cancelled; return how many frames came."""
     frames = 0
     try:
         async with session.ws_connect(f"{address}/ws", origin=address) as socket:

@@ -102,6 +102,11 @@ class Page:
         shot = self._ask("Page.captureScreenshot", format="png", captureBeyondViewport=is_whole)
         path.write_bytes(b64decode(shot["data"]))
 
+    def processor_s(self) -> float:
+        """Processor time that all processes of the browser have taken so far."""
+        found = self._browser.ask("SystemInfo.getProcessInfo")["processInfo"]
+        return float(sum(each["cpuTime"] for each in found))
+
     def ask(self, method: str, **parameters: object) -> dict[str, Any]:
         """One call of the protocol."""
         return self._ask(method, **parameters)

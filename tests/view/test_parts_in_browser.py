@@ -84,8 +84,8 @@ def test_what_is_folded_is_made_when_it_is_opened(browser: chromium.Page, tmp_pa
 def test_a_line_that_fills_its_plot_is_drawn_as_bars(
     browser: chromium.Page, tmp_path: Path, period: int
 ) -> None:
-    points = [(float(n), float(n % period < period // 2)) for n in range(4000)]
-    dense = Series("dense", "s", "V", [Curve("x", *zip(*points, strict=True))])
+    values = [float(n % period < period // 2) for n in range(4000)]
+    dense = Series("dense", "s", "V", [Curve("x", range(4000), values)])
     write_page(Page(title="Dense", parts=[dense]), tmp_path / "page.html")
     browser.open(tmp_path / "page.html", "light")
     plot = "[...groups.get('s')][0].library"

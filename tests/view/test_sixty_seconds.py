@@ -62,6 +62,7 @@ def test_a_stranger_sees_breaks_and_rewinds_a_robot(
     with chromium.open_page(tmp_path / "chromium") as page, armed(board, page):
         page.wait_for("Object.keys(store.values).length > 2")
         choose = "document.querySelector('select[aria-label=device]')"
+        page.wait_for(choose)  # it comes with an answer of the doubles
         page.evaluate(f"{choose}.value = {device!r}")
         page.evaluate(f"{choose}.dispatchEvent(new Event('change'))")
         page.evaluate("document.querySelector('select[aria-label=\"for how long\"]').value = ''")

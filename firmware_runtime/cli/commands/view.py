@@ -91,9 +91,8 @@ def execute(arguments: argparse.Namespace) -> int:
         except OSError as error:
             where = arguments.socket or f"{arguments.address}:{arguments.port}"
             fault = f"cannot listen there ({error.strerror or error})"
-            raise ConfigError.of_one(
-                where, fault, expected="a free --port, or 0 for any"
-            ) from error
+            expected = "a path in a folder" if arguments.socket else "a free --port, or 0 for any"
+            raise ConfigError.of_one(where, fault, expected=expected) from error
     return Status.OK
 
 
