@@ -7,6 +7,7 @@ from typing import NamedTuple, Protocol
 from firmware_drivers.chips.md25 import Md25Report
 from firmware_drivers.hardware import Chip
 from firmware_drivers.motors import CLOCKWISE, COUNTERCLOCKWISE, STILL, Motors
+from firmware_drivers.wheel_check import WheelCheck
 from firmware_runtime.devs.ports import InPort
 from firmware_runtime.devs.time import NEVER
 from firmware_runtime.errors import SettingError
@@ -50,6 +51,10 @@ class TreadSettings:
     left_reversed: bool = False
     right_reversed: bool = False
     """A motor that is wired or mounted the other way round."""
+    full_counts_s: float | None = None
+    """Counts of a wheel's encoder in a second at full speed; None where there is no encoder."""
+    ramp: int = 0
+    """Ns that a motor takes from rest to full speed."""
     command_timeout: int = NEVER
     """Ns without any signal or speeds after which moving treads are stopped."""
 
@@ -63,6 +68,8 @@ class TreadSettings:
                 f"refresh: {self.refresh / 1e6:g} ms, expected more than 0, at most "
                 f"{timeout_ns / 2e6:g} ms, half the driver's timeout"
             )
+        if self.full_counts_s is not None and not 0 < self.full_counts_s < math.inf:
+            faults.append(f"full_counts_s: {self.full_counts_s}, expected a number above 0")
         if self.command_timeout <= 0:
             faults.append(f"command_timeout: {self.command_timeout} ns, expected more than 0")
         return tuple(faults)
@@ -70,6 +77,8 @@ class TreadSettings:
 
 class Treads(Motors):
     """Obeys `right` and `left` (0 stop, 1 clockwise: forward, 2 counterclockwise) and `speeds`.
+
+    A wheel that its encoder contradicts is a fault, as one of the bus is (`wheel_check`).
 
     The phases are those of `Motors`. `report` is what the driver says of itself, where it can.
     Speeds are clipped to -1 to 1; at one instant a signal goes before speeds for its own side.
@@ -102,6 +111,14 @@ class Treads(Motors):
         self.command = STANDING
         self.report: Md25Report | None = None
         self._is_clipped = False
+        self._since_report = 0
+        self._wheels = () if settings.full_counts_s is None else self._checked(settings)
+
+    def _checked(self, settings: TreadSettings) -> tuple[WheelCheck, ...]:
+        counts = settings.full_counts_s or 0.0
+        return tuple(
+            WheelCheck(self.path, each, counts, settings.ramp) for each in ("left", "right")
+        )
 
     def output(self) -> None:
         """Send what the driver said, and faults."""
@@ -113,6 +130,16 @@ class Treads(Motors):
         """Go on as motors do; a report is sent once."""
         self.report = None
         super().proceed()
+
+    def internal(self) -> None:
+        """Go on as motors do."""
+        self._since_report += self.sigma
+        super().internal()
+
+    def external(self, elapsed: int) -> None:
+        """Take a command as motors do."""
+        self._since_report += elapsed
+        super().external(elapsed)
 
     def take_command(self) -> None:
         """Read the ports: speeds for both, then signals for one side each."""
@@ -136,10 +163,14 @@ class Treads(Motors):
     def write_command(self) -> None:
         """Write both speeds as the motors are mounted."""
         left, right = self.command
-        self.report = self.driver.set_speeds(
-            -left if self.settings.left_reversed else left,
-            -right if self.settings.right_reversed else right,
-        )
+        left = -left if self.settings.left_reversed else left
+        right = -right if self.settings.right_reversed else right
+        self.report = report = self.driver.set_speeds(left, right)
+        elapsed, self._since_report = self._since_report, 0
+        if report is not None and self._wheels:
+            counts = report.left_encoder, report.right_encoder
+            for wheel, count, speed in zip(self._wheels, counts, (left, right), strict=True):
+                wheel.take(count, elapsed, speed)
 
     def written_of_command(self) -> Applied:
         """Part where speeds beyond -1 to 1 were clipped."""
@@ -147,6 +178,8 @@ class Treads(Motors):
 
     def write_stop(self) -> None:
         """Stop both."""
+        for wheel in self._wheels:
+            wheel.begin_again()
         self.driver.stop()
 
     # ---------------------------------------------------------------------------------------------

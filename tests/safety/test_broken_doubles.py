@@ -30,7 +30,6 @@ FROZEN_UNKNOWN = {
     "thrust_pairs": "what is read is as it was set; what is written arrives",
     "servos": "likewise",
     "radar_motor": "likewise",
-    "treads": "likewise; encoders of a blocked motor stand still too",
     "radar_sonar": "it received no echo, and goes on to receive none",
     "body_sonar": "likewise",
 }

@@ -9,7 +9,8 @@ bus = "i2c1"
 address = 0x58
 speed = 0.06
 refresh_s = 0.5
-acceleration = 10"""
+acceleration = 10
+full_counts_s = 1020.0       # encoder counts a second at full speed: wheels are checked by it"""
 _CHANGES = (
     (
         _MD25,

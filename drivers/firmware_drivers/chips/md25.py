@@ -46,6 +46,8 @@ STOP: Final = 128
 FULL: Final = 127
 """Speed steps from stop to full; the one step more in reverse is left out."""
 TIMEOUT_NS: Final = 2_000_000_000
+STEP_NS: Final = 25_000_000
+"""Ns from one step of the ramp to the next."""
 
 SETTINGS: Final = struct.Struct("3B")
 """Software revision, acceleration, mode: registers 13 to 15."""

@@ -1,5 +1,6 @@
 """The driver of two treads: an MD25 on I2C, or a Sabertooth on a serial port."""
 
+from dataclasses import replace
 from typing import Annotated, TypeAlias
 
 from msgspec import Meta
@@ -47,6 +48,14 @@ class Md25Table(TreadKeys, frozen=True, kw_only=True, tag="md25"):
     address: Address
     acceleration: Annotated[int, Meta(ge=1, le=10)] = 5
     """Speed steps (of 127) every 25 ms."""
+    full_counts_s: Annotated[float, Meta(gt=0)] | None = None
+    """Counts of an encoder in a second at full speed, for the check that wheels turn as told."""
+
+    @property
+    def model(self) -> TreadSettings:
+        """Return that of every driver, and what the wheels are checked by."""
+        ramp = md25.FULL * md25.STEP_NS // self.acceleration
+        return replace(super().model, full_counts_s=self.full_counts_s, ramp=ramp)
 
     def chip(self, lines: Lines) -> Md25:
         """The chip on its bus."""

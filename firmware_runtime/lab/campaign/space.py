@@ -105,10 +105,13 @@ class Space(Sequence[Case]):
             return range(number, number + 1)
         place = bisect_right(self._ends, number)
         begin = self._ends[place - 1] if place else 0
-        forms = [form[:2] for form in self._forms_at(self._found.uses[place])]
-        form = forms[number - begin]
-        first = begin + forms.index(form)
-        return range(first, first + forms.count(form))
+        forms = self._forms_at(self._found.uses[place])
+        first = last = number - begin
+        while first > 0 and forms[first - 1][:2] == forms[last][:2]:
+            first -= 1
+        while last + 1 < len(forms) and forms[last + 1][:2] == forms[first][:2]:
+            last += 1
+        return range(begin + first, begin + last + 1)
 
     @property
     def faults(self) -> list[tuple[str, str]]:

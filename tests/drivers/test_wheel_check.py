@@ -1,0 +1,63 @@
+"""Encoders against commands: what a wheel turned, and what its motor was told."""
+
+import pytest
+from firmware_drivers.wheel_check import WheelCheck
+
+from firmware_runtime import Strike, open_board
+from firmware_runtime.devs.time import MILLISECOND, SECOND
+from firmware_runtime.hal.wire_errors import Implausible
+
+HALF = SECOND // 2
+
+
+@pytest.fixture
+def wheel() -> WheelCheck:
+    """A wheel that makes 1000 counts a second at full speed, and drives at half of it."""
+    wheel = WheelCheck("treads", "left", 1000.0, 100 * MILLISECOND)
+    wheel.take(0, 0, 0.5)
+    wheel.take(230, HALF, 0.5)  # some of it on the ramp
+    return wheel
+
+
+@pytest.mark.parametrize("counts", [250, 200, 180, 400, 1000])
+def test_a_load_or_a_loop_that_was_held_up_is_no_fault(wheel: WheelCheck, counts: int) -> None:
+    for number in range(1, 5):
+        wheel.take(230 + counts * number, HALF, 0.5)
+
+
+@pytest.mark.parametrize("counts", [0, 100, 165, -250])
+def test_too_little_twice_in_a_row_is_a_fault(wheel: WheelCheck, counts: int) -> None:
+    wheel.take(230 + counts, HALF, 0.5)
+    with pytest.raises(Implausible, match=r"about 250 counts of its encoder in 0\.50 s"):
+        wheel.take(230 + 2 * counts, HALF, 0.5)
+    wheel.take(10_000, HALF, 0.5)  # begins again
+
+
+def test_several_times_as_much_is_a_fault_at_once(wheel: WheelCheck) -> None:
+    with pytest.raises(Implausible, match="left wheel's turn is 1100"):
+        wheel.take(1330, HALF, 0.5)
+
+
+def test_what_turns_backwards_is_told_so(wheel: WheelCheck) -> None:
+    wheel.take(480, HALF, -0.5)
+    wheel.take(260, HALF, -0.5)
+    wheel.take(10, HALF, -0.5)
+    wheel.take(-240, HALF, 0.0)
+    wheel.take(-290, HALF, 0.0)  # it ran out
+    with pytest.raises(Implausible):
+        wheel.take(-340, HALF, 0.0)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("kind", "after_s"), [("dead", 1.1), ("weak", 1.1), ("full-on", 0.6), ("freeze", 0.6)]
+)
+def test_the_detective_finds_a_motor_that_does_not_do_as_it_is_told(
+    kind: str, after_s: float
+) -> None:
+    broken = [Strike(kind, "treads", at_s=20.0)]
+    with open_board("detective", doubles=True, clock="virtual", faults=broken) as robot:
+        robot.run(20.0)
+        assert "treads" not in robot.statistics.faults
+        robot.run(after_s)
+        assert list(robot.statistics.faults["treads"]) == ["Implausible"]
