@@ -170,7 +170,7 @@ class _Trial:
             run.run.kill()
             run.run.wait(PATIENCE_S)
             wait_until(lambda: run.is_off, "the guard has switched off", run.errors)
-            self._order.write_text(self._words)
+            self._give_the_order()
             arguments, program = run.command
             run.start_instead(*arguments, program=program)
             return
@@ -178,11 +178,16 @@ class _Trial:
         if self._phase == "export":
             into = self._order.with_name("export.csv")
             stack.enter_context(run.another("export", run.robot, "-o", into))
-        self._order.write_text(self._words)
+        self._give_the_order()
         if self._phase == "disarming":
             threading.Thread(target=self._disarm, daemon=True).start()
         if self._phase == "reload":
             run.run.send_signal(1)
+
+    def _give_the_order(self) -> None:
+        whole = self._order.with_suffix(".new")
+        whole.write_text(self._words)
+        whole.rename(self._order)  # the run finds all of it, or nothing
 
     def _disarm(self) -> None:
         with suppress(ControlError, OSError):

@@ -122,9 +122,11 @@ def _judge_all(chosen: Sequence[tuple[str, Mutant]], log: Path, until: float | N
             if until is not None and time.monotonic() >= until:
                 break
             path = ROOT / mutant.path
-            source = mutant.applied(path.read_text(encoding="utf-8"))
+            source = path.read_text(encoding="utf-8")
+            if not mutant.compiles(source):
+                continue
             words = ("-m", QUICK, *_tests_of(room, mutant.path))
-            question = Question(str(path), source, words, _LIMIT_S)
+            question = Question(str(path), mutant.applied(source), words, _LIMIT_S)
             server.stdin.write(msgspec.json.encode(question) + b"\n")
             server.stdin.flush()
             answer = msgspec.json.decode(server.stdout.readline(), type=Answer)

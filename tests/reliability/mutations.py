@@ -58,6 +58,14 @@ class Mutant(Struct, frozen=True, order=True):
         """Return the source with the change."""
         return source[: self.begin] + self.text + source[self.end :]
 
+    def compiles(self, source: str) -> bool:
+        """Return whether there is a module with this change at all."""
+        try:
+            compile(self.applied(source), self.path, "exec")
+        except SyntaxError:
+            return False
+        return True
+
 
 def mutants_of(path: str, source: str) -> Iterator[Mutant]:
     """Yield all mutants of a module, in order of the source."""
@@ -76,17 +84,7 @@ def mutants_of(path: str, source: str) -> Iterator[Mutant]:
         written = ast.unparse(changed)
         if isinstance(node, ast.expr) and not isinstance(node, ast.Constant):
             written = f"({written})"
-        mutant = Mutant(path, node.lineno, begin, end, source[begin:end], written)
-        if _compiles(mutant.applied(source)):
-            yield mutant
-
-
-def _compiles(source: str) -> bool:
-    try:
-        compile(source, "mutant", "exec")
-    except SyntaxError:
-        return False
-    return True
+        yield Mutant(path, node.lineno, begin, end, source[begin:end], written)
 
 
 def _changes(tree: ast.AST) -> Iterator[tuple[ast.expr | ast.stmt, ast.AST]]:
