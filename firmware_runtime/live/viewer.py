@@ -45,6 +45,8 @@ class Viewer:
         self._states_until = float("-inf")
         self._state: RunState | None = None
         self._run = ""
+        self._at = -1
+        """The instant of the run in the frame before, ns."""
         self._leaves = 0
         """How many leaves there were when it was sent their names."""
 
@@ -87,21 +89,15 @@ class Viewer:
         return True
 
     def _frame(self, observed: Observed, state: RunState | None) -> dict[str, Any]:
+        """What has come since the frame before; empty where nothing has."""
         is_another = observed.header.run != self._run
         if is_another:  # nothing of it has been sent
             self._sent_until = dict.fromkeys(self._sent_until, -1.0)
             self._states_until = float("-inf")
-        at_s = observed.at / 1e9
-        frame: dict[str, Any] = {
-            "at": at_s,
-            "values": observed.values,
-            "states": observed.states,
-            "points": {
-                leaf: points
-                for leaf in self._sent_until
-                if (points := self._points(observed, leaf))
-            },
-        }
+        frame: dict[str, Any] = {}
+        points = ((leaf, self._points(observed, leaf)) for leaf in self._sent_until)
+        if some := {leaf: new for leaf, new in points if new is not None}:
+            frame["points"] = some
         stays = {
             name: new
             for name, each in observed.words.items()
@@ -117,7 +113,11 @@ class Viewer:
             self._leaves = len(frame["leaves"])
         if is_another:
             frame["run"] = self._run = observed.header.run
-        return frame
+        if not frame and observed.at == self._at:
+            return frame
+        self._at = observed.at
+        now = {"at": observed.at / 1e9, "values": observed.values, "states": observed.states}
+        return now | frame
 
     def _points(self, observed: Observed, leaf: str) -> Points | None:
         trace = observed.numbers.get(leaf)

@@ -105,3 +105,16 @@ def test_what_is_sent_when_it_changes_is_drawn_up_to_now(
     browser.open(f"{address}/", "light")
     browser.wait_for(READY)
     assert browser.evaluate("visible([new Line([1], [3])], 5, 9, 400, true)") == [[1, 9], [3, 3]]
+
+
+def test_a_port_that_is_chosen_later_is_drawn_where_the_page_stands(
+    browser: chromium.Page, address: str
+) -> None:
+    browser.open(f"{address}/", "light")
+    browser.wait_for(READY)
+    browser.evaluate("rewind.goTo(0.5e9)")
+    browser.wait_for("plots.at < 0.6")
+    browser.evaluate("plots.add('controller.attitude.yaw')")
+    browser.evaluate("plots.element.scrollIntoView()")  # what is not seen is not drawn
+    drawn = "plots.shown.get('controller.attitude.yaw.rate').plot.library.data[1].length"
+    browser.wait_for(f"{drawn} > 20")

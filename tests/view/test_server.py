@@ -146,7 +146,7 @@ async def _first_frame(page: ServedPage, watch: str) -> dict[str, Any]:
         await socket.send_str(watch)
         while True:
             frame: dict[str, Any] = json.loads(await socket.receive_str())
-            if frame["points"]:
+            if frame.get("points"):
                 return frame
 
 
@@ -199,3 +199,17 @@ def test_a_world_that_cannot_be_drawn_is_said(
         model = source.model()
     assert model["plane"] is None
     assert model["no_world"] == "no world is drawn: the rig of tachobot: KeyError: 'wheel'"
+
+
+def test_a_viewer_gets_nothing_more_where_nothing_is_new(page: ServedPage) -> None:
+    async def frames() -> list[dict[str, Any]]:
+        async with _socket(page) as socket:
+            await socket.send_str('{"watch": ["world.yaw_rad"]}')
+            found = []
+            while not found or not found[-1].get("points"):
+                found.append(json.loads(await socket.receive_str()))
+            with pytest.raises(TimeoutError):
+                await socket.receive_str(timeout=0.3)
+            return found
+
+    assert len(asyncio.run(frames())) <= 2

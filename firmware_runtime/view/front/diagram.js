@@ -39,7 +39,7 @@ function diagramOf(part, onPort) {
     element: element("figure", { class: "diagram" }, element("figcaption", {}, part.title), frame),
     set({ states: now = {}, values = {} }) {
       for (const [path, state] of Object.entries(now)) {
-        states.get(path)?.forEach((each) => { each.textContent = state; });
+        states.get(path)?.forEach((each) => setText(each, state));
         const isChanged = seen.get(path) !== state;
         seen.set(path, state);
         boxes.get(path)?.forEach((each) => each.classList.toggle("active", isChanged));
@@ -49,7 +49,7 @@ function diagramOf(part, onPort) {
           const title = each.querySelector("title");
           if (!title) return;
           each.dataset.name ??= title.textContent;
-          title.textContent = `${each.dataset.name}: ${shortText(value)}`;
+          setText(title, `${each.dataset.name}: ${shortText(value)}`);
         });
       }
     },

@@ -23,6 +23,11 @@ function shape(tag, attributes = {}, ...children) {
   return made;
 }
 
+/** Put words in an element; the same ones again would have the page laid out again. */
+function setText(made, words) {
+  if (made.textContent !== words) made.textContent = words;
+}
+
 /** A cell of a table or a list: words, a link or code. */
 function cell(content) {
   if (typeof content !== "object" || content === null) return String(content ?? "");

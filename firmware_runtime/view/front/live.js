@@ -121,10 +121,7 @@ function showState(now) {
 }
 
 function showValues(values) {
-  for (const [path, cell] of cells) {
-    const words = values[path] === undefined ? cell.textContent : shortText(values[path]);
-    if (cell.textContent !== words) cell.textContent = words;
-  }
+  for (const [path, cell] of cells) if (values[path] !== undefined) setText(cell, shortText(values[path]));
 }
 
 function take(frame) {
@@ -132,8 +129,8 @@ function take(frame) {
   store.take(frame);
   if (frame.leaves) plots.fill(frame.leaves);
   if (frame.state) showState(frame.state);
-  if (rewind.isAway) return;
-  show(frame.values, frame.states, frame.at);
+  if (rewind.isAway) plots.draw(plots.at);
+  else show(frame.values, frame.states, frame.at);
 }
 
 /** Show an instant: of the run as it comes, or of its past. */

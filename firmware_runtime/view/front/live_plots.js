@@ -196,6 +196,7 @@ class Plots {
     this.shown.set(group, { plot, leaves, isHeld });
     this.list.append(plot.element);
     this.watch(this.socket);
+    if (this.socket) this.fetchPast().then(() => this.draw(this.at ?? this.store.at));
   }
 
   remove(group) {
@@ -233,7 +234,7 @@ class Plots {
   async fetchPast() {
     const [begin, end] = this.span();
     const leaves = [...this.shown.values()].flatMap((each) => each.leaves);
-    const first = Math.min(...leaves.map((each) => this.store.lines.get(each)?.times[0] ?? Infinity));
+    const first = Math.max(...leaves.map((each) => this.store.lines.get(each)?.times[0] ?? Infinity));
     if (begin >= first - 1e-6 || !leaves.length) return;
     const query = new URLSearchParams([["from", begin], ["until", Math.max(end, this.store.at)], ["most", 8000], ...leaves.map((each) => ["leaf", each])]);
     const answer = await ask(`range?${query}`);
