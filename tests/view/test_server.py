@@ -205,7 +205,7 @@ def test_a_viewer_gets_nothing_more_where_nothing_is_new(page: ServedPage) -> No
     async def frames() -> list[dict[str, Any]]:
         async with _socket(page) as socket:
             await socket.send_str('{"watch": ["world.yaw_rad"]}')
-            found = []
+            found: list[dict[str, Any]] = []
             while not found or not found[-1].get("points"):
                 found.append(json.loads(await socket.receive_str()))
             with pytest.raises(TimeoutError):
