@@ -325,3 +325,24 @@ def test_same_accesses_at_the_same_instants_give_the_same_bytes() -> None:
         runs.append(answers)
     assert runs[0] == runs[1]
     assert len(set(runs[0])) > 100
+
+
+@pytest.mark.parametrize(
+    ("off", "moving", "turning"),
+    [
+        (0x00, (True, True, True), (True, True, True)),
+        (0x38, (False, False, False), (True, True, True)),
+        (0x07, (True, True, True), (False, False, False)),
+        (0x20, (False, True, True), (True, True, True)),
+        (0x08, (True, True, False), (True, True, True)),
+        (0x04, (True, True, True), (False, True, True)),
+        (0x11, (True, False, True), (True, True, False)),
+    ],
+)
+def test_axes_are_stopped_one_by_one(
+    clock: ManualClock, off: int, moving: tuple[bool, ...], turning: tuple[bool, ...]
+) -> None:
+    rig = at_1_khz(clock, still((G, G, G), (DPS, DPS, DPS)), (0x6C, off))  # PWR_MGMT_2
+    rig.wait(100)
+    assert tuple(word != 0 for word in rig.words(ACCELERATION)) == moving
+    assert tuple(word != 0 for word in rig.words(RATE)) == turning
