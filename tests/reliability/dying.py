@@ -13,7 +13,7 @@ import threading
 import time
 from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, suppress
-from itertools import cycle, islice, product
+from itertools import cycle, product
 from pathlib import Path
 from statistics import median
 from time import monotonic_ns
@@ -118,18 +118,21 @@ def execute(arguments: argparse.Namespace) -> Result:
 
 
 def _on(board: str, count: int, until: float | None, chance: random.Random) -> Iterator[Trial]:
-    """Try so many on one board, each in another folder's doubles where one has left outputs on."""
-    with tempfile.TemporaryDirectory() as folder, ExitStack() as stack:
-        order = Path(folder, "order")
-        program = _PROGRAM.format(order=str(order), places=sorted(set(PHASES.values())))
-        run = stack.enter_context(
-            guarded_run(Path(folder), robot=board, words=BOARDS[board], program=program)
-        )
-        for phase, kind in islice(cycle(product(PHASES, KINDS)), count):
-            if until is not None and time.monotonic() >= until:
-                return
-            trial = _Trial(run, order, phase, kind, chance.randrange(1, _LATEST_STEP))
-            yield Trial(board, phase, kind, *trial.made())
+    """Try so many on one board; each phase has doubles of its own, since a robot's spin adds up."""
+    tried = 0
+    for phase in cycle(PHASES):
+        with tempfile.TemporaryDirectory() as folder, ExitStack() as stack:
+            order = Path(folder, "order")
+            program = _PROGRAM.format(order=str(order), places=sorted(set(PHASES.values())))
+            run = stack.enter_context(
+                guarded_run(Path(folder), robot=board, words=BOARDS[board], program=program)
+            )
+            for kind in KINDS:
+                if tried == count or (until is not None and time.monotonic() >= until):
+                    return
+                trial = _Trial(run, order, phase, kind, chance.randrange(1, _LATEST_STEP))
+                yield Trial(board, phase, kind, *trial.made())
+                tried += 1
 
 
 class _Trial:
