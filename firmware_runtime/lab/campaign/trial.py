@@ -18,7 +18,6 @@ from msgspec.structs import replace
 
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.errors import FirmwareRuntimeError, text_of
-from firmware_runtime.executive.clocks import FURTHEST_AHEAD
 from firmware_runtime.hal.strike import Strike
 from firmware_runtime.hal.wire_errors import HalError
 from firmware_runtime.lab.campaign.fork import HANG, in_child
@@ -26,7 +25,7 @@ from firmware_runtime.lab.campaign.healthy import AT_START, Healthy, healthy
 from firmware_runtime.lab.campaign.judge import SOUND, Judge, Oracle, Verdict, where_raised
 from firmware_runtime.lab.campaign.mission import Mission
 from firmware_runtime.lab.campaign.space import Case, space_of
-from firmware_runtime.lab.campaign.watched import Watched
+from firmware_runtime.lab.campaign.watched import EVERY, Watched
 from firmware_runtime.lab.sweeps.row import Cell, Row, release
 from firmware_runtime.runs.open_board import OpenBoard
 
@@ -142,13 +141,13 @@ def forked(
             while watched.at < before:
                 watched.go_on()
             together = partial(_together, course, watched, found, oracle)
-            rows = in_child(together) if len(course) == 2 else "one"
-            if not isinstance(rows, str):
-                yield from rows
-                continue
+            rows = in_child(together) if len(course) == 2 else []
+            done = [] if isinstance(rows, str) else rows
+            yield from done
             for trial, number in course:
-                work = partial(_from_here, trial, number, watched, found, oracle)
-                yield _answered(trial, number, in_child(work))
+                if number not in [row["row"] for row in done]:
+                    work = partial(_from_here, trial, number, watched, found, oracle)
+                    yield _answered(trial, number, in_child(work))
 
 
 def _order(each: tuple[Case, int]) -> tuple[int, int]:
@@ -160,35 +159,41 @@ def _course(each: tuple[Case, int]) -> tuple[object, ...]:
     """Return what is equal for cases that are one run until the first of them ends."""
     case, number = each
     first, *others = case.strikes
-    is_one = bool(others) or first.span <= FURTHEST_AHEAD
+    is_one = bool(others) or first.span <= 2 * EVERY
     return number if is_one else -1, case.before, replace(first, for_s=None)
 
 
 def _together(
     course: Sequence[tuple[Trial, int]], watched: Watched, found: Healthy, oracle: Oracle | None
 ) -> list[Row]:
-    """Run a fault for a while and the same one for ever, up to where the first one ends.
+    """Run a fault for a while and the same one for ever, which are one run up to the first end.
 
-    A world is ahead of the clock by so much at most: no transaction by then comes after that end.
+    Where a transaction has come after that already, the row of the longer one alone is returned.
     """
     (shorter, number), (longer, its_number) = course
-    strike, struck = shorter.strikes[0], watched.robot.session.hardware
+    strike, hardware = shorter.strikes[0], watched.robot.session.hardware
     end = strike.at + strike.span
-    struck.strike(longer.strikes)
+    hardware.strike(longer.strikes)
     judge = Judge(watched, found, longer.strikes, oracle)
-    verdict = _verdict(longer, lambda: judge.judge_until(end - FURTHEST_AHEAD))
+    verdict = _verdict(longer, lambda: judge.judge_until(end - EVERY))
     if verdict is not None:  # or it is over: so are both
         return [trial.row(each, verdict) for trial, each in course]
 
     def go_on() -> Row:
-        struck.struck.end(end)
+        hardware.struck.end(end)
         return shorter.row(number, _verdict(shorter, judge.of_shorter(shorter.strikes).judge))
 
-    if not judge.is_sure:
-        row = _answered(shorter, number, in_child(go_on))
-        return [row, longer.row(its_number, _verdict(longer, judge.judge))]
-    last = in_child(lambda: longer.row(its_number, _verdict(longer, judge.closed)))
-    return [go_on(), _answered(longer, its_number, last)]
+    def stay() -> Row:
+        rest = judge.closed if judge.is_sure else judge.judge
+        return longer.row(its_number, _verdict(longer, rest))
+
+    if hardware.world_now() > end:
+        return [stay()]
+    if judge.is_sure:  # what is left of it is short
+        last = in_child(stay)
+        return [go_on(), _answered(longer, its_number, last)]
+    row = _answered(shorter, number, in_child(go_on))
+    return [row, stay()]
 
 
 @contextmanager
