@@ -107,6 +107,7 @@ def test_the_file_is_a_test_that_pytest_runs(write: Write) -> None:
         ("test_that_day.py", ["--speed", "1"]),
         ("test_that_day.py", ["--set", "controller.yaw.kp=0.75"]),
         ("test_that_day.py", ["--from", "60"]),
+        ("test_that_day.py", ["--from", "6.0011", "--until", "6.0012"]),
     ],
 )
 @pytest.mark.slow
