@@ -5,9 +5,12 @@
 # the disk: so there is never half a program, also not after a power cut. What was sent of it is
 # listed in its file `manifest`, and what was made of that here in `manifest.made`.
 
+# What rich depends on to draw source code and Markdown, which this program does not: a third of all.
+without_bytecode='/site-packages/(pygments|markdown_it|mdurl)/'
+
 finish_venv() { # make $1 of what was sent: with python $2, and bytecode unless $3 is yes
 	mkdir -p "$1/bin" && ln -sfn "$2" "$1/bin/python" && ln -sfn python "$1/bin/python3" || return
-	[ "$3" = yes ] || "$1/bin/python" -I -S -m compileall -qq -j 0 "$1/lib" || true
+	[ "$3" = yes ] || "$1/bin/python" -I -S -m compileall -qq -j 0 -x "$without_bytecode" "$1/lib" || true
 	(
 		cd "$1" || exit
 		[ "$3" = yes ] || find . -name '*.pyc' -exec sha256sum {} + >manifest.made || exit

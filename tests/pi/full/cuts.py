@@ -16,7 +16,7 @@ from tests.pi.full.stand import PROGRAM, Robot, Stand
 from tests.vm.guest.machine import Failed, expect
 from tests.vm.guest.report import Check
 
-EVERY: Final = 3
+EVERY: Final = 6
 """Of the steps of a switch, each so manieth has its cut."""
 HELD: Final = "held before: "
 WENT_ON: Final = "went on with: "

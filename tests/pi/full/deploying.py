@@ -58,8 +58,13 @@ def a_bare_computer_becomes_a_robot(stand: Stand) -> str:
         expect(done.returncode == 0, f"{done.stdout[-3000:]}{done.stderr}")
         outputs = robot.expect_it_is_at_rest()
         robot.switch_off()
-    steps = re.findall(r"^(\S.*)\n(?:(?:  .*)?\n)*?  ([0-9.]+ s)$", done.stdout, re.MULTILINE)
-    return f"{'; '.join(' '.join(step) for step in steps)}; outputs {outputs}"
+    return f"{_steps(done.stdout)}; outputs {outputs}"
+
+
+def _steps(printed: str) -> str:
+    """Return the steps of a deployment, and how long each took."""
+    steps = re.findall(r"^(\S.*)\n(?:(?:  .*)?\n)*?  ([0-9.]+ s)$", printed, re.MULTILINE)
+    return "; ".join(" ".join(step) for step in steps)
 
 
 def it_comes_back_when_it_is_switched_on_again(stand: Stand) -> str:
@@ -79,7 +84,7 @@ def an_update_that_proves_itself_is_committed(stand: Stand) -> str:
         unit = robot.computer.run("cat /etc/systemd/system/firmware-runtime@.service")
         expect(MARK in unit, "the unit is not that of the second version")
         outputs = robot.expect_it_is_at_rest()
-    return f"{' | '.join(status.splitlines())}; outputs {outputs}"
+    return f"{' | '.join(status.splitlines())}; {_steps(done.stdout)}; outputs {outputs}"
 
 
 def a_build_that_is_slow_is_taken_back(stand: Stand) -> str:
@@ -110,4 +115,7 @@ def _taken_back(robot: Robot, wheel: Path, reason: str) -> str:
     expect(robot.version().version == "0.1.0", status)
     expect(reason in status, status)
     outputs = robot.expect_it_is_at_rest()
-    return f"{' | '.join(status.splitlines())}; in all {took_s:.0f} s; outputs {outputs}"
+    return (
+        f"{' | '.join(status.splitlines())}; in all {took_s:.0f} s: {_steps(done.stdout)}; "
+        f"outputs {outputs}"
+    )

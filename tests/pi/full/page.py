@@ -79,7 +79,7 @@ TABLE: Final[dict[str, Row]] = {
     "sudo usermod -aG i2c,gpio,dialout $USER": Done(),
     "sudo apt install git make python3-venv i2c-tools": Done(says="already the newest"),
     "sudo raspi-config nonint do_serial_cons 1": Left("a program of Raspberry Pi OS"),
-    "sudo reboot": Left("it is shut down and switched on again, which QEMU needs"),
+    "sudo reboot": Left("QEMU ends; and each command is a login of its own, with its new groups"),
     # 2. The program
     "make run": Done(says="tachobot"),
     ".venv/bin/pip install -e '.[gpio,top]'": Done(),
@@ -106,15 +106,17 @@ TABLE: Final[dict[str, Row]] = {
     ),
     "firmware-runtime check my-tachobot.toml": Done(),
     "firmware-runtime run my-tachobot.toml --doubles": Done(
-        status=(0, INTERRUPTED), says="summary", ctrl_c_s=60
+        status=(0, INTERRUPTED), says="ticks on time", ctrl_c_s=60
     ),
-    "firmware-runtime run my-tachobot.toml --for 10": Done(says="summary"),
+    "firmware-runtime run my-tachobot.toml --for 10": Done(says="ticks on time"),
     "firmware-runtime guard my-tachobot.toml": Beside(),
     RUN: Beside(),
     ARM: Done(again=True, is_off=False),
     "firmware-runtime disarm tachobot": Done(),
     "pkill -KILL -f 'firmware-runtime run'": Done(first=(ARM,)),
-    "pkill -STOP -f 'firmware-runtime run'": Done(first=(RUN, ARM)),
+    "pkill -STOP -f 'firmware-runtime run'": Done(
+        first=(RUN, ARM), then="pkill -CONT -f 'firmware-runtime run'"
+    ),
     "firmware-runtime safe-state my-tachobot.toml": Done(
         then="pkill -KILL -f 'firmware-runtime (run|guard)'"
     ),
@@ -212,10 +214,8 @@ class Visitor:
         return f"outputs {on_or_off}"
 
     def runs_as_a_service(self) -> str:
-        """Run and guard, with the outputs off."""
-        self._robot.wait_until_it_runs()
-        expect(self._robot.computer.watch.is_off, "an output is on")
-        return ""
+        """Run and guard, disarmed; no output was on but where a command drives."""
+        return f"outputs {self._robot.expect_it_is_at_rest()}"
 
     def _note(self, *, may_drive: bool) -> None:
         """Let the watch know whether outputs may be on from now on."""

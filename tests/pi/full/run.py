@@ -10,7 +10,7 @@ from functools import partial
 from typing import Final
 
 from tests.pi.full import deploying
-from tests.pi.full.cuts import cuts
+from tests.pi.full.cuts import EVERY, cuts
 from tests.pi.full.image import KIND, built, make_card
 from tests.pi.full.page import followed
 from tests.pi.full.stand import Stand, card_in
@@ -53,8 +53,7 @@ STEPS: Final[dict[str, Callable[[Stand], Named]]] = {
         deploying.a_build_that_is_slow_is_taken_back,
     ),
     "cuts": partial(cuts, 1),
-    "cuts-2": partial(cuts, 2),
-    "cuts-3": partial(cuts, 3),
+    **{f"cuts-{first}": partial(cuts, first) for first in range(2, EVERY + 1)},
     "page": followed,
 }
 
