@@ -20,7 +20,6 @@ SENT = (
     ("venvs.sh", "examine.sh"),
     ("venvs.sh", "units.sh", "robots.sh", "update.sh", "signatures.sh", "switch.sh"),
     ("venvs.sh", "units.sh", "robots.sh", "update.sh", "persisted.sh"),
-    ("update.sh", "await.sh"),
 )
 PROGRAM = """\
 #!/bin/sh
@@ -605,7 +604,7 @@ def test_a_version_from_before_that_does_not_start_is_not_lost(home: Path) -> No
 
 def test_its_way_back_says_how_it_stands(home: Path) -> None:
     assert switch(home, make_venv(home, "venv.newest")).returncode == 0
-    asked = ["sh", str(home / "update.sh"), "status"]
+    asked = ["sh", str(home / "update.sh"), "status", "600"]
     shown = subprocess.run(asked, check=True, capture_output=True, text=True).stdout.splitlines()
     versions = [line.split() for line in shown[:2]]
     assert [(each[0], each[2], each[4]) for each in versions] == [

@@ -41,8 +41,8 @@ SIGNED_FOR = "firmware-runtime"
 WAY_BACK = "firmware-runtime-update.service"
 _LONGEST_VERDICT_S = 150.0
 """Beyond the trial: a service may take a minute to begin, and another to be taken back."""
-_ASKED_EVERY_S = 60
-"""How long the target waits for its verdict in one login."""
+_WAIT_S = 60
+"""For so long the target waits in one login, which takes it more than the robot that is tried."""
 _PROGRAMS = {"ssh": "openssh-client", "ssh-keygen": "openssh-client", "rsync": "rsync"}
 """What a deployment needs here, by Debian's packages."""
 
@@ -254,16 +254,13 @@ class Deployment:
         if self._commands.dry_run:
             return
         give_up_at = monotonic() + self._options.health_s + _LONGEST_VERDICT_S
-        while (update := update_of(self.connection)).state in {"staged", "trying"}:
+        while (update := update_of(self.connection, _WAIT_S)).state in {"staged", "trying"}:
             if monotonic() > give_up_at:
                 raise DeploymentError(
                     "no verdict on the new version",
                     where=self._options.host,
                     expected="one; see firmware-runtime deploy status HOST",
                 )
-            waited = self.connection.script(["update.sh", "await.sh"], str(_ASKED_EVERY_S))
-            if waited.status != 0:
-                raise DeploymentError(waited.reason, where=self._options.host)
         self._log_all(update.reason)
         if update.state != "committed":
             back = "the one before is back" if update.state == "reverted" else update.state

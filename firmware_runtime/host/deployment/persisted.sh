@@ -6,7 +6,7 @@ settings=$root/etc/firmware-runtime
 case $1 in
 boot | watch | status) "$@" ;;
 *)
-	echo "expected boot, watch SECONDS VENV or status" >&2
+	echo "expected boot, watch SECONDS VENV or status SECONDS" >&2
 	exit 2
 	;;
 esac

@@ -71,9 +71,12 @@ class Update(Struct, frozen=True):
         ]
 
 
-def update_of(connection: Connection) -> Update:
-    """Ask a target. Raises DeploymentError where it cannot be asked, or was never deployed to."""
-    ended = connection.command("sh", SCRIPT, "status")
+def update_of(connection: Connection, wait_s: int = 0) -> Update:
+    """Ask a target, which waits so long at most for the verdict on an update that is under way.
+
+    Raises DeploymentError where it cannot be asked, or was never deployed to.
+    """
+    ended = connection.command("sh", SCRIPT, "status", str(wait_s))
     if ended.status != 0:
         raise DeploymentError(
             f"{SCRIPT}: {ended.reason}", where=connection.host, expected="a deployment before"

@@ -5,7 +5,7 @@
 #
 # A first version has none to go back to: what would be reverted is `unproved`, and stays.
 # As /opt/firmware-runtime/update.sh, with venvs.sh, units.sh and robots.sh before it, this is also what
-# takes a version back: sh update.sh boot | watch SECONDS VENV | status. To go back needs neither of the
+# takes a version back: sh update.sh boot | watch SECONDS VENV | status SECONDS. To go back needs neither of the
 # two programs.
 
 set_state() { # $1, because of $2
@@ -133,7 +133,15 @@ watch() { # for $1 seconds, over the version in $2; what does not end well, or i
 	esac
 }
 
-status() { # the versions there are, and how the last update stands
+status() { # the versions there are, and how the last update stands, at the latest after $1 seconds
+	left=${1:-0}
+	while [ "$left" -gt 0 ]; do
+		case $(field state) in
+		staged | trying) sleep 1 ;;
+		*) break ;;
+		esac
+		left=$((left - 1))
+	done
 	list_versions | sed 's/^/version /'
 	cat "$home/update" 2>/dev/null || echo "state none"
 }

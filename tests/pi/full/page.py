@@ -193,8 +193,12 @@ class Visitor:
             self.follow(each)
         if row.drives or not row.is_off:
             self._note(may_drive=True)
-        words = f"timeout --preserve-status --signal=INT {row.ctrl_c_s} {command}"
-        line = f"{words if row.ctrl_c_s else command} <<<'{row.answer}'\n"
+        words = command
+        if row.ctrl_c_s:
+            words = f"timeout --preserve-status --signal=INT {row.ctrl_c_s} {command}"
+        elif row.answer:  # at a terminal
+            words = f"script --quiet --return --command {shlex.quote(command)} /dev/null"
+        line = f"{words} <<<'{row.answer}'\n"
         if row.again:
             self._robot.computer.wait(lambda: self._typed(line).returncode == 0, f"`{command}`")
         else:
