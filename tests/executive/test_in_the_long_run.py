@@ -324,5 +324,5 @@ def test_ticks_leave_nothing_behind(tmp_path: Path) -> None:
         tracemalloc.stop()
     before, after = clock.snapshots
     grown = after.compare_to(before, "lineno")
-    # It keeps a reading of the kernel's counters of some 2 kB now and then.
-    assert sum(each.size_diff for each in grown) < TICKS, grown[:8]
+    # It keeps a reading of the kernel's counters of some 2 kB now and then, on a busy machine two.
+    assert sum(each.size_diff for each in grown) < 2 * TICKS, grown[:8]

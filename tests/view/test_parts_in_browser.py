@@ -85,7 +85,7 @@ def test_a_line_that_fills_its_plot_is_drawn_as_bars(
     browser: chromium.Page, tmp_path: Path, period: int
 ) -> None:
     values = [float(n % period < period // 2) for n in range(4000)]
-    dense = Series("dense", "s", "V", [Curve("x", range(4000), values)])
+    dense = Series("dense", "s", "V", [Curve("x", list(range(4000)), values)])
     write_page(Page(title="Dense", parts=[dense]), tmp_path / "page.html")
     browser.open(tmp_path / "page.html", "light")
     plot = "[...groups.get('s')][0].library"
