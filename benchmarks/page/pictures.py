@@ -20,6 +20,9 @@ from benchmarks.shared.side_by_side import PROJECT
 KEPT: Final = PROJECT / "docs" / "pictures"
 LOOKED_AT: Final = PROJECT / "build" / "pictures"
 _READY: Final = "document.body.dataset.ready"
+_HAS_VALUES: Final = "[...document.querySelectorAll('td')].some(td => td.textContent === 'changed')"
+_ALL_OF_IT: Final = 4800
+"""Height of a window that shows all of a page: its plots are drawn where they are seen."""
 _FRAME_MS: Final = 400
 _VIRTUAL: Final = ("--doubles", "--clock", "virtual")
 
@@ -79,14 +82,16 @@ def _alive(page: Page, work: Path) -> None:
         recording = work / f"{board}.recording"
         _run("run", board, *_VIRTUAL, "--record", recording)
         with served("view", recording) as view:
-            _all_looks(page, f"view-{board}", f"{view.address}/")
+            _all_looks(page, f"view-{board}", f"{view.address}/", _HAS_VALUES, _ALL_OF_IT)
 
 
-def _all_looks(page: Page, name: str, path: Path | str) -> None:
+def _all_looks(
+    page: Page, name: str, path: Path | str, is_there: str = _READY, height: int = 900
+) -> None:
     for scheme in ("light", "dark"):
         for width in (1100, 380):
-            page.open(path, scheme, width)
-            page.wait_for(_READY)
+            page.open(path, scheme, width, height)
+            page.wait_for(is_there)
             page.picture(LOOKED_AT / f"{name}-{scheme}-{width}.png", is_whole=True)
             print(f"pictures: {name}, {scheme}, {width}", file=sys.stderr)
 
