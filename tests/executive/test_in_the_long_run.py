@@ -270,7 +270,7 @@ def test_an_episode_keeps_its_latest_activation_not_the_last_or_the_least() -> N
     assert account.latest_in_episode == 35 * MILLISECOND
 
 
-WARM_UP, TICKS = 1_000, 4_000
+WARM_UP, TICKS = 1_000, 12_000
 NOT_OURS = [
     tracemalloc.Filter(inclusive=False, filename_pattern=name)
     for name in (tracemalloc.__file__, __file__)
@@ -324,5 +324,5 @@ def test_ticks_leave_nothing_behind(tmp_path: Path) -> None:
         tracemalloc.stop()
     before, after = clock.snapshots
     grown = after.compare_to(before, "lineno")
-    # It keeps a reading of the kernel's counters of some 2 kB now and then, on a busy machine two.
-    assert sum(each.size_diff for each in grown) < 2 * TICKS, grown[:8]
+    # It keeps a reading of the kernel's counters of some 2 kB now and then.
+    assert sum(each.size_diff for each in grown) < TICKS, grown[:8]
