@@ -5,7 +5,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Final
 
 from firmware_runtime.hal.strike import KINDS, Strike
-from firmware_runtime.lab.campaign.findings import Finding, is_wrong
+from firmware_runtime.lab.campaign.findings import is_wrong
 from firmware_runtime.lab.campaign.judge import SOUND
 from firmware_runtime.lab.campaign.kept_findings import KeptFinding
 from firmware_runtime.lab.campaign.report import Report
@@ -84,7 +84,7 @@ def _over_time(report: Report, table_file: str) -> Lanes:
     drawn = [*_every(sound, MOST_SOUND), *_every(wrong, MOST_WRONG)]
     kinds = sorted({str(row["kind"]) for row in drawn}, key=list(KINDS).index)
     heights = {kind: (place + 0.5) / len(kinds) for place, kind in enumerate(kinds)}
-    places = {_group(each): f"#{_anchor(number)}" for number, each in enumerate(report.findings)}
+    places = {each.group: f"#{_anchor(number)}" for number, each in enumerate(report.findings)}
     lanes: dict[str, list[Mark]] = {}
     for row in drawn:
         mark = _mark(row, heights[str(row["kind"])], places, table_file)
@@ -131,10 +131,6 @@ def _every(rows: Sequence[Row], most: int) -> Sequence[Row]:
     return rows[:: max(1, -(-len(rows) // most))]
 
 
-def _group(finding: Finding) -> tuple[str, ...]:
-    return finding.oracle, finding.model, finding.kind
-
-
 def _group_of_row(row: Row) -> tuple[str, ...]:
     return str(row["outcome"]), str(row["model"]), trial_of(row).kinds
 
@@ -169,7 +165,7 @@ def _anchor(number: int) -> str:
 
 
 def _cards(report: Report, table_file: str) -> Iterator[Part]:
-    since = {_group(each.finding): each.since for each in report.kept}
+    since = {each.finding.group: each.since for each in report.kept}
     if not report.findings:
         yield Text(text="Nothing.")
     for number, each in enumerate(report.findings):
@@ -181,7 +177,7 @@ def _cards(report: Report, table_file: str) -> Iterator[Part]:
             words.append(Code(again))
         if each.test is not None:
             words.append(Code(f"python -m pytest {each.test}"))
-        when = since.get(_group(each), "")
+        when = since.get(each.group, "")
         yield Card(
             title=_anchor(number).replace("-", " "),
             note=f"since {when}" * bool(when),

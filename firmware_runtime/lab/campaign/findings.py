@@ -52,6 +52,11 @@ class Finding(Struct, frozen=True, kw_only=True):
     test: str | None = None
 
     @property
+    def group(self) -> tuple[str, ...]:
+        """What equal findings have in common."""
+        return self.oracle, self.model, self.kind
+
+    @property
     def lines(self) -> list[str]:
         """It in words: what, by which fault, and where it is kept."""
         alike = "" if self.count == 1 else f" ({self.count} runs alike)"

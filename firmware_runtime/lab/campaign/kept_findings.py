@@ -116,7 +116,7 @@ def _keep(folder: Path, kept: Sequence[KeptFinding]) -> None:
 
 
 def _key(finding: Finding) -> tuple[str, ...]:
-    return finding.mission.board, finding.oracle, finding.model, finding.kind
+    return finding.mission.board, *finding.group
 
 
 def _today() -> str:
