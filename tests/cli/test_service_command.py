@@ -46,12 +46,13 @@ def test_an_installation_calls_systemd_in_this_order(
         "systemd-tmpfiles --create /etc/tmpfiles.d/firmware-runtime.conf",
         "udevadm control --reload",
         f"udevadm trigger --settle {nodes}",
+        f"systemctl enable --no-reload {GUARD} {RUN}",
         "systemctl daemon-reload",
-        f"systemctl enable --now {GUARD}",
-        f"systemctl enable --now {RUN}",
+        f"systemctl start {GUARD}",
+        f"systemctl start {RUN}",
     ]
     assert [call.split()[1:3] for call in machine.calls[-2:]] == [["show", RUN], ["show", GUARD]]
-    assert f"$ systemctl enable --now {RUN}\n" in ended.out
+    assert f"$ systemctl start {RUN}\n" in ended.out
     assert "100 Hz 99.98 % on time, late 3" in ended.out
     assert machine.path(f"{UNITS}/{RUN}.d/board.conf").is_file()
     assert not machine.path(f"{UNITS}/multi-user.target.wants").exists()
@@ -67,7 +68,10 @@ def test_where_no_device_manager_runs_none_is_called(
 
 def test_no_start_only_enables(command: Command, machine: SystemdMachine) -> None:
     assert install(command, "--no-start").status == 0
-    assert machine.calls[-2:] == [f"systemctl enable {GUARD}", f"systemctl enable {RUN}"]
+    assert machine.calls[-2:] == [
+        f"systemctl enable --no-reload {GUARD} {RUN}",
+        "systemctl daemon-reload",
+    ]
 
 
 def test_a_program_that_fails_is_the_end_and_explained(
@@ -91,7 +95,7 @@ def test_a_missing_bus_is_a_warning(command: Command, machine: SystemdMachine) -
         "firmware-runtime: warning: /dev/i2c-1 does not exist; `firmware-runtime doctor tachobot` "
         "says what to do\n"
     )
-    assert f"systemctl enable --now {RUN}" in machine.calls
+    assert f"systemctl start {RUN}" in machine.calls
 
 
 def test_a_running_robot_is_not_restarted_but_named(
@@ -117,7 +121,7 @@ def test_a_dry_run_prints_every_file_and_touches_nothing(
         assert f"### {path}, mode 0644: to be written\n" in ended.out
         assert path.read_text() in ended.out
     shown = [line.removeprefix("$ ") for line in ended.out.splitlines() if line.startswith("$ ")]
-    assert [line.replace("'", "") for line in shown] == machine.calls[:7]
+    assert [line.replace("'", "") for line in shown] == machine.calls[:8]
 
 
 def test_a_dry_run_shows_what_is_kept(command: Command, tmp_path: Path) -> None:

@@ -13,6 +13,10 @@ from typing import Any
 CHECKOUT = Path(__file__).parents[2]
 
 
+HANGS_S = 900
+"""A package's own tests have campaigns: minutes beside all the others."""
+
+
 @dataclass(frozen=True)
 class WrittenPackage:
     """A package's folder, and a folder with the metadata that an installation would leave."""
@@ -37,7 +41,7 @@ class WrittenPackage:
             env=self.environment,
             capture_output=True,
             text=True,
-            timeout=120,
+            timeout=HANGS_S,
             check=False,
         )
 
@@ -71,7 +75,7 @@ class WrittenPackage:
             yield process
         finally:
             process.terminate()
-            process.communicate(timeout=120)
+            process.communicate(timeout=HANGS_S)
 
 
 def as_installed(folder: Path, site: Path) -> WrittenPackage:

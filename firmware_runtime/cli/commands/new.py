@@ -84,11 +84,13 @@ def _key(arguments: argparse.Namespace) -> int:
 
 
 def show_written(folder: Path, written: list[Path]) -> None:
-    """Print the files of a new package, and the three commands that come next."""
+    """Print the files of a new package, and the commands that come next."""
     for path in written:
         print(path)
     python, make = _interpreter()
-    print(f"next:\n  cd {shlex.quote(str(folder))}")
+    print("next:")
+    if not folder.samefile("."):
+        print(f"  cd {shlex.quote(str(folder))}")
     print(f"  {python} -m pip install --editable '.[test]'\n  {make}")
 
 

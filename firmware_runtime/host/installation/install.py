@@ -152,10 +152,11 @@ class Installation:
             yield ("udevadm", "control", "--reload")
             matches = (f"--sysname-match={name}" for name in _OWN_NODES)
             yield ("udevadm", "trigger", "--settle", *matches)
+        services = [instance(each, self._board.name) for each in (GUARD, RUNTIME)]
+        yield ("systemctl", "enable", "--no-reload", *services)
         yield ("systemctl", "daemon-reload")
-        for service in (GUARD, RUNTIME):
-            now = ["--now"] if start else []
-            yield ("systemctl", "enable", *now, instance(service, self._board.name))
+        if start:
+            yield from (("systemctl", "start", each) for each in services)
 
 
 def _would_be(change: Change) -> str:

@@ -152,6 +152,10 @@ class Plots {
       element("p", { class: "acts" }, this.pause, this.spans, this.choice, this.exports()), this.list, this.lanes());
     this.fill(model.leaves);
     for (const leaf of model.shown) this.add(leaf);
+    addEventListener("beforeprint", () => {
+      for (const { plot } of this.shown.values()) plot.isSeen = true;
+      this.draw(this.at ?? this.store.at);
+    });
     document.addEventListener("keydown", (event) => {
       if (event.key === " " && event.target === document.body) { event.preventDefault(); this.togglePause(); }
     });
