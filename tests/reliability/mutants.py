@@ -1,7 +1,8 @@
 """Mutants of the code that a robot's safety hangs on: how many of them tests notice.
 
-Each is judged by the quick tests of its room, those first that import its module. What was tried is
-kept, so the next run goes on with others; `--again` tries once more what was not noticed.
+Each is judged by the quick tests that call the function it is in, so those are found first, in one
+run of all of them (`--listen` finds them anew). What was tried is kept, so the next run goes on
+with others; `--again` tries once more what was not noticed, and by the slow tests too.
 """
 
 import argparse
@@ -15,46 +16,35 @@ from concurrent.futures import ThreadPoolExecutor
 from functools import cache
 from itertools import chain, zip_longest
 from pathlib import Path
+from shutil import rmtree
 from typing import Final
 
 import msgspec
 from msgspec import Struct
 
+from tests.reliability.called import FOLDER, Calls, function_at, read_calls
 from tests.reliability.mutant_server import Answer, Question
 from tests.reliability.mutations import Mutant, mutants_in
 from tests.reliability.results import BUILD, ROOT, Result
 
-
-class Room(Struct, frozen=True):
-    """Code, and the folders of its tests."""
-
-    code: tuple[str, ...]
-    tests: tuple[str, ...]
-
-
-ROOMS: Final[Mapping[str, Room]] = {
-    "drivers": Room(
-        ("drivers/firmware_drivers",),
-        ("tests/drivers", "tests/contracts/test_chip_contract.py", "tests/boards"),
-    ),
-    "doubles": Room(
-        ("sim_doubles",),
-        ("tests/sim_doubles", "tests/contracts/test_chip_contract.py", "tests/drivers"),
-    ),
-    "models": Room(("firmware_runtime/models",), ("tests/models", "tests/boards")),
-    "devs": Room(("firmware_runtime/devs",), ("tests/devs", "tests/models", "tests/diagram")),
-    "executive": Room(("firmware_runtime/executive",), ("tests/executive", "tests/runs")),
-    "hal": Room(("firmware_runtime/hal",), ("tests/hal", "tests/sim_doubles", "tests/drivers")),
-    "guard": Room(("firmware_runtime/runs",), ("tests/runs", "tests/front_door", "tests/cli")),
-    "recording": Room(
-        ("firmware_runtime/recording",),
-        ("tests/recording", "tests/blackbox", "tests/replay", "tests/exports", "tests/debugger"),
-    ),
-    "statistics": Room(("firmware_runtime/statistics",), ("tests/statistics",)),
+ROOMS: Final[Mapping[str, str]] = {
+    "drivers": "drivers/firmware_drivers",
+    "doubles": "sim_doubles",
+    "models": "firmware_runtime/models",
+    "devs": "firmware_runtime/devs",
+    "executive": "firmware_runtime/executive",
+    "hal": "firmware_runtime/hal",
+    "guard": "firmware_runtime/runs",
+    "recording": "firmware_runtime/recording",
+    "statistics": "firmware_runtime/statistics",
 }
+"""Code that is changed, by a name for it."""
 QUICK: Final = "not slow and not real_time and not hardware"
-_LIMIT_S: Final = 120.0
+EVERY: Final = "not real_time and not hardware"
+_LIMIT_S: Final = 240.0
 """Processor time of the tests of a mutant; one that takes more hangs."""
+_ENOUGH_S: Final = 60.0
+"""Processor time after which no other test file is begun with, when none is changed."""
 
 
 class Judged(Struct, frozen=True):
@@ -78,7 +68,10 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--seed", type=int, default=1, help="chooses which; default 1")
     parser.add_argument("--minutes", type=float, help="begin no other after so long")
     parser.add_argument("--rooms", nargs="+", choices=ROOMS, default=list(ROOMS))
-    parser.add_argument("--again", action="store_true", help="those that survived, once more")
+    parser.add_argument(
+        "--again", action="store_true", help="those that survived, by slow tests too"
+    )
+    parser.add_argument("--listen", action="store_true", help="find anew which tests call what")
     parser.add_argument("--workers", type=int, default=2)
 
 
@@ -86,6 +79,9 @@ def execute(arguments: argparse.Namespace) -> Result:
     """Try mutants, and return what became of all that were tried so far."""
     log = BUILD / "mutants.jsonl"
     done = _read(log)
+    if arguments.listen or not read_calls():
+        _listen(arguments.workers)
+    judge = _Judge(log, EVERY if arguments.again else QUICK, read_calls())
     until = None if arguments.minutes is None else time.monotonic() + 60 * arguments.minutes
     if arguments.again:
         chosen = [(each.room, each.mutant) for each in done.values() if not each.is_noticed]
@@ -94,14 +90,14 @@ def execute(arguments: argparse.Namespace) -> Result:
         chosen = [each for each in chosen if each[1] not in done]
     parts = [chosen[number :: arguments.workers] for number in range(arguments.workers)]
     with ThreadPoolExecutor(arguments.workers) as pool:
-        for each in [pool.submit(_judge_all, part, log, until) for part in parts]:
+        for each in [pool.submit(judge.judge_all, part, until) for part in parts]:
             each.result()
     return _result(list(_read(log).values()))
 
 
 def _chosen(rooms: Sequence[str], count: int, seed: int) -> list[tuple[str, Mutant]]:
     """Return so many, the same number of each room as far as it has them."""
-    found = mutants_in(ROOT, {room: ROOMS[room].code for room in rooms})
+    found = mutants_in(ROOT, {room: ROOMS[room] for room in rooms})
     chance = random.Random(seed)  # noqa: S311 -- to be repeated
     drawn = [
         [(room, each) for each in chance.sample(mutants, len(mutants))]
@@ -110,51 +106,76 @@ def _chosen(rooms: Sequence[str], count: int, seed: int) -> list[tuple[str, Muta
     return [each for each in chain(*zip_longest(*drawn)) if each is not None][:count]
 
 
-def _judge_all(chosen: Sequence[tuple[str, Mutant]], log: Path, until: float | None) -> None:
-    """Try one after the other, and note each at once."""
-    command = [sys.executable, "-m", "tests.reliability.mutant_server"]
-    with subprocess.Popen(
-        command, cwd=ROOT, stdin=subprocess.PIPE, stdout=subprocess.PIPE
-    ) as server:
-        assert server.stdin is not None
-        assert server.stdout is not None
-        for room, mutant in chosen:
-            if until is not None and time.monotonic() >= until:
-                break
-            path = ROOT / mutant.path
-            source = path.read_text(encoding="utf-8")
-            if not mutant.compiles(source):
-                continue
-            words = ("-m", QUICK, *_tests_of(room, mutant.path))
-            question = Question(str(path), mutant.applied(source), words, _LIMIT_S)
-            server.stdin.write(msgspec.json.encode(question) + b"\n")
-            server.stdin.flush()
-            answer = msgspec.json.decode(server.stdout.readline(), type=Answer)
-            with log.open("ab") as file:
+def _listen(workers: int) -> None:
+    """Run all quick tests once, and let them leave which functions they call."""
+    sys.stdout.write("first all quick tests, to see what each calls\n")
+    sys.stdout.flush()
+    rmtree(FOLDER, ignore_errors=True)
+    words = ["-q", "-p", "tests.reliability.called", "-p", "no:cacheprovider", "-m", QUICK]
+    many = ["-n", str(workers), "--dist", "loadfile"]
+    subprocess.run([sys.executable, "-m", "pytest", *words, *many], cwd=ROOT, check=False)
+
+
+class _Judge:
+    """Tries mutants by the tests that call what they change, and notes each at once."""
+
+    def __init__(self, log: Path, marked: str, calls: Mapping[str, Calls]) -> None:
+        self._log = log
+        self._marked = marked
+        self._calls = calls
+
+    def judge_all(self, chosen: Sequence[tuple[str, Mutant]], until: float | None) -> None:
+        """Try one after the other, in forks of one process."""
+        command = [sys.executable, "-m", "tests.reliability.mutant_server"]
+        with subprocess.Popen(
+            command, cwd=ROOT, stdin=subprocess.PIPE, stdout=subprocess.PIPE
+        ) as server:
+            assert server.stdin is not None
+            assert server.stdout is not None
+            for room, mutant in chosen:
+                if until is not None and time.monotonic() >= until:
+                    break
+                source = (ROOT / mutant.path).read_text(encoding="utf-8")
+                if not mutant.compiles(source):
+                    continue
+                tests = self._tests_of(mutant, source)
+                answer = Answer("survived", "no test calls it")
+                if tests:
+                    server.stdin.write(msgspec.json.encode(self._question(mutant, source, tests)))
+                    server.stdin.write(b"\n")
+                    server.stdin.flush()
+                    answer = msgspec.json.decode(server.stdout.readline(), type=Answer)
                 judged = Judged(room, mutant, answer.outcome, answer.by)
-                file.write(msgspec.json.encode(judged) + b"\n")
+                with self._log.open("ab") as file:
+                    file.write(msgspec.json.encode(judged) + b"\n")
+
+    def _question(self, mutant: Mutant, source: str, tests: Sequence[str]) -> Question:
+        words = ("-m", self._marked, *tests)
+        return Question(str(ROOT / mutant.path), mutant.applied(source), words, _LIMIT_S)
+
+    def _tests_of(self, mutant: Mutant, source: str) -> list[str]:
+        """Return the test files that call what is changed, of the module's own tests first."""
+        function = function_at(mutant.path, source, mutant.line)
+        found = [file for file, each in self._calls.items() if _calls(each, mutant.path, function)]
+        name = re.compile(rf"\b{re.escape(Path(mutant.path).stem)}\b")
+
+        def order(file: str) -> tuple[bool, float]:
+            return name.search(_text(file)) is None, self._calls[file].took_s
+
+        took_s, chosen = 0.0, []
+        for file in sorted(found, key=order):
+            took_s += self._calls[file].took_s
+            chosen.append(file)
+            if took_s >= _ENOUGH_S:
+                break
+        return chosen
 
 
-def _tests_of(room: str, path: str) -> list[str]:
-    """Return the test files of a room, those first that import a module, then by their size."""
-    module = Path(path).with_suffix("").as_posix().replace("/", ".")
-    name = re.sub(r"^(drivers|boards)\.", "", module.removesuffix(".__init__"))
-    files = [file for place in ROOMS[room].tests for file in _files(place)]
-    last = name.rpartition(".")[2]
-    words = re.compile(rf"{re.escape(name)}\b|import .*\b{last}\b")
-
-    def order(file: str) -> tuple[bool, int]:
-        text = _text(file)
-        return words.search(text) is None, len(text)
-
-    return sorted(files, key=order)
-
-
-@cache
-def _files(place: str) -> tuple[str, ...]:
-    path = ROOT / place
-    found = [path] if path.is_file() else sorted(path.glob("test_*.py"))
-    return tuple(str(each.relative_to(ROOT)) for each in found)
+def _calls(calls: Calls, path: str, function: str | None) -> bool:
+    """Return whether a function is called; of a line that is in none, any of its module."""
+    if function is not None:
+        return function in calls.functions
+    return any(each.startswith(f"{path}:") for each in calls.functions)
 
 
 @cache
@@ -181,7 +202,7 @@ def _result(judged: Sequence[Judged]) -> Result:
     noticed = sum(each.is_noticed for each in judged)
     return Result(
         name="mutants",
-        summary=f"{noticed} of {len(judged)} mutants noticed by quick tests",
+        summary=f"{noticed} of {len(judged)} mutants noticed",
         is_sound=len(judged) > 0 and noticed >= 0.95 * len(judged),
         figures={"tried": len(judged), "noticed": noticed, "rooms": rooms, "survivors": survivors},
     )

@@ -156,14 +156,13 @@ def _operated(node: ast.expr | ast.stmt) -> Iterator[ast.AST]:
             yield ast.IfExp(test, orelse, body)
 
 
-def mutants_in(root: Path, rooms: Mapping[str, tuple[str, ...]]) -> dict[str, list[Mutant]]:
-    """Return all mutants by room; a room is files and folders below a root."""
-    found: dict[str, list[Mutant]] = {}
-    for room, places in rooms.items():
-        found[room] = []
-        for place in places:
-            path = root / place
-            for file in [path] if path.is_file() else sorted(path.rglob("*.py")):
-                source = file.read_text(encoding="utf-8")
-                found[room] += mutants_of(str(file.relative_to(root)), source)
-    return found
+def mutants_in(root: Path, rooms: Mapping[str, str]) -> dict[str, list[Mutant]]:
+    """Return all mutants by room; a room is a folder below a root."""
+    return {
+        room: [
+            mutant
+            for file in sorted((root / folder).rglob("*.py"))
+            for mutant in mutants_of(str(file.relative_to(root)), file.read_text(encoding="utf-8"))
+        ]
+        for room, folder in rooms.items()
+    }
