@@ -9,7 +9,7 @@ import pytest
 
 from firmware_runtime.cli.main import main
 from firmware_runtime.errors import Status
-from tests.support.waiting import PATIENCE_S
+from tests.support.waiting import HANGS_S
 
 COMMAND = (sys.executable, "-m", "firmware_runtime.cli")
 VIRTUAL = ("run", "tachobot", "--doubles", "--clock", "virtual")
@@ -79,7 +79,7 @@ def ended_program(
     **options: Any,  # noqa: ANN401 -- of subprocess.run
 ) -> "subprocess.CompletedProcess[str]":
     """Run a program to its end; it has its time, and what it prints is kept."""
-    chosen = {"capture_output": True, "text": True, "timeout": PATIENCE_S, **options}
+    chosen = {"capture_output": True, "text": True, "timeout": HANGS_S, **options}
     return subprocess.run([*map(str, words)], check=check, **chosen)
 
 

@@ -6,6 +6,8 @@ from time import monotonic
 
 PATIENCE_S = 120
 """How long a test waits for what must happen: many times what the busiest machine takes, s."""
+HANGS_S = 900
+"""After how long a program that should end by itself hangs, s: some run campaigns."""
 LOOK_S = 0.01
 
 

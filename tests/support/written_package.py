@@ -10,11 +10,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from tests.support.waiting import HANGS_S, PATIENCE_S
+
 CHECKOUT = Path(__file__).parents[2]
-
-
-HANGS_S = 900
-"""A package's own tests have campaigns: minutes beside all the others."""
 
 
 @dataclass(frozen=True)
@@ -75,7 +73,7 @@ class WrittenPackage:
             yield process
         finally:
             process.terminate()
-            process.communicate(timeout=HANGS_S)
+            process.communicate(timeout=PATIENCE_S)
 
 
 def as_installed(folder: Path, site: Path) -> WrittenPackage:
