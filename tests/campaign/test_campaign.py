@@ -17,7 +17,8 @@ from firmware_runtime.errors import ConfigError
 from firmware_runtime.hal.strike import KINDS
 from firmware_runtime.hal.wire_errors import Stuck
 from firmware_runtime.lab.campaign import campaign, trial
-from firmware_runtime.lab.campaign.campaigning import assert_sound, carry_out, rerun
+from firmware_runtime.lab.campaign.again import assert_sound, rerun, rerun_many
+from firmware_runtime.lab.campaign.campaigning import carry_out
 from firmware_runtime.lab.campaign.healthy import AT_START, healthy
 from firmware_runtime.lab.campaign.mission import Mission
 from firmware_runtime.lab.campaign.space import in_courses, space_of, spread
@@ -135,6 +136,16 @@ def test_a_run_that_is_forked_is_to_the_bit_the_one_from_its_start() -> None:
     assert sorted(int(row["row"] or 0) for row in rows) == sorted(numbers)
     for row in rows:
         assert rerun(row) == row
+
+
+@pytest.mark.slow
+def test_of_rows_that_are_run_again_those_that_differ_are_returned() -> None:
+    rows = list(forked(SHORT, list(islice(in_courses(space_of(SHORT)), 6))))
+    assert rerun_many(rows, 3, workers=1) == (3, [])
+    changed = {**rows[2], "digest": "another"}
+    assert rerun_many([*rows[:2], changed, *rows[3:]], 100, workers=1) == (6, [rows[2]])
+    (pair,) = forked(replace(SHORT, pairs=1), [space_of(SHORT).singles])
+    assert rerun_many([*rows, pair], 7, workers=1) == (7, [])
 
 
 @pytest.mark.slow

@@ -1,10 +1,20 @@
-"""Campaigns of robots, an even sample of each: single faults at transactions of their missions."""
+"""Campaigns of robots: single faults at transactions of their missions.
+
+    python -m tests.reliability.run campaigns --tables all.csv --again 10000 --save
+
+An even sample of each robot, in so many minutes; with `--tables` what campaigns have made before.
+"""
 
 import argparse
 import sys
-from typing import Final
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any, Final
 
 from firmware_runtime.lab.campaign import campaign
+from firmware_runtime.lab.campaign.again import rerun_many
+from firmware_runtime.lab.campaign.campaigning import report_of
+from firmware_runtime.lab.sweeps.sweep_table import read_table
 from tests.reliability.results import BUILD, Result
 
 BOARDS: Final = ("tachobot", "detective", "balancing", "pan_tilt", "underwater")
@@ -19,11 +29,29 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--boards", nargs="+", choices=BOARDS, default=list(BOARDS))
     parser.add_argument("--minutes", type=float, help="for all of them together; default: all")
     parser.add_argument("--workers", type=int)
+    parser.add_argument("--tables", nargs="+", type=Path, help="read those of campaigns instead")
+    parser.add_argument("--again", type=int, default=100, help="rows of each table to run again")
 
 
 def execute(arguments: argparse.Namespace) -> Result:
-    """Carry out one campaign after the other."""
-    found = {}
+    """Carry out one campaign after the other, or read their tables."""
+    tables = arguments.tables
+    made = _read(tables, arguments) if tables else _carried_out(arguments)
+    boards = dict(made)
+    each = boards.values()
+    findings = sum(len(one["findings"]) for one in each)
+    wrong = sum(one["crashes"] + one["flakes"] for one in each)
+    return Result(
+        name="campaigns",
+        summary=f"{sum(one['runs'] for one in each)} runs of {len(boards)} robots, "
+        f"{findings} findings, {wrong} crashes or flakes",
+        is_sound=findings == 0 and wrong == 0,
+        figures={"boards": boards},
+        is_read=bool(tables),
+    )
+
+
+def _carried_out(arguments: argparse.Namespace) -> Iterator[tuple[str, dict[str, Any]]]:
     share_s = None if arguments.minutes is None else 60 * arguments.minutes / len(arguments.boards)
     for board in arguments.boards:
         report = campaign(
@@ -36,14 +64,15 @@ def execute(arguments: argparse.Namespace) -> Result:
         )
         sys.stdout.write(f"{report}\n")
         sys.stdout.flush()
-        found[board] = report
-    findings = sum(len(each.findings) for each in found.values())
-    wrong = sum(each.crashes + each.flakes for each in found.values())
-    runs = sum(each.runs for each in found.values())
-    return Result(
-        name="campaigns",
-        summary=f"{runs} runs of {len(found)} robots, {findings} findings, "
-        f"{wrong} crashes or flakes",
-        is_sound=findings == 0 and wrong == 0,
-        figures={"boards": {board: each.as_json() for board, each in found.items()}},
-    )
+        yield board, report.as_json()
+
+
+def _read(
+    tables: list[Path], arguments: argparse.Namespace
+) -> Iterator[tuple[str, dict[str, Any]]]:
+    for table in tables:
+        rows = read_table(table).rows
+        report = report_of(rows)
+        sys.stdout.write(f"{report}\n")
+        again, others = rerun_many(rows, arguments.again, arguments.workers)
+        yield report.board, {**report.as_json(), "run_again": again, "flakes": len(others)}

@@ -53,20 +53,24 @@ def phases(folder: Path = KEPT) -> list[str]:
 def _where(kept: Kept) -> str:
     found = kept.conditions
     took = f"{kept.took_s / 60:.0f} min" if kept.took_s >= 90 else f"{kept.took_s:.0f} s"
+    said = "Summed up" if kept.result.is_read else "Measured"
     return (
-        f"{kept.result.summary[0].upper()}{kept.result.summary[1:]}. Measured on {kept.day} at "
+        f"{kept.result.summary[0].upper()}{kept.result.summary[1:]}. {said} on {kept.day} at "
         f"{kept.commit}, in {took}, on a PC (virtual machine, {found['cpu']}, {found['cpu_count']} "
         f"processors, {found['python']}, load {kept.load:g})."
     )
 
 
 def _campaigns(kept: Kept) -> Iterator[str]:
-    yield "| robot | runs | faults there are | share | findings | silent | crashes | flakes |"
-    yield "|---|---|---|---|---|---|---|---|"
+    columns = ["robot", "runs", "faults there are", "share", "findings", "silent", "crashes"]
+    columns += ["run again", "flakes"]
+    yield f"| {' | '.join(columns)} |"
+    yield "|---" * len(columns) + "|"
     for board, each in kept.result.figures["boards"].items():
         found = [
             *(f"{each['runs']:,}", f"{each['space']:,}", f"{each['share']:.2%}"),
-            *(len(each["findings"]), each["silent"], each["crashes"], each["flakes"]),
+            *(len(each["findings"]), each["silent"], each["crashes"]),
+            *(each["run_again"], each["flakes"]),
         ]
         yield f"| {board} | {' | '.join(map(str, found))} |"
     findings = [

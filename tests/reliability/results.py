@@ -23,6 +23,8 @@ class Result(Struct, frozen=True, kw_only=True):
     summary: str
     is_sound: bool
     figures: Mapping[str, Any]
+    is_read: bool = False
+    """Whether it was read from what was measured before: how long that took is not known."""
 
 
 class Kept(Struct, frozen=True, kw_only=True):

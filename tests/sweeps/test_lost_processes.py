@@ -4,14 +4,18 @@ import os
 import signal
 import subprocess
 import sys
+from contextlib import closing
 from pathlib import Path
 from queue import SimpleQueue
+from threading import Event
 
 import pytest
+from msgspec import Struct
 
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.lab.sweeps import cluster as sweeps_cluster
 from firmware_runtime.lab.sweeps import sweep
+from firmware_runtime.lab.sweeps.local_pool import run_here
 from firmware_runtime.lab.sweeps.partial import partial_of
 from firmware_runtime.lab.sweeps.plan import Sweep
 from firmware_runtime.lab.sweeps.row import Row
@@ -73,6 +77,30 @@ def test_a_sweep_that_is_stopped_goes_on_to_the_same_table(
     ended = subprocess.run([*words, "--resume"], check=True, stderr=subprocess.PIPE)
     assert b"12 of 12" in ended.stderr
     assert output.read_bytes() == expected
+
+
+class OneQuickPart(Struct, frozen=True):
+    """A job whose first part is over at once, and whose others say when they are over."""
+
+    folder: Path
+
+    def run(self, number: int) -> int:
+        """Wait, but in the first part."""
+        if number > 0:
+            Event().wait(60.0)
+            (self.folder / str(number)).touch()
+        return number
+
+    def lost(self, number: int, why: str) -> int:
+        """Raise what the test is to show."""
+        raise AssertionError(number, why)
+
+
+@pytest.mark.slow
+def test_parts_under_way_are_not_waited_for_by_one_who_takes_no_more(tmp_path: Path) -> None:
+    with closing(run_here(OneQuickPart(tmp_path), range(4), 2)) as parts:
+        assert next(parts) == 0
+    assert [*tmp_path.iterdir()] == []
 
 
 def is_running(process: int) -> bool:

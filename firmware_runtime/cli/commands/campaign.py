@@ -20,8 +20,9 @@ from firmware_runtime.cli.arguments import (
 from firmware_runtime.cli.many_runs import RowProgress, add_how, interruptible
 from firmware_runtime.cli.written import check_page_file
 from firmware_runtime.errors import ConfigError, Status
+from firmware_runtime.lab.campaign.again import number_of, rerun, rerun_many
 from firmware_runtime.lab.campaign.campaign_page import campaign_page
-from firmware_runtime.lab.campaign.campaigning import carry_out, report_of, rerun
+from firmware_runtime.lab.campaign.campaigning import carry_out, report_of
 from firmware_runtime.lab.campaign.findings import is_same, is_wrong
 from firmware_runtime.lab.campaign.kept_findings import (
     read_findings,
@@ -42,7 +43,8 @@ Not in it: load, friction and walls, disks and networks, and commands of people.
 from outside, by its outputs, the truth of its world, and the faults that its models report: it may
 be off, or degraded and say so, within --within. `campaign show FILE` sums a table up, with -o
 PAGE.html as a page. `campaign rerun FILE ROW` runs a row again and says whether it is the same, to
-the bit; `campaign rerun FOLDER` all findings that --findings has kept, and says which are fixed.
+the bit, with --runs N in place of ROW so many rows, spread evenly; `campaign rerun FOLDER` all
+findings that --findings has kept, and says which are fixed.
 With --watch those are run again on every save of the robot's files, and nothing else is. Exit
 status 0: nothing was found; 1: something was, or a row that was run again is another.
 """
@@ -108,7 +110,9 @@ def execute(arguments: argparse.Namespace) -> int:
         return _show(arguments)
     if arguments.board == "rerun":
         is_folder = arguments.file is not None and arguments.file.is_dir()
-        return _rerun_findings(arguments) if is_folder else _rerun(arguments)
+        if is_folder:
+            return _rerun_findings(arguments)
+        return _rerun(arguments) if arguments.runs is None else _rerun_many(arguments)
     if arguments.file is not None:
         fault = f"{arguments.file}: expected options only"
         raise ConfigError.of_one("campaign", fault)
@@ -219,6 +223,23 @@ def _rerun(arguments: argparse.Namespace) -> int:
     )
     print("the same as in the table" if same else f"another than in the table: {before['outcome']}")
     return Status.OK if same else Status.MODEL_ERROR
+
+
+def _rerun_many(arguments: argparse.Namespace) -> int:
+    if arguments.file is None or arguments.row is not None or arguments.runs < 1:
+        expected = "campaign rerun FILE --runs N, of 1 or more"
+        raise ConfigError.of_one("campaign", "no FILE, a ROW, or no runs", expected=expected)
+    rows = read_table(arguments.file).rows
+    with closing(RowProgress("another")) as progress:
+        done, others = rerun_many(rows, arguments.runs, arguments.workers, progress)
+    if arguments.json:
+        numbers = [number_of(each) for each in others]
+        print(json.dumps({"run_again": done, "flakes": len(others), "rows": numbers}))
+    else:
+        for each in others:
+            print(f"row {each['row']}: {each['outcome']} now, or another course")
+        print(f"{done:,} of {len(rows):,} rows run again: {len(others)} flakes")
+    return Status.MODEL_ERROR if others else Status.OK
 
 
 def _missing(arguments: argparse.Namespace) -> list[str]:

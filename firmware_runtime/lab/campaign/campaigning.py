@@ -1,16 +1,12 @@
 """`campaign`: strike a robot with each fault at each moment, on all cores, and say what breaks it.
 
-    found = campaign("tachobot", budget_s=60.0)
-    print(found)
-    found.check()  # an AssertionError with three lines for each finding
-
-Runs are done in stretches: some that are spread evenly over the space and share one healthy run up
-to where each is struck. What was done first is spread as evenly as all of it, so a campaign that is
-ended early has seen a fair share.
+found = campaign("tachobot", budget_s=60.0)
+print(found)
+found.check()  # an AssertionError with three lines for each finding
 """
 
 import time
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
 from contextlib import ExitStack, closing
 from itertools import chain
 from os import PathLike
@@ -24,7 +20,8 @@ from firmware_runtime.board.assignments import assignments_of
 from firmware_runtime.board.local_settings import board_in_force
 from firmware_runtime.board.rigs import has_rig
 from firmware_runtime.errors import ConfigError, expected_one_of
-from firmware_runtime.hal.strike import KINDS, Strike
+from firmware_runtime.hal.strike import KINDS
+from firmware_runtime.lab.campaign.again import number_of, trial_of_row
 from firmware_runtime.lab.campaign.findings import (
     as_in_rows,
     finding_without_faults,
@@ -33,12 +30,13 @@ from firmware_runtime.lab.campaign.findings import (
     is_wrong,
 )
 from firmware_runtime.lab.campaign.healthy import healthy
-from firmware_runtime.lab.campaign.judge import SOUND, Oracle
+from firmware_runtime.lab.campaign.judge import Oracle
 from firmware_runtime.lab.campaign.kept_findings import KeptFinding, keep_findings
 from firmware_runtime.lab.campaign.mission import SEED_KEY, Mission
 from firmware_runtime.lab.campaign.report import Report, never_shown, never_taken
 from firmware_runtime.lab.campaign.space import in_courses, space_of
-from firmware_runtime.lab.campaign.trial import Trial, alone, forked, lost, trial_of
+from firmware_runtime.lab.campaign.stretches import Stretches, in_parts
+from firmware_runtime.lab.campaign.trial import alone, trial_of
 from firmware_runtime.lab.sweeps.how import carried_out, how_faults
 from firmware_runtime.lab.sweeps.partial import Partial, partial_of
 from firmware_runtime.lab.sweeps.row import Row, release
@@ -47,9 +45,6 @@ from firmware_runtime.lab.sweeps.sweep_table import Table, write_table
 Progress: TypeAlias = Callable[[int, int, int], None]
 """Called with how many runs are done, how many there are, and how many of them found something."""
 
-FIRST: Final = 16
-LARGEST: Final = 256
-"""Runs of the first stretches, and of the largest."""
 AGAIN: Final = 12
 """Runs that are run again to see that they are the same, beside those with findings."""
 
@@ -63,25 +58,6 @@ class Campaign(Struct, frozen=True, kw_only=True):
         """Yield the words of its command."""
         yield "campaign"
         yield from self.mission.words
-
-
-class Stretches(Struct, frozen=True, kw_only=True):
-    """The runs of a campaign as parts of a job: each shares one healthy run."""
-
-    mission: Mission
-    parts: tuple[tuple[int, ...], ...]
-    """Numbers in the space, by part."""
-    until: float | None = None
-    oracle: Oracle | None = None
-
-    def run(self, number: int) -> list[Row]:
-        """Run one part."""
-        return [*forked(self.mission, self.parts[number], self.oracle, self.until)]
-
-    def lost(self, number: int, why: str) -> list[Row]:
-        """Return the rows of a part whose process ended each time it was tried."""
-        space = space_of(self.mission)
-        return [lost(self.mission, each, space[each], why) for each in self.parts[number]]
 
 
 def campaign(  # noqa: PLR0913 -- the options of the command, by the same names
@@ -169,32 +145,24 @@ def carry_out(  # noqa: PLR0913 -- where, how much, and what is shown of it
             run_again=0,
             never=(),
         )
+    chosen = list(in_courses(space, runs))
     with ExitStack() as stack:
-        partial, rows = None, dict[int, Row]()
+        partial = None
         if output is not None:
-            kept = Partial(partial_of(output), Campaign(mission=mission), release(), resume=resume)
+            plan = Campaign(mission=mission)
+            kept = Partial(partial_of(output), plan, release(), resume=resume)
             partial = stack.enter_context(kept)
-            rows |= partial.rows
-        chosen = list(in_courses(space, runs))
-        job = Stretches(
-            mission=mission, parts=_parts(chosen, rows.keys()), until=until, oracle=oracle
-        )
+        rows = {} if partial is None else dict(partial.rows)
+        parts = in_parts(chosen, rows)
+        job = Stretches(mission=mission, parts=parts, until=until, oracle=oracle)
         found = sum(map(is_wrong, rows.values()))
-        parts = carried_out(
-            job if scheduler is None else replace(job, until=None),
-            range(len(job.parts)),
-            1 if oracle is not None else workers,
-            scheduler,
-        )
-        for row in chain.from_iterable(stack.enter_context(closing(parts))):
-            rows[int(row["row"] or 0)] = row
+        for row in stack.enter_context(closing(_rows_of(job, workers, scheduler))):
+            rows[number_of(row)] = row
             if partial is not None:
                 partial.keep(row)
             found += is_wrong(row)
             if progress is not None:
                 progress(len(rows), len(chosen), found)
-            if until is not None and scheduler is not None and time.monotonic() >= until:
-                break
         in_order = [rows[number] for number in sorted(rows)]
         report = _report(mission, in_order, findings, oracle)
         if output is not None and partial is not None and in_order:
@@ -202,6 +170,24 @@ def carry_out(  # noqa: PLR0913 -- where, how much, and what is shown of it
             if len(rows) >= len(chosen):
                 partial.remove()
     return report
+
+
+def _rows_of(
+    job: Stretches, workers: int | None, scheduler: str | None
+) -> Generator[Row, None, None]:
+    """Yield rows as parts of a job end; on a cluster, whose clocks are others, until the budget."""
+    is_here, until = scheduler is None, job.until
+    parts = carried_out(
+        job if is_here else replace(job, until=None),
+        range(len(job.parts)),
+        1 if job.oracle is not None else workers,
+        scheduler,
+    )
+    with closing(parts):
+        for row in chain.from_iterable(parts):
+            yield row
+            if not is_here and until is not None and time.monotonic() >= until:
+                return
 
 
 def _report(
@@ -231,7 +217,7 @@ def report_of(rows: Sequence[Row], kept: Sequence[KeptFinding] = ()) -> Report:
     Findings are those that are kept of its board and not fixed; without any, as they are in rows.
     Raises ConfigError for no rows of a campaign.
     """
-    mission = _trial_of(rows[0]).mission
+    mission = trial_of_row(rows[0]).mission
     of_board = [each for each in kept if each.finding.mission.board == mission.board]
     left = [each.finding for each in of_board if not each.fixed]
     space = space_of(mission)
@@ -247,63 +233,6 @@ def report_of(rows: Sequence[Row], kept: Sequence[KeptFinding] = ()) -> Report:
         never_taken=never_taken(healthy(mission), rows),
         kept=of_board,
     )
-
-
-def rerun(row: Row) -> Row:
-    """Run a row again from its start, as it was. Raises ConfigError for no row of a campaign."""
-    trial, number = _trial_of(row), row["row"]
-    return alone(trial, number if isinstance(number, int) else 0)
-
-
-def _trial_of(row: Row) -> Trial:
-    try:
-        return trial_of(row)
-    except (KeyError, TypeError, ValueError, RecursionError) as error:
-        fault = f"row {row.get('row')} is none of a campaign: {error}"
-        raise ConfigError.of_one("campaign", fault) from error
-
-
-def assert_sound(  # noqa: PLR0913 -- as `campaign`
-    board: str | PathLike[str],
-    faults: Sequence[Strike],
-    *,
-    for_s: float = 10.0,
-    set: Mapping[str, object] | None = None,  # noqa: A002 -- as the command has it
-    seed: int | None = None,
-    within_s: float | None = None,
-    judge: Oracle | None = None,
-) -> None:
-    """Fail the test of a robot that these faults break, or none; it is judged as in a campaign."""
-    __tracebackhide__ = True
-    mission = Mission(
-        board=str(board),
-        assignments=tuple(assignments_of(set or {})),
-        for_s=for_s,
-        seed=seed,
-        within_s=within_s,
-    )
-    if (wrong := healthy(mission).wrong) is not None:
-        raise AssertionError(f"{wrong.oracle} of {wrong.model}: {wrong.what}")
-    if not faults:
-        return
-    row = alone(Trial(mission, tuple(faults)), oracle=judge)
-    if row["outcome"] != SOUND:
-        raise AssertionError(f"{row['outcome']} of {row['model']}: {row['what']}")
-
-
-def _parts(chosen: Sequence[int], done: Collection[int]) -> tuple[tuple[int, ...], ...]:
-    """Cut what is chosen into stretches, small ones first, without the runs that are done."""
-    parts: list[tuple[int, ...]] = []
-    begin, size, count = 0, FIRST, 0
-    while begin < len(chosen):
-        part = tuple(each for each in chosen[begin : begin + size] if each not in done)
-        begin += size
-        count += 1
-        if count % 2 == 0:
-            size = min(2 * size, LARGEST)
-        if part:
-            parts.append(part)
-    return tuple(parts)
 
 
 def _faults_of(mission: Mission, runs: int | None, budget_s: float | None) -> Iterator[str]:

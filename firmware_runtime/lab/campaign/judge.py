@@ -30,6 +30,7 @@ from firmware_runtime.errors import FirmwareRuntimeError, text_of
 from firmware_runtime.hal.strike import KINDS, Strike
 from firmware_runtime.hal.wire_errors import HalError
 from firmware_runtime.lab.campaign.healthy import Healthy, end_of
+from firmware_runtime.lab.campaign.recovery import Recovery
 from firmware_runtime.lab.campaign.watched import Look, Said, Watched
 
 Oracle: TypeAlias = Callable[[Rig], str | None]
@@ -40,13 +41,8 @@ ORACLES: Final = (
     *("crash", "hang", "on", "late", "silent", "not-finite", "astray", "unhealed"),
     *("invented", "account", "own"),
 )
-RECOVER: Final = 5 * SECOND
-"""In which a robot has to be healthy again after a fault."""
-_QUIET: Final = 300 * MILLISECOND
 _SETTLED: Final = 500 * MILLISECOND
-_SAID_LATELY: Final = SECOND
 _WATCHED: Final = 3 * SECOND
-_DRIVEN_WHILE_LOST: Final = SECOND
 _KEPT_OFF: Final = frozenset({"stuck", "nack", "nack-data", "arbitration", "fault", "absent"})
 
 
@@ -90,9 +86,6 @@ class Judge:
         self._struck_at = self._at if all(KINDS[each.kind].is_moment for each in strikes) else None
         self._said: Said | None = None
         self._left_at: int | None = None
-        self._well_since: int | None = None
-        self._lost_at: int | None = None
-        self._last_said = -1
 
     def _go_by(self, strikes: Sequence[Strike]) -> None:
         kinds = [KINDS[each.kind] for each in strikes]
@@ -106,6 +99,9 @@ class Judge:
         )
         self._may_stay_on = any(kind.name in _KEPT_OFF for kind in kinds)
         self._drives_itself = any(kind.of == "actuator" for kind in kinds)
+        self._recovery = Recovery(
+            self._watched, self._healthy, self._end, is_of_world=self._is_of_world
+        )
 
     def of_shorter(self, strikes: Sequence[Strike]) -> "Judge":
         """Return the judge of faults that are over sooner, in a run that is the same so far."""
@@ -158,7 +154,7 @@ class Judge:
             or self._own()
             or self._late(look)
             or self._silent(look)
-            or self._after_a_fault(look)
+            or self._recovery.judge(look)
         )
 
     def _take_down(self) -> None:
@@ -166,8 +162,6 @@ class Judge:
             self._struck_at = self._watched.struck_at
         if self._said is None:
             self._said = self._watched.said(self._at)
-        last = self._watched.said_last()
-        self._last_said = -1 if last is None else last.at
 
     def _not_finite(self) -> tuple[str, str] | None:
         for path in self._watched.not_finite:
@@ -204,59 +198,13 @@ class Judge:
             return None
         return "silent", f"{outside}, outputs are on, and nothing was reported"
 
-    def _after_a_fault(self, look: Look) -> tuple[str, str] | None:
-        """A robot that is not well a while after its fault."""
-        if look.at < self._end or self._end == NEVER:
-            return None
-        losable = self._watched.losable
-        if losable is not None and (lost := losable.lost()) is not None:
-            return self._driven_while_lost(look, lost)
-        why = self._why_unwell(look)
-        if why is not None:
-            self._well_since = None
-            if look.at - self._end > RECOVER:
-                return "unhealed", f"{RECOVER / SECOND:g} s after the fault {why}"
-            return None
-        if self._well_since is None:
-            self._well_since = look.at
-        is_judged = look.is_on and not self._is_of_world
-        far = self._healthy.envelope.far_outside(look) if is_judged else None
-        if far is not None and look.at - self._end > RECOVER:
-            return "astray", f"{RECOVER / SECOND:g} s after the fault {far}"
-        if far is not None:
-            self._well_since = None
-        return None
-
-    def _driven_while_lost(self, look: Look, lost: str) -> tuple[str, str] | None:
-        """A robot that cannot go on, and is driven all the same."""
-        if not look.is_on:
-            self._lost_at = None
-            if self._well_since is None:
-                self._well_since = look.at
-            return None
-        self._well_since = None
-        if self._lost_at is None:
-            self._lost_at = look.at
-        within = max(self._healthy.within, _DRIVEN_WHILE_LOST)
-        return ("on", f"{lost}, and it is driven") if look.at - self._lost_at > within else None
-
-    def _why_unwell(self, look: Look) -> str | None:
-        if self._last_said >= 0 and look.at - self._last_said < _QUIET:
-            said = self._watched.said_last()
-            if said is not None and said.at >= self._end and not self._is_of_world:
-                return f"{said.model} still reports {said.kind}"
-        # nothing failed: off is right for as long as it says
-        is_said = self._is_of_world and self._last_said >= look.at - _SAID_LATELY
-        if not (look.is_on or is_said) and self._healthy.is_on(look.at):
-            return "outputs are off"
-        return None
-
     @property
     def is_sure(self) -> bool:
         """Whether what comes now changes nothing any more."""
         at = self._watched.at
         if self._end != NEVER:
-            return self._well_since is not None and at - self._well_since >= _SETTLED
+            well_since = self._recovery.well_since
+            return well_since is not None and at - well_since >= _SETTLED
         if self._said is not None:
             return at - self._said.at >= _SETTLED
         return at - self._at >= _WATCHED
@@ -291,18 +239,19 @@ class Judge:
         return verdict if found is None else self._verdict(*found, at)
 
     def _found_in_the_end(self, look: Look, *, is_cleared: bool = False) -> tuple[str, str] | None:
-        outcome = self._watched.outcome
-        is_kept_off = not is_cleared and self._may_stay_on and look.at <= self._end
-        was_said = outcome is not None and bool(outcome.faults)
-        is_kept_off = is_kept_off and was_said
-        if not is_cleared and self._drives_itself and look.at <= self._end:
-            is_kept_off = True  # the robot has switched off what it could
+        is_kept_off = not is_cleared and look.at <= self._end and self._may_end_on()
         if self._watched.has_output_on and not is_kept_off:
             return "on", "the run is over, and an output is on"
         for path, each in self._watched.robot.statistics.models.items():
             if each.scheduled - each.run - each.skipped - each.coalesced not in {0, each.waiting}:
                 return "account", f"{path}: {each.scheduled} scheduled, not all accounted for"
         return self._not_finite()
+
+    def _may_end_on(self) -> bool:
+        """Return whether its fault keeps an output on: it drives it, or keeps the robot from it."""
+        outcome = self._watched.outcome
+        was_said = outcome is not None and bool(outcome.faults)
+        return self._drives_itself or (self._may_stay_on and was_said)
 
 
 def where_raised(error: BaseException) -> str:

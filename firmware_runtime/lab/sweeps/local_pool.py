@@ -2,7 +2,7 @@
 
 A job has parts by number, such as the rows of a sweep. A process that is killed costs the parts
 under way, which are run again by new ones; a part that was under way three times when that happened
-is given up.
+is given up. Who takes no more of them does not wait for those under way, which may take minutes.
 """
 
 import multiprocessing
@@ -13,6 +13,7 @@ from collections import Counter
 from collections.abc import Generator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
+from multiprocessing.connection import Connection
 from multiprocessing.connection import wait as wait_for
 from typing import Final, Protocol, TypeVar
 
@@ -63,7 +64,10 @@ def _run_by_pool(
 ) -> Generator[tuple[int, T], None, None]:
     """Yield what ends before a process is killed; count the parts that were under way then."""
     context = multiprocessing.get_context("spawn")
-    pool = ProcessPoolExecutor(min(workers, len(numbers)), context, initializer=_begin)
+    goes_on, own_end = context.Pipe(duplex=False)
+    pool = ProcessPoolExecutor(
+        min(workers, len(numbers)), context, initializer=_begin, initargs=(goes_on,)
+    )
     waiting: dict[Future[T], int] = {}
     to_come = iter(numbers)
     try:
@@ -79,13 +83,17 @@ def _run_by_pool(
     except BrokenProcessPool:
         losses.update(waiting.values())
     finally:
+        if waiting:
+            own_end.close()
         pool.shutdown(wait=True, cancel_futures=True)
+        own_end.close()
+        goes_on.close()
 
 
-def _begin() -> None:
-    """In a process of the pool: its parent sees to Ctrl-C, and it ends with its parent."""
+def _begin(goes_on: Connection) -> None:
+    """In a process of the pool: its parent sees to Ctrl-C, and it ends with it, or when told."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    threading.Thread(target=_end_with_parent, daemon=True).start()
+    threading.Thread(target=_end_with_parent, args=(goes_on,), daemon=True).start()
 
 
 def _run(job: Job[T], number: int) -> T:
@@ -99,8 +107,8 @@ def _run(job: Job[T], number: int) -> T:
         os._exit(signalled.code if isinstance(signalled.code, int) else Status.MODEL_ERROR)
 
 
-def _end_with_parent() -> None:
+def _end_with_parent(goes_on: Connection) -> None:
     parent = multiprocessing.parent_process()
     if parent is not None:
-        wait_for([parent.sentinel])
+        wait_for([parent.sentinel, goes_on])
         os._exit(1)

@@ -1,0 +1,100 @@
+"""Rows of a campaign run again: one from its start, many in stretches, and faults in a test."""
+
+from collections.abc import Callable, Mapping, Sequence
+from itertools import chain
+from os import PathLike
+
+from msgspec.structs import replace
+
+from firmware_runtime.board.assignments import assignments_of
+from firmware_runtime.errors import ConfigError
+from firmware_runtime.hal.strike import Strike
+from firmware_runtime.lab.campaign.findings import is_same
+from firmware_runtime.lab.campaign.healthy import healthy
+from firmware_runtime.lab.campaign.judge import SOUND, Oracle
+from firmware_runtime.lab.campaign.mission import Mission
+from firmware_runtime.lab.campaign.space import space_of
+from firmware_runtime.lab.campaign.stretches import Stretches, in_parts
+from firmware_runtime.lab.campaign.trial import Trial, alone, trial_of
+from firmware_runtime.lab.sweeps.how import carried_out
+from firmware_runtime.lab.sweeps.row import Row
+
+
+def rerun(row: Row) -> Row:
+    """Run a row again from its start, as it was. Raises ConfigError for no row of a campaign."""
+    return alone(trial_of_row(row), number_of(row))
+
+
+def rerun_many(
+    rows: Sequence[Row],
+    runs: int,
+    workers: int | None = None,
+    progress: Callable[[int, int, int], None] | None = None,
+) -> tuple[int, list[Row]]:
+    """Run so many rows of a table again, spread evenly: how many were, and those that differ.
+
+    They share healthy runs with others than before. Raises ConfigError for no rows of a campaign.
+    """
+    count = min(runs, len(rows))
+    chosen = {
+        number_of(each): each for each in (rows[k * len(rows) // count] for k in range(count))
+    }
+    job = Stretches(mission=_mission_of(rows), parts=in_parts(list(chosen)))
+    others: list[Row] = []
+    done = 0
+    for again in chain.from_iterable(carried_out(job, range(len(job.parts)), workers, None)):
+        done += 1
+        if not is_same(chosen[number_of(again)], again):
+            others.append(again)
+        if progress is not None:
+            progress(done, count, len(others))
+    return done, others
+
+
+def _mission_of(rows: Sequence[Row]) -> Mission:
+    """Return the mission of a table, with as many pairs as it has."""
+    mission = trial_of_row(rows[0]).mission
+    last = max(map(number_of, rows))
+    return replace(mission, pairs=max(0, last + 1 - space_of(mission).singles))
+
+
+def number_of(row: Row) -> int:
+    """Return the number of a row in its space."""
+    return int(row["row"] or 0)
+
+
+def trial_of_row(row: Row) -> Trial:
+    """Return the trial of a row. Raises ConfigError for no row of a campaign."""
+    try:
+        return trial_of(row)
+    except (KeyError, TypeError, ValueError, RecursionError) as error:
+        fault = f"row {row.get('row')} is none of a campaign: {error}"
+        raise ConfigError.of_one("campaign", fault) from error
+
+
+def assert_sound(  # noqa: PLR0913 -- as `campaign`
+    board: str | PathLike[str],
+    faults: Sequence[Strike],
+    *,
+    for_s: float = 10.0,
+    set: Mapping[str, object] | None = None,  # noqa: A002 -- as the command has it
+    seed: int | None = None,
+    within_s: float | None = None,
+    judge: Oracle | None = None,
+) -> None:
+    """Fail the test of a robot that these faults break, or none; it is judged as in a campaign."""
+    __tracebackhide__ = True
+    mission = Mission(
+        board=str(board),
+        assignments=tuple(assignments_of(set or {})),
+        for_s=for_s,
+        seed=seed,
+        within_s=within_s,
+    )
+    if (wrong := healthy(mission).wrong) is not None:
+        raise AssertionError(f"{wrong.oracle} of {wrong.model}: {wrong.what}")
+    if not faults:
+        return
+    row = alone(Trial(mission, tuple(faults)), oracle=judge)
+    if row["outcome"] != SOUND:
+        raise AssertionError(f"{row['outcome']} of {row['model']}: {row['what']}")

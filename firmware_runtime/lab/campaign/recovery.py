@@ -1,0 +1,75 @@
+"""Recovery of a struck robot: well again in time, or lost, or far from where healthy ones are."""
+
+from typing import Final
+
+from firmware_runtime.devs.time import MILLISECOND, NEVER, SECOND
+from firmware_runtime.lab.campaign.healthy import Healthy
+from firmware_runtime.lab.campaign.watched import Look, Watched
+
+RECOVER: Final = 5 * SECOND
+"""In which a robot has to be healthy again after a fault."""
+_QUIET: Final = 300 * MILLISECOND
+_SAID_LATELY: Final = SECOND
+_DRIVEN_WHILE_LOST: Final = SECOND
+
+
+class Recovery:
+    """Watches a robot from the end of its faults on; `well_since` when it is well."""
+
+    def __init__(self, watched: Watched, healthy: Healthy, end: int, *, is_of_world: bool) -> None:
+        self.well_since: int | None = None
+        self._watched = watched
+        self._healthy = healthy
+        self._end = end
+        self._is_of_world = is_of_world
+        self._lost_at: int | None = None
+
+    def judge(self, look: Look) -> tuple[str, str] | None:
+        """Return the oracle that finds something wrong, and a sentence."""
+        if look.at < self._end or self._end == NEVER:
+            return None
+        losable = self._watched.losable
+        if losable is not None and (lost := losable.lost()) is not None:
+            return self._driven_while_lost(look, lost)
+        is_late = look.at - self._end > RECOVER
+        if (why := self._why_unwell(look)) is not None:
+            self.well_since = None
+            return ("unhealed", f"{_AFTER} {why}") if is_late else None
+        if (far := self._how_far(look)) is not None:
+            self.well_since = None
+            return ("astray", f"{_AFTER} {far}") if is_late else None
+        if self.well_since is None:
+            self.well_since = look.at
+        return None
+
+    def _how_far(self, look: Look) -> str | None:
+        """Return how a driven robot is where no healthy one ever was; a push takes it anywhere."""
+        is_judged = look.is_on and not self._is_of_world
+        return self._healthy.envelope.far_outside(look) if is_judged else None
+
+    def _driven_while_lost(self, look: Look, lost: str) -> tuple[str, str] | None:
+        """Judge a robot that cannot go on: it may be off, and is well then."""
+        if not look.is_on:
+            self._lost_at = None
+            if self.well_since is None:
+                self.well_since = look.at
+            return None
+        self.well_since = None
+        if self._lost_at is None:
+            self._lost_at = look.at
+        within = max(self._healthy.within, _DRIVEN_WHILE_LOST)
+        return ("on", f"{lost}, and it is driven") if look.at - self._lost_at > within else None
+
+    def _why_unwell(self, look: Look) -> str | None:
+        said = self._watched.said_last()
+        since = max(self._end, look.at - _QUIET + 1)
+        if said is not None and not self._is_of_world and said.at >= since:
+            return f"{said.model} still reports {said.kind}"
+        # nothing failed: off is right for as long as it says
+        is_said = said is not None and said.at >= look.at - _SAID_LATELY and self._is_of_world
+        if not (look.is_on or is_said) and self._healthy.is_on(look.at):
+            return "outputs are off"
+        return None
+
+
+_AFTER: Final = f"{RECOVER / SECOND:g} s after the fault"

@@ -1,0 +1,55 @@
+"""Stretches: runs of a campaign as parts of a job, each of which shares one healthy run.
+
+The runs of a stretch are spread evenly over the space. What was done first is spread as evenly as
+all of it, so a campaign that is ended early has seen a fair share.
+"""
+
+from collections.abc import Collection, Sequence
+from typing import Final
+
+from msgspec import Struct
+
+from firmware_runtime.lab.campaign.judge import Oracle
+from firmware_runtime.lab.campaign.mission import Mission
+from firmware_runtime.lab.campaign.space import space_of
+from firmware_runtime.lab.campaign.trial import forked, lost
+from firmware_runtime.lab.sweeps.row import Row
+
+FIRST: Final = 16
+LARGEST: Final = 256
+"""Runs of the first stretches, and of the largest."""
+
+
+class Stretches(Struct, frozen=True, kw_only=True):
+    """The runs of a campaign as parts of a job."""
+
+    mission: Mission
+    parts: tuple[tuple[int, ...], ...]
+    """Numbers in the space, by part."""
+    until: float | None = None
+    """The instant of the machine's clock after which none begins."""
+    oracle: Oracle | None = None
+
+    def run(self, number: int) -> list[Row]:
+        """Run one part."""
+        return [*forked(self.mission, self.parts[number], self.oracle, self.until)]
+
+    def lost(self, number: int, why: str) -> list[Row]:
+        """Return the rows of a part whose process ended each time it was tried."""
+        space = space_of(self.mission)
+        return [lost(self.mission, each, space[each], why) for each in self.parts[number]]
+
+
+def in_parts(chosen: Sequence[int], done: Collection[int] = ()) -> tuple[tuple[int, ...], ...]:
+    """Cut what is chosen into stretches, small ones first, without the runs that are done."""
+    parts: list[tuple[int, ...]] = []
+    begin, size, count = 0, FIRST, 0
+    while begin < len(chosen):
+        part = tuple(each for each in chosen[begin : begin + size] if each not in done)
+        begin += size
+        count += 1
+        if count % 2 == 0:
+            size = min(2 * size, LARGEST)
+        if part:
+            parts.append(part)
+    return tuple(parts)
