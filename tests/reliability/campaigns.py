@@ -43,7 +43,8 @@ def execute(arguments: argparse.Namespace) -> Result:
     wrong = sum(one["crashes"] + one["flakes"] for one in each)
     return Result(
         name="campaigns",
-        summary=f"{sum(one['runs'] for one in each)} runs of {len(boards)} robots, "
+        summary=f"{sum(one['runs'] for one in each):,} runs of {len(boards)} "
+        f"robot{'s' * (len(boards) != 1)}, "
         f"{findings} findings, {wrong} crashes or flakes",
         is_sound=findings == 0 and wrong == 0,
         figures={"boards": boards},
