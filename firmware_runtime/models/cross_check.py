@@ -3,15 +3,17 @@
 A sensor that reads too little, too much or with the wrong sign may be as lively as a sound one;
 only another source contradicts it. One source gives the quantity's rate, the other the quantity
 itself, up to an offset that does not matter. What is compared is how much each has changed of late:
-both changes fade with the time constant `window`, so the bias that every gyro has stays a small
-constant (bias times window), and a jump that was right after all is forgiven in time.
+both changes fade with the time constant of a window, so the bias that every gyro has stays a small
+constant (bias times window), and a jump that was right after all is forgiven in time. A short
+window finds soon what is far off, and may have a small tolerance, as bias has little time to add
+up; a long one finds in the end what is a little off.
 
 Which of the two is wrong is not known: the fault names both.
 """
 
 import math
 from collections.abc import Callable
-from typing import Generic, NamedTuple, TypeVar
+from typing import Final, Generic, NamedTuple, TypeVar
 
 from msgspec import Struct
 
@@ -23,15 +25,22 @@ R = TypeVar("R")
 V = TypeVar("V")
 
 
-class CrossCheckSettings(Struct, frozen=True, kw_only=True):
-    """Settings: how long changes are remembered, and how far apart they may be."""
+class Window(NamedTuple):
+    """How long changes are remembered, and how far apart they may be."""
 
-    quantity: str
-    """What is compared, for the fault: `heading, rad, by gyro against compass`."""
-    window: int
+    length: int
     """Time constant in ns with which changes are forgotten."""
     tolerance: float
     """How far apart both changes may be, in the quantity's unit: noise, and what disturbs one."""
+
+
+class CrossCheckSettings(Struct, frozen=True, kw_only=True):
+    """Settings: what is compared, and over which windows."""
+
+    quantity: str
+    """What is compared, for the fault: `heading, rad, by gyro against compass`."""
+    windows: tuple[Window, ...]
+    """The shortest first; one at least."""
     share: float = 0.0
     """And so much of the change more, for sources whose scales differ."""
     circle: float = math.inf
@@ -45,24 +54,55 @@ class Source(NamedTuple, Generic[R]):
     read: Callable[[R], float | None]
 
 
+class Change:
+    """Changes of both in one window: how far `apart` they are, of which `most` is believed."""
+
+    def __init__(self, window: Window, share: float) -> None:
+        self.window = window
+        self.share = share
+        self.forget()
+
+    def forget(self) -> None:
+        """Begin again, as if neither had changed."""
+        self.apart = 0.0
+        """The change of the value less that of the rate, of late."""
+        self.most = self.window.tolerance
+        self._turned = 0.0
+
+    def take(self, step: float, more: float, elapsed: int) -> None:
+        """Add a change by rate, and how much more it is by value, over `elapsed` ns."""
+        kept = 1.0 - elapsed / self.window.length
+        self._turned = kept * self._turned + step
+        self.apart = kept * self.apart + more
+        self.most = self.window.tolerance + self.share * abs(self._turned)
+
+    @property
+    def excess(self) -> float:
+        """How many times what is believed they are apart."""
+        return abs(self.apart) / self.most
+
+
 class Comparison:
-    """Comparison of both changes: `apart`, of which `most` is believed; `agrees` says so."""
+    """Comparison of both changes in each window; `agrees` says whether they do in all of them."""
 
     def __init__(self, settings: CrossCheckSettings) -> None:
         self.settings = settings
         self.agrees = True
-        self.apart = 0.0
-        """The change of the value less that of the rate, of late."""
-        self.most = settings.tolerance
-        self._turned = 0.0
+        self.changes = [Change(each, settings.share) for each in settings.windows]
+        self._pause = settings.windows[0].length
         self._rate: float | None = None
         self._value: float | None = None
         self._step = 0.0
         """What the rate makes of the time since the last value."""
 
+    @property
+    def worst(self) -> Change:
+        """Return the change of the window in which they are furthest apart."""
+        return max(self.changes, key=lambda change: change.excess)
+
     def take_rate(self, rate: float, elapsed: int) -> None:
         """Take a rate, `elapsed` ns after the last one."""
-        if self._rate is None or elapsed > self.settings.window:
+        if self._rate is None or elapsed > self._pause:
             self._value = None  # what it did meanwhile is not known
         else:
             self._step += (self._rate + rate) / 2 * elapsed / SECOND
@@ -70,19 +110,26 @@ class Comparison:
 
     def take_value(self, value: float, elapsed: int) -> None:
         """Take a value, `elapsed` ns after the last one, and compare."""
-        settings, last = self.settings, self._value
-        step, self._step = self._step, 0.0
-        self._value = value
-        if last is None or elapsed > settings.window or self._rate is None:
+        last, step = self._value, self._step
+        self._value, self._step = value, 0.0
+        if last is None or elapsed > self._pause or self._rate is None:
             return
         more = value - last - step
-        if settings.circle < math.inf:
-            more = math.remainder(more, settings.circle)
-        kept = 1.0 - elapsed / settings.window
-        self._turned = kept * self._turned + step
-        self.apart = kept * self.apart + more
-        self.most = settings.tolerance + settings.share * abs(self._turned)
-        self.agrees = abs(self.apart) <= (self.most if self.agrees else self.most / 2)
+        if self.settings.circle < math.inf:
+            more = math.remainder(more, self.settings.circle)
+        did_agree = self.agrees
+        for change in self.changes:
+            change.take(step, more, elapsed)
+            if abs(change.apart) > change.most:
+                self.agrees = False
+        if not did_agree and self.changes[0].excess <= _AGAIN:
+            self.agrees = True
+            for change in self.changes:
+                change.forget()
+
+
+_AGAIN: Final = 0.5
+"""Share of what is believed within which they agree again."""
 
 
 class CrossCheck(Atomic, Generic[R, V]):
@@ -90,9 +137,10 @@ class CrossCheck(Atomic, Generic[R, V]):
 
     waiting --rate?, value?--> waiting, or reporting (0) --agrees!, fault!--> waiting
 
-    They agree at first. Apart by more than the tolerance they do not; they do again from half of it
-    on. As long as they do not, the fault is repeated once a window. A source that pauses for a
-    window begins a new one, and contradicts nothing.
+    They agree at first. Apart by more than the tolerance of any window they do not; they do again
+    from half of that of the shortest one on, and all windows begin again. As long as they do not,
+    the fault is repeated once a shortest window. A source that pauses for so long begins a new one,
+    and contradicts nothing.
     """
 
     def __init__(
@@ -151,14 +199,14 @@ class CrossCheck(Atomic, Generic[R, V]):
             return not did_agree
         self._disagrees_for += elapsed
         self._since_fault += elapsed
-        if not did_agree and self._since_fault < self.settings.window:
+        if not did_agree and self._since_fault < self.settings.windows[0].length:
             return False
         self._since_fault = 0
         self._fault = self._contradiction()
         return True
 
     def _contradiction(self) -> Fault:
-        found = self.comparison
+        found = self.comparison.worst
         expected = f"{found.most:.3g} at most between both"
         error = Implausible(self.path, self.settings.quantity, found.apart, expected)
         return Fault.of(error, 1)._replace(duration=self._disagrees_for)

@@ -5,11 +5,11 @@ import math
 import pytest
 
 from firmware_runtime.devs.time import SECOND
-from firmware_runtime.models.cross_check import CrossCheck, CrossCheckSettings, Source
+from firmware_runtime.models.cross_check import CrossCheck, CrossCheckSettings, Source, Window
 from tests.support.atomic_bench import AtomicBench
 
 SETTINGS = CrossCheckSettings(
-    quantity="heading", window=2 * SECOND, tolerance=0.5, share=0.1, circle=math.tau
+    quantity="heading", windows=(Window(2 * SECOND, 0.5),), share=0.1, circle=math.tau
 )
 
 
@@ -82,8 +82,38 @@ def test_a_source_that_pauses_contradicts_nothing(bench: Bench) -> None:
 
 
 def test_a_quantity_without_a_circle_may_grow_without_end() -> None:
-    bench = Bench(CrossCheckSettings(quantity="way", window=SECOND, tolerance=0.1))
+    bench = Bench(CrossCheckSettings(quantity="way", windows=(Window(SECOND, 0.1),)))
     for at in range(0, 3000, 10):
         bench.put(at, rate=100.0, value=100.0 * at / 1000)
     bench.run(3000)
     assert bench.said.get("fault", []) == []
+
+
+BRIEFLY = CrossCheckSettings(
+    quantity="heading",
+    windows=(Window(SECOND // 2, 0.15), Window(2 * SECOND, 0.5)),
+    share=0.1,
+    circle=math.tau,
+)
+
+
+def test_a_short_window_finds_sooner_what_is_far_off_and_a_long_one_what_is_a_little_off() -> None:
+    first = {}
+    for said in (0.5, 0.32):
+        bench = Bench(BRIEFLY)
+        bench.turn(0, 6000, true=0.0, said=said)
+        bench.run(6000)
+        assert True not in bench.values("agrees")  # what a long one finds no short one forgives
+        first[said] = bench.said["agrees"][0][0]
+    assert first[0.5] < 600
+    assert first[0.32] > 2000
+
+
+def test_all_windows_begin_again_once_both_have_agreed_in_the_shortest() -> None:
+    bench = Bench(BRIEFLY)
+    bench.turn(0, 1000, true=2.0, said=-2.0)
+    bench.turn(1000, 5000, true=0.0, said=0.0)
+    bench.run(5000)
+    again = [at for at, agrees in bench.said["agrees"] if agrees]
+    assert len(again) == 1
+    assert again[0] < 2500

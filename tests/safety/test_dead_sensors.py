@@ -17,9 +17,13 @@ from firmware_drivers.chips.liveness import Liveness
 from firmware_drivers.chips.mpu9250_burst import FIELD_NOISE_COUNTS, InertialChecks
 from numpy.typing import NDArray
 
+from firmware_runtime import open_board
 from firmware_runtime.board import registry
+from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.time import MILLISECOND, SECOND
+from firmware_runtime.hal.strike import Strike
 from firmware_runtime.hal.wire_errors import DeadReading
+from firmware_runtime.models.cross_check import CrossCheck
 from sim_doubles.faults import FaultScript, ForcedRegister
 from sim_doubles.inertial_truth import BodyMotion
 from tests.support.dead_sensors import BEGIN, DOCUMENT, END, table
@@ -173,6 +177,8 @@ def compare_headings(motion: str, hours: float, seed: int) -> Found:
 
 
 IMU = 0x68
+GYRO_Z = 5.0
+"""Number of its word, after those of the acceleration."""
 ACCELERATION, RATE, RATE_Z = 0x3B, 0x43, 0x47
 
 
@@ -236,6 +242,38 @@ def test_outputs_of_tachobot_go_off_and_on_again_when_the_gyro_lives(
     bus.faults = None
     robot.run(5.5)
     assert not robot.rig.thrust.all_off
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("mode", ["platform", "free", "track"])
+def test_gyro_and_compass_agree_by_half_of_what_is_believed_also_under_a_push(mode: str) -> None:
+    settings = {"controller.mode": mode, "world.gyro_bias_rad_s": 0.05, "world.seed": 7}
+    pushes = [Strike("push", at_s=at, amount=by) for at, by in ((4.0, 1.0), (5.5, -4.0))]
+    excess: list[float] = []
+    with open_board(
+        "tachobot", doubles=True, clock="virtual", set=settings, faults=pushes
+    ) as robot:
+        controller = robot.model.components["controller"]
+        assert isinstance(controller, Coupled)
+        check = controller.components["heading_check"]
+        assert isinstance(check, CrossCheck)
+        comparison = check.comparison
+        for _ in range(700):
+            robot.run(0.01)
+            assert comparison.agrees
+            excess += [change.excess for change in comparison.changes]
+    assert max(excess) < 0.6
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("kind", ["offset", "negate", "swap"])
+def test_a_gyro_that_lies_for_a_second_is_contradicted_and_the_yaw_found_again(kind: str) -> None:
+    lie = Strike(kind, "imu", at_s=1.8, for_s=1.0, amount=GYRO_Z)
+    with open_board("tachobot", doubles=True, clock="virtual", faults=[lie]) as robot:
+        robot.run(2.6)
+        assert robot.outputs == {"thrust_pairs": 0}
+        robot.run(10.0)
+        assert robot.result["settled"] is True
 
 
 @pytest.mark.slow

@@ -11,7 +11,7 @@ from firmware_drivers.motors import CLOCKWISE, COUNTERCLOCKWISE
 from firmware_boards.detective.settings import TurnCheckTable
 from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.time import seconds
-from firmware_runtime.models.cross_check import CrossCheck, CrossCheckSettings, Source
+from firmware_runtime.models.cross_check import CrossCheck, CrossCheckSettings, Source, Window
 from firmware_runtime.models.motion import Applied
 
 CIRCLE_DEG: Final = 360.0
@@ -84,8 +84,7 @@ def turn_check(stated: TurnCheckTable) -> CrossCheck[Turn, Turn]:
         "turn_check",
         CrossCheckSettings(
             quantity="turn (degrees, compass less treads' command)",
-            window=seconds(stated.window_s),
-            tolerance=stated.tolerance_deg,
+            windows=(Window(seconds(stated.window_s), stated.tolerance_deg),),
             share=stated.share,
             circle=CIRCLE_DEG,
         ),

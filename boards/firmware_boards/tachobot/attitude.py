@@ -7,7 +7,7 @@ from firmware_drivers.chips.mpu9250_burst import InertialSample
 from firmware_boards.tachobot.settings import ControllerSettings
 from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.time import MILLISECOND, SECOND, seconds
-from firmware_runtime.models.cross_check import CrossCheck, CrossCheckSettings, Source
+from firmware_runtime.models.cross_check import CrossCheck, CrossCheckSettings, Source, Window
 from firmware_runtime.models.motion import Motion
 from firmware_runtime.system.elementary import atan2
 
@@ -29,8 +29,9 @@ class Attitude(Atomic):
     Yaw is zero where the first sample found the robot and counts anticlockwise seen from above.
     Rates are integrated by the trapezoid rule over the time that really passed. The compass gives
     how far the estimate has strayed from it since the start, on average of its first fields; of
-    that, elapsed / time constant is taken off in one step. The average ends with a gap between
-    samples: a turn that the gyro missed would be taken for where the robot was at first.
+    that, elapsed / time constant is taken off in one step, and all of it after a gap between
+    samples that were trusted: what it turned meanwhile only the compass knows. The average ends
+    there, too: such a turn would be taken for where the robot was at first.
     """
 
     def __init__(self, name: str, compass_time_constant: int, *, enabled: bool) -> None:
@@ -46,6 +47,8 @@ class Attitude(Atomic):
         self._since_sample = 0
         self._headings = 0
         self._heading_at_zero = 0.0
+        self._has_gap = False
+        """Whether there was one since the compass was last read."""
 
     def initialize(self) -> None:
         """Wait for a sample, or to be enabled."""
@@ -86,9 +89,12 @@ class Attitude(Atomic):
         yaw += (rate_before + rate) / 2 * elapsed / SECOND
         if elapsed > GAP and self._headings:
             self._headings = FIELDS_AVERAGED
-        if field is not None and self.compass_time_constant:
-            constant = self.compass_time_constant
-            share = elapsed / constant if elapsed < constant else 1.0
+            self._has_gap = True
+        constant = self.compass_time_constant
+        if field is not None and constant:
+            is_unknown = self._has_gap or elapsed >= constant
+            share = 1.0 if is_unknown else elapsed / constant
+            self._has_gap = False
             yaw += share * self._compass_error(field, yaw)
         return Motion(yaw, rate)
 
@@ -106,12 +112,15 @@ class Attitude(Atomic):
 def heading_check(settings: ControllerSettings) -> CrossCheck[InertialSample, InertialSample]:
     """The gyro's yaw against the compass': either may read what no longer is."""
     stated = settings.compass_check
+    windows = (
+        Window(seconds(stated.brief_window_s), stated.brief_tolerance_rad),
+        Window(seconds(stated.window_s), stated.tolerance_rad),
+    )
     return CrossCheck(
         "heading_check",
         CrossCheckSettings(
             quantity="heading (rad, compass less gyro)",
-            window=seconds(stated.window_s),
-            tolerance=stated.tolerance_rad,
+            windows=tuple(sorted(windows)),
             share=stated.share,
             circle=math.tau,
         ),

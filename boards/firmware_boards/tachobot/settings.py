@@ -145,6 +145,10 @@ class CompassCheckSettings(Settings, frozen=True):
     """Time constant with which turns are forgotten."""
     tolerance_rad: Positive = 0.5
     """Largest difference of their turns: the motors' iron and currents bend a compass."""
+    brief_window_s: Seconds = 0.5
+    """A second one, for a gyro that suddenly lies."""
+    brief_tolerance_rad: Positive = 0.14
+    """Six times the compass' noise (0.09), what bends it while currents change (0.04), bias."""
     share: NotNegative = 0.15
     """And so much of the turn more, for the scales of both."""
 

@@ -9,6 +9,7 @@ from firmware_drivers.chips.mpu9250_burst import InertialSample
 
 from balancing.lean import Lean
 from balancing.ready import Ready
+from balancing.rolling import Rolling, rolling_check
 from balancing.settings import ControllerTable
 from balancing.tilt import Tilt
 from firmware_runtime.devs.atomic import Atomic
@@ -95,7 +96,8 @@ class Helm(Atomic):
 class Controller(Coupled):
     """sample -> tilt -> pid -> helm -> drive, while mode says so; lean gives the pitch to hold.
 
-    tilt's upright, enabled -> ready -> mode; what the motors apply -> helm -> pid, lean
+    tilt's upright, enabled, rolling_check's agrees -> ready -> mode
+    what the motors apply -> helm -> pid, lean, rolling
     """
 
     def __init__(self, name: str, settings: ControllerTable) -> None:
@@ -113,6 +115,9 @@ class Controller(Coupled):
         self.pid = self.add(Pid("pid", gains(settings), reference=0.0))
         self.helm = self.add(Helm("helm"))
         self.lean = self.add(Lean("lean", *lean))
+        stated = settings.rolling_check
+        self.rolling = self.add(Rolling("rolling", stated, settings.full_speed_m_s))
+        self.rolling_check = self.add(rolling_check(stated))
 
         self.couple(self.sample, self.tilt.sample)
         self.couple(self.tilt.pitch, self.pid.measurement)
@@ -129,6 +134,14 @@ class Controller(Coupled):
         self.couple(self.applied, self.helm.applied_in)
         self.couple(self.helm.effect_out, self.pid.applied_in)
         self.couple(self.helm.effect_out, self.lean.applied_in)
+        self.couple(self.sample, self.rolling.sample)
+        self.couple(self.tilt.pitch, self.rolling.pitch)
+        self.couple(self.helm.drive_out, self.rolling.drive)
+        self.couple(self.mode.balance, self.rolling.balance)
+        self.couple(self.helm.effect_out, self.rolling.applied_in)
+        self.couple(self.rolling.roll_out, self.rolling_check.rate)
+        self.couple(self.rolling.roll_out, self.rolling_check.value)
+        self.couple(self.rolling_check.agrees_out, self.ready.trusted)
 
     def retune(self, settings: ControllerTable) -> None:
         """Take up new gains; the integral stays, so nothing jumps."""

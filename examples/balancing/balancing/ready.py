@@ -1,19 +1,21 @@
-"""Whether the robot can balance: it is upright, and its outputs are enabled."""
+"""Whether the robot can balance: it is upright, its outputs are enabled, its pitch is believed."""
 
 from firmware_runtime.devs.atomic import Atomic
 
 
 class Ready(Atomic):
-    """Sends 1 when both hold and 0 when one does not any more.
+    """Sends 1 when all hold and 0 when one does not any more.
 
-    waiting --upright?, enabled?--> saying (0), if that changes it --ready!--> waiting
+    waiting --upright?, enabled?, trusted?--> saying (0), if that changes it --ready!--> waiting
     """
 
     def __init__(self, name: str) -> None:
         super().__init__(name)
         self.upright = self.in_port("upright", int)
         self.enabled = self.in_port("enabled", int)
+        self.trusted = self.in_port("trusted", bool)
         self.ready = self.out_port("ready", int)
+        self.is_trusted = True
         self.is_upright = False
         self.is_enabled = False
         self.is_ready = False
@@ -32,7 +34,10 @@ class Ready(Atomic):
             self.is_upright = self.upright[-1] == 1
         if self.enabled:
             self.is_enabled = self.enabled[-1] == 1
-        was_ready, self.is_ready = self.is_ready, self.is_upright and self.is_enabled
+        if self.trusted:
+            self.is_trusted = self.trusted[-1]
+        was_ready = self.is_ready
+        self.is_ready = self.is_upright and self.is_enabled and self.is_trusted
         if self.is_ready is was_ready:
             self.continue_(elapsed)
         else:

@@ -53,6 +53,21 @@ class WheelsTable(Settings, frozen=True):
     right: BridgeTable
 
 
+class RollingCheckTable(Settings, frozen=True):
+    """Contradiction of IMU and motors about how the robot rolls; then it lets go of its motors."""
+
+    window_s: Seconds = 0.5
+    """Time constant with which changes of speed are forgotten."""
+    tolerance_m_s: Positive = 0.3
+    """Largest difference: a push of 2 rad/s gives 0.13."""
+    share: NotNegative = 0.3
+    """And so much of the change more: motors that pull are slower than their voltage says."""
+    smoothing_s: Seconds = 0.1
+    """Over which both are averaged: a push is felt at once, and the motors follow."""
+    settling_s: Seconds = 0.1
+    """How long nothing is compared once it balances: a hand may still hold it."""
+
+
 class ControllerTable(Settings, frozen=True):
     """The controller; gains in share of full voltage per rad, rad s and rad/s."""
 
@@ -80,6 +95,7 @@ class ControllerTable(Settings, frozen=True):
     ]
     full_speed_m_s: Positive
     """What full voltage comes to on level ground."""
+    rolling_check: RollingCheckTable = RollingCheckTable()
 
 
 class WorldTable(Settings, frozen=True):

@@ -6,12 +6,14 @@ from pathlib import Path
 
 import pytest
 
-from firmware_runtime import SECOND, ConfigError, OpenBoard, open_board
+from firmware_runtime import SECOND, ConfigError, OpenBoard, Strike, open_board
 from firmware_runtime.board import registry
 from firmware_runtime.cli.main import main
 from sim_doubles.faults import FaultScript, NackAddress
 
 IMU = 0x68
+GYRO_Y = 4.0
+"""Number of its word, after those of the acceleration."""
 
 
 def on_doubles(settings: Mapping[str, object]) -> OpenBoard:
@@ -78,6 +80,15 @@ def test_an_imu_that_falls_silent_switches_the_motors_off() -> None:
         robot.run(6.0)
         assert robot.world.has_fallen
         assert robot.outputs == {"wheels": 0}
+
+
+def test_a_gyro_that_lies_is_contradicted_by_the_speed_it_leads_to_and_the_motors_let_go() -> None:
+    lie = Strike("offset", "imu", at_s=2.5, for_s=1.0, amount=GYRO_Y)
+    with open_board("balancing", doubles=True, clock="virtual", faults=[lie]) as robot:
+        robot.run(3.0)
+        assert list(robot.statistics.faults) == ["controller.rolling_check"]
+        robot.run(1.0)
+        assert not robot.rig.is_driven
 
 
 @pytest.mark.parametrize(
