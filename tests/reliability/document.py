@@ -84,12 +84,13 @@ def _campaigns(kept: Kept) -> Iterator[str]:
 
 
 def _planted(kept: Kept) -> Iterator[str]:
-    yield "| mistake | robot | first finding |"
-    yield "|---|---|---|"
+    yield "| mistake | robot | struck | first finding |"
+    yield "|---|---|---|---|"
     for row in kept.result.figures["rows"]:
         lines = row["finding"] or ["none"]
         script = "".join(f", `{each}`" for each in lines[1:])
-        yield f"| {row['mistake']} | {row['board']} | {lines[0]}{script} |"
+        struck = row["device"] or "nothing"
+        yield f"| {row['mistake']} | {row['board']} | {struck} | {lines[0]}{script} |"
 
 
 def _dying(kept: Kept) -> Iterator[str]:
