@@ -149,6 +149,18 @@ def test_of_rows_that_are_run_again_those_that_differ_are_returned() -> None:
 
 
 @pytest.mark.slow
+def test_a_fault_that_is_over_before_outputs_are_given_up_is_not_the_one_for_ever() -> None:
+    mission = Mission(board="detective", for_s=1.7)
+    space = space_of(mission)
+    last = range(len(space) - 500, len(space))
+    numbers = [n for n in last if str(space[n].strikes[0]) == "arbitration of i2c1"][-2:]
+    rows = list(forked(mission, numbers))
+    assert len({row["digest"] for row in rows}) == 2
+    for row in rows:
+        assert rerun(row) == row
+
+
+@pytest.mark.slow
 def test_a_process_that_dies_for_one_fault_is_not_the_other_ones_verdict(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:

@@ -176,6 +176,8 @@ def _together(
     hardware.strike(longer.strikes)
     judge = Judge(watched, found, longer.strikes, oracle)
     verdict = _verdict(longer, lambda: judge.judge_until(end - EVERY))
+    if verdict is not None and hardware.world_now() > end:  # it ended while it was switched off
+        return [longer.row(its_number, verdict)]
     if verdict is not None:  # or it is over: so are both
         return [trial.row(each, verdict) for trial, each in course]
 
