@@ -222,8 +222,11 @@ def _campaign(root: Path, board: str, device: str, runs: int) -> Sequence[Mappin
 def _faults_of_others(board: str, device: str) -> Iterator[str]:
     """Yield what `--without` takes, so that one device alone is struck."""
     loaded = registry.load(board)
-    devices = [*loaded.devices, *loaded.serial_devices]
-    names = [*(each.key for each in devices), *loaded.settings.buses]
+    names = [
+        *(each.key for each in loaded.devices),
+        *(each.key for each in loaded.serial_devices),
+        *loaded.settings.buses,
+    ]
     for kind in KINDS.values():
         if kind.of in OF_NO_DEVICE:
             yield kind.name
