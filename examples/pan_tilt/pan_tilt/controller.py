@@ -11,6 +11,7 @@ from firmware_runtime.models.motion import Applied
 from firmware_runtime.models.pid import Pid, PidGains
 from firmware_runtime.models.state_diagram import StateDiagram
 from firmware_runtime.models.state_table import Arrow, State
+from pan_tilt.follow_check import FollowCheck
 from pan_tilt.head import Head
 from pan_tilt.settings import ControllerTable, PanTiltSettings
 from pan_tilt.sight import Sight
@@ -39,7 +40,8 @@ class Mode(StateDiagram):
 class Controller(Coupled):
     """voltages -> sight -> pan and tilt PIDs -> head -> angles; mode says when to follow.
 
-    What the servos apply comes back: applied -> head -> PIDs.
+    What the servos apply comes back: applied -> head -> PIDs. A check for each axis says where the
+    head comes no nearer to the light.
     """
 
     def __init__(self, name: str, settings: PanTiltSettings) -> None:
@@ -58,6 +60,8 @@ class Controller(Coupled):
         self.pan = self.add(Pid("pan", gains(control), reference=0.0))
         self.tilt = self.add(Pid("tilt", gains(control), reference=0.0))
         self.head = self.add(Head("head", limits, control.sweep_rad_s))
+        self.pan_check = self.add(FollowCheck("pan_check"))
+        self.tilt_check = self.add(FollowCheck("tilt_check"))
 
         self.couple(self.voltages, self.sight.voltages)
         self.couple(self.sight.seen, self.mode.seen)
@@ -69,6 +73,12 @@ class Controller(Coupled):
         self.couple(self.applied, self.head.applied_in)
         self.couple(self.head.pan_effect, self.pan.applied_in)
         self.couple(self.head.tilt_effect, self.tilt.applied_in)
+        for check in (self.pan_check, self.tilt_check):
+            self.couple(self.mode.follow_out, check.follow)
+        self.couple(self.sight.aside, self.pan_check.difference)
+        self.couple(self.sight.above, self.tilt_check.difference)
+        self.couple(self.head.pan_effect, self.pan_check.effect)
+        self.couple(self.head.tilt_effect, self.tilt_check.effect)
         self.couple(self.head.pan, self.pan_angle)
         self.couple(self.head.tilt, self.tilt_angle)
 

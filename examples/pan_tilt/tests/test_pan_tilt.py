@@ -6,7 +6,7 @@ import pytest
 from firmware_drivers.servo import Servos
 from pan_tilt.rig import PanTiltRig
 
-from firmware_runtime import SECOND, ConfigError, OpenBoard, open_board
+from firmware_runtime import SECOND, ConfigError, OpenBoard, Strike, open_board
 from firmware_runtime.board import registry
 from sim_doubles.faults import FaultScript, NackAddress
 
@@ -56,6 +56,16 @@ def test_a_light_that_swings_is_followed_on_a_bus_as_busy_as_its_board_file_says
         robot.run(5.0)
         load = registry.load("pan_tilt").loads["i2c1"]
         assert (bus.bits - before) / load.bus_hz / 5.0 == pytest.approx(load.utilisation, rel=0.02)
+
+
+@pytest.mark.parametrize("output", [0.0, 1.0])
+def test_a_servo_that_does_not_turn_is_reported_within_half_a_second(output: float) -> None:
+    broken = Strike("full-on", "servos", at_s=3.0, amount=output)
+    with open_board("pan_tilt", doubles=True, clock="virtual", faults=[broken]) as robot:
+        robot.run(3.0)
+        assert dict(robot.statistics.faults) == {}
+        robot.run(0.5)
+        assert set(robot.statistics.faults) & {"controller.pan_check", "controller.tilt_check"}
 
 
 def test_in_the_dark_or_when_its_light_goes_out_it_searches_to_and_fro() -> None:

@@ -1,0 +1,81 @@
+"""Whether the head comes nearer to its light: a servo tells nothing back, but the eyes see it."""
+
+from typing import Final
+
+from firmware_runtime.devs.atomic import Atomic
+from firmware_runtime.devs.time import MILLISECOND
+from firmware_runtime.hal.wire_errors import Fault, Implausible
+from firmware_runtime.models.motion import Applied, Motion
+
+FAR: Final = 0.15
+"""Difference of two photocells, -1 to 1, that a head which follows has soon made smaller."""
+NEARER: Final = 0.01
+"""So much less is nearer."""
+PATIENCE: Final = 200 * MILLISECOND
+"""Ns in which a head far from its light has come nearer; one that follows needs a few readings."""
+
+
+class FollowCheck(Atomic):
+    """Reports an axis that is far from its light, is told to turn there, and comes no nearer.
+
+    watching --difference? far--> doubting (PATIENCE) --fault!--> doubting
+    doubting --difference? nearer--> doubting, for PATIENCE again
+    doubting --difference? near, follow? 0--> watching
+
+    Where the last `effect` is not all, at the end of its way or disarmed, nothing is expected of
+    it. A light that goes out while the head is far from it, or runs away faster than that turns,
+    is reported, too.
+    """
+
+    def __init__(self, name: str) -> None:
+        super().__init__(name)
+        self.difference = self.in_port("difference", Motion)
+        self.follow = self.in_port("follow", int)
+        self.effect = self.in_port("effect", Applied)
+        self.fault = self.out_port("fault", Fault)
+        self.is_following = False
+        self.applied = Applied.NOTHING
+        self.far = self.nearest = 0.0
+        """How far it is, and was when it came nearer last."""
+        self._doubted_for = 0
+
+    def initialize(self) -> None:
+        """Watch."""
+        self.passivate("watching")
+
+    def output(self) -> None:
+        """Report."""
+        expected = f"nearer than {self.nearest:.3g} in {PATIENCE // MILLISECOND} ms"
+        error = Implausible(self.path, "difference to the light", self.far, expected)
+        self.fault.send(Fault.of(error, 1))
+
+    def internal(self) -> None:
+        """Doubt on."""
+        self._doubt()
+
+    def external(self, elapsed: int) -> None:
+        """Take in what came."""
+        self._doubted_for += elapsed
+        if self.follow:
+            self.is_following = self.follow[-1] == 1
+        if self.effect:
+            self.applied = self.effect[-1]
+        if not self.is_following:
+            self.passivate("watching")
+        elif self.difference:
+            self._compare(abs(self.difference[-1].position))
+        else:
+            self.continue_(elapsed)
+
+    def _compare(self, far: float) -> None:
+        self.far = far
+        if far <= FAR or self.applied is not Applied.ALL:
+            self.passivate("watching")
+        elif self.phase == "watching" or far < self.nearest - NEARER:
+            self._doubt()
+        else:
+            self.hold_in("doubting", max(0, PATIENCE - self._doubted_for))
+
+    def _doubt(self) -> None:
+        self.nearest, self._doubted_for = self.far, 0
+        self.hold_in("doubting", PATIENCE)
