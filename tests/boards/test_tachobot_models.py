@@ -42,9 +42,19 @@ def test_rates_are_integrated_by_the_trapezoid_rule_from_where_the_first_sample_
     rig = Estimator()
     rig.feel(0, 0.0)
     assert rig.values("yaw") == [Motion(0.0, 0.0)]
-    rig.feel(100, 1.0)
-    rig.feel(300, 1.0)
-    assert rig.yaw == pytest.approx(0.05 + 0.2)
+    rig.feel(40, 1.0)
+    rig.feel(80, 1.0)
+    assert rig.yaw == pytest.approx(0.02 + 0.04)
+
+
+def test_over_a_gap_the_rate_after_it_counts_as_the_one_before_may_have_been_the_first_lie() -> (
+    None
+):
+    rig = Estimator()
+    rig.feel(0, 0.0)
+    rig.feel(40, 8.0)
+    rig.feel(1040, 0.5)
+    assert rig.yaw == pytest.approx(0.16 + 0.5)
 
 
 N = FIELDS_AVERAGED

@@ -30,8 +30,9 @@ class Attitude(Atomic):
     Rates are integrated by the trapezoid rule over the time that really passed. The compass gives
     how far the estimate has strayed from it since the start, on average of its first fields; of
     that, elapsed / time constant is taken off in one step, and all of it after a gap between
-    samples that were trusted: what it turned meanwhile only the compass knows. The average ends
-    there, too: such a turn would be taken for where the robot was at first.
+    samples that were trusted: what it turned meanwhile only the compass knows, but for whole turns,
+    for which the rate after it counts. The average ends there, too: such a turn would be taken for
+    where the robot was at first.
     """
 
     def __init__(self, name: str, compass_time_constant: int, *, enabled: bool) -> None:
@@ -86,6 +87,8 @@ class Attitude(Atomic):
         if self.motion is None:
             return Motion(0.0, rate)
         yaw, rate_before = self.motion
+        if elapsed > GAP:
+            rate_before = rate  # the one before it may have been the first of a lie
         yaw += (rate_before + rate) / 2 * elapsed / SECOND
         if elapsed > GAP and self._headings:
             self._headings = FIELDS_AVERAGED
