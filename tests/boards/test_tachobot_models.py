@@ -47,9 +47,7 @@ def test_rates_are_integrated_by_the_trapezoid_rule_from_where_the_first_sample_
     assert rig.yaw == pytest.approx(0.02 + 0.04)
 
 
-def test_over_a_gap_the_rate_after_it_counts_as_the_one_before_may_be_a_lie() -> (
-    None
-):
+def test_over_a_gap_the_rate_after_it_counts_as_the_one_before_may_be_a_lie() -> None:
     rig = Estimator()
     rig.feel(0, 0.0)
     rig.feel(40, 8.0)
