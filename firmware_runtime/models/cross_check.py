@@ -67,14 +67,8 @@ class Change:
         self.apart = 0.0
         """The change of the value less that of the rate, of late."""
         self.most = self.window.tolerance
-        self._turned = 0.0
-
-    def take(self, step: float, more: float, elapsed: int) -> None:
-        """Add a change by rate, and how much more it is by value, over `elapsed` ns."""
-        kept = 1.0 - elapsed / self.window.length
-        self._turned = kept * self._turned + step
-        self.apart = kept * self.apart + more
-        self.most = self.window.tolerance + self.share * abs(self._turned)
+        self.turned = 0.0
+        """The change of the rate."""
 
     @property
     def excess(self) -> float:
@@ -118,8 +112,11 @@ class Comparison:
         if self.settings.circle < math.inf:
             more = math.remainder(more, self.settings.circle)
         did_agree = self.agrees
-        for change in self.changes:
-            change.take(step, more, elapsed)
+        for change in self.changes:  # in line: it is done in every control tick
+            kept = 1.0 - elapsed / change.window.length
+            change.turned = kept * change.turned + step
+            change.apart = kept * change.apart + more
+            change.most = change.window.tolerance + change.share * abs(change.turned)
             if abs(change.apart) > change.most:
                 self.agrees = False
         if not did_agree and self.changes[0].excess <= _AGAIN:
