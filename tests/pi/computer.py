@@ -89,13 +89,9 @@ class Monitor:
             path = f"/machine/peripheral/chip{address:02x}"
             self._ask("qom-set", path=path, property=name, value=value)
 
-    def stop(self) -> None:
-        """Stop all of it, when what it writes to its card is written."""
-        self._ask("stop")
-
-    def go_on(self) -> None:
-        """Let it go on after a stop."""
-        self._ask("cont")
+    def freeze(self, drive: str, onward: Path) -> None:
+        """Let what is on a drive stay as it is at this instant; the rest goes to another file."""
+        self._ask("blockdev-snapshot-sync", **{"device": drive, "snapshot-file": str(onward)})
 
     def _ask(self, name: str, **arguments: object) -> None:
         self._lines.write(json.dumps({"execute": name, "arguments": arguments}) + "\n")

@@ -11,6 +11,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from threading import Thread
+from time import monotonic
 from typing import Final
 
 from tests.pi.computer import MONITOR, Monitor, command
@@ -28,8 +29,12 @@ LOGIN: Final = f"{USER}@{HOST}"
 PATIENCE_S: Final = 600.0
 """Several times what it takes on two cores that are busy."""
 LIMIT_S: Final = 10_000.0
+CARD: Final = "card"
+LAYER: Final = ".layer"
+"""How the file of a card is called that has only what differs from another's."""
 KERNEL_LINE: Final = (
     "root=/dev/mmcblk0 rw console=ttyS1,115200 loglevel=4 systemd.show_status=no panic=-1 "
+    "systemd.condition_needs_update=no "
     "systemd.mask=serial-getty@ttyS1.service systemd.mask=getty@tty1.service "
     "systemd.mask=apt-daily.timer systemd.mask=apt-daily-upgrade.timer"
 )
@@ -42,6 +47,12 @@ class Computer:
         self.target = target
         self.watch = watch
         self._logs = logs
+        self._on_since = monotonic()
+
+    @property
+    def age_s(self) -> float:
+        """Return how long it has been on."""
+        return monotonic() - self._on_since
 
     @property
     def console(self) -> str:
@@ -72,15 +83,9 @@ class Computer:
         """Wait until its console shows a line with these words. Raises Failed."""
         self.wait(lambda: words in self.console, f"the console shows {words!r}")
 
-    @contextmanager
-    def standing_still(self) -> Iterator[None]:
-        """Let nothing go on in it, its clock neither; all that it has written is on its card."""
-        monitor = Monitor(self._logs / MONITOR)
-        monitor.stop()
-        try:
-            yield
-        finally:
-            monitor.go_on()
+    def freeze_card(self, onward: Path) -> None:
+        """Keep its card as it is at this instant; what it writes from now on goes elsewhere."""
+        Monitor(self._logs / MONITOR).freeze(CARD, onward)
 
     def outputs(self) -> str:
         """Return in words what was sent since it was switched on. Raises Failed if one was on."""
@@ -91,15 +96,22 @@ class Computer:
 
 
 @contextmanager
-def switched_on(emulator: Emulator, image: Image, card: Path, logs: Path) -> Iterator[Computer]:
-    """Boot a card; yields when it can be logged in to, and cuts the power with the block."""
+def switched_on(
+    emulator: Emulator, image: Image, card: Path, logs: Path, *, is_kept: bool
+) -> Iterator[Computer]:
+    """Boot a card; yields when it can be logged in to, and cuts the power with the block.
+
+    A card that is not kept is left as it was.
+    """
     logs.mkdir(parents=True, exist_ok=True)
     target = _target(image, logs)
+    kind = "qcow2" if card.suffix == LAYER else "raw"
+    drive = f"format={kind},snapshot={'off' if is_kept else 'on'},file={card}"
     with (
         (logs / "console.log").open("w", encoding="utf-8") as log,
         Player(logs, PATIENT_MS) as player,
         started(
-            _command(emulator, image, card, logs, target.port, player.uart_path),
+            _command(emulator, image, drive, logs, target.port, player.uart_path),
             logs,
             LIMIT_S,
             player.console,
@@ -129,13 +141,13 @@ def _target(image: Image, logs: Path) -> SshTarget:
 
 
 def _command(  # noqa: PLR0917 -- what a computer is made of
-    emulator: Emulator, image: Image, card: Path, logs: Path, port: int, uart: str
+    emulator: Emulator, image: Image, drive: str, logs: Path, port: int, uart: str
 ) -> list[str]:
     """Of what is said twice to QEMU it takes the last."""
     return [
         *command(emulator, KIND, logs, "", uart),
         *("-initrd", str(image.initrd), "-append", KERNEL_LINE),
-        *("-drive", f"if=sd,format=raw,cache=writeback,file={card}"),
+        *("-drive", f"if=sd,id={CARD},cache=writeback,{drive}"),
         *("-netdev", f"user,id=net,hostfwd=tcp:{HOST}:{port}-:22", "-device", "usb-net,netdev=net"),
         *("-global", "dwc2-usb.usb_version=1"),
     ]

@@ -1,14 +1,16 @@
-"""A bare computer becomes a robot, restarts, gets another version, and refuses a bad one."""
+"""A bare computer becomes a robot, restarts, and refuses bad versions."""
 
 import re
 import shutil
-from functools import cache
+from collections.abc import Iterator
+from functools import partial
 from pathlib import Path
 from time import monotonic
 from typing import Final
 
 from tests.pi.full.stand import Robot, Stand
 from tests.vm.guest.machine import expect
+from tests.vm.guest.report import Check
 from tests.vm.wheels import PROJECT, make_wheel
 
 UNIT: Final = "systemd/firmware-runtime@.service"
@@ -42,7 +44,6 @@ _NOT_OF_THE_PROGRAM: Final = shutil.ignore_patterns(
 )
 
 
-@cache
 def second_version(stand: Stand) -> Path:
     """Return a wheel of a version that differs in its unit."""
     return altered(stand, SECOND, UNIT, "[Unit]", f"# {MARK}\n[Unit]")
@@ -50,7 +51,8 @@ def second_version(stand: Stand) -> Path:
 
 def a_bare_computer_becomes_a_robot(stand: Stand) -> str:
     """By one `deploy`, over ssh, as a user with sudo."""
-    with stand.on("deployed", "bare") as robot:
+    card = stand.copied("bare", "deployed")
+    with stand.on("deployed", card, is_kept=True) as robot:
         done = robot.deploy(
             *("--settings", stand.settings("of the first version")),
             *("--wheel", next(stand.wheels.glob("firmware_runtime-*.whl"))),
@@ -58,51 +60,45 @@ def a_bare_computer_becomes_a_robot(stand: Stand) -> str:
         expect(done.returncode == 0, f"{done.stdout[-3000:]}{done.stderr}")
         outputs = robot.expect_it_is_at_rest()
         robot.switch_off()
-    return f"{_steps(done.stdout)}; outputs {outputs}"
+    return f"{steps_in(done.stdout)}; outputs {outputs}"
 
 
-def _steps(printed: str) -> str:
+def steps_in(printed: str) -> str:
     """Return the steps of a deployment, and how long each took."""
     steps = re.findall(r"^(\S.*)\n(?:(?:  .*)?\n)*?  ([0-9.]+ s)$", printed, re.MULTILINE)
     return "; ".join(" ".join(step) for step in steps)
 
 
-def it_comes_back_when_it_is_switched_on_again(stand: Stand) -> str:
+def switched_on_again(stand: Stand) -> Iterator[tuple[str, Check]]:
+    """Yield what is done with a computer that was deployed to, from its start on."""
+    with stand.on("restarted", stand.card("deployed")) as robot:
+        for check in (
+            it_comes_back_when_it_is_switched_on_again,
+            a_build_that_does_not_start_is_taken_back,
+            a_build_that_is_slow_is_taken_back,
+        ):
+            yield check.__name__.replace("_", " "), partial(check, stand, robot)
+
+
+def it_comes_back_when_it_is_switched_on_again(_: Stand, robot: Robot) -> str:
     """Run and guard, disarmed."""
-    with stand.on("restarted", "deployed") as robot:
-        return f"outputs {robot.expect_it_is_at_rest()}"
+    outputs = robot.expect_it_is_at_rest()
+    return f"{robot.computer.age_s:.0f} s after it was switched on; outputs {outputs}"
 
 
-def an_update_that_proves_itself_is_committed(stand: Stand) -> str:
-    """With its own unit; the version before is kept."""
-    with stand.on("updated", "deployed") as robot:
-        done = robot.deploy("--wheel", second_version(stand))
-        expect(done.returncode == 0, f"{done.stdout[-3000:]}{done.stderr}")
-        status = robot.status()
-        expect("committed" in status, status)
-        expect(robot.version().version == SECOND, status)
-        unit = robot.computer.run("cat /etc/systemd/system/firmware-runtime@.service")
-        expect(MARK in unit, "the unit is not that of the second version")
-        outputs = robot.expect_it_is_at_rest()
-    return f"{' | '.join(status.splitlines())}; {_steps(done.stdout)}; outputs {outputs}"
-
-
-def a_build_that_is_slow_is_taken_back(stand: Stand) -> str:
+def a_build_that_is_slow_is_taken_back(stand: Stand, robot: Robot) -> str:
     """One that sleeps in each step for as long as a step took before."""
-    with stand.on("slow", "deployed") as robot:
-        usual_us = float(robot.wait_until_it_runs()["step_us"]["p50"])
-        sleeps = f"import time; time.sleep({usual_us / 1e6:.4f})"
-        wheel = altered(stand, "0.1.2", STEP, READING, f"        {sleeps}\n{READING}")
-        return f"a sleep of {usual_us / 1000:.1f} ms; {_taken_back(robot, wheel, 'a step takes')}"
+    usual_us = float(robot.wait_until_it_runs()["step_us"]["p50"])
+    sleeps = f"import time; time.sleep({usual_us / 1e6:.4f})"
+    wheel = altered(stand, "0.1.2", STEP, READING, f"        {sleeps}\n{READING}")
+    return f"a sleep of {usual_us / 1000:.1f} ms; {_taken_back(robot, wheel, 'a step takes')}"
 
 
-def a_build_that_does_not_start_is_taken_back(stand: Stand) -> str:
+def a_build_that_does_not_start_is_taken_back(stand: Stand, robot: Robot) -> str:
     """One whose service ends at once."""
-    with stand.on("broken", "deployed") as robot:
-        robot.wait_until_it_runs()
-        start = "ExecStart=/opt/firmware-runtime/venv/bin/firmware-runtime run"
-        wheel = altered(stand, "0.1.3", UNIT, start, "ExecStart=/bin/false")
-        return _taken_back(robot, wheel, "")
+    start = "ExecStart=/opt/firmware-runtime/venv/bin/firmware-runtime run"
+    wheel = altered(stand, "0.1.3", UNIT, start, "ExecStart=/bin/false")
+    return _taken_back(robot, wheel, "")
 
 
 def _taken_back(robot: Robot, wheel: Path, reason: str) -> str:
@@ -116,6 +112,6 @@ def _taken_back(robot: Robot, wheel: Path, reason: str) -> str:
     expect(reason in status, status)
     outputs = robot.expect_it_is_at_rest()
     return (
-        f"{' | '.join(status.splitlines())}; in all {took_s:.0f} s: {_steps(done.stdout)}; "
+        f"{' | '.join(status.splitlines())}; in all {took_s:.0f} s: {steps_in(done.stdout)}; "
         f"outputs {outputs}"
     )

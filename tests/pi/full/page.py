@@ -141,12 +141,21 @@ def commands_of(page: str) -> list[str]:
 def followed(stand: Stand) -> Iterator[tuple[str, Check]]:
     """Yield what becomes of each command; the computer is on all the while."""
     commands = commands_of(PAGE.read_text(encoding="utf-8"))
-    with stand.on("followed", "bare") as robot:
+    with stand.on("followed", stand.card("bare")) as robot:
         visitor = Visitor(stand, robot)
         yield "the project is copied there", visitor.bring
         for command in dict.fromkeys(commands):
             yield f"`{command}`", partial(visitor.follow, command)
         yield "it runs as a service", visitor.runs_as_a_service
+
+
+def _line(command: str, row: Done) -> str:
+    words = command
+    if row.ctrl_c_s:
+        words = f"timeout --preserve-status --signal=INT {row.ctrl_c_s} {command}"
+    elif row.answer:  # at a terminal
+        words = f"script --quiet --return --command {shlex.quote(command)} /dev/null"
+    return f"{words} <<<'{row.answer}'\n"
 
 
 class Visitor:
@@ -193,12 +202,7 @@ class Visitor:
             self.follow(each)
         if row.drives or not row.is_off:
             self._note(may_drive=True)
-        words = command
-        if row.ctrl_c_s:
-            words = f"timeout --preserve-status --signal=INT {row.ctrl_c_s} {command}"
-        elif row.answer:  # at a terminal
-            words = f"script --quiet --return --command {shlex.quote(command)} /dev/null"
-        line = f"{words} <<<'{row.answer}'\n"
+        line = _line(command, row)
         if row.again:
             self._robot.computer.wait(lambda: self._typed(line).returncode == 0, f"`{command}`")
         else:
@@ -212,7 +216,8 @@ class Visitor:
         )
         if row.is_off:
             self._note(may_drive=False)
-        self._typed(row.then)
+        if row.then:
+            self._typed(row.then)
         if command.startswith("source "):
             self._session += line
         return f"outputs {on_or_off}"

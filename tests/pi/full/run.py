@@ -1,6 +1,6 @@
 """`make pi-full-test`: a whole Debian on an emulated Raspberry Pi 3B, deployed to by ssh.
 
-`python -m tests.pi.full.run deploy reboot` carries out these steps alone; all but `deploy` begin
+`python -m tests.pi.full.run deploy restart` carries out these steps alone; all but `deploy` begin
 with the card that it left. Exit status as of `make vm-test`.
 """
 
@@ -10,7 +10,7 @@ from functools import partial
 from typing import Final
 
 from tests.pi.full import deploying
-from tests.pi.full.cuts import EVERY, cuts
+from tests.pi.full.cuts import CHOSEN, EACH, cuts
 from tests.pi.full.image import KIND, built, make_card
 from tests.pi.full.page import followed
 from tests.pi.full.stand import Stand, card_in
@@ -38,30 +38,25 @@ NEEDED: Final = {
 Named = Iterable[tuple[str, Check]]
 
 
-def _of(*checks: Callable[[Stand], str]) -> Callable[[Stand], Named]:
-    return lambda stand: [
-        (check.__name__.replace("_", " "), partial(check, stand)) for check in checks
-    ]
+def _deployed(stand: Stand) -> Named:
+    check = deploying.a_bare_computer_becomes_a_robot
+    return [(check.__name__.replace("_", " "), partial(check, stand))]
 
 
 STEPS: Final[dict[str, Callable[[Stand], Named]]] = {
-    "deploy": _of(deploying.a_bare_computer_becomes_a_robot),
-    "reboot": _of(deploying.it_comes_back_when_it_is_switched_on_again),
-    "update": _of(deploying.an_update_that_proves_itself_is_committed),
-    "bad": _of(
-        deploying.a_build_that_does_not_start_is_taken_back,
-        deploying.a_build_that_is_slow_is_taken_back,
-    ),
-    "cuts": partial(cuts, 1),
-    **{f"cuts-{first}": partial(cuts, first) for first in range(2, EVERY + 1)},
+    "deploy": _deployed,
+    "cuts": partial(cuts, CHOSEN),
     "page": followed,
+    "restart": deploying.switched_on_again,
+    "each-cut": partial(cuts, EACH),
 }
+USUAL: Final = ("deploy", "cuts", "page", "restart")
 
 
 def main() -> int:
     """Run all steps, or those that are named; each check says how long it took."""
     end_in_order()
-    names = sys.argv[1:] or list(STEPS)
+    names = sys.argv[1:] or list(USUAL)
     if unknown := [name for name in names if name not in STEPS]:
         show(f"pi-full-test: {', '.join(unknown)}: no step; expected {', '.join(STEPS)}")
         return 2

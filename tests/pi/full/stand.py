@@ -23,6 +23,13 @@ from tests.vm.guest.robot import with_value
 PROGRAM: Final = "/opt/firmware-runtime"
 RUNTIME: Final = "firmware-runtime@tachobot.service"
 GUARD: Final = "firmware-runtime-guard@tachobot.service"
+WAIT: Final = f"""\
+until systemctl is-active --quiet {RUNTIME} && systemctl is-active --quiet {GUARD} &&
+	{PROGRAM}/venv/bin/firmware-runtime stats tachobot --json
+do
+	sleep 1
+done
+"""
 DEPLOYMENT_S: Final = 3000.0
 SLOWER: Final = {
     "executive.bring_up_s": 300.0,
@@ -50,13 +57,19 @@ class Stand(NamedTuple):
         """Return where the card of this name is, or would be."""
         return card_in(self.folder, name)
 
+    def copied(self, name: str, copy: str) -> Path:
+        """Copy a card; return the copy."""
+        run("cp", "--sparse=always", self.card(name), self.card(copy))
+        return self.card(copy)
+
     @contextmanager
-    def on(self, name: str, copied_from: str = "") -> Iterator["Robot"]:
-        """Switch a card on, a copy of another if one is named; cut the power with the block."""
-        if copied_from:
-            run("cp", "--sparse=always", self.card(copied_from), self.card(name))
+    def on(self, name: str, card: Path, *, is_kept: bool = False) -> Iterator["Robot"]:
+        """Switch a computer of this name on; cut its power with the block.
+
+        Its card is as it was afterwards, unless it is kept.
+        """
         logs = self.folder / "logs" / name
-        with switched_on(self.emulator, self.image, self.card(name), logs) as computer:
+        with switched_on(self.emulator, self.image, card, logs, is_kept=is_kept) as computer:
             yield Robot(computer)
 
     def settings(self, remark: str) -> Path:
@@ -103,25 +116,10 @@ class Robot:
         """Return the version in use. Raises DeploymentError."""
         return next(each for each in self.update().versions if each.place == "in-use")
 
-    def statistics(self) -> dict[str, Any]:
-        """Return what `stats --json` says; empty unless run and guard are active."""
-        are_active = " && ".join(f"systemctl is-active --quiet {unit}" for unit in (RUNTIME, GUARD))
-        stats = f"{PROGRAM}/venv/bin/firmware-runtime stats tachobot --json"
-        done = self.computer.attempt(f"{are_active} && {stats}")
-        shown: dict[str, Any] = json.loads(done.stdout) if done.returncode == 0 else {}
-        return shown
-
     def wait_until_it_runs(self) -> dict[str, Any]:
-        """Wait for run and guard; return the statistics. Raises Failed."""
-        shown: dict[str, Any] = {}
-
-        def runs() -> bool:
-            nonlocal shown
-            shown = self.statistics()
-            return bool(shown)
-
+        """Wait for run and guard, in one login; return the statistics. Raises Failed."""
         try:
-            self.computer.wait(runs, "run and guard are active, and the loop makes steps")
+            shown: dict[str, Any] = json.loads(self.computer.run(WAIT))
         except Failed as failed:
             units = self.computer.run("systemctl --no-pager status 'firmware-runtime*' || :")
             raise Failed(f"{failed}: {units[-3000:]}") from failed
