@@ -80,7 +80,12 @@ def _campaigns(kept: Kept) -> Iterator[str]:
         if found["faults"]
     ]
     if findings:
-        yield from ("", "Left:", "", *findings)
+        yield from (
+            "",
+            "Found then; [campaign.md](campaign.md#what-it-has-found) says what is fixed:",
+            "",
+            *findings,
+        )
 
 
 def _planted(kept: Kept) -> Iterator[str]:
