@@ -303,6 +303,8 @@ def test_wherever_the_power_is_cut_there_is_a_whole_version_afterwards(
         venv = make_venv(home, "venv.newest", unit=unit, settings="new")
         ended = cut_at(step, home, tools, venv)
         if (home / "update.sh").exists():
+            # what was killed lets go of it when the kernel has ended it
+            subprocess.run(["flock", home / "update.lock", "true"], check=True)
             booted = subprocess.run(
                 ["sh", str(home / "update.sh"), "boot"], capture_output=True, text=True, check=False
             )

@@ -93,9 +93,9 @@ class BridgedRun(Processes):
         super().__init__(directory, stack)
         self.path = directory / "tachobot.stats"
 
-    def run(self) -> "subprocess.Popen[bytes]":
+    def run(self, *words: str) -> "subprocess.Popen[bytes]":
         """A run on doubles, in real time, until it is stopped."""
-        return self.start("run", "tachobot", "--doubles", "--for", "600", "--json")
+        return self.start("run", "tachobot", "--doubles", "--for", "600", "--json", *words)
 
     def has_begun(self) -> bool:
         """Whether the run has made a step: then it answers."""
