@@ -23,6 +23,8 @@ from firmware_runtime.hal.wire_errors import Fault, Implausible
 
 R = TypeVar("R")
 V = TypeVar("V")
+_AGAIN: Final = 0.5
+"""Share of what is believed within which they agree again."""
 
 
 class Window(NamedTuple):
@@ -123,10 +125,6 @@ class Comparison:
             self.agrees = True
             for change in self.changes:
                 change.forget()
-
-
-_AGAIN: Final = 0.5
-"""Share of what is believed within which they agree again."""
 
 
 class CrossCheck(Atomic, Generic[R, V]):

@@ -156,7 +156,9 @@ class _Judge:
     def _tests_of(self, mutant: Mutant, source: str) -> list[str]:
         """Return the test files that call what is changed, of the module's own tests first."""
         function = function_at(mutant.path, source, mutant.line)
-        found = [file for file, each in self._calls.items() if _calls(each, mutant.path, function)]
+        found = [
+            file for file, each in self._calls.items() if _is_called(each, mutant.path, function)
+        ]
         name = re.compile(rf"\b{re.escape(Path(mutant.path).stem)}\b")
 
         def order(file: str) -> tuple[bool, float]:
@@ -171,7 +173,7 @@ class _Judge:
         return chosen
 
 
-def _calls(calls: Calls, path: str, function: str | None) -> bool:
+def _is_called(calls: Calls, path: str, function: str | None) -> bool:
     """Return whether a function is called; of a line that is in none, any of its module."""
     if function is not None:
         return function in calls.functions

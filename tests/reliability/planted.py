@@ -99,8 +99,8 @@ MISTAKES: Final[Mapping[str, Mistake]] = {
         "tachobot",
         "imu",
         f"{BOARDS}tachobot/attitude.py",
-        "            self._headings = FIELDS_AVERAGED\n",
-        "            pass\n",
+        "                self._headings = FIELDS_AVERAGED\n",
+        "",
     ),
     "both treads are swapped": Mistake(
         "detective",

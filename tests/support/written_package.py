@@ -10,7 +10,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from tests.support.waiting import HANGS_S, PATIENCE_S
+from tests.support.command import ended_program
+from tests.support.waiting import PATIENCE_S
 
 CHECKOUT = Path(__file__).parents[2]
 
@@ -33,14 +34,11 @@ class WrittenPackage:
         self, *words: str | Path, cwd: Path | None = None
     ) -> subprocess.CompletedProcess[str]:
         """Run Python to its end, in the package's folder unless another is meant."""
-        return subprocess.run(
-            [sys.executable, *map(str, words)],
+        return ended_program(
+            [sys.executable, *words],
+            check=False,
             cwd=cwd or self.folder,
             env=self.environment,
-            capture_output=True,
-            text=True,
-            timeout=HANGS_S,
-            check=False,
         )
 
     def command(

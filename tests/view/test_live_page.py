@@ -118,3 +118,19 @@ def test_a_port_that_is_chosen_later_is_drawn_where_the_page_stands(
     browser.evaluate("plots.element.scrollIntoView()")  # what is not seen is not drawn
     drawn = "plots.shown.get('controller.attitude.yaw.rate').plot.library.data[1].length"
     browser.wait_for(f"{drawn} > 20")
+
+
+def test_a_page_that_is_printed_has_the_plots_that_are_not_on_the_screen(
+    browser: chromium.Page, address: str
+) -> None:
+    browser.open(f"{address}/", "light")
+    browser.wait_for(READY)
+    line = "plots.store.lines.get('controller.allocation.forces.f2')"
+    browser.wait_for(f"{line}?.times.length > 100 && plots.span()[1] > 1.9")
+    plot = "[...plots.shown.values()].find((each) => !each.plot.isSeen)?.plot"
+    browser.wait_for(f"{plot} !== undefined")
+    drawn = f"{plot}.library.data[0].length"
+    assert browser.evaluate(drawn) <= 2  # no frame of it was ever drawn
+    printed = f"(dispatchEvent(new Event('beforeprint')), {drawn})"  # no frame comes between
+    assert browser.evaluate(printed) > 20
+    assert browser.evaluate(f"{plot} !== undefined")

@@ -89,10 +89,10 @@ class Attitude(Atomic):
         yaw, rate_before = self.motion
         if elapsed > GAP:
             rate_before = rate  # the one before it may have been the first of a lie
+            if self._headings:
+                self._headings = FIELDS_AVERAGED
+                self._has_gap = True
         yaw += (rate_before + rate) / 2 * elapsed / SECOND
-        if elapsed > GAP and self._headings:
-            self._headings = FIELDS_AVERAGED
-            self._has_gap = True
         constant = self.compass_time_constant
         if field is not None and constant:
             is_unknown = self._has_gap or elapsed >= constant

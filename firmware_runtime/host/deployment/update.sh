@@ -72,12 +72,12 @@ take_back() { # the version in use, because of $1, while no robot runs
 	use_venv "$before" || return
 	if [ -n "$earlier" ]; then ln -sfn "$earlier" "$home/previous"; else rm -f "$home/previous"; fi
 	# Nothing slow comes between the link and what belongs to it; without room the new version goes first.
-	restore_system || { discard_venv "$venv" && restore_system; } || {
+	restore_system || { discard_venv "$venv"; restore_system; } || {
 		set_state trying "$1; units and settings from before could not be written"
 		return 0 # robots run, and the next start of the computer tries again
 	}
-	set_state reverted "$1"
-	discard_venv "$venv"
+	set_state reverted "$1" || return
+	discard_venv "$venv" || : # what is left of it harms nothing
 }
 
 revert() { # as take_back, and the robots that ran run again; those of the new version are stopped

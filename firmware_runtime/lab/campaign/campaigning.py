@@ -1,8 +1,10 @@
 """`campaign`: strike a robot with each fault at each moment, on all cores, and say what breaks it.
 
-found = campaign("tachobot", budget_s=60.0)
-print(found)
-found.check()  # an AssertionError with three lines for each finding
+    found = campaign("tachobot", budget_s=60.0)
+    print(found)
+    found.check()  # an AssertionError with three lines for each finding
+
+Which runs are done first, and how one is kept from being done twice, is in stretches.py.
 """
 
 import time

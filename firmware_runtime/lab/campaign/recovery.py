@@ -8,6 +8,7 @@ from firmware_runtime.lab.campaign.watched import Look, Watched
 
 RECOVER: Final = 5 * SECOND
 """In which a robot has to be healthy again after a fault."""
+_AFTER: Final = f"{RECOVER / SECOND:g} s after the fault"
 _QUIET: Final = 300 * MILLISECOND
 _SAID_LATELY: Final = SECOND
 _DRIVEN_WHILE_LOST: Final = SECOND
@@ -70,6 +71,3 @@ class Recovery:
         if not (look.is_on or is_said) and self._healthy.is_on(look.at):
             return "outputs are off"
         return None
-
-
-_AFTER: Final = f"{RECOVER / SECOND:g} s after the fault"

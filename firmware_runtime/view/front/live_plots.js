@@ -152,10 +152,7 @@ class Plots {
       element("p", { class: "acts" }, this.pause, this.spans, this.choice, this.exports()), this.list, this.lanes());
     this.fill(model.leaves);
     for (const leaf of model.shown) this.add(leaf);
-    addEventListener("beforeprint", () => {
-      for (const { plot } of this.shown.values()) plot.isSeen = true;
-      this.draw(this.at ?? this.store.at);
-    });
+    addEventListener("beforeprint", () => this.drawPlots([...this.shown.values()])); // no frame comes before it prints
     document.addEventListener("keydown", (event) => {
       if (event.key === " " && event.target === document.body) { event.preventDefault(); this.togglePause(); }
     });
@@ -256,17 +253,20 @@ class Plots {
     this.isDrawing = true;
     requestAnimationFrame(() => {
       this.isDrawing = false;
-      const [begin, end] = this.span();
-      for (const { plot, leaves, isHeld } of this.shown.values()) {
-        if (!plot.isSeen) continue;
-        const curves = leaves.map((each) => this.store.lines.get(each) ?? NO_LINE);
-        const data = curves.some(({ times }) => times.length) ? visible(curves, begin, end, Math.round(plot.library.bbox.width), isHeld) : [[begin, end], ...leaves.map(() => [null, null])];
-        plot.library.batch(() => { plot.library.setData(data, false); plot.library.setScale("x", { min: begin, max: end }); });
-        if (rewind?.isAway) plot.moveTo(at);
-      }
+      this.drawPlots([...this.shown.values()].filter(({ plot }) => plot.isSeen));
       this.frames = (this.frames ?? 0) + 1;
-      if (this.ends || this.isPaused || this.frames % STATES_EVERY === 0) this.drawStates(begin, end);
+      if (this.ends || this.isPaused || this.frames % STATES_EVERY === 0) this.drawStates(...this.span());
     });
+  }
+
+  drawPlots(shown) {
+    const [begin, end] = this.span();
+    for (const { plot, leaves, isHeld } of shown) {
+      const curves = leaves.map((each) => this.store.lines.get(each) ?? NO_LINE);
+      const data = curves.some(({ times }) => times.length) ? visible(curves, begin, end, Math.round(plot.library.bbox.width), isHeld) : [[begin, end], ...leaves.map(() => [null, null])];
+      plot.library.batch(() => { plot.library.setData(data, false); plot.library.setScale("x", { min: begin, max: end }); });
+      if (rewind?.isAway) plot.moveTo(this.at);
+    }
   }
 
   drawStates(begin, end) {
