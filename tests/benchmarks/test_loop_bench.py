@@ -205,10 +205,10 @@ def test_the_wire_is_computed_from_the_boards_own_load() -> None:
 
 # The command --------------------------------------------------------------------------------------
 
-QUICK = ("--rates", "999", "--activations", "30", "--repetitions", "1", "--split-seconds", "1")
+QUICK = ("--rates", "999", "--activations", "999", "--repetitions", "1", "--split-seconds", "1")
 
 
-@pytest.mark.slow
+@pytest.mark.real_time
 def test_the_report_adds_up_and_the_ratio_comes_last(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
