@@ -9,7 +9,7 @@ from firmware_drivers.chips.mpu9250_burst import InertialSample
 from firmware_drivers.chips.mpu9250_settings import Mpu9250Settings
 
 from firmware_runtime.hal.i2c import Message
-from firmware_runtime.hal.wire_errors import NoAcknowledge, NotReady
+from firmware_runtime.hal.wire_errors import Implausible, NoAcknowledge, NotReady
 from sim_doubles.clock import ManualClock
 from sim_doubles.faults import FaultScript, ForcedRegister
 from sim_doubles.inertial_truth import InertialTruth
@@ -31,6 +31,7 @@ class Rig(WiredMpu9250):
     """One chip at rest in a field without noise that grows evenly: every measurement differs."""
 
     def __init__(self, settings: Mpu9250Settings | None = None) -> None:
+        self.rate = RATE
         super().__init__(ManualClock(), self.truth, magnetometer=True, noise_seed=1)
         self.driver = Mpu9250(self.bus, settings=settings)
         self.bring_up()
@@ -39,7 +40,7 @@ class Rig(WiredMpu9250):
         return growing(at)
 
     def truth(self, at: int) -> InertialTruth:
-        return InertialTruth((0.0, 0.0, 9.80665), RATE, self._field(at), 25.0)
+        return InertialTruth((0.0, 0.0, 9.80665), self.rate, self._field(at), 25.0)
 
     def bring_up(self) -> None:
         self.take(self.driver.bring_up())
@@ -88,6 +89,16 @@ def test_a_second_read_within_one_sample_is_refused(rig: Rig) -> None:
     with pytest.raises(NotReady, match="expected a new sample"):
         rig.driver.read_sample()
     rig.read_every(TICK, 1)
+
+
+@pytest.mark.parametrize("turned", [60.0, -60.0])
+def test_what_turns_faster_than_can_be_measured_is_no_rate(rig: Rig, turned: float) -> None:
+    rig.rate = (0.0, 0.0, turned)
+    with pytest.raises(Implausible, match=r"rate z is -?3\.277e\+04, expected less than its whole"):
+        rig.read_every(TICK, 10)
+    rig.rate = RATE
+    rig.clock.advance(10 * TICK)  # the low-pass forgets
+    assert rig.driver.read_sample().rate == pytest.approx(RATE, abs=0.05)
 
 
 def test_a_magnetometer_that_dies_is_seen_to_stand_still(rig: Rig) -> None:

@@ -60,12 +60,12 @@ MISTAKES: Final[Mapping[str, Mistake]] = {
         '                if (sample := getattr(self, "kept", None)) is None:\n'
         "                    raise\n",
     ),
-    "the check for a frozen IMU is removed": Mistake(
+    "the gyro is not compared with the compass": Mistake(
         "tachobot",
         "imu",
-        f"{CHIPS}mpu9250_burst.py",
-        "        checks.inertial.check((ax, ay, az, gx, gy, gz))\n",
-        "",
+        f"{BOARDS}tachobot/controller.py",
+        "        if settings.compass_time_constant_s:\n            check",
+        "        if False:\n            check",
     ),
     "a failed write of thrust is no fault": Mistake(
         "tachobot",
@@ -95,12 +95,19 @@ MISTAKES: Final[Mapping[str, Mistake]] = {
         "rate[j] * qy - bias_y, rate[k] * qz - bias_z)",
         "rate[k] * qz - bias_z, rate[j] * qy - bias_y)",
     ),
-    "the compass is averaged over a gap": Mistake(
+    "an IMU that was reset is not brought up again": Mistake(
         "tachobot",
         "imu",
-        f"{BOARDS}tachobot/attitude.py",
-        "                self._headings = FIELDS_AVERAGED\n",
-        "",
+        f"{MODELS}imu.py",
+        "self.consecutive_faults % FAULTS_BEFORE_BRING_UP == 0\n",
+        "False\n",
+    ),
+    "a time before another try is a hundred times as long": Mistake(
+        "tachobot",
+        "imu",
+        f"{MODELS}hardware.py",
+        "RETRY_AFTER = 100_000_000\n",
+        "RETRY_AFTER = 10_000_000_000\n",
     ),
     "both treads are swapped": Mistake(
         "detective",

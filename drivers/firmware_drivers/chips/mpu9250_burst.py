@@ -17,7 +17,7 @@ from firmware_drivers.chips.liveness import Liveness, MeanSquare
 from firmware_drivers.chips.mounting import Mounting, Vector
 from firmware_drivers.chips.mpu9250_settings import COUNTS_FULL_SCALE, Mpu9250Settings
 from firmware_runtime.hal.i2c import Message
-from firmware_runtime.hal.wire_errors import NotReady, Stuck
+from firmware_runtime.hal.wire_errors import Implausible, NotReady, Stuck
 
 INT_ENABLE: Final = 0x38
 INT_STATUS: Final = 0x3A
@@ -35,6 +35,8 @@ INERTIAL_AXES: Final = (
     *(f"rate {axis}" for axis in "xyz"),
 )
 """Names of the chip's own axes in faults."""
+_ENDS: Final = frozenset({-COUNTS_FULL_SCALE, 1 - COUNTS_FULL_SCALE, COUNTS_FULL_SCALE - 1})
+"""Counts of an axis that is at an end of its range."""
 GRAVITY_READINGS: Final = 256
 FIELD_NOISE_COUNTS: Final = 1.0
 """Fresh noise of a field: the AK8963's data sheet states none, users find 0.3 uT, two counts."""
@@ -179,7 +181,7 @@ class BurstDecoder(Struct, eq=False):
         """Turn one burst into a sample, its rate without a bias in rad/s, body axes.
 
         Raises NotReady if there is none since the burst before, or none at all; Stuck and
-        Implausible for one that shows that a sensor is dead.
+        Implausible for one that shows that a sensor is dead, or at the end of its range.
         """
         enabled = RAW_RDY_EN
         if self.field is None:
@@ -202,6 +204,8 @@ class BurstDecoder(Struct, eq=False):
                 f"INT_STATUS reads {status:02x}", where=self._place, expected="a new sample"
             )
         checks.inertial.check((ax, ay, az, gx, gy, gz))
+        if not _ENDS.isdisjoint((ax, ay, az, gx, gy, gz)):
+            raise _at_an_end(self._place, (ax, ay, az, gx, gy, gz))
         checks.gravity.check(ax, ay, az)
         field, overflow = None, False
         if self.field is not None:
@@ -217,3 +221,10 @@ class BurstDecoder(Struct, eq=False):
             temperature / TEMPERATURE_COUNTS_PER_C + TEMPERATURE_AT_ZERO_C,
             overflow,
         )
+
+
+def _at_an_end(place: str, counts: tuple[int, ...]) -> Implausible:
+    """Return what is wrong with an axis that reads all it can: there may be any more of it."""
+    each = next(index for index, count in enumerate(counts) if count in _ENDS)
+    expected = "less than its whole range, -32767 to 32767 counts"
+    return Implausible(place, INERTIAL_AXES[each], counts[each], expected)

@@ -32,6 +32,7 @@ from firmware_runtime.hal.wire_errors import HalError
 from firmware_runtime.lab.campaign.healthy import Healthy, end_of
 from firmware_runtime.lab.campaign.recovery import Recovery
 from firmware_runtime.lab.campaign.watched import Look, Said, Watched
+from firmware_runtime.statistics.figures import Figures
 
 Oracle: TypeAlias = Callable[[Rig], str | None]
 """An oracle of one's own: a sentence about what is wrong with a rig's world now, or None."""
@@ -220,7 +221,7 @@ class Judge:
             return self._verdict(
                 "crash", text_of(outcome.error), look.at, where_raised(outcome.error)
             )
-        if (found := self._found_in_the_end(look)) is not None:
+        if (found := self._found_in_the_end(look, self._watched.robot.statistics)) is not None:
             return self._verdict(*found, look.at)
         return self._verdict(SOUND, "", look.at)
 
@@ -230,19 +231,22 @@ class Judge:
         verdict = self._verdict(SOUND, "", at)
         robot.clear_faults()
         try:
-            robot.close()
+            ended = robot.close()
         except HalError as error:
             return self._verdict("on", f"at the end {text_of(error)}", at)
         except FirmwareRuntimeError as error:
             return self._verdict("crash", text_of(error), at, where_raised(error))
-        found = self._found_in_the_end(self._watched.look(), is_cleared=True)
+        figures = robot.statistics if ended is None else ended.statistics
+        found = self._found_in_the_end(self._watched.look(), figures, is_cleared=True)
         return verdict if found is None else self._verdict(*found, at)
 
-    def _found_in_the_end(self, look: Look, *, is_cleared: bool = False) -> tuple[str, str] | None:
+    def _found_in_the_end(
+        self, look: Look, figures: Figures, *, is_cleared: bool = False
+    ) -> tuple[str, str] | None:
         is_kept_off = not is_cleared and look.at <= self._end and self._may_end_on()
         if self._watched.has_output_on and not is_kept_off:
             return "on", "the run is over, and an output is on"
-        for path, each in self._watched.robot.statistics.models.items():
+        for path, each in figures.models.items():
             if each.scheduled - each.run - each.skipped - each.coalesced not in {0, each.waiting}:
                 return "account", f"{path}: {each.scheduled} scheduled, not all accounted for"
         return self._not_finite()
