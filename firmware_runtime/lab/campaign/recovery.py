@@ -4,7 +4,7 @@ from typing import Final
 
 from firmware_runtime.devs.time import MILLISECOND, NEVER, SECOND
 from firmware_runtime.lab.campaign.healthy import Healthy
-from firmware_runtime.lab.campaign.watched import Look, Watched
+from firmware_runtime.lab.campaign.watched import Look, Said, Watched
 
 RECOVER: Final = 5 * SECOND
 """In which a robot has to be healthy again after a fault."""
@@ -19,6 +19,8 @@ class Recovery:
 
     def __init__(self, watched: Watched, healthy: Healthy, end: int, *, is_of_world: bool) -> None:
         self.well_since: int | None = None
+        self._unwell_at = end
+        """When it was last off or astray, or the end of its faults."""
         self._watched = watched
         self._healthy = healthy
         self._end = end
@@ -32,21 +34,41 @@ class Recovery:
         losable = self._watched.losable
         if losable is not None and (lost := losable.lost()) is not None:
             return self._driven_while_lost(look, lost)
-        is_late = look.at - self._end > RECOVER
-        if (why := self._why_unwell(look)) is not None:
+        said = None if self._is_of_world else self._watched.said_last()
+        found = self._off(look) or self._astray(look)
+        if found is not None:
+            self._unwell_at = look.at
+        found = self._reporting(look, said) or found
+        if found is not None:
             self.well_since = None
-            return ("unhealed", f"{_AFTER} {why}") if is_late else None
-        if (far := self._how_far(look)) is not None:
-            self.well_since = None
-            return ("astray", f"{_AFTER} {far}") if is_late else None
+            return found if look.at - self._end > RECOVER else None
         if self.well_since is None:
-            self.well_since = look.at
+            self.well_since = max(self._unwell_at, 0 if said is None else said.at)
         return None
 
-    def _how_far(self, look: Look) -> str | None:
+    def _reporting(self, look: Look, said: Said | None) -> tuple[str, str] | None:
+        """Return what it reported a moment ago."""
+        if said is None or said.at < max(self._end, look.at - _QUIET + 1):
+            return None
+        return "unhealed", f"{_AFTER} {said.model} still reports {said.kind}"
+
+    def _off(self, look: Look) -> tuple[str, str] | None:
+        """Return that outputs are off which are on when all is well.
+
+        Of a push, by which nothing failed, off is right for as long as something is said.
+        """
+        if look.is_on or not self._healthy.is_on(look.at):
+            return None
+        said = self._watched.said_last() if self._is_of_world else None
+        if said is not None and said.at >= look.at - _SAID_LATELY:
+            return None
+        return "unhealed", f"{_AFTER} outputs are off"
+
+    def _astray(self, look: Look) -> tuple[str, str] | None:
         """Return how a driven robot is where no healthy one ever was; a push takes it anywhere."""
         is_judged = look.is_on and not self._is_of_world
-        return self._healthy.envelope.far_outside(look) if is_judged else None
+        far = self._healthy.envelope.far_outside(look) if is_judged else None
+        return None if far is None else ("astray", f"{_AFTER} {far}")
 
     def _driven_while_lost(self, look: Look, lost: str) -> tuple[str, str] | None:
         """Judge a robot that cannot go on: it may be off, and is well then."""
@@ -60,14 +82,3 @@ class Recovery:
             self._lost_at = look.at
         within = max(self._healthy.within, _DRIVEN_WHILE_LOST)
         return ("on", f"{lost}, and it is driven") if look.at - self._lost_at > within else None
-
-    def _why_unwell(self, look: Look) -> str | None:
-        said = self._watched.said_last()
-        since = max(self._end, look.at - _QUIET + 1)
-        if said is not None and not self._is_of_world and said.at >= since:
-            return f"{said.model} still reports {said.kind}"
-        # nothing failed: off is right for as long as it says
-        is_said = said is not None and said.at >= look.at - _SAID_LATELY and self._is_of_world
-        if not (look.is_on or is_said) and self._healthy.is_on(look.at):
-            return "outputs are off"
-        return None
