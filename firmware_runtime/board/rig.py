@@ -1,6 +1,6 @@
 """A rig: a board's chips as doubles on their buses, tied to its world."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Protocol, runtime_checkable
 
 from firmware_runtime.devs.coupled import Coupled
@@ -128,3 +128,19 @@ class Limited(Protocol):
 
     said_within_s: float
     """Seconds in which a fault has to be reported or outputs off, in place of the usual ones."""
+
+
+@runtime_checkable
+class Tolerant(Protocol):
+    """A rig whose robot may be beside where healthy ones are, in campaigns, and it is no harm."""
+
+    borne: Mapping[str, float]
+    """How far, by names of its truth's numbers, such as `tachobot.world.yaw_rad`."""
+
+
+@runtime_checkable
+class Unknowing(Protocol):
+    """A rig of a robot to which some faults are as another world: campaigns leave them out."""
+
+    unknowable: Sequence[str]
+    """Those, `KIND:DEVICE` or `KIND`; a report of a campaign lists them."""

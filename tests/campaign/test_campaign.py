@@ -29,6 +29,7 @@ from firmware_runtime.recording.replay.replay_assertion import assert_replays
 from sim_doubles.rigs.tachobot import TachobotRig
 
 SHORT = Mission(board="tachobot", for_s=1.5)
+YAW = "tachobot.world.yaw_rad"
 UNCHECKED = Mission(
     board="tachobot",
     for_s=1.5,
@@ -314,6 +315,47 @@ def test_a_rig_has_an_oracle_and_a_limit_of_its_own(monkeypatch: pytest.MonkeyPa
     (row,) = forked(mission, [len(space_of(mission)) - 1])
     assert (row["outcome"], row["what"]) == ("own", "it is watched")
     healthy.cache_clear()
+
+
+@pytest.mark.slow
+def test_a_rig_says_what_is_no_harm_and_what_nothing_can_tell(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    mission = Mission(board="tachobot", for_s=0.5)
+    usual, faults = healthy(mission).envelope, space_of(mission).faults
+    place = usual.names.index(YAW)
+    healthy.cache_clear()
+    space_of.cache_clear()
+    monkeypatch.setattr(TachobotRig, "borne", {YAW: 2.0}, raising=False)
+    monkeypatch.setattr(TachobotRig, "unknowable", ("offset:imu", "push"), raising=False)
+    found = healthy(mission)
+    assert found.envelope.high[-1][place] - usual.high[-1][place] > 1.5
+    assert found.envelope.high[-1][place + 1] == usual.high[-1][place + 1]
+    left_out = {*faults} - {*space_of(mission).faults}
+    assert left_out == {("offset", "imu"), ("push", "")}
+    report = carry_out(mission, runs=4, workers=1)
+    assert "left out: offset:imu, push" in str(report)
+    assert report.as_json()["left_out"] == ["offset:imu", "push"]
+    healthy.cache_clear()
+    space_of.cache_clear()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("attribute", "value", "fault"),
+    [
+        ("borne", {"tachobot.world.yaw": 1.0}, "did you mean tachobot.world.yaw_rad"),
+        ("unknowable", ("frieze:imu",), "did you mean freeze"),
+    ],
+)
+def test_what_a_rig_says_of_no_number_or_kind_is_refused(
+    monkeypatch: pytest.MonkeyPatch, attribute: str, value: object, fault: str
+) -> None:
+    healthy.cache_clear()
+    monkeypatch.setattr(TachobotRig, attribute, value, raising=False)
+    with pytest.raises(ConfigError, match=fault) as caught:
+        healthy(Mission(board="tachobot", for_s=0.5))
+    assert f"tachobot: {attribute} of its rig" in str(caught.value)
 
 
 @pytest.mark.slow

@@ -52,6 +52,7 @@ def report(rows: list[Row]) -> Report:
         flakes=0,
         run_again=0,
         never=["flip of imu"],
+        left_out=MISSION.without,
     )
 
 

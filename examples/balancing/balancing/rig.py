@@ -1,6 +1,7 @@
 """The rig: the robot's chips as doubles on their bus, tied to its world."""
 
 from collections.abc import Mapping
+from types import MappingProxyType
 
 from balancing.probe import Probe
 from balancing.result import result
@@ -39,6 +40,8 @@ class BalancingRig(BoardRig):
     said_within_s = 0.5
     """A gyro that is 0.5 rad/s off is contradicted by the speed that it leads to, 0.4 s later:
     sooner nothing that the robot has tells a wrong pitch from a right one."""
+    borne = MappingProxyType({"balancing.world.pitch_rad": 0.15, "balancing.world.place_m": 0.1})
+    """It swings so far when it is pushed, and takes that up."""
 
     @property
     def shown(self) -> OutPort[float]:

@@ -36,6 +36,8 @@ class PanTiltRig(BoardRig):
         self._probe = Probe(lambda: (self._error_rad(), self.pan.angle_rad(self.now())))
 
     push_unit = "rad of pan"
+    unknowable = ("offset:eyes", "scale:eyes", "freeze-axis:eyes", "wrong-byte:eyes", "flip:eyes")
+    """Another light would look the same to its photocells."""
 
     @property
     def shown(self) -> OutPort[float]:

@@ -21,8 +21,7 @@ from msgspec.structs import replace
 from firmware_runtime.board.assignments import assignments_of
 from firmware_runtime.board.local_settings import board_in_force
 from firmware_runtime.board.rigs import has_rig
-from firmware_runtime.errors import ConfigError, expected_one_of
-from firmware_runtime.hal.strike import KINDS
+from firmware_runtime.errors import ConfigError
 from firmware_runtime.lab.campaign.again import number_of, trial_of_row
 from firmware_runtime.lab.campaign.findings import (
     as_in_rows,
@@ -31,7 +30,7 @@ from firmware_runtime.lab.campaign.findings import (
     is_same,
     is_wrong,
 )
-from firmware_runtime.lab.campaign.healthy import healthy
+from firmware_runtime.lab.campaign.healthy import faults_of, healthy
 from firmware_runtime.lab.campaign.judge import Oracle
 from firmware_runtime.lab.campaign.kept_findings import KeptFinding, keep_findings
 from firmware_runtime.lab.campaign.mission import SEED_KEY, Mission
@@ -207,6 +206,7 @@ def _report(
         flakes=len(others) + sum(each.is_flaky for each in found),
         run_again=len(again) + len(found),
         never=never_shown(space_of(mission), rows),
+        left_out=(*mission.without, *healthy(mission).unknowable),
         arrows=len(healthy(mission).arrows),
         never_taken=never_taken(healthy(mission), rows),
         kept=[] if folder is None else keep_findings(folder, mission.board, found, oracle),
@@ -231,6 +231,7 @@ def report_of(rows: Sequence[Row], kept: Sequence[KeptFinding] = ()) -> Report:
         flakes=0,
         run_again=0,
         never=never_shown(space, rows),
+        left_out=(*mission.without, *healthy(mission).unknowable),
         arrows=len(healthy(mission).arrows),
         never_taken=never_taken(healthy(mission), rows),
         kept=of_board,
@@ -254,10 +255,7 @@ def _faults_of(mission: Mission, runs: int | None, budget_s: float | None) -> It
 
 
 def _mission_faults(mission: Mission) -> Iterator[str]:
-    for each in mission.without:
-        kind = each.partition(":")[0]
-        if kind not in KINDS:
-            yield f"--without {each}: {expected_one_of(kind, KINDS)}"
+    yield from (f"--without {each}" for each in faults_of(mission.without))
     try:
         board = board_in_force(mission.board, mission.assignments)
     except ConfigError as error:

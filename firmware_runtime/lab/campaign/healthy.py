@@ -2,19 +2,20 @@
 
 The envelope is what the numbers of the world's truth were in a few healthy runs, each with another
 seed of the world's noise, 0.3 s earlier or later, and a quarter of each number's own range on
-either side. Far outside is what no healthy run was near at any instant: a whole range away.
+either side, or as much as the rig says is no harm. Far outside is what no healthy run was near at
+any instant: a whole range away.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from functools import lru_cache
 from typing import Final
 
 from msgspec import Struct
 
-from firmware_runtime.board.rig import Limited
+from firmware_runtime.board.rig import Limited, Rig, Tolerant, Unknowing
 from firmware_runtime.devs.time import MILLISECOND, NEVER, SECOND, seconds
-from firmware_runtime.errors import ConfigError
-from firmware_runtime.hal.strike import Kind, Place, Use
+from firmware_runtime.errors import ConfigError, expected_one_of
+from firmware_runtime.hal.strike import KINDS, Kind, Place, Use
 from firmware_runtime.hal.wire_errors import WARNING
 from firmware_runtime.lab.campaign.mission import WITHIN_S, Mission
 from firmware_runtime.lab.campaign.watched import EVERY, Look, Watched
@@ -93,6 +94,8 @@ class Healthy(Struct, frozen=True):
     """Those that are taken when all is well."""
     within: int
     """Ns in which a fault has to be reported, or outputs off."""
+    unknowable: tuple[str, ...]
+    """Faults that are left out since nothing that the robot has can tell them, as its rig says."""
     wrong: Wrong | None
     """What the oracles find without any fault; such a robot cannot be judged with one."""
 
@@ -114,12 +117,13 @@ def healthy(mission: Mission) -> Healthy:
         uses=tuple(first.uses),
         places=first.places,
         kinds=first.kinds,
-        envelope=_envelope(first.names, looks),
+        envelope=_envelope(first.names, looks, first.borne),
         on=tuple(all(each.is_on for each in at_once) for at_once in looks),
         not_finite=frozenset(path for each in runs for path in each.not_finite),
         arrows=first.arrows,
         reached=frozenset(arrow for each in runs for arrow in each.reached),
         within=first.within,
+        unknowable=first.unknowable,
         wrong=next((each.wrong for each in runs if each.wrong is not None), None),
     )
 
@@ -135,8 +139,10 @@ class _Run:
             watched = Watched(robot)
             self.places = tuple(robot.session.hardware.struck.places)
             self.kinds = tuple(robot.session.hardware.struck.kinds)
-            self.names = watched.names
-            stated = watched.rig.said_within_s if isinstance(watched.rig, Limited) else WITHIN_S
+            self.names, rig = watched.names, watched.rig
+            self.borne = _borne(mission, rig, self.names)
+            self.unknowable = _unknowable(mission, rig)
+            stated = rig.said_within_s if isinstance(rig, Limited) else WITHIN_S
             self.within = seconds(stated if mission.within_s is None else mission.within_s)
             self._noted: dict[str, int] = {}
             self._note(watched, AT_START)
@@ -182,18 +188,46 @@ def _check(mission: Mission, watched: Watched) -> None:
         raise ConfigError.of_one(mission.board, fault, "a mission that is healthy by itself")
 
 
+def _borne(mission: Mission, rig: Rig, names: Sequence[str]) -> Mapping[str, float]:
+    """Return how far beside its envelope each number may be. Raises ConfigError for no number."""
+    stated = rig.borne if isinstance(rig, Tolerant) else {}
+    if faults := [expected_one_of(each, names) for each in stated if each not in names]:
+        raise ConfigError(f"{mission.board}: borne of its rig", faults)
+    return stated
+
+
+def _unknowable(mission: Mission, rig: Rig) -> tuple[str, ...]:
+    """Return faults that the robot cannot know. Raises ConfigError for what is no kind."""
+    stated = tuple(rig.unknowable) if isinstance(rig, Unknowing) else ()
+    if faults := [*faults_of(stated)]:
+        raise ConfigError(f"{mission.board}: unknowable of its rig", faults)
+    return stated
+
+
+def faults_of(words: Sequence[str]) -> Iterator[str]:
+    """Yield what is wrong with faults to leave out, `KIND` or `KIND:DEVICE`, a sentence each."""
+    for each in words:
+        kind = each.partition(":")[0]
+        if kind not in KINDS:
+            yield f"{each}: {expected_one_of(kind, KINDS)}"
+
+
 def _at(looks: Sequence[Look], number: int) -> Look:
     """A look of a run; the last one of a run that was over by then."""
     return looks[min(number, len(looks) - 1)]
 
 
-def _envelope(names: Sequence[str], looks: Sequence[Sequence[Look]]) -> Envelope:
+def _envelope(
+    names: Sequence[str], looks: Sequence[Sequence[Look]], borne: Mapping[str, float]
+) -> Envelope:
     columns = range(len(names))
     lows = [[min(each.numbers[c] for each in at_once) for c in columns] for at_once in looks]
     highs = [[max(each.numbers[c] for each in at_once) for c in columns] for at_once in looks]
     least = [min(low[c] for low in lows) for c in columns]
     most = [max(high[c] for high in highs) for c in columns]
-    margins = [max(_MARGIN * (most[c] - least[c]), _LEAST) for c in columns]
+    usual = [max(_MARGIN * (most[c] - least[c]), _LEAST) for c in columns]
+    margins = [max(usual[c], borne.get(names[c], 0.0)) for c in columns]
+    far = [max(usual[c] * _FAR, margins[c]) for c in columns]
 
     def window(number: int) -> slice:
         return slice(max(0, number - _SLACK), number + _SLACK + 1)
@@ -208,8 +242,8 @@ def _envelope(names: Sequence[str], looks: Sequence[Sequence[Look]]) -> Envelope
             tuple(max(high[c] for high in highs[window(k)]) + margins[c] for c in columns)
             for k in range(len(looks))
         ),
-        least=tuple(least[c] - margins[c] * _FAR for c in columns),
-        most=tuple(most[c] + margins[c] * _FAR for c in columns),
+        least=tuple(least[c] - far[c] for c in columns),
+        most=tuple(most[c] + far[c] for c in columns),
     )
 
 

@@ -33,6 +33,8 @@ class Report(Struct, frozen=True, kw_only=True):
     """Runs that were run again to know that."""
     never: Sequence[str]
     """Faults of the space, `KIND of DEVICE`, that no run has had, or that never showed."""
+    left_out: Sequence[str] = ()
+    """Faults that were left out, `KIND` or `KIND:DEVICE`: by choice, or as the rig says."""
     arrows: int = 0
     """Arrows of the robot's state diagrams."""
     never_taken: Sequence[str] = ()
@@ -72,6 +74,7 @@ class Report(Struct, frozen=True, kw_only=True):
             "board": self.board,
             "outcomes": dict(Counter(str(row["outcome"]) for row in self.rows).most_common()),
             "said": self.said,
+            "left_out": list(self.left_out),
             "never": list(self.never),
             "arrows": self.arrows,
             "never_taken": list(self.never_taken),
@@ -97,6 +100,8 @@ class Report(Struct, frozen=True, kw_only=True):
             yield f"{self.run_again} run again: {self.flakes} flakes"
         if fixed := sum(bool(each.fixed) for each in self.kept):
             yield f"{fixed} of {len(self.kept)} that were found here are fixed"
+        if self.left_out:
+            yield f"left out: {_listed(self.left_out)}"
         if self.never:
             yield f"never shown: {_listed(self.never)}"
         if self.arrows:
