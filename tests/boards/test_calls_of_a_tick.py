@@ -143,6 +143,7 @@ def test_a_control_tick_takes_few_calls_in_few_files(tmp_path: Path) -> None:
         assert all(any(Path(name).name == file for name in tick) for tick in ticks)
 
 
+@pytest.mark.real_time
 def test_a_late_one_takes_few_more_and_names_its_cause_in_slack(tmp_path: Path) -> None:
     clock = InRealTime()
     clock.count(CONTROLLED_FROM, file_of_ours)
