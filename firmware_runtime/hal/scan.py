@@ -13,7 +13,7 @@ from enum import Enum
 from typing import Final, NamedTuple
 
 from firmware_runtime.hal.i2c import I2cBus
-from firmware_runtime.hal.wire_errors import AddressInUse, BusFault, NoAcknowledge
+from firmware_runtime.hal.wire_errors import AddressInUse, BusFault, BusTimeout, NoAcknowledge
 
 ADDRESSES: Final = range(0x08, 0x78)
 READ_ONLY: Final = frozenset((*range(0x30, 0x38), *range(0x50, 0x60)))
@@ -41,7 +41,7 @@ class Answer(NamedTuple):
 def scan(bus: I2cBus, addresses: Iterable[int] = ADDRESSES) -> Iterator[Answer]:
     """Give every address where something is.
 
-    Raises BusTimeout where a line is held: no other address would fare better; and PortClosed.
+    Raises BusTimeout where a line is held, twice: no other address would fare better; and PortClosed.
     """
     for address in addresses:
         has_acknowledged = False
@@ -61,6 +61,14 @@ def scan(bus: I2cBus, addresses: Iterable[int] = ADDRESSES) -> Iterator[Answer]:
 
 
 def _ask(bus: I2cBus, address: int) -> None:
+    """Ask once more after a timeout: an interrupt may come late; a held line makes a second one."""
+    try:
+        _ask_once(bus, address)
+    except BusTimeout:
+        _ask_once(bus, address)
+
+
+def _ask_once(bus: I2cBus, address: int) -> None:
     if address not in READ_ONLY:
         try:
             bus.write(address, b"")

@@ -48,6 +48,14 @@ def test_a_bus_whose_line_is_held_is_given_up_at_the_first_address() -> None:
     assert bus.log[-1].address == 0x43
 
 
+def test_a_bus_that_times_out_once_is_asked_to_the_end() -> None:
+    bus = bus_of_two()
+    late = AdapterError(address=0x43, first=0, last=0, errno=errno.ETIMEDOUT)
+    bus.faults = FaultScript([late])
+    found = [(each.address, each.state) for each in scan(bus)]
+    assert found == [(0x43, State.ANSWERS), (0x5A, State.ANSWERS), (0x70, State.ANSWERS)]
+
+
 @pytest.mark.parametrize(
     ("errors", "state"),
     [
