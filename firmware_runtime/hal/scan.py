@@ -41,7 +41,7 @@ class Answer(NamedTuple):
 def scan(bus: I2cBus, addresses: Iterable[int] = ADDRESSES) -> Iterator[Answer]:
     """Give every address where something is.
 
-    Raises BusTimeout where a line is held, twice: no other address would fare better; and PortClosed.
+    Raises BusTimeout where a line is held: no other address would fare better; and PortClosed.
     """
     for address in addresses:
         has_acknowledged = False
