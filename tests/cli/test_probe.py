@@ -211,7 +211,7 @@ def test_a_bus_that_times_out_is_not_asked_to_the_end(
     command: Command, machine: dict[str, I2cBus | Exception]
 ) -> None:
     machine["/dev/i2c-1"] = bus = tachobots_bus()
-    bus.faults = FaultScript([AdapterError(address=0x21, last=1, errno=errno.ETIMEDOUT)])
+    bus.faults = FaultScript([AdapterError(address=0x21, times=2, errno=errno.ETIMEDOUT)])
     ended = command("probe", "1")
     assert ended.status == 3
     assert "not asked to the end: i2c 0x21: timed out" in ended.out

@@ -50,10 +50,11 @@ def test_a_bus_whose_line_is_held_is_given_up_at_the_first_address() -> None:
 
 def test_a_bus_that_times_out_once_is_asked_to_the_end() -> None:
     bus = bus_of_two()
-    late = AdapterError(address=0x43, first=0, last=0, errno=errno.ETIMEDOUT)
+    late = AdapterError(address=0x43, errno=errno.ETIMEDOUT)
     bus.faults = FaultScript([late])
     found = [(each.address, each.state) for each in scan(bus)]
     assert found == [(0x43, State.ANSWERS), (0x5A, State.ANSWERS), (0x70, State.ANSWERS)]
+    assert [each.address for each in bus.log].count(0x43) == 3  # twice, and once again
 
 
 @pytest.mark.parametrize(
