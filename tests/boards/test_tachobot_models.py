@@ -6,7 +6,12 @@ from itertools import repeat
 import numpy as np
 import pytest
 from firmware_boards.tachobot.allocation import T_PSEUDO_INVERSE, Allocation, T, allocate
-from firmware_boards.tachobot.attitude import FIELDS_AVERAGED, Attitude
+from firmware_boards.tachobot.attitude import (
+    FIELDS_AT_REST,
+    FIELDS_AVERAGED,
+    FIELDS_PROVED,
+    Attitude,
+)
 from firmware_drivers.chips.mpu9250_burst import InertialSample
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -108,6 +113,32 @@ def test_a_turn_in_a_gap_between_samples_is_not_taken_for_where_it_was_at_first(
     for number in range(1000):  # it has turned to 1 rad within a second that nothing was felt of
         estimator.feel(1500 + 10 * number, 0.0, heading=1.0)
     assert estimator.yaw == pytest.approx(1.0, abs=0.01)
+
+
+def test_what_lied_before_a_gap_is_not_in_where_it_was_at_first() -> None:
+    estimator = Estimator(compass_s=1.0)
+    for number in range(FIELDS_AT_REST):
+        estimator.feel(10 * number, 0.0, heading=0.0)
+    for number in range(FIELDS_AT_REST, FIELDS_AVERAGED // 2):  # it turns, and is not felt to
+        estimator.feel(10 * number, 0.0, heading=0.01 * number)
+    for number in range(1000):
+        estimator.feel(1500 + 10 * number, 0.0, heading=1.0)
+    assert estimator.yaw == pytest.approx(1.0, abs=0.02)
+
+
+@pytest.mark.parametrize(("fields", "is_lost"), [(FIELDS_PROVED, True), (FIELDS_PROVED + 2, False)])
+def test_a_contradiction_ends_the_run_while_it_is_not_certain_where_it_was_at_first(
+    fields: int, *, is_lost: bool
+) -> None:
+    estimator = Estimator(compass_s=1.0)
+    for number in range(fields):
+        estimator.feel(10 * number, 0.0, heading=0.0)
+    sent = len(estimator.values("yaw"))
+    estimator.put(10 * fields, trusted=False)
+    estimator.put(10 * fields + 600, trusted=True)
+    estimator.feel(10 * fields + 610, 0.0, heading=0.0)
+    assert [each.failed for each in estimator.values("ended")] == [True] * is_lost
+    assert len(estimator.values("yaw")) == sent + (not is_lost)
 
 
 # Allocation ---------------------------------------------------------------------------------------

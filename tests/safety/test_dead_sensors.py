@@ -177,8 +177,8 @@ def compare_headings(motion: str, hours: float, seed: int) -> Found:
 
 
 IMU = 0x68
-GYRO_Z = 5.0
-"""Number of its word, after those of the acceleration."""
+GYRO_Z, FIELD_Y = 5.0, 7.0
+"""Numbers of their words, after those of the acceleration."""
 ACCELERATION, RATE, RATE_Z = 0x3B, 0x43, 0x47
 
 
@@ -268,12 +268,23 @@ def test_gyro_and_compass_agree_by_half_of_what_is_believed_also_under_a_push(mo
 @pytest.mark.slow
 @pytest.mark.parametrize("kind", ["offset", "negate", "swap"])
 def test_a_gyro_that_lies_for_a_second_is_contradicted_and_the_yaw_found_again(kind: str) -> None:
-    lie = Strike(kind, "imu", at_s=1.8, for_s=1.0, amount=GYRO_Z)
-    with open_board("tachobot", doubles=True, clock="virtual", faults=[lie]) as robot:
-        robot.run(2.6)
+    lie = Strike(kind, "imu", at_s=2.5, for_s=1.0, amount=GYRO_Z)
+    push = Strike("push", at_s=2.6, amount=2.0)  # a sign shows in a turn only
+    with open_board("tachobot", doubles=True, clock="virtual", faults=[lie, push]) as robot:
+        robot.run(3.3)
         assert robot.outputs == {"thrust_pairs": 0}
         robot.run(10.0)
-        assert robot.result["settled"] is True
+        assert robot.result["yaw_error_rad"] == pytest.approx(0.0, abs=0.05)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("at_s", [0.27, 0.72])
+def test_a_compass_that_lied_about_where_it_was_at_first_ends_the_run(at_s: float) -> None:
+    lie = Strike("negate", "imu", at_s=at_s, for_s=1.0, amount=FIELD_Y)
+    with open_board("tachobot", doubles=True, clock="virtual", faults=[lie]) as robot:
+        ended = robot.run(10.0)
+        assert "before it is certain where the robot was at first" in ended.reason
+        assert robot.outputs == {"thrust_pairs": 0}
 
 
 @pytest.mark.slow

@@ -5,6 +5,7 @@ import math
 from firmware_drivers.chips.mpu9250_burst import InertialSample
 
 from firmware_boards.tachobot.settings import ControllerSettings
+from firmware_runtime.board.robot import Ending
 from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.time import MILLISECOND, SECOND, seconds
 from firmware_runtime.models.cross_check import CrossCheck, CrossCheckSettings, Source, Window
@@ -13,6 +14,14 @@ from firmware_runtime.system.elementary import atan2
 
 FIELDS_AVERAGED = 100
 """Readings of the compass from which its angle at yaw zero is taken; one alone is too noisy."""
+FIELDS_PROVED = 150
+"""Readings after which what lied during most of the average would have been contradicted."""
+FIELDS_AT_REST = 10
+"""Of these the first, before the robot can have turned far: kept where the rest turns out wrong."""
+_UNKNOWN_ZERO = Ending(
+    "gyro and compass contradict each other before it is certain where the robot was at first",
+    failed=True,
+)
 GAP = 50 * MILLISECOND
 """Time without a sample, ns, in which the robot may have turned as no rate says."""
 
@@ -22,6 +31,7 @@ class Attitude(Atomic):
 
     disabled --enable? true--> waiting --sample?--> estimating (0) --yaw!--> waiting
     waiting --enable? false--> disabled
+    any, fields too few --trusted? false--> ending (0) --ended!--> lost
 
     While `trusted` is false gyro and compass contradict each other, and no yaw is sent. Disabled
     again, it goes on estimating and says nothing: the robot may turn meanwhile.
@@ -31,8 +41,9 @@ class Attitude(Atomic):
     how far the estimate has strayed from it since the start, on average of its first fields; of
     that, elapsed / time constant is taken off in one step, and all of it after a gap between
     samples that were trusted: what it turned meanwhile only the compass knows, but for whole turns,
-    for which the rate after it counts. The average ends there, too: such a turn would be taken for
-    where the robot was at first.
+    for which the rate after it counts. The average ends there, too, and goes back to the first few
+    fields: such a turn would be taken for where the robot was at first. What contradicts itself by
+    then may have lied about that from the beginning: then yaw zero is not known, and the run ends.
     """
 
     def __init__(self, name: str, compass_time_constant: int, *, enabled: bool) -> None:
@@ -41,13 +52,14 @@ class Attitude(Atomic):
         self.enable = self.in_port("enable", bool)
         self.trusted = self.in_port("trusted", bool)
         self.yaw = self.out_port("yaw", Motion)
+        self.ended = self.out_port("ended", Ending)
         self.compass_time_constant = compass_time_constant
         self.enabled = enabled
         self.is_trusted = True
         self.motion: Motion | None = None
         self._since_sample = 0
         self._headings = 0
-        self._heading_at_zero = 0.0
+        self._heading_at_zero = self._heading_at_rest = 0.0
         self._has_gap = False
         """Whether there was one since the compass was last read."""
 
@@ -56,21 +68,29 @@ class Attitude(Atomic):
         self.passivate("waiting" if self.enabled else "disabled")
 
     def output(self) -> None:
-        """Send the estimate."""
-        if self.motion is not None:
+        """Send the estimate, or that there will be none."""
+        if self.phase == "ending":
+            self.ended.send(_UNKNOWN_ZERO)
+        elif self.motion is not None:
             self.yaw.send(self.motion)
 
     def internal(self) -> None:
         """Wait for the next sample."""
-        self.passivate("waiting")
+        self.passivate("lost" if self.phase == "ending" else "waiting")
 
     def external(self, elapsed: int) -> None:
         """Take the newest sample in, if enabled."""
         self._since_sample += elapsed
+        if self.phase == "lost":
+            self.passivate("lost")
+            return
         if self.enable:
             self.enabled = self.enable[-1]
         if self.trusted:
             self.is_trusted = self.trusted[-1]
+        if not self.is_trusted and 0 < self._headings < FIELDS_PROVED:
+            self.activate("ending")
+            return
         is_sound = bool(self.sample) and self.is_trusted
         if is_sound and (self.enabled or self.motion is not None):
             self.motion = self._estimate(self.sample[-1], self._since_sample)
@@ -89,9 +109,9 @@ class Attitude(Atomic):
         yaw, rate_before = self.motion
         if elapsed > GAP:
             rate_before = rate  # the one before it may have been the first of a lie
-            if self._headings:
-                self._headings = FIELDS_AVERAGED
-                self._has_gap = True
+            if 0 < self._headings < FIELDS_AVERAGED:
+                self._headings, self._heading_at_zero = FIELDS_AVERAGED, self._heading_at_rest
+            self._has_gap = self._headings > 0
         yaw += (rate_before + rate) / 2 * elapsed / SECOND
         constant = self.compass_time_constant
         if field is not None and constant:
@@ -105,10 +125,12 @@ class Attitude(Atomic):
         """Return compass less estimate, within plus and minus pi; 0 at first."""
         heading = _heading_of(field)
         error = math.remainder(heading - self._heading_at_zero - yaw, math.tau)
-        if self._headings == FIELDS_AVERAGED:
-            return error
         self._headings += 1
+        if self._headings > FIELDS_AVERAGED:
+            return error
         self._heading_at_zero += error / self._headings
+        if self._headings <= FIELDS_AT_REST:
+            self._heading_at_rest = self._heading_at_zero
         return 0.0
 
 

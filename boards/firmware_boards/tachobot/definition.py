@@ -192,9 +192,11 @@ def _result(model: Tachobot) -> dict[str, object]:
 
 
 def _ended(model: Tachobot) -> OutPort[Ending] | None:
-    """Return the port by which mode `track` gives up; the other modes have none."""
+    """Return the port by which it gives up: without a position, or without a yaw."""
     controller = model.controller
-    return None if isinstance(controller, Controller) else controller.given_up.ended
+    if isinstance(controller, Controller):
+        return controller.attitude.ended
+    return controller.given_up.ended
 
 
 BOARD = BoardDefinition(

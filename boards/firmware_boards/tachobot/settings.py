@@ -147,9 +147,9 @@ class CompassCheckSettings(Settings, frozen=True):
     """Largest difference of their turns: the motors' iron and currents bend a compass."""
     brief_window_s: Seconds = 0.5
     """A second one, for a gyro that suddenly lies."""
-    brief_tolerance_rad: Positive = 0.14
-    """Six times the compass' noise (0.09), what bends it while currents change (0.04), bias."""
-    share: NotNegative = 0.15
+    brief_tolerance_rad: Positive = 0.11
+    """The most of the compass' noise (0.06), what bends it while currents change (0.03), bias."""
+    share: NotNegative = 0.08
     """And so much of the turn more, for the scales of both."""
 
 
