@@ -117,6 +117,16 @@ def test_one_slow_keyframe_does_not_end_keyframes(run_with: Callable[..., list[i
     assert max(after - before for before, after in pairwise(taken)) < 7 * SECOND
 
 
+def test_a_while_beside_a_busy_process_does_not_end_keyframes(
+    run_with: Callable[..., list[int]],
+) -> None:
+    usual = 300 * MICROSECOND
+    captures = Captures(*[usual] * REHEARSED, *[4 * MILLISECOND] * 4, then=usual)
+    taken = run_with(captures, pause=PAUSE, until=300 * SECOND)
+    assert max(after - before for before, after in pairwise(taken)) < 75 * SECOND
+    assert taken[-1] > 290 * SECOND
+
+
 def test_a_first_one_that_is_slow_is_no_measure(run_with: Callable[..., list[int]]) -> None:
     captures = Captures(9 * MILLISECOND, then=MILLISECOND)
     assert run_with(captures, pause=PAUSE, until=SECOND) == [0]
