@@ -94,7 +94,7 @@ def test_a_second_read_within_one_sample_is_refused(rig: Rig) -> None:
 @pytest.mark.parametrize("turned", [60.0, -60.0])
 def test_what_turns_faster_than_can_be_measured_is_no_rate(rig: Rig, turned: float) -> None:
     rig.rate = (0.0, 0.0, turned)
-    with pytest.raises(Implausible, match=r"rate z is -?3\.277e\+04, expected less than its whole"):
+    with pytest.raises(Implausible, match=r"rate z is -?3\.277e\+04, expected less than the whole"):
         rig.read_every(TICK, 10)
     rig.rate = RATE
     rig.clock.advance(10 * TICK)  # the low-pass forgets

@@ -18,7 +18,7 @@ FIELDS_PROVED = 150
 """Readings after which what lied during most of the average would have been contradicted."""
 FIELDS_AT_REST = 10
 """Of these the first, before the robot can have turned far: kept where the rest turns out wrong."""
-_UNKNOWN_ZERO = Ending(
+UNKNOWN_ZERO = Ending(
     "gyro and compass contradict each other before it is certain where the robot was at first",
     failed=True,
 )
@@ -70,7 +70,7 @@ class Attitude(Atomic):
     def output(self) -> None:
         """Send the estimate, or that there will be none."""
         if self.phase == "ending":
-            self.ended.send(_UNKNOWN_ZERO)
+            self.ended.send(UNKNOWN_ZERO)
         elif self.motion is not None:
             self.yaw.send(self.motion)
 

@@ -12,7 +12,7 @@ from firmware_drivers.chips.mpu9250_burst import InertialSample
 from firmware_drivers.thrust_pairs import Forces
 
 from firmware_boards.tachobot.allocation import Allocation
-from firmware_boards.tachobot.attitude import Attitude, heading_check
+from firmware_boards.tachobot.attitude import UNKNOWN_ZERO, Attitude, heading_check
 from firmware_boards.tachobot.course import path_of
 from firmware_boards.tachobot.pid_controller import PidController
 from firmware_boards.tachobot.settings import PidSettings, TachobotSettings, TrackSettings
@@ -73,6 +73,7 @@ class TrackingController(PidController[TrackingPid]):
             self.couple(self.sample, check.rate)
             self.couple(self.sample, check.value)
             self.couple(check.agrees_out, self.attitude.trusted)
+            self.couple(self.attitude.ended, self.given_up.no_yaw)
         self.couple(self.sample, inertial.sample)
         self.couple(self.sample, self.attitude.sample)
         self.couple(self.enable, self.trajectory.enable)
@@ -148,24 +149,35 @@ class GivenUp(StateDiagram):
     """Says once that the run has failed.
 
     watching --state? SAFE--> ending (0) --ended!--> over
+    watching --no_yaw?--> lost (0) --ended!--> over
     """
 
     def __init__(self, name: str, safe_after_s: float) -> None:
         super().__init__(name)
         self.state = self.in_port("state", PositionState)
+        self.no_yaw = self.in_port("no_yaw", Ending)
         self.ended = self.out_port("ended", Ending)
         self._ending = Ending(f"no position for {safe_after_s:g} s", failed=True)
         self.follow(
             (
-                State("watching", NEVER, Arrow("state?safe", "ending")),
+                State("watching", NEVER, Arrow("state?safe", "ending"), Arrow("no_yaw?it", "lost")),
                 State("ending", 0, Arrow("ended!failure", "over")),
+                State("lost", 0, Arrow("ended!yaw", "over")),
                 State("over", NEVER),
             ),
-            {"safe": _is_safe, "failure": self._failure},
+            {"safe": _is_safe, "it": _is_it, "failure": self._failure, "yaw": _without_yaw},
         )
 
     def _failure(self, _kept: Kept) -> Ending:
         return self._ending
+
+
+def _is_it(_ending: Ending, _kept: Kept) -> bool:
+    return True
+
+
+def _without_yaw(_kept: Kept) -> Ending:
+    return UNKNOWN_ZERO
 
 
 def _is_safe(state: PositionState, _kept: Kept) -> bool:
