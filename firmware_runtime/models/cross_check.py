@@ -43,6 +43,9 @@ class CrossCheckSettings(Struct, frozen=True, kw_only=True):
     """What is compared, for the fault: `heading, rad, by gyro against compass`."""
     windows: tuple[Window, ...]
     """The shortest first; one at least."""
+    pause: int | None = None
+    """Ns between two readings of a source after which it begins anew; None is the shortest window.
+    The rate is taken to have changed evenly for up to so long."""
     share: float = 0.0
     """And so much of the change more, for sources whose scales differ."""
     circle: float = math.inf
@@ -85,7 +88,8 @@ class Comparison:
         self.settings = settings
         self.agrees = True
         self.changes = [Change(each, settings.share) for each in settings.windows]
-        self._pause = settings.windows[0].length
+        pause = settings.pause
+        self._pause = settings.windows[0].length if pause is None else pause
         self._rate: float | None = None
         self._value: float | None = None
         self._step = 0.0
@@ -134,8 +138,8 @@ class CrossCheck(Atomic, Generic[R, V]):
 
     They agree at first. Apart by more than the tolerance of any window they do not; they do again
     from half of that of the shortest one on, and all windows begin again. As long as they do not,
-    the fault is repeated once a shortest window. A source that pauses for so long begins a new one,
-    and contradicts nothing.
+    the fault is repeated once a shortest window. A source that pauses for too long begins
+    anew, and contradicts nothing.
     """
 
     def __init__(

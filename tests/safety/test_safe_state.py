@@ -97,6 +97,8 @@ def test_a_run_whose_file_was_replaced_by_a_copy_is_found(tmp_path: Path) -> Non
 @pytest.mark.slow
 def test_a_run_that_is_stopped_is_off_and_comes_back_disarmed(tmp_path: Path) -> None:
     with guarded_run(tmp_path, guard=False) as run:
+        steps = run.steps()
+        wait_until(lambda: run.steps() > steps + 300, "it is certain where the robot was at first")
         run.signal(signal.SIGSTOP)
         status, said = safe_state(run)
         assert (status, run.is_off) == (0, True)

@@ -146,6 +146,7 @@ def heading_check(settings: ControllerSettings) -> CrossCheck[InertialSample, In
         CrossCheckSettings(
             quantity="heading (rad, compass less gyro)",
             windows=tuple(sorted(windows)),
+            pause=GAP,
             share=stated.share,
             circle=math.tau,
         ),
