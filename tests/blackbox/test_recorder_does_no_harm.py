@@ -127,6 +127,22 @@ def test_a_while_beside_a_busy_process_does_not_end_keyframes(
     assert taken[-1] > 290 * SECOND
 
 
+def test_one_that_made_something_late_is_tried_ever_more_seldom(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    captures = Captures(*[300 * MICROSECOND] * REHEARSED, then=12 * MILLISECOND)
+    schedule, tried = opened(monkeypatch, captures, []), list[int]()
+    for at in range(0, 2000 * SECOND, PAUSE):
+        if at >= schedule.due_at and schedule.has_time(at, PAUSE):
+            begun = captures.now
+            assert schedule.capture(at) is not None
+            schedule.taken(at, captures.now - begun)
+            tried.append(at // SECOND)
+    gaps = [after - before for before, after in pairwise(tried)]
+    assert len(tried) < 8
+    assert gaps[-1] > 10 * gaps[0]
+
+
 def test_a_first_one_that_is_slow_is_no_measure(run_with: Callable[..., list[int]]) -> None:
     captures = Captures(9 * MILLISECOND, then=MILLISECOND)
     assert run_with(captures, pause=PAUSE, until=SECOND) == [0]

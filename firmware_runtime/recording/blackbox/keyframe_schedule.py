@@ -7,9 +7,10 @@ is no such pause none is taken: no activation waits for a keyframe.
 
 How long one takes is the longest attempt of late, of which a part is forgotten with time, so that
 one that met a page fault or another process does not end keyframes; but never less than the
-shortest of the last few, nor than what one took before the run, for as much state. After a minute
-without an attempt the last few say nothing any more: the computer may have been busy. One that
-fails has taken as long; the next is tried later and later.
+shortest of the last few, nor than what one took before the run. After a minute without an attempt
+the last few say nothing any more: the computer may have been busy, which a try shows; after one
+that made something late it is twice as long. One that fails has taken as long; the next is tried
+later and later.
 
 It warns early, and once each, that keyframes grow or are missing: later the run cannot be replayed.
 A state that grows without bound, such as a list that a model only appends to, takes more and more
@@ -19,7 +20,6 @@ stays of use until its last keyframe has been written over, which may be hours l
 
 from collections import deque
 from collections.abc import Callable
-from functools import partial
 from time import monotonic_ns
 from typing import Final, Protocol, TypeVar
 
@@ -74,9 +74,10 @@ class KeyframeSchedule:
         self._takes = 0
         self._usual = 0
         """What one took, of those before the run: the one in the middle."""
-        self._usual_size = self._size = 0
-        """Bytes of the state, of those before the run and of the last one."""
-        self._tried_at = 0
+        self._tried_at = self._had = 0
+        """When one was tried last, and how long it had until the next event."""
+        self._patience = LONGEST_WAIT
+        """Ns without an attempt after which the last few say nothing any more."""
         self._forgets_at = 0
         self._failures = 0
 
@@ -100,9 +101,7 @@ class KeyframeSchedule:
             for _ in range(_REMEMBERED):
                 _ = b"\1" * _CACHE  # in a run, too, nothing of it is in the processor's caches
                 before = monotonic_ns()
-                if (state := self._able(keyframes.capture)) is not None:
-                    self._able(partial(write, state))
-                    self._usual_size = self._size = len(state)
+                self._able(lambda: write(keyframes.capture()))
                 self._note(monotonic_ns() - before)
             self._takes = self._usual = sorted(self._attempts)[_REMEMBERED // 2]
             self.cannot = self.fault
@@ -112,11 +111,12 @@ class KeyframeSchedule:
         if self._keyframes is None:
             return False
         if left >= MARGIN * self._takes + RESERVE or not self._is_real_time:
+            self._had = left
             return True
         self.fault = _NO_TIME
         if now >= self._forgets_at:
             self._forgets_at = now + KEYFRAME_AGAIN
-            if now - self._tried_at >= LONGEST_WAIT:
+            if now - self._tried_at >= self._patience:
                 self._attempts.clear()
             self._forget()
         return False
@@ -132,7 +132,7 @@ class KeyframeSchedule:
         if state is None:
             self.failed(now, monotonic_ns() - before)
         else:
-            self.fault, self._size = None, len(state)
+            self.fault = None
         return state
 
     def largest(self) -> str:
@@ -146,6 +146,7 @@ class KeyframeSchedule:
         """
         self._note(spent)
         self._failures = 0
+        self._patience = 2 * self._patience if spent > self._had else LONGEST_WAIT
         self.due_at = NEVER if is_large else now + KEYFRAME_EVERY
 
     def failed(self, now: int, spent: int) -> None:
@@ -168,8 +169,7 @@ class KeyframeSchedule:
 
     def _forget(self) -> None:
         """Take one part less for needed of what is beyond the usual and the shortest of late."""
-        usual = self._usual * max(self._size, 1) // max(self._usual_size, 1)
-        least = max(min(self._attempts, default=0), usual)
+        least = max(min(self._attempts, default=0), self._usual)
         beyond = max(self._takes - least, 0)
         self._takes = least + beyond - beyond // _FORGOTTEN
 
