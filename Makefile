@@ -10,7 +10,7 @@
 # make update-test  twenty bad builds and twenty equal ones deployed to a container with a systemd of its
 #             own (half an hour; needs root and systemd-nspawn)
 # make pi-full-test  a whole Debian on an emulated Raspberry Pi, deployed to by ssh, updated, and cut
-#             off at steps of it (root; more than an hour on two cores); STEPS chooses from deploy, cuts,
+#             off at steps of it (root; some 45 minutes on two cores); STEPS chooses from deploy, cuts,
 #             page, restart and each-cut
 # make campaign  robots struck, killed and soaked, mutants, wire formats: each part of MINUTES minutes
 #             (30), in turn, into docs/reliability.md; PARTS chooses (tests/reliability/run.py)

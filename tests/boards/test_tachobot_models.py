@@ -135,10 +135,25 @@ def test_a_contradiction_ends_the_run_while_it_is_not_certain_where_it_was_at_fi
         estimator.feel(10 * number, 0.0, heading=0.0)
     sent = len(estimator.values("yaw"))
     estimator.put(10 * fields, trusted=False)
+    for late in range(10, 600, 10):
+        estimator.feel(10 * fields + late, 0.0, heading=0.0)
     estimator.put(10 * fields + 600, trusted=True)
     estimator.feel(10 * fields + 610, 0.0, heading=0.0)
     assert [each.failed for each in estimator.values("ended")] == [True] * is_lost
     assert len(estimator.values("yaw")) == sent + (not is_lost)
+
+
+def test_a_moment_of_doubt_ends_nothing() -> None:
+    estimator = Estimator(compass_s=1.0)
+    for number in range(100):
+        estimator.feel(10 * number, 0.0, heading=0.0)
+    estimator.put(1000, trusted=False)
+    for late in range(10, 150, 10):
+        estimator.feel(1000 + late, 0.0, heading=0.0)
+    estimator.put(1150, trusted=True)
+    for late in range(10, 600, 10):
+        estimator.feel(1150 + late, 0.0, heading=0.0)
+    assert estimator.values("ended") == []
 
 
 # Allocation ---------------------------------------------------------------------------------------

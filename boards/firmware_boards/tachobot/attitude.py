@@ -16,6 +16,8 @@ FIELDS_AVERAGED = 100
 """Readings of the compass from which its angle at yaw zero is taken; one alone is too noisy."""
 FIELDS_PROVED = 150
 """Readings after which what lied during most of the average would have been contradicted."""
+DOUBT = 200 * MILLISECOND
+"""Time for which they contradict each other, ns, that no sample which came late makes."""
 FIELDS_AT_REST = 10
 """Of these the first, before the robot can have turned far: kept where the rest turns out wrong."""
 UNKNOWN_ZERO = Ending(
@@ -31,7 +33,7 @@ class Attitude(Atomic):
 
     disabled --enable? true--> waiting --sample?--> estimating (0) --yaw!--> waiting
     waiting --enable? false--> disabled
-    any, fields too few --trusted? false--> ending (0) --ended!--> lost
+    any, fields too few, not trusted for DOUBT --sample?--> ending (0) --ended!--> lost
 
     While `trusted` is false gyro and compass contradict each other, and no yaw is sent. Disabled
     again, it goes on estimating and says nothing: the robot may turn meanwhile.
@@ -56,6 +58,7 @@ class Attitude(Atomic):
         self.compass_time_constant = compass_time_constant
         self.enabled = enabled
         self.is_trusted = True
+        self._doubted_for = 0
         self.motion: Motion | None = None
         self._since_sample = 0
         self._headings = 0
@@ -86,9 +89,11 @@ class Attitude(Atomic):
             return
         if self.enable:
             self.enabled = self.enable[-1]
+        self._doubted_for += 0 if self.is_trusted else elapsed
         if self.trusted:
             self.is_trusted = self.trusted[-1]
-        if not self.is_trusted and 0 < self._headings < FIELDS_PROVED:
+            self._doubted_for = 0
+        if self._doubted_for >= DOUBT and 0 < self._headings < FIELDS_PROVED:
             self.activate("ending")
             return
         is_sound = bool(self.sample) and self.is_trusted
