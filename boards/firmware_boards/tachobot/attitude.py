@@ -20,7 +20,7 @@ DOUBT = 200 * MILLISECOND
 """Time for which they contradict each other, ns, that no sample which came late makes."""
 FIELDS_AT_REST = 10
 """Of these the first, before the robot can have turned far: kept where the rest turns out wrong."""
-UNKNOWN_ZERO = Ending(
+_UNKNOWN_ZERO = Ending(
     "gyro and compass contradict each other before it is certain where the robot was at first",
     failed=True,
 )
@@ -73,7 +73,7 @@ class Attitude(Atomic):
     def output(self) -> None:
         """Send the estimate, or that there will be none."""
         if self.phase == "ending":
-            self.ended.send(UNKNOWN_ZERO)
+            self.ended.send(_UNKNOWN_ZERO)
         elif self.motion is not None:
             self.yaw.send(self.motion)
 

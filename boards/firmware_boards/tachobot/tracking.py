@@ -12,7 +12,7 @@ from firmware_drivers.chips.mpu9250_burst import InertialSample
 from firmware_drivers.thrust_pairs import Forces
 
 from firmware_boards.tachobot.allocation import Allocation
-from firmware_boards.tachobot.attitude import UNKNOWN_ZERO, Attitude, heading_check
+from firmware_boards.tachobot.attitude import Attitude, heading_check
 from firmware_boards.tachobot.course import path_of
 from firmware_boards.tachobot.pid_controller import PidController
 from firmware_boards.tachobot.settings import PidSettings, TachobotSettings, TrackSettings
@@ -160,24 +160,18 @@ class GivenUp(StateDiagram):
         self._ending = Ending(f"no position for {safe_after_s:g} s", failed=True)
         self.follow(
             (
-                State("watching", NEVER, Arrow("state?safe", "ending"), Arrow("no_yaw?it", "lost")),
+                State(
+                    "watching", NEVER, Arrow("state?safe", "ending"), Arrow("no_yaw?why", "lost")
+                ),
                 State("ending", 0, Arrow("ended!failure", "over")),
-                State("lost", 0, Arrow("ended!yaw", "over")),
+                State("lost", 0, Arrow("ended!why", "over")),
                 State("over", NEVER),
             ),
-            {"safe": _is_safe, "it": _is_it, "failure": self._failure, "yaw": _without_yaw},
+            {"safe": _is_safe, "failure": self._failure, "why": Ending},
         )
 
     def _failure(self, _kept: Kept) -> Ending:
         return self._ending
-
-
-def _is_it(_ending: Ending, _kept: Kept) -> bool:
-    return True
-
-
-def _without_yaw(_kept: Kept) -> Ending:
-    return UNKNOWN_ZERO
 
 
 def _is_safe(state: PositionState, _kept: Kept) -> bool:

@@ -204,13 +204,13 @@ class BurstDecoder(Struct, eq=False):
                 f"INT_STATUS reads {status:02x}", where=self._place, expected="a new sample"
             )
         checks.inertial.check((ax, ay, az, gx, gy, gz))
-        if not _ENDS.isdisjoint((gx, gy, gz)):  # a shock clips an acceleration, and is over
-            raise _at_an_end(self._place, (gx, gy, gz))
+        acceleration, rate = (ax, ay, az), (gx, gy, gz)
+        if not _ENDS.isdisjoint(rate):  # a shock clips an acceleration, and is over
+            raise _at_an_end(self._place, rate)
         checks.gravity.check(ax, ay, az)
         field, overflow = None, False
         if self.field is not None:
             field, overflow = self.field.decode(burst[_FIELD_AT:], checks)
-        acceleration, rate = (ax, ay, az), (gx, gy, gz)
         i, j, k = self._axes
         (px, py, pz), (qx, qy, qz) = self._acceleration, self._rate
         bias_x, bias_y, bias_z = rate_bias

@@ -24,16 +24,17 @@ from firmware_runtime.board.rigs import has_rig
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.lab.campaign.again import number_of, trial_of_row
 from firmware_runtime.lab.campaign.findings import (
+    Finding,
     as_in_rows,
     finding_without_faults,
     findings_of,
     is_same,
     is_wrong,
 )
-from firmware_runtime.lab.campaign.healthy import faults_of, healthy
+from firmware_runtime.lab.campaign.healthy import healthy
 from firmware_runtime.lab.campaign.judge import Oracle
 from firmware_runtime.lab.campaign.kept_findings import KeptFinding, keep_findings
-from firmware_runtime.lab.campaign.mission import SEED_KEY, Mission
+from firmware_runtime.lab.campaign.mission import SEED_KEY, Mission, faults_of
 from firmware_runtime.lab.campaign.report import Report, never_shown, never_taken
 from firmware_runtime.lab.campaign.space import in_courses, space_of
 from firmware_runtime.lab.campaign.stretches import Stretches, in_parts
@@ -198,19 +199,9 @@ def _report(
     step = max(1, len(rows) // AGAIN)
     again = [row for row in rows[::step] if not is_wrong(row)][:AGAIN]
     others = [row for row in again if not is_same(row, alone(trial_of(row), oracle=oracle))]
-    return Report(
-        board=mission.board,
-        space=len(space_of(mission)),
-        rows=rows,
-        findings=found,
-        flakes=len(others) + sum(each.is_flaky for each in found),
-        run_again=len(again) + len(found),
-        never=never_shown(space_of(mission), rows),
-        left_out=(*mission.without, *healthy(mission).unknowable),
-        arrows=len(healthy(mission).arrows),
-        never_taken=never_taken(healthy(mission), rows),
-        kept=[] if folder is None else keep_findings(folder, mission.board, found, oracle),
-    )
+    flakes = len(others) + sum(each.is_flaky for each in found)
+    kept = [] if folder is None else keep_findings(folder, mission.board, found, oracle)
+    return _summed_up(mission, rows, found, kept, flakes=flakes, run_again=len(again) + len(found))
 
 
 def report_of(rows: Sequence[Row], kept: Sequence[KeptFinding] = ()) -> Report:
@@ -222,19 +213,32 @@ def report_of(rows: Sequence[Row], kept: Sequence[KeptFinding] = ()) -> Report:
     mission = trial_of_row(rows[0]).mission
     of_board = [each for each in kept if each.finding.mission.board == mission.board]
     left = [each.finding for each in of_board if not each.fixed]
-    space = space_of(mission)
+    return _summed_up(mission, rows, left if of_board else as_in_rows(rows), of_board)
+
+
+def _summed_up(  # noqa: PLR0913 -- what a report has beside what follows from its rows
+    mission: Mission,
+    rows: Sequence[Row],
+    findings: Sequence[Finding],
+    kept: Sequence[KeptFinding],
+    *,
+    flakes: int = 0,
+    run_again: int = 0,
+) -> Report:
+    """Return a report, with what there is in the mission's space, and what rows have not shown."""
+    space, found = space_of(mission), healthy(mission)
     return Report(
         board=mission.board,
         space=len(space),
         rows=rows,
-        findings=left if of_board else as_in_rows(rows),
-        flakes=0,
-        run_again=0,
+        findings=findings,
+        flakes=flakes,
+        run_again=run_again,
         never=never_shown(space, rows),
-        left_out=(*mission.without, *healthy(mission).unknowable),
-        arrows=len(healthy(mission).arrows),
-        never_taken=never_taken(healthy(mission), rows),
-        kept=of_board,
+        left_out=(*mission.without, *found.unknowable),
+        arrows=len(found.arrows),
+        never_taken=never_taken(found, rows),
+        kept=kept,
     )
 
 

@@ -6,7 +6,7 @@ either side, or as much as the rig says is no harm. Far outside is what no healt
 any instant: a whole range away.
 """
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from functools import lru_cache
 from typing import Final
 
@@ -15,9 +15,9 @@ from msgspec import Struct
 from firmware_runtime.board.rig import Limited, Rig, Tolerant, Unknowing
 from firmware_runtime.devs.time import MILLISECOND, NEVER, SECOND, seconds
 from firmware_runtime.errors import ConfigError, expected_one_of
-from firmware_runtime.hal.strike import KINDS, Kind, Place, Use
+from firmware_runtime.hal.strike import Kind, Place, Use
 from firmware_runtime.hal.wire_errors import WARNING
-from firmware_runtime.lab.campaign.mission import WITHIN_S, Mission
+from firmware_runtime.lab.campaign.mission import WITHIN_S, Mission, faults_of
 from firmware_runtime.lab.campaign.watched import EVERY, Look, Watched
 
 RUNS: Final = 4
@@ -202,14 +202,6 @@ def _unknowable(mission: Mission, rig: Rig) -> tuple[str, ...]:
     if faults := [*faults_of(stated)]:
         raise ConfigError(f"{mission.board}: unknowable of its rig", faults)
     return stated
-
-
-def faults_of(words: Sequence[str]) -> Iterator[str]:
-    """Yield what is wrong with faults to leave out, `KIND` or `KIND:DEVICE`, a sentence each."""
-    for each in words:
-        kind = each.partition(":")[0]
-        if kind not in KINDS:
-            yield f"{each}: {expected_one_of(kind, KINDS)}"
 
 
 def _at(looks: Sequence[Look], number: int) -> Look:

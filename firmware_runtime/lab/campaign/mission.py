@@ -1,6 +1,6 @@
 """Missions: what a robot does while it is struck, and the faults that are made in it."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Final
 
@@ -8,7 +8,8 @@ from msgspec import Struct
 
 from firmware_runtime.board.assignments import assigned
 from firmware_runtime.board.local_settings import board_in_force
-from firmware_runtime.hal.strike import Strike
+from firmware_runtime.errors import expected_one_of
+from firmware_runtime.hal.strike import KINDS, Strike
 from firmware_runtime.runs.open_board import OpenBoard, open_board
 
 SEED_KEY: Final = "world.seed"
@@ -79,3 +80,11 @@ class Mission(Struct, frozen=True, kw_only=True):
         if self.pairs:
             found += ["--pairs", str(self.pairs)]
         return found
+
+
+def faults_of(words: Sequence[str]) -> Iterator[str]:
+    """Yield what is wrong with faults to leave out, `KIND` or `KIND:DEVICE`, a sentence each."""
+    for each in words:
+        kind = each.partition(":")[0]
+        if kind not in KINDS:
+            yield f"{each}: {expected_one_of(kind, KINDS)}"
