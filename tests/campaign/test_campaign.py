@@ -14,7 +14,7 @@ from msgspec.structs import replace
 from firmware_runtime import HalError
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.errors import ConfigError
-from firmware_runtime.hal.strike import KINDS
+from firmware_runtime.hal.strike import KINDS, Strike
 from firmware_runtime.hal.wire_errors import Stuck
 from firmware_runtime.lab.campaign import campaign, trial
 from firmware_runtime.lab.campaign.again import assert_sound, rerun, rerun_many
@@ -304,6 +304,22 @@ def test_a_robot_is_judged_by_a_line_of_ones_own_too() -> None:
     assert_sound("tachobot", [], for_s=1.5)
     twice = replace(case.strikes[0], at_s=1.4)
     assert_sound("tachobot", [case.strikes[0], twice], for_s=1.5)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    "strike",
+    [
+        pytest.param(Strike("full-on", "thrust_pairs", at_s=0.0), id="said once there are sensors"),
+        pytest.param(
+            Strike("full-on", "thrust_pairs", at_s=0.0479925, for_s=1.0, amount=16.0),
+            id="off since it spins, and says so",
+        ),
+        pytest.param(Strike("stuck", "i2c1", at_s=0.79, for_s=1.0), id="after the first sample"),
+    ],
+)
+def test_tachobot_bears_what_strikes_before_or_as_control_begins(strike: Strike) -> None:
+    assert_sound("tachobot", [strike], for_s=1.5)
 
 
 @pytest.mark.slow

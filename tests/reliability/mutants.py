@@ -43,7 +43,7 @@ QUICK: Final = "not slow and not real_time and not hardware"
 EVERY: Final = "not real_time and not hardware"
 _LIMIT_S: Final = 240.0
 """Processor time of the tests of a mutant; one that takes more hangs."""
-_ENOUGH_S: Final = 60.0
+_ENOUGH_S: Final[Mapping[str, float]] = {QUICK: 20.0, EVERY: 60.0}
 """Processor time after which no other test file is begun with, when none is changed."""
 
 
@@ -168,7 +168,7 @@ class _Judge:
         for file in sorted(found, key=order):
             took_s += self._calls[file].took_s
             chosen.append(file)
-            if took_s >= _ENOUGH_S:
+            if took_s >= _ENOUGH_S[self._marked]:
                 break
         return chosen
 

@@ -110,6 +110,8 @@ class Attitude(Atomic):
     def _estimate(self, sample: InertialSample, elapsed: int) -> Motion:
         rate, field = sample.rate[2], sample.field
         if self.motion is None:
+            if field is not None and self.compass_time_constant:
+                self._compass_error(field, 0.0)
             return Motion(0.0, rate)
         yaw, rate_before = self.motion
         if elapsed > GAP:

@@ -99,6 +99,10 @@ class Healthy(Struct, frozen=True):
     wrong: Wrong | None
     """What the oracles find without any fault; such a robot cannot be judged with one."""
 
+    def has_been_on(self, at: int) -> bool:
+        """Return whether outputs have been on by an instant when all is well."""
+        return any(self.on[: at // EVERY])
+
     def is_on(self, at: int) -> bool:
         """Return whether outputs are on at an instant when all is well, also a while before."""
         number = at // EVERY - 1

@@ -101,7 +101,11 @@ class Judge:
         self._may_stay_on = any(kind.name in _KEPT_OFF for kind in kinds)
         self._drives_itself = any(kind.of == "actuator" for kind in kinds)
         self._recovery = Recovery(
-            self._watched, self._healthy, self._end, is_of_world=self._is_of_world
+            self._watched,
+            self._healthy,
+            self._end,
+            is_of_world=self._is_of_world,
+            may_rest=self._is_of_world or self._drives_itself,
         )
 
     def of_shorter(self, strikes: Sequence[Strike]) -> "Judge":
@@ -186,9 +190,13 @@ class Judge:
         return "late", f"nothing was reported within {within / SECOND:g} s, and outputs are on"
 
     def _silent(self, look: Look) -> tuple[str, str] | None:
-        """A robot that drives beside its envelope, and says nothing."""
+        """A robot that drives beside its envelope, and says nothing.
+
+        What a fault drives by itself while the robot starts up is known once its sensors are up.
+        """
         outside = None
-        if look.is_on and self._said is None and not self._is_of_world:
+        can_know = not self._drives_itself or self._healthy.has_been_on(look.at)
+        if look.is_on and self._said is None and can_know and not self._is_of_world:
             outside = self._healthy.envelope.outside(look)
         if outside is None:
             self._left_at = None

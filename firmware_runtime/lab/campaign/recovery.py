@@ -17,7 +17,9 @@ _DRIVEN_WHILE_LOST: Final = SECOND
 class Recovery:
     """Watches a robot from the end of its faults on; `well_since` when it is well."""
 
-    def __init__(self, watched: Watched, healthy: Healthy, end: int, *, is_of_world: bool) -> None:
+    def __init__(
+        self, watched: Watched, healthy: Healthy, end: int, *, is_of_world: bool, may_rest: bool
+    ) -> None:
         self.well_since: int | None = None
         self._unwell_at = end
         """When it was last off or astray, or the end of its faults."""
@@ -25,6 +27,8 @@ class Recovery:
         self._healthy = healthy
         self._end = end
         self._is_of_world = is_of_world
+        self._may_rest = may_rest
+        """Whether its faults have moved it, so that it may be off for as long as it says why."""
         self._lost_at: int | None = None
 
     def judge(self, look: Look) -> tuple[str, str] | None:
@@ -34,7 +38,8 @@ class Recovery:
         losable = self._watched.losable
         if losable is not None and (lost := losable.lost()) is not None:
             return self._driven_while_lost(look, lost)
-        said = None if self._is_of_world else self._watched.said_last()
+        is_resting = self._may_rest and not look.is_on
+        said = None if self._is_of_world or is_resting else self._watched.said_last()
         found = self._off(look) or self._astray(look)
         if found is not None:
             self._unwell_at = look.at
@@ -55,11 +60,11 @@ class Recovery:
     def _off(self, look: Look) -> tuple[str, str] | None:
         """Return that outputs are off which are on when all is well.
 
-        Of a push, by which nothing failed, off is right for as long as something is said.
+        Where the faults have moved it, off is right for as long as something is said.
         """
         if look.is_on or not self._healthy.is_on(look.at):
             return None
-        said = self._watched.said_last() if self._is_of_world else None
+        said = self._watched.said_last() if self._may_rest else None
         if said is not None and said.at >= look.at - _SAID_LATELY:
             return None
         return "unhealed", f"{_AFTER} outputs are off"
