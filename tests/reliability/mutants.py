@@ -84,7 +84,8 @@ def execute(arguments: argparse.Namespace) -> Result:
     judge = _Judge(log, EVERY if arguments.again else QUICK, read_calls())
     until = None if arguments.minutes is None else time.monotonic() + 60 * arguments.minutes
     if arguments.again:
-        chosen = [(each.room, each.mutant) for each in done.values() if not each.is_noticed]
+        left = [each for each in done.values() if not each.is_noticed]
+        chosen = [(each.room, each.mutant) for each in left if each.room in arguments.rooms]
     else:
         chosen = _chosen(arguments.rooms, arguments.count, arguments.seed)
         chosen = [each for each in chosen if each[1] not in done]
