@@ -41,8 +41,9 @@ ROOMS: Final[Mapping[str, str]] = {
 """Code that is changed, by a name for it."""
 QUICK: Final = "not slow and not real_time and not hardware"
 EVERY: Final = "not real_time and not hardware"
-_LIMIT_S: Final = 240.0
-"""Processor time of the tests of a mutant; one that takes more hangs."""
+_LEAST_LIMIT_S: Final = 20.0
+_TIMES: Final = 3.0
+"""Processor time of the tests of a mutant: one that takes so many times as long, and this, hangs."""
 _ENOUGH_S: Final[Mapping[str, float]] = {QUICK: 20.0, EVERY: 60.0}
 """Processor time after which no other test file is begun with, when none is changed."""
 
@@ -142,7 +143,8 @@ class _Judge:
                 tests = self._tests_of(mutant, source)
                 answer = Answer("survived", "no test calls it")
                 if tests:
-                    server.stdin.write(msgspec.json.encode(self._question(mutant, source, tests)))
+                    question = self._question(mutant, source, tests)
+                    server.stdin.write(msgspec.json.encode(question))
                     server.stdin.write(b"\n")
                     server.stdin.flush()
                     answer = msgspec.json.decode(server.stdout.readline(), type=Answer)
@@ -152,7 +154,8 @@ class _Judge:
 
     def _question(self, mutant: Mutant, source: str, tests: Sequence[str]) -> Question:
         words = ("-m", self._marked, *tests)
-        return Question(str(ROOT / mutant.path), mutant.applied(source), words, _LIMIT_S)
+        limit_s = _LEAST_LIMIT_S + _TIMES * sum(self._calls[file].took_s for file in tests)
+        return Question(str(ROOT / mutant.path), mutant.applied(source), words, limit_s)
 
     def _tests_of(self, mutant: Mutant, source: str) -> list[str]:
         """Return the test files that call what is changed, of the module's own tests first."""
