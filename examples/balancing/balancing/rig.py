@@ -40,8 +40,9 @@ class BalancingRig(BoardRig):
     said_within_s = 0.5
     """A gyro that is 0.5 rad/s off is contradicted by the speed that it leads to, 0.4 s later:
     sooner nothing that the robot has tells a wrong pitch from a right one."""
-    borne = MappingProxyType({"balancing.world.pitch_rad": 0.15, "balancing.world.place_m": 0.1})
-    """It swings so far when it is pushed, and takes that up."""
+    borne = MappingProxyType({"balancing.world.pitch_rad": 0.15, "balancing.world.place_m": 1.0})
+    """It swings so far when it is pushed, and takes that up. Its place it does not know, having no
+    encoders: the noise of its gyro alone has it roll about as far."""
 
     @property
     def shown(self) -> OutPort[float]:
