@@ -73,10 +73,21 @@ class HasLines(Protocol):
         """The serial ports by name."""
 
 
+class Operator(Protocol):
+    """Who arms and disarms a run, at instants of it."""
+
+    def disarm(self, at: int, until: int) -> None:
+        """Have it disarmed at an instant, and armed again at another, if that is not NEVER."""
+
+    def arm(self, at: int) -> None:
+        """Have it armed at an instant."""
+
+
 class StruckDoubles:
     """Doubles in this process, on the clock `now`, and the faults that were made on them.
 
-    `stall` lets so many ns of a run in virtual time pass in which it does nothing.
+    `stall` lets so many ns of a run in virtual time pass in which it does nothing; of a run on them
+    there is an `operator`, too.
     """
 
     def __init__(
@@ -85,9 +96,11 @@ class StruckDoubles:
         devices: HasDevices,
         now: Callable[[], int],
         stall: Callable[[int], None] | None = None,
+        operator: Operator | None = None,
     ) -> None:
         self._doubles = doubles
         self._stall = stall
+        self._operator = operator
         self._now = now
         self._lines = dict(_breakable(doubles))
         self.places = [*_places(self._lines, devices, self._fit)]
@@ -102,6 +115,8 @@ class StruckDoubles:
         found = [kind for name, kind in KINDS.items() if name in fitting]
         if self._stall is not None:
             found.append(KINDS["stall"])
+        if self._operator is not None:
+            found.append(KINDS["disarm"])
         if isinstance(self._doubles, Pushable):
             found.append(replace(KINDS["push"], unit=self._doubles.push_unit))
         return found
@@ -121,10 +136,15 @@ class StruckDoubles:
             )
         at = max(since + strike.at, self._now())
         amount = strike.amount if strike.amount is not None else kind.amount
-        if kind.of in OF_NO_DEVICE:
+        until = NEVER if strike.span == NEVER else at + strike.span
+        if kind.of in OF_NO_DEVICE and strike.device:
+            fault = f"{strike.kind} of {strike.device}"
+            raise ConfigError.of_one("fault", fault, "it without a device")
+        if kind.name == "disarm" and self._operator is not None:
+            self._operator.disarm(at, until)
+        elif kind.of in OF_NO_DEVICE:
             self._strike_all(strike, at, amount or 0.0)
         else:
-            until = NEVER if strike.span == NEVER else at + strike.span
             once = strike.span == 0 and not kind.is_moment
             span = Span(at, NEVER if once else until, once)
             for line, address in self._struck_places(strike):
@@ -138,6 +158,7 @@ class StruckDoubles:
         """Let every fault that has no end be over after `at`, as if it had been made so."""
         for line in self._lines.values():
             line.end_strikes(at)
+        self._arm_again(at)
         self.struck = [each if each.span is not None else _ended(each, at) for each in self.struck]
 
     def clear(self) -> None:
@@ -145,7 +166,13 @@ class StruckDoubles:
         at = self._now()
         for line in self._lines.values():
             line.clear_strikes()
+        self._arm_again(at)
         self.struck = [_ended(each, at) for each in self.struck if each.at <= at]
+
+    def _arm_again(self, at: int) -> None:
+        is_disarmed = any(each.kind == "disarm" and each.span is None for each in self.struck)
+        if self._operator is not None and is_disarmed:
+            self._operator.arm(at)
 
     def _fit(self, line: Breakable, address: int | None) -> tuple[str, ...]:
         fitting = line.fitting(address)
@@ -153,9 +180,6 @@ class StruckDoubles:
 
     def _strike_all(self, strike: Strike, at: int, amount: float) -> None:
         """Push the robot, or stall its computer."""
-        if strike.device:
-            fault = f"{strike.kind} of {strike.device}"
-            raise ConfigError.of_one("fault", fault, "it without a device")
         has_been = False
 
         def happen() -> None:

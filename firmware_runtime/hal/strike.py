@@ -18,10 +18,10 @@ from msgspec import Struct
 from firmware_runtime.devs.time import NEVER, seconds
 from firmware_runtime.errors import expected_one_of
 
-Of: TypeAlias = Literal["I2C", "sensor", "serial", "chip", "actuator", "machine", "world"]
+Of: TypeAlias = Literal["I2C", "sensor", "serial", "chip", "actuator", "machine", "people", "world"]
 """Things that a kind can be about: an I2C bus or a chip on it, what a chip on it measures, a serial
-port, a chip, what a chip drives, the computer that the robot runs on, the world."""
-OF_NO_DEVICE: Final = frozenset({"machine", "world"})
+port, a chip, what a chip drives, the robot's computer, who commands it, the world."""
+OF_NO_DEVICE: Final = frozenset({"machine", "people", "world"})
 """Those that have no device by a name."""
 
 Needs: TypeAlias = Literal["", "read", "write"]
@@ -129,6 +129,7 @@ _ALL: Final = (
         amount=50.0,
         unit="ms",
     ),
+    Kind("disarm", "its operator disarms it; then it is armed again", "people"),
     Kind("push", "the robot is pushed", "world", is_moment=True, amount=1.0),
 )
 KINDS: Final[Mapping[str, Kind]] = {kind.name: kind for kind in _ALL}

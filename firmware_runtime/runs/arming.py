@@ -122,6 +122,8 @@ class Arming:
         self._enable = enable
         self._log = log
         self._is_quiet = self.is_free and not commanded
+        self._was_said = False
+        """Whether it was said to be disarmed, so that being armed again is said, too."""
         own = () if self.is_free else (self._check_guard, *checks)
         self._checks = (*commanded, *own)
         self._is_suspended = False
@@ -159,7 +161,7 @@ class Arming:
             self._off_again_at = NEVER
             self._in_the_way = ""
             self._acknowledge()
-            if not self._is_quiet:
+            if self._was_said or not self._is_quiet:
                 self._log("armed")
         return against
 
@@ -173,6 +175,7 @@ class Arming:
         What failed is tried again until it does not: a model may not write for long.
         """
         failed = self._withdraw(reason)
+        self._was_said = True
         self._log("; ".join([f"disarmed: {reason}", *failed]))
         return failed
 

@@ -19,6 +19,7 @@ from firmware_runtime.hal.wire_errors import HalError
 from firmware_runtime.recording.blackbox.recorder import Recorder
 from firmware_runtime.runs.open_lines import close_lines, open_lines, soon_free
 from firmware_runtime.runs.outputs import switched_off
+from firmware_runtime.runs.scripted_operator import ScriptedOperator
 from firmware_runtime.system.this_system import demand_linux
 
 if TYPE_CHECKING:
@@ -63,6 +64,8 @@ class Hardware:
         self.world_now = WorldClock() if is_own else OutsideClock(clock.now)
         self.rig: Rig | None = rig_for(board, self.world_now) if is_own else None
         self._stall = clock.stall if isinstance(clock, VirtualClock) else None
+        self.operator = ScriptedOperator()
+        """Arms and disarms the run, where a script of faults has that."""
         self._struck: StruckDoubles | None = None
         self._served: ServedDoubles | None = None
         if (path := self._served_at) is not None:
@@ -90,7 +93,9 @@ class Hardware:
 
             if self.rig is None:
                 refuse_faults(self._board.name, self._served_at or False)
-            self._struck = StruckDoubles(self.rig, self._board, self.world_now, self._stall)
+            self._struck = StruckDoubles(
+                self.rig, self._board, self.world_now, self._stall, self.operator
+            )
         return self._struck
 
     def strike(self, script: "Sequence[Strike]") -> None:

@@ -26,6 +26,7 @@ from firmware_runtime.lab.campaign.trial import Trial, forked, trial_of
 from firmware_runtime.lab.sweeps.partial import partial_of
 from firmware_runtime.lab.sweeps.row import Row
 from firmware_runtime.recording.replay.replay_assertion import assert_replays
+from firmware_runtime.runs.scripted_operator import ScriptedOperator
 from sim_doubles.rigs.tachobot import TachobotRig
 
 SHORT = Mission(board="tachobot", for_s=1.5)
@@ -139,6 +140,7 @@ def test_a_run_that_is_forked_is_to_the_bit_the_one_from_its_start() -> None:
     ]
     numbers += [numbers_of("weak", for_s, device="thrust_pairs")[3] for for_s in (1.0, None)]
     numbers += numbers_of("stall", None, device="")[:1]
+    numbers += [numbers_of("disarm", for_s, device="")[3] for for_s in (1.0, None)]
     rows = list(forked(SHORT, numbers))
     assert sorted(int(row["row"] or 0) for row in rows) == sorted(numbers)
     for row in rows:
@@ -320,6 +322,24 @@ def test_a_robot_is_judged_by_a_line_of_ones_own_too() -> None:
 )
 def test_tachobot_bears_what_strikes_before_or_as_control_begins(strike: Strike) -> None:
     assert_sound("tachobot", [strike], for_s=1.5)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("mistake", "for_s", "finding"),
+    [
+        ("disarm", None, "on of world: it was disarmed 0.3 s ago, and an output is on"),
+        ("arm", 1.0, "unhealed of world: 5 s after the fault outputs are off"),
+    ],
+)
+def test_a_robot_that_is_not_disarmed_or_armed_again_is_found(
+    monkeypatch: pytest.MonkeyPatch, mistake: str, for_s: float | None, finding: str
+) -> None:
+    strike = Strike("disarm", at_s=1.2, for_s=for_s)
+    assert_sound("tachobot", [strike], for_s=1.5)
+    monkeypatch.setattr(ScriptedOperator, mistake, lambda *_: None)
+    with pytest.raises(AssertionError, match=finding):
+        assert_sound("tachobot", [strike], for_s=1.5)
 
 
 @pytest.mark.slow

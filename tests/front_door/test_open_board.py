@@ -13,6 +13,7 @@ from firmware_runtime import (
     HalError,
     RunState,
     StatisticsFileError,
+    Strike,
     VirtualClock,
     open_board,
 )
@@ -319,6 +320,31 @@ def test_a_run_in_stretches_leaves_one_recording_that_replays(tmp_path: Path) ->
     verdict = replay(recording, board_of(recording.header))
     assert verdict.is_identical
     assert verdict.events > 70  # a tick every 10 ms once the gyro is calibrated, 0.77 s on
+
+
+def test_an_operator_in_a_script_disarms_and_arms_again_and_that_replays(tmp_path: Path) -> None:
+    kept, said = tmp_path / "run.recording", list[str]()
+    script = [Strike("disarm", at_s=1.2, for_s=0.3)]
+    with open_board(
+        "tachobot", doubles=True, clock="virtual", faults=script, record=kept, log=said.append
+    ) as robot:
+        robot.run(1.19)
+        assert robot.armed
+        robot.run(0.02)
+        assert not robot.armed
+        assert robot.outputs == {"thrust_pairs": 0}
+        robot.run(0.35)
+        assert robot.armed
+        assert robot.outputs != {"thrust_pairs": 0}
+        robot.strike("disarm")
+        robot.run(0.02)
+        assert robot.outputs == {"thrust_pairs": 0}
+        robot.clear_faults()
+        robot.run(0.2)
+        assert robot.armed
+    assert said[:2] == ["disarmed: its operator disarmed it", "armed"]
+    recording = read_recording(kept)
+    assert replay(recording, board_of(recording.header)).is_identical
 
 
 def test_a_folder_whose_name_is_no_text_does_not_keep_its_board_from_being_recorded(

@@ -41,9 +41,9 @@ ROOMS: Final[Mapping[str, str]] = {
 """Code that is changed, by a name for it."""
 QUICK: Final = "not slow and not real_time and not hardware"
 EVERY: Final = "not real_time and not hardware"
-_LEAST_LIMIT_S: Final = 20.0
+_MORE_S: Final = 20.0
 _TIMES: Final = 3.0
-"""Processor time of the tests of a mutant: one that takes so many times as long, and this, hangs."""
+"""A mutant hangs if its tests take so many times their processor time, and so much more."""
 _ENOUGH_S: Final[Mapping[str, float]] = {QUICK: 20.0, EVERY: 60.0}
 """Processor time after which no other test file is begun with, when none is changed."""
 
@@ -154,7 +154,7 @@ class _Judge:
 
     def _question(self, mutant: Mutant, source: str, tests: Sequence[str]) -> Question:
         words = ("-m", self._marked, *tests)
-        limit_s = _LEAST_LIMIT_S + _TIMES * sum(self._calls[file].took_s for file in tests)
+        limit_s = _MORE_S + _TIMES * sum(self._calls[file].took_s for file in tests)
         return Question(str(ROOT / mutant.path), mutant.applied(source), words, limit_s)
 
     def _tests_of(self, mutant: Mutant, source: str) -> list[str]:

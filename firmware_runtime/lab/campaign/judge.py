@@ -4,7 +4,7 @@
 |---|---|
 | `crash` | something was raised that is no fault of the world, or the process died |
 | `hang` | a second of the robot takes no end of processor time |
-| `on` | the run is over, its lines work, and an output is on; or the robot is lost, and driven |
+| `on` | an output is on: the run is over and its lines work, or it is lost, or was disarmed |
 | `late` | a device fails at each use, outputs are driven, and nothing was reported in time |
 | `silent` | the robot left the envelope of its healthy runs, is driven, and nothing was reported |
 | `not-finite` | a port has sent a number that is none |
@@ -84,7 +84,8 @@ class Judge:
         self._healthy = healthy
         self._oracle = oracle
         self._go_by(strikes)
-        self._struck_at = self._at if all(KINDS[each.kind].is_moment for each in strikes) else None
+        shows = [KINDS[each.kind].is_moment or each.kind == "disarm" for each in strikes]
+        self._struck_at = self._at if all(shows) else None
         self._said: Said | None = None
         self._left_at: int | None = None
 
@@ -94,6 +95,8 @@ class Judge:
         self._at = min(each.at for each in strikes)
         self._end = max(end_of(each.at, each.span) for each in strikes)
         self._is_of_world = any(kind.of == "world" for kind in kinds)
+        self._is_disarmed = all(kind.of == "people" for kind in kinds)
+        self._has_failed = all(kind.of not in {"world", "people"} for kind in kinds)
         self._fails = any(
             kind.fails and each.span > self._healthy.within
             for kind, each in zip(kinds, strikes, strict=True)
@@ -157,6 +160,7 @@ class Judge:
         return (
             self._not_finite()
             or self._own()
+            or self._disarmed(look)
             or self._late(look)
             or self._silent(look)
             or self._recovery.judge(look)
@@ -180,6 +184,13 @@ class Judge:
             said = self._oracle(self._watched.rig)
         return None if said is None else ("own", said)
 
+    def _disarmed(self, look: Look) -> tuple[str, str] | None:
+        """A disarmed robot that is driven."""
+        within = self._healthy.within
+        if self._is_disarmed and look.is_on and self._at + within < look.at <= self._end:
+            return "on", f"it was disarmed {within / SECOND:g} s ago, and an output is on"
+        return None
+
     def _late(self, look: Look) -> tuple[str, str] | None:
         """A device that fails for good, nothing of which is said in time."""
         within = self._healthy.within
@@ -196,7 +207,7 @@ class Judge:
         """
         outside = None
         can_know = not self._drives_itself or self._healthy.has_been_on(look.at)
-        if look.is_on and self._said is None and can_know and not self._is_of_world:
+        if look.is_on and self._said is None and can_know and self._has_failed:
             outside = self._healthy.envelope.outside(look)
         if outside is None:
             self._left_at = None

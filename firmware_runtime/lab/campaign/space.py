@@ -138,7 +138,10 @@ class Space(Sequence[Case]):
                 yield from (Form(kind, place.name, s) for s in spans[place.is_line :])
         if use.line == self._first_line:
             yield from (
-                Form(each, "", None) for each in self._found.kinds if each.of in OF_NO_DEVICE
+                Form(each, "", span)
+                for each in self._found.kinds
+                if each.of in OF_NO_DEVICE
+                for span in spans_of(each)
             )
 
 
