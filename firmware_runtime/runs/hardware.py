@@ -1,6 +1,6 @@
 """Hardware of a run: chips on their lines, doubles made for it, or doubles that are served."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Final, NoReturn
@@ -19,7 +19,6 @@ from firmware_runtime.hal.wire_errors import HalError
 from firmware_runtime.recording.blackbox.recorder import Recorder
 from firmware_runtime.runs.open_lines import close_lines, open_lines, soon_free
 from firmware_runtime.runs.outputs import switched_off
-from firmware_runtime.runs.scripted_operator import ScriptedOperator
 from firmware_runtime.system.this_system import demand_linux
 
 if TYPE_CHECKING:
@@ -27,6 +26,8 @@ if TYPE_CHECKING:
     from firmware_runtime.board.struck_doubles import StruckDoubles
     from firmware_runtime.hal.served.client import ServedDoubles
     from firmware_runtime.hal.strike import Strike
+    from firmware_runtime.runs.arming import Arming
+    from firmware_runtime.runs.scripted_operator import ScriptedOperator
 
 
 SERVED_WITHIN_S: Final = 3.0
@@ -64,8 +65,8 @@ class Hardware:
         self.world_now = WorldClock() if is_own else OutsideClock(clock.now)
         self.rig: Rig | None = rig_for(board, self.world_now) if is_own else None
         self._stall = clock.stall if isinstance(clock, VirtualClock) else None
-        self.operator = ScriptedOperator()
-        """Arms and disarms the run, where a script of faults has that."""
+        self._operator: ScriptedOperator | None = None
+        self._commanded: tuple[Executive, Callable[[], Arming]] | None = None
         self._struck: StruckDoubles | None = None
         self._served: ServedDoubles | None = None
         if (path := self._served_at) is not None:
@@ -84,17 +85,28 @@ class Hardware:
             with blamed_on_rig(self._board, "attach"):
                 self.rig.attach(robot.model)
 
+    def command(self, executive: Executive, arming: "Callable[[], Arming]") -> None:
+        """Let a script of faults disarm this run, and arm it again; most have none."""
+        self._commanded = executive, arming
+        if self._operator is not None:
+            self._operator.attend(executive, arming())
+
     @property
     def struck(self) -> "StruckDoubles":
         """Doubles of this run and their faults. Raises ConfigError where there are none."""
         if self._struck is None:
             # of few runs
             from firmware_runtime.board.struck_doubles import StruckDoubles  # noqa: PLC0415
+            from firmware_runtime.runs.scripted_operator import ScriptedOperator  # noqa: PLC0415
 
             if self.rig is None:
                 refuse_faults(self._board.name, self._served_at or False)
+            operator = self._operator = ScriptedOperator()
+            if self._commanded is not None:
+                executive, arming = self._commanded
+                operator.attend(executive, arming())
             self._struck = StruckDoubles(
-                self.rig, self._board, self.world_now, self._stall, self.operator
+                self.rig, self._board, self.world_now, self._stall, operator
             )
         return self._struck
 

@@ -18,6 +18,7 @@ from firmware_runtime.runs.arming import Arming
 from firmware_runtime.runs.hardware import Hardware
 from firmware_runtime.runs.local_robot import SwitchingOff
 from firmware_runtime.runs.recorded_edge import RecordedEdge
+from firmware_runtime.runs.supervision import RightToDrive
 from firmware_runtime.runs.tuning import Tuning
 
 if TYPE_CHECKING:
@@ -78,9 +79,14 @@ class Session(Struct, frozen=True, kw_only=True):
     executive: Executive
     task: Task
     linked: "LinkedEnd | None"
-    arming: Arming | None
+    right: RightToDrive
     tuning: Tuning
     undo: ExitStack
+
+    @property
+    def arming(self) -> Arming | None:
+        """What decides whether it may drive; None where nothing does, as on doubles of its own."""
+        return self.right.arming
 
     @property
     def shown(self) -> OutPort[float] | None:

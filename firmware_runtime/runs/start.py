@@ -95,12 +95,12 @@ def start_session(  # noqa: PLR0913 -- one path for the command and for programs
     """Put a robot together for one run, and find its chips.
 
     `doubles` are made for the run (True), served at a path, or absent on the real robot (False).
-    The run drives its outputs only while it is armed, see `arming`, by the terms of a `permission`;
-    without one until it is disarmed. With an `end` it runs that part of the model only, tied to the
-    other by `link`; one without hardware opens no lines. What enters it is kept at `recording`,
-    unless the board's `recording.minutes` are 0. `faults` are made on doubles of this run, each at
-    its instant. `log` prints what happens, in sentences. Raises ConfigError for settings that do
-    not fit the model, and faults that cannot be made, StatisticsFileError if another robot's run keeps its statistics
+    With a `permission` the run drives its outputs only while it is armed, see `arming`; without one
+    always. With an `end` it runs that part of the model only, tied to the other by `link`; one
+    without hardware opens no lines. What enters it is kept at `recording`, unless the board's
+    `recording.minutes` are 0. `faults` are made on doubles of this run, each at its instant. `log`
+    prints what happens, in sentences. Raises ConfigError for settings that do not fit the model,
+    and faults that cannot be made, StatisticsFileError if another robot's run keeps its statistics
     at that path, and HalError when a bus or chip is missing; nothing was actuated then.
     A start that fails once chips are asked switches off what it can reach, releases the hardware,
     and only then leaves its recording.
@@ -113,12 +113,10 @@ def start_session(  # noqa: PLR0913 -- one path for the command and for programs
         hardware = _lines(start, right, edge, faults)
         replaced = None if statistics_path is None else keep_clear_of_other_runs(statistics_path)
         local = _robot(start, hardware, edge)
-        is_free = permission is None and hardware.is_here
-        is_armed = is_free and not local.timeouts
-        if is_free:
+        if permission is None and hardware.is_here and local.timeouts:
             permission = FREE
         speak = _dover_blocks(local.robot, clock)
-        executive = _executive(start, local, edge, is_armed=is_armed)
+        executive = _executive(start, local, edge, is_armed=permission is None)
         task = Task(executive, local.robot)
         _dover(start, executive, speak)
         linked = _linked(start, local, executive, task, right)
@@ -126,13 +124,13 @@ def start_session(  # noqa: PLR0913 -- one path for the command and for programs
         if permission is not None:
             commanded = [each for each in (linked and linked.link.why_not, silence) if each]
             right.arming = _arming(start, local, executive, permission, commanded)
-            hardware.operator.attend(executive, right.arming)
+        hardware.command(executive, partial(_arming_of_script, start, local, executive, right))
         tuning = tuning_of(board, end, partial(_retune, local.robot, edge))
         _socket(start, local, executive, right.arming, tuning)
         edge.built(executive, local.robot, hardware, end)
         watch_load(executive, board.settings.executive, right.supervision, log)
         DeviceMessages(executive, log)
-        _chips(start, local, executive, edge, is_armed=is_armed)
+        _chips(start, local, executive, edge, is_armed=permission is None)
         return Session(
             board=board,
             end_of_board=end,
@@ -144,7 +142,7 @@ def start_session(  # noqa: PLR0913 -- one path for the command and for programs
             executive=executive,
             task=task,
             linked=linked,
-            arming=right.arming,
+            right=right,
             tuning=tuning,
             undo=undo.pop_all(),
         )
@@ -208,13 +206,13 @@ def _dover_blocks(robot: Robot, clock: Clock) -> "DoverBlocks | None":
 def _executive(
     start: _Start, local: LocalRobot, edge: RecordedEdge, *, is_armed: bool
 ) -> Executive:
-    """Put the model into a loop; `is_armed`: nothing keeps it from driving."""
+    """Put the model into a loop; `is_armed`: nothing decides whether it may drive."""
     model, hardware, end = local.robot.model, local.hardware, start.end
     elsewhere = () if end is None else end.elsewhere
     configuration = replace(
         configuration_of(start.board, model, hardware.lines, elsewhere),
         statistics_path=start.statistics,
-        armed_at_start=is_armed,
+        armed_at_start=is_armed and hardware.is_here,
         has_link=start.link is not None,
         tap=edge.recorder,
         conditions=hardware.conditions(end),
@@ -292,6 +290,15 @@ def _arming(
     )
     watch_sleep(executive, arming)
     return arming
+
+
+def _arming_of_script(
+    start: _Start, local: LocalRobot, executive: Executive, right: RightToDrive
+) -> Arming:
+    """Return the run's arming; one on its own doubles gets it here, once a script may disarm it."""
+    if right.arming is None:
+        right.arming = _arming(start, local, executive, FREE, ())
+    return right.arming
 
 
 def _retune(robot: Robot, edge: RecordedEdge, settings: Any) -> None:  # noqa: ANN401 -- any board's
