@@ -138,15 +138,7 @@ def carry_out(  # noqa: PLR0913 -- where, how much, and what is shown of it
     until = None if budget_s is None else time.monotonic() + budget_s
     space = space_of(mission)
     if (by_itself := finding_without_faults(mission, findings)) is not None:
-        return Report(
-            board=mission.board,
-            space=len(space),
-            rows=(),
-            findings=(by_itself,),
-            flakes=0,
-            run_again=0,
-            never=(),
-        )
+        return _summed_up(mission, (), [by_itself], ())
     chosen = list(in_courses(space, runs))
     with ExitStack() as stack:
         partial = None
