@@ -3,8 +3,8 @@
 A fault of a device strikes with a transaction of that device: one that is made between two of them
 strikes the second one, and is the same run. So the space has each fault once for each use in which
 it shows: what alters readings at those that read, what refuses a written byte at those that write.
-Kinds that hold up a whole bus are tried on the bus, too; a push at each use of the first line. A
-kind that has a number, such as which bit, has the number of the use.
+Kinds that hold up a whole bus are tried on the bus, too; a push, a stall and being disarmed at each
+use of the first line. A kind that has a number, such as which bit, has the number of the use.
 
 Pairs are a sample: the first ones of any size are spread evenly over what the first fault is, and
 over the faults within a second after it.
