@@ -143,6 +143,7 @@ class _Trial:
         is_each_step = PHASES[phase] == _EACH_STEP
         self._words = f"{PHASES[phase]} {kind} {count if is_each_step else 1}"
         self._at = order.with_suffix(".at")
+        self._asking: threading.Thread | None = None
 
     def made(self) -> tuple[str, float]:
         """Make it; return what became of it and the ms that it took."""
@@ -161,6 +162,8 @@ class _Trial:
         if outcome != "goes on":
             self._run.run.kill()
             self._run.run.wait(PATIENCE_S)
+        if self._asking is not None:
+            self._asking.join(PATIENCE_S)  # or it asks the next run
         return outcome, max(took_ms, 0.0)
 
     def _has_struck(self) -> bool:
@@ -183,7 +186,8 @@ class _Trial:
             stack.enter_context(run.another("export", run.robot, "-o", into))
         self._give_the_order()
         if self._phase == "disarming":
-            threading.Thread(target=self._disarm, daemon=True).start()
+            self._asking = threading.Thread(target=self._disarm, daemon=True)
+            self._asking.start()
         if self._phase == "reload":
             run.run.send_signal(1)
 

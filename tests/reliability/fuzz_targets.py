@@ -23,7 +23,7 @@ from firmware_runtime import open_board
 from firmware_runtime.board import registry
 from firmware_runtime.board.assignments import assigned
 from firmware_runtime.board.local_settings import load_table
-from firmware_runtime.board.registers.register_file import parse_table
+from firmware_runtime.board.registers import register_file
 from firmware_runtime.cli.run_options import stated_fault
 from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.time import SECOND
@@ -267,7 +267,7 @@ TARGETS: Final[Mapping[str, Target]] = {
     "assignments": Target(_of_text(assigned), ()),
     "--set": Target(_of_text(lambda text: registry.load("tachobot", [text]))),
     "kept settings": Target(_of_file("tachobot.settings", load_table)),
-    "register tables": Target(_of_text(lambda text: parse_table(text, "x.toml"))),
+    "register tables": Target(_of_file("x.toml", register_file.load_table)),
     "mountings": Target(_of_text(parse_mounting), (ValueError,)),
     "fault scripts": Target(_of_text(stated_fault), (argparse.ArgumentTypeError,)),
     "distributions": Target(_of_text(distribution), (ValueError,)),
