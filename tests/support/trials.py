@@ -92,7 +92,8 @@ def ready(run: GuardedRun, keep_others: Callable[[], None] = lambda: None) -> No
 def _drives(run: GuardedRun, keep_others: Callable[[], None]) -> bool:
     keep_others()
     if run.run.poll() is not None:
-        run.run_again()
+        arguments, program = run.command
+        run.start_instead(*arguments, program=program)  # a `disarm` of before may be waiting for it
     elif run.is_off:
         with suppress(ControlError):  # it has just ended
             ask(run.log.with_name(f"{run.robot}.stats"), "arm")
