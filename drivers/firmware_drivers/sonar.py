@@ -47,6 +47,8 @@ class SonarSettings:
     """
     near_m: float = 0.0
     """A detection at this distance or nearer is sent as 2, any other as 1."""
+    detection_pings: int = 1
+    """Pings in a row that find something near before it is a detection: one alone may be wrong."""
 
 
 class Sonar(HardwareModel):
@@ -78,7 +80,8 @@ class Sonar(HardwareModel):
         self.settings = settings
         self.is_started = False
         self.distance: float | None = None
-        self.is_near = True
+        self._near_pings = settings.detection_pings
+        """Pings in a row that found something near; before the first, something stands there."""
         self.is_detection = False
         self._since_ping = 0
         self._least_interval = 0
@@ -155,9 +158,11 @@ class Sonar(HardwareModel):
             self.activate("reporting")
 
     def _judge(self, distance: float) -> None:
-        """Send a detection; before the first ping something is taken to stand in the beam."""
-        was_near, self.is_near = self.is_near, distance <= self.settings.threshold_m
-        self.is_detection = self.is_near and not (was_near and self.settings.only_entering)
+        """Find a detection: near in so many pings in a row, and where it has to enter, just now."""
+        is_near, due = distance <= self.settings.threshold_m, self.settings.detection_pings
+        self._near_pings = min(self._near_pings, due) + 1 if is_near else 0
+        is_late = self.settings.only_entering and self._near_pings > due
+        self.is_detection = self._near_pings >= due and not is_late
 
     def _rest(self) -> None:
         interval = max(self.settings.period, self._least_interval)

@@ -6,7 +6,8 @@ itself, up to an offset that does not matter. What is compared is how much each 
 both changes fade with the time constant of a window, so the bias that every gyro has stays a small
 constant (bias times window), and a jump that was right after all is forgiven in time. A short
 window finds soon what is far off, and may have a small tolerance, as bias has little time to add
-up; a long one finds in the end what is a little off.
+up; a long one finds in the end what is a little off. A value that stands still while the rate goes
+on is found sooner than a window can that has to forgive scales which differ (`Standstill`).
 
 Which of the two is wrong is not known: the fault names both.
 """
@@ -36,6 +37,18 @@ class Window(NamedTuple):
     """How far apart both changes may be, in the quantity's unit: noise, and what disturbs one."""
 
 
+class Standstill(NamedTuple):
+    """How much the rate may make of it while the value stands still, in the quantity's unit.
+
+    For a rate without bias, such as a command's: at rest a bias would add up for as long as it is.
+    """
+
+    within: float
+    """A value that is no further than this from where it was stands still: its noise."""
+    most: float
+    """How far apart both changes may be meanwhile."""
+
+
 class CrossCheckSettings(Struct, frozen=True, kw_only=True):
     """Settings: what is compared, and over which windows."""
 
@@ -48,6 +61,8 @@ class CrossCheckSettings(Struct, frozen=True, kw_only=True):
     The rate is taken to have changed evenly for up to so long."""
     share: float = 0.0
     """And so much of the change more, for sources whose scales differ."""
+    standstill: Standstill | None = None
+    """None: a value that stands still is compared as any other."""
     circle: float = math.inf
     """Span after which the quantity repeats, as a heading does."""
 
@@ -81,6 +96,30 @@ class Change:
         return abs(self.apart) / self.most
 
 
+class ChangeAtStandstill:
+    """Changes of both since the value last moved: how far `apart` they are, `most` is believed."""
+
+    def __init__(self, settings: Standstill) -> None:
+        self.within, self.most = settings
+        self.forget()
+
+    def forget(self) -> None:
+        """Begin again where the value is."""
+        self.apart = self._moved = 0.0
+
+    def take(self, moved: float, more: float) -> None:
+        """Take how much the value has changed, and how much more than the rate says."""
+        self._moved += moved
+        self.apart += more
+        if abs(self._moved) > self.within:
+            self.forget()
+
+    @property
+    def excess(self) -> float:
+        """How many times what is believed they are apart."""
+        return abs(self.apart) / self.most
+
+
 class Comparison:
     """Comparison of both changes in each window; `agrees` says whether they do in all of them."""
 
@@ -90,15 +129,19 @@ class Comparison:
         self.changes = [Change(each, settings.share) for each in settings.windows]
         pause = settings.pause
         self._pause = settings.windows[0].length if pause is None else pause
+        still = settings.standstill
+        self.still = None if still is None else ChangeAtStandstill(still)
         self._rate: float | None = None
         self._value: float | None = None
         self._step = 0.0
         """What the rate makes of the time since the last value."""
 
     @property
-    def worst(self) -> Change:
-        """Return the change of the window in which they are furthest apart."""
-        return max(self.changes, key=lambda change: change.excess)
+    def worst(self) -> Change | ChangeAtStandstill:
+        """Return the change of the window, or the standstill, in which they are furthest apart."""
+        worst = max(self.changes, key=lambda change: change.excess)
+        still = self.still
+        return still if still is not None and still.excess > worst.excess else worst
 
     def take_rate(self, rate: float, elapsed: int) -> None:
         """Take a rate, `elapsed` ns after the last one."""
@@ -113,6 +156,8 @@ class Comparison:
         last, step = self._value, self._step
         self._value, self._step = value, 0.0
         if last is None or elapsed > self._pause or self._rate is None:
+            if self.still is not None:
+                self.still.forget()
             return
         more = value - last - step
         if self.settings.circle < math.inf:
@@ -125,6 +170,11 @@ class Comparison:
             change.most = change.window.tolerance + change.share * abs(change.turned)
             if abs(change.apart) > change.most:
                 self.agrees = False
+        if self.still is not None:
+            self.still.take(more + step, more)
+            if self.still.excess > 1.0:
+                self.agrees = False
+                return
         if not did_agree and self.changes[0].excess <= _AGAIN:
             self.agrees = True
             for change in self.changes:
@@ -136,10 +186,10 @@ class CrossCheck(Atomic, Generic[R, V]):
 
     waiting --rate?, value?--> waiting, or reporting (0) --agrees!, fault!--> waiting
 
-    They agree at first. Apart by more than the tolerance of any window they do not; they do again
-    from half of that of the shortest one on, and all windows begin again. As long as they do not,
-    the fault is repeated once a shortest window. A source that pauses for too long begins
-    anew, and contradicts nothing.
+    They agree at first. Apart by more than the tolerance of any window, or of a standstill, they do
+    not; they do again from half of that of the shortest one on, and where the value moves, and all
+    windows begin again. As long as they do not, the fault is repeated once a shortest window. A
+    source that pauses for too long begins anew, and contradicts nothing.
     """
 
     def __init__(

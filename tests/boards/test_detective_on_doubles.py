@@ -3,16 +3,20 @@
 Every mission ends: found, or failed with a sentence, and all off.
 """
 
+import math
 from itertools import cycle
 from pathlib import Path
 from typing import Protocol, cast
 
 import pytest
+from msgspec.structs import replace
 
+from firmware_runtime import Strike, open_board
 from firmware_runtime.devs.time import SECOND
 from sim_doubles.chips.md25 import Md25Double
 from sim_doubles.chips.pca9685 import Pca9685Double
 from sim_doubles.faults import FaultScript, NackAddress
+from sim_doubles.rigs.detective import DetectiveRig
 from tests.support.detective_outage import mission_with_outage
 from tests.support.second_choice_board import second_choice_board
 from tests.support.virtual_detective import (
@@ -156,12 +160,40 @@ def test_a_chip_that_answers_no_more(address: int, phase: str) -> None:
 
 
 def test_a_compass_that_hangs_is_found_out_while_the_robot_turns() -> None:
-    robot = virtual_detective("world.body_compass_stuck_s=5")
+    robot = virtual_detective("world.body_compass_stuck_s=5", "turn_check.still_turn_deg=60")
     robot.run_mission()
     robot.run(7.5)
     at, reason = failed(robot)
     assert "readings in a row, expected some noise" in reason
     assert 6 * SECOND < at < 7.2 * SECOND
+
+
+@pytest.mark.parametrize("stuck_s", [5.0, 6.0, 7.3, 7.8])
+def test_a_compass_that_hangs_is_contradicted_by_the_turn_before_it_shows(stuck_s: float) -> None:
+    turns_s = 5.4
+    robot = virtual_detective(f"world.body_compass_stuck_s={stuck_s}")
+    robot.run_mission()
+    robot.run(10)
+    at, reason = failed(robot)
+    assert "turn_check: turn (degrees, compass less treads' command)" in reason
+    assert 0.4 < at / SECOND - max(stuck_s, turns_s) < 0.7
+
+
+@pytest.mark.parametrize(("for_s", "kinds"), [(0.0, []), (1.0, ["Stuck"]), (None, ["Stuck"])])
+@pytest.mark.parametrize("strike", [Strike("flip", amount=23.0), Strike("wrong-byte", amount=3.0)])
+def test_an_echo_that_none_has_sent_turns_it_nowhere(
+    strike: Strike, for_s: float | None, kinds: list[str]
+) -> None:
+    """Once it is passed over; again and again it is reported with the next ping."""
+    struck = replace(strike, device="radar_sonar", at_s=2.42, for_s=for_s)
+    with open_board("detective", doubles=True, clock="virtual", faults=[struck]) as robot:
+        robot.run(4.4)
+        assert isinstance(robot.rig, DetectiveRig)
+        assert robot.rig.arena.pose(robot.rig.now()).heading_rad == pytest.approx(math.pi / 2)
+        found = robot.statistics.faults.get("radar_sonar", {})
+        assert list(found) == kinds
+        assert all((each.first_s or 0.0) < 2.42 + 0.1 for each in found.values())
+        assert (robot.rig.outputs["treads"] == 0) is bool(kinds)
 
 
 def test_after_a_failure_no_command_reaches_a_motor() -> None:

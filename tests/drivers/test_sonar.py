@@ -44,8 +44,15 @@ def chip() -> ScriptedSonar:
 
 
 class Bench(ScriptedBench[ScriptedSonar]):
-    def __init__(self, chip: ScriptedSonar, *, only_entering: bool = False) -> None:
-        settings = SonarSettings(100 * MILLISECOND, threshold_m=0.5, only_entering=only_entering)
+    def __init__(
+        self, chip: ScriptedSonar, *, only_entering: bool = False, detection_pings: int = 1
+    ) -> None:
+        settings = SonarSettings(
+            100 * MILLISECOND,
+            threshold_m=0.5,
+            only_entering=only_entering,
+            detection_pings=detection_pings,
+        )
         super().__init__(Sonar("sonar", chip, settings), chip)
 
     @property
@@ -117,6 +124,24 @@ def test_detections(
     until_ms = 49 + 100 * len(chip.echoes)
     bench.play(f"50 start=1; {until_ms}; detected is {detected}; failed is ()")
     assert bench.values("distance") == [*map(float, echoes.split())]
+
+
+@pytest.mark.parametrize(("only_entering", "detected"), [(False, "486 586 886"), (True, "486 886")])
+def test_one_echo_alone_is_no_detection_where_two_have_to_agree(
+    chip: ScriptedSonar, detected: str, *, only_entering: bool
+) -> None:
+    bench = Bench(chip, only_entering=only_entering, detection_pings=2)
+    chip.echoes = [9.0, 0.1, 9.0, 0.4, 0.3, 0.3, 9.0, 0.5, 0.5]
+    bench.play("50 start=1; 949; failed is ()")
+    assert bench.detected == [float(each) for each in detected.split()]
+
+
+def test_what_stands_in_the_beam_at_first_has_not_entered_however_many_have_to_agree(
+    chip: ScriptedSonar,
+) -> None:
+    bench = Bench(chip, only_entering=True, detection_pings=3)
+    chip.echoes = [0.3]
+    bench.play("50 start=1; 949; detected is (); failed is ()")
 
 
 def test_a_stop_at_the_instant_of_the_echo_comes_after_it(bench: Bench) -> None:

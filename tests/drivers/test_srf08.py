@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from firmware_runtime.errors import SettingError
-from firmware_runtime.hal.wire_errors import NoAcknowledge, NotReady, WrongDevice
+from firmware_runtime.hal.wire_errors import NoAcknowledge, NotReady, Stuck, WrongDevice
 from tests.support.bare_chip import BareChip, RegisterBus
 
 SONAR = 0x73
@@ -144,3 +144,47 @@ def test_an_echo_is_given_in_metres_and_once(
 def test_bytes_that_cannot_be_an_echo_are_not_made_one(ranging: Bare, read: str) -> None:
     ranging.hold({0: bytes.fromhex(read)})
     ranging.has_no_echo(f"registers 0 to 3 read {read}; expected")
+
+
+# Proofs -------------------------------------------------------------------------------------------
+
+
+def ranged(bare: Bare, echo: int) -> tuple[int, float]:
+    """Range once; return the command that was sent, and the distance."""
+    bare.driver.start_ranging()
+    command = bare.memory[0]
+    bare.show(echo)
+    return command, bare.driver.read_distance()
+
+
+def test_an_echo_where_there_was_none_is_proved_by_the_next_ranging(bare: Bare) -> None:
+    found = [ranged(bare, echo) for echo in (0, 200, 11_628, 201, 0, 30)]
+    assert found == [
+        (0x51, math.inf),
+        (0x51, 2.0),
+        (0x52, 2.0),
+        (0x51, 2.01),
+        (0x51, math.inf),
+        (0x51, 0.3),
+    ]
+    assert ranged(bare, 0) == (0x52, math.inf), "the proof may be that there is none"
+
+
+def test_bits_that_are_set_where_no_echo_is_are_found_by_the_next_ranging(bare: Bare) -> None:
+    ranged(bare, 0)
+    ranged(bare, 256)
+    for readings in (2, 3):
+        with pytest.raises(Stuck, match=f"echo reads 256 in {readings} readings in a row"):
+            ranged(bare, 256)
+    assert ranged(bare, 0) == (0x52, math.inf)
+
+
+def test_bytes_that_cannot_be_an_echo_change_no_unit_of_the_ranging_they_were_read_of(
+    bare: Bare,
+) -> None:
+    ranged(bare, 0)
+    bare.driver.start_ranging()
+    bare.show(0xFFFF)
+    bare.has_no_echo("registers 0 to 3 read 0a 80 ff ff")
+    bare.show(200)
+    assert bare.driver.read_distance() == 2.0

@@ -3,9 +3,16 @@
 import math
 
 import pytest
+from msgspec.structs import replace
 
 from firmware_runtime.devs.time import SECOND
-from firmware_runtime.models.cross_check import CrossCheck, CrossCheckSettings, Source, Window
+from firmware_runtime.models.cross_check import (
+    CrossCheck,
+    CrossCheckSettings,
+    Source,
+    Standstill,
+    Window,
+)
 from tests.support.atomic_bench import AtomicBench
 
 SETTINGS = CrossCheckSettings(
@@ -117,3 +124,46 @@ def test_all_windows_begin_again_once_both_have_agreed_in_the_shortest() -> None
     again = [at for at, agrees in bench.said["agrees"] if agrees]
     assert len(again) == 1
     assert again[0] < 2500
+
+
+WIDELY = CrossCheckSettings(
+    quantity="heading",
+    windows=(Window(5 * SECOND, 0.2),),
+    share=0.8,
+    standstill=Standstill(0.05, 0.3),
+    circle=math.tau,
+)
+"""Of sources whose scales may differ much."""
+
+
+def first_fault_of_a_value_that_stops(settings: CrossCheckSettings) -> float:
+    """When a value is contradicted that stands still after a second of a turn at 0.5 rad/s, ms."""
+    bench = Bench(settings)
+    bench.turn(0, 1000, true=0.5, said=0.5)
+    for at in range(1000, 8000, 10):
+        bench.put(at, rate=0.5, value=0.5 + 0.02 * (at % 20 == 0))  # a little noise
+    bench.run(8000)
+    return float(bench.said["fault"][0][0])
+
+
+def test_a_value_that_stops_amid_a_change_is_found_at_once_whatever_share_is_believed() -> None:
+    assert 1550 < first_fault_of_a_value_that_stops(WIDELY) < 1650
+    assert first_fault_of_a_value_that_stops(replace(WIDELY, standstill=None)) > 3000
+
+
+@pytest.mark.parametrize("share", [0.2, 0.5, 1.0, 1.7])
+def test_a_value_that_moves_by_another_scale_does_not_stand_still(share: float) -> None:
+    bench = Bench(WIDELY)
+    bench.turn(0, 5000, true=0.5 * share, said=0.5)
+    bench.run(5000)
+    assert bench.said.get("fault", []) == []
+
+
+def test_a_value_that_stood_still_is_believed_again_once_it_moves() -> None:
+    bench = Bench(WIDELY)
+    bench.turn(0, 800, true=0.0, said=0.5)
+    bench.turn(800, 1500, true=0.5, said=0.5)
+    bench.run(1500)
+    again = [at for at, agrees in bench.said["agrees"] if agrees]
+    assert len(again) == 1
+    assert 800 < again[0] < 1500

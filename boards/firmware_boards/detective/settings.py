@@ -75,6 +75,10 @@ class TurnCheckTable(Settings, frozen=True):
     tolerance_deg: Positive
     share: NotNegative
     """And so much of the commanded turn more: treads slip."""
+    still_within_deg: Positive = 2.0
+    """A heading that is no further from where it was stands still."""
+    still_turn_deg: Positive = 15.0
+    """Turn that may be commanded while it does."""
 
 
 class DetectiveSettings(BoardSettings, frozen=True, kw_only=True):

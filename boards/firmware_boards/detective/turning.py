@@ -1,7 +1,7 @@
 """Command and response: how the treads are commanded to turn, against how the compass turns.
 
 Treads slip, and how much is not known. So the comparison is wide, and finds what is no slip: a
-heading that stands still under a long turn, or turns the other way, or far too fast.
+heading that stands still under a turn, or turns the other way, or far too little or too fast.
 """
 
 from typing import Final, NamedTuple
@@ -11,7 +11,13 @@ from firmware_drivers.motors import CLOCKWISE, COUNTERCLOCKWISE
 from firmware_boards.detective.settings import TurnCheckTable
 from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.time import seconds
-from firmware_runtime.models.cross_check import CrossCheck, CrossCheckSettings, Source, Window
+from firmware_runtime.models.cross_check import (
+    CrossCheck,
+    CrossCheckSettings,
+    Source,
+    Standstill,
+    Window,
+)
 from firmware_runtime.models.motion import Applied
 
 CIRCLE_DEG: Final = 360.0
@@ -86,6 +92,7 @@ def turn_check(stated: TurnCheckTable) -> CrossCheck[Turn, Turn]:
             quantity="turn (degrees, compass less treads' command)",
             windows=(Window(seconds(stated.window_s), stated.tolerance_deg),),
             share=stated.share,
+            standstill=Standstill(stated.still_within_deg, stated.still_turn_deg),
             circle=CIRCLE_DEG,
         ),
         rate=Source(Turn, lambda turn: turn.rate_deg_s),

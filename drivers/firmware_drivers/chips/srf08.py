@@ -10,7 +10,8 @@ or a late echo of the ping before is taken for a target.
 
 A wall that stands still is distinguished from a sonar that does by ranging in another unit: after
 `SAME_BEFORE_PROOF` equal echoes one ranging is in microseconds, and a chip that ranges answers 58
-times as much. One that answers the same is stuck. No echo is 0 in every unit: whether its
+times as much. One that answers the same is stuck. An echo where there was none is proved by the
+very next ranging: it may be a bit that is wrong. No echo is 0 in every unit: whether its
 transducers still work cannot be known.
 
 The chip has no identity, and many parts have a byte at 0 that could be its revision. So a bring-up
@@ -122,6 +123,7 @@ class Srf08(I2cChip):
         self._echo = 0
         self._same = 0
         """Echoes in a row that were equal to the last bit, in whatever unit."""
+        self._is_proof_due = False
 
     def bring_up(self) -> tuple[Step, ...]:
         """Give the steps from any state to ready, 145 ms: a former program's ranging ends first.
@@ -170,22 +172,24 @@ class Srf08(I2cChip):
                 "ping; it still ranges, or is gone"
             ) from error
         revision, echo = FIRST_ECHO.unpack(found)
-        in_proof = self._unit() == RANGE_IN_MICROSECONDS
-        self._same = self._same + 1 if echo == self._echo else 0
-        self._echo = echo
-        if in_proof and echo and self._same:
-            self._is_ranging = False
-            raise Stuck(self.place, "echo", echo, self._same + 1)
-        if in_proof:
-            self._same, self._echo = 0, 0
-            echo = round(echo / MICROSECONDS_PER_CM)
-        if revision in NO_REVISION or echo > MOST_CM:
+        in_proof = self._is_proof_due
+        centimetres = round(echo / MICROSECONDS_PER_CM) if in_proof else echo
+        if revision in NO_REVISION or centimetres > MOST_CM:
             raise self._not_ready(
                 f"registers 0 to 3 read {found.hex(' ')}",
                 f"a revision from 01 to fe and an echo of {MOST_CM} cm at most",
             )
         self._is_ranging = False
-        return echo / 100 if echo else math.inf
+        is_new = self._echo == 0
+        self._same = self._same + 1 if echo == self._echo else 0
+        self._echo = echo
+        if in_proof and echo and self._same:
+            raise Stuck(self.place, "echo", echo, self._same + 1)
+        if in_proof:
+            self._same, self._echo = 0, centimetres
+        stands = is_new or self._same >= SAME_BEFORE_PROOF
+        self._is_proof_due = not in_proof and echo > 0 and stands
+        return centimetres / 100 if centimetres else math.inf
 
     def _send(self, range_register: int, unit: int) -> None:
         settings = ((GAIN, self._gain), (RANGE, range_register), (COMMAND, unit))
@@ -229,6 +233,5 @@ class Srf08(I2cChip):
             )
 
     def _unit(self) -> int:
-        """The command of a ranging: in centimetres, unless an echo stood still for long."""
-        is_due = self._echo and self._same >= SAME_BEFORE_PROOF
-        return RANGE_IN_MICROSECONDS if is_due else RANGE_IN_CENTIMETRES
+        """The command of a ranging: in centimetres, unless an echo is new or stands still."""
+        return RANGE_IN_MICROSECONDS if self._is_proof_due else RANGE_IN_CENTIMETRES

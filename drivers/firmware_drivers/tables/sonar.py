@@ -23,11 +23,18 @@ class SonarKeys(Settings, frozen=True, kw_only=True, tag_field="chip"):
     """An echo from here or nearer is a detection."""
     only_entering: bool = False
     """A detection is only what was not there, or farther, at the ping before."""
+    detection_pings: Annotated[int, Meta(ge=1)] = 1
+    """Pings in a row that find something near before it is a detection."""
 
     @property
     def model(self) -> SonarSettings:
         """Return the period of ranging, and the distance that counts as near."""
-        return SonarSettings(seconds(self.period_s), self.threshold_m, self.only_entering)
+        return SonarSettings(
+            seconds(self.period_s),
+            self.threshold_m,
+            self.only_entering,
+            detection_pings=self.detection_pings,
+        )
 
     def recurring(self, key: str) -> tuple[Recurring, ...]:  # noqa: ARG002 -- as of every table
         """Return its load of its bus; none of a chip on a serial port."""
