@@ -85,7 +85,7 @@ def test_it_drives_to_the_target_and_says_where_it_stopped(command: Command) -> 
 def test_a_failure_is_reported_on_the_exit_line_and_in_the_statistics(
     command: Command, tmp_path: Path
 ) -> None:
-    stuck = ("--set", "world.body_compass_stuck_s=5")
+    stuck = ("--set", "world.body_compass_stuck_s=2")
     path = tmp_path / "kept.stats"
     ended = command(*VIRTUAL, *stuck, "--json", "--statistics", path)
     assert ended.status == 1

@@ -55,9 +55,9 @@ def test_what_turns_backwards_is_told_so(wheel: WheelCheck) -> None:
 def test_the_detective_finds_a_motor_that_does_not_do_as_it_is_told(
     kind: str, after_s: float
 ) -> None:
-    broken = [Strike(kind, "treads", at_s=20.18)]  # just before a refresh
+    broken = [Strike(kind, "treads", at_s=20.0)]
     with open_board("detective", doubles=True, clock="virtual", faults=broken) as robot:
-        robot.run(20.18)
+        robot.run(20.0)
         assert "treads" not in robot.statistics.faults
         robot.run(after_s)
         assert list(robot.statistics.faults["treads"]) == ["Implausible"]
