@@ -86,6 +86,13 @@ def test_a_propeller_of_tachobot_pushes_against_its_neighbour() -> None:
         assert second.direction_rad - first.direction_rad == pytest.approx(math.pi)
 
 
+def test_a_pair_of_propellers_is_drawn_at_each_end_of_tachobots_bars() -> None:
+    (robot,) = plane_of("tachobot").bodies
+    ends = {end for shape in robot.shapes if shape.form == "line" for end in shape.points}
+    pairs = {each.points[0] for each in robot.shapes if each.name == "a pair of propellers"}
+    assert ends == pairs
+
+
 def test_equal_forces_of_the_pairs_turn_tachobot_as_equation_2_says() -> None:
     (robot,) = plane_of("tachobot").bodies
     moments = [

@@ -86,6 +86,7 @@ def serving(board: str, folder: Path) -> Iterator[Served]:
 @pytest.mark.real_time
 def test_a_robot_runs_on_served_doubles_as_on_its_own(tmp_path: Path) -> None:
     with serving("tachobot", tmp_path) as served:
+        assert next(served.lines)["event"] == "serving"
         runtime = served.run("--for", "5", "--json")
         out, error = runtime.communicate(timeout=PATIENCE_S)
     document = json.loads(out)

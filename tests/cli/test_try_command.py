@@ -94,7 +94,8 @@ def test_it_was_on_in_between(
 ) -> None:
     before: list[tuple[float, ...]] = []
     monkeypatch.setattr(chip, "before_change", lambda: before.append(chip.duties))
-    assert command(*MOVE, "--yes").status == 0
+    ended = command(*MOVE, "--yes")
+    assert (ended.status, ended.error.count("channel 3 goes to duty 0.5")) == (0, 1)
     assert any(duties[3] == 0.5 for duties in before)
     assert not any(chip.duties)
 

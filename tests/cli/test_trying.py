@@ -120,6 +120,8 @@ def test_every_chip_of_the_table_has_a_double() -> None:
     ours = {name: chip for name, chip in chips().items() if name not in OF_AN_EXAMPLE}
     assert set(names()) - OF_AN_EXAMPLE == set(ours) == {*KEYS, *MOVES}
     assert {chip.name for chip in ours.values() if chip.moves} == set(MOVES)
+    on_bus = [chip for chip in ours.values() if isinstance(chip, OnBus)]
+    assert all(chip.address in chip.addresses for chip in on_bus)
 
 
 @pytest.mark.parametrize("name", sorted(KEYS))
@@ -176,6 +178,17 @@ def test_a_pwm_chip_that_loses_its_supply_ends_the_trial() -> None:
     rig.bus.power_cycle()
     with pytest.raises(NotReady):
         drive(rig.actuator, rig.pace, SECOND, rig.show)
+
+
+@pytest.mark.parametrize("name", ["pca9685", "h_bridge"])
+def test_an_output_that_stands_is_not_written_again(name: str) -> None:
+    rig = Rig(name, TrialPace(), **MOVES[name])
+    take(rig.actuator.bring_up(), rig.pace)
+    rig.actuator.move()
+    rig.bus.log.clear()
+    rig.actuator.move()
+    assert rig.bus.log
+    assert all(each.to_read for each in rig.bus.log)
 
 
 @pytest.mark.parametrize("name", ["pca9685", "h_bridge", "md25"])

@@ -182,6 +182,8 @@ def test_injected_values_arrive_first_one_by_one() -> None:
     simulator.inject(inlet, 8)
     simulator.advance(4)
     assert (log.bags, log.elapsed) == ([[7], [8], [0]], [4, 0, 0])
+    simulator.advance(4)
+    assert simulator.visit == 1  # of this instant, after its first
 
 
 def test_listeners_and_checked_mode_work_as_in_the_parallel_simulator() -> None:

@@ -131,6 +131,7 @@ def test_a_clock_that_stayed_makes_it_the_model() -> None:
 def test_another_thread_is_blamed_only_for_what_the_loop_slept_as_the_lock_makes_it() -> None:
     waited = next(each for named, each in RECORDED if named is Cause.ANOTHER_THREAD)
     assert named(waited, voluntary=1) is Cause.UNKNOWN
+    assert named(waited, voluntary=2) is Cause.ANOTHER_THREAD
     assert named(waited, other_threads_ns=2_000_000) is Cause.UNKNOWN
     assert named(waited, of_ns=4_300_000) is Cause.UNKNOWN
     assert named(waited, run_delay_ns=4_000_000) is Cause.PREEMPTED
@@ -187,6 +188,7 @@ def test_one_fetched_page_is_no_reason_for_a_long_sleep() -> None:
 def test_between_a_model_and_faults_that_may_be_dear_nothing_is_named() -> None:
     dear = structs.replace(LONG, cpu_ns=4_474_684)
     assert named(dear, faults_ns=1_864_800) is Cause.UNKNOWN
+    assert named(dear, faults_ns=1_000_000) is Cause.UNKNOWN
     assert named(dear, faults_ns=100_000) is Cause.MODEL
 
 

@@ -60,13 +60,20 @@ def numbers(counters: BusCounters) -> tuple[int, int, int, int, int]:
 @pytest.mark.parametrize(
     ("outcome", "answer", "size"), [(b"\x0a", True, 2), (NoAcknowledge("n"), False, 1)]
 )
+@pytest.mark.parametrize("noted", [None, []])
 def test_whether_something_acknowledges_is_asked_once_and_no_error(
-    outcome: bytes | HalError, *, answer: bool, size: int
+    outcome: bytes | HalError, noted: list[tuple[object, ...]] | None, *, answer: bool, size: int
 ) -> None:
     scripted = ScriptedBus(outcome)
     bus = AccountedBus(scripted, BUS_HZ)
+    if noted is not None:
+        noted.clear()
+        bus.record(3, noted, lambda: 7)
     assert bus.acknowledges(0x70) is answer
     assert scripted.attempts == [(0x70, (1,))]
+    if noted is not None:
+        ended = outcome if answer else ("NoAcknowledge", "n")
+        assert noted == [(3, 0x70, (1,), ended, 7)]
     assert numbers(bus) == numbers(bus.by_address[0x70])
     assert numbers(bus) == (1, size, 0, 0, (9 * size + 2) * BIT_NS)
     assert bus.elapsed() == 0, "of no run it is never ahead"

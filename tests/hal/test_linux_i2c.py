@@ -279,6 +279,12 @@ def test_what_an_adapter_reported_is_found_again(number: int) -> None:
     assert errno_of(type(error).__name__, str(error)) == number
 
 
+def test_an_error_without_a_number_is_a_fault_that_says_so() -> None:
+    error = from_os_error(OSError("gone"), "i2c1 0x68")
+    assert type(error) is BusFault
+    assert str(error).endswith("(no errno)")
+
+
 @pytest.mark.parametrize(
     ("kind", "number"),
     [

@@ -6,11 +6,12 @@ import itertools
 import os
 import re
 from collections.abc import Callable, Iterator
+from contextlib import closing
 from pathlib import Path
 
 import pytest
 
-from firmware_runtime.hal import linux_serial
+from firmware_runtime.hal import linux_serial, unopened_lines
 from firmware_runtime.hal.linux_serial import LinuxSerialPort, open_serial
 from firmware_runtime.hal.serial import SerialPort
 from firmware_runtime.hal.wire_errors import BusAbsent, BusFault, BusTimeout, PortClosed
@@ -59,6 +60,12 @@ def test_bytes_arrive_unchanged_in_both_directions_in_as_many_parts_as_they_came
         os.write(line.far, part)
         assert port.read_available() == part
     assert port.read_available() == b""
+
+
+def test_a_port_may_be_opened_without_the_module_of_linux(line: Line) -> None:
+    with closing(unopened_lines.open_serial("sonar", line.path, 9600, alone=True)) as port:
+        os.write(line.far, b"R123\r")
+        assert port.read_available() == b"R123\r"
 
 
 def test_what_came_before_the_port_was_opened_or_is_discarded_is_gone(line: Line) -> None:

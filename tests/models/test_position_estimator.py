@@ -12,7 +12,7 @@ from firmware_runtime.models.position_fix import (
     PositionFix,
     PositionState,
 )
-from tests.support.tracked_body import TICK, Estimator
+from tests.support.tracked_body import NOISE, TICK, Estimator
 
 HERE = PositionFix(1.0, 2.0, 0.0)
 
@@ -175,3 +175,24 @@ def test_a_measured_yaw_leads_from_the_attitudes_zero_to_the_rooms() -> None:
         estimator.sample(n * TICK, PlanarInertial(0.0, 0.0, 0.2, 0.0))
         estimator.put(n * TICK, pose=PoseFix(0.0, 0.0, 1.2, 0.0))
     assert estimator.yaw[-1].position == pytest.approx(1.2, abs=1e-6)
+
+
+def test_a_yaw_counts_at_the_instant_it_was_measured_while_the_body_turns() -> None:
+    estimator = Estimator()
+    for n in range(50):
+        turned = 2.0 * n * TICK / SECOND
+        estimator.sample(n * TICK, PlanarInertial(0.0, 0.0, turned, 2.0))
+        estimator.put(n * TICK, pose=PoseFix(0.0, 0.0, turned - 2.0 * 0.004 + 1.0, 0.004))
+    assert estimator.yaw[-1].position == pytest.approx(turned + 1.0, abs=1e-6)
+
+
+def test_a_yaw_counts_more_the_longer_the_attitudes_zero_has_wandered() -> None:
+    estimator = Estimator(NOISE._replace(yaw_walk=0.01), history=200)
+    for n in range(103):
+        estimator.sample(n * TICK)
+        if n in {1, 101}:
+            estimator.put(n * TICK, pose=PoseFix(0.0, 0.0, 1.0 if n == 1 else 1.05, 0.0))
+        elif n % 10 == 0:
+            estimator.put(n * TICK, position=PositionFix(0.0, 0.0, 0.0))
+    # 1e-4 rad2 of the first, 1e-4 that it has wandered in a second, 1e-4 of the second
+    assert estimator.yaw[-1].position == pytest.approx(1.0 + 0.05 * 2 / 3, abs=1e-4)

@@ -43,6 +43,18 @@ def test_nothing_is_sent_before_there_is_a_position() -> None:
     assert follower.sent["x"] == []
 
 
+def test_rates_and_accelerations_are_those_of_the_positions() -> None:
+    follower = Follower()
+    body = Motion(0.3, 0.05), Motion(-0.2, -0.02), Motion(0.4, 0.1)
+    follower.body(50, *body, state=PositionState.TRACKING)
+    follower.run(10_000)
+    for sent in follower.sent.values():
+        for (begin, a), (_, b), (end, c) in zip(sent, sent[1:], sent[2:], strict=False):
+            span_s = (end - begin) / 1e3
+            assert (c.position - a.position) / span_s == pytest.approx(b.rate, abs=1e-4)
+            assert (c.rate - a.rate) / span_s == pytest.approx(b.acceleration, abs=1e-3)
+
+
 @pytest.mark.slow
 def test_it_begins_at_the_bodys_own_motion_and_reaches_the_path_without_a_jump() -> None:
     follower = Follower()

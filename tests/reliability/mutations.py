@@ -37,7 +37,7 @@ _OPERATED: Final[Mapping[type[ast.operator], type[ast.operator]]] = {
     ast.BitOr: ast.BitAnd,
     ast.BitXor: ast.BitOr,
 }
-_LEFT_ALONE: Final = frozenset({"TypeAlias", "cast", "TypeVar", "warn", "_log", "print"})
+_LEFT_ALONE: Final = frozenset({"cast", "TypeVar", "warn", "_log", "print"})
 
 
 class Mutant(Struct, frozen=True, order=True):
@@ -104,6 +104,8 @@ def _is_left_alone(node: ast.AST) -> bool:
         case ast.Call(func=ast.Name(id=name)) | ast.Call(func=ast.Attribute(attr=name)):
             return name in _LEFT_ALONE
         case ast.If(test=ast.Name(id="TYPE_CHECKING")) | ast.keyword(arg="strict"):
+            return True
+        case ast.AnnAssign(annotation=ast.Name(id="TypeAlias")):
             return True
     return False
 

@@ -16,6 +16,7 @@ from tests.reliability.results import ROOT, Result, keep, read_kept
 
 SOURCE = '''
 """A module."""
+Word: TypeAlias = int | str
 LIMIT: int = 3
 def late(lag: int, *, limit: int = LIMIT) -> bool:
     """Say whether it is late."""

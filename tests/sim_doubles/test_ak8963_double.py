@@ -99,6 +99,7 @@ def measure(die: Die, mode: int) -> tuple[list[int], int]:
             SINGLE_14_BIT, (10e-6, 20e-6, -40e-6), [33, 17, 67], 0x00, id="14 bits are coarser"
         ),
         pytest.param(SINGLE, (0, 6e-3, 6e-3), [32760, 0, -32760], 0x18, id="saturated"),
+        pytest.param(SINGLE, (0, 6e-3, 0), [32760, 0, 0], 0x18, id="saturated on one axis"),
         pytest.param(
             SINGLE,
             (1637.3e-6, -1637.3e-6, 1637.3e-6),

@@ -13,7 +13,9 @@ from msgspec.structs import replace
 from firmware_runtime.devs.time import MILLISECOND, SECOND
 from sim_doubles.worlds.arena import ArenaParameters, CompassMounting, bridge_drive
 from sim_doubles.worlds.arena_geometry import Beam, Circle, Wall
+from sim_doubles.worlds.arena_probe import ArenaProbe
 from tests.support.arena_rig import M_PER_UNIT_S, ArenaRig
+from tests.support.atomic_bench import AtomicBench
 
 QUIET = ArenaParameters(target=(50.0, 50.0), compass_noise_deg=0.0)
 
@@ -323,3 +325,21 @@ def test_shapes_are_the_target_then_obstacles_then_walls() -> None:
     assert target.distance(2.0, 1.0) == -0.10
     assert wall.distance(6.0, 0.5) == 1.0
     assert parameters.clearance_m((3.0, 2.0)) == pytest.approx(1.0 - 0.5 - 0.15)
+
+
+def test_the_probe_sends_the_truth_of_each_tick_once_sensors_have_caught_up() -> None:
+    rig = ArenaRig(ArenaParameters(target=(0.0, 1.0), obstacles=()))
+    rig.drive(0, 10, 10)
+    order: list[str] = []
+    probe = ArenaProbe(rig.arena, lambda: rig.now, lambda: order.append("sensors"))
+    bench = AtomicBench(probe)
+    for at_s in (0, 1):
+        rig.now = at_s * SECOND
+        bench.put(1000.0 * at_s, tick=True)
+    y_m = 10 * M_PER_UNIT_S
+    assert bench.said["x_m"] == [(0.0, 0.0), (1000.0, pytest.approx(0.0))]
+    assert bench.said["y_m"] == [(0.0, 0.0), (1000.0, pytest.approx(y_m))]
+    assert bench.values("heading_rad") == pytest.approx([math.pi / 2] * 2)
+    first, second = bench.values("distance_m")
+    assert first - second == pytest.approx(y_m)
+    assert order == ["sensors"] * 2

@@ -1,5 +1,6 @@
 """The HMC5883L's double by bytes; every expected value is worked out by hand."""
 
+import math
 from struct import unpack
 
 import pytest
@@ -147,6 +148,21 @@ def test_an_axis_out_of_range_reads_minus_4096_by_itself(
     compass.field = (0.0, gauss * 1e-4, 0.0)  # at 1090 counts a gauss
     compass.play(SINGLE)
     assert compass.axes() == (0, 0, count)
+
+
+def test_averaging_eight_samples_leaves_noise_of_one_by_the_root_of_eight() -> None:
+    noise = []
+    for averaged in (0x10, 0x70):
+        clock = ManualClock()
+        chip = Hmc5883lDouble(clock, lambda _: (0.0, 0.0, 0.0))
+        rig = WiredChip(clock, chip, 0x1E, [chip])
+        rig.play(f"W 00 {averaged:02x} 00; {CONTINUOUS}")
+        read = []
+        for _ in range(200):
+            rig.play(PERIOD_15_HZ)
+            read += unpack(">3h", rig.read(0x03, 6))
+        noise.append(math.hypot(*read))
+    assert noise[0] / noise[1] == pytest.approx(math.sqrt(8.0), rel=0.02)
 
 
 @sentences(

@@ -107,6 +107,12 @@ def test_registers_and_motors(motors: Wired, lines: str) -> None:
     motors.play(lines)
 
 
+def test_an_emg30_turns_170_times_a_minute_at_full_speed(clock: ManualClock) -> None:
+    chip = Md25Double(clock)
+    WiredChip(clock, chip, 0x58, [chip]).play(AHEAD, "1 s")
+    assert chip.speeds_rad_s[0] == pytest.approx(math.tau * 170 / 60, rel=1e-3)
+
+
 def test_battery_and_currents_are_what_the_world_says(motors: Wired) -> None:
     motors.chip.battery_v, motors.chip.currents_a = 30.0, (-1.0, 0.04)
     motors.play("W 0a, R ff 00 00")

@@ -164,6 +164,12 @@ def test_the_bypass(rig: WiredMpu9250, lines: str) -> None:
     rig.play(lines)
 
 
+def test_a_brown_out_of_the_chip_takes_the_magnetometer_along(rig: WiredMpu9250) -> None:
+    rig.play("W 37 02; 0x0c W 0a 16")
+    rig.chip.power_cycle()
+    rig.play("11 ms; W 37 02; 0x0c W 0a, R 00")
+
+
 def test_two_chips_in_bypass_collide_at_0x0c(clock: ManualClock) -> None:
     chips = []
     for address, factor in ((0x68, 0xF0), (0x69, 0x3C)):

@@ -74,7 +74,10 @@ def rig(tmp_path: Path) -> Iterator[Rig]:
 def test_clients_are_answered_each_on_its_own_and_stay_when_another_goes(rig: Rig) -> None:
     with rig.client() as first:
         with rig.client() as second:
-            assert isinstance(rig.ask(first, b"\xff\x00"), Refused)  # which is no question
+            first.send(b"\xff\x00")  # which is no question
+            rig.server.step()
+            refusal = read_answer(first.recv(LONGEST))
+            assert (refusal.number, type(refusal.answered)) == (0, Refused)
             assert rig.ask(first, encode(Question(1, WHO_AM_I))) == Done(b"\x71")
             standing = rig.ask(second, encode(Question(1, Look())))
             assert isinstance(standing, Standing)
@@ -181,6 +184,7 @@ def test_one_drives_the_doubles_and_when_it_is_gone_another_may(rig: Rig) -> Non
     with pytest.raises(BusInUse, match="driven by another process"):
         second.keep_others_out()
     first.close()
+    lock_of(rig.path).unlink()
     third = Connection(rig.path)
     third.keep_others_out()
     third.close()

@@ -301,6 +301,25 @@ def test_a_strangers_lines_can_be_broken_without_a_word_of_theirs() -> None:
     assert b"R" in port.read_available()
 
 
+def test_a_fault_without_an_end_may_be_given_one() -> None:
+    now = ManualClock(SECOND)
+    lines = StrangersLines(now)
+    wired = NoDevices(devices=[Device("lamp", "PCA9685", "front", 0x40)])
+    struck = StruckDoubles(lines, wired, now)
+    bus, port = lines.buses["front"], lines.ports["gps"]
+    struck.strike(Strike("nack", "lamp"))
+    struck.strike(Strike("silent", "gps"))
+    struck.end(3 * SECOND)
+    now.advance(2 * SECOND)
+    with pytest.raises(NoAcknowledge):
+        bus.transaction(0x40, (b"\xfe", 1))
+    assert port.read_available() == b""
+    assert [each.span for each in struck.struck] == [2 * SECOND, 2 * SECOND]
+    now.advance(SECOND)
+    assert bus.transaction(0x40, (b"\xfe", 1)) == b"\x1e"
+    assert b"R" in port.read_available()
+
+
 def test_many_strikes_leave_no_long_script_behind() -> None:
     with robot("tachobot") as tachobot:
         for _ in range(50):
@@ -314,6 +333,8 @@ def test_many_strikes_leave_no_long_script_behind() -> None:
 
 def test_every_kind_says_what_it_is() -> None:
     assert all(kind.meaning and kind.name == name for name, kind in KINDS.items())
+    moments = {name for name, kind in KINDS.items() if kind.is_moment}
+    assert moments == {"drop", "garble", "brown-out", "push", "stall"}
 
 
 UP = 2

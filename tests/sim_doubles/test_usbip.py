@@ -69,6 +69,7 @@ def descriptor(host: Host, which: int, length: int, language: int = 0) -> bytes:
 def test_the_device_is_the_one_that_linux_has_a_driver_for(host: Host) -> None:
     device = descriptor(host, DEVICE, 18)
     assert len(device) == device[0] == 18
+    assert device[1:8] == b"\x01\x10\x01\xff\x00\x00\x40"  # USB 1.1, of the vendor's class
     assert struct.unpack_from("<HH", device, 8) == (VENDOR, PRODUCT) == (0x0403, 0xC631)
     assert len(descriptor(host, DEVICE, 8)) == 8
     text = descriptor(host, TEXT + device[16], 255, 0x0409)
@@ -84,6 +85,7 @@ def test_the_configuration_says_how_long_it_is(host: Host) -> None:
         lengths.append(whole[at])
         at += whole[at]
     assert (lengths, at) == ([9, 9], total == len(whole) and total)
+    assert whole[9:] == b"\x09\x04\x00\x00\x00\xff\x00\x00\x00"  # no endpoint but the first
 
 
 @pytest.mark.parametrize(

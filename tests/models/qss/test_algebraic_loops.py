@@ -78,6 +78,16 @@ def test_a_block_that_feeds_itself_through_others_is_refused_but_not_those_behin
         Simulator(top)
 
 
+def test_a_block_before_a_loop_is_not_blamed_for_it() -> None:
+    top = Coupled("top")
+    before, total, back = top.add(Gain("a", 0.5)), top.add(Sum("b", [1.0, 1.0])), Gain("c", 0.5)
+    top.couple(before.out, total.inputs[0])
+    top.couple(top.add(back).out, total.inputs[1])
+    top.couple(total.out, back.inputs[0])
+    with pytest.raises(ModelError, match=r"^top\.b -> top\.c -> top\.b: an algebraic loop"):
+        Simulator(top)
+
+
 @pytest.mark.parametrize(
     "make",
     [

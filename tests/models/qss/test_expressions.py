@@ -7,6 +7,7 @@ from collections.abc import Callable
 
 import pytest
 
+from firmware_runtime.models.qss.enclosure import RANGES
 from firmware_runtime.models.qss.expression import FUNCTIONS, ExpressionError, parse
 from firmware_runtime.models.qss.program import (
     Layout,
@@ -99,12 +100,33 @@ def test_a_coefficient_stays_within_its_bound_over_the_whole_stretch(text: str, 
 
 def test_a_bound_comes_near_the_coefficient_as_the_stretch_shrinks() -> None:
     layout = Layout({"x": 3, "y": 3}, {})
-    for text in ("sin(x) * exp(y)", "x / (2 + y)", "sqrt(2 + x)", "exp(-((t - 5) / 0.01) ** 2)"):
+    shapes = ("sin(x) * exp(y)", "x / (2 + y)", "1 / (9 + y)", "sqrt(2 + x)")
+    for text in (*shapes, "exp(-((t - 5) / 0.01) ** 2)"):
         tree = parse(text)
         program, bound = compile_expression(tree, layout, 4), compile_bound(tree, layout, 3)
         x, y = [0.3, 1.0, 0.2], [0.1, 0.7, 0.4]
         exact = abs(program.value(1.0, [], [*x, *y])[3])
         assert exact <= bound(1.0, [], [*x, *y], 1e-6) <= 20.0 * exact + 1e-9
+
+
+@pytest.mark.parametrize(
+    ("name", "least", "most"),
+    [
+        *((name, -4.0, 4.0) for name in ("exp", "sin", "cos", "sinh", "cosh", "tanh", "atan")),
+        ("log", 0.01, 4.0),
+        ("asin", -1.0, 1.0),
+    ],
+)
+def test_the_range_of_a_function_is_that_of_its_values(
+    name: str, least: float, most: float
+) -> None:
+    generator = random.Random(name)  # noqa: S311
+    for _ in range(30):
+        low, high = sorted(generator.uniform(least, most) for _ in range(2))
+        values = [getattr(math, name)(low + (high - low) * n / 500) for n in range(501)]
+        found = RANGES[f"{name}_"](low, high)
+        assert found == pytest.approx((min(values), max(values)), abs=1e-3)
+        assert RANGES["square_"](low, high)[0] == (0.0 if low < 0.0 < high else min(low**2, high**2))
 
 
 def sides_at(program: Program, t: float, flat: list[float]) -> list[bool]:

@@ -65,6 +65,17 @@ def test_a_ball_that_goes_down_from_its_floor_turns_at_once(method: str, touches
     assert values["h"][1] == pytest.approx(0.1 * 4.905 - 0.04905, abs=1e-3)
 
 
+def test_what_leaves_its_limit_by_one_a_second_does_so_at_once() -> None:
+    slips = System(
+        states={"x": 0.0},
+        equations={"x": "1"},
+        discrete={"times": 0},
+        events=[When("x crosses 0 rising", times="times + 1")],
+        outputs=["times"],
+    )
+    assert solve(slips, times=[0.0])[1]["times"] == [1.0]
+
+
 @every_method
 @every_wording
 def test_a_ball_that_bounces_comes_to_rest_on_its_floor(method: str, touches: str) -> None:
