@@ -6,11 +6,13 @@ from typing import Any, TypeAlias
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from msgspec import Struct
 
 from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.classic import ClassicSimulator
 from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.engine import Engine
+from firmware_runtime.devs.finite import takes
 from firmware_runtime.devs.ports import InPort, OutPort, Takes
 from firmware_runtime.devs.simulator import Simulator, pools
 from tests.support.devs_models import Clock, Echo, Log, Scripted, top
@@ -270,3 +272,27 @@ def test_each_of_several_bags_is_kept_from_what_it_does_not_take(
     assert sorted(refused) == sorted(expected + [("z", each) for each in missed[others]])
     got = {"finite": "[1.0, 2.0]", "infinities": "[1.0, inf, 2.0]", "any": "[1.0, nan, inf, 2.0]"}
     assert [repr(each.got) for each in takers] == [got["finite"], got["finite"], got[others]]
+
+
+class Measured(Struct):
+    """A record with a number."""
+
+    value: float
+
+
+@pytest.mark.parametrize(
+    ("kind", "value", "is_taken"),
+    [
+        (tuple, (1.0, (2.0, nan)), False),
+        (tuple, (1.0, Measured(nan)), False),
+        (tuple, (1, "one", None, Measured(2.0)), True),
+        (list, [1.0, [Measured(inf)]], False),
+        (complex, complex(0.0, nan), False),
+        (float, 10**400, False),
+        (float, "of another type, for the checked mode to find", True),
+    ],
+)
+def test_a_number_that_is_not_finite_is_found_however_deep_it_is(
+    kind: type[object], value: object, *, is_taken: bool
+) -> None:
+    assert takes(Coupled("top").in_port("in", kind), value) is is_taken

@@ -2,7 +2,7 @@
 
 import pytest
 from firmware_drivers.analog_inputs import AnalogInputs, AnalogInputsSettings, Voltages
-from firmware_drivers.chips.ads1115 import Ads1115, Ads1115Settings
+from firmware_drivers.chips.ads1115 import SAME_BEFORE_PROOF, Ads1115, Ads1115Settings
 
 from firmware_runtime.devs.time import MILLISECOND, SECOND
 from firmware_runtime.errors import SettingError
@@ -80,6 +80,27 @@ def test_a_chip_that_lost_power_during_a_conversion_is_not_read(rig: Rig) -> Non
     rig.is_not_ready("8583")
 
 
+def test_a_conversion_from_before_a_bring_up_is_not_read(rig: Rig) -> None:
+    rig.start("AIN0")
+    take(rig.clock, rig.driver.bring_up())
+    rig.is_not_ready("no conversion to read")
+
+
+@pytest.mark.parametrize(("volts", "proofs"), [(3.0, 1), (4.5, 0), (0.001, 0)])
+def test_a_code_that_stands_still_is_proved_by_another_scale_in_which_it_fits(
+    rig: Rig, volts: float, proofs: int
+) -> None:
+    rig.driver = Ads1115(rig.bus, settings=Ads1115Settings(full_scale_v=6.144))
+    take(rig.clock, rig.driver.bring_up())
+    rig.volts[0] = volts
+    rig.bus.log.clear()
+    for _ in range(SAME_BEFORE_PROOF + 1):
+        rig.start("AIN0")
+        assert rig.driver.read_voltage() == pytest.approx(volts, abs=2e-4)
+    begun = [each.written for each in rig.bus.log if each.written[:1] == b"\x01"]
+    assert sum(len(each) == 3 and each[1] & 0x0E == 0x02 for each in begun) == proofs
+
+
 def test_thresholds_of_another_program_are_no_identity(rig: Rig) -> None:
     rig.driver.identify()
     rig.bus.write(0x48, b"\x02\x12\x34")
@@ -140,6 +161,15 @@ def test_a_chip_that_lost_its_supply_is_brought_up_again_and_nothing_is_made_up(
     assert model.faults != []
     assert all(each.volts[0] == pytest.approx(0.75, abs=1e-4) for each in model.voltages[seen:])
     assert model.model.unready() is None
+
+
+def test_a_conversion_that_cannot_be_begun_is_a_fault() -> None:
+    model = Model()
+    model.rig.run(500 * MILLISECOND)
+    assert model.model.phase == "resting"
+    model.rig.doubles.faults = FaultScript([NackAddress(address=0x48)])
+    model.rig.run(600 * MILLISECOND)
+    assert [fault.kind for fault in model.faults] == ["NoAcknowledge"]
 
 
 @pytest.mark.parametrize(

@@ -6,7 +6,7 @@ import pytest
 from firmware_drivers.chips.pca9685 import Pca9685
 from firmware_drivers.esc import Esc, EscSettings
 
-from firmware_runtime.devs.time import MILLISECOND
+from firmware_runtime.devs.time import MILLISECOND, SECOND
 from firmware_runtime.errors import SettingError
 from sim_doubles.i2c_bus import I2cBusDouble
 from tests.support.pca9685_bench import EscBench, esc_bench
@@ -83,6 +83,19 @@ def test_throttle_that_keeps_coming_delays_no_poll(bench: EscBench) -> None:
         bench.put(at_ms, throttle=0.5)
     bench.play("armed is 4000 -5000")
     assert "read 11 11 1e, expected 20 04 79" in bench.faults[0].reason
+
+
+def test_without_an_interlock_it_is_polled_each_second_too() -> None:
+    settings = EscSettings(3, 50.0, 1000.0, 2000.0, 3 * SECOND)
+    bench = EscBench(lambda chip, _: Esc("esc", chip, settings))
+    bench.play("1000 arm=True; 4400 throttle=0.5; power cycle; 4999; armed is 4000")
+    bench.play("5000; armed is 4000 -5000")
+
+
+def test_the_end_of_a_run_stops_it_at_once(bench: EscBench) -> None:
+    bench.play(AHEAD)
+    assert bench.simulator.exit() == []
+    bench.play("off is True")
 
 
 def test_a_controller_that_falls_silent_disarms_after_the_timeout_and_no_sooner() -> None:

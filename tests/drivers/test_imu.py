@@ -108,7 +108,7 @@ def test_it_is_brought_up_at_once_and_a_steps_wait_lets_whole_periods_pass(rig: 
 def test_the_bias_is_measured_first_and_nothing_is_sent_meanwhile(rig: Rig) -> None:
     rig.chip.readings = [sample(0.02), sample(0.04), sample(0.02), sample(0.04), sample(0.5)]
     rig.run(READY_MS)
-    assert rig.samples == []
+    assert (rig.samples, rig.imu.phase) == ([], "sampling")
     assert rig.imu.bias == pytest.approx((0.01, -0.01, 0.03))
     rig.run(READY_MS + PERIOD_MS)
     ((at, first),) = rig.samples

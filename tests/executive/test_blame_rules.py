@@ -177,6 +177,7 @@ def test_bytes_without_a_busy_disk_are_not_waited_for() -> None:
     assert named(logged, disks_ns=0) is Cause.ASLEEP
     assert named(logged, disks_ns=None) is Cause.UNKNOWN
     assert named(logged, disks_ns=2 * MILLISECOND) is Cause.DISK
+    assert named(logged, disks_ns=MILLISECOND, voluntary=40) is Cause.DISK
 
 
 def test_one_fetched_page_is_no_reason_for_a_long_sleep() -> None:

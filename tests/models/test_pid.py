@@ -125,9 +125,10 @@ def test_the_setpoints_acceleration_is_fed_forward() -> None:
 
 def test_the_derivative_acts_on_the_difference_of_the_rates() -> None:
     loop = tracking(kd=2.0)
-    put(loop, 10, Setpoint(0.0, 0.5, 0.0))
+    put(loop, 10, Setpoint(0.0, 0.5, 0.2))
     loop.measure(10, 0.0, rate=0.2)
-    assert loop.commands == [pytest.approx(0.6)]
+    loop.measure(110, 0.0, rate=0.2)
+    assert loop.commands == [pytest.approx(0.6), pytest.approx(0.64)]
 
 
 def test_a_setpoint_goes_on_with_its_rate_and_acceleration_until_the_next() -> None:

@@ -54,6 +54,18 @@ def test_registers(lines: str) -> None:
     Wired().play(lines)
 
 
+def test_a_long_silence_costs_one_conversion(clock: ManualClock) -> None:
+    asked_at: list[int] = []
+
+    def inputs(at: int) -> list[float]:
+        asked_at.append(at)
+        return [1.0, 0.0, 0.0, 0.0]
+
+    chip = Ads1115Double(clock, inputs=inputs)
+    WiredChip(clock, chip, 0x48, [chip]).play("W 01 c2 83; 1 s", ONE_V, "3600 s", ONE_V)
+    assert len(asked_at) < 4
+
+
 @pytest.mark.parametrize(
     ("code", "rate"), list(enumerate((8, 16, 32, 64, 128, 250, 475, 860))), ids=str
 )

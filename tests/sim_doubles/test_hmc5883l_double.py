@@ -130,7 +130,7 @@ def test_gain_codes_give_their_counts_a_gauss(compass: Wired, gain: int, counts:
 
 def test_the_first_measurement_after_a_change_of_gain_has_the_old_one(compass: Wired) -> None:
     compass.field = (1e-4, 0.0, 0.0)
-    compass.play("W 01 a0 00; 6 ms; W 03, R 04 42 00*4", PERIOD_15_HZ, "W 03, R 01 86 00*4")
+    compass.play("W 01 a0 00; 7 ms; W 03, R 04 42 00*4", PERIOD_15_HZ, "W 03, R 01 86 00*4")
 
 
 def test_after_a_silence_over_a_change_of_gain_the_new_one_counts(compass: Wired) -> None:

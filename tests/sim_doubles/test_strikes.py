@@ -71,6 +71,7 @@ def robot(board: str, *assignments: str) -> Iterator[Robot]:
     ],
 )
 def test_a_device_fails_for_its_time_and_no_other(kind: str, error: type[HalError]) -> None:
+    assert KINDS[kind].fails is (kind != "absent")
     with robot("tachobot") as tachobot:
         tachobot.strike(kind, "imu", for_s=1.0)
         with pytest.raises(error):
@@ -329,6 +330,11 @@ def test_many_strikes_leave_no_long_script_behind() -> None:
         script = tachobot.rig.doubles.buses["i2c1"].faults
         assert script is not None
         assert len(script.faults) <= 2
+
+
+def test_a_fault_is_named_with_its_amount_and_its_device() -> None:
+    assert str(Strike("nack")) == "nack"
+    assert str(Strike("weak", "treads", amount=2.5)) == "weak 2.5 of treads"
 
 
 def test_every_kind_says_what_it_is() -> None:
