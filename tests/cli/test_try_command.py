@@ -190,6 +190,16 @@ def test_a_full_pipe_does_not_hold_up_what_moves() -> None:
         readings.show(0, (Quantity("duty", 0.5, "duty", ""),))
 
 
+def test_what_moves_is_shown_where_it_changes() -> None:
+    inlet, outlet = os.pipe()
+    with os.fdopen(inlet) as shown, os.fdopen(outlet, "w") as pipe:
+        readings = Readings(pipe, as_json=False, never_waits=True)
+        for duty in (0.5, 0.5, 0.7):
+            readings.show(0, (Quantity("duty", duty, "duty", ""),))
+        pipe.close()
+        assert shown.read().split() == ["0.00", "s", "duty", "0.50", "0.00", "s", "duty", "0.70"]
+
+
 def test_at_a_terminal_each_reading_takes_the_place_of_the_one_before() -> None:
     terminal = Terminal()
     readings = Readings(terminal, as_json=False, never_waits=False)

@@ -273,3 +273,15 @@ def test_models_exit_in_reverse_order_and_each_one_though_others_fail() -> None:
     ]
     assert isinstance(failures[0], ModelFailure)
     assert isinstance(failures[0].__cause__, OSError)
+
+
+def test_a_state_that_was_kept_is_gone_on_with_by_another_simulator() -> None:
+    shell, other = Shell(), Shell()
+    shell.inject(3, 1)
+    shell.simulator.run(12)
+    other.simulator.restore(shell.simulator.state())
+    assert (other.simulator.now, other.simulator.next_at) == (10, 20)
+    other.inject(15, 7)
+    assert other.log.elapsed == [12]  # since it had the first
+    with pytest.raises(ValueError, match="2 models; expected 1"):
+        Simulator(top(Clock("alone", 1))).restore(shell.simulator.state())

@@ -11,7 +11,7 @@ from firmware_runtime.hal.accounted_bus import ONE_ATTEMPT, AccountedBus, BusCou
 from firmware_runtime.hal.accounted_port import AccountedPort
 from firmware_runtime.hal.i2c import I2cBus, Message
 from firmware_runtime.hal.serial import SerialPort
-from firmware_runtime.hal.unopened_lines import AbsentPort
+from firmware_runtime.hal.unopened_lines import AbsentPort, NotingBus, NotingPort
 from firmware_runtime.hal.wire_errors import (
     ArbitrationLost,
     BusFault,
@@ -277,3 +277,13 @@ def test_a_call_that_fails_is_an_error_and_nothing_else() -> None:
         assert port.errors == number
     assert (port.writes, port.bytes_written, port.bytes_read) == (0, 0, 0)
     assert (port.writing_ns, port.reading_ns, port.elapsed()) == (0, 0, 0)
+
+
+def test_lines_that_are_not_opened_note_what_would_be_written() -> None:
+    notes: list[str] = []
+    bus, port = NotingBus("i2c1", "i2c1", notes), NotingPort("treads", "treads", notes)
+    assert bus.transaction(0x40, (b"\xfd\x10",)) == b""
+    assert bus.transaction(0x40, (b"\x00", 2)) == bytes(2)
+    port.write(b"\x80\x00")
+    assert port.read_available() == b""
+    assert notes == ["i2c1 0x40: fd10", "treads: 8000"]

@@ -271,6 +271,8 @@ def test_a_port_that_may_be_opened_is_left_as_it_was() -> None:
 def test_a_node_that_is_not_there_is_a_sentence(tmp_path: Path) -> None:
     with pytest.raises(BusAbsent, match=r"^i2c1: .*/i2c-1 cannot be opened \(No such file"):
         check_node("i2c1", str(tmp_path / "i2c-1"))
+    with pytest.raises(BusAbsent, match="cannot be opened"):
+        check_node("i2c1", str(tmp_path))  # which can be read, and not written
 
 
 @pytest.mark.parametrize("number", sorted(errno.errorcode))

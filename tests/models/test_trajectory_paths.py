@@ -92,7 +92,13 @@ def test_a_circle_keeps_its_radius_and_comes_back_after_a_lap() -> None:
         assert circle.at(t_s + 20.0).x.position == pytest.approx(x.position)
 
 
+def test_a_circle_begins_ahead_of_its_centre_unless_told_otherwise() -> None:
+    x, y, _ = Circle(HERE, 1.5, 20.0).at(0.0)
+    assert (x.position, y.position) == (HERE.x_m + 1.5, HERE.y_m)
+
+
 def test_a_hold_is_at_rest_where_it_says() -> None:
+    assert Hold(HERE).duration_s == 0.0
     for setpoint, position in zip(Hold(HERE).at(3.0), HERE, strict=True):
         assert setpoint == (position, 0.0, 0.0)
 

@@ -193,7 +193,9 @@ def test_the_list_has_devices_kinds_and_what_was_done() -> None:
     names = [place.name for place in listing.places]
     assert names[-2:] == ["i2c1", "sonar"]
     assert {"body_compass", "body_sonar", "treads"} < set(names)
+    assert [place.what for place in listing.places[-2:]] == ["line", "line"]
     sonar = next(place for place in listing.places if place.name == "body_sonar")
+    assert sonar.what == sonar.chip
     assert (sonar.line, sonar.kinds) == (
         "sonar",
         ("silent", "drop", "garble", "brown-out", "absent"),
@@ -339,6 +341,8 @@ def test_a_fault_is_named_with_its_amount_and_its_device() -> None:
 
 def test_every_kind_says_what_it_is() -> None:
     assert all(kind.meaning and kind.name == name for name, kind in KINDS.items())
+    numbered = {name for name, kind in KINDS.items() if kind.unit.startswith("number of")}
+    assert numbered == {name for name, kind in KINDS.items() if kind.is_numbered}
     moments = {name for name, kind in KINDS.items() if kind.is_moment}
     assert moments == {"drop", "garble", "brown-out", "push", "stall"}
 
@@ -375,6 +379,16 @@ def test_one_measured_word_is_another_and_the_others_are_as_they_were(
     assert awake.read(0x68, WHO_AM_I) == b"\x71"
     awake.wait(2 * SECOND)
     assert burst(awake)[UP] == pytest.approx(G, abs=200)
+
+
+@pytest.mark.parametrize(("number", "other"), [(1, 2), (UP, 0)])
+def test_a_word_is_exchanged_with_the_next_one_and_the_last_with_the_first(
+    awake: Robot, number: int, other: int
+) -> None:
+    awake.faults(Strike("swap", "imu", amount=number))
+    expected = [0, 0, G]
+    expected[number], expected[other] = expected[other], expected[number]
+    assert burst(awake)[:3] == pytest.approx(expected, abs=200)
 
 
 def test_one_frozen_word_stays_and_the_others_live_on(awake: Robot) -> None:

@@ -7,8 +7,9 @@ import pytest
 from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.model_errors import ModelError
 from firmware_runtime.devs.simulator import Simulator
-from firmware_runtime.devs.time import SECOND
+from firmware_runtime.devs.time import NEVER, SECOND
 from firmware_runtime.models.qss import Crossing, Segment, Simulation, System, When, solve
+from firmware_runtime.models.qss.segment import whole_after
 from firmware_runtime.models.qss.watch import (
     falls_below_zero,
     leaves_band,
@@ -165,6 +166,11 @@ def test_leaving_a_band_is_found_for_lines_parabolas_and_cubics() -> None:
 
             assert value(found) == pytest.approx(1.0, abs=1e-9)
             assert max(value(found * share / 200) for share in range(200)) <= 1.0 + 1e-12
+
+
+def test_a_duration_is_a_whole_number_of_nanoseconds_and_none_is_none() -> None:
+    assert [whole_after(each) for each in (-1.0, 0.0, 1e-12, 3e-9, 3.2e-9)] == [0, 0, 1, 3, 4]
+    assert whole_after(math.inf) == NEVER
 
 
 def test_a_fall_below_zero_is_found_or_is_not_there() -> None:
