@@ -8,6 +8,7 @@ import re
 from collections.abc import Callable, Iterator
 from contextlib import closing
 from pathlib import Path
+from threading import Thread
 
 import pytest
 
@@ -113,6 +114,21 @@ def test_a_port_that_takes_nothing_is_unplugged_or_closed_says_so(
     expected = r"^sonar: /dev/ttyNONE does not exist \(this machine has .+\); name"
     with pytest.raises(BusAbsent, match=expected):
         open_serial("sonar", "/dev/ttyNONE")
+
+
+def test_what_the_kernel_does_not_take_at_once_is_written_as_the_far_end_reads(line: Line) -> None:
+    sent, arrived = bytes(range(256)) * 400, bytearray()
+
+    def read() -> None:
+        while len(arrived) < len(sent):
+            arrived.extend(os.read(line.far, 65536))
+
+    reader = Thread(target=read)
+    with closing(open_serial("sonar", line.path, write_timeout_ms=60_000)) as port:
+        reader.start()
+        port.write(sent)
+        reader.join()
+    assert arrived == sent
 
 
 def test_bytes_that_were_taken_are_no_time_out_however_late_it_is(

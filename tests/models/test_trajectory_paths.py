@@ -65,6 +65,9 @@ def test_a_line_exceeds_neither_its_speed_nor_its_acceleration_and_reaches_one_o
     assert speed <= 0.5 + 1e-9
     assert acceleration <= 0.25 + 1e-9
     assert speed > 0.499 or acceleration > 0.2499
+    for (x, y, _), (later_x, later_y, _) in pairwise(points):
+        moved_m = math.hypot(later_x.position - x.position, later_y.position - y.position)
+        assert moved_m <= 0.5 * line.duration_s / 1000 + 1e-9
 
 
 @pytest.mark.parametrize("profile", ["trapezoid", "minimum-jerk"])
