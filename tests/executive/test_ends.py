@@ -2,17 +2,19 @@
 
 from collections.abc import Callable
 from pathlib import Path
+from time import process_time_ns
 from typing import NoReturn, cast
 
 import pytest
 
 from firmware_runtime.devs.model_errors import ModelError, ModelFailure
-from firmware_runtime.devs.time import NEVER, SECOND
+from firmware_runtime.devs.time import MILLISECOND, NEVER, SECOND
 from firmware_runtime.errors import ConfigError, StatisticsFileError
-from firmware_runtime.executive.clocks import VirtualClock
+from firmware_runtime.executive.clocks import MonotonicClock, VirtualClock
 from firmware_runtime.executive.configuration import Configuration
 from firmware_runtime.executive.deadlines import PathDeadline
 from firmware_runtime.executive.executive import Executive
+from firmware_runtime.executive.ledger import CpuTime
 from firmware_runtime.executive.outcome import Outcome
 from firmware_runtime.executive.policy import ActivationPolicy
 from firmware_runtime.statistics import file_header
@@ -241,6 +243,16 @@ def test_time_that_passes_in_a_pause_is_none_of_the_run() -> None:
     assert robot.thrust.received == [0, 1, 2, 3, 4]
     assert run.counts("imu") == (5, 5, 0, 0)
     assert run.executive.reached == 4 * PERIOD
+
+
+def test_processor_time_in_a_pause_is_none_of_the_run() -> None:
+    cpu = CpuTime(MonotonicClock())
+    cpu.pause()
+    until = process_time_ns() + 5 * MILLISECOND
+    while process_time_ns() < until:
+        pass
+    cpu.go_on()
+    assert cpu.spent() < 5 * MILLISECOND
 
 
 def test_nothing_falls_due_in_a_pause(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:

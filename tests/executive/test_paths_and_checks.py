@@ -77,6 +77,16 @@ def test_the_time_of_the_actuators_transition_counts(spent: int, missed: int) ->
     assert misses(run) == missed
 
 
+@pytest.mark.parametrize(("ended_ms", "missed"), [(12, 4), (13, 5)])
+def test_a_sample_without_an_answer_is_a_miss_once_its_time_is_over(
+    ended_ms: int, missed: int
+) -> None:
+    robot = DelayedRobot(15 * MILLISECOND)
+    run = Run(robot, VirtualClock(), within(robot, 12 * MILLISECOND))
+    run.until(10 * PERIOD + ended_ms * MILLISECOND)
+    assert misses(run) == missed
+
+
 def test_the_lateness_of_the_sample_counts() -> None:
     robot = Robot()
     run = Run(robot, StallingClock({4: 400 * MICROSECOND}), within(robot, 300 * MICROSECOND))

@@ -3,6 +3,7 @@
 import math
 import statistics
 from itertools import pairwise
+from typing import Any
 
 import pytest
 from firmware_boards.tachobot.plant_settings import PositionSensorSettings
@@ -13,7 +14,7 @@ from msgspec.structs import replace
 from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.simulator import Simulator
 from firmware_runtime.devs.time import MILLISECOND, SECOND
-from firmware_runtime.models.position_fix import PositionFix
+from firmware_runtime.models.position_fix import PoseFix, PositionFix
 from sim_doubles.worlds.position_sensor import PositionSensor, TruePose
 from sim_doubles.worlds.propellers import PropellerPairs
 from sim_doubles.worlds.tachobot import (
@@ -281,7 +282,9 @@ DELAY_S = 0.12
 PLAIN = PositionSensorSettings(delay_s=DELAY_S, noise_m=0.0, yaw_noise_rad=0.0)
 
 
-def sent(until_s: float, ahead: int = 0, **changes: object) -> list[tuple[int, PositionFix]]:
+def sent(
+    until_s: float, ahead: int = 0, *, port: str = "position", **changes: object
+) -> list[tuple[int, Any]]:
     """What a sensor sends of a body that moves along x at 1 m/s; its world may run ahead."""
     parameters = replace(PLAIN, **changes)
     top = Coupled("top")
@@ -293,8 +296,8 @@ def sent(until_s: float, ahead: int = 0, **changes: object) -> list[tuple[int, P
     sensor = top.add(PositionSensor(parameters, lambda: TruePose(now() / SECOND, 2.0, 0.1), now))
     simulator = Simulator(top, checked=True)
     clock.append(simulator)
-    found: list[tuple[int, PositionFix]] = []
-    simulator.listen(sensor.position, lambda at, value: found.append((at, value)))
+    found: list[tuple[int, Any]] = []
+    simulator.listen(sensor.out_ports[port], lambda at, value: found.append((at, value)))
     simulator.run(round(until_s * SECOND))
     return found
 
@@ -320,6 +323,8 @@ def test_a_loop_that_stood_still_gets_every_position_all_the_same() -> None:
 
 def test_without_delay_it_comes_at_once() -> None:
     assert sent(0.06, delay_s=0.0) == [(50 * MILLISECOND, PositionFix(0.05, 2.0, 0.0))]
+    ((_, seen),) = sent(0.06, port="pose", delay_s=0.0)
+    assert seen == PoseFix(0.05, 2.0, 0.1, 0.0)
 
 
 @pytest.mark.slow
