@@ -51,6 +51,12 @@ def test_a_range_says_what_is_too_far_and_too_near(distance: float, said: float)
     assert math.isnan(found["field_of_view"])
 
 
+def test_a_sonar_says_the_range_that_its_driver_was_set_to() -> None:
+    assert SONAR.options_of is not None
+    sonar: Any = SimpleNamespace(chip=SimpleNamespace(limits_m=(0.03, 6.0)))
+    assert SONAR.options_of(sonar) == {"min_range_m": 0.03, "max_range_m": 6.0}
+
+
 def test_a_distance_that_is_no_number_is_no_valid_range() -> None:
     assert math.isnan(some(SONAR, "range", math.nan)["range"])
 

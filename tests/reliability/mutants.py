@@ -158,11 +158,12 @@ class _Judge:
         return Question(str(ROOT / mutant.path), mutant.applied(source), words, limit_s)
 
     def _tests_of(self, mutant: Mutant, source: str) -> list[str]:
-        """Return the test files that call what is changed, of the module's own tests first."""
+        """Return the test files that call what is changed, of the module's own tests first.
+
+        What none calls, as it runs while its module is imported, is judged by all of the module.
+        """
         function = function_at(mutant.path, source, mutant.line)
-        found = [
-            file for file, each in self._calls.items() if _is_called(each, mutant.path, function)
-        ]
+        found = self._that_call(mutant.path, function) or self._that_call(mutant.path, None)
         name = re.compile(rf"\b{re.escape(Path(mutant.path).stem)}\b")
 
         def order(file: str) -> tuple[bool, float]:
@@ -175,6 +176,9 @@ class _Judge:
             if took_s >= _ENOUGH_S[self._marked]:
                 break
         return chosen
+
+    def _that_call(self, path: str, function: str | None) -> list[str]:
+        return [file for file, each in self._calls.items() if _is_called(each, path, function)]
 
 
 def _is_called(calls: Calls, path: str, function: str | None) -> bool:

@@ -157,7 +157,7 @@ def test_averaging_eight_samples_leaves_noise_of_one_by_the_root_of_eight() -> N
         chip = Hmc5883lDouble(clock, lambda _: (0.0, 0.0, 0.0))
         rig = WiredChip(clock, chip, 0x1E, [chip])
         rig.play(f"W 00 {averaged:02x} 00; {CONTINUOUS}")
-        read = []
+        read: list[int] = []
         for _ in range(200):
             rig.play(PERIOD_15_HZ)
             read += unpack(">3h", rig.read(0x03, 6))
