@@ -165,9 +165,9 @@ def test_a_chip_that_lost_its_supply_is_brought_up_again_and_nothing_is_made_up(
 
 def test_a_conversion_that_cannot_be_begun_is_a_fault() -> None:
     model = Model()
-    model.rig.run(500 * MILLISECOND)
+    model.rig.run(520 * MILLISECOND)
     assert model.model.phase == "resting"
-    model.rig.doubles.faults = FaultScript([NackAddress(address=0x48)])
+    model.rig.doubles.faults = FaultScript([NackAddress(address=0x48, times=3)])
     model.rig.run(600 * MILLISECOND)
     assert [fault.kind for fault in model.faults] == ["NoAcknowledge"]
 
