@@ -223,6 +223,15 @@ def test_only_the_part_of_a_buffer_is_written_and_read(i2c: I2C, pwm_bus: I2cBus
     assert [str(each) for each in pwm_bus.log] == ["0x40 W 01", "0x40 R 04 04", "0x40 W fe, R 1e"]
 
 
+def test_without_a_part_the_whole_buffer_is_written_and_read(i2c: I2C) -> None:
+    answer = bytearray(2)
+    i2c.writeto(0x40, b"\x01")
+    i2c.readfrom_into(0x40, answer)
+    assert answer == bytes([0x04, 0x04])
+    i2c.writeto_then_readfrom(0x40, b"\xfe", answer)
+    assert answer[0] == 0x1E
+
+
 def test_a_chip_that_is_absent_is_an_os_error(i2c: I2C) -> None:
     with pytest.raises(OSError, match=" ") as absent:
         i2c.writeto(0x41, b"")
