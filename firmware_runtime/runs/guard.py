@@ -38,6 +38,9 @@ POLL_EVERY = 20 * MILLISECOND
 ASK_AGAIN_EVERY = SECOND
 """Ns until what kept a run from being guarded is checked again."""
 
+HOLD_AGAIN_AFTER = SECOND
+"""Ns from a release of the reserve of memory until it is held again."""
+
 
 class Phase(Enum):
     """Phase of a guard."""
@@ -94,7 +97,7 @@ class Guard:
         self._seen: tuple[int, int] | None = None
         self._refused: tuple[int, int] | None = None
         self._why = self._stumble = ""
-        self._since = self._takeovers = self._ask_at = 0
+        self._since = self._takeovers = self._ask_at = self._hold_at = 0
         self._has_taken_right = False
         self._failed: list[str] | None = None
         self._unguarded_because: str | None = None
@@ -113,12 +116,12 @@ class Guard:
             self._watch()
             self._find_run()
             self._show_presence()
-            if not self._reserve.is_held and monotonic_ns() >= self._ask_at:
+            if not self._reserve.is_held and monotonic_ns() >= self._hold_at:
                 self._reserve.hold()
         except HalError:
             raise
         except Exception as error:  # noqa: BLE001 -- whatever it is, the next poll comes
-            self._reserve.release()
+            self._release_reserve()
             self._say_stumble(error)
 
     def wait(self, wake_up: int) -> None:
@@ -126,7 +129,7 @@ class Guard:
         try:
             is_readable([wake_up, *([] if self._run is None else self._run.ends)], POLL_EVERY)
         except MemoryError:
-            self._reserve.release()
+            self._release_reserve()
 
     # Outputs --------------------------------------------------------------------------------------
 
@@ -162,7 +165,7 @@ class Guard:
         except Exception as error:  # noqa: BLE001 -- whatever it is, the next attempt comes
             failed = [text_of(error) or type(error).__name__]
         if failed:
-            self._reserve.release()
+            self._release_reserve()
         return failed
 
     def _note(self, run: WatchedRun, failed: list[str]) -> None:
@@ -234,6 +237,11 @@ class Guard:
         return self._unguarded_because is None
 
     # ----------------------------------------------------------------------------------------------
+
+    def _release_reserve(self) -> None:
+        """Let the polls to come have the memory: held again at once, it would be of no use."""
+        self._reserve.release()
+        self._hold_at = monotonic_ns() + HOLD_AGAIN_AFTER
 
     def _say(self, what: str) -> None:
         with suppress(Exception):

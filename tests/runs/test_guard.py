@@ -3,6 +3,7 @@
 import os
 import subprocess
 import sys
+import tracemalloc
 from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from time import monotonic_ns
@@ -14,7 +15,8 @@ from msgspec.structs import asdict
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.errors import StatisticsFileError
 from firmware_runtime.hal.wire_errors import BusAbsent
-from firmware_runtime.runs.guard import Guard, Phase
+from firmware_runtime.runs import guard
+from firmware_runtime.runs.guard import ASK_AGAIN_EVERY, HOLD_AGAIN_AFTER, POLL_EVERY, Guard, Phase
 from firmware_runtime.runs.watched_run import WatchedRun, keep_clear_of_other_runs
 from firmware_runtime.statistics.file import StatisticsFile
 from firmware_runtime.statistics.file_header import STATISTICS, RunState
@@ -26,6 +28,7 @@ from firmware_runtime.statistics.takeovers import (
     read_takeovers,
     takeovers_of,
 )
+from firmware_runtime.system.reserve import SIZE
 from firmware_runtime.system.this_process import this_process
 
 HEADER = {"models": {}, "conditions": {"board": "tachobot", "switched_off": ["here: 00"]}}
@@ -278,7 +281,31 @@ def test_chips_that_do_not_acknowledge_are_written_again_and_logged_and_kept_onc
     (kept,) = takeovers_of(path, this_process())
     assert (kept.number, kept.failed) == (1, [])
     assert kept.off_after_ns is not None
+    assert 0 <= kept.off_after_ns <= monotonic_ns() - kept.at_ns
     assert "no finished step for" in kept.why
+
+
+def test_what_keeps_outputs_on_is_named_until_they_are_off(
+    watch: Watch, file: StatisticsFile
+) -> None:
+    watch.guard.poll()
+    hang(file)
+    watch.failing = ["i2c1 0x40: not acknowledged"]
+    watch.guard.poll()
+    assert watch.guard.failed == watch.failing
+    watch.raising["off"] = OverflowError()  # which has no text
+    watch.guard.poll()
+    assert watch.guard.failed == ["OverflowError"]
+    watch.raising["off"] = OSError("no bus")
+    watch.guard.poll()
+    assert watch.guard.failed == ["no bus"]
+    del watch.raising["off"]
+    come_back(file)
+    watch.guard.poll()  # the chips still fail
+    assert (watch.guard.phase, watch.guard.failed) == (Phase.HOLDING, watch.failing)
+    watch.failing = []
+    watch.guard.poll()
+    assert (watch.guard.phase, watch.guard.failed) == (Phase.WATCHING, [])
 
 
 @pytest.fixture
@@ -315,6 +342,109 @@ def test_the_end_of_the_process_is_noticed_and_the_next_run_watched(
     assert watch.guard.phase is Phase.WATCHING
 
 
+def test_no_other_run_is_watched_before_the_outputs_of_the_last_one_are_off(
+    path: Path, watch: Watch, other: "subprocess.Popen[bytes]"
+) -> None:
+    watch.guard.poll()
+    watch.failing = ["i2c1 0x40: not acknowledged"]
+    other.kill()
+    other.wait()
+    watch.guard.poll()
+    StatisticsFile(Layout(), HEADER, path)
+    watch.guard.poll()
+    assert (watch.guard.phase, watch.offs) == (Phase.HOLDING, 2)
+    watch.failing = []
+    watch.guard.poll()
+    assert (watch.guard.phase, watch.offs) == (Phase.WATCHING, 3)
+
+
+def test_a_poll_without_an_event_is_waited_for_also_where_there_is_no_run(
+    watch: Watch, file: StatisticsFile, wake_up: int
+) -> None:
+    del file
+    for _ in range(2):
+        before = monotonic_ns()
+        watch.guard.wait(wake_up)
+        assert monotonic_ns() - before >= POLL_EVERY
+        watch.guard.poll()
+
+
+class Time:
+    """The guard's own clock, as a test moves it."""
+
+    now = 100 * SECOND
+
+
+@pytest.fixture
+def time(monkeypatch: pytest.MonkeyPatch) -> Time:
+    time = Time()
+    monkeypatch.setattr(guard, "monotonic_ns", lambda: time.now)
+    return time
+
+
+def test_what_keeps_a_run_from_being_guarded_is_checked_again_now_and_then_until_nothing_does(
+    watch: Watch, file: StatisticsFile, time: Time
+) -> None:
+    def poll_twice() -> int:
+        watch.guard.poll()
+        watch.guard.poll()
+        return watch.done.count("why_unguarded")
+
+    watch.against = "its outputs are others"
+    assert poll_twice() == 1
+    watch.against = None
+    assert (poll_twice(), file.cells[GUARD]) == (1, 0)
+    time.now += ASK_AGAIN_EVERY
+    assert poll_twice() == 2
+    assert file.cells[GUARD] != 0
+    time.now += ASK_AGAIN_EVERY
+    assert poll_twice() == 2
+
+
+def test_a_file_that_becomes_whole_later_is_found_by_and_by(
+    path: Path, watch: Watch, file: StatisticsFile, time: Time
+) -> None:
+    del file
+    whole = path.read_bytes()
+    path.write_bytes(b"")
+    watch.guard.poll()
+    path.write_bytes(whole)
+    watch.guard.poll()
+    assert watch.guard.phase is Phase.WAITING
+    time.now += ASK_AGAIN_EVERY
+    watch.guard.poll()
+    assert watch.guard.phase is Phase.WATCHING
+
+
+@pytest.fixture
+def is_held() -> Iterator[Callable[[], bool]]:
+    """True while the guard holds its reserve of memory; it is to be made after this."""
+    tracemalloc.start()
+    yield lambda: tracemalloc.get_traced_memory()[0] >= SIZE
+    tracemalloc.stop()
+
+
+def test_memory_held_in_reserve_is_released_for_what_fails_and_taken_again_a_while_later(
+    is_held: Callable[[], bool], path: Path, file: StatisticsFile, time: Time
+) -> None:
+    watch = Watch(path)
+    watch.raising["why_unguarded"] = MemoryError()
+    watch.guard.poll()
+    assert not is_held()
+    del watch.raising["why_unguarded"]
+    time.now += HOLD_AGAIN_AFTER
+    watch.guard.poll()
+    assert is_held()
+    hang(file)
+    watch.failing = ["i2c1 0x40: not acknowledged"]
+    watch.guard.poll()
+    assert not is_held()
+    time.now += HOLD_AGAIN_AFTER - 1
+    watch.failing = []
+    watch.guard.poll()
+    assert not is_held()
+
+
 # What it meets besides a run that dies ----------------------------------------------------------
 
 
@@ -349,6 +479,7 @@ def test_whatever_is_raised_outputs_are_written_poll_after_poll(
         watch.guard.poll()
     assert watch.done.count("off") == 3
     assert watch.guard.phase is Phase.HOLDING
+    assert sum("the guard goes on" in each for each in watch.reported) == (part == "why_unguarded")
 
 
 DAMAGED: dict[str, Any] = {
