@@ -17,6 +17,7 @@ from firmware_runtime.links.control import TIMEOUT_S, Answer
 from firmware_runtime.runs import supervision
 from firmware_runtime.runs.arming import Arming, Permission
 from firmware_runtime.runs.requests import SLOW, Leases, Requests
+from firmware_runtime.runs.safe_state import SafeState
 from firmware_runtime.runs.supervision import WINDOW, Overload, Policy
 from firmware_runtime.runs.tuning import Tuning
 from firmware_runtime.statistics.file_header import RunState
@@ -165,6 +166,31 @@ def test_what_is_asked_after_disarming_arms_again(asked: Asked) -> None:
     asked.ask({"request": "arm"}, {"request": "disarm"}, {"request": "arm"})
     asked.pass_by(SECOND)
     assert asked.arming.armed
+
+
+def test_it_says_whether_it_is_armed_and_why_not(asked: Asked) -> None:
+    def state() -> tuple[object, object]:
+        asked.ask({"request": "state"})
+        [answer] = asked.answers()
+        return answer["armed"], answer["reason"]
+
+    assert state() == (False, "not requested yet")
+    asked.arming.request(0)
+    assert state() == (True, None)
+    asked.ask({"request": "disarm"})
+    asked.answers()
+    assert state() == (False, "requested")
+
+
+def test_a_run_whose_right_cannot_be_taken_disarms_on_request_of_safe_state(
+    asked: Asked, tmp_path: Path
+) -> None:
+    (tmp_path / "x.stats").write_bytes(b"of another version")
+    asked.arming.request(0)
+    SafeState([], None, tmp_path / "x.stats").take_right()
+    asked._socket.receive()  # who asks
+    asked._socket.receive()
+    assert not asked.arming.armed
 
 
 class Time:

@@ -185,7 +185,7 @@ class OpenFeed(Feed):
 
     def check_all_taken(self) -> None:
         """Report what was not asked for, and keep its answers for a later request."""
-        for transfer in self._transfers:
+        for transfer in reversed(self._transfers):
             self._hold(transfer)
         super().check_all_taken()
 
