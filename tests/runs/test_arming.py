@@ -1,7 +1,14 @@
 """When outputs may be driven, and when no longer."""
 
-import pytest
+from pathlib import Path
+from time import monotonic_ns
 
+import pytest
+from msgspec.structs import replace
+
+from firmware_runtime.board import registry
+from firmware_runtime.board.ends import end_of
+from firmware_runtime.board.registry import Board
 from firmware_runtime.devs.time import MILLISECOND, SECOND
 from firmware_runtime.executive.clocks import VirtualClock
 from firmware_runtime.executive.configuration import Configuration
@@ -9,7 +16,7 @@ from firmware_runtime.executive.executive import Executive
 from firmware_runtime.executive.outcome import OFF_AGAIN_EVERY
 from firmware_runtime.hal.wire_errors import BusFault, HalError
 from firmware_runtime.runs import arming
-from firmware_runtime.runs.arming import GUARD_TIMEOUT, Arming, Permission
+from firmware_runtime.runs.arming import GUARD_TIMEOUT, Arming, Permission, permission_for
 from firmware_runtime.statistics.layout import ACKNOWLEDGED, ARMED, EPOCH, GUARD
 from tests.support.periodic_models import Robot
 
@@ -64,7 +71,9 @@ def test_it_is_disarmed_until_it_is_requested_and_says_nothing_until_then() -> N
     rig = Rig()
     rig.arming.between_steps(0, 0)
     assert (rig.arming.interlock(), rig.logged) == (False, [])
+    assert not rig.arming.was_armed
     assert rig.arming.request(0) == []
+    assert rig.arming.was_armed
     assert rig.arming.interlock()
     assert rig.cells == (1, 0)
 
@@ -276,6 +285,87 @@ def test_a_pause_of_what_was_not_armed_switches_off_and_changes_nothing() -> Non
     rig.arming.between_steps(SECOND, 0)
     assert (rig.arming.interlock(), rig.safe, rig.logged) == (False, 1, [])
     assert rig.arming.reason == "not requested yet"
+
+
+@pytest.mark.parametrize("ends", ["pause", "suspend"])
+def test_a_takeover_that_a_pause_or_a_silence_finds_is_one(ends: str) -> None:
+    rig = Rig()
+    rig.arming.request(0)
+    rig.executive.cells[EPOCH] = -7
+    if ends == "pause":
+        rig.arming.pause()
+    else:
+        rig.arming.suspend("silent")
+    rig.arming.between_steps(SECOND, 0)
+    assert not rig.arming.interlock()
+    assert rig.arming.reason == "safe-state took its right to drive"
+
+
+def test_what_was_suspended_and_armed_on_request_is_suspended_no_more() -> None:
+    rig = Rig(at_start=True)
+    rig.arming.between_steps(0, 0)
+    rig.against = "silent"
+    rig.arming.suspend("silent")
+    rig.against = None
+    assert rig.arming.request(0) == []
+    rig.arming.pause()
+    rig.executive.cells[EPOCH] = 7  # the guard takes over what pauses for long
+    for now in (0, SECOND):
+        rig.arming.between_steps(now, 0)
+    assert rig.arming.interlock()
+
+
+def test_what_goes_on_after_a_pause_is_armed_at_once() -> None:
+    rig = Rig(at_start=True)
+    rig.arming.between_steps(0, 0)
+    rig.arming.pause()
+    rig.arming.between_steps(0, 0)
+    assert rig.arming.interlock()
+
+
+SERVED = Path("doubles.socket")
+BOARD, AT_START = registry.load("detective"), registry.load("detective", ["arming.at_start=true"])
+OF_BOARD = Permission(BOARD.settings.arming.at_start, BOARD.settings.arming.demand_guard)
+FREE_TO_DRIVE = Permission(at_start=True, demand_guard=False, free=True)
+AS_CHIPS = {"supervised": True, "arm": False}
+TO_ARM = {"supervised": False, "arm": True}
+AS_IT_IS = {"supervised": False, "arm": False}
+
+
+@pytest.mark.parametrize(
+    ("board", "doubles", "role", "words", "expected"),
+    [
+        (BOARD, False, None, AS_IT_IS, OF_BOARD),
+        (BOARD, False, None, TO_ARM, replace(OF_BOARD, at_start=True)),
+        (AT_START, False, None, AS_IT_IS, replace(OF_BOARD, at_start=True)),
+        (BOARD, True, None, AS_CHIPS, OF_BOARD),
+        (BOARD, SERVED, None, AS_CHIPS, OF_BOARD),
+        (BOARD, True, None, AS_IT_IS, None),
+        (BOARD, SERVED, None, AS_IT_IS, FREE_TO_DRIVE),
+        (BOARD, True, "robot", AS_IT_IS, FREE_TO_DRIVE),
+        (BOARD, False, "robot", AS_IT_IS, OF_BOARD),
+        (BOARD, False, "controller", AS_IT_IS, None),
+    ],
+)
+def test_outputs_are_driven_on_the_terms_of_their_board_unless_they_are_doubles(
+    board: Board,
+    *,
+    doubles: bool | Path,
+    role: str | None,
+    words: dict[str, bool],
+    expected: Permission | None,
+) -> None:
+    end = None if role is None else end_of(board, role)
+    found = permission_for(board, doubles=doubles, end=end, begun_at=BEGUN_AT, **words)
+    assert found == (expected and replace(expected, begun_at=BEGUN_AT))
+
+
+def test_a_run_is_called_for_now_if_nothing_else_is_stated() -> None:
+    before = monotonic_ns()
+    permission = permission_for(BOARD, doubles=False, arm=False, supervised=False)
+    assert permission is not None
+    assert permission.begun_at is not None
+    assert before <= permission.begun_at <= monotonic_ns()
 
 
 @pytest.mark.parametrize(("epoch", "is_armed"), [(7, True), (-7, False)])

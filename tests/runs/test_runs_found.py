@@ -149,9 +149,7 @@ def test_a_run_to_come_finds_when_this_was_called_for_or_a_warning_is_given(
 
 
 def test_a_line_is_driven_as_long_as_it_is_locked(line: Path, tmp_path: Path) -> None:
-    pipe = tmp_path / "pipe"
-    os.mkfifo(pipe)  # which would be waited for
-    lines = [str(pipe), str(tmp_path / "gone"), str(line)]
+    lines = [str(tmp_path / "gone"), str(line)]
     with line.open("rb") as held:
         flock(held, LOCK_EX)
         assert is_driven(lines)
