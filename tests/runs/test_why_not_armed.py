@@ -22,6 +22,7 @@ from firmware_runtime.runs.requests import LONGEST_S, SHORTEST_S, Leases
 from firmware_runtime.runs.session import Session
 from firmware_runtime.runs.start import start_session
 from firmware_runtime.runs.supervision import Commanders
+from firmware_runtime.statistics.file_header import Request, Settings
 from tests.support.executives import Run
 from tests.support.periodic_models import PERIOD, Robot, Sampler
 from tests.support.stalling_clock import StallingClock
@@ -82,11 +83,19 @@ def test_a_loop_that_has_not_run_for_a_second_fails_the_check() -> None:
     [
         ({}, Robot(), 1),
         ({}, Robot(imu=3 * SECOND), 1),
+        ({}, Robot(imu=3 * TENTH), 1),
         ({}, Coupled("nothing"), 1),
         ({550: PERIOD}, Robot(), 1),
         (dict.fromkeys(range(1, 600, 2), 15 * MILLISECOND), Robot(), 100),
     ],
-    ids=["on time", "slower than a second", "no period", "a whole period late", "not judged"],
+    ids=[
+        "on time",
+        "slower than a second",
+        "slow",
+        "no period",
+        "a whole period late",
+        "not judged",
+    ],
 )
 def test_nothing_speaks_against_it(
     stalls: dict[int, int], model: Component, max_late_percent: float
@@ -109,7 +118,7 @@ def test_more_late_activations_than_the_board_allows_are_one() -> None:
     assert "2.0 ms late" in why
     assert "at most 1 %" in why
     assert "later than a period (10 ms)" in why
-    assert LateRun(StallingClock(late), max_late_percent=3).against == []
+    assert LateRun(StallingClock(late), max_late_percent=2.4).against == []
 
 
 def test_what_was_late_more_than_five_seconds_ago_is_forgotten() -> None:
@@ -134,6 +143,7 @@ def test_skipped_activations_count_as_late() -> None:
     assert run.overruns == 0
     (why,) = run.against
     assert "late or skipped, the latest came 0.0 ms late" in why
+    assert why.startswith("2.40 % ")
 
 
 def test_a_loop_that_falls_behind_what_is_due_is_one() -> None:
@@ -145,6 +155,46 @@ def test_a_loop_that_falls_behind_what_is_due_is_one() -> None:
     )
     (why,) = run.against
     assert "of the activations due lately came; expected 95%" in why
+
+
+def test_a_loop_that_is_behind_by_some_activations_keeps_up() -> None:
+    run = LateRun(
+        StallingClock({597: 3 * PERIOD}),
+        policies={"imu": ActivationPolicy("catch-up")},
+        max_late_percent=100,
+    )
+    assert run.against == []
+
+
+class Lamp(Beacon):
+    """A device that does not work."""
+
+    def unready(self) -> str | None:
+        return "does not answer"
+
+
+def test_a_device_that_does_not_work_is_one() -> None:
+    model = Coupled("robot")
+    model.add(Beacon("beacon"))
+    model.add(Lamp("lamp"))
+    assert LateRun(VirtualClock(), model).against == ["robot.lamp does not answer"]
+
+
+class Refused(Executive):
+    """A run whose priority was refused."""
+
+    @property
+    def granted(self) -> Settings:
+        return {"fifo_priority": Request(50, granted=False, reason="not permitted")}
+
+
+def test_a_priority_that_was_refused_is_one() -> None:
+    def against(kind: type[Executive]) -> list[str]:
+        executive = kind(Coupled("nothing"), VirtualClock(), list, Configuration())
+        return [why for ask in prearm_checks(executive, 1) if (why := ask(SECOND)) is not None]
+
+    assert against(Executive) == []
+    assert against(Refused) == ["SCHED_FIFO 50 was requested and not granted (not permitted)"]
 
 
 def test_of_several_models_the_latest_counts_and_the_shortest_period() -> None:
