@@ -22,6 +22,7 @@ from firmware_runtime.board import registry
 from firmware_runtime.board.assignments import assignments_of
 from firmware_runtime.board.local_settings import PLACE
 from firmware_runtime.board.registry import Board, load
+from firmware_runtime.devs.time import SECOND
 from firmware_runtime.hal.served.client import ServedDoubles
 from firmware_runtime.recording.blackbox.reader import read_recording
 from firmware_runtime.recording.board_of_recording import board_of
@@ -30,6 +31,7 @@ from firmware_runtime.runs import hardware
 from firmware_runtime.runs.arming import Permission
 from firmware_runtime.runs.open_board import OpenBoard
 from firmware_runtime.runs.open_lines import open_lines
+from firmware_runtime.runs.session import Session
 from firmware_runtime.runs.start import start_session
 from firmware_runtime.statistics.paths import directories
 from sim_doubles.faults import FaultScript, NackAddress
@@ -192,18 +194,20 @@ class Outside:
     rig: DoublesRig | None = None
     reported: list[str] = field(default_factory=list)
 
-    def robot(self, *, at_start: bool) -> OpenBoard:
+    def session(self, *, at_start: bool, statistics_path: Path | None = None) -> Session:
         board = registry.load("tachobot", ["executive.fifo_priority=0"])
         permission = Permission(at_start, demand_guard=False)
-        made = start_session(
+        return start_session(
             board,
             VirtualClock(),
             doubles=False,
-            statistics_path=None,
+            statistics_path=statistics_path,
             permission=permission,
             log=self.reported.append,
         )
-        return OpenBoard(made, None)
+
+    def robot(self, *, at_start: bool) -> OpenBoard:
+        return OpenBoard(self.session(at_start=at_start), None)
 
     @property
     def on(self) -> int:
@@ -232,6 +236,35 @@ def test_outputs_of_a_real_robot_are_not_driven_unless_it_is_armed(outside: Outs
         robot.run(3.0)
         assert (robot.was_armed, robot.why_not_armed) == (False, "not requested yet")
     assert set(driven) == {0}
+
+
+class Seen:
+    """A hook that notes whether a file is there while a run is under way."""
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        self.found: set[bool] = set()
+
+    def between_steps(self, _now: int, _left: int) -> None:
+        self.found.add(self.path.exists())
+
+
+@pytest.mark.parametrize("pauses", [False, True])
+def test_what_a_real_robot_drives_by_is_kept_for_others_until_its_outputs_are_off(
+    outside: Outside, tmp_path: Path, *, pauses: bool
+) -> None:
+    session = outside.session(at_start=False, statistics_path=tmp_path / "x.stats")
+    kept = Seen(tmp_path / "x.settings")
+    session.executive.hooks.append(kept)
+    if pauses:
+        session.run_on(SECOND // 5)
+        assert kept.path.exists()
+        session.end()
+    else:
+        session.run(SECOND // 5)
+    assert kept.found == {True}
+    assert not kept.path.exists()
+    session.close()
 
 
 @pytest.mark.slow

@@ -8,17 +8,18 @@ from typing import Any
 import pytest
 
 from firmware_runtime.board import registry
+from firmware_runtime.board.settings import ExecutiveSettings
 from firmware_runtime.devs.time import MILLISECOND, SECOND
-from firmware_runtime.executive.clocks import MonotonicClock, VirtualClock
+from firmware_runtime.executive.clocks import Clock, MonotonicClock, VirtualClock
 from firmware_runtime.executive.configuration import Configuration
 from firmware_runtime.executive.executive import Executive
 from firmware_runtime.executive.outcome import Outcome
 from firmware_runtime.links.control import TIMEOUT_S, Answer
 from firmware_runtime.runs import supervision
 from firmware_runtime.runs.arming import Arming, Permission
-from firmware_runtime.runs.requests import SLOW, Leases, Requests
+from firmware_runtime.runs.requests import LONGEST_S, SHORTEST_S, SLOW, Leases, Requests
 from firmware_runtime.runs.safe_state import SafeState
-from firmware_runtime.runs.supervision import WINDOW, Overload, Policy
+from firmware_runtime.runs.supervision import WINDOW, Overload, Policy, watch_load
 from firmware_runtime.runs.tuning import Tuning
 from firmware_runtime.statistics.file_header import RunState
 from firmware_runtime.statistics.layout import EPOCH, STEP_TIME
@@ -30,13 +31,18 @@ from tests.support.ports_rig import Speaker
 class Asked:
     """The requests of a run whose loop passes when the test says so."""
 
-    def __init__(self, path: Path) -> None:
+    def __init__(self, path: Path, *, is_free: bool = False) -> None:
         executive = Executive(Robot(), VirtualClock(), list, Configuration(armed_at_start=False))
         self.executive = executive
         self.arming = Arming(executive, Permission(at_start=False, demand_guard=False), list)
         tuning = Tuning(registry.load("tachobot"), lambda _: None)
         self.requests = Requests(
-            path, executive, None, arming=self.arming, tuning=tuning, log=lambda _: None
+            path,
+            executive,
+            None,
+            arming=None if is_free else self.arming,
+            tuning=tuning,
+            log=lambda _: None,
         )
         self._socket = self.requests._socket
         self.client = Speaker(path)
@@ -182,6 +188,59 @@ def test_it_says_whether_it_is_armed_and_why_not(asked: Asked) -> None:
     assert state() == (False, "requested")
 
 
+@pytest.mark.parametrize("request_", ["arm", "disarm", "renew", "state", "get", "set"])
+def test_a_key_that_has_no_effect_is_refused_and_nothing_is_done(
+    asked: Asked, request_: str
+) -> None:
+    values = {"values": {"controller.yaw.kp": 0.7}} if request_ == "set" else {}
+    if request_ == "disarm":
+        asked.arming.request(0)
+    asked.ask({"request": request_, "leese_s": 0.4, **values})
+    asked.pass_by(SECOND)
+    [answer] = asked.answers()
+    assert "leese_s: unknown key" in str(answer["refused"])
+    assert asked.arming.armed is (request_ == "disarm")
+    asked.ask({"request": "state"})
+    assert asked.answers()[0]["revision"] == 0
+
+
+@pytest.mark.parametrize("lease_s", [0.04, 61, "soon"])
+def test_a_lease_that_cannot_be_arms_nothing(asked: Asked, lease_s: object) -> None:
+    asked.ask({"request": "arm", "lease_s": lease_s})
+    asked.pass_by(SECOND)
+    assert "lease_s" in str(asked.answers()[0]["refused"])
+    assert not asked.arming.was_armed
+
+
+@pytest.mark.parametrize("lease_s", [SHORTEST_S, LONGEST_S])
+def test_who_renews_a_lease_learns_whether_it_has_one(asked: Asked, lease_s: float) -> None:
+    asked.ask({"request": "arm", "lease_s": lease_s})
+    asked.pass_by(SECOND)
+    lease = asked.answers()[0]["lease"]
+    asked.ask({"request": "renew", "lease": lease}, {"request": "renew", "lease": "another"})
+    assert [each["leased"] for each in asked.answers()] == [True, False]
+
+
+@pytest.mark.parametrize("values", [{}, ["controller.yaw.kp"], None])
+def test_a_setting_without_values_is_refused(asked: Asked, values: object) -> None:
+    asked.ask({"request": "set", "values": values})
+    asked.pass_by(SECOND)
+    assert "values: expected an object" in str(asked.answers()[0]["refused"])
+
+
+def test_a_run_that_may_always_drive_is_armed_and_cannot_be_disarmed(tmp_path: Path) -> None:
+    free = Asked(tmp_path / "x.socket", is_free=True)
+    free.pass_by(0)
+    free.ask({"request": "arm", "lease_s": 1.0}, {"request": "renew", "lease": "any"})
+    free.pass_by(SECOND)
+    free.ask({"request": "disarm"}, {"request": "state"})
+    answers = free.answers()
+    assert [each["armed"] for each in answers] == [True] * 4
+    assert [each["leased"] for each in answers if "leased" in each] == [True]
+    free.client.close()
+    free.requests.close()
+
+
 def test_a_run_whose_right_cannot_be_taken_disarms_on_request_of_safe_state(
     asked: Asked, tmp_path: Path
 ) -> None:
@@ -242,6 +301,22 @@ def fifo(monkeypatch: pytest.MonkeyPatch) -> Iterator[list[str]]:
     monkeypatch.setattr(f"{module}.holds_priority", lambda: not given_up)
     monkeypatch.setattr(f"{module}.give_up_priority", lambda: given_up.append("SCHED_FIFO"))
     return given_up  # type: ignore[return-value]
+
+
+@pytest.mark.parametrize(
+    ("clock", "max_load_percent", "is_watched"),
+    [
+        (MonotonicClock(), 90.0, True),
+        (MonotonicClock(), 100.0, False),
+        (VirtualClock(), 90.0, False),
+    ],
+)
+def test_the_load_is_watched_in_real_time_where_it_has_a_limit(
+    clock: Clock, *, max_load_percent: float, is_watched: bool
+) -> None:
+    executive = Executive(Robot(), clock, list, Configuration())
+    watch_load(executive, ExecutiveSettings(max_load_percent=max_load_percent), None, print)
+    assert any(isinstance(each, Overload) for each in executive.hooks) is is_watched
 
 
 def test_a_load_below_the_limit_is_not_logged(time: Time) -> None:

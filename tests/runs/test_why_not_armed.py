@@ -264,6 +264,12 @@ def test_a_renewal_that_waits_to_be_read_counts_from_when_it_was_sent(robot: Lea
     assert not robot.at(10.3)
 
 
+def test_all_that_waits_is_read_before_a_lease_has_run_out(robot: Leased) -> None:
+    lease = robot.leases.take(0.5)
+    robot.renewals += [("another", round(9.8 * SECOND)), (lease, round(9.8 * SECOND))]
+    assert robot.at(10.0)
+
+
 def test_a_renewal_of_a_process_that_may_be_gone_since_is_too_old(robot: Leased) -> None:
     robot.renewals.append((robot.leases.take(0.5), round(9.5 * SECOND)))
     assert not robot.at(10.0)

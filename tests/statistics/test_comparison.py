@@ -113,6 +113,21 @@ def test_the_largest_since_is_never_too_low_nor_more_than_the_largest_of_all(
     assert (largest == 0) == (max(since, default=0) == 0)
 
 
+def test_what_buses_ports_and_deadlines_counted_since_is_in_a_difference() -> None:
+    layout = Layout(buses=("i2c1",), deadlines=("yaw",), ports=("treads",))
+    file = StatisticsFile(layout, {"models": {}, "conditions": {}})
+    blocks = layout.bus(0), layout.deadline(0), layout.port(0)
+    before = file.statistics()
+    for cell in blocks:
+        file.cells[cell] += 4
+    earlier = file.statistics()
+    for cell in blocks:
+        file.cells[cell] += 3
+    for first, expected in ((before, 7), (earlier, 3)):
+        cells = difference(file.statistics(), first).cells
+        assert [cells[cell] for cell in blocks] == [expected] * 3
+
+
 def test_only_the_worst_that_came_since_are_in_a_difference() -> None:
     run = Counted()
     earlier = run.count([5_000_000])

@@ -95,6 +95,14 @@ def test_a_single_sample_is_every_percentile() -> None:
     assert histogram(1234567).summary_us() == Distribution(*[1234.567] * 6)
 
 
+def test_a_rank_is_rounded_up_and_never_beyond_the_last_sample() -> None:
+    found = histogram(*[10] * 999, 20, 20)
+    assert found.percentile(998) == 10
+    assert found.percentile(999) == 20
+    assert histogram(10, 20).percentile(500) == 10
+    assert histogram(10, 20).percentile(1) == 10
+
+
 def test_an_empty_one_has_no_percentiles_rather_than_zeros() -> None:
     assert histogram().summary_us() == Distribution()
 
