@@ -142,7 +142,7 @@ def is_too_deep(content: bytes) -> bool:
         place, items = _passed(content, place)
         if items:
             left.append(items)
-            if len(left) > MOST_DEPTH:
+            if len(left) - 1 > MOST_DEPTH:  # the first is no list, it is the whole
                 return True
     return False
 

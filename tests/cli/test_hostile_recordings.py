@@ -9,6 +9,7 @@ from typing import Any
 
 import msgspec
 import pytest
+from msgspec.msgpack import Ext
 
 from firmware_runtime.errors import ConfigError, StatisticsFileError, Status
 from firmware_runtime.recording.blackbox.layout import MOST_CHUNKS, Chunk, file_of, prefix
@@ -99,6 +100,27 @@ def test_how_deep_a_section_goes_is_known_without_going_there(levels: int, openi
     within = b"\xca\x90\x90\x90\x90" + b"\xc4\x03\x90\x90\x90" + b"\xa2\x91\x91"
     content = b"\x94" + within + opening * levels + b"\xc0"
     assert is_too_deep(content) is (levels > MOST_DEPTH)
+
+
+EVERY = (
+    *(None, True, 7, -7, 200, 1000, 1 << 20, 1 << 40, -100, -1000, -(1 << 20), -(1 << 40), 1.5),
+    *("\x7f" * size for size in (0, 1, 31, 32, 256, 1 << 16)),
+    *(b"\x91" * size for size in (0, 1, 256, 1 << 16)),
+    *(Ext(5, b"\x91" * size) for size in (1, 2, 3, 4, 8, 16, 256, 1 << 16)),
+    *([0] * size for size in (0, 1, 15, 16, 1 << 16)),
+    *({key: [0] for key in range(size)} for size in (0, 1, 15, 16, 1 << 12)),
+    dict.fromkeys(range(1 << 16), 0),
+)
+"""Something of every form that MessagePack has; what lies in bytes is no list."""
+
+
+@pytest.mark.parametrize("levels", [MOST_DEPTH - 1, MOST_DEPTH])
+def test_how_deep_a_section_goes_is_known_whatever_else_is_in_it(levels: int) -> None:
+    first, last = (b"\x91" * each + b"\xc0" for each in (levels, MOST_DEPTH - 1))
+    every = [msgspec.msgpack.encode(each) for each in EVERY]
+    content = b"\xdc" + (len(every) + 2).to_bytes(2, "big")
+    assert is_too_deep(content + b"".join([*every, first, last])) is (levels == MOST_DEPTH)
+    assert is_too_deep(content + b"".join([last, *every, first])) is (levels == MOST_DEPTH)
 
 
 DEEP = """
