@@ -1,12 +1,18 @@
-"""A set has another order in each process; what a list or a number is stays what it is."""
+"""Values of a run and its replay: a set has another order in each process, all else its own."""
 
 from dataclasses import dataclass
 from typing import Any
 
 import pytest
-from msgspec import Struct, msgpack
+from msgspec import Raw, Struct, msgpack
 
-from firmware_runtime.recording.replay.section_comparison import is_same_but_for_order
+from firmware_runtime.recording.blackbox.section import Kind, Section, encode_sent
+from firmware_runtime.recording.replay.difference import NOTHING, Difference
+from firmware_runtime.recording.replay.section_comparison import (
+    ComparedValues,
+    differences_of_counts,
+    is_same_but_for_order,
+)
 
 
 @dataclass
@@ -75,3 +81,65 @@ def test_the_order_of_a_set_is_no_difference(value: object, form: object) -> Non
 )
 def test_anything_else_is_one(value: Any, form: Any) -> None:  # noqa: ANN401 -- whatever is sent
     assert not is_same_but_for_order(value, form)
+
+
+# What is compared and counted --------------------------------------------------------------------
+
+
+def sent(*recorded: object) -> Section:
+    return Section(Kind.STEP, 7, [], [], [], [], Raw(encode_sent([*recorded])), [], [])
+
+
+def value(model: str, port: str, recorded: object, replayed: object) -> Difference:
+    return Difference(7, "value", model, port, recorded, replayed)
+
+
+@pytest.mark.parametrize(
+    ("recorded", "replayed", "differences", "counted"),
+    [
+        ((0, 0.5, 1, 1.0, 2, 3.0), [0, 0.5, 1, 1.0, 2, 3.0], [], (2, 1)),
+        ((0, 0.5, 1, 1.0), [0, 0.6, 1, 1.0], [value("imu", "sample", 0.5, 0.6)], (2, 0)),
+        ((0, {"a"}), [0, {"a"}], [], (1, 0)),
+        (
+            (0, 0.5, 2, 3.0),
+            [2, 3.0],
+            [value("imu", "sample", 0.5, NOTHING), value("world", "place", 3.0, NOTHING)],
+            (1, 1),
+        ),
+        ((), [1, 0.5], [value("pwm", "duty", NOTHING, 0.5)], (0, 0)),
+        ((3, 0.5), [], [value("", "port 3", 0.5, NOTHING)], (1, 0)),
+    ],
+    ids=["the same", "another number", "a set", "from another port", "one more", "unknown port"],
+)
+def test_values_are_compared_in_the_order_in_which_they_left_and_counted_once(
+    recorded: tuple[object, ...],
+    replayed: list[Any],
+    differences: list[Difference],
+    counted: tuple[int, int],
+) -> None:
+    compared = ComparedValues(["imu.sample", "pwm.duty", "world.place"], frozenset({2}))
+    assert list(compared.differences(sent(*recorded), replayed)) == differences
+    assert (compared.values, compared.played_back) == counted
+    assert compared.compared + len(list(compared.not_compared())) == compared.values
+
+
+def test_values_whose_classes_are_unknown_are_named_by_their_number_the_most_first() -> None:
+    compared = ComparedValues([f"imu.p{n}" for n in range(13)], frozenset())
+    compared.restart()
+    for number in range(13):
+        for _ in range(2 if number == 4 else 1):
+            assert list(compared.differences(sent(number, ["a"]), [number, ["a"]])) == []
+    found = list(compared.not_compared())
+    assert found[0].startswith("2 values of imu.p4: ")
+    assert found[1].startswith("1 value of imu.p0: ")
+    assert found[10:] == ["3 other values"]
+    assert (compared.values, compared.compared) == (14, 0)
+
+
+def test_counts_that_differ_are_named_by_model_and_name() -> None:
+    recorded = {"imu": {"run": 3, "late": 1}, "gone": {"run": 1}}
+    replayed = {"imu": {"run": 3, "late": 2}, "new": {"run": 1}}
+    assert list(differences_of_counts(7, recorded, replayed)) == [
+        Difference(7, "count", "imu", "late", 1, 2),
+        Difference(7, "count", "gone", "run", 1, NOTHING),
+    ]
