@@ -44,8 +44,8 @@ def section(
     sent: tuple[object, ...] = (),
 ) -> Section:
     pairs = msgspec.Raw(msgspec.msgpack.encode(sent))
-    answers = [*readings], [*times], [*enabled], []
-    return Section(Kind.STEP, AT, *answers, pairs, [*transfers], [])
+    world: list[int] = []
+    return Section(Kind.STEP, AT, [*readings], [*times], [*enabled], world, pairs, [*transfers], [])
 
 
 @pytest.fixture

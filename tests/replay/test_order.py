@@ -1,18 +1,26 @@
 """Values of a run and its replay: a set has another order in each process, all else its own."""
 
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
+import msgspec
 import pytest
 from msgspec import Raw, Struct, msgpack
 
-from firmware_runtime.recording.blackbox.section import Kind, Section, encode_sent
+from firmware_runtime.devs.time import MILLISECOND
+from firmware_runtime.recording.blackbox.layout import file_of
+from firmware_runtime.recording.blackbox.reader import damage
+from firmware_runtime.recording.blackbox.section import Kind, Section, decode, encode_sent, sent_of
 from firmware_runtime.recording.replay.difference import NOTHING, Difference
 from firmware_runtime.recording.replay.section_comparison import (
     ComparedValues,
     differences_of_counts,
     is_same_but_for_order,
 )
+from firmware_runtime.recording.replay.verdict import replay, verdict_document
+from tests.support.recorded import every_section, in_chunks, record, recording_in, rewrite
+from tests.support.replayed import opened, replayed
 
 
 @dataclass
@@ -143,3 +151,48 @@ def test_counts_that_differ_are_named_by_model_and_name() -> None:
         Difference(7, "count", "imu", "late", 1, 2),
         Difference(7, "count", "gone", "run", 1, NOTHING),
     ]
+
+
+@pytest.fixture
+def path(tmp_path: Path) -> Path:
+    """The recording of a run of 50 ms."""
+    return record(tmp_path / "run.recording", "detective", 0.05)
+
+
+def test_a_replay_counts_all_that_it_compares(path: Path) -> None:
+    verdict = replayed(path)
+    assert verdict.is_identical
+    assert verdict.duration == 50 * MILLISECOND
+    assert verdict.values == verdict.compared > 0
+    assert (verdict.unknown, verdict.uncompared, verdict.failure) == (0, 0, None)
+    document = verdict_document(opened(path)[0], verdict, 10 * MILLISECOND)
+    assert document["times_real_time"] == 5.0
+
+
+def test_a_value_that_is_recorded_otherwise_is_the_first_difference(path: Path) -> None:
+    heard: list[Difference] = []
+    sections = [decode(each) for each in every_section(path)]
+    of_steps = (each for each in sections if each.kind is Kind.STEP)
+    changed = next(each for each in of_steps if sent_of(each))
+    (number, was), *others = sent_of(changed)
+    changed.sent = Raw(
+        encode_sent([number, "another", *(part for pair in others for part in pair)])
+    )
+    rewrite(path, [msgspec.msgpack.encode(each) for each in sections])
+    verdict = replay(*opened(path), listener=heard.append)
+    assert heard[0] == verdict.first
+    assert len(heard) == verdict.differences
+    assert verdict.first is not None
+    first = verdict.first
+    assert (first.at, first.what, first.recorded) == (changed.at, "value", "another")
+    assert was != "another"
+
+
+def test_chunks_that_are_missing_are_named(path: Path) -> None:
+    chunks = recording_in(in_chunks(path, 1)).chunks
+    odd = [each for each in chunks if each.number % 2 == 1 and each.number < 12]
+    assert recording_in(file_of([chunks[0], *chunks[2:]])).faults() == ["chunk 2 is missing"]
+    assert recording_in(file_of([chunks[0], *chunks[3:]])).faults() == ["chunks 2 to 3 are missing"]
+    clause = damage(recording_in(file_of(odd)))
+    assert "chunk 2 is missing; chunk 4 is missing; chunk 6 is missing; 2 more" in clause
+    assert " more" not in damage(recording_in(file_of(odd[:4])))

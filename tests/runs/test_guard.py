@@ -410,10 +410,10 @@ def test_a_file_that_becomes_whole_later_is_found_by_and_by(
     watch.guard.poll()
     path.write_bytes(whole)
     watch.guard.poll()
-    assert watch.guard.phase is Phase.WAITING
+    assert (watch.guard.phase, watch.offs) == (Phase.WAITING, 0)
     time.now += ASK_AGAIN_EVERY
     watch.guard.poll()
-    assert watch.guard.phase is Phase.WATCHING
+    assert (watch.guard.phase, watch.offs) == (Phase.WATCHING, 0)
 
 
 @pytest.fixture
