@@ -121,6 +121,7 @@ def test_how_deep_a_section_goes_is_known_whatever_else_is_in_it(levels: int) ->
     content = b"\xdc" + (len(every) + 2).to_bytes(2, "big")
     assert is_too_deep(content + b"".join([*every, first, last])) is (levels == MOST_DEPTH)
     assert is_too_deep(content + b"".join([last, *every, first])) is (levels == MOST_DEPTH)
+    assert not is_too_deep(content + b"".join([*every, last]))  # cut before its last item
 
 
 DEEP = """
