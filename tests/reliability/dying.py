@@ -42,6 +42,8 @@ PHASES: Final = {
 """The function in which each strikes."""
 KINDS: Final = ("SIGKILL", "SIGSTOP", "SIGTERM", "exception", "hang")
 BOARDS: Final = {"tachobot": TURNING, "detective": (), "balancing": (), "pan_tilt": ()}
+_FALLS: Final = frozenset({"balancing"})
+"""Boards whose robot does not get up again: each of its trials has doubles of its own."""
 _BEFORE_IT_DRIVES: Final = ("start-up", "calibrating")
 _STAYS_OFF: Final = 300 * MILLISECOND
 _LATEST_STEP: Final = 40
@@ -120,14 +122,15 @@ def execute(arguments: argparse.Namespace) -> Result:
 def _on(board: str, count: int, until: float | None, chance: random.Random) -> Iterator[Trial]:
     """Try so many on one board; each phase has doubles of its own, since a robot's spin adds up."""
     tried = 0
-    for phase in cycle(PHASES):
+    alike = [(kind,) for kind in KINDS] if board in _FALLS else [KINDS]
+    for phase, kinds in cycle(product(PHASES, alike)):
         with tempfile.TemporaryDirectory() as folder, ExitStack() as stack:
             order = Path(folder, "order")
             program = _PROGRAM.format(order=str(order), places=sorted(set(PHASES.values())))
             run = stack.enter_context(
                 guarded_run(Path(folder), robot=board, words=BOARDS[board], program=program)
             )
-            for kind in KINDS:
+            for kind in kinds:
                 if tried == count or (until is not None and time.monotonic() >= until):
                     return
                 trial = _Trial(run, order, phase, kind, chance.randrange(1, _LATEST_STEP))
