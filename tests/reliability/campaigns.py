@@ -18,11 +18,6 @@ from firmware_runtime.lab.sweeps.sweep_table import read_table
 from tests.reliability.results import BUILD, Result
 
 BOARDS: Final = ("tachobot", "detective", "balancing", "pan_tilt", "underwater")
-ACCEPTED: Final = {
-    "pan_tilt": ("offset:eyes", "scale:eyes", "freeze-axis:eyes", "wrong-byte:eyes", "flip:eyes"),
-    "balancing": ("scale:imu", "swap:imu", "late:imu"),
-}
-"""Faults that no second source could tell from the world; see docs/campaign.md."""
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
@@ -59,7 +54,6 @@ def _carried_out(arguments: argparse.Namespace) -> Iterator[tuple[str, dict[str,
         report = campaign(
             board,
             budget_s=share_s,
-            without=ACCEPTED.get(board, ()),
             workers=arguments.workers,
             output=BUILD / f"{board}.csv",
             findings=BUILD / f"findings-{board}",
