@@ -34,10 +34,7 @@ YAW = "tachobot.world.yaw_rad"
 UNCHECKED = Mission(
     board="tachobot",
     for_s=1.5,
-    assignments=(
-        "controller.compass_check.brief_tolerance_rad=10.0",
-        "controller.compass_check.tolerance_rad=10.0",
-    ),
+    assignments=("controller.compass_check.brief_tolerance_rad=10.0",),
 )
 """Where the compass contradicts no gyro that soon."""
 

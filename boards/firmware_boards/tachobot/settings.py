@@ -143,8 +143,8 @@ class CompassCheckSettings(Settings, frozen=True):
 
     window_s: Seconds = 2.0
     """Time constant with which turns are forgotten."""
-    tolerance_rad: Positive = 0.18
-    """Largest difference of their turns: noise and currents as of the second window, and bias."""
+    tolerance_rad: Positive = 0.5
+    """Largest difference of their turns: the motors' iron and currents bend a compass."""
     brief_window_s: Seconds = 0.5
     """A second one, for a gyro that suddenly lies."""
     brief_tolerance_rad: Positive = 0.11
