@@ -52,7 +52,7 @@ def _owner(path: Path) -> ProcessIdentity | None:
         return None
     if path.stat().st_uid != os.geteuid():
         return None
-    return ProcessIdentity(int(found[1]), int(found[2]), boot_id())
+    return ProcessIdentity(int(found[1]), int(found[2]) or None, boot_id())
 
 
 def nearest(folder: Path) -> Path:

@@ -70,8 +70,8 @@ def is_running(identity: ProcessIdentity) -> bool:
     """Return whether the process of that identity still exists on this machine."""
     if not is_this_boot(identity.boot_id):
         return False
-    started = _started_ticks(identity.pid)
-    return exists(identity.pid) if started is None else started == identity.started_ticks
+    started, stated = _started_ticks(identity.pid), identity.started_ticks
+    return exists(identity.pid) if None in {started, stated} else started == stated
 
 
 def is_this_boot(noted: str) -> bool:

@@ -1,5 +1,6 @@
 """A temporary folder goes with its process; that of one that was killed, when the next is made."""
 
+import os
 import tempfile
 from pathlib import Path
 
@@ -29,6 +30,14 @@ def test_what_a_process_left_behind_is_removed(folders: Path) -> None:
     (left / "key").touch()
     with own_folder() as own:
         assert list(folders.iterdir()) == [own]
+
+
+def test_what_a_process_has_stays_whose_start_it_did_not_know(folders: Path) -> None:
+    other = folders / f"firmware-runtime-{os.getpid()}-0-abc"
+    other.mkdir()
+    with own_folder():
+        pass
+    assert list(folders.iterdir()) == [other]
 
 
 def test_what_has_no_owner_stays(folders: Path) -> None:
