@@ -94,7 +94,7 @@ def execute(arguments: argparse.Namespace) -> Result:
     with ThreadPoolExecutor(arguments.workers) as pool:
         for each in [pool.submit(judge.judge_all, part, until) for part in parts]:
             each.result()
-    return _result(list(_read(log).values()))
+    return _result(list(_read(log).values()), is_read=not chosen)
 
 
 def _chosen(rooms: Sequence[str], count: int, seed: int) -> list[tuple[str, Mutant]]:
@@ -201,7 +201,7 @@ def _read(log: Path) -> dict[Mutant, Judged]:
     return {each.mutant: each for each in found}
 
 
-def _result(judged: Sequence[Judged]) -> Result:
+def _result(judged: Sequence[Judged], *, is_read: bool = False) -> Result:
     rooms = {}
     for room in ROOMS:
         of_room = [each for each in judged if each.room == room]
@@ -215,4 +215,5 @@ def _result(judged: Sequence[Judged]) -> Result:
         summary=f"{noticed} of {len(judged)} mutants noticed",
         is_sound=len(judged) > 0 and noticed >= 0.95 * len(judged),
         figures={"tried": len(judged), "noticed": noticed, "rooms": rooms, "survivors": survivors},
+        is_read=is_read,
     )
