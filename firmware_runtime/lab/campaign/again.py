@@ -33,13 +33,20 @@ def rerun_many(
 ) -> tuple[int, list[Row]]:
     """Run so many rows of a table again, spread evenly: how many were, and those that differ.
 
-    They share healthy runs with others than before. Raises ConfigError for no rows of a campaign.
+    They share healthy runs with others than before. Raises ConfigError for no rows of a campaign,
+    and for those of a robot that has other faults at their numbers by now.
     """
     count = min(runs, len(rows))
     chosen = {
         number_of(each): each for each in (rows[k * len(rows) // count] for k in range(count))
     }
-    job = Stretches(mission=_mission_of(rows), parts=in_parts(list(chosen)))
+    mission = _mission_of(rows)
+    if moved := _moved(mission, chosen):
+        fault = (
+            f"row {moved[0]} is another fault of {mission.board} by now, as are {len(moved) - 1}"
+        )
+        raise ConfigError.of_one("campaign", f"{fault} more", "a table of the robot as it is")
+    job = Stretches(mission=mission, parts=in_parts(list(chosen)))
     others: list[Row] = []
     done = 0
     for again in chain.from_iterable(carried_out(job, range(len(job.parts)), workers, None)):
@@ -49,6 +56,16 @@ def rerun_many(
         if progress is not None:
             progress(done, count, len(others))
     return done, others
+
+
+def _moved(mission: Mission, chosen: Mapping[int, Row]) -> list[int]:
+    """Return the numbers that stand for other faults in the space of the mission."""
+    space = space_of(mission)
+    return [
+        number
+        for number, row in chosen.items()
+        if number >= len(space) or space[number].strikes != trial_of_row(row).strikes
+    ]
 
 
 def _mission_of(rows: Sequence[Row]) -> Mission:
