@@ -111,6 +111,8 @@ def _fuzzing(kept: Kept) -> Iterator[str]:
     yield "|---|---|"
     for name, inputs in kept.result.figures.get("targets", {}).items():
         yield f"| {name} | {inputs:,} |"
+    if findings := kept.result.figures.get("findings"):
+        yield from ("", "Found then:", "", *(f"- {each.partition(' (')[0]}" for each in findings))
 
 
 def _mutants(kept: Kept) -> Iterator[str]:
