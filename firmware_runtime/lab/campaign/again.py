@@ -42,10 +42,9 @@ def rerun_many(
     }
     mission = _mission_of(rows)
     if moved := _moved(mission, chosen):
-        fault = (
-            f"row {moved[0]} is another fault of {mission.board} by now, as are {len(moved) - 1}"
-        )
-        raise ConfigError.of_one("campaign", f"{fault} more", "a table of the robot as it is")
+        fault = f"{len(moved)} of {count} rows are other faults of {mission.board} by now"
+        expected = f"a table of the robot as it is; row {moved[0]} is none"
+        raise ConfigError.of_one("campaign", fault, expected)
     job = Stretches(mission=mission, parts=in_parts(list(chosen)))
     others: list[Row] = []
     done = 0

@@ -44,6 +44,7 @@ ORACLES: Final = (
 )
 _SETTLED: Final = 500 * MILLISECOND
 _WATCHED: Final = 3 * SECOND
+_FULL_ON: Final = "full-on"
 _KEPT_OFF: Final = frozenset({"stuck", "nack", "nack-data", "arbitration", "fault", "absent"})
 
 
@@ -103,12 +104,13 @@ class Judge:
         )
         self._may_stay_on = any(kind.name in _KEPT_OFF for kind in kinds)
         self._drives_itself = any(kind.of == "actuator" for kind in kinds)
+        self._turns_it = any(kind.name == _FULL_ON for kind in kinds)
         self._recovery = Recovery(
             self._watched,
             self._healthy,
             self._end,
             is_of_world=self._is_of_world,
-            may_rest=self._is_of_world or self._drives_itself,
+            may_rest=self._is_of_world or self._turns_it,
         )
 
     def of_shorter(self, strikes: Sequence[Strike]) -> "Judge":
@@ -206,7 +208,7 @@ class Judge:
         What a fault drives by itself while the robot starts up is known once its sensors are up.
         """
         outside = None
-        can_know = not self._drives_itself or self._healthy.has_been_on(look.at)
+        can_know = not self._turns_it or self._healthy.has_been_on(look.at)
         if look.is_on and self._said is None and can_know and self._has_failed:
             outside = self._healthy.envelope.outside(look)
         if outside is None:
