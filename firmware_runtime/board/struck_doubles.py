@@ -74,13 +74,16 @@ class HasLines(Protocol):
 
 
 class Operator(Protocol):
-    """Who arms and disarms a run, at instants of it."""
+    """Who keeps a run disarmed, and arms it again."""
 
     def disarm(self, at: int, until: int) -> None:
-        """Have it disarmed at an instant, and armed again at another, if that is not NEVER."""
+        """Keep it disarmed from an instant to another, which may be NEVER."""
 
-    def arm(self, at: int) -> None:
-        """Have it armed at an instant."""
+    def end(self, at: int) -> None:
+        """Let what has no end be over at an instant."""
+
+    def clear(self) -> None:
+        """Disarm it no more."""
 
 
 class StruckDoubles:
@@ -140,7 +143,7 @@ class StruckDoubles:
         if kind.of in OF_NO_DEVICE and strike.device:
             fault = f"{strike.kind} of {strike.device}"
             raise ConfigError.of_one("fault", fault, "it without a device")
-        if kind.name == "disarm" and self._operator is not None:
+        if kind.of == "people" and self._operator is not None:
             self._operator.disarm(at, until)
         elif kind.of in OF_NO_DEVICE:
             self._strike_all(strike, at, amount or 0.0)
@@ -158,7 +161,8 @@ class StruckDoubles:
         """Let every fault that has no end be over after `at`, as if it had been made so."""
         for line in self._lines.values():
             line.end_strikes(at)
-        self._arm_again(at)
+        if self._operator is not None:
+            self._operator.end(at)
         self.struck = [each if each.span is not None else _ended(each, at) for each in self.struck]
 
     def clear(self) -> None:
@@ -166,13 +170,9 @@ class StruckDoubles:
         at = self._now()
         for line in self._lines.values():
             line.clear_strikes()
-        self._arm_again(at)
+        if self._operator is not None:
+            self._operator.clear()
         self.struck = [_ended(each, at) for each in self.struck if each.at <= at]
-
-    def _arm_again(self, at: int) -> None:
-        is_disarmed = any(each.kind == "disarm" and each.span is None for each in self.struck)
-        if self._operator is not None and is_disarmed:
-            self._operator.arm(at)
 
     def _fit(self, line: Breakable, address: int | None) -> tuple[str, ...]:
         fitting = line.fitting(address)

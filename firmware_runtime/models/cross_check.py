@@ -74,8 +74,20 @@ class Source(NamedTuple, Generic[R]):
     read: Callable[[R], float | None]
 
 
-class Change:
-    """Changes of both in one window: how far `apart` they are, of which `most` is believed."""
+class Apart:
+    """How far `apart` the changes of both are, of which `most` is believed."""
+
+    apart: float
+    most: float
+
+    @property
+    def excess(self) -> float:
+        """How many times what is believed they are apart."""
+        return abs(self.apart) / self.most
+
+
+class Change(Apart):
+    """Changes of both in one window."""
 
     def __init__(self, window: Window, share: float) -> None:
         self.window = window
@@ -90,14 +102,9 @@ class Change:
         self.turned = 0.0
         """The change of the rate."""
 
-    @property
-    def excess(self) -> float:
-        """How many times what is believed they are apart."""
-        return abs(self.apart) / self.most
 
-
-class ChangeAtStandstill:
-    """Changes of both since the value last moved: how far `apart` they are, `most` is believed."""
+class ChangeAtStandstill(Apart):
+    """Changes of both since the value last moved."""
 
     def __init__(self, settings: Standstill) -> None:
         self.within, self.most = settings
@@ -113,11 +120,6 @@ class ChangeAtStandstill:
         self.apart += more
         if abs(self._moved) > self.within:
             self.forget()
-
-    @property
-    def excess(self) -> float:
-        """How many times what is believed they are apart."""
-        return abs(self.apart) / self.most
 
 
 class Comparison:
@@ -137,11 +139,10 @@ class Comparison:
         """What the rate makes of the time since the last value."""
 
     @property
-    def worst(self) -> Change | ChangeAtStandstill:
+    def worst(self) -> Apart:
         """Return the change of the window, or the standstill, in which they are furthest apart."""
-        worst = max(self.changes, key=lambda change: change.excess)
-        still = self.still
-        return still if still is not None and still.excess > worst.excess else worst
+        still = [] if self.still is None else [self.still]
+        return max([*self.changes, *still], key=lambda change: change.excess)
 
     def take_rate(self, rate: float, elapsed: int) -> None:
         """Take a rate, `elapsed` ns after the last one."""

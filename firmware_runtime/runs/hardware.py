@@ -88,8 +88,7 @@ class Hardware:
     def command(self, executive: Executive, arming: "Callable[[], Arming]") -> None:
         """Let a script of faults disarm this run, and arm it again; most have none."""
         self._commanded = executive, arming
-        if self._operator is not None:
-            self._operator.attend(executive, arming())
+        self._attend()
 
     @property
     def struck(self) -> "StruckDoubles":
@@ -101,12 +100,10 @@ class Hardware:
 
             if self.rig is None:
                 refuse_faults(self._board.name, self._served_at or False)
-            operator = self._operator = ScriptedOperator()
-            if self._commanded is not None:
-                executive, arming = self._commanded
-                operator.attend(executive, arming())
+            self._operator = ScriptedOperator()
+            self._attend()
             self._struck = StruckDoubles(
-                self.rig, self._board, self.world_now, self._stall, operator
+                self.rig, self._board, self.world_now, self._stall, self._operator
             )
         return self._struck
 
@@ -166,6 +163,12 @@ class Hardware:
         close_lines(self.lines)
         if self._served is not None:
             self._served.close()
+
+    def _attend(self) -> None:
+        """Let the operator attend the run, once there are both."""
+        if self._operator is not None and self._commanded is not None:
+            executive, arming = self._commanded
+            self._operator.attend(executive, arming())
 
     def _open_lines(self, interlock: Interlock, recorder: Recorder | None) -> Lines:
         """The robot's lines, or absent ones where the hardware is at the other end."""

@@ -12,7 +12,7 @@ from firmware_drivers.chips.mpu9250 import Mpu9250
 from msgspec.structs import replace
 
 from firmware_runtime import HalError
-from firmware_runtime.devs.time import SECOND
+from firmware_runtime.devs.time import NEVER, SECOND
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.hal.strike import KINDS, Strike
 from firmware_runtime.hal.wire_errors import Stuck
@@ -79,6 +79,20 @@ def stuck_now_and_then() -> Callable[..., object]:
         return read(chip, *asked)
 
     return read_sample
+
+
+def never_disarms(_operator: ScriptedOperator, _at: int, _until: int) -> None:
+    """Does nothing in its place."""
+
+
+def never_arms_again(
+    operator: ScriptedOperator,
+    at: int,
+    _until: int,
+    whole: Callable[[ScriptedOperator, int, int], None] = ScriptedOperator.disarm,
+) -> None:
+    """Disarms for ever."""
+    whole(operator, at, NEVER)
 
 
 def numbers_of(
@@ -331,16 +345,19 @@ def test_tachobot_bears_what_strikes_before_or_as_control_begins(strike: Strike)
 @pytest.mark.parametrize(
     ("mistake", "for_s", "finding"),
     [
-        ("disarm", None, "on of world: it was disarmed 0.3 s ago, and an output is on"),
-        ("arm", 1.0, "unhealed of world: 5 s after the fault outputs are off"),
+        (never_disarms, None, "on of world: it was disarmed 0.3 s ago, and an output is on"),
+        (never_arms_again, 1.0, "unhealed of world: 5 s after the fault outputs are off"),
     ],
 )
 def test_a_robot_that_is_not_disarmed_or_armed_again_is_found(
-    monkeypatch: pytest.MonkeyPatch, mistake: str, for_s: float | None, finding: str
+    monkeypatch: pytest.MonkeyPatch,
+    mistake: Callable[[ScriptedOperator, int, int], None],
+    for_s: float | None,
+    finding: str,
 ) -> None:
     strike = Strike("disarm", at_s=1.2, for_s=for_s)
     assert_sound("tachobot", [strike], for_s=1.5)
-    monkeypatch.setattr(ScriptedOperator, mistake, lambda *_: None)
+    monkeypatch.setattr(ScriptedOperator, "disarm", mistake)
     with pytest.raises(AssertionError, match=finding):
         assert_sound("tachobot", [strike], for_s=1.5)
 

@@ -380,6 +380,22 @@ def test_an_operator_in_a_script_disarms_and_arms_again_and_that_replays(tmp_pat
     assert replay(recording, board_of(recording.header)).is_identical
 
 
+def test_an_operator_arms_again_once_nothing_in_the_script_disarms_any_more() -> None:
+    script = [
+        Strike("disarm", at_s=1.1, for_s=0.2),
+        Strike("disarm", at_s=1.2, for_s=0.3),
+        Strike("disarm", at_s=2.0),
+    ]
+    with virtual(faults=script) as robot:
+        robot.run(1.4)
+        assert not robot.armed, "one of two is over"
+        robot.run(0.2)
+        assert robot.armed
+        robot.clear_faults()
+        robot.run(1.0)
+        assert robot.armed, "what was cleared does not come"
+
+
 def test_a_folder_whose_name_is_no_text_does_not_keep_its_board_from_being_recorded(
     tmp_path: Path,
 ) -> None:

@@ -107,4 +107,6 @@ def _kept(name: str, folder: Path, done: "subprocess.CompletedProcess[str]") -> 
         shutil.copy(each, to)
     (to / "said.txt").write_text(done.stdout[-20_000:] + done.stderr[-20_000:])
     said = _FINDING.findall(done.stdout + done.stderr)
-    return f"{said[-1].strip() if said else f'ended with {done.returncode}'} ({to})"
+    return (
+        f"{said[-1].strip() if said else f'ended with {done.returncode}'} ({to.relative_to(ROOT)})"
+    )

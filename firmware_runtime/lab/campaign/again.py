@@ -43,8 +43,8 @@ def rerun_many(
     mission = _mission_of(rows)
     if moved := _moved(mission, chosen):
         fault = f"{len(moved)} of {count} rows are other faults of {mission.board} by now"
-        expected = f"a table of the robot as it is; row {moved[0]} is none"
-        raise ConfigError.of_one("campaign", fault, expected)
+        one = f", row {moved[0]} for one"
+        raise ConfigError.of_one("campaign", f"{fault}{one}", "a table of the robot as it is")
     job = Stretches(mission=mission, parts=in_parts(list(chosen)))
     others: list[Row] = []
     done = 0

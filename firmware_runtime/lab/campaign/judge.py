@@ -85,8 +85,9 @@ class Judge:
         self._healthy = healthy
         self._oracle = oracle
         self._go_by(strikes)
-        shows = [KINDS[each.kind].is_moment or each.kind == "disarm" for each in strikes]
-        self._struck_at = self._at if all(shows) else None
+        kinds = [KINDS[each.kind] for each in strikes]
+        shows = all(kind.is_moment or kind.of == "people" for kind in kinds)
+        self._struck_at = self._at if shows else None
         self._said: Said | None = None
         self._left_at: int | None = None
 
