@@ -90,10 +90,11 @@ ros: $(ROS_VENV)/installed-node
 
 # A test's DDS and its nodes are in domains of their own.
 test-ros: $(ROS_VENV)/installed-test $(VENV)/installed-run
-	@FIRMWARE_RUNTIME_TEST_PYTHON=$(abspath $(BIN))/python \
-		FIRMWARE_RUNTIME_ROS_VENV=$(abspath $(ROS_VENV)) \
-		$(BIN)/python -m firmware_runtime.links.ros2.interpreter $(ROS_VENV) \
-		-m pytest -q -n 3 --dist worksteal $(or $(ROS_TESTS),tests/ros2) $(PYTEST_OPTIONS)
+	@export FIRMWARE_RUNTIME_TEST_PYTHON=$(abspath $(BIN))/python \
+		FIRMWARE_RUNTIME_ROS_VENV=$(abspath $(ROS_VENV)); \
+	$(call AGAIN,$(BIN)/python -m firmware_runtime.links.ros2.interpreter $(ROS_VENV) \
+		-m pytest -q -n 3 --dist worksteal $(or $(ROS_TESTS),tests/ros2) \
+		-o cache_dir=build/pytest/ros2 $(PYTEST_OPTIONS))
 
 vm-test: $(VENV)/installed-run
 	@$(BIN)/python -m tests.vm.run

@@ -19,13 +19,16 @@ from typing import Final, Generic, NamedTuple, TypeVar
 from msgspec import Struct
 
 from firmware_runtime.devs.atomic import Atomic
-from firmware_runtime.devs.time import SECOND
+from firmware_runtime.devs.time import MILLISECOND, SECOND
 from firmware_runtime.hal.wire_errors import Fault, Implausible
 
 R = TypeVar("R")
 V = TypeVar("V")
 _AGAIN: Final = 0.5
 """Share of what is believed within which they agree again."""
+CATCHING_UP: Final = 50 * MILLISECOND
+"""Ns after a pause in which nothing is compared: what a busy network kept meanwhile comes at once,
+so that the value moves on and no time passes for the rate."""
 
 
 class Window(NamedTuple):
@@ -137,6 +140,7 @@ class Comparison:
         self._value: float | None = None
         self._step = 0.0
         """What the rate makes of the time since the last value."""
+        self._catching_up = 0
 
     @property
     def worst(self) -> Apart:
@@ -148,7 +152,10 @@ class Comparison:
         """Take a rate, `elapsed` ns after the last one."""
         if self._rate is None or elapsed > self._pause:
             self._value = None  # what it did meanwhile is not known
+            self._catching_up = CATCHING_UP
         else:
+            if self._catching_up > 0:
+                self._catching_up -= elapsed
             self._step += (self._rate + rate) / 2 * elapsed / SECOND
         self._rate = rate
 
@@ -156,7 +163,8 @@ class Comparison:
         """Take a value, `elapsed` ns after the last one, and compare."""
         last, step = self._value, self._step
         self._value, self._step = value, 0.0
-        if last is None or elapsed > self._pause or self._rate is None:
+        did_pause = elapsed > self._pause or self._catching_up > 0
+        if last is None or self._rate is None or did_pause:
             if self.still is not None:
                 self.still.forget()
             return

@@ -115,6 +115,15 @@ def test_a_turn_in_a_gap_between_samples_is_not_taken_for_where_it_was_at_first(
     assert estimator.yaw == pytest.approx(1.0, abs=0.01)
 
 
+def test_of_what_a_busy_network_kept_and_brings_at_once_the_last_field_says_where_it_is() -> None:
+    estimator = Estimator(compass_s=10.0)
+    for number in range(20):
+        estimator.feel(10 * number, 0.0, heading=0.0)
+    for number in range(40):  # 2 rad/s for 0.4 s
+        estimator.feel(600 + number, 2.0, heading=0.02 * number)
+    assert estimator.yaw == pytest.approx(0.78, abs=0.01)
+
+
 def test_of_a_gap_after_the_very_first_sample_its_field_says_where_it_was() -> None:
     estimator = Estimator(compass_s=1.0)
     estimator.feel(0, 0.0, heading=0.5)

@@ -88,6 +88,22 @@ def test_a_source_that_pauses_contradicts_nothing(bench: Bench) -> None:
     assert bench.said.get("fault", []) == []
 
 
+def test_what_a_busy_network_kept_and_brings_at_once_contradicts_nothing() -> None:
+    bench = Bench(replace(SETTINGS, pause=SECOND // 20))
+    for number in range(300):  # 2 rad/s, felt every 10 ms; those of 0.4 s come within 40 ms
+        at_ms = 10 * number if not 100 <= number < 140 else 1260 + number
+        bench.put(at_ms, rate=2.0, value=math.remainder(0.02 * number, math.tau))
+    bench.run(3000)
+    assert bench.said.get("fault", []) == []
+
+
+def test_a_lie_after_a_pause_is_contradicted(bench: Bench) -> None:
+    bench.turn(0, 100, true=1.0, said=1.0)
+    bench.turn(5000, 9000, true=1.0, said=0.0)
+    bench.run(9000)
+    assert 5500 < bench.said["fault"][0][0] < 5800
+
+
 def test_a_quantity_without_a_circle_may_grow_without_end() -> None:
     bench = Bench(CrossCheckSettings(quantity="way", windows=(Window(SECOND, 0.1),)))
     for at in range(0, 3000, 10):

@@ -43,9 +43,10 @@ class Attitude(Atomic):
     how far the estimate has strayed from it since the start, on average of its first fields; of
     that, elapsed / time constant is taken off in one step, and all of it after a gap between
     samples that were trusted: what it turned meanwhile only the compass knows, but for whole turns,
-    for which the rate after it counts. The average ends there, too, and goes back to the first few
-    fields: such a turn would be taken for where the robot was at first. What contradicts itself by
-    then may have lied about that from the beginning: then yaw zero is not known, and the run ends.
+    for which the rate after it counts. It is taken off until GAP later, as what a network kept
+    meanwhile comes at once. The average ends there, too, and goes back to the first few fields:
+    such a turn would be taken for where the robot was at first. What contradicts itself by then
+    may have lied about that from the beginning: then yaw zero is not known, and the run ends.
     """
 
     def __init__(self, name: str, compass_time_constant: int, *, enabled: bool) -> None:
@@ -64,7 +65,8 @@ class Attitude(Atomic):
         self._headings = 0
         self._heading_at_zero = self._heading_at_rest = 0.0
         self._has_gap = False
-        """Whether there was one since the compass was last read."""
+        """Whether there was one, and no field of the compass GAP after it yet."""
+        self._since_gap = 0
 
     def initialize(self) -> None:
         """Wait for a sample, or to be enabled."""
@@ -114,17 +116,18 @@ class Attitude(Atomic):
                 self._compass_error(field, 0.0)
             return Motion(0.0, rate)
         yaw, rate_before = self.motion
+        self._since_gap += elapsed
         if elapsed > GAP:
             rate_before = rate  # the one before it may have been the first of a lie
             if 0 < self._headings < FIELDS_AVERAGED:
                 self._headings, self._heading_at_zero = FIELDS_AVERAGED, self._heading_at_rest
-            self._has_gap = self._headings > 0
+            self._has_gap, self._since_gap = self._headings > 0, 0
         yaw += (rate_before + rate) / 2 * elapsed / SECOND
         constant = self.compass_time_constant
         if field is not None and constant:
             is_unknown = self._has_gap or elapsed >= constant
             share = 1.0 if is_unknown else elapsed / constant
-            self._has_gap = False
+            self._has_gap = self._has_gap and self._since_gap < GAP
             yaw += share * self._compass_error(field, yaw)
         return Motion(yaw, rate)
 
