@@ -81,6 +81,7 @@ if TYPE_CHECKING:
         NoAcknowledge,
         NotReady,
         PortClosed,
+        Runaway,
         Stuck,
         WrongDevice,
     )
@@ -201,6 +202,7 @@ _WHERE: Final = {
     "NoAcknowledge": "hal.wire_errors",
     "NotReady": "hal.wire_errors",
     "PortClosed": "hal.wire_errors",
+    "Runaway": "hal.wire_errors",
     "Stuck": "hal.wire_errors",
     "WrongDevice": "hal.wire_errors",
     "StateTableError": "models.state_table",
@@ -277,6 +279,7 @@ __all__ = [
     "Robot",
     "RunResult",
     "RunState",
+    "Runaway",
     "ScaledClock",
     "SecondOrderPlant",
     "SelectError",

@@ -32,6 +32,7 @@ class Motors(Actuator):
     the chip silent, or reset --> stopped --> reporting (0) --fault!--> bring_up --> obeying (0)
     obeying, driving with outputs disabled --> stopped --> reporting (0) --> disabled
     disabled, then enabled --> obeying (0)
+    still (watch_every) --> looked after: still, or what a write leads to
 
     While driving, the interlock is polled every POLL_PERIOD: outputs that are disabled in between
     are off, and the command has to be written again.
@@ -56,6 +57,8 @@ class Motors(Actuator):
         super().__init__(name, bring_up, line, interlock)
         self.refresh = refresh
         self.command_timeout = command_timeout
+        self.watch_every = NEVER
+        """Ns until motors that stand are looked after again; a subclass that can sets it."""
         self._has_command = False
         self._refusal: NotReady | None = None
         self._since_command = 0
@@ -86,6 +89,10 @@ class Motors(Actuator):
     def written_of_command(self) -> Applied:
         """Return the part of the command that was written: all, where nothing limits it."""
         return Applied.ALL
+
+    def look_after(self) -> None:
+        """See whether motors that are to stand do so; most chips say nothing of it."""
+        self.settle()
 
     # The DEVS functions -------------------------------------------------------------------------
 
@@ -122,11 +129,13 @@ class Motors(Actuator):
         elif self.is_moving():
             self.hold_in("driving", self._until_due())
         else:
-            self.passivate("still")
+            self.hold_in("still", self.watch_every)
 
     def drive_on(self) -> None:
         """Write what is due: a new command or the same again; with outputs disabled, a stop."""
-        if not self.interlock():
+        if self.phase == "still":
+            self.look_after()
+        elif not self.interlock():
             if self._refusal is not None:
                 self._forget(self._refusal)
             self._has_command = True
@@ -165,7 +174,7 @@ class Motors(Actuator):
         self._since_refresh = 0
         self._is_repeated = False
         if self._refusal is None:
-            self._write_command()
+            self.write_and_report()
         else:
             self._refuse(self._refusal)
 
@@ -176,11 +185,12 @@ class Motors(Actuator):
             seconds = self.command_timeout / SECOND
             self._refuse(NotReady(f"no command for {seconds:g} s; stopped", where=self.path))
         elif self._since_refresh >= self.refresh:
-            self._write_command()
+            self.write_and_report()
         else:
             self.settle()
 
-    def _write_command(self) -> None:
+    def write_and_report(self) -> None:
+        """Write the command, or fail; either is reported."""
         self._since_refresh = 0
         try:
             self.write_command()

@@ -78,7 +78,8 @@ class TreadSettings:
 class Treads(Motors):
     """Obeys `right` and `left` (0 stop, 1 clockwise: forward, 2 counterclockwise) and `speeds`.
 
-    A wheel that its encoder contradicts is a fault, as one of the bus is (`wheel_check`).
+    A wheel that its encoder contradicts is a fault, as one of the bus is (`wheel_check`); for that
+    the driver is read while the treads stand, too, as long as the interlock enables outputs.
 
     The phases are those of `Motors`. `report` is what the driver says of itself, where it can.
     Speeds are clipped to -1 to 1; at one instant a signal goes before speeds for its own side.
@@ -113,6 +114,8 @@ class Treads(Motors):
         self._is_clipped = False
         self._since_report = 0
         self._wheels = () if settings.full_counts_s is None else self._checked(settings)
+        if self._wheels:
+            self.watch_every = settings.refresh
 
     def _checked(self, settings: TreadSettings) -> tuple[WheelCheck, ...]:
         counts = settings.full_counts_s or 0.0
@@ -167,10 +170,29 @@ class Treads(Motors):
         right = -right if self.settings.right_reversed else right
         self.report = report = self.driver.set_speeds(left, right)
         elapsed, self._since_report = self._since_report, 0
-        if report is not None and self._wheels:
-            counts = report.left_encoder, report.right_encoder
-            for wheel, count, speed in zip(self._wheels, counts, (left, right), strict=True):
-                wheel.take(count, elapsed, speed)
+        if report is None or not self._wheels:
+            return
+        if self._is_ahead(report, elapsed):  # once more: one byte that was no encoder's is no turn
+            self.report = report = self.driver.set_speeds(left, right) or report
+        counts = report.left_encoder, report.right_encoder
+        for wheel, count, speed in zip(self._wheels, counts, (left, right), strict=True):
+            wheel.take(count, elapsed, speed)
+
+    def _is_ahead(self, report: Md25Report, elapsed: int) -> bool:
+        """Return whether a wheel has turned by more than it was told to."""
+        left, right = self._wheels
+        return left.is_ahead(report.left_encoder, elapsed) or right.is_ahead(
+            report.right_encoder, elapsed
+        )
+
+    def look_after(self) -> None:
+        """Read the driver; wheels that may be pushed by hand are not looked at."""
+        if self.interlock():
+            self.write_and_report()
+            return
+        for wheel in self._wheels:
+            wheel.begin_again()
+        self.settle()
 
     def written_of_command(self) -> Applied:
         """Part where speeds beyond -1 to 1 were clipped."""

@@ -9,7 +9,7 @@ One report that says too little may be of a loop that was held up: two in a row 
 """
 
 from firmware_runtime.devs.time import SECOND
-from firmware_runtime.hal.wire_errors import Implausible
+from firmware_runtime.hal.wire_errors import Implausible, Runaway
 
 SLACK_COUNTS = 4.0
 """Counts that a report may be off: what stands still may be moved a little."""
@@ -35,27 +35,40 @@ class WheelCheck:
         self._speed = self._speed_before = 0.0
         self._too_little = 0
 
+    def is_ahead(self, count: int, elapsed: int) -> bool:
+        """Return whether its encoder says more, `elapsed` ns after the last, than it was told."""
+        turned, due, coming = self._turned(count, elapsed)
+        return turned > MOST_SHARE * due + coming + SLACK_COUNTS
+
     def take(self, count: int, elapsed: int, speed: float) -> None:
         """Take its encoder, `elapsed` ns after the last one, and the speed that it has from now on.
 
-        Raises Implausible where it did not turn as it was told before.
+        Raises Implausible where it did not turn as it was told before: Runaway for more than that,
+        or the other way.
         """
-        last, self._last = self._last, count
-        commanded, before = self._speed, self._speed_before
-        self._speed_before, self._speed = commanded, speed
-        if last is None:
-            return
-        turned = float(count - last)
-        due = self._full * commanded * elapsed / SECOND
-        ramped = abs(commanded - before)
-        coming = self._full * ramped * min(ramped * self._ramp, elapsed) / SECOND
-        if commanded < 0:
-            turned, due = -turned, -due
-        most = MOST_SHARE * due + coming + SLACK_COUNTS
+        turned, due, coming = self._turned(count, elapsed)
+        is_ahead = self.is_ahead(count, elapsed)
+        self._last = count
+        self._speed_before, self._speed = self._speed, speed
         least = LEAST_SHARE * due - coming - SLACK_COUNTS
         self._too_little = self._too_little + 1 if turned < least else 0
-        if turned <= most and self._too_little < REPORTS:
+        if not is_ahead and self._too_little < REPORTS:
             return
         self.begin_again()
+        is_unasked = is_ahead or turned < -coming - SLACK_COUNTS
+        kind = Runaway if is_unasked else Implausible
         expected = f"about {due:.0f} counts of its encoder in {elapsed / SECOND:.2f} s"
-        raise Implausible(self._where, f"{self._name} wheel's turn", turned, expected)
+        raise kind(self._where, f"{self._name} wheel's turn", turned, expected)
+
+    def _turned(self, count: int, elapsed: int) -> tuple[float, float, float]:
+        """Return counts that it turned as it was told to, that were due, and that a ramp explains.
+
+        None of all where there was no report before.
+        """
+        if self._last is None:
+            return 0.0, 0.0, 0.0
+        due = self._full * self._speed * elapsed / SECOND
+        ramped = abs(self._speed - self._speed_before)
+        coming = self._full * ramped * min(ramped * self._ramp, elapsed) / SECOND
+        turned = float(count - self._last)
+        return (-turned, -due, coming) if self._speed < 0 else (turned, due, coming)

@@ -96,6 +96,10 @@ class Implausible(DeadReading):
         super().__init__(where, axis, value, readings, f"is {value:.4g}, expected {expected}")
 
 
+class Runaway(Implausible):
+    """A motor turned, and was not told to: what it moves is not where its controller has it."""
+
+
 EREMOTEIO: Final[int] = getattr(errno, "EREMOTEIO", 121)
 """Linux's number for what was not acknowledged, also on a system that has no such number."""
 _NAMES: Final = {EREMOTEIO: "EREMOTEIO", **errno.errorcode}

@@ -62,6 +62,8 @@ class DetectiveRig(BoardRig):
         self._probe = ArenaProbe(self.arena, self.now, self.catch_up)
 
     push_unit = "rad anticlockwise"
+    said_within_s = 0.5
+    """What its treads have turned is read so often (`treads.refresh_s`)."""
     unknowable = ("freeze:radar_sonar", "freeze-axis:radar_sonar")
     """Where it stays at no echo it may be that there is none: 0 in each unit, and nothing else that
     the robot has reaches as far. One that stays at an echo is found by its driver."""

@@ -11,7 +11,7 @@ from typing import Protocol, cast
 import pytest
 from msgspec.structs import replace
 
-from firmware_runtime import Strike, open_board
+from firmware_runtime import RunState, Strike, open_board
 from firmware_runtime.devs.time import SECOND
 from sim_doubles.chips.md25 import Md25Double
 from sim_doubles.chips.pca9685 import Pca9685Double
@@ -177,6 +177,33 @@ def test_a_compass_that_hangs_is_contradicted_by_the_turn_before_it_shows(stuck_
     at, reason = failed(robot)
     assert "turn_check: turn (degrees, compass less treads' command)" in reason
     assert 0.4 < at / SECOND - max(stuck_s, turns_s) < 0.7
+
+
+def test_a_head_that_its_motor_does_not_turn_ends_the_mission() -> None:
+    dead = Strike("dead", "radar_motor", at_s=3.0, amount=0.0)
+    with open_board("detective", doubles=True, clock="virtual", faults=[dead]) as robot:
+        ended = robot.run(6.0)
+        assert (
+            "head_check: turn of the head (degrees, compass less motor's command)" in ended.reason
+        )
+        assert 1.4 < ended.at / SECOND - 3.0 < 1.9
+
+
+@pytest.mark.parametrize("at_s", [1.0, 5.3, 6.0, 7.9])
+@pytest.mark.parametrize("tread", [0.0, 1.0])
+def test_a_tread_that_turns_and_was_not_told_to_ends_the_mission(at_s: float, tread: float) -> None:
+    runs = Strike("full-on", "treads", at_s=at_s, for_s=1.0, amount=tread)
+    with open_board("detective", doubles=True, clock="virtual", faults=[runs]) as robot:
+        ended = robot.run(10.0)
+        assert "turn" in ended.reason  # its encoder says so, or the compass in a turn
+        assert ended.at / SECOND - at_s < 0.7
+
+
+def test_a_tread_that_turns_while_it_stands_is_a_runaway() -> None:
+    runs = Strike("full-on", "treads", at_s=1.0, for_s=1.0, amount=0.0)
+    with open_board("detective", doubles=True, clock="virtual", faults=[runs]) as robot:
+        assert robot.run(10.0).state is RunState.FAILED
+        assert list(robot.statistics.faults["treads"]) == ["Runaway"]
 
 
 @pytest.mark.parametrize("for_s", [1.0, None])

@@ -50,14 +50,20 @@ def test_what_turns_backwards_is_told_so(wheel: WheelCheck) -> None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    ("kind", "after_s"), [("dead", 1.1), ("weak", 1.1), ("full-on", 0.6), ("freeze", 0.6)]
+    ("kind", "after_s", "said"),
+    [
+        ("dead", 1.1, "Implausible"),
+        ("weak", 1.1, "Implausible"),
+        ("full-on", 0.6, "Runaway"),
+        ("freeze", 0.6, "Implausible"),
+    ],
 )
 def test_the_detective_finds_a_motor_that_does_not_do_as_it_is_told(
-    kind: str, after_s: float
+    kind: str, after_s: float, said: str
 ) -> None:
     broken = [Strike(kind, "treads", at_s=20.0)]
     with open_board("detective", doubles=True, clock="virtual", faults=broken) as robot:
         robot.run(20.0)
         assert "treads" not in robot.statistics.faults
         robot.run(after_s)
-        assert list(robot.statistics.faults["treads"]) == ["Implausible"]
+        assert list(robot.statistics.faults["treads"]) == [said]

@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Final, Literal, NamedTuple, TypeAlias
 
 from firmware_boards.detective.settings import DetectiveSettings
-from firmware_boards.detective.turning import Turn, turn_check
+from firmware_boards.detective.turning import TREADS, Turn, turn_check
 from firmware_boards.tachobot.attitude import heading_check
 from firmware_boards.tachobot.settings import TachobotSettings
 from firmware_drivers.chips import ads1115, hmc5883l, maxbotix, md25, srf08
@@ -260,7 +260,7 @@ class CompassAndTreads(Cmps12Field):
         settings = registry.load("detective", []).settings
         assert isinstance(settings, DetectiveSettings)
         assert settings.turn_check is not None
-        self.check = AtomicBench(turn_check(settings.turn_check))
+        self.check = AtomicBench(turn_check("turn_check", TREADS, settings.turn_check))
         return super().bring_up()
 
     def break_with(self, failure: Failure) -> None:

@@ -145,12 +145,19 @@ BOARD = BoardDefinition(
     faults=faults,
     event_model=event_model,
     experiments=EXPERIMENTS,
-    # with mission.avoid_obstacles; with turn_check
-    optional_components=("model.Out4", "commanded_turn", "turn_check"),
+    # with mission.avoid_obstacles; with turn_check; with head_check
+    optional_components=(
+        "model.Out4",
+        "commanded_turn",
+        "turn_check",
+        "commanded_head",
+        "head_check",
+    ),
     retunable={
         "treads": ("treads.speed",),
         "radar_motor": ("radar_motor.duty",),
         "commanded_turn": ("treads.speed",),
+        "commanded_head": ("radar_motor.duty",),
     },
     doubles_run_s=240.0,  # at most; it ends in front of the target
     result_text=result_text,

@@ -8,7 +8,7 @@ from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.ports import InPort
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.hal.interlock import Interlock, always_enabled
-from firmware_runtime.hal.wire_errors import Fault
+from firmware_runtime.hal.wire_errors import Fault, Runaway
 
 CHECK_EVERY = SECOND
 """Ns between two checks of the time a mission has taken."""
@@ -27,7 +27,8 @@ class Mission(Atomic):
     watching (a second, again and again) --> watching
     watching, both treads stopped, turned and stopped, or --reached?--> ending (0) --ended!--> ended
     watching, `longest` spent with outputs enabled --> ending (0) --ended!, failed!--> ended
-    watching, `faults` faults of one device in a row, or a contradiction --> ending (0)
+    watching, `faults` faults of one device in a row, a tread that turned unasked, or a
+        contradiction --> ending (0)
     ending (0) --ended!, failed!--> ended
 
     Where obstacles are avoided the treads stop more often: then `reached` ends the mission, and
@@ -138,7 +139,7 @@ class Mission(Atomic):
 
     def _judge(self) -> Ending | None:
         for fault in self.fault:
-            if fault.consecutive >= self.faults:
+            if fault.consecutive >= self.faults or fault.kind == Runaway.__name__:
                 return Ending(fault.reason, failed=True)
         if self.contradiction:
             return Ending(self.contradiction[-1].reason, failed=True)

@@ -66,15 +66,15 @@ class MissionTable(Settings, frozen=True):
 
 
 class TurnCheckTable(Settings, frozen=True):
-    """Turns commanded against those of the body's compass: how far apart both may be."""
+    """Turns commanded against those of a compass: how far apart both may be."""
 
     full_turn_deg_s: Positive
-    """Rate of turn with both treads at full speed against each other."""
+    """Rate of turn with both treads at full speed against each other, or of the head at it."""
     window_s: Seconds
     """Time for which turns are remembered."""
     tolerance_deg: Positive
     share: NotNegative
-    """And so much of the commanded turn more: treads slip."""
+    """And so much of the commanded turn more: treads slip, a head stands at its end stops."""
     still_within_deg: Positive = 2.0
     """A heading that is no further from where it was stands still."""
     still_turn_deg: Positive = 15.0
@@ -94,7 +94,9 @@ class DetectiveSettings(BoardSettings, frozen=True, kw_only=True):
     radar_motor: RadarMotorTable
     treads: TreadTable
     turn_check: TurnCheckTable | None = None
-    """None, where the file has no such table: nothing is compared."""
+    """Treads against the body's compass. None, where the file has no table: nothing is compared."""
+    head_check: TurnCheckTable | None = None
+    """The head's motor against the radar's compass, likewise."""
     world: ArenaTable
 
 

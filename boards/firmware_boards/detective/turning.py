@@ -1,9 +1,11 @@
-"""Command and response: how the treads are commanded to turn, against how the compass turns.
+"""Command and response: how treads or head are commanded to turn, against how a compass turns.
 
-Treads slip, and how much is not known. So the comparison is wide, and finds what is no slip: a
-heading that stands still under a turn, or turns the other way, or far too little or too fast.
+Treads slip, and how much is not known; a head stands at its end stops. So the comparison is wide,
+and finds what is neither: a heading that stands still under a turn, or turns the other way, or far
+too little or too fast.
 """
 
+from abc import abstractmethod
 from typing import Final, NamedTuple
 
 from firmware_drivers.motors import CLOCKWISE, COUNTERCLOCKWISE
@@ -22,11 +24,14 @@ from firmware_runtime.models.motion import Applied
 
 CIRCLE_DEG: Final = 360.0
 SENSES: Final = {CLOCKWISE: 1, COUNTERCLOCKWISE: -1}
-"""Sense of a tread, forward positive, by signal; any other signal stops it."""
+"""Sense of a motor, a tread's forward positive, by signal; any other signal stops it."""
+TREADS: Final = "turn (degrees, compass less treads' command)"
+HEAD: Final = "turn of the head (degrees, compass less motor's command)"
+"""What is compared, for the fault."""
 
 
 class Turn(NamedTuple):
-    """A turn that the treads are commanded to, at the instant of a heading."""
+    """A turn that motors are commanded to, at the instant of a heading."""
 
     rate_deg_s: float
     """To the left, as headings grow."""
@@ -34,26 +39,31 @@ class Turn(NamedTuple):
 
 
 class CommandedTurn(Atomic):
-    """Joins commands that the treads apply with headings, while they are to turn the vehicle.
+    """Joins commands that motors apply with headings, while they are to turn what a compass is on.
 
     waiting --heading?, commanded to turn or so at the heading before--> joining (0) --turn!-->
     waiting
 
     A turn begins and ends with a rate of 0; between two turns nothing is said, and the heading may
-    change as it likes. `rate_deg_s` is that of both treads against each other.
+    change as it likes. `full_deg_s` is the rate at the speed that its motors are told.
     """
 
-    def __init__(self, name: str, rate_deg_s: float) -> None:
+    def __init__(self, name: str, full_deg_s: float) -> None:
         super().__init__(name)
-        self.right = self.in_port("right", int)
-        self.left = self.in_port("left", int)
         self.applied = self.in_port("applied", Applied)
         self.heading = self.in_port("heading", float)
         self.turn_out = self.out_port("turn", Turn)
-        self.rate_deg_s = rate_deg_s
+        self.full_deg_s = full_deg_s
         self.turn = Turn(0.0, 0.0)
-        self._right = self._left = 0
         self._is_applied = self._did_turn = False
+
+    @abstractmethod
+    def take_commands(self) -> None:
+        """Read the ports of the motors."""
+
+    @abstractmethod
+    def share(self) -> float:
+        """Return the part of the full rate that is commanded, to the left; 0 for no turn."""
 
     def output(self) -> None:
         """Send the turn."""
@@ -65,10 +75,7 @@ class CommandedTurn(Atomic):
 
     def external(self, elapsed: int) -> None:
         """Take commands, and what becomes of them; join them with a heading."""
-        if self.right:
-            self._right = SENSES.get(self.right[-1], 0)
-        if self.left:
-            self._left = SENSES.get(self.left[-1], 0)
+        self.take_commands()
         if self.applied:
             self._is_applied = self.applied[-1] is not Applied.NOTHING
         if self.heading and self._joins(self.heading[-1]):
@@ -78,18 +85,65 @@ class CommandedTurn(Atomic):
 
     def _joins(self, heading_deg: float) -> bool:
         """Return whether there is something to send."""
-        rate = self.rate_deg_s * (self._right - self._left) / 2 if self._is_applied else 0.0
+        rate = self.full_deg_s * self.share() if self._is_applied else 0.0
         did_turn, self._did_turn = self._did_turn, rate != 0.0
         self.turn = Turn(rate if did_turn else 0.0, heading_deg)
         return did_turn or self._did_turn
 
 
-def turn_check(stated: TurnCheckTable) -> CrossCheck[Turn, Turn]:
-    """The compass of the body against the treads: either may do nothing, or the contrary."""
+class VehicleTurn(CommandedTurn):
+    """Two treads, `right` and `left`, that turn a vehicle by going against each other."""
+
+    def __init__(self, name: str, full_deg_s: float) -> None:
+        super().__init__(name, full_deg_s)
+        self.right = self.in_port("right", int)
+        self.left = self.in_port("left", int)
+        self._right = self._left = 0
+
+    def take_commands(self) -> None:
+        """Keep the newest signal of each tread."""
+        if self.right:
+            self._right = SENSES.get(self.right[-1], 0)
+        if self.left:
+            self._left = SENSES.get(self.left[-1], 0)
+
+    def share(self) -> float:
+        """Return half of what the right one is told more than the left one."""
+        return (self._right - self._left) / 2
+
+
+class HeadTurn(CommandedTurn):
+    """A motor, `motor`, that turns a head to and fro between two end stops.
+
+    It begins at its left end. One that was stopped amid a sweep is at an end stop sooner, and
+    stands there: until it turns back nothing is commanded of which a compass could tell.
+    """
+
+    def __init__(self, name: str, full_deg_s: float) -> None:
+        super().__init__(name, full_deg_s)
+        self.motor = self.in_port("motor", int)
+        self._sense = 0
+        self._was_stopped = False
+
+    def take_commands(self) -> None:
+        """Keep the newest signal, and whether the head was stopped since it turned back."""
+        if not self.motor:
+            return
+        before, self._sense = self._sense, SENSES.get(self.motor[-1], 0)
+        if before not in {0, self._sense}:
+            self._was_stopped = self._sense == 0
+
+    def share(self) -> float:
+        """Return the sense: clockwise is to the right."""
+        return 0.0 if self._was_stopped else -float(self._sense)
+
+
+def turn_check(name: str, quantity: str, stated: TurnCheckTable) -> CrossCheck[Turn, Turn]:
+    """A compass against the motors that turn it: either may do nothing, or the contrary."""
     return CrossCheck(
-        "turn_check",
+        name,
         CrossCheckSettings(
-            quantity="turn (degrees, compass less treads' command)",
+            quantity=quantity,
             windows=(Window(seconds(stated.window_s), stated.tolerance_deg),),
             share=stated.share,
             standstill=Standstill(stated.still_within_deg, stated.still_turn_deg),

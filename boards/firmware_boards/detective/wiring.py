@@ -20,11 +20,20 @@ from firmware_boards.detective.settings import (
     TurnCheckTable,
     event_parameters,
 )
-from firmware_boards.detective.turning import CommandedTurn, turn_check
+from firmware_boards.detective.turning import (
+    HEAD,
+    TREADS,
+    CommandedTurn,
+    HeadTurn,
+    Turn,
+    VehicleTurn,
+    turn_check,
+)
 from firmware_runtime.board.robot import Lines
 from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.ports import InPort, OutPort
 from firmware_runtime.devs.time import seconds
+from firmware_runtime.models.cross_check import CrossCheck
 
 
 class DetectiveRobot(Coupled):
@@ -41,8 +50,11 @@ class DetectiveRobot(Coupled):
         self.mission = self.add(_mission(settings, lines))
         self._wire(settings)
         self.commanded_turn: CommandedTurn | None = None
+        self.commanded_head: CommandedTurn | None = None
         if settings.turn_check is not None:
             self.commanded_turn = self._add_turn_check(settings.turn_check)
+        if settings.head_check is not None:
+            self.commanded_head = self._add_head_check(settings.head_check)
 
     @property
     def has_found(self) -> bool:
@@ -55,8 +67,11 @@ class DetectiveRobot(Coupled):
         self.treads.settings = settings.treads.model
         self.radar_motor.settings = _radar_motor_settings(settings.radar_motor)
         if self.commanded_turn is not None and settings.turn_check is not None:
-            full_deg_s = settings.turn_check.full_turn_deg_s
-            self.commanded_turn.rate_deg_s = full_deg_s * settings.treads.speed
+            stated_deg_s = settings.turn_check.full_turn_deg_s
+            self.commanded_turn.full_deg_s = stated_deg_s * settings.treads.speed
+        if self.commanded_head is not None and settings.head_check is not None:
+            stated_deg_s = settings.head_check.full_turn_deg_s
+            self.commanded_head.full_deg_s = stated_deg_s * settings.radar_motor.duty
 
     def _add_motors(self, settings: DetectiveSettings, lines: Lines) -> None:
         radar, treads = settings.radar_motor, settings.treads
@@ -82,7 +97,7 @@ class DetectiveRobot(Coupled):
         self.couple(self.radar_compass.heading_out, model.in3)
         self.couple(self.body_compass.heading_out, model.in4)
         self.couple(self.body_sonar.detected_out, model.in5)
-        self._add_gate("radar_gate", model.out1, self.radar_motor.turn)
+        self.radar_gate = self._add_gate("radar_gate", model.out1, self.radar_motor.turn)
         self.right_gate = self._add_gate("right_gate", model.out2, self.treads.right)
         self.left_gate = self._add_gate("left_gate", model.out3, self.treads.left)
         self.couple(self.radar_motor.applied_out, model.head_applied)
@@ -102,17 +117,30 @@ class DetectiveRobot(Coupled):
 
     def _add_turn_check(self, stated: TurnCheckTable) -> CommandedTurn:
         """Commands that pass the gates, and headings -> turn_check -> the mission has failed."""
-        rate_deg_s = stated.full_turn_deg_s * self.treads.settings.speed
-        commanded = self.add(CommandedTurn("commanded_turn", rate_deg_s))
-        check = self.add(turn_check(stated))
+        full_deg_s = stated.full_turn_deg_s * self.treads.settings.speed
+        commanded = self.add(VehicleTurn("commanded_turn", full_deg_s))
         self.couple(self.right_gate.passed, commanded.right)
         self.couple(self.left_gate.passed, commanded.left)
         self.couple(self.treads.applied_out, commanded.applied)
         self.couple(self.body_compass.heading_out, commanded.heading)
+        self._add_check(commanded, turn_check("turn_check", TREADS, stated))
+        return commanded
+
+    def _add_head_check(self, stated: TurnCheckTable) -> CommandedTurn:
+        """The same of the head and its compass, as long as the body stands."""
+        full_deg_s = stated.full_turn_deg_s * self.radar_motor.settings.duty
+        commanded = self.add(HeadTurn("commanded_head", full_deg_s))
+        self.couple(self.radar_gate.passed, commanded.motor)
+        self.couple(self.radar_motor.applied_out, commanded.applied)
+        self.couple(self.radar_compass.heading_out, commanded.heading)
+        self._add_check(commanded, turn_check("head_check", HEAD, stated))
+        return commanded
+
+    def _add_check(self, commanded: CommandedTurn, check: CrossCheck[Turn, Turn]) -> None:
+        self.add(check)
         self.couple(commanded.turn_out, check.rate)
         self.couple(commanded.turn_out, check.value)
         self.couple(check.fault, self.mission.contradiction)
-        return commanded
 
     def _add_gate(self, name: str, command: OutPort[int], motor: InPort[int]) -> Gate:
         """Command -> gate -> motor, until the mission has failed."""
