@@ -402,9 +402,10 @@ def test_a_rig_says_what_is_no_harm_and_what_nothing_can_tell(
     [
         ("borne", {"tachobot.world.yaw": 1.0}, "did you mean tachobot.world.yaw_rad"),
         ("unknowable", ("frieze:imu",), "did you mean freeze"),
+        ("unknowable", ("freeze:imo",), "freeze:imo: did you mean imu"),
     ],
 )
-def test_what_a_rig_says_of_no_number_or_kind_is_refused(
+def test_what_a_rig_says_of_no_number_kind_or_device_is_refused(
     monkeypatch: pytest.MonkeyPatch, attribute: str, value: object, fault: str
 ) -> None:
     healthy.cache_clear()
@@ -460,6 +461,16 @@ def test_a_campaign_that_is_interrupted_goes_on_to_the_same_table(tmp_path: Path
 def test_what_cannot_be_is_refused_before_any_run(words: dict[str, Any], said: str) -> None:
     with pytest.raises(ConfigError, match=said):
         campaign("tachobot", **words)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("without", "said"),
+    [("freeze:imo", "did you mean imu"), ("push:imu", "expected one of none")],
+)
+def test_a_fault_that_is_left_out_is_one_of_the_robot(without: str, said: str) -> None:
+    with pytest.raises(ConfigError, match=f"--without {without}: {said}"):
+        campaign("tachobot", for_s=0.5, without=[without])
 
 
 def test_a_board_without_a_seed_refuses_one() -> None:

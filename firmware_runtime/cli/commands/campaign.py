@@ -160,7 +160,7 @@ def _show(arguments: argparse.Namespace) -> int:
     if arguments.output is not None:
         check_page_file(arguments.output)
     kept = [] if arguments.findings is None else read_findings(arguments.findings)
-    report = report_of(read_table(arguments.file).rows, kept)
+    report = report_of(read_table(arguments.file, "campaign").rows, kept)
     if arguments.output is None:
         return _told(report, arguments)
     write_page(campaign_page(report, str(arguments.file)), arguments.output)
@@ -208,7 +208,7 @@ def _rerun(arguments: argparse.Namespace) -> int:
         faults.append("--set belongs to a campaign of a board; expected campaign rerun FILE ROW")
     if faults:
         raise ConfigError("campaign", faults)
-    before = read_table(arguments.file).row(arguments.row)
+    before = read_table(arguments.file, "campaign").row(arguments.row)
     now = rerun(before)
     same = is_same(before, now)
     if arguments.json:
@@ -229,7 +229,7 @@ def _rerun_many(arguments: argparse.Namespace) -> int:
     if arguments.file is None or arguments.row is not None or arguments.runs < 1:
         expected = "campaign rerun FILE --runs N, of 1 or more"
         raise ConfigError.of_one("campaign", "no FILE, a ROW, or no runs", expected=expected)
-    rows = read_table(arguments.file).rows
+    rows = read_table(arguments.file, "campaign").rows
     with closing(RowProgress("another")) as progress:
         done, others = rerun_many(rows, arguments.runs, arguments.workers, progress)
     if arguments.json:

@@ -114,6 +114,8 @@ def healthy(mission: Mission) -> Healthy:
     """Run a mission healthy, a few times. Raises ConfigError for one that fails by itself."""
     runs = [_Run(mission, seed) for seed in mission.seeds(RUNS)]
     first = runs[0]
+    if faults := [f"--without {each}" for each in faults_of(mission.without, first.places)]:
+        raise ConfigError("campaign", faults)
     count = max(len(each.looks) for each in runs)
     looks = [[_at(each.looks, number) for each in runs] for number in range(count)]
     return Healthy(
@@ -145,7 +147,7 @@ class _Run:
             self.kinds = tuple(robot.session.hardware.struck.kinds)
             self.names, rig = watched.names, watched.rig
             self.borne = _borne(mission, rig, self.names)
-            self.unknowable = _unknowable(mission, rig)
+            self.unknowable = _unknowable(mission, rig, self.places)
             stated = rig.said_within_s if isinstance(rig, Limited) else WITHIN_S
             self.within = seconds(stated if mission.within_s is None else mission.within_s)
             self._noted: dict[str, int] = {}
@@ -200,10 +202,10 @@ def _borne(mission: Mission, rig: Rig, names: Sequence[str]) -> Mapping[str, flo
     return stated
 
 
-def _unknowable(mission: Mission, rig: Rig) -> tuple[str, ...]:
-    """Return faults that the robot cannot know. Raises ConfigError for what is no kind."""
+def _unknowable(mission: Mission, rig: Rig, places: Sequence[Place]) -> tuple[str, ...]:
+    """Return faults that the robot cannot know. Raises ConfigError for no kind and no device."""
     stated = tuple(rig.unknowable) if isinstance(rig, Unknowing) else ()
-    if faults := [*faults_of(stated)]:
+    if faults := [*faults_of(stated, places)]:
         raise ConfigError(f"{mission.board}: unknowable of its rig", faults)
     return stated
 

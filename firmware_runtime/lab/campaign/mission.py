@@ -9,7 +9,7 @@ from msgspec import Struct
 from firmware_runtime.board.assignments import assigned
 from firmware_runtime.board.local_settings import board_in_force
 from firmware_runtime.errors import expected_one_of
-from firmware_runtime.hal.strike import KINDS, Strike
+from firmware_runtime.hal.strike import KINDS, Place, Strike
 from firmware_runtime.runs.open_board import OpenBoard, open_board
 
 SEED_KEY: Final = "world.seed"
@@ -82,9 +82,16 @@ class Mission(Struct, frozen=True, kw_only=True):
         return found
 
 
-def faults_of(words: Sequence[str]) -> Iterator[str]:
-    """Yield what is wrong with faults to leave out, `KIND` or `KIND:DEVICE`, a sentence each."""
+def faults_of(words: Sequence[str], places: Sequence[Place] | None = None) -> Iterator[str]:
+    """Yield what is wrong with faults to leave out, `KIND` or `KIND:DEVICE`, a sentence each.
+
+    Devices are looked at if the places are known that can be struck.
+    """
     for each in words:
-        kind = each.partition(":")[0]
+        kind, has_device, device = each.partition(":")
         if kind not in KINDS:
             yield f"{each}: {expected_one_of(kind, KINDS)}"
+        elif has_device and places is not None:
+            names = [place.name for place in places if kind in place.kinds]
+            if device not in names:
+                yield f"{each}: {expected_one_of(device, names)}"

@@ -34,6 +34,8 @@ class Table:
     """Rows of a sweep, in order; what their columns are is gone through once."""
 
     rows: Sequence[Row]
+    maker: str = "sweep"
+    """The command that wrote them."""
 
     @cached_property
     def columns(self) -> list[str]:
@@ -68,9 +70,9 @@ class Table:
         """A row by its number. Raises ConfigError."""
         found = next((each for each in self.rows if each["row"] == number), None)
         if found is None:
-            raise ConfigError.of_one(
-                "sweep", f"no row {number}", expected=f"0 to {len(self.rows) - 1}"
-            )
+            numbers = [each["row"] for each in self.rows]
+            expected = f"one of its {len(numbers)} rows, {numbers[0]} to {numbers[-1]}"
+            raise ConfigError.of_one(self.maker, f"no row {number}", expected=expected)
         return found
 
 
@@ -92,8 +94,8 @@ def write_table(table: Table, path: Path) -> None:
     keep_output(path, _parquet(table) if path.suffix == ".parquet" else _csv(table).encode())
 
 
-def read_table(path: Path) -> Table:
-    """Read a table that a sweep has written. Raises ConfigError."""
+def read_table(path: Path, maker: str = "sweep") -> Table:
+    """Read a table that a sweep has written, or another such command. Raises ConfigError."""
     if path.suffix not in ENDINGS:
         raise ConfigError.of_one(str(path), f"expected a file named {' or '.join(ENDINGS)}")
     try:
@@ -104,17 +106,17 @@ def read_table(path: Path) -> Table:
     except OSError as error:
         absent = os.strerror(errno.ENOENT) if isinstance(error, FileNotFoundError) else None
         why = error.strerror or absent or error
-        fault = f"cannot be read ({why}); expected a sweep's table"
+        fault = f"cannot be read ({why}); expected a {maker}'s table"
         raise ConfigError.of_one(str(path), fault) from error
     except (ValueError, KeyError, TypeError, RecursionError, csv.Error) as error:
-        fault = "no sweep's table, or not whole; expected one that `sweep` has written"
+        fault = f"no {maker}'s table, or not whole; expected one that `{maker}` has written"
         raise ConfigError.of_one(str(path), fault) from error
     fault = next(filter(None, map(_fault_of, rows)), "it has no rows" if not rows else "")
     if fault:
         raise ConfigError.of_one(
-            str(path), f"no sweep's table: {fault}", expected="one that `sweep` has written"
+            str(path), f"no {maker}'s table: {fault}", expected=f"one that `{maker}` has written"
         )
-    return Table(rows)
+    return Table(rows, maker)
 
 
 def _fault_of(row: Row) -> str:
