@@ -130,8 +130,8 @@ MISTAKES: Final[Mapping[str, Mistake]] = {
         "detective",
         "treads",
         f"{MODELS}treads.py",
-        "        if report is not None and self._wheels:\n",
-        "        if False:\n",
+        "        if report is None or not self._wheels:\n",
+        "        if True:\n",
     ),
 }
 
