@@ -92,6 +92,6 @@ def faults_of(words: Sequence[str], places: Sequence[Place] | None = None) -> It
         if kind not in KINDS:
             yield f"{each}: {expected_one_of(kind, KINDS)}"
         elif has_device and places is not None:
-            names = [place.name for place in places if kind in place.kinds]
+            names = [place.name for place in places]
             if device not in names:
                 yield f"{each}: {expected_one_of(device, names)}"
