@@ -8,6 +8,7 @@ from runpy import run_path
 from typing import Any
 
 import pytest
+from firmware_boards.detective.second_look import SecondLook
 from firmware_drivers.chips.mpu9250 import Mpu9250
 from msgspec.structs import replace
 
@@ -22,7 +23,7 @@ from firmware_runtime.lab.campaign.campaigning import carry_out
 from firmware_runtime.lab.campaign.healthy import AT_START, healthy
 from firmware_runtime.lab.campaign.mission import Mission
 from firmware_runtime.lab.campaign.space import in_courses, space_of, spread
-from firmware_runtime.lab.campaign.trial import Trial, forked, trial_of
+from firmware_runtime.lab.campaign.trial import Trial, alone, forked, trial_of
 from firmware_runtime.lab.sweeps.partial import partial_of
 from firmware_runtime.lab.sweeps.row import Row
 from firmware_runtime.recording.replay.replay_assertion import assert_replays
@@ -461,6 +462,20 @@ def test_a_campaign_that_is_interrupted_goes_on_to_the_same_table(tmp_path: Path
 def test_what_cannot_be_is_refused_before_any_run(words: dict[str, Any], said: str) -> None:
     with pytest.raises(ConfigError, match=said):
         campaign("tachobot", **words)
+
+
+@pytest.mark.slow
+def test_a_robot_that_has_gone_on_by_itself_is_watched_until_that_shows(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    echo = Strike("wrong-byte", "radar_sonar", at_s=1.827145, for_s=0.0, amount=3.0)
+    trial = Trial(Mission(board="detective", for_s=6.0), (echo,))
+    assert alone(trial)["outcome"] == "sound"
+    monkeypatch.setattr(SecondLook, "external", SecondLook.continue_)
+    row = alone(trial)
+    assert row["outcome"] == "silent"
+    assert "world.heading_rad" in str(row["what"])
+    assert float(str(row["known_at_s"])) > 2.8  # it is where healthy ones are for a second
 
 
 @pytest.mark.slow

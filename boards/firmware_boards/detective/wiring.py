@@ -14,6 +14,7 @@ from firmware_drivers.treads import Treads
 from firmware_boards.detective.detective import Detective
 from firmware_boards.detective.mission import Gate, Mission
 from firmware_boards.detective.parameters import Parameters
+from firmware_boards.detective.second_look import SecondLook
 from firmware_boards.detective.settings import (
     DetectiveSettings,
     RadarMotorTable,
@@ -49,6 +50,7 @@ class DetectiveRobot(Coupled):
         self.model = self.add(Detective("model", _parameters(settings)))
         self.mission = self.add(_mission(settings, lines))
         self._wire(settings)
+        self._add_second_look()
         self.commanded_turn: CommandedTurn | None = None
         self.commanded_head: CommandedTurn | None = None
         if settings.turn_check is not None:
@@ -114,6 +116,14 @@ class DetectiveRobot(Coupled):
             self.couple(mission.compasses, compass.request)
         for device in (self.radar_motor, self.treads, *sonars, *compasses):
             self.couple(device.fault_out, mission.fault)
+
+    def _add_second_look(self) -> None:
+        """What the radar finds, and the next ping does not -> the mission has failed."""
+        look = self.add(SecondLook("second_look"))
+        self.couple(self.radar_gate.passed, look.head)
+        self.couple(self.radar_sonar.detected_out, look.detected)
+        self.couple(self.radar_sonar.distance_out, look.distance)
+        self.couple(look.fault, self.mission.contradiction)
 
     def _add_turn_check(self, stated: TurnCheckTable) -> CommandedTurn:
         """Commands that pass the gates, and headings -> turn_check -> the mission has failed."""

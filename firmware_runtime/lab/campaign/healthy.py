@@ -8,7 +8,7 @@ any instant: a whole range away.
 
 from collections.abc import Mapping, Sequence
 from functools import lru_cache
-from typing import Final
+from typing import Final, TypeVar
 
 from msgspec import Struct
 
@@ -20,6 +20,7 @@ from firmware_runtime.hal.wire_errors import WARNING
 from firmware_runtime.lab.campaign.mission import WITHIN_S, Mission, faults_of
 from firmware_runtime.lab.campaign.watched import EVERY, Look, Watched
 
+T = TypeVar("T")
 RUNS: Final = 4
 AFTER: Final = 6 * SECOND
 """How long a mission goes on beyond its end, so that what strikes at its end is watched, too."""
@@ -90,14 +91,23 @@ class Healthy(Struct, frozen=True):
     """Ports that send numbers that are not finite when all is well."""
     arrows: frozenset[str]
     """Arrows of all state diagrams, `MODEL: STATE -> STATE`."""
-    reached: frozenset[str]
-    """Those that are taken when all is well."""
+    taken: tuple[frozenset[str], ...]
+    """Those that some run has taken, by look."""
     within: int
     """Ns in which a fault has to be reported, or outputs off."""
     unknowable: tuple[str, ...]
     """Faults that are left out since nothing that the robot has can tell them, as its rig says."""
     wrong: Wrong | None
     """What the oracles find without any fault; such a robot cannot be judged with one."""
+
+    @property
+    def reached(self) -> frozenset[str]:
+        """Return the arrows that are taken when all is well."""
+        return self.taken[-1]
+
+    def reached_by(self, at: int) -> frozenset[str]:
+        """Return those that are taken by an instant when all is well, or a while later."""
+        return self.taken[min(at // EVERY - 1 + _SLACK, len(self.taken) - 1)]
 
     def has_been_on(self, at: int) -> bool:
         """Return whether outputs have been on by an instant when all is well."""
@@ -117,6 +127,7 @@ def healthy(mission: Mission) -> Healthy:
     if faults := [f"--without {each}" for each in faults_of(mission.without, first.places)]:
         raise ConfigError("campaign", faults)
     count = max(len(each.looks) for each in runs)
+    taken = [[_at(each.taken, number) for each in runs] for number in range(count)]
     looks = [[_at(each.looks, number) for each in runs] for number in range(count)]
     return Healthy(
         mission=mission,
@@ -127,7 +138,7 @@ def healthy(mission: Mission) -> Healthy:
         on=tuple(all(each.is_on for each in at_once) for at_once in looks),
         not_finite=frozenset(path for each in runs for path in each.not_finite),
         arrows=first.arrows,
-        reached=frozenset(arrow for each in runs for arrow in each.reached),
+        taken=tuple(frozenset().union(*at_once) for at_once in taken),
         within=first.within,
         unknowable=first.unknowable,
         wrong=next((each.wrong for each in runs if each.wrong is not None), None),
@@ -139,6 +150,7 @@ class _Run:
 
     def __init__(self, mission: Mission, seed: int | None) -> None:
         self.looks: list[Look] = []
+        self.taken: list[frozenset[str]] = []
         self.uses: list[UseOfLine] = []
         self.wrong: Wrong | None = None
         with mission.opened(seed=seed) as robot:
@@ -156,11 +168,12 @@ class _Run:
             while watched.at < until + AFTER and watched.outcome is None:
                 before = watched.at
                 self.looks.append(watched.go_on())
+                self.taken.append(frozenset(watched.reached))
                 self.wrong = self.wrong or wrong_by_itself(watched)
                 if before < until:
                     self._note(watched, before)
             self.not_finite = watched.not_finite
-            self.arrows, self.reached = frozenset(watched.arrows), frozenset(watched.reached)
+            self.arrows = frozenset(watched.arrows)
             _check(mission, watched)
         self.uses.sort(key=lambda each: each.use.at)
 
@@ -210,9 +223,9 @@ def _unknowable(mission: Mission, rig: Rig, places: Sequence[Place]) -> tuple[st
     return stated
 
 
-def _at(looks: Sequence[Look], number: int) -> Look:
-    """A look of a run; the last one of a run that was over by then."""
-    return looks[min(number, len(looks) - 1)]
+def _at(of_run: Sequence[T], number: int) -> T:
+    """What is known of a run at a look; at the last one of a run that was over by then."""
+    return of_run[min(number, len(of_run) - 1)]
 
 
 def _envelope(

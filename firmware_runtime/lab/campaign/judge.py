@@ -15,7 +15,9 @@
 | `own` | what the board's own oracle says |
 
 A verdict is `sound` once the judge is sure: half a second after a robot is healthy again or a
-lasting fault was reported, or three seconds after one that shows in nothing.
+lasting fault was reported, or three seconds after one that shows in nothing. A robot that has taken
+a decision of its own, an arrow of a state diagram that no healthy one has taken by then, is watched
+until five seconds after the fault.
 """
 
 import copy
@@ -30,7 +32,7 @@ from firmware_runtime.errors import FirmwareRuntimeError, text_of
 from firmware_runtime.hal.strike import KINDS, Strike
 from firmware_runtime.hal.wire_errors import HalError
 from firmware_runtime.lab.campaign.healthy import Healthy, end_of
-from firmware_runtime.lab.campaign.recovery import Recovery
+from firmware_runtime.lab.campaign.recovery import RECOVER, Recovery
 from firmware_runtime.lab.campaign.watched import Look, Said, Watched
 from firmware_runtime.statistics.figures import Figures
 
@@ -227,10 +229,16 @@ class Judge:
         at = self._watched.at
         if self._end != NEVER:
             well_since = self._recovery.well_since
-            return well_since is not None and at - well_since >= _SETTLED
+            is_settled = well_since is not None and at - well_since >= _SETTLED
+            return is_settled and (at - self._end >= RECOVER or not self._is_ahead)
         if self._said is not None:
             return at - self._said.at >= _SETTLED
         return at - self._at >= _WATCHED
+
+    @property
+    def _is_ahead(self) -> bool:
+        """Whether a state diagram has gone where no healthy one goes until a while later."""
+        return not self._watched.reached <= self._healthy.reached_by(self._watched.at)
 
     # The end -------------------------------------------------------------------------------------
 
