@@ -108,7 +108,7 @@ update-test: $(VENV)/installed-test
 pi-full-test: $(VENV)/installed-test
 	@$(BIN)/python -m tests.pi.full.run $(STEPS)
 
-PARTS ?= mutants fuzzing dying soak campaigns planted
+PARTS ?= mutants fuzzing dying soak campaigns planted networks
 MINUTES ?= 30
 
 campaign: $(VENV)/installed-fuzz

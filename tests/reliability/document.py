@@ -106,6 +106,13 @@ def _dying(kept: Kept) -> Iterator[str]:
             yield "| " + " | ".join(map(_cell, row.values())) + " |"
 
 
+def _networks(kept: Kept) -> Iterator[str]:
+    yield "| the path | robot | runs | well | ended with a reason | wrong |"
+    yield "|---|---|---|---|---|---|"
+    for row in kept.result.figures["rows"]:
+        yield "| " + " | ".join(map(_cell, row.values())) + " |"
+
+
 def _fuzzing(kept: Kept) -> Iterator[str]:
     yield "| what reads | inputs |"
     yield "|---|---|"
@@ -155,6 +162,7 @@ _PARTS: Final = (
     ("campaigns", "Single faults at transactions", _campaigns),
     ("planted", "Mistakes that were planted", _planted),
     ("dying", "Dying and hanging by phase", _dying),
+    ("networks", "Networks that fail", _networks),
     ("fuzzing", "Wire formats and parsers", _fuzzing),
     ("mutants", "Mutants", _mutants),
     ("soak", "Soak, in virtual time", _soak),

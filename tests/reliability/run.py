@@ -14,7 +14,7 @@ from typing import Final
 
 from tests.reliability.results import BUILD, keep
 
-PARTS: Final = ("mutants", "fuzzing", "dying", "soak", "campaigns", "planted")
+PARTS: Final = ("mutants", "fuzzing", "dying", "soak", "campaigns", "planted", "networks")
 
 
 def main() -> int:

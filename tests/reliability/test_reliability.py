@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 from msgspec.structs import replace
 
-from tests.reliability import document, dying, planted, soak
+from tests.reliability import document, dying, networks, planted, soak
 from tests.reliability.fuzz_seeds import seeds
 from tests.reliability.fuzz_targets import TARGETS, built
 from tests.reliability.mutations import mutants_of
@@ -79,6 +79,16 @@ def test_outputs_are_off_after_a_death_in_a_phase(
     monkeypatch.setattr(dying, "KINDS", ("SIGKILL", "hang"))
     trials = [*dying._on("tachobot", 2, None, random.Random(1))]  # noqa: S311
     assert [each.outcome for each in trials] == ["off", "off"]
+
+
+@pytest.mark.slow
+@pytest.mark.real_time
+@pytest.mark.parametrize("path", ["stands still", "is cut"])
+def test_a_network_that_fails_leaves_a_robot_well_or_off_and_said(path: str) -> None:
+    trial = networks.Trial(board="tachobot", path=path, at_s=2.2, for_s=0.45, seed=1)
+    found = networks.judged(trial)
+    assert found is not None
+    assert found.outcome in {"well", "ended"}, found.what
 
 
 @pytest.mark.slow
