@@ -37,7 +37,11 @@ _OPERATED: Final[Mapping[type[ast.operator], type[ast.operator]]] = {
     ast.BitOr: ast.BitAnd,
     ast.BitXor: ast.BitOr,
 }
-_LEFT_ALONE: Final = frozenset({"cast", "TypeVar", "warn", "_log", "print"})
+_OF_A_PROCESS: Final = frozenset(
+    {"sched_setscheduler", "sched_setaffinity", "setpriority", "kill", "killpg", "_afterwards"}
+)
+"""By its number: with another one they would be done to a process that is none of ours."""
+_LEFT_ALONE: Final = frozenset({"cast", "TypeVar", "warn", "_log", "print", *_OF_A_PROCESS})
 
 
 class Mutant(Struct, frozen=True, order=True):
