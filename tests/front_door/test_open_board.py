@@ -12,6 +12,7 @@ from firmware_runtime import (
     ConfigError,
     HalError,
     RunState,
+    ScaledClock,
     StatisticsFileError,
     Strike,
     VirtualClock,
@@ -60,6 +61,7 @@ def test_a_robot_runs_and_can_be_inspected() -> None:
 
 def test_set_overrides_numbers_of_the_board() -> None:
     with virtual(set={"world.mass_kg": 2.5, "controller.mode": "platform"}) as robot:
+        assert robot.session.board is robot.board
         assert robot.board.settings.world.mass_kg == 2.5
         assert robot.board.assignments == ["world.mass_kg=2.5", 'controller.mode="platform"']
 
@@ -155,6 +157,7 @@ def test_a_run_on_doubles_leaves_no_file() -> None:
         ("tachobot", {"doubles": True, "log": "log.txt"}, ConfigError),
         ("tachobot", {"clock": "virtual"}, ConfigError),
         ("tachobot", {"clock": VirtualClock()}, ConfigError),
+        ("tachobot", {"clock": ScaledClock(2.0)}, ConfigError),
         ("tachobot", {"doubles": True, "clock": "fast"}, ConfigError),
         ("tachobot", {"doubles": True, "clock": "scaled"}, ConfigError),
         ("tachobot", {"doubles": True, "speed": 2.0}, ConfigError),
