@@ -2,7 +2,7 @@ import math
 
 import pytest
 from firmware_drivers.chips.pca9685 import Pca9685
-from firmware_drivers.servo import Servo, Servos, ServosSettings
+from firmware_drivers.servo import FASTEST_HZ, SLOWEST_HZ, Servo, Servos, ServosSettings
 
 from firmware_runtime.devs.time import MILLISECOND, NEVER
 from firmware_runtime.errors import SettingError
@@ -135,6 +135,11 @@ def test_the_traffic_stated_is_that_of_a_period_and_of_a_command(bench: Bench) -
     assert bench.bus.bits - before == 2 * once
     bench.put(150, pan=0.2, tilt=0.3)  # at the instant at which the pulses are due again
     assert bench.bus.bits - before == 4 * once
+
+
+def test_the_slowest_and_the_fastest_pulse_rate_are_sound() -> None:
+    for rate_hz in (SLOWEST_HZ, FASTEST_HZ):
+        assert ServosSettings(servos=(PAN,), frequency_hz=rate_hz, period=1).faults() == []
 
 
 WRONG = Servo(

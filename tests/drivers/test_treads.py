@@ -105,6 +105,7 @@ def test_a_setting_that_cannot_be_is_refused(
 ) -> None:
     with pytest.raises(SettingError, match=f"treads on scripted chip: {fault}"):
         Treads("treads", driver, settings(**changes))
+    assert settings(refresh=500 * MILLISECOND).faults(driver.timeout_ns) == ()
 
 
 @pytest.mark.parametrize(
