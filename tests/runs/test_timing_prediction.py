@@ -88,6 +88,7 @@ def test_a_step_begins_when_it_is_due_and_the_one_before_it_is_over() -> None:
     times = {"imu": always(3000), "pid": always(500)}
     responses = timing_prediction._responses(steps, times, always(10), 0.5)
     assert list(islice(responses, 3)) == [(3610, 3500), (3110, 500), (510, 500)]
+    assert timing_prediction._exceeded_by_few(range(4000)) == 3997
 
 
 @pytest.mark.parametrize(
