@@ -2,7 +2,14 @@
 
 import pytest
 from firmware_drivers.analog_inputs import AnalogInputs, AnalogInputsSettings, Voltages
-from firmware_drivers.chips.ads1115 import SAME_BEFORE_PROOF, Ads1115, Ads1115Settings
+from firmware_drivers.chips.ads1115 import (
+    CODES_OF_FULL_SCALES,
+    CODES_OF_INPUTS,
+    CODES_OF_RATES,
+    SAME_BEFORE_PROOF,
+    Ads1115,
+    Ads1115Settings,
+)
 
 from firmware_runtime.devs.time import MILLISECOND, SECOND
 from firmware_runtime.errors import SettingError
@@ -16,14 +23,14 @@ from tests.support.wire import take
 
 
 class Rig:
-    """A driver with default settings, brought up on its double."""
+    """A driver, brought up on its double."""
 
-    def __init__(self, rate_error: float = 0.0) -> None:
+    def __init__(self, rate_error: float = 0.0, settings: Ads1115Settings | None = None) -> None:
         self.clock = ManualClock()
         self.volts = [1.0, 0.25, 0.0, 3.0]
         double = Ads1115Double(self.clock, inputs=lambda _: self.volts, rate_error=rate_error)
         self.bus = I2cBusDouble("i2c-1", self.clock, [double])
-        self.driver = Ads1115(self.bus)
+        self.driver = Ads1115(self.bus, settings=settings)
         take(self.clock, self.driver.bring_up())
 
     def start(self, inputs: str, share: float = 1.0) -> None:
@@ -64,6 +71,26 @@ def test_a_code_is_read_once_and_not_before_its_time(rig: Rig) -> None:
     rig.clock.advance(10_000_000)
     assert rig.driver.read_voltage() == pytest.approx(0.25, abs=1e-4)
     rig.is_not_ready("no conversion|expected")
+
+
+@pytest.mark.parametrize("full_scale_v", CODES_OF_FULL_SCALES)
+def test_the_voltage_of_all_inputs_is_the_same_at_every_full_scale(full_scale_v: float) -> None:
+    rig = Rig(settings=Ads1115Settings(full_scale_v=full_scale_v))
+    rig.volts = [0.01, 0.03, 0.09, 0.21]
+    for inputs in CODES_OF_INPUTS:
+        plus, _, minus = inputs.replace("AIN", "").partition("-")
+        rig.start(inputs)
+        expected = rig.volts[int(plus)] - (rig.volts[int(minus)] if minus else 0.0)
+        assert rig.driver.read_voltage() == pytest.approx(expected, abs=2e-4)
+
+
+@pytest.mark.parametrize("rate_sps", CODES_OF_RATES)
+def test_a_conversion_takes_as_long_as_its_rate_says(rate_sps: int) -> None:
+    rig = Rig(settings=Ads1115Settings(rate_sps=rate_sps))
+    rig.start("AIN0", share=0.8)
+    rig.is_not_ready("expected OS set")
+    rig.clock.advance(round(0.2 * rig.driver.conversion_ns))
+    assert rig.driver.read_voltage() == pytest.approx(1.0, abs=1e-4)
 
 
 @pytest.mark.parametrize(("inputs", "code"), [("AIN3", "7fff"), ("AIN0-AIN3", "8000")])

@@ -82,6 +82,7 @@ def test_a_loop_that_has_not_run_for_a_second_fails_the_check() -> None:
     ("stalls", "model", "max_late_percent"),
     [
         ({}, Robot(), 1),
+        ({}, Robot(), 0),
         ({}, Robot(imu=3 * SECOND), 1),
         ({}, Robot(imu=3 * TENTH), 1),
         ({}, Coupled("nothing"), 1),
@@ -90,6 +91,7 @@ def test_a_loop_that_has_not_run_for_a_second_fails_the_check() -> None:
     ],
     ids=[
         "on time",
+        "on time, and no other is allowed",
         "slower than a second",
         "slow",
         "no period",
