@@ -48,6 +48,7 @@ def test_the_model_has_its_last_state_and_the_result_says_why_and_when() -> None
     assert model.activations == 6
     assert (result.state, result.at, result.at_s) == (RunState.ENDED, 5 * PERIOD, 0.05)
     assert "0.050000000 s" in result.reason
+    assert "statistics" not in repr(result)
 
 
 def test_statistics_come_back_as_typed_objects() -> None:

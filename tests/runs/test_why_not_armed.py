@@ -366,7 +366,8 @@ def is_on(session: Session, at: int) -> bool:
 def test_outputs_are_off_from_the_timeout_on_until_the_next_command(
     inputs: dict[str, object],
 ) -> None:
-    with commanded(inputs, said := []) as session:
+    said: list[str] = []
+    with commanded(inputs, said) as session:
         command(session, 6 * SECOND, 6 * SECOND + HALF_S - 1, 9 * SECOND)
         assert is_on(session, 7 * SECOND - 20 * MILLISECOND)
         assert not is_on(session, 7 * SECOND)
