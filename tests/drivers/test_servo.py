@@ -62,6 +62,10 @@ def bench() -> Bench:
         "upside down, the longer pulse is at the lesser angle": "100 tilt=0.1; tilt_us is 1900",
         "a command is cut to the upper limit": "100 pan=9.0; pan_us is 2000",
         "a command is cut to the lower limit": "100 pan=-9.0; pan_us is 1000",
+        "a release makes limp also what stood beside a servo that is told where to go with it": (
+            "100 pan=0.2 tilt=0.3; 200 release=True pan=0.1; tilt_us is 0; pan_us is 1600; "
+            "1000; tilt_us is 0; pan_us is 1550; 1000 tilt=0.1; tilt_us is 1900; consecutive is ()"
+        ),
         "what is no angle makes all limp": (
             "100 pan=0.2; 200 tilt=nan; off is True; consecutive is 1"
         ),
