@@ -13,10 +13,10 @@ from firmware_drivers.chips.ads1115 import (
 
 from firmware_runtime.devs.time import MILLISECOND, SECOND
 from firmware_runtime.errors import SettingError
-from firmware_runtime.hal.wire_errors import Fault, NotReady, WrongDevice
+from firmware_runtime.hal.wire_errors import Fault, NotReady, Stuck, WrongDevice
 from sim_doubles.chips.ads1115 import Ads1115Double
 from sim_doubles.clock import ManualClock
-from sim_doubles.faults import FaultScript, NackAddress
+from sim_doubles.faults import FaultScript, ForcedRegister, NackAddress
 from sim_doubles.i2c_bus import I2cBusDouble
 from tests.support.virtual_bus import VirtualBus
 from tests.support.wire import take
@@ -126,6 +126,21 @@ def test_a_code_that_stands_still_is_proved_by_another_scale_in_which_it_fits(
         assert rig.driver.read_voltage() == pytest.approx(volts, abs=2e-4)
     begun = [each.written for each in rig.bus.log if each.written[:1] == b"\x01"]
     assert sum(len(each) == 3 and each[1] & 0x0E == 0x02 for each in begun) == proofs
+
+
+def test_a_code_that_hangs_is_stuck_from_its_proof_on(rig: Rig) -> None:
+    rig.volts[0] = 0.0
+    rig.bus.faults = FaultScript([ForcedRegister(address=0x48, register=0, value=0x12)])
+    for _ in range(SAME_BEFORE_PROOF):
+        rig.start("AIN0")
+        assert rig.driver.read_voltage() == pytest.approx(0x1200 / 0x8000 * 2.048)
+    for same in (1, 2, 3):
+        rig.start("AIN0")
+        with pytest.raises(Stuck, match=f"in {SAME_BEFORE_PROOF + same} readings in a row"):
+            rig.driver.read_voltage()
+    rig.bus.faults = None
+    rig.start("AIN0")
+    assert rig.driver.read_voltage() == pytest.approx(0.0, abs=1e-4)
 
 
 def test_thresholds_of_another_program_are_no_identity(rig: Rig) -> None:
