@@ -25,6 +25,7 @@ from firmware_runtime.board.local_settings import PLACE
 from firmware_runtime.board.registry import Board, load
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.hal.served.client import ServedDoubles
+from firmware_runtime.hal.wire_errors import PortClosed
 from firmware_runtime.recording.blackbox.reader import read_recording
 from firmware_runtime.recording.board_of_recording import board_of
 from firmware_runtime.recording.replay.verdict import replay
@@ -37,6 +38,7 @@ from firmware_runtime.runs.start import start_session
 from firmware_runtime.statistics.paths import directories
 from sim_doubles.faults import FaultScript, NackAddress
 from sim_doubles.rigs.board_rig import DoublesRig, rig_for
+from tests.support.second_choice_board import second_choice_board
 from tests.support.served_rig import served_rig
 
 TURNING = 1.0
@@ -81,6 +83,15 @@ def test_outputs_are_off_once_it_is_closed() -> None:
         robot.run(TURNING)
         assert robot.outputs == {"thrust_pairs": 8}
     assert robot.outputs == {"thrust_pairs": 0}
+
+
+def test_serial_ports_are_closed_once_it_is(tmp_path: Path) -> None:
+    with virtual(str(second_choice_board(tmp_path))) as robot:
+        ports = robot.session.hardware.lines.ports
+        assert [port.read_available() for port in ports.values()] == [b"", b""]
+    for port in ports.values():
+        with pytest.raises(PortClosed):
+            port.read_available()
 
 
 def test_outputs_are_off_also_after_an_error_in_the_program() -> None:
