@@ -363,7 +363,7 @@ LOST = Ending("it is lost", failed=True)
     ],
 )
 def test_an_end_says_at_its_end_whether_the_other_one_is_over_too(
-    ends: Ends, ending: Ending | None, ends_both: bool, state: RunState, said: tuple[bool, bool]
+    ends: Ends, ending: Ending | None, state: RunState, said: tuple[bool, bool], *, ends_both: bool
 ) -> None:
     ends.between_steps()
     heard: list[Ending] = []
