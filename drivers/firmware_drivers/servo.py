@@ -196,6 +196,8 @@ class Servos(Motors):
                 duty = servo.pulse_us(angle_rad) * 1e-6 * self.chip.frequency_hz
                 self.chip.set_duties(servo.channel, (duty,))
                 self.written[servo.name] = angle_rad
+            elif self.written.pop(servo.name, None) is not None:  # released as another was told
+                self.chip.set_duties(servo.channel, (0.0,))
         self._since_write = 0
 
     def written_of_command(self) -> Applied:

@@ -80,8 +80,8 @@ class Sonar(HardwareModel):
         self.settings = settings
         self.is_started = False
         self.distance: float | None = None
-        self._near_pings = settings.detection_pings
-        """Pings in a row that found something near; before the first, something stands there."""
+        self._near_pings = 0
+        """Pings in a row, since it was started, that found something near."""
         self.is_detection = False
         self._since_ping = 0
         self._least_interval = 0
@@ -90,7 +90,7 @@ class Sonar(HardwareModel):
     def begin(self) -> None:
         """Range at once if started, else wait for it."""
         if self.is_started:
-            self.activate("resting")
+            self._start()
         else:
             self.passivate("idle")
 
@@ -118,11 +118,16 @@ class Sonar(HardwareModel):
         """Start or stop; only an idle sonar has to be woken for it."""
         self.is_started = self.start[-1] != 0
         if self.is_started and self.phase == "idle":
-            self.activate("resting")
+            self._start()
         else:
             self.continue_(elapsed)
 
     # ---------------------------------------------------------------------------------------------
+
+    def _start(self) -> None:
+        """Range at once; what has to enter is taken to stand there before the first ping."""
+        self._near_pings = self.settings.detection_pings if self.settings.only_entering else 0
+        self.activate("resting")
 
     def _ping(self) -> None:
         self._since_ping = self._readings = 0

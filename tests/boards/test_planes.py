@@ -13,7 +13,8 @@ from firmware_runtime.devs.time import SECOND
 from firmware_runtime.executive.clocks import VirtualClock, WorldClock
 from firmware_runtime.runs.start import start_session
 from firmware_runtime.statistics.json_values import plain
-from firmware_runtime.view.parts import Body, Bound, Plane
+from firmware_runtime.view.parts import Body, Bound, Place, Plane
+from sim_doubles.worlds.tachobot_plane import tachobot_plane
 
 
 def plane_of(board: str) -> Plane:
@@ -84,6 +85,19 @@ def test_a_propeller_of_tachobot_pushes_against_its_neighbour() -> None:
     for first, second in zip(robot.arrows[::2], robot.arrows[1::2], strict=True):
         assert first.at == second.at
         assert second.direction_rad - first.direction_rad == pytest.approx(math.pi)
+
+
+def test_a_tachobot_of_longer_arms_is_drawn_larger() -> None:
+    (one,), (two,) = (tachobot_plane(arm_m, "free").bodies for arm_m in (1.0, 2.0))
+
+    def twice(place: Place) -> Place:
+        return 2 * place[0], 2 * place[1]
+
+    for small, large in zip(one.shapes, two.shapes, strict=True):
+        assert large.points == [twice(each) for each in small.points]
+        assert large.radius == 2 * small.radius
+    for short, long in zip(one.arrows, two.arrows, strict=True):
+        assert (long.at, long.length.scale) == (twice(short.at), 2 * short.length.scale)
 
 
 def test_a_pair_of_propellers_is_drawn_at_each_end_of_tachobots_bars() -> None:

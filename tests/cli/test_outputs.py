@@ -8,10 +8,12 @@ from pathlib import Path
 import pytest
 
 from firmware_runtime.board import registry
+from firmware_runtime.board.registry import Board
 from firmware_runtime.errors import StatisticsFileError
 from firmware_runtime.hal.i2c import I2cBus, Message
 from firmware_runtime.hal.wire_errors import BusAbsent, BusFault
 from firmware_runtime.runs import open_lines as lines
+from firmware_runtime.runs import outputs as switching
 from firmware_runtime.runs.outputs import (
     Outputs,
     forget_settings,
@@ -83,6 +85,21 @@ def test_a_run_whose_bus_cannot_be_opened_is_out_of_reach(tmp_path: Path) -> Non
     assert outputs.why_unguarded({"switched_off": switched_off(board, None)}) is None
     with pytest.raises(BusAbsent, match="i2c1: /dev/i2c-none cannot be opened"):
         outputs.reach()
+
+
+def test_doubles_that_are_served_are_left_to_the_run_too(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    shared: list[bool] = []
+
+    def asked(_board: Board, _path: Path, *, alone: bool) -> None:
+        shared.append(not alone)
+        raise BusAbsent("nobody serves here")
+
+    monkeypatch.setattr(switching, "served_doubles", asked)
+    outputs = Outputs(registry.load("tachobot"), tmp_path / "doubles.socket", tmp_path / "x.stats")
+    assert outputs.make_safe() == ["nobody serves here"]
+    assert shared == [True]
 
 
 def test_settings_that_the_run_keeps_count_from_then_on(tmp_path: Path) -> None:

@@ -101,6 +101,7 @@ run tachobot --doubles --statistics /proc/no/such | /proc/no/such
 run tachobot --doubles nosuch.sock --clock virtual | doubles
 run tachobot --doubles nosuch.sock --clock scaled --speed 2 | doubles
 {virtual} --record absent/flight.recording | --record absent/flight.recording
+{virtual} --plot run.svg | no picture of this run; expected doubles whose rig draws one
 run tachobot --events some.ev | --events
 {events} --doubles | --doubles
 run detective --events /nowhere/file.ev | /nowhere/file.ev

@@ -2,6 +2,7 @@
 
 import json
 import re
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -55,6 +56,7 @@ def test_a_run_ends_settled_with_the_keys_others_rely_on(command: Command) -> No
 def test_its_document_says_where_the_run_is_recorded(command: Command) -> None:
     document = command.document(*VIRTUAL, "--for", 1)
     assert Path(document["recording"]).is_file()
+    assert f"recorded in {document['recording']}" in command(*VIRTUAL, "--for", 1).out
     unrecorded = command.document(*VIRTUAL, "--for", 1, "--set", "recording.minutes=0")
     assert "recording" not in unrecorded
 
@@ -322,8 +324,10 @@ SYSTEM = f"{__name__}:FALL"
 def test_bad_input_is_one_sentence(
     capsys: pytest.CaptureFixture[str], words: list[str], fault: str
 ) -> None:
+    looked_for = [*sys.path]
     try:
         status = main(["run", *words])
     except SystemExit as exit_:
         status = int(exit_.code or 0)
+    assert sys.path == looked_for
     assert (status, fault in capsys.readouterr().err) == (2, True)

@@ -11,7 +11,9 @@ from pathlib import Path
 
 import pytest
 
-from firmware_runtime.runs.restarts import Restarts, read_starts
+from firmware_runtime.errors import ConfigError, Status
+from firmware_runtime.runs.restarts import Restarts, counted, read_starts
+from firmware_runtime.system.messages import Notices
 from tests.support.command import Command, own_process
 from tests.support.systemd_machine import ACTIVE, GUARD, RUN, SystemdMachine
 from tests.support.waiting import PATIENCE_S
@@ -173,6 +175,11 @@ class Manager:
             stderr=subprocess.DEVNULL,
         )
 
+    def notices(self, monkeypatch: pytest.MonkeyPatch) -> Notices:
+        """Those of a run in this process."""
+        monkeypatch.setenv("NOTIFY_SOCKET", str(self._notify))
+        return Notices()
+
     def wait_for(self, what: str) -> str:
         """The next notice with this in it."""
         while what not in (notice := self._socket.recv(4096).decode()):
@@ -193,6 +200,27 @@ def manager(tmp_path: Path) -> Iterator[Manager]:
     made = Manager(tmp_path)
     yield made
     made.close()
+
+
+@pytest.mark.parametrize(
+    ("status", "failed"),
+    [(Status.OK, None), (Status.TERMINATED, None), (Status.MODEL_ERROR, 1), (Status.NOT_SAFE, 1)],
+)
+def test_only_an_end_that_was_no_failure_is_forgotten(
+    manager: Manager, monkeypatch: pytest.MonkeyPatch, status: Status, failed: int | None
+) -> None:
+    def refuse(_restarts: Restarts | None) -> int:
+        raise ConfigError("run", ["no such key"])
+
+    notices = manager.notices(monkeypatch)
+    Restarts(manager.statistics).begin()
+    with pytest.raises(ConfigError):
+        counted(refuse, manager.statistics, notices, 0)
+    assert manager.failed is None
+    Restarts(manager.statistics).begin()
+    assert counted(lambda _: status, manager.statistics, notices, 0) == status
+    assert manager.failed == failed
+    notices.close()
 
 
 @pytest.mark.slow

@@ -184,6 +184,14 @@ def test_an_end_with_hardware_is_refused_without_a_link() -> None:
         firmware_runtime.open_board("tachobot", role="robot", doubles=True, clock="virtual")
 
 
+def test_an_end_whose_clock_is_not_real_time_is_refused_with_a_link(tmp_path: Path) -> None:
+    for clock in (firmware_runtime.VirtualClock(), firmware_runtime.ScaledClock(2.0)):
+        with pytest.raises(ConfigError, match="a link lives in real time"):
+            firmware_runtime.open_board(
+                "tachobot", role="robot", doubles=True, clock=clock, link=f"unix:{tmp_path}/link"
+            )
+
+
 def test_one_path_has_one_listener(tmp_path: Path) -> None:
     link = f"unix:{tmp_path}/link"
     with firmware_runtime.open_board("tachobot", role="robot", link=link, doubles=True) as robot:

@@ -8,8 +8,8 @@ from firmware_drivers.chips.step import Step
 from firmware_drivers.output_state import OutputState
 
 from firmware_runtime.devs.simulator import Simulator
-from firmware_runtime.devs.time import MILLISECOND
-from firmware_runtime.hal.interlock import POLL_PERIOD
+from firmware_runtime.devs.time import MILLISECOND, NEVER
+from firmware_runtime.hal.interlock import POLL_PERIOD, always_enabled, poll_period
 from firmware_runtime.hal.wire_errors import HalError, NoAcknowledge, NotReady
 from tests.support.pca9685_bench import esc_bench
 from tests.support.scripted_bench import PlayedBench
@@ -144,6 +144,7 @@ def test_a_disabled_actuator_is_stopped_once_and_resumes_when_the_interlock_lets
     rig.enabled = True
     rig.run(200 + POLL_PERIOD / MILLISECOND)
     assert (rig.chip.times("stop"), rig.valve.phase) == ([10], "resting")
+    assert (poll_period(lambda: True), poll_period(always_enabled)) == (POLL_PERIOD, NEVER)
 
 
 def test_an_exit_stops_whatever_the_phase(rig: Rig) -> None:

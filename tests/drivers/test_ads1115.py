@@ -2,28 +2,35 @@
 
 import pytest
 from firmware_drivers.analog_inputs import AnalogInputs, AnalogInputsSettings, Voltages
-from firmware_drivers.chips.ads1115 import SAME_BEFORE_PROOF, Ads1115, Ads1115Settings
+from firmware_drivers.chips.ads1115 import (
+    CODES_OF_FULL_SCALES,
+    CODES_OF_INPUTS,
+    CODES_OF_RATES,
+    SAME_BEFORE_PROOF,
+    Ads1115,
+    Ads1115Settings,
+)
 
 from firmware_runtime.devs.time import MILLISECOND, SECOND
 from firmware_runtime.errors import SettingError
-from firmware_runtime.hal.wire_errors import Fault, NotReady, WrongDevice
+from firmware_runtime.hal.wire_errors import Fault, NotReady, Stuck, WrongDevice
 from sim_doubles.chips.ads1115 import Ads1115Double
 from sim_doubles.clock import ManualClock
-from sim_doubles.faults import FaultScript, NackAddress
+from sim_doubles.faults import FaultScript, ForcedRegister, NackAddress
 from sim_doubles.i2c_bus import I2cBusDouble
 from tests.support.virtual_bus import VirtualBus
 from tests.support.wire import take
 
 
 class Rig:
-    """A driver with default settings, brought up on its double."""
+    """A driver, brought up on its double."""
 
-    def __init__(self, rate_error: float = 0.0) -> None:
+    def __init__(self, rate_error: float = 0.0, settings: Ads1115Settings | None = None) -> None:
         self.clock = ManualClock()
         self.volts = [1.0, 0.25, 0.0, 3.0]
         double = Ads1115Double(self.clock, inputs=lambda _: self.volts, rate_error=rate_error)
         self.bus = I2cBusDouble("i2c-1", self.clock, [double])
-        self.driver = Ads1115(self.bus)
+        self.driver = Ads1115(self.bus, settings=settings)
         take(self.clock, self.driver.bring_up())
 
     def start(self, inputs: str, share: float = 1.0) -> None:
@@ -66,6 +73,26 @@ def test_a_code_is_read_once_and_not_before_its_time(rig: Rig) -> None:
     rig.is_not_ready("no conversion|expected")
 
 
+@pytest.mark.parametrize("full_scale_v", CODES_OF_FULL_SCALES)
+def test_the_voltage_of_all_inputs_is_the_same_at_every_full_scale(full_scale_v: float) -> None:
+    rig = Rig(settings=Ads1115Settings(full_scale_v=full_scale_v))
+    rig.volts = [0.01, 0.03, 0.09, 0.21]
+    for inputs in CODES_OF_INPUTS:
+        plus, _, minus = inputs.replace("AIN", "").partition("-")
+        rig.start(inputs)
+        expected = rig.volts[int(plus)] - (rig.volts[int(minus)] if minus else 0.0)
+        assert rig.driver.read_voltage() == pytest.approx(expected, abs=2e-4)
+
+
+@pytest.mark.parametrize("rate_sps", CODES_OF_RATES)
+def test_a_conversion_takes_as_long_as_its_rate_says(rate_sps: int) -> None:
+    rig = Rig(settings=Ads1115Settings(rate_sps=rate_sps))
+    rig.start("AIN0", share=0.8)
+    rig.is_not_ready("expected OS set")
+    rig.clock.advance(round(0.2 * rig.driver.conversion_ns))
+    assert rig.driver.read_voltage() == pytest.approx(1.0, abs=1e-4)
+
+
 @pytest.mark.parametrize(("inputs", "code"), [("AIN3", "7fff"), ("AIN0-AIN3", "8000")])
 def test_a_voltage_beyond_the_full_scale_is_no_reading(rig: Rig, inputs: str, code: str) -> None:
     rig.volts[3] = 3.3
@@ -99,6 +126,21 @@ def test_a_code_that_stands_still_is_proved_by_another_scale_in_which_it_fits(
         assert rig.driver.read_voltage() == pytest.approx(volts, abs=2e-4)
     begun = [each.written for each in rig.bus.log if each.written[:1] == b"\x01"]
     assert sum(len(each) == 3 and each[1] & 0x0E == 0x02 for each in begun) == proofs
+
+
+def test_a_code_that_hangs_is_stuck_from_its_proof_on(rig: Rig) -> None:
+    rig.volts[0] = 0.0
+    rig.bus.faults = FaultScript([ForcedRegister(address=0x48, register=0, value=0x12)])
+    for _ in range(SAME_BEFORE_PROOF):
+        rig.start("AIN0")
+        assert rig.driver.read_voltage() == pytest.approx(0x1200 / 0x8000 * 2.048)
+    for same in (1, 2, 3):
+        rig.start("AIN0")
+        with pytest.raises(Stuck, match=f"in {SAME_BEFORE_PROOF + same} readings in a row"):
+            rig.driver.read_voltage()
+    rig.bus.faults = None
+    rig.start("AIN0")
+    assert rig.driver.read_voltage() == pytest.approx(0.0, abs=1e-4)
 
 
 def test_thresholds_of_another_program_are_no_identity(rig: Rig) -> None:

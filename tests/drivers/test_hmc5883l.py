@@ -101,6 +101,8 @@ def test_a_measurement_is_read_in_one_burst_once_and_not_after_another_use(bare:
         with pytest.raises(NotReady, match="no measurement to read"):
             bare.read()
 
+    with pytest.raises(NotReady, match="no measurement to read"):
+        Hmc5883l(bare.bus).read_field()
     (step,) = bare.driver.measurement
     assert 6_000_000 < step.wait_ns <= 10_000_000
     assert [each.wait_ns for each in bare.driver.bring_up() if each.wait_ns] == [step.wait_ns]

@@ -6,7 +6,7 @@ import pytest
 from firmware_drivers.chips.liveness import LEAST_ODDS, Liveness, MeanSquare, fresh_noise
 from firmware_drivers.gyro_bias import GyroBias
 
-from firmware_runtime.hal.wire_errors import Implausible, NotReady, Stuck
+from firmware_runtime.hal.wire_errors import Fault, Implausible, NotReady, Stuck
 from sim_doubles.worlds.noise import InstantNoise
 
 DEVIATION = 3.0
@@ -160,6 +160,12 @@ def test_a_field_that_turns_contradicts_a_gyro_that_hides_it() -> None:
         bias.add((0.0, 0.0, 0.01), (20e-6 * math.cos(angle), -20e-6 * math.sin(angle), -40e-6))
     with pytest.raises(NotReady, match=rf"the field changed .*{TURNS}, whatever its gyro"):
         bias.mean()
+
+
+def test_a_fault_says_how_long_a_reading_was_dead_and_nothing_of_any_other() -> None:
+    dead = Implausible("ADS1115", "A0", 9.0, "less")
+    assert Fault.of(dead, 1, 7) == ("Implausible", str(dead), 1, "A0", 9.0, 7)
+    assert Fault.of(NotReady("no answer"), 2, 7) == ("NotReady", "no answer", 2, "", 0.0, 0)
 
 
 @pytest.mark.slow

@@ -2,7 +2,7 @@ import math
 
 import pytest
 from firmware_drivers.chips.pca9685 import Pca9685
-from firmware_drivers.servo import Servo, Servos, ServosSettings
+from firmware_drivers.servo import FASTEST_HZ, SLOWEST_HZ, Servo, Servos, ServosSettings
 
 from firmware_runtime.devs.time import MILLISECOND, NEVER
 from firmware_runtime.errors import SettingError
@@ -62,6 +62,10 @@ def bench() -> Bench:
         "upside down, the longer pulse is at the lesser angle": "100 tilt=0.1; tilt_us is 1900",
         "a command is cut to the upper limit": "100 pan=9.0; pan_us is 2000",
         "a command is cut to the lower limit": "100 pan=-9.0; pan_us is 1000",
+        "a release makes limp also what stood beside a servo that is told where to go with it": (
+            "100 pan=0.2 tilt=0.3; 200 release=True pan=0.1; tilt_us is 0; pan_us is 1600; "
+            "1000; tilt_us is 0; pan_us is 1550; 1000 tilt=0.1; tilt_us is 1900; consecutive is ()"
+        ),
         "what is no angle makes all limp": (
             "100 pan=0.2; 200 tilt=nan; off is True; consecutive is 1"
         ),
@@ -135,6 +139,11 @@ def test_the_traffic_stated_is_that_of_a_period_and_of_a_command(bench: Bench) -
     assert bench.bus.bits - before == 2 * once
     bench.put(150, pan=0.2, tilt=0.3)  # at the instant at which the pulses are due again
     assert bench.bus.bits - before == 4 * once
+
+
+def test_the_slowest_and_the_fastest_pulse_rate_are_sound() -> None:
+    for rate_hz in (SLOWEST_HZ, FASTEST_HZ):
+        assert ServosSettings(servos=(PAN,), frequency_hz=rate_hz, period=1).faults() == []
 
 
 WRONG = Servo(

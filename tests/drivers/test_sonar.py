@@ -136,6 +136,22 @@ def test_one_echo_alone_is_no_detection_where_two_have_to_agree(
     assert bench.detected == [float(each) for each in detected.split()]
 
 
+def test_the_first_echo_alone_is_no_detection_either_however_often_it_is_started(
+    chip: ScriptedSonar,
+) -> None:
+    bench = Bench(chip, detection_pings=2)
+    chip.echoes = [0.1, 9.0, 9.0, 0.1, 0.1, 0.1]
+    bench.play("50 start=1; 400 start=0; 1050 start=1; 1249; detected is 1186; failed is ()")
+
+
+def test_what_stands_in_the_beam_as_it_is_started_again_has_not_entered(
+    chip: ScriptedSonar,
+) -> None:
+    bench = Bench(chip, only_entering=True)
+    chip.echoes = [9.0, 9.0, 9.0, 0.3, 9.0, 0.3]
+    bench.play("50 start=1; 300 start=0; 1050 start=1; 1349; detected is 1286; failed is ()")
+
+
 def test_what_stands_in_the_beam_at_first_has_not_entered_however_many_have_to_agree(
     chip: ScriptedSonar,
 ) -> None:

@@ -105,6 +105,7 @@ def test_a_setting_that_cannot_be_is_refused(
 ) -> None:
     with pytest.raises(SettingError, match=f"treads on scripted chip: {fault}"):
         Treads("treads", driver, settings(**changes))
+    assert settings(refresh=500 * MILLISECOND).faults(driver.timeout_ns) == ()
 
 
 @pytest.mark.parametrize(
@@ -212,6 +213,18 @@ def test_standing_treads_need_no_commands(driver: ScriptedDriver) -> None:
     bench.put(50, right=0, left=0)
     bench.run(5000)
     assert bench.faults == []
+
+
+def test_standing_treads_with_encoders_are_looked_after_and_may_not_turn(
+    driver: ScriptedDriver,
+) -> None:
+    bench = bench_of(driver, settings(full_counts_s=1000.0))
+    driver.drives = [*([REPORT] * 3), REPORT._replace(left_encoder=900)]
+    bench.run(640)
+    assert bench.driven == "210:0/0 410:0/0 610:0/0"
+    bench.run(840)
+    assert [fault.kind for fault in bench.faults] == ["Runaway"]
+    assert bench.driven.endswith(" 810:stop 820:0/0")
 
 
 def test_exit_stops_in_whatever_phase(bench: TreadsBench, driver: ScriptedDriver) -> None:

@@ -12,6 +12,7 @@ from firmware_runtime import (
     ConfigError,
     HalError,
     RunState,
+    ScaledClock,
     StatisticsFileError,
     Strike,
     VirtualClock,
@@ -24,6 +25,7 @@ from firmware_runtime.board.local_settings import PLACE
 from firmware_runtime.board.registry import Board, load
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.hal.served.client import ServedDoubles
+from firmware_runtime.hal.wire_errors import PortClosed
 from firmware_runtime.recording.blackbox.reader import read_recording
 from firmware_runtime.recording.board_of_recording import board_of
 from firmware_runtime.recording.replay.verdict import replay
@@ -36,6 +38,7 @@ from firmware_runtime.runs.start import start_session
 from firmware_runtime.statistics.paths import directories
 from sim_doubles.faults import FaultScript, NackAddress
 from sim_doubles.rigs.board_rig import DoublesRig, rig_for
+from tests.support.second_choice_board import second_choice_board
 from tests.support.served_rig import served_rig
 
 TURNING = 1.0
@@ -60,6 +63,7 @@ def test_a_robot_runs_and_can_be_inspected() -> None:
 
 def test_set_overrides_numbers_of_the_board() -> None:
     with virtual(set={"world.mass_kg": 2.5, "controller.mode": "platform"}) as robot:
+        assert robot.session.board is robot.board
         assert robot.board.settings.world.mass_kg == 2.5
         assert robot.board.assignments == ["world.mass_kg=2.5", 'controller.mode="platform"']
 
@@ -79,6 +83,15 @@ def test_outputs_are_off_once_it_is_closed() -> None:
         robot.run(TURNING)
         assert robot.outputs == {"thrust_pairs": 8}
     assert robot.outputs == {"thrust_pairs": 0}
+
+
+def test_serial_ports_are_closed_once_it_is(tmp_path: Path) -> None:
+    with virtual(str(second_choice_board(tmp_path))) as robot:
+        ports = robot.session.hardware.lines.ports
+        assert [port.read_available() for port in ports.values()] == [b"", b""]
+    for port in ports.values():
+        with pytest.raises(PortClosed):
+            port.read_available()
 
 
 def test_outputs_are_off_also_after_an_error_in_the_program() -> None:
@@ -155,6 +168,7 @@ def test_a_run_on_doubles_leaves_no_file() -> None:
         ("tachobot", {"doubles": True, "log": "log.txt"}, ConfigError),
         ("tachobot", {"clock": "virtual"}, ConfigError),
         ("tachobot", {"clock": VirtualClock()}, ConfigError),
+        ("tachobot", {"clock": ScaledClock(2.0)}, ConfigError),
         ("tachobot", {"doubles": True, "clock": "fast"}, ConfigError),
         ("tachobot", {"doubles": True, "clock": "scaled"}, ConfigError),
         ("tachobot", {"doubles": True, "speed": 2.0}, ConfigError),

@@ -1,5 +1,6 @@
 """`firmware_runtime.run`: a model alone, in any time."""
 
+import os
 import signal
 import subprocess
 import threading
@@ -47,6 +48,7 @@ def test_the_model_has_its_last_state_and_the_result_says_why_and_when() -> None
     assert model.activations == 6
     assert (result.state, result.at, result.at_s) == (RunState.ENDED, 5 * PERIOD, 0.05)
     assert "0.050000000 s" in result.reason
+    assert "statistics" not in repr(result)
 
 
 def test_statistics_come_back_as_typed_objects() -> None:
@@ -60,7 +62,7 @@ def test_virtual_time_without_a_length_ends_when_nothing_is_due() -> None:
     assert (result.state, result.at) == (RunState.ENDED, 0)
 
 
-@pytest.mark.parametrize("clock", [VirtualClock(), StallingClock()])
+@pytest.mark.parametrize("clock", [VirtualClock(), StallingClock(dict.fromkeys(range(6), 1))])
 def test_a_clock_of_ones_own_is_taken_as_it_is(clock: Any) -> None:  # noqa: ANN401
     model = Sampler("sampler")
     assert run(model, for_s=0.05, clock=clock).at == 5 * PERIOD
@@ -299,6 +301,19 @@ def test_a_signal_ends_a_run_with_a_length_in_order_and_then_the_program(
 ) -> None:
     done = signalled(name, 1000.0)
     assert (done.returncode, done.stdout) == (status, "[0, 1, 2, 3] 1\n")
+
+
+@pytest.mark.parametrize(
+    ("number", "error"), [(signal.SIGINT, KeyboardInterrupt), (signal.SIGTERM, SystemExit)]
+)
+def test_what_a_signal_raises_says_which_it_was(
+    number: signal.Signals, error: type[BaseException]
+) -> None:
+    model = Sampler("sampler")
+    model.work = lambda _number: os.kill(os.getpid(), number)
+    with pytest.raises(error) as raised:
+        virtual(model, 1000.0)
+    assert raised.value.args == (() if number is signal.SIGINT else (143,))
 
 
 def test_signals_are_as_they_were_after_a_run() -> None:

@@ -102,6 +102,8 @@ def test_a_port_that_takes_nothing_is_unplugged_or_closed_says_so(
     more_than_the_kernel_holds = bytes(1_000_000)  # the far end does not read
     with pytest.raises(BusTimeout, match="write timed out, expected 1000000 bytes to be taken"):
         port.write(more_than_the_kernel_holds)
+    with pytest.raises(BusTimeout, match="expected 1 bytes to be taken"):
+        port.write(b"x")  # there is no room at all
     line.cut()
     for use, call in USES.items():
         with pytest.raises(BusFault, match=rf"^sonar: {line.path} {use} failed, .*unplugged"):

@@ -4,8 +4,13 @@ from collections.abc import Callable, Sequence
 
 import pytest
 
+from firmware_runtime.board.robot import Ending
+from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.time import MILLISECOND, SECOND
+from firmware_runtime.executive.clocks import VirtualClock
+from firmware_runtime.executive.executive import Executive
 from firmware_runtime.executive.inbox import Bag
+from firmware_runtime.executive.outcome import Outcome
 from firmware_runtime.links.cut.counts import Carried, report
 from firmware_runtime.links.cut.cut import Terms
 from firmware_runtime.links.cut.delivery import MOST_WAITING
@@ -21,7 +26,10 @@ from firmware_runtime.links.cut.wire import (
     decoded,
     encoded,
     entries_of,
+    farewell_of,
 )
+from firmware_runtime.runs.end_link import LinkedEnd
+from firmware_runtime.statistics.file_header import RunState
 from tests.support.link_rig import Way, link_of, role_of
 
 TERMS = Terms()
@@ -338,6 +346,38 @@ def test_what_the_other_end_says_at_its_end_is_handed_on(ends: Ends) -> None:
     assert ends.byes == [farewell]
     ends.between_steps()
     assert ends.bad == ["the controller has ended: the target was reached"]
+
+
+FOUND = Ending("it is found", failed=False)
+LOST = Ending("it is lost", failed=True)
+
+
+@pytest.mark.parametrize(
+    ("ending", "ends_both", "state", "said"),
+    [
+        (None, True, RunState.ENDED, (True, False)),
+        (None, True, RunState.STOPPED, (False, False)),
+        (None, False, RunState.ENDED, (False, False)),
+        (FOUND, False, RunState.STOPPED, (True, False)),
+        (LOST, True, RunState.FAILED, (True, True)),
+    ],
+)
+def test_an_end_says_at_its_end_whether_the_other_one_is_over_too(
+    ends: Ends, ending: Ending | None, state: RunState, said: tuple[bool, bool], *, ends_both: bool
+) -> None:
+    ends.between_steps()
+    heard: list[Ending] = []
+    executive = Executive(Atomic("wheels"), VirtualClock(), list)
+    end = LinkedEnd(ends.link, executive, heard.append, ends.bad.append, ends_both=ends_both)
+    end.say_goodbye(Outcome(state, "so it was"), ending)
+    byes = {farewell_of(each.body) for each in map(decoded, ends.sent) if each.kind is Kind.BYE}
+    assert byes == {Farewell("so it was", *said)}
+    ends.sent.clear()
+    for _ in range(2):
+        ends.get(ends.other.bye(ends.now, Farewell("enough", is_over=True, failed=True)))
+    assert heard == [Ending("enough", failed=True)]
+    end.say_goodbye(Outcome(state, "so it was"), ending)
+    assert ends.sent == [], "the other one knows"
 
 
 def test_what_a_carrier_refused_is_counted_too(ends: Ends) -> None:

@@ -53,6 +53,7 @@ def test_a_start_that_failed_is_replayed_as_the_last_run_of_its_board(
     said = fail_to_start(recording_of_virtual_run("tachobot"), monkeypatch)
     path = find_recording("tachobot")
     assert path == state / "tachobot.start.recording"
+    assert [each.number for each in read_recording(path).chunks] == [1]
     verdict = replayed(path)
     assert verdict.is_identical
     assert (verdict.steps, verdict.failure) == (0, said)

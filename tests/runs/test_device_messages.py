@@ -7,7 +7,7 @@ import pytest
 
 from firmware_runtime import open_board
 from firmware_runtime.devs.time import MILLISECOND, SECOND
-from firmware_runtime.runs.supervision import AGAIN_AFTER, FAILED_AFTER
+from firmware_runtime.runs.supervision import AGAIN_AFTER, FAILED_AFTER, DeviceMessages
 from sim_doubles.faults import FaultScript, NackAddress
 from sim_doubles.rigs.tachobot import TachobotRig
 
@@ -57,6 +57,7 @@ def test_a_device_that_fails_is_said_with_its_last_fault_and_so_is_its_return(
     fails, works = robot.said
     assert re.match(FAILS, fails)
     assert re.fullmatch(r"imu works again, after 1\.\d s", works)
+    assert not any(isinstance(each, DeviceMessages) for each in robot.run.session.executive.hooks)
 
 
 def test_a_sample_missed_now_and_then_is_not_said(robot: Tachobot) -> None:

@@ -1,6 +1,7 @@
 """Predicted ends of steps, from the statistics of runs on a computer of known times."""
 
 from collections.abc import Mapping
+from itertools import islice
 from pathlib import Path
 
 import pytest
@@ -13,9 +14,17 @@ from firmware_runtime.devs.coupled import with_all_below
 from firmware_runtime.devs.time import MILLISECOND
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.executive.clocks import VirtualClock
+from firmware_runtime.runs import timing_prediction
 from firmware_runtime.runs.start import start_session
-from firmware_runtime.runs.timing_prediction import LEAST_STEPS, predicted, timetable
+from firmware_runtime.runs.timing_prediction import (
+    LEAST_STEPS,
+    Prediction,
+    TimedStep,
+    predicted,
+    timetable,
+)
 from firmware_runtime.statistics.file import save
+from firmware_runtime.statistics.histogram import Histogram, empty_cells
 from firmware_runtime.statistics.statistics import Statistics
 from tests.support.command import Command
 
@@ -65,6 +74,31 @@ def test_own_times_of_a_run_on_chips_hold_the_wire_already(recorded: Statistics)
     assert predicted(board, served).response_ns > on_chips + MILLISECOND
     slower = registry.load("tachobot", [SLOW_BUS])
     assert predicted(slower, chips).response_ns > on_chips + MILLISECOND
+
+
+def always(took: int) -> timing_prediction._Samples:
+    histogram = Histogram(empty_cells())
+    histogram.record(took)
+    return timing_prediction._Samples(histogram)
+
+
+def test_a_step_begins_when_it_is_due_and_the_one_before_it_is_over() -> None:
+    steps = [TimedStep(0, ("imu", "pid"), 200), TimedStep(1000, ("pid",), 0)]
+    steps.append(TimedStep(90_000, ("pid",), 0))
+    times = {"imu": always(3000), "pid": always(500)}
+    responses = timing_prediction._responses(steps, times, always(10), 0.5)
+    assert list(islice(responses, 3)) == [(3610, 3500), (3110, 500), (510, 500)]
+    assert timing_prediction._exceeded_by_few(range(4000)) == 3997
+
+
+@pytest.mark.parametrize(
+    ("period_ns", "warns"), [(None, False), (11, False), (10, False), (9, True)]
+)
+def test_a_prediction_warns_of_steps_that_last_longer_than_a_period(
+    period_ns: int | None, *, warns: bool
+) -> None:
+    found = Prediction(10, lateness_ns=1, wire_ns=1, period_ns=period_ns, unrecorded=[])
+    assert (found.warning() is not None) is warns
 
 
 def test_statistics_of_virtual_time_predict_nothing() -> None:

@@ -82,6 +82,7 @@ def test_a_loop_that_has_not_run_for_a_second_fails_the_check() -> None:
     ("stalls", "model", "max_late_percent"),
     [
         ({}, Robot(), 1),
+        ({}, Robot(), 0),
         ({}, Robot(imu=3 * SECOND), 1),
         ({}, Robot(imu=3 * TENTH), 1),
         ({}, Coupled("nothing"), 1),
@@ -90,6 +91,7 @@ def test_a_loop_that_has_not_run_for_a_second_fails_the_check() -> None:
     ],
     ids=[
         "on time",
+        "on time, and no other is allowed",
         "slower than a second",
         "slow",
         "no period",
@@ -336,10 +338,11 @@ HALF_S = SECOND // 2
 
 
 @contextmanager
-def commanded(inputs: dict[str, object]) -> Iterator[Session]:
+def commanded(inputs: dict[str, object], said: list[str] | None = None) -> Iterator[Session]:
     """TachoBot on doubles, with something else declared of its inputs."""
     board = replace(registry.load("tachobot"), inputs=inputs)
-    session = start_session(board, VirtualClock(), doubles=True, statistics_path=None)
+    log = ([] if said is None else said).append
+    session = start_session(board, VirtualClock(), doubles=True, statistics_path=None, log=log)
     try:
         yield session
         session.end()
@@ -363,7 +366,8 @@ def is_on(session: Session, at: int) -> bool:
 def test_outputs_are_off_from_the_timeout_on_until_the_next_command(
     inputs: dict[str, object],
 ) -> None:
-    with commanded(inputs) as session:
+    said: list[str] = []
+    with commanded(inputs, said) as session:
         command(session, 6 * SECOND, 6 * SECOND + HALF_S - 1, 9 * SECOND)
         assert is_on(session, 7 * SECOND - 20 * MILLISECOND)
         assert not is_on(session, 7 * SECOND)
@@ -372,6 +376,8 @@ def test_outputs_are_off_from_the_timeout_on_until_the_next_command(
         assert not is_on(session, 10 * SECOND)
         assert session.arming is not None
         assert session.arming.reason == f"no value has come at input {PORT} for 0.5 s"
+    assert said.count(f"disarmed: {session.arming.reason}") == 2
+    assert not [each for each in said if "falls silent" in each]
 
 
 def test_a_port_at_which_nothing_came_yet_commands_nothing() -> None:
@@ -406,6 +412,7 @@ def test_each_port_has_its_own_timeout_and_the_first_silence_counts() -> None:
     run.until(3 * SECOND)
     assert said == ["no value has come at input command for 1 s"]
     assert commanders.why_silent(SECOND - 1) is None
+    assert commanders.why_silent(SECOND) == said[0]
 
 
 def test_what_a_silence_does_is_said_of_every_port() -> None:

@@ -1,11 +1,12 @@
 """Doubles of single chips: which words mean which, what cannot be, what they do on one bus."""
 
+import math
 from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import pytest
 
-from firmware_runtime.devs.time import NEVER
+from firmware_runtime.devs.time import MILLISECOND, NEVER, SECOND
 from firmware_runtime.errors import ConfigError
 from sim_doubles import chip_doubles
 from sim_doubles.chip_doubles import chip_double, names
@@ -16,6 +17,7 @@ from sim_doubles.chips.pca9685 import Pca9685Double
 from sim_doubles.chips.sabertooth import SabertoothDouble
 from sim_doubles.chips.srf08 import Srf08Double
 from sim_doubles.clock import ManualClock
+from sim_doubles.rigs import singles
 from sim_doubles.rigs.chips import BUS, ChipsRig, placed
 
 
@@ -38,6 +40,16 @@ def test_every_chip_has_a_usual_address_or_a_port(name: str) -> None:
         assert made.buses == {}
     elif name != "ak8963":  # behind a closed bypass
         made.buses[BUS].read(address, 1)
+
+
+@pytest.mark.parametrize("at", [0, SECOND, 4 * SECOND])
+def test_what_turns_a_chip_without_a_robot_turns_its_field_alike(at: int) -> None:
+    def angle(later: int) -> float:
+        x, y, _ = singles._inertia(at + later).field
+        return math.atan2(-y, x)
+
+    rate = (angle(MILLISECOND) - angle(-MILLISECOND)) * SECOND / (2 * MILLISECOND)
+    assert singles._inertia(at).rate[2] == pytest.approx(rate, abs=1e-6)
 
 
 def test_a_chip_can_be_at_another_address_beside_one_of_its_kind() -> None:

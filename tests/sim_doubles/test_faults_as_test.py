@@ -10,6 +10,7 @@ from firmware_runtime.devs.time import MILLISECOND, SECOND
 from firmware_runtime.hal.served.client import ServedDoubles
 from firmware_runtime.hal.served.packets import FaultList, ListFaults
 from firmware_runtime.hal.served.strikes import ask_faults
+from firmware_runtime.runs.fault_test import quoted, source_of
 from sim_doubles.commands.faults_as_test import script_of, text_of_test, what_is_noticed
 from tests.support.second_choice_board import second_choice_board
 from tests.support.served_rig import ServedRig, served_rig
@@ -120,6 +121,11 @@ def test_instants_are_those_of_the_run_and_what_was_before_it_is_left_out() -> N
         Strike("brown-out", "imu", 1.0),
     ]
     assert script.for_s == 4.0
+    assert source_of(script.faults[1]) == 'Strike("nack", "imu", at_s=1.0, for_s=0.0)'
+
+
+def test_a_name_with_quotes_is_a_text_of_python() -> None:
+    assert eval(quoted(name := """an "eye" isn't \\""")) == name  # noqa: S307 -- what was written
 
 
 def begin_refused(rig: ServedRig) -> None:

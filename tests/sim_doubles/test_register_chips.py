@@ -164,6 +164,18 @@ def test_a_wrong_one_breaks_it(check: TableCheck) -> None:
         check(Row)
 
 
+def test_a_driver_that_is_off_by_a_count_breaks_it() -> None:
+    other = EIGHT_BITS.replace("offset = -10", "offset = -9.5")
+    with pytest.raises(AssertionError):
+        chip.values_come_through_driver_and_double_over_the_whole_range(row_of(other))
+
+
+def test_a_chip_keeps_nothing_where_a_bring_up_leaves_its_registers_as_they_were() -> None:
+    as_it_was = EIGHT_BITS.replace("bring_up = 0x81", "bring_up = 0x90")
+    keeps_nothing = [row_of(each).keeps_nothing for each in (EIGHT_BITS, as_it_was, WORDS)]
+    assert keeps_nothing == [False, True, True]
+
+
 # The double alone --------------------------------------------------------------------------------
 
 

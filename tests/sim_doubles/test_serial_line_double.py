@@ -7,6 +7,8 @@ from collections.abc import Iterator
 import pytest
 import serial
 
+from firmware_runtime.devs.time import NEVER
+from firmware_runtime.hal.strike import Span
 from firmware_runtime.hal.wire_errors import BusFault, PortClosed
 from sim_doubles.clock import ManualClock
 from sim_doubles.serial_line import SerialLineDouble, SerialTarget
@@ -121,6 +123,18 @@ def test_a_cut_line_loses_bytes_both_ways_without_a_word(
     clock.advance(MILLISECOND)
     assert line.read_available() == b"d"
     assert echo.got == b"acd"
+
+
+def test_a_silence_that_is_given_an_end_takes_what_is_sent_at_that_instant(
+    line: SerialLineDouble, clock: ManualClock, echo: Echo
+) -> None:
+    line.strike("silent", None, Span(clock(), NEVER, once=False), 0.0)
+    echo.receive(b"a")
+    line.end_strikes(clock() + MILLISECOND)
+    clock.advance(2)
+    echo.receive(b"b")
+    clock.advance(MILLISECOND)
+    assert line.read_available() == b"b"
 
 
 def test_every_byte_passes_a_pseudo_terminal_both_ways_unchanged(

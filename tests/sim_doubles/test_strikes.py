@@ -343,6 +343,7 @@ def test_every_kind_says_what_it_is() -> None:
     assert all(kind.meaning and kind.name == name for name, kind in KINDS.items())
     numbered = {name for name, kind in KINDS.items() if kind.unit.startswith("number of")}
     assert numbered == {name for name, kind in KINDS.items() if kind.is_numbered}
+    assert {KINDS[name].amount for name in numbered} == {0.0}, "the first one"
     moments = {name for name, kind in KINDS.items() if kind.is_moment}
     assert moments == {"drop", "garble", "brown-out", "push", "stall"}
 
@@ -385,10 +386,10 @@ def test_one_measured_word_is_another_and_the_others_are_as_they_were(
 def test_a_word_is_exchanged_with_the_next_one_and_the_last_with_the_first(
     awake: Robot, number: int, other: int
 ) -> None:
-    awake.faults(Strike("swap", "imu", amount=number))
-    expected = [0, 0, G]
+    expected = burst(awake)
     expected[number], expected[other] = expected[other], expected[number]
-    assert burst(awake)[:3] == pytest.approx(expected, abs=200)
+    awake.faults(Strike("swap", "imu", amount=number))
+    assert burst(awake) == pytest.approx(expected, abs=200)
 
 
 def test_one_frozen_word_stays_and_the_others_live_on(awake: Robot) -> None:

@@ -61,7 +61,7 @@ def test_an_address_that_is_text_is_refused() -> None:
         ("hmc5883l", {"field": (1e-6, 2e-6)}, ["field"]),
         ("mpu9250", {"inertia": 9.81}, ["inertia"]),
         ("pca9685", {"name": 3}, ["name"]),
-        ("ads1115", {"address": 0x90}, ["address 0x90"]),
+        ("ads1115", {"address": 0x80}, ["address 0x80"]),
     ],
 )
 def test_what_a_double_cannot_be_is_refused_by_its_name(
