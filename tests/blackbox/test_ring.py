@@ -110,7 +110,6 @@ def test_no_room_for_the_next_chunk_is_said(
     ring.close()
 
 
-@pytest.mark.slow
 def test_a_run_goes_on_where_its_recording_has_no_room(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -130,7 +129,6 @@ def test_a_run_goes_on_where_its_recording_has_no_room(
     assert len(recording.chunks) == 1
 
 
-@pytest.mark.slow
 def test_a_section_that_is_missing_is_said_and_what_follows_is_identical(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

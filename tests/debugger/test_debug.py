@@ -96,7 +96,6 @@ def test_the_state_at_an_instant_is_the_same_by_every_way_there(travel: Travel) 
     assert travel.player.first is None
 
 
-@pytest.mark.slow
 def test_events_go_forwards_and_backwards(debug: Debug) -> None:
     begin, first, second, third, back, start, earlier = debug(
         "next", "n", "next 1", "back", "rn 2", "back"
@@ -122,7 +121,6 @@ def test_instants_go_forwards_and_backwards(debug: Debug) -> None:
     assert again["state"]["phase"] == "waiting"
 
 
-@pytest.mark.slow
 def test_it_stops_where_a_predicate_begins_to_hold_and_the_value_is_there(debug: Debug) -> None:
     answers = debug(
         "until controller.yaw.command_n > 0.5", "print controller.yaw.command_n", words=()
@@ -135,7 +133,6 @@ def test_it_stops_where_a_predicate_begins_to_hold_and_the_value_is_there(debug:
     assert before["t_s"] == 0.5
 
 
-@pytest.mark.slow
 def test_breakpoints_of_functions_and_predicates(debug: Debug) -> None:
     answers = debug("b imu.sample", "c", "break controller.yaw.internal", "delete 1", "d")
     assert answers[2]["reason"] == "breakpoint 1: imu.sample, after imu output"
@@ -151,7 +148,6 @@ def test_breakpoints_of_functions_and_predicates(debug: Debug) -> None:
     assert (answers[3]["model"], answers[3]["function"]) == (YAW, "internal")
 
 
-@pytest.mark.slow
 def test_pdb_stops_inside_the_models_function(prompt: Prompt) -> None:
     lines = ["pdb controller.yaw.external", "p self.name", "p elapsed", "q", "where"]
     status, printed, _ = prompt(*lines)
@@ -161,7 +157,6 @@ def test_pdb_stops_inside_the_models_function(prompt: Prompt) -> None:
     assert printed.count("between two instants") == 1  # quit leaves both
 
 
-@pytest.mark.slow
 def test_from_pdb_continue_goes_back_to_the_recording_behind_the_call(
     prompt: Prompt,
 ) -> None:
@@ -174,7 +169,6 @@ def test_from_pdb_continue_goes_back_to_the_recording_behind_the_call(
     assert "the recording ends here" in printed
 
 
-@pytest.mark.slow
 def test_an_instant_outside_of_the_recording_is_no_place_to_go_to(
     prompt: Prompt,
 ) -> None:
@@ -194,7 +188,6 @@ def test_the_command_line_says_where_to_stop_and_what_to_print(debug: Debug) -> 
     debug(words=("--at", "6", "--until", "imu.fault"), status=6)
 
 
-@pytest.mark.slow
 def test_what_is_wrong_is_said_and_the_next_command_is_taken(prompt: Prompt) -> None:
     wrong = ["stepp", "print controller.yew", "next 0", "goto nowhere", "until imu", "pdb imu", "b"]
     ended = prompt(*wrong, "where")

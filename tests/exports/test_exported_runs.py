@@ -100,7 +100,6 @@ def test_topics_of_ros_2_have_every_value_at_its_instant(
     assert all(len(each) == 4 for each in forces)
 
 
-@pytest.mark.slow
 def test_other_ports_lines_steps_and_markers_are_in_it(
     run: Path, recording: Recording, tmp_path: Path
 ) -> None:
@@ -117,7 +116,6 @@ def test_other_ports_lines_steps_and_markers_are_in_it(
     assert len(read["/tachobot/raw/clock"]) == sum(each.kind == 4 for each in sections)
 
 
-@pytest.mark.slow
 def test_a_stretch_is_what_lies_between(run: Path, tmp_path: Path) -> None:
     read = messages_in(exported(run, tmp_path, ".mcap", "--from", 0.85, "--until", 0.9), began(run))
     ats = [at for at, _ in read["/tachobot/imu/data_raw"]]
@@ -156,7 +154,6 @@ def test_a_long_table_has_a_row_for_each_number(
     assert [f"{row['utc']:%H:%M:%S.%f}" for row in table] == [row["utc"][11:26] for row in rows]
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("ending", [".csv", ".parquet"])
 def test_a_port_alone_has_a_column_for_each_field(
     run: Path, recording: Recording, tmp_path: Path, ending: str
@@ -172,7 +169,6 @@ def test_a_port_alone_has_a_column_for_each_field(
     assert [float(row["acceleration.2"]) for row in rows] == [each[0][2] for _, each in samples]
 
 
-@pytest.mark.slow
 def test_several_ports_and_fields_are_chosen_by_name(run: Path, tmp_path: Path) -> None:
     words = ("--port", "imu.sample.rate", "--port", "controller.yaw.command_n")
     rows = list(csv.DictReader(exported(run, tmp_path, ".csv", *words).read_text().splitlines()))
@@ -192,7 +188,6 @@ def test_several_ports_and_fields_are_chosen_by_name(run: Path, tmp_path: Path) 
     assert alone.splitlines()[0] == "t_ns,t_s,utc,rate.0,rate.1,rate.2"
 
 
-@pytest.mark.slow
 def test_what_came_in_from_outside_is_in_it_by_its_port(tmp_path: Path) -> None:
     def turn_about(session: Session) -> None:
         port = session.robot.model.in_ports["yaw_reference"]
@@ -296,7 +291,6 @@ def test_a_stretch_that_the_run_has_not_is_refused(
         assert not path.exists()
 
 
-@pytest.mark.slow
 def test_a_bag_of_a_run_that_began_now_begins_now(tmp_path: Path) -> None:
     before = time_ns()
     run = record(tmp_path / "now.recording", "tachobot", 1.0)

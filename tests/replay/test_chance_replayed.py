@@ -88,7 +88,6 @@ def test_what_is_first_drawn_behind_a_keyframe_is_drawn_again(
     check_from_keyframes(path)
 
 
-@pytest.mark.slow
 def test_of_a_run_in_which_nothing_was_drawn_that_is_said(tmp_path: Path) -> None:
     path = record(tmp_path / "run", "tachobot", SPAN_S)
     random.seed(1)
@@ -107,7 +106,6 @@ def test_a_generator_of_a_model_without_a_seed_is_in_its_keyframes(
     assert not replayed(path).has_drawn
 
 
-@pytest.mark.slow
 @pytest.mark.usefixtures("uncertain")
 def test_going_back_in_the_debugger_draws_the_same_again(tmp_path: Path) -> None:
     path = record(tmp_path / "run", "tachobot", SPAN_S)

@@ -119,14 +119,12 @@ def test_what_can_be_no_test_is_refused_and_nothing_is_written(
     assert list(tmp_path.iterdir()) == []
 
 
-@pytest.mark.slow
 def test_a_test_is_not_written_over(write: Write, flight: Path, command: Command) -> None:
     said = write("--until", 0.2)
     command.refused("replay", flight, "--as-test", said["test"])
     assert difference_of(Path(said["recording"])) == (None, [])
 
 
-@pytest.mark.slow
 def test_a_stretch_whose_state_cannot_be_kept_is_refused(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, command: Command
 ) -> None:
@@ -139,7 +137,6 @@ def test_a_stretch_whose_state_cannot_be_kept_is_refused(
     assert command("replay", path, "--as-test", test).status == 0
 
 
-@pytest.mark.slow
 def test_what_the_runs_recording_lacks_is_said_and_stands_in_the_test(
     tmp_path: Path, command: Command
 ) -> None:

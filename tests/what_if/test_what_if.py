@@ -68,7 +68,6 @@ def test_another_gain_is_another_command_from_the_start_and_from_a_keyframe(
     assert found.structure == {}
 
 
-@pytest.mark.slow
 def test_a_keyframe_leaves_what_is_set_otherwise_and_takes_up_the_rest(flight: Path) -> None:
     recorded = read_recording(flight).header.table["controller"]["yaw"]["kp"]
     assert _asked(flight, f"controller.yaw.kp={recorded}", begin_s=6).identical
@@ -78,7 +77,6 @@ def test_a_keyframe_leaves_what_is_set_otherwise_and_takes_up_the_rest(flight: P
     assert found.first_difference["t_ns"] >= 4 * SECOND
 
 
-@pytest.mark.slow
 def test_other_models_run_on_what_there_is_and_it_is_said(flight: Path) -> None:
     found = _asked(flight, "controller.mode=free")
     assert found.failure is None
