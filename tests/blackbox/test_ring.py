@@ -3,6 +3,7 @@
 import errno
 import itertools
 import os
+import re
 from collections.abc import Callable, Container
 from itertools import pairwise
 from pathlib import Path
@@ -16,10 +17,12 @@ from firmware_runtime.errors import ConfigError
 from firmware_runtime.executive.clocks import VirtualClock
 from firmware_runtime.executive.outcome import Outcome
 from firmware_runtime.recording.blackbox import steps
+from firmware_runtime.recording.blackbox.keyframe_schedule import KeyframeSchedule
 from firmware_runtime.recording.blackbox.layout import CHUNK, PREFIX_SIZE, SECTION, Size, size_for
 from firmware_runtime.recording.blackbox.reader import kind_of, read_recording
 from firmware_runtime.recording.blackbox.ring import AHEAD, ALL, STEP, Ring, SectionTooLarge
 from firmware_runtime.recording.blackbox.section import Kind, encode, encode_into
+from firmware_runtime.recording.blackbox.writer import Pending, Writer
 from firmware_runtime.recording.board_of_recording import board_of_table
 from firmware_runtime.recording.replay.verdict import replay
 from firmware_runtime.recording.values import legible
@@ -99,6 +102,24 @@ def test_it_is_filled_ahead_in_small_steps_until_all_of_it_is(tmp_path: Path) ->
     ring.close()
 
 
+@pytest.mark.skipif(
+    tuple(map(int, os.uname().release.split(".")[:2])) < (5, 14), reason="needs Linux 5.14"
+)
+def test_what_is_filled_is_mapped_wherever_it_begins(tmp_path: Path) -> None:
+    path = tmp_path / "x.recording"
+    ring = Ring(path, Size(AHEAD, 2), HEADER)
+    ring.fill_ahead(STEP + 1000)
+    ring.fill_ahead(STEP + 1000)
+    assert _mapped_bytes(path) >= ring.filled
+    ring.close()
+
+
+def _mapped_bytes(path: Path) -> int:
+    """How much of a file this process has in its memory."""
+    _, _, of_file = Path("/proc/self/smaps").read_text().partition(str(path))
+    return 1024 * int(re.findall(r"Rss: +(\d+) kB", of_file)[0])
+
+
 def test_no_room_for_the_next_chunk_is_said(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -108,6 +129,25 @@ def test_no_room_for_the_next_chunk_is_said(
     with pytest.raises(OSError, match="No space"):
         ring.write(bytes(AHEAD - 1000))
     ring.close()
+
+
+def test_a_writer_knows_when_its_ring_has_wrapped_and_ends_where_there_is_no_room(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    writer = Writer(Pending(), KeyframeSchedule())
+    writer.open(lambda: Ring(tmp_path / "x.recording", Size(AHEAD, 2), HEADER))
+    wrapped = []
+    for _ in range(3):
+        writer.put(bytes(AHEAD - 1000), Kind.STEP, 0)
+        wrapped.append(writer.has_wrapped)
+    assert wrapped == [False, False, True]
+    writer.open(lambda: Ring(tmp_path / "y.recording", Size(AHEAD, 2), HEADER))
+    monkeypatch.setattr(os, "posix_fallocate", _full)
+    writer.put(bytes(AHEAD - 1000), Kind.STEP, 0)
+    assert writer.fault is None
+    writer.put(bytes(AHEAD - 1000), Kind.STEP, 0)
+    assert "before the run does (No space" in str(writer.fault)
+    assert (writer.ring, writer.has_wrapped) == (None, False)
 
 
 def test_a_run_goes_on_where_its_recording_has_no_room(

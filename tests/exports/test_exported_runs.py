@@ -166,6 +166,8 @@ def test_a_port_alone_has_a_column_for_each_field(
         rows = PARQUET.read_table(path).to_pylist()
     samples = recorded(recording, "imu.sample")
     assert [int(row["t_ns"]) for row in rows] == [at for at, _ in samples]
+    start = began(run)
+    assert [str(row["utc"])[11:26] for row in rows] == [utc(start + at)[11:26] for at, _ in samples]
     assert [float(row["acceleration.2"]) for row in rows] == [each[0][2] for _, each in samples]
 
 

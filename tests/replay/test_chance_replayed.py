@@ -4,6 +4,7 @@ import json
 import random
 import subprocess
 import sys
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
@@ -150,6 +151,16 @@ def test_places_are_put_back_and_what_is_none_is_left_alone() -> None:
     for strange in (None, 7, [], [3, b"abc", None, None], [3, b"", None, None], "letter"):
         chance.put(strange)
         assert random.getstate() == before
+
+
+def test_a_numpy_without_generators_is_missed_as_ever(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(sys, "meta_path", [*sys.meta_path])
+    monkeypatch.setattr(np, "__path__", [])
+    stood = chance.places()
+    monkeypatch.delitem(sys.modules, "numpy.random")
+    chance.begin_late([*stood[:3], None])
+    with pytest.raises(ModuleNotFoundError):
+        import_module("numpy.random")
 
 
 LATE = """

@@ -17,15 +17,19 @@ from firmware_runtime.recording.replay.verdict import replay
 from tests.support.recorded import record
 from tests.support.replayed import opened
 
-pytestmark = pytest.mark.slow
 MODULE = "firmware_runtime.models.pid"
 Flight = tuple[Recording, Board]
 
 
-@pytest.fixture
-def flight(tmp_path: Path) -> Flight:
+@pytest.fixture(scope="module")
+def path(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Six seconds of a run, keyframes included."""
-    path = record(tmp_path / "tachobot.recording", "tachobot", 6, ["recording.minutes=10"])
+    path = tmp_path_factory.mktemp("flight") / "tachobot.recording"
+    return record(path, "tachobot", 6, ["recording.minutes=10"])
+
+
+@pytest.fixture
+def flight(path: Path) -> Flight:
     return opened(path)
 
 
