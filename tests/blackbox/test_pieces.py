@@ -249,4 +249,6 @@ def test_a_copy_is_brought_up_to_this_moment_on_request(tmp_path: Path, header: 
     rig.pieces.poll(2 * SECOND)
     rig.pieces.sync()
     rig.pieces.close()
+    still_open = {each.resolve() for each in Path("/proc/self/fd").iterdir()}
+    assert rig.folder / "robot-0001.recording" not in still_open
     assert rig.seconds("robot-0001") == [1, 2, 3]

@@ -63,6 +63,7 @@ def test_a_section_that_no_chunk_can_hold_is_refused_and_the_next_is_written(
         ring.write(bytes(SIZE.chunk_bytes))
     assert ring.write(b"next") is False
     ring.close()
+    assert ring.memory.closed
     content = (tmp_path / "x.recording").read_bytes()
     number, used = CHUNK.unpack_from(content, PREFIX_SIZE)
     assert (number, used) == (1, CHUNK.size + 2 * SECTION.size + len(HEADER) + len(b"next"))

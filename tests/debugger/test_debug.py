@@ -121,10 +121,9 @@ def test_instants_go_forwards_and_backwards(debug: Debug) -> None:
 
 
 def test_it_stops_where_a_predicate_begins_to_hold_and_the_value_is_there(debug: Debug) -> None:
-    answers = debug(
-        "until controller.yaw.command_n > 0.5", "print controller.yaw.command_n", words=()
-    )
-    [_, there, value] = answers
+    commands = ("until controller.yaw.command_n > 0.5", f"print {YAW}.command_n", f"ports {YAW}")
+    [_, there, value, ports] = debug(*commands, words=())
+    assert ports == {"path": YAW, "ports": {"command_n": value["value"]}}
     assert there["model"] == YAW
     assert there["function"] == "output"
     assert value["value"] > 0.5
@@ -190,9 +189,9 @@ def test_the_command_line_says_where_to_stop_and_what_to_print(debug: Debug) -> 
 
 def test_what_is_wrong_is_said_and_the_next_command_is_taken(prompt: Prompt) -> None:
     wrong = ["stepp", "print controller.yew", "next 0", "goto nowhere", "until imu", "pdb imu", "b"]
-    ended = prompt(*wrong, "where")
+    ended = prompt(*wrong, f"next {'9' * 5000}", "next 1 2", "where")
     assert ended.status == Status.BAD_INPUT
-    assert len(ended.error.splitlines()) == 6
+    assert len(ended.error.splitlines()) == 8
     assert "did you mean step?" in ended.error
     assert ended.out.count("between two instants") == 2
     assert prompt(words=("--at", "60")).status == Status.BAD_INPUT
