@@ -13,6 +13,8 @@ from firmware_drivers.thrust_pairs import Forces
 
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.errors import ConfigError, Status
+from firmware_runtime.recording.debugger.commands import Commands
+from firmware_runtime.recording.debugger.debugger import Debugger
 from firmware_runtime.recording.debugger.model_state import Models
 from firmware_runtime.recording.debugger.predicate import Predicate, Seen, may_have
 from firmware_runtime.recording.debugger.travel import Travel
@@ -195,6 +197,28 @@ def test_what_is_wrong_is_said_and_the_next_command_is_taken(prompt: Prompt) -> 
     assert "did you mean step?" in ended.error
     assert ended.out.count("between two instants") == 2
     assert prompt(words=("--at", "60")).status == Status.BAD_INPUT
+
+
+def test_commands_list_models_and_themselves_and_leave(debug: Debug) -> None:
+    _, models, helped = debug("models yaw", "help", "quit", "where", words=())
+    assert models == {"models": {YAW: "Pid"}}
+    assert {"where", "print", "quit"} < set(helped["commands"])
+
+
+@pytest.mark.parametrize(
+    ("line", "words"),
+    [
+        ("pr", ["print"]),
+        ("print imu.s", ["imu.sample"]),
+        ("break controller.yaw.i", ["controller.yaw.internal"]),
+        ("print controller.f", ["controller.forces"]),
+        ("print controller.i", []),  # a coupled model has no functions
+        ("print nobody", []),
+    ],
+)
+def test_the_last_word_of_a_line_is_completed(travel: Travel, line: str, words: list[str]) -> None:
+    debugger = Debugger(travel, lambda _: None, lambda *_: None)
+    assert Commands(debugger, lambda *_: None).completions(line) == words
 
 
 @pytest.fixture

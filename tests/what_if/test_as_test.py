@@ -39,7 +39,6 @@ def write(flight: Path, tmp_path: Path, command: Command) -> Write:
     return written
 
 
-@pytest.mark.slow
 def test_a_stretch_is_kept_from_its_very_beginning_and_replays(write: Write) -> None:
     said = write("--from", 6, "--until", 6.5)
     assert 5.9 < said["from_s"] < 6
@@ -48,9 +47,8 @@ def test_a_stretch_is_kept_from_its_very_beginning_and_replays(write: Write) -> 
     assert_replays(said["recording"])
 
 
-@pytest.mark.slow
 def test_what_a_setting_changes_is_shown_by_one_step(write: Write) -> None:
-    said = write("--set", GAIN)
+    said = write("--set", GAIN, "--until", 1)
     assert said["steps"] == 1
     assert said["difference"]["field"] == "command_n"
     assert said["bytes"] < 100_000
@@ -59,9 +57,8 @@ def test_what_a_setting_changes_is_shown_by_one_step(write: Write) -> None:
         assert_replays(said["recording"], settings=[GAIN])
 
 
-@pytest.mark.slow
 def test_a_change_in_the_last_digits_is_shown_too(write: Write) -> None:
-    said = write("--set", "controller.yaw.ki=0.0100001")
+    said = write("--set", "controller.yaw.ki=0.0100001", "--until", 1)
     assert said["difference"] is not None
     assert said["steps"] >= 1
     assert difference_of(Path(said["recording"]))[0] is None
