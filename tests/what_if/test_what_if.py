@@ -6,20 +6,26 @@ import signal
 import subprocess
 import sys
 from collections.abc import Sequence
+from contextlib import closing
 from pathlib import Path
 from xml.etree.ElementTree import fromstring
 
 import pytest
 
+from firmware_runtime.board.local_settings import board_in_force
 from firmware_runtime.cli.main import main
 from firmware_runtime.devs.time import SECOND, format_time
 from firmware_runtime.errors import ConfigError
+from firmware_runtime.executive.clocks import VirtualClock
 from firmware_runtime.recording.blackbox.reader import read_recording
 from firmware_runtime.recording.replay.difference import in_lines
+from firmware_runtime.recording.replay.open_player import _carried
 from firmware_runtime.recording.what_if.watch import Watched, since
 from firmware_runtime.recording.what_if.what_if import Question, WhatIf, answer
+from firmware_runtime.runs.start import start_session
 from tests.support.command import Command
 from tests.support.recorded import record
+from tests.support.replayed import check_identical
 
 YAW = "controller.yaw.command_n"
 ROOT = Path(__file__).parents[2]
@@ -76,6 +82,32 @@ def test_a_keyframe_leaves_what_is_set_otherwise_and_takes_up_the_rest(flight: P
     assert found.duration_s < 4
     assert found.first_difference is not None
     assert found.first_difference["t_ns"] >= 4 * SECOND
+
+
+def test_a_gain_that_a_run_took_up_stays_so_unless_another_is_tried(tmp_path: Path) -> None:
+    path, board = tmp_path / "run.recording", board_in_force("tachobot", ["recording.minutes=0.1"])
+    session = start_session(
+        board, VirtualClock(), doubles=True, statistics_path=None, recording=path
+    )
+    with closing(session):
+        session.run_on(SECOND)
+        session.tuning.set({"controller.yaw.kp": 0.5})
+        session.run_on(6 * SECOND // 5)
+    check_identical(path)
+    until_then, always, beside = (
+        _asked(path, assignment).outputs[YAW]
+        for assignment in ("controller.yaw.kp=0.5", "controller.yaw.kp=0.9", "controller.yaw.ki=0")
+    )
+    assert 0 < until_then.count < until_then.of - 10
+    assert always.count == always.of
+    assert beside.max is not None
+    assert beside.max < 0.01
+
+
+def test_settings_in_tables_are_carried_key_by_key() -> None:
+    given, recorded = {"a": 2, "b": 2, "c": 2}, {"a": 1, "b": 1}
+    assert _carried(given, recorded, {"a": 1, "b": 3, "c": 3}) == {"a": 2, "b": 3, "c": 2}
+    assert _carried(given, None, None) == given
 
 
 def test_other_models_run_on_what_there_is_and_it_is_said(flight: Path) -> None:
