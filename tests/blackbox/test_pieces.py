@@ -6,9 +6,10 @@ from pathlib import Path
 import pytest
 
 from firmware_runtime.devs.time import SECOND
-from firmware_runtime.errors import StatisticsFileError
+from firmware_runtime.errors import ConfigError, StatisticsFileError
 from firmware_runtime.recording.blackbox.excerpts import Mirror, Pieces
 from firmware_runtime.recording.blackbox.layout import CHUNK, MAGIC, PREFIX_SIZE, Size
+from firmware_runtime.recording.blackbox.locations import persist
 from firmware_runtime.recording.blackbox.reader import Recording, kind_of, read_recording
 from firmware_runtime.recording.blackbox.ring import Ring
 from firmware_runtime.recording.blackbox.ring_file import RingFile
@@ -238,6 +239,18 @@ def test_sections_of_a_real_run_are_kept_as_they_are(rig: Rig, tmp_path: Path) -
         kept = [each for chunk in ring.chunks() for each in chunk.contents[1:]]
     assert kept == every_section(path)
     assert rig.files == []
+
+
+def test_what_a_session_has_recorded_is_copied_once_if_it_fits(tmp_path: Path) -> None:
+    path, folder = record(tmp_path / "x.recording", "detective", 0.1), tmp_path / "persisted"
+    assert persist(tmp_path / "none.recording", folder, 1 << 30) is None
+    with pytest.raises(ConfigError, match=r"are more than recording\.keep_mib"):
+        persist(path, folder, 1000)
+    copy = persist(path, folder, 1 << 30)
+    assert copy is not None
+    assert copy.stem == read_recording(path).header.run
+    assert every_section(copy) == every_section(path)
+    assert persist(path, folder, 1 << 30) is None
 
 
 def test_a_copy_is_brought_up_to_this_moment_on_request(tmp_path: Path, header: bytes) -> None:

@@ -18,14 +18,14 @@ from firmware_runtime.cli.main import main
 from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.time import NEVER, SECOND
 from firmware_runtime.recording.blackbox.reader import Recording, read_recording
-from firmware_runtime.recording.blackbox.section import Kind, Section, sent_of
+from firmware_runtime.recording.blackbox.section import Kind, Section, encode, sent_of
 from firmware_runtime.recording.exports.mcap_file import _FIELDS, definition_of
 from firmware_runtime.recording.exports.typed_values import entered_in, sections_between, typed
 from firmware_runtime.runs.session import Session
 from firmware_runtime.statistics.json_values import plain
 from firmware_runtime.statistics.number_formats import utc
 from tests.support.command import Command
-from tests.support.recorded import record
+from tests.support.recorded import every_section, record, rewrite
 
 PARQUET: Any = import_module("pyarrow.parquet")
 Read = dict[str, list[tuple[int, Any]]]
@@ -120,6 +120,21 @@ def test_a_stretch_is_what_lies_between(run: Path, tmp_path: Path) -> None:
     read = messages_in(exported(run, tmp_path, ".mcap", "--from", 0.85, "--until", 0.9), began(run))
     ats = [at for at, _ in read["/tachobot/imu/data_raw"]]
     assert (min(ats), max(ats), len(ats)) == (850_000_000, 900_000_000, 6)
+
+
+def test_dates_are_those_that_the_run_has_noted(recording: Recording, tmp_path: Path) -> None:
+    path, began = tmp_path / "x.recording", 1_800_000_000 * SECOND
+    path.write_bytes(recording.path.read_bytes())
+    noted: list[tuple[int, object]] = [
+        (SECOND, [7, began + SECOND]),
+        *((2 * SECOND, each) for each in ([7, 8, 9], [7, None], 7)),
+        (3 * SECOND, [7, began + 60 * SECOND]),  # the system's clock was set
+    ]
+    dates = [encode((Kind.DATE.value, at, *[[]] * 7, extra)) for at, extra in noted]
+    rewrite(path, [*every_section(path), *dates])
+    found = read_recording(path).dates()
+    ats = (0, 2 * SECOND, 4 * SECOND)
+    assert [found.of(at) for at in ats] == [began, began + 2 * SECOND, began + 61 * SECOND]
 
 
 def test_definitions_are_those_of_ros_2() -> None:

@@ -186,7 +186,6 @@ def replayed(path: Path) -> tuple[Verdict, dict[str, Difference]]:
     return replay(*opened(path), listener=found_first), found
 
 
-@pytest.mark.slow
 def test_what_has_the_same_form_and_is_of_another_class_is_a_difference(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
