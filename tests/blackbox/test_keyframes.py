@@ -179,6 +179,11 @@ def test_attributes_come_and_go() -> None:
     assert list(table.differences(state)) == [("node.old", 1, ABSENT)]
 
 
+def test_a_field_may_be_called_as_the_ports_of_a_model_are() -> None:
+    node = Node(in_ports=[1])
+    assert changed_and_restored(node, lambda: node.in_ports.append(2)) == ["node.in_ports[1]"]
+
+
 def test_what_two_places_hold_is_one_again() -> None:
     node = Node(first=None, second=None, pair=None)
     table = StateTable({"node": node})
