@@ -132,23 +132,39 @@ def test_no_room_for_the_next_chunk_is_said(
     ring.close()
 
 
-def test_a_writer_knows_when_its_ring_has_wrapped_and_ends_where_there_is_no_room(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+def test_a_writer_puts_what_came_early_into_its_ring_and_knows_when_that_has_wrapped(
+    tmp_path: Path,
 ) -> None:
-    writer = Writer(Pending(), KeyframeSchedule())
-    writer.open(lambda: Ring(tmp_path / "x.recording", Size(AHEAD, 2), HEADER))
+    path, writer = tmp_path / "x.recording", Writer(Pending(), KeyframeSchedule())
+    for content in (b"came early", bytes(AHEAD)):
+        writer.put(content, Kind.BUILD, 0)
+    assert not writer.is_kept
+    writer.open(lambda: Ring(path, Size(AHEAD, 2), HEADER))
+    assert (writer.is_kept, writer.early, writer.fault) == (True, [], None)
+    content = path.read_bytes()
+    assert b"came early" in content
+    assert f"build: {AHEAD} bytes are more than a chunk has room for".encode() in content
     wrapped = []
     for _ in range(3):
         writer.put(bytes(AHEAD - 1000), Kind.STEP, 0)
         wrapped.append(writer.has_wrapped)
     assert wrapped == [False, False, True]
-    writer.open(lambda: Ring(tmp_path / "y.recording", Size(AHEAD, 2), HEADER))
+
+
+@pytest.mark.parametrize("size", [AHEAD // 2, AHEAD], ids=["next", "too large, which is said"])
+def test_a_writer_ends_where_there_is_no_room(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, size: int
+) -> None:
+    writer = Writer(Pending(), KeyframeSchedule())
+    ring = Ring(tmp_path / "x.recording", Size(AHEAD, 2), HEADER)
+    writer.open(lambda: ring)
     monkeypatch.setattr(os, "posix_fallocate", _full)
-    writer.put(bytes(AHEAD - 1000), Kind.STEP, 0)
+    for size_of_step in (AHEAD - 150, STEP - 230):  # of five steps that are filled
+        writer.put(bytes(size_of_step), Kind.STEP, 0)
     assert writer.fault is None
-    writer.put(bytes(AHEAD - 1000), Kind.STEP, 0)
+    writer.put(bytes(size), Kind.STEP, 0)
     assert "before the run does (No space" in str(writer.fault)
-    assert (writer.ring, writer.has_wrapped) == (None, False)
+    assert (writer.ring, writer.has_wrapped, ring.memory.closed) == (None, False, True)
 
 
 def test_a_run_goes_on_where_its_recording_has_no_room(

@@ -8,7 +8,11 @@ import pytest
 from firmware_runtime.board import registry
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.recording.blackbox.reader import read_recording
-from firmware_runtime.recording.board_of_recording import board_of_table, changed_board
+from firmware_runtime.recording.board_of_recording import (
+    board_of_table,
+    changed_board,
+    settings_said,
+)
 from tests.support.recorded import record
 
 
@@ -37,3 +41,13 @@ def test_a_key_that_came_after_the_run_is_as_shipped_and_the_others_as_in_the_ru
     header.table["wings"] = 2
     with pytest.raises(ConfigError, match="wings: unknown key"):
         changed_board(header, ())
+
+
+def test_settings_are_said_with_both_values_and_many_in_short() -> None:
+    assert settings_said({}) == "no setting differs from the run's"
+    one: dict[str, dict[str, object]] = {"imu.name": {"recorded": "a" * 100, "tried": None}}
+    assert settings_said(one) == f'imu.name=none (in the run "{"a" * 79}...)'
+    many = {f"x.{number}": {"recorded": 1, "tried": 2.5} for number in range(15)}
+    said = settings_said(many)
+    assert said.startswith("x.0=2.5 (in the run 1), x.1=")
+    assert said.endswith(", 3 more (--json has them all)")
