@@ -226,8 +226,9 @@ def test_other_code_is_given_what_the_world_sent_in_the_order_of_its_ports(
 @pytest.mark.parametrize(
     "of", [(0, 0x68, [b"", 0, 1 << 16]), (0, 0, []), (0, 0x7F, []), (1, DISCARD, b"")]
 )
-def test_what_a_line_can_have_had_is_a_transfer(of: tuple[Any, ...]) -> None:
-    assert Transfer(*of, b"", AT).is_one
+def test_what_a_line_can_have_had_is_a_transfer(of: tuple[int, int, Any]) -> None:
+    line, address, messages = of
+    assert Transfer(line, address, messages, b"", AT).is_one
 
 
 @pytest.mark.parametrize(
@@ -237,5 +238,6 @@ def test_what_a_line_can_have_had_is_a_transfer(of: tuple[Any, ...]) -> None:
         *((0, 0x68, [each]) for each in (-1, True, (1 << 16) + 1, "a")),
     ],
 )
-def test_what_no_line_can_have_had_is_none(of: tuple[Any, ...]) -> None:
-    assert not Transfer(*of, b"", AT).is_one
+def test_what_no_line_can_have_had_is_none(of: tuple[int, int, Any]) -> None:
+    line, address, messages = of
+    assert not Transfer(line, address, messages, b"", AT).is_one
