@@ -186,6 +186,7 @@ def test_a_run_goes_on_where_its_recording_has_no_room(
     assert len(recording.chunks) == 1
 
 
+@pytest.mark.slow
 def test_a_section_that_is_missing_is_said_and_what_follows_is_identical(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
