@@ -179,17 +179,26 @@ def test_attributes_come_and_go() -> None:
     assert list(table.differences(state)) == [("node.old", 1, ABSENT)]
 
 
+def test_a_field_may_be_called_as_the_ports_of_a_model_are() -> None:
+    node = Node(in_ports=[1])
+    assert changed_and_restored(node, lambda: node.in_ports.append(2)) == ["node.in_ports[1]"]
+
+
 def test_what_two_places_hold_is_one_again() -> None:
     node = Node(first=None, second=None, pair=None)
     table = StateTable({"node": node})
-    shared, track = [1], Track()
+    shared, track = [Written.HERE_ALONE, 1], Track()
     node.first, node.second, node.pair = shared, {"same": shared}, (track, track)
     state = table.capture()
     node.first = node.second = node.pair = None
     table.restore(state)
     node.first.append(2)
-    assert node.second == {"same": [1, 2]}
+    assert node.second == {"same": [Written.HERE_ALONE, 1, 2]}
     assert node.pair[0] is node.pair[1]
+
+
+class Written(Enum):
+    HERE_ALONE = 1
 
 
 def test_generators_of_random_numbers_go_on_where_they_were() -> None:

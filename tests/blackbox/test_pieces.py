@@ -6,9 +6,10 @@ from pathlib import Path
 import pytest
 
 from firmware_runtime.devs.time import SECOND
-from firmware_runtime.errors import StatisticsFileError
+from firmware_runtime.errors import ConfigError, StatisticsFileError
 from firmware_runtime.recording.blackbox.excerpts import Mirror, Pieces
 from firmware_runtime.recording.blackbox.layout import CHUNK, MAGIC, PREFIX_SIZE, Size
+from firmware_runtime.recording.blackbox.locations import persist
 from firmware_runtime.recording.blackbox.reader import Recording, kind_of, read_recording
 from firmware_runtime.recording.blackbox.ring import Ring
 from firmware_runtime.recording.blackbox.ring_file import RingFile
@@ -132,6 +133,7 @@ def test_a_crash_is_kept_once_by_recorders_that_were_started_again(rig: Rig) -> 
 
 
 def test_of_an_incident_the_last_minute_is_kept(rig: Rig) -> None:
+    (rig.folder / "robot-0001-late-².recording").touch()  # somebody's, and no number
     run = rig.begin(chunks=64)
     run.steps(200)
     rig.pieces.keep("late", 1)
@@ -196,7 +198,8 @@ def test_a_disk_that_lost_power_between_data_and_its_word_for_it_has_whole_secti
         mirror.sync()
     assert read_recording(copy).faults() == []
     ring.close()
-    mirror.close()
+    for _ in range(3):
+        mirror.close()
 
 
 def test_a_chunk_that_is_written_over_while_it_is_read_is_left_out(
@@ -239,6 +242,18 @@ def test_sections_of_a_real_run_are_kept_as_they_are(rig: Rig, tmp_path: Path) -
     assert rig.files == []
 
 
+def test_what_a_session_has_recorded_is_copied_once_if_it_fits(tmp_path: Path) -> None:
+    path, folder = record(tmp_path / "x.recording", "detective", 0.1), tmp_path / "persisted"
+    assert persist(tmp_path / "none.recording", folder, 1 << 30) is None
+    with pytest.raises(ConfigError, match=r"are more than recording\.keep_mib"):
+        persist(path, folder, 1000)
+    copy = persist(path, folder, 1 << 30)
+    assert copy is not None
+    assert copy.stem == read_recording(path).header.run
+    assert every_section(copy) == every_section(path)
+    assert persist(path, folder, 1 << 30) is None
+
+
 def test_a_copy_is_brought_up_to_this_moment_on_request(tmp_path: Path, header: bytes) -> None:
     rig = Rig(tmp_path, header, 1 << 30, 10 * SECOND)
     run = rig.begin()
@@ -248,4 +263,6 @@ def test_a_copy_is_brought_up_to_this_moment_on_request(tmp_path: Path, header: 
     rig.pieces.poll(2 * SECOND)
     rig.pieces.sync()
     rig.pieces.close()
+    still_open = {each.resolve() for each in Path("/proc/self/fd").iterdir()}
+    assert rig.folder / "robot-0001.recording" not in still_open
     assert rig.seconds("robot-0001") == [1, 2, 3]

@@ -9,12 +9,14 @@ import pytest
 from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.model_errors import ModelError
-from firmware_runtime.devs.time import MICROSECOND, MILLISECOND, SECOND
+from firmware_runtime.devs.time import MICROSECOND, MILLISECOND, NEVER, SECOND
 from firmware_runtime.executive.clocks import VirtualClock
 from firmware_runtime.recording.blackbox import keyframe_schedule
 from firmware_runtime.recording.blackbox.keyframe_schedule import RESERVE, KeyframeSchedule
 from firmware_runtime.recording.blackbox.recorder import Recorder
+from firmware_runtime.recording.blackbox.section import Kind, decode, sent_of
 from firmware_runtime.recording.blackbox.taps import tap_outputs
+from firmware_runtime.recording.blackbox.writer import Pending, Writer
 
 
 class Speaker(Atomic):
@@ -48,6 +50,28 @@ def test_a_value_too_deep_to_be_written_ends_no_run() -> None:
     recorder.entered(Listener("listener").any, deep)
     assert recorder.warning is not None
     assert recorder.warning.startswith("listener.any: ")
+
+
+def test_answers_of_an_interlock_are_given_and_noted() -> None:
+    recorder, answers = Recorder(VirtualClock()), [True, False]
+    asked = recorder.interlock(answers.pop)
+    assert [asked(), asked()] == recorder.pending.enabled == [False, True]
+
+
+def test_a_section_that_words_cannot_say_either_is_said_to_be_missing() -> None:
+    pending, schedule = Pending(), KeyframeSchedule()
+    writer = Writer(pending, schedule)
+    schedule.due_at = NEVER
+    pending.sent.extend([0, "\udc80"])
+    writer.write(Kind.OUTSIDE, SECOND)
+    pending.entered.append(("port", "\udc80"))
+    writer.write(Kind.OUTSIDE, 2 * SECOND)
+    said, lost = map(decode, writer.early)
+    assert sent_of(said) == [(0, {"unknown": "builtins:str"})]
+    assert (lost.kind, lost.at) == (Kind.LOST, 2 * SECOND)
+    assert lost.extra.startswith("outside: ")
+    assert 2 * SECOND < schedule.due_at < NEVER
+    assert not pending
 
 
 class Captures:

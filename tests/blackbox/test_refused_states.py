@@ -57,6 +57,15 @@ AT_THE_START: dict[str, Callable[[], object]] = {
     "a socket in a bound method": lambda: closed_socket().close,
     "an array of objects": lambda: np.array([1, None], dtype=object),
 }
+
+
+class Hashed(NamedTuple):
+    number: int
+
+    def __hash__(self) -> int:
+        return self.number
+
+
 LATER: dict[str, Callable[[], object]] = {
     "a lock": threading.Lock,
     "an object of no record": Helper,
@@ -66,6 +75,7 @@ LATER: dict[str, Callable[[], object]] = {
     "a path": lambda: Path("/tmp"),  # noqa: S108 -- not opened
     "an iterator": lambda: iter([1]),
     "an object as a key": lambda: {object(): 1},
+    "a key with a hash of its own": lambda: {Hashed(1): 1},
     "a text that UTF-8 has not": lambda: "\udc80",
     "a list within itself": within_itself,
 }

@@ -3,6 +3,7 @@
 import errno
 import itertools
 import os
+import re
 from collections.abc import Callable, Container
 from itertools import pairwise
 from pathlib import Path
@@ -16,10 +17,12 @@ from firmware_runtime.errors import ConfigError
 from firmware_runtime.executive.clocks import VirtualClock
 from firmware_runtime.executive.outcome import Outcome
 from firmware_runtime.recording.blackbox import steps
+from firmware_runtime.recording.blackbox.keyframe_schedule import KeyframeSchedule
 from firmware_runtime.recording.blackbox.layout import CHUNK, PREFIX_SIZE, SECTION, Size, size_for
 from firmware_runtime.recording.blackbox.reader import kind_of, read_recording
 from firmware_runtime.recording.blackbox.ring import AHEAD, ALL, STEP, Ring, SectionTooLarge
 from firmware_runtime.recording.blackbox.section import Kind, encode, encode_into
+from firmware_runtime.recording.blackbox.writer import Pending, Writer
 from firmware_runtime.recording.board_of_recording import board_of_table
 from firmware_runtime.recording.replay.verdict import replay
 from firmware_runtime.recording.values import legible
@@ -60,6 +63,7 @@ def test_a_section_that_no_chunk_can_hold_is_refused_and_the_next_is_written(
         ring.write(bytes(SIZE.chunk_bytes))
     assert ring.write(b"next") is False
     ring.close()
+    assert ring.memory.closed
     content = (tmp_path / "x.recording").read_bytes()
     number, used = CHUNK.unpack_from(content, PREFIX_SIZE)
     assert (number, used) == (1, CHUNK.size + 2 * SECTION.size + len(HEADER) + len(b"next"))
@@ -99,6 +103,24 @@ def test_it_is_filled_ahead_in_small_steps_until_all_of_it_is(tmp_path: Path) ->
     ring.close()
 
 
+@pytest.mark.skipif(
+    tuple(map(int, os.uname().release.split(".")[:2])) < (5, 14), reason="needs Linux 5.14"
+)
+def test_what_is_filled_is_mapped_wherever_it_begins(tmp_path: Path) -> None:
+    path = tmp_path / "x.recording"
+    ring = Ring(path, Size(AHEAD, 2), HEADER)
+    ring.fill_ahead(STEP + 1000)
+    ring.fill_ahead(STEP + 1000)
+    assert _mapped_bytes(path) >= ring.filled
+    ring.close()
+
+
+def _mapped_bytes(path: Path) -> int:
+    """How much of a file this process has in its memory."""
+    _, _, of_file = Path("/proc/self/smaps").read_text().partition(str(path))
+    return 1024 * int(re.findall(r"Rss: +(\d+) kB", of_file)[0])
+
+
 def test_no_room_for_the_next_chunk_is_said(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -110,7 +132,41 @@ def test_no_room_for_the_next_chunk_is_said(
     ring.close()
 
 
-@pytest.mark.slow
+def test_a_writer_puts_what_came_early_into_its_ring_and_knows_when_that_has_wrapped(
+    tmp_path: Path,
+) -> None:
+    path, writer = tmp_path / "x.recording", Writer(Pending(), KeyframeSchedule())
+    for content in (b"came early", bytes(AHEAD)):
+        writer.put(content, Kind.BUILD, 0)
+    assert not writer.is_kept
+    writer.open(lambda: Ring(path, Size(AHEAD, 2), HEADER))
+    assert (writer.is_kept, writer.early, writer.fault) == (True, [], None)
+    content = path.read_bytes()
+    assert b"came early" in content
+    assert f"build: {AHEAD} bytes are more than a chunk has room for".encode() in content
+    wrapped = []
+    for _ in range(3):
+        writer.put(bytes(AHEAD - 1000), Kind.STEP, 0)
+        wrapped.append(writer.has_wrapped)
+    assert wrapped == [False, False, True]
+
+
+@pytest.mark.parametrize("size", [AHEAD // 2, AHEAD], ids=["next", "too large, which is said"])
+def test_a_writer_ends_where_there_is_no_room(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, size: int
+) -> None:
+    writer = Writer(Pending(), KeyframeSchedule())
+    ring = Ring(tmp_path / "x.recording", Size(AHEAD, 2), HEADER)
+    writer.open(lambda: ring)
+    monkeypatch.setattr(os, "posix_fallocate", _full)
+    for size_of_step in (AHEAD - 150, STEP - 230):  # of five steps that are filled
+        writer.put(bytes(size_of_step), Kind.STEP, 0)
+    assert writer.fault is None
+    writer.put(bytes(size), Kind.STEP, 0)
+    assert "before the run does (No space" in str(writer.fault)
+    assert (writer.ring, writer.has_wrapped, ring.memory.closed) == (None, False, True)
+
+
 def test_a_run_goes_on_where_its_recording_has_no_room(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

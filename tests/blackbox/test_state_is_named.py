@@ -32,7 +32,6 @@ def test_check_names_the_attribute(command: Command) -> None:
     assert "controller.allocation.line: a socket:socket" in said
 
 
-@pytest.mark.slow
 @pytest.mark.usefixtures("holding")
 def test_its_run_says_so_at_once_and_is_replayed_from_its_start(tmp_path: Path) -> None:
     said: list[str] = []

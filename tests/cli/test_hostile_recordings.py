@@ -13,6 +13,7 @@ from msgspec.msgpack import Ext
 
 from firmware_runtime.errors import ConfigError, StatisticsFileError, Status
 from firmware_runtime.recording.blackbox.layout import MOST_CHUNKS, Chunk, file_of, prefix
+from firmware_runtime.recording.blackbox.listing import listed
 from firmware_runtime.recording.blackbox.locations import find_recording
 from firmware_runtime.recording.blackbox.reader import kind_of, read_recording
 from firmware_runtime.recording.blackbox.section import Kind, decode
@@ -71,6 +72,17 @@ def test_a_section_that_no_run_has_written_is_said_to_be_damaged(
     assert ended.status == Status.MODEL_ERROR
     assert said in ended.out.splitlines()[0]
     assert ended.error == ""
+
+
+@pytest.mark.parametrize("number", ["1²", "9" * 12, "9" * 5000])
+def test_a_run_of_a_process_that_there_cannot_be_is_listed_as_killed(
+    tmp_path: Path, whole: list[list[bytes]], number: str
+) -> None:
+    header = msgspec.msgpack.decode(whole[0][0])
+    header[-1]["run"] = f"detective-{number}"
+    path = tmp_path / "detective-0001.recording"
+    path.write_bytes(file_of([Chunk(1, [msgspec.msgpack.encode(header), *whole[0][1:9]])]))
+    assert listed(path).end == "killed"
 
 
 @pytest.mark.slow

@@ -13,6 +13,8 @@ from firmware_drivers.thrust_pairs import Forces
 
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.errors import ConfigError, Status
+from firmware_runtime.recording.debugger.commands import Commands
+from firmware_runtime.recording.debugger.debugger import Debugger
 from firmware_runtime.recording.debugger.model_state import Models
 from firmware_runtime.recording.debugger.predicate import Predicate, Seen, may_have
 from firmware_runtime.recording.debugger.travel import Travel
@@ -96,7 +98,6 @@ def test_the_state_at_an_instant_is_the_same_by_every_way_there(travel: Travel) 
     assert travel.player.first is None
 
 
-@pytest.mark.slow
 def test_events_go_forwards_and_backwards(debug: Debug) -> None:
     begin, first, second, third, back, start, earlier = debug(
         "next", "n", "next 1", "back", "rn 2", "back"
@@ -112,30 +113,27 @@ def test_events_go_forwards_and_backwards(debug: Debug) -> None:
     assert earlier["event"] > 3  # the last but one of the instant before
 
 
-@pytest.mark.slow
 def test_instants_go_forwards_and_backwards(debug: Debug) -> None:
-    states = debug("step", "step 2", "rstep", "rs 2", "goto 2.5", "goto 6", "p controller.yaw")
+    states = debug("step", "step 2", "rstep", "rs 2", "goto 0.5", "goto 6", "p controller.yaw")
     times = [each["t_ns"] / SECOND for each in states]
-    assert times == [6, 6.01, 6.03, 6.02, 6, 2.5, 6, 6]
+    assert times == [6, 6.01, 6.03, 6.02, 6, 0.5, 6, 6]
     [_, again] = debug("print controller.yaw")
     assert states[-1]["state"] == again["state"]
     assert again["state"]["phase"] == "waiting"
 
 
-@pytest.mark.slow
 def test_it_stops_where_a_predicate_begins_to_hold_and_the_value_is_there(debug: Debug) -> None:
-    answers = debug(
-        "until controller.yaw.command_n > 0.5", "print controller.yaw.command_n", words=()
-    )
-    [_, there, value] = answers
+    commands = ("until controller.yaw.command_n > 0.5", f"print {YAW}.command_n", f"ports {YAW}")
+    [_, there, value, ports] = debug(*commands, words=())
+    assert ports == {"path": YAW, "ports": {"command_n": value["value"]}}
     assert there["model"] == YAW
     assert there["function"] == "output"
     assert value["value"] > 0.5
-    [_, before] = debug("goto 0.5", words=())
+    [begin, before] = debug("goto 0.5", words=())
+    assert (begin["event"], begin["reason"]) == (0, "between two instants")
     assert before["t_s"] == 0.5
 
 
-@pytest.mark.slow
 def test_breakpoints_of_functions_and_predicates(debug: Debug) -> None:
     answers = debug("b imu.sample", "c", "break controller.yaw.internal", "delete 1", "d")
     assert answers[2]["reason"] == "breakpoint 1: imu.sample, after imu output"
@@ -151,7 +149,6 @@ def test_breakpoints_of_functions_and_predicates(debug: Debug) -> None:
     assert (answers[3]["model"], answers[3]["function"]) == (YAW, "internal")
 
 
-@pytest.mark.slow
 def test_pdb_stops_inside_the_models_function(prompt: Prompt) -> None:
     lines = ["pdb controller.yaw.external", "p self.name", "p elapsed", "q", "where"]
     status, printed, _ = prompt(*lines)
@@ -161,7 +158,6 @@ def test_pdb_stops_inside_the_models_function(prompt: Prompt) -> None:
     assert printed.count("between two instants") == 1  # quit leaves both
 
 
-@pytest.mark.slow
 def test_from_pdb_continue_goes_back_to_the_recording_behind_the_call(
     prompt: Prompt,
 ) -> None:
@@ -174,7 +170,6 @@ def test_from_pdb_continue_goes_back_to_the_recording_behind_the_call(
     assert "the recording ends here" in printed
 
 
-@pytest.mark.slow
 def test_an_instant_outside_of_the_recording_is_no_place_to_go_to(
     prompt: Prompt,
 ) -> None:
@@ -194,15 +189,36 @@ def test_the_command_line_says_where_to_stop_and_what_to_print(debug: Debug) -> 
     debug(words=("--at", "6", "--until", "imu.fault"), status=6)
 
 
-@pytest.mark.slow
 def test_what_is_wrong_is_said_and_the_next_command_is_taken(prompt: Prompt) -> None:
     wrong = ["stepp", "print controller.yew", "next 0", "goto nowhere", "until imu", "pdb imu", "b"]
-    ended = prompt(*wrong, "where")
+    ended = prompt(*wrong, f"next {'9' * 5000}", "next 1 2", "where")
     assert ended.status == Status.BAD_INPUT
-    assert len(ended.error.splitlines()) == 6
+    assert len(ended.error.splitlines()) == 8
     assert "did you mean step?" in ended.error
     assert ended.out.count("between two instants") == 2
     assert prompt(words=("--at", "60")).status == Status.BAD_INPUT
+
+
+def test_commands_list_models_and_themselves_and_leave(debug: Debug) -> None:
+    _, models, helped = debug("models yaw", "help", "quit", "where", words=())
+    assert models == {"models": {YAW: "Pid"}}
+    assert {"where", "print", "quit"} < set(helped["commands"])
+
+
+@pytest.mark.parametrize(
+    ("line", "words"),
+    [
+        ("pr", ["print"]),
+        ("print imu.s", ["imu.sample"]),
+        ("break controller.yaw.i", ["controller.yaw.internal"]),
+        ("print controller.f", ["controller.forces"]),
+        ("print controller.i", []),  # a coupled model has no functions
+        ("print nobody", []),
+    ],
+)
+def test_the_last_word_of_a_line_is_completed(travel: Travel, line: str, words: list[str]) -> None:
+    debugger = Debugger(travel, lambda _: None, lambda *_: None)
+    assert Commands(debugger, lambda *_: None).completions(line) == words
 
 
 @pytest.fixture

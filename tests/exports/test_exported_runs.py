@@ -18,14 +18,14 @@ from firmware_runtime.cli.main import main
 from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.time import NEVER, SECOND
 from firmware_runtime.recording.blackbox.reader import Recording, read_recording
-from firmware_runtime.recording.blackbox.section import Kind, Section, sent_of
+from firmware_runtime.recording.blackbox.section import Kind, Section, encode, sent_of
 from firmware_runtime.recording.exports.mcap_file import _FIELDS, definition_of
 from firmware_runtime.recording.exports.typed_values import entered_in, sections_between, typed
 from firmware_runtime.runs.session import Session
 from firmware_runtime.statistics.json_values import plain
 from firmware_runtime.statistics.number_formats import utc
 from tests.support.command import Command
-from tests.support.recorded import record
+from tests.support.recorded import every_section, record, rewrite
 
 PARQUET: Any = import_module("pyarrow.parquet")
 Read = dict[str, list[tuple[int, Any]]]
@@ -100,7 +100,6 @@ def test_topics_of_ros_2_have_every_value_at_its_instant(
     assert all(len(each) == 4 for each in forces)
 
 
-@pytest.mark.slow
 def test_other_ports_lines_steps_and_markers_are_in_it(
     run: Path, recording: Recording, tmp_path: Path
 ) -> None:
@@ -117,11 +116,25 @@ def test_other_ports_lines_steps_and_markers_are_in_it(
     assert len(read["/tachobot/raw/clock"]) == sum(each.kind == 4 for each in sections)
 
 
-@pytest.mark.slow
 def test_a_stretch_is_what_lies_between(run: Path, tmp_path: Path) -> None:
     read = messages_in(exported(run, tmp_path, ".mcap", "--from", 0.85, "--until", 0.9), began(run))
     ats = [at for at, _ in read["/tachobot/imu/data_raw"]]
     assert (min(ats), max(ats), len(ats)) == (850_000_000, 900_000_000, 6)
+
+
+def test_dates_are_those_that_the_run_has_noted(recording: Recording, tmp_path: Path) -> None:
+    path, began = tmp_path / "x.recording", 1_800_000_000 * SECOND
+    path.write_bytes(recording.path.read_bytes())
+    noted: list[tuple[int, object]] = [
+        (SECOND, [7, began + SECOND]),
+        *((2 * SECOND, each) for each in ([7, 8, 9], [7, None], 7)),
+        (3 * SECOND, [7, began + 60 * SECOND]),  # the system's clock was set
+    ]
+    dates = [encode((Kind.DATE.value, at, *[[]] * 7, extra)) for at, extra in noted]
+    rewrite(path, [*every_section(path), *dates])
+    found = read_recording(path).dates()
+    ats = (0, 2 * SECOND, 4 * SECOND)
+    assert [found.of(at) for at in ats] == [began, began + 2 * SECOND, began + 61 * SECOND]
 
 
 def test_definitions_are_those_of_ros_2() -> None:
@@ -156,7 +169,6 @@ def test_a_long_table_has_a_row_for_each_number(
     assert [f"{row['utc']:%H:%M:%S.%f}" for row in table] == [row["utc"][11:26] for row in rows]
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("ending", [".csv", ".parquet"])
 def test_a_port_alone_has_a_column_for_each_field(
     run: Path, recording: Recording, tmp_path: Path, ending: str
@@ -169,10 +181,11 @@ def test_a_port_alone_has_a_column_for_each_field(
         rows = PARQUET.read_table(path).to_pylist()
     samples = recorded(recording, "imu.sample")
     assert [int(row["t_ns"]) for row in rows] == [at for at, _ in samples]
+    start = began(run)
+    assert [str(row["utc"])[11:26] for row in rows] == [utc(start + at)[11:26] for at, _ in samples]
     assert [float(row["acceleration.2"]) for row in rows] == [each[0][2] for _, each in samples]
 
 
-@pytest.mark.slow
 def test_several_ports_and_fields_are_chosen_by_name(run: Path, tmp_path: Path) -> None:
     words = ("--port", "imu.sample.rate", "--port", "controller.yaw.command_n")
     rows = list(csv.DictReader(exported(run, tmp_path, ".csv", *words).read_text().splitlines()))
@@ -192,7 +205,6 @@ def test_several_ports_and_fields_are_chosen_by_name(run: Path, tmp_path: Path) 
     assert alone.splitlines()[0] == "t_ns,t_s,utc,rate.0,rate.1,rate.2"
 
 
-@pytest.mark.slow
 def test_what_came_in_from_outside_is_in_it_by_its_port(tmp_path: Path) -> None:
     def turn_about(session: Session) -> None:
         port = session.robot.model.in_ports["yaw_reference"]
@@ -296,7 +308,6 @@ def test_a_stretch_that_the_run_has_not_is_refused(
         assert not path.exists()
 
 
-@pytest.mark.slow
 def test_a_bag_of_a_run_that_began_now_begins_now(tmp_path: Path) -> None:
     before = time_ns()
     run = record(tmp_path / "now.recording", "tachobot", 1.0)

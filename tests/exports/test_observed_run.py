@@ -110,7 +110,6 @@ def test_only_what_lies_in_a_stretch_is_observed(tmp_path: Path) -> None:
     assert all(each.ran for each in part if each.is_step)
 
 
-@pytest.mark.slow
 def test_where_the_replay_is_another_run_values_are_the_recorded_ones(tmp_path: Path) -> None:
     live = Live()
     path = record(tmp_path / "x.recording", "tachobot", 1.0, before=live.listen)

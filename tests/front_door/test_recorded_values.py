@@ -18,7 +18,6 @@ from firmware_runtime.statistics.port_values import PortValues, table_of
 from tests.support.command import Command
 
 PANDAS: Any = import_module("pandas")
-pytestmark = pytest.mark.slow
 YAW, COMMAND, SAMPLE = "controller.attitude.yaw", "controller.yaw.command_n", "imu.sample"
 
 
@@ -172,6 +171,7 @@ sys.exit(main(sys.argv[1:]))
 """
 
 
+@pytest.mark.slow
 def test_parquet_takes_pyarrow_and_nothing_else(
     flown: tuple[Path, OpenBoard], tmp_path: Path
 ) -> None:

@@ -13,6 +13,7 @@ from hypothesis import strategies as st
 
 from firmware_runtime.hal.wire_errors import Fault
 from firmware_runtime.models.motion import Motion
+from firmware_runtime.recording.value_writer import DEEPEST
 from firmware_runtime.recording.values import UnknownValue, encoded, made, unpack
 
 
@@ -123,6 +124,15 @@ def within_itself() -> list[object]:
     made: list[object] = []
     made.append(made)
     return made
+
+
+def test_values_within_values_are_written_as_deep_as_they_are_read() -> None:
+    deep: list[object] = []
+    for _ in range(DEEPEST - 1):
+        deep = [deep]
+    assert made(unpack(encoded(deep))) == deep
+    with pytest.raises(UnknownValue, match=f"over {DEEPEST} values within each other"):
+        encoded([deep])
 
 
 @pytest.mark.parametrize("value", [within_itself(), (within_itself(),), Unreadable()])

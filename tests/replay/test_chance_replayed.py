@@ -4,6 +4,7 @@ import json
 import random
 import subprocess
 import sys
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
@@ -88,7 +89,6 @@ def test_what_is_first_drawn_behind_a_keyframe_is_drawn_again(
     check_from_keyframes(path)
 
 
-@pytest.mark.slow
 def test_of_a_run_in_which_nothing_was_drawn_that_is_said(tmp_path: Path) -> None:
     path = record(tmp_path / "run", "tachobot", SPAN_S)
     random.seed(1)
@@ -107,7 +107,6 @@ def test_a_generator_of_a_model_without_a_seed_is_in_its_keyframes(
     assert not replayed(path).has_drawn
 
 
-@pytest.mark.slow
 @pytest.mark.usefixtures("uncertain")
 def test_going_back_in_the_debugger_draws_the_same_again(tmp_path: Path) -> None:
     path = record(tmp_path / "run", "tachobot", SPAN_S)
@@ -152,6 +151,16 @@ def test_places_are_put_back_and_what_is_none_is_left_alone() -> None:
     for strange in (None, 7, [], [3, b"abc", None, None], [3, b"", None, None], "letter"):
         chance.put(strange)
         assert random.getstate() == before
+
+
+def test_a_numpy_without_generators_is_missed_as_ever(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(sys, "meta_path", [*sys.meta_path])
+    monkeypatch.setattr(np, "__path__", [])
+    stood = chance.places()
+    monkeypatch.delitem(sys.modules, "numpy.random")
+    chance.begin_late([*stood[:3], None])
+    with pytest.raises(ModuleNotFoundError):
+        import_module("numpy.random")
 
 
 LATE = """

@@ -1,12 +1,14 @@
 """What a replay is given of a section, and what it says of what was asked for otherwise."""
 
+from typing import Any
+
 import msgspec
 import pytest
 from msgspec.structs import replace
 
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.recording.blackbox.ring_file import Header
-from firmware_runtime.recording.blackbox.section import READ, Kind, Section, Transfer
+from firmware_runtime.recording.blackbox.section import DISCARD, READ, Kind, Section, Transfer
 from firmware_runtime.recording.replay.difference import NOTHING, Difference
 from firmware_runtime.recording.replay.feed import Feed, OpenFeed
 
@@ -219,3 +221,23 @@ def test_other_code_is_given_what_the_world_sent_in_the_order_of_its_ports(
     assert open_feed.world_sent(9, {3}) == (3, 0.6)
     open_feed.load(section(sent=(3, 0.7)))
     assert open_feed.world_sent(0, {3}) == (3, 0.7)
+
+
+@pytest.mark.parametrize(
+    "of", [(0, 0x68, [b"", 0, 1 << 16]), (0, 0, []), (0, 0x7F, []), (1, DISCARD, b"")]
+)
+def test_what_a_line_can_have_had_is_a_transfer(of: tuple[int, int, Any]) -> None:
+    line, address, messages = of
+    assert Transfer(line, address, messages, b"", AT).is_one
+
+
+@pytest.mark.parametrize(
+    "of",
+    [
+        *((-1, 0x68, []), (0, DISCARD - 1, b""), (0, 0x80, []), (0, 0x68, b""), (0, READ, [])),
+        *((0, 0x68, [each]) for each in (-1, True, (1 << 16) + 1, "a")),
+    ],
+)
+def test_what_no_line_can_have_had_is_none(of: tuple[int, int, Any]) -> None:
+    line, address, messages = of
+    assert not Transfer(line, address, messages, b"", AT).is_one

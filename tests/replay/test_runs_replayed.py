@@ -78,13 +78,11 @@ def failing(fails: Callable[[int], bool], error: Exception) -> Callable[[Session
     return break_bus
 
 
-@pytest.mark.slow
 def test_transactions_that_failed_fail_again(record: Record) -> None:
     error = NoAcknowledge("i2c1 address 0x40: not acknowledged")
     check_identical(record("tachobot", before=failing(lambda count: count % 7 == 3, error)))
 
 
-@pytest.mark.slow
 def test_a_world_that_ended_a_run_ends_its_replay(
     record: Record, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -123,7 +121,6 @@ def test_a_damaged_section_is_said_and_what_is_before_it_is_replayed(record: Rec
     assert "is damaged" in fault
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("speed", [float("nan"), float("inf"), -1.0])
 def test_a_header_without_a_speed_is_none(record: Record, speed: float) -> None:
     path = record("detective", 0.1)
@@ -145,7 +142,6 @@ def test_what_is_no_recording_is_refused_by_a_sentence(tmp_path: Path) -> None:
         read_recording(tmp_path / "none")
 
 
-@pytest.mark.slow
 def test_a_model_that_ends_the_program_ends_its_replay_as_its_run(
     record: Record, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -170,7 +166,6 @@ def test_a_model_that_ends_the_program_ends_its_replay_as_its_run(
     check_identical(path)
 
 
-@pytest.mark.slow
 def test_a_value_that_its_port_refuses_ends_the_replay_as_the_run(record: Record) -> None:
     def send_a_word(session: Session) -> None:
         executive = session.executive

@@ -46,7 +46,6 @@ def test_a_state_that_cannot_be_looked_at_costs_no_replay(
     check_identical(record(tmp_path / "run", "tachobot", 1.0))
 
 
-@pytest.mark.slow
 def test_an_attribute_of_a_model_is_compared_whatever_it_is_called(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

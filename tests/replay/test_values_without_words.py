@@ -7,12 +7,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from firmware_runtime.errors import Status
+from firmware_runtime.errors import ConfigError, Status
 from firmware_runtime.recording.blackbox.section import (
     Section,
     count_of_unknown,
     decode,
+    encode,
     encode_in_words,
+    sent_in,
     sent_of,
 )
 from firmware_runtime.recording.exports.typed_values import values_in
@@ -39,6 +41,15 @@ def test_a_value_that_cannot_be_written_takes_no_other_with_it() -> None:
         {"unknown": "fractions:Fraction"},
     ]
     assert [each.value for each in values_in(section, list("abcde"), {})][:2] == [1.5, HUGE]
+
+
+@pytest.mark.parametrize("sent", [[0, 1.5, 2], [0, 1.5, "imu", 2.5], [None, 1.5]])
+def test_values_that_are_none_of_a_port_are_refused(sent: list[object]) -> None:
+    content = encode((4, 0, [], [], [], [], sent, [], [], None))
+    with pytest.raises(ConfigError, match="expected ports and values in turns"):
+        sent_of(decode(content))
+    with pytest.raises(ConfigError, match="expected ports and values in turns"):
+        sent_in(content)
 
 
 @pytest.mark.parametrize(

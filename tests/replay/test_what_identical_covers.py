@@ -186,7 +186,6 @@ def replayed(path: Path) -> tuple[Verdict, dict[str, Difference]]:
     return replay(*opened(path), listener=found_first), found
 
 
-@pytest.mark.slow
 def test_what_has_the_same_form_and_is_of_another_class_is_a_difference(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -203,7 +202,6 @@ def test_what_has_the_same_form_and_is_of_another_class_is_a_difference(
     assert {found[name].model for name in DIFFERENT} == {"controller.allocation"}
 
 
-@pytest.mark.slow
 def test_the_order_of_a_set_is_no_difference_of_a_replay_nor_of_an_open_loop(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -265,7 +263,6 @@ def test_whatever_is_compared_as_a_whole_is_identical_from_a_keyframe_on_too(
     assert verdict.is_identical
 
 
-@pytest.mark.slow
 def test_what_a_world_sent_does_not_count_as_compared(tmp_path: Path) -> None:
     verdict, _ = replayed(record(tmp_path / "run.recording", "tachobot", 1.0))
     assert verdict.values + verdict.played_back == verdict.events
@@ -276,7 +273,6 @@ def test_what_a_world_sent_does_not_count_as_compared(tmp_path: Path) -> None:
 WORN = ValueError("worn out")
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(
     ("recorded", "present"),
     [

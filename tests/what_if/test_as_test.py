@@ -39,7 +39,6 @@ def write(flight: Path, tmp_path: Path, command: Command) -> Write:
     return written
 
 
-@pytest.mark.slow
 def test_a_stretch_is_kept_from_its_very_beginning_and_replays(write: Write) -> None:
     said = write("--from", 6, "--until", 6.5)
     assert 5.9 < said["from_s"] < 6
@@ -48,9 +47,8 @@ def test_a_stretch_is_kept_from_its_very_beginning_and_replays(write: Write) -> 
     assert_replays(said["recording"])
 
 
-@pytest.mark.slow
 def test_what_a_setting_changes_is_shown_by_one_step(write: Write) -> None:
-    said = write("--set", GAIN)
+    said = write("--set", GAIN, "--until", 1)
     assert said["steps"] == 1
     assert said["difference"]["field"] == "command_n"
     assert said["bytes"] < 100_000
@@ -59,9 +57,8 @@ def test_what_a_setting_changes_is_shown_by_one_step(write: Write) -> None:
         assert_replays(said["recording"], settings=[GAIN])
 
 
-@pytest.mark.slow
 def test_a_change_in_the_last_digits_is_shown_too(write: Write) -> None:
-    said = write("--set", "controller.yaw.ki=0.0100001")
+    said = write("--set", "controller.yaw.ki=0.0100001", "--until", 1)
     assert said["difference"] is not None
     assert said["steps"] >= 1
     assert difference_of(Path(said["recording"]))[0] is None
@@ -119,14 +116,12 @@ def test_what_can_be_no_test_is_refused_and_nothing_is_written(
     assert list(tmp_path.iterdir()) == []
 
 
-@pytest.mark.slow
 def test_a_test_is_not_written_over(write: Write, flight: Path, command: Command) -> None:
     said = write("--until", 0.2)
     command.refused("replay", flight, "--as-test", said["test"])
     assert difference_of(Path(said["recording"])) == (None, [])
 
 
-@pytest.mark.slow
 def test_a_stretch_whose_state_cannot_be_kept_is_refused(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, command: Command
 ) -> None:
@@ -139,7 +134,6 @@ def test_a_stretch_whose_state_cannot_be_kept_is_refused(
     assert command("replay", path, "--as-test", test).status == 0
 
 
-@pytest.mark.slow
 def test_what_the_runs_recording_lacks_is_said_and_stands_in_the_test(
     tmp_path: Path, command: Command
 ) -> None:

@@ -6,20 +6,26 @@ import signal
 import subprocess
 import sys
 from collections.abc import Sequence
+from contextlib import closing
 from pathlib import Path
 from xml.etree.ElementTree import fromstring
 
 import pytest
 
+from firmware_runtime.board.local_settings import board_in_force
 from firmware_runtime.cli.main import main
 from firmware_runtime.devs.time import SECOND, format_time
 from firmware_runtime.errors import ConfigError
+from firmware_runtime.executive.clocks import VirtualClock
 from firmware_runtime.recording.blackbox.reader import read_recording
 from firmware_runtime.recording.replay.difference import in_lines
+from firmware_runtime.recording.replay.open_player import _carried
 from firmware_runtime.recording.what_if.watch import Watched, since
 from firmware_runtime.recording.what_if.what_if import Question, WhatIf, answer
+from firmware_runtime.runs.start import start_session
 from tests.support.command import Command
 from tests.support.recorded import record
+from tests.support.replayed import check_identical
 
 YAW = "controller.yaw.command_n"
 ROOT = Path(__file__).parents[2]
@@ -33,9 +39,11 @@ def flight(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return record(path, "tachobot", 8, ["recording.minutes=10"])
 
 
-def _asked(path: Path, *assignments: str, begin_s: float = 0) -> WhatIf:
-    begin = round(begin_s * SECOND)
-    return answer(Question(recording=str(path), assignments=[*assignments], begin=begin))
+def _asked(path: Path, *assignments: str, begin_s: float = 0, span_s: float = 60) -> WhatIf:
+    begin, until = round(begin_s * SECOND), round((begin_s + span_s) * SECOND)
+    return answer(
+        Question(recording=str(path), assignments=[*assignments], begin=begin, until=until)
+    )
 
 
 @pytest.mark.slow
@@ -46,12 +54,11 @@ def test_an_open_loop_of_nothing_changed_is_identical(tmp_path: Path, board: str
     assert found.steps > 100
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("begin_s", [0, 6])
 def test_another_gain_is_another_command_from_the_start_and_from_a_keyframe(
     flight: Path, begin_s: float
 ) -> None:
-    found = _asked(flight, "controller.yaw.kp=0.8", begin_s=begin_s)
+    found = _asked(flight, "controller.yaw.kp=0.8", begin_s=begin_s, span_s=2.5)
     assert not found.identical
     assert found.first_difference is not None
     first = found.first_difference
@@ -68,7 +75,6 @@ def test_another_gain_is_another_command_from_the_start_and_from_a_keyframe(
     assert found.structure == {}
 
 
-@pytest.mark.slow
 def test_a_keyframe_leaves_what_is_set_otherwise_and_takes_up_the_rest(flight: Path) -> None:
     recorded = read_recording(flight).header.table["controller"]["yaw"]["kp"]
     assert _asked(flight, f"controller.yaw.kp={recorded}", begin_s=6).identical
@@ -78,13 +84,43 @@ def test_a_keyframe_leaves_what_is_set_otherwise_and_takes_up_the_rest(flight: P
     assert found.first_difference["t_ns"] >= 4 * SECOND
 
 
-@pytest.mark.slow
+def test_a_gain_that_a_run_took_up_stays_so_unless_another_is_tried(tmp_path: Path) -> None:
+    path, board = tmp_path / "run.recording", board_in_force("tachobot", ["recording.minutes=0.1"])
+    session = start_session(
+        board, VirtualClock(), doubles=True, statistics_path=None, recording=path
+    )
+    with closing(session):
+        session.run_on(SECOND)
+        session.tuning.set({"controller.yaw.kp": 0.5})
+        session.run_on(6 * SECOND // 5)
+    check_identical(path)
+    until_then, always, beside = (
+        _asked(path, assignment).outputs[YAW]
+        for assignment in ("controller.yaw.kp=0.5", "controller.yaw.kp=0.9", "controller.yaw.ki=0")
+    )
+    assert 0 < until_then.count < until_then.of - 10
+    assert always.count == always.of
+    assert beside.max is not None
+    assert beside.max < 0.01
+
+
+def test_settings_in_tables_are_carried_key_by_key() -> None:
+    given, recorded = {"a": 2, "b": 2, "c": 2}, {"a": 1, "b": 1}
+    assert _carried(given, recorded, {"a": 1, "b": 3, "c": 3}) == {"a": 2, "b": 3, "c": 2}
+    assert _carried(given, None, None) == given
+
+
 def test_other_models_run_on_what_there_is_and_it_is_said(flight: Path) -> None:
     found = _asked(flight, "controller.mode=free")
     assert found.failure is None
     assert found.structure["chips of which nothing was recorded"] == 1
-    assert found.structure["values no longer made"] > 100
-    assert found.outputs["thrust_pairs.duties"].recorded_only > 100
+    assert found.structure["steps that were not recorded"] > 10
+    assert found.outputs["esc.fault"].replayed_only > 5  # in such a step
+    gone = {name: each.recorded_only for name, each in found.outputs.items() if each.recorded_only}
+    assert gone["thrust_pairs.duties"] > 100
+    written = sum(gone.pop(name) for name in ("i2c1 0x40", "i2c1 0x68"))
+    assert found.structure["transfers no longer made"] == written
+    assert found.structure["values no longer made"] == sum(gone.values())
 
 
 @pytest.mark.slow
@@ -216,10 +252,9 @@ def _answer(process: "subprocess.Popen[str]") -> str:
     return "".join(lines)
 
 
-@pytest.mark.slow
 def test_what_is_not_as_the_last_time_is_said(flight: Path) -> None:
-    first = _asked(flight, "controller.yaw.kp=0.8")
-    second = _asked(flight, "controller.yaw.kp=0.9")
+    first = _asked(flight, "controller.yaw.kp=0.8", span_s=1)
+    second = _asked(flight, "controller.yaw.kp=0.9", span_s=1)
     assert list(since(None, first)) == []
     assert list(since(first, first)) == ["as the last time"]
     assert any(YAW in line and "->" in line for line in since(first, second))

@@ -235,7 +235,7 @@ class Pieces:
 
 def _number(path: Path) -> int:
     said = path.stem.rpartition("-")[2]
-    return int(said) if said.isdigit() else 0
+    return int(said) if said.isdecimal() else 0
 
 
 def _mebibytes(size: int) -> str:

@@ -170,8 +170,8 @@ def _is_under_way(recording: Recording) -> bool:
         else:
             is_running = statistics.writer_alive and statistics.state is RunState.RUNNING
             return is_running and str(statistics.header.writer.pid) == pid
-    is_last = path.suffix == Companion.RECORDING and pid.isdigit()
-    return is_last and exists(int(pid))
+    is_number = re.fullmatch("[1-9][0-9]{0,8}", pid) is not None  # of a process
+    return path.suffix == Companion.RECORDING and is_number and exists(int(pid))
 
 
 def without_copies(rows: Sequence[Listed]) -> list[Listed]:

@@ -300,9 +300,9 @@ def _required(text: str, what: str) -> None:
 
 
 def _count(text: str) -> int:
-    words = text.split() or ["1"]
-    if len(words) == 1 and words[0].isascii() and words[0].isdigit() and 0 < int(words[0]) <= _MOST:
-        return int(words[0])
+    said = text or "1"
+    if said.isascii() and said.isdigit() and 0 < float(said) <= _MOST:  # int refuses many digits
+        return int(said)
     raise ConfigError.of_one(text, f"expected how often, 1 to {_MOST}")
 
 
