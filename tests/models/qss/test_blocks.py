@@ -171,6 +171,12 @@ def test_a_quantizer_sends_each_step_at_its_edge() -> None:
     assert [(t, at(t)) for t, _ in levels] == levels
     steps = [round(each.value / 0.25) for _, each in diagram.sent]
     assert steps == [0, 1, 2, 3, 2, 1, 0, -1, -2, -3, -4]
+    falls = [1_250_000_250 + number * SECOND // 4 for number in range(7)]
+    assert [at for at, _ in diagram.sent] == [0, *(n * SECOND // 4 for n in (1, 2, 3)), *falls]
+    other = Diagram()
+    ramp = other.add(Ramp("ramp", 1.0, start=0.7))
+    started = other.run(other.add(Quantizer("quantizer", 1.0), in_=ramp))
+    assert [started(t) for t in (0.2, 0.4)] == [0.0, 1.0]
 
 
 def test_a_hold_samples_at_its_period_and_a_sample_hold_at_its_trigger() -> None:
