@@ -187,8 +187,8 @@ def test_a_table_has_a_column_for_each_field_and_one_for_a_value_that_has_none()
         "position": [None, None, None, 1.0, None],
         "rate": [None, None, None, math.inf, None],
     }
-    counts = wide_columns([1, 2])["value"]
-    assert [type(each) for each in counts] == [int, int]
+    for numbers, kind in (([1, 2], int), ([1, 2.5], float)):
+        assert [type(each) for each in wide_columns(numbers)["value"]] == [kind] * 2
 
 
 def test_a_class_is_not_taken_for_one_of_its_objects() -> None:
