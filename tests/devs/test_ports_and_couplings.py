@@ -96,7 +96,9 @@ class Wired(Coupled):
     ],
 )
 def test_a_model_whose_init_skips_that_of_its_base_is_named(declare: Callable[[], object]) -> None:
-    with pytest.raises(CouplingError, match=r"^(Skipping|Hasty|Hollow|Wired): .* super\(\)\.__init__"):
+    with pytest.raises(
+        CouplingError, match=r"^(Skipping|Hasty|Hollow|Wired): .* super\(\)\.__init__"
+    ):
         declare()
 
 

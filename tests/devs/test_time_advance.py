@@ -160,7 +160,14 @@ def test_ten_and_twenty_milliseconds_are_thirty() -> None:
 
 @pytest.mark.parametrize(
     ("value", "nanoseconds"),
-    [(0, 0), (1e-9, NANOSECOND), (0.4e-9, 0), (1e-6, MICROSECOND), (2, 2 * SECOND), (-0.5, -SECOND // 2)],
+    [
+        (0, 0),
+        (1e-9, NANOSECOND),
+        (0.4e-9, 0),
+        (1e-6, MICROSECOND),
+        (2, 2 * SECOND),
+        (-0.5, -SECOND // 2),
+    ],
 )
 def test_seconds_become_the_nearest_nanosecond(value: float, nanoseconds: int) -> None:
     assert seconds(value) == nanoseconds

@@ -15,6 +15,7 @@ from firmware_runtime.models.motion import Motion
 from firmware_runtime.models.pid import Pid, PidGains
 from firmware_runtime.models.plant import PlantModel, SecondOrderPlant, State
 from firmware_runtime.models.smith_predictor import SmithPredictor
+from tests.support.atomic_bench import AtomicBench
 
 PERIOD = 10 * MILLISECOND
 BODY = SecondOrderPlant(gain=5.0, damping_per_s=0.3, lag_s=0.03)
@@ -67,6 +68,14 @@ class Plant(Atomic):
 
     def after(self, elapsed: int) -> State:
         return self.model.after(self.state, self.held + self.disturbance, elapsed / SECOND)
+
+
+def test_a_body_that_moves_before_the_first_command_is_predicted_to_move_on() -> None:
+    bench = AtomicBench(SmithPredictor("predictor", BODY, 100 * MILLISECOND))
+    bench.put(0, measurement=Motion(0.0, 1.0))
+    bench.run(1)
+    expected = BODY.after((0.0, 1.0, 0.0), 0.0, 0.1)[:2]
+    assert bench.values("predicted") == [pytest.approx(expected)]
 
 
 @dataclass

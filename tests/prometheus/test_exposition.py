@@ -193,7 +193,7 @@ def test_it_serves_for_as_long_as_is_waited(tmp_path: Path) -> None:
 @pytest.mark.parametrize("listen", ["127.0.0.1:0", "127.8.9.10:0"])
 def test_it_listens_on_the_loopback_interface(listen: str) -> None:
     with exporter(listen, StatisticsCollector(dict)) as server:
-        assert server.server_address[0] == listen.partition(":")[0]
+        assert listen.partition(":")[0] in str(server.server_address)
 
 
 @contextmanager

@@ -14,8 +14,8 @@ from msgspec import convert
 from firmware_runtime.errors import StatisticsFileError
 from firmware_runtime.statistics.difference_text import difference_of
 from firmware_runtime.statistics.fault_table import MODEL_CELLS
-from firmware_runtime.statistics.file import StatisticsFile
 from firmware_runtime.statistics.figures import Activations, BusFigures, Figures, figures_of
+from firmware_runtime.statistics.file import StatisticsFile
 from firmware_runtime.statistics.histogram import (
     BUCKETS,
     CELLS,
