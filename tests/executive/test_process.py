@@ -245,6 +245,22 @@ def test_an_absent_device_is_not_granted(monkeypatch: pytest.MonkeyPatch, tmp_pa
     assert "No such file" in (answer.reason or "")
 
 
+def test_processors_and_timer_slack_are_for_the_run_only() -> None:
+    slack = Path("/proc/self/timerslack_ns")
+    slack.write_text("70000")
+    try:
+        before = cpus, _ = os.sched_getaffinity(0), slack.read_text()
+        settings = ProcessSettings(cpus=(min(cpus),), timer_slack_ns=1)
+        with in_force(settings, MonotonicClock()) as granted:
+            during = os.sched_getaffinity(0), slack.read_text()
+        assert (granted["cpus"].granted, granted["timer_slack_ns"].granted) == (True, True)
+        assert during == ({min(cpus)}, "1\n")
+        assert (os.sched_getaffinity(0), slack.read_text()) == before
+    finally:
+        os.sched_setaffinity(0, cpus)
+        slack.write_text("0")
+
+
 def test_spinning_is_for_the_run_only() -> None:
     clock = MonotonicClock()
     with in_force(ProcessSettings(spin_us=20), clock) as granted:
