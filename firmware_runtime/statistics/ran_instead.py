@@ -90,8 +90,6 @@ def _ran(
         thread = each.to
         if each.at >= end:
             return
-    if thread is not None and end > at:
-        yield thread, end - at
 
 
 def _scheduling(thread: Thread) -> str:

@@ -43,7 +43,7 @@ def number_of(cell: object) -> float | None:
 def _of_one_kind(cells: Column) -> Column:
     """As they are where all are of one kind; as numbers, or else as texts, where they are not."""
     kinds = {type(each) for each in cells if each is not None}
-    if len(kinds) < 2 and float not in kinds:
+    if len(kinds) < 2 and str not in kinds:  # such as "inf", which is a number
         return cells
     numbers = [None if each is None else number_of(each) for each in cells]
     if all((number is None) == (cell is None) for number, cell in zip(numbers, cells, strict=True)):

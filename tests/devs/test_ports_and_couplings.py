@@ -78,6 +78,12 @@ class Hollow(Coupled):
         self.part = self.add(Atomic("part"))
 
 
+class Wired(Coupled):
+    def __init__(self) -> None:
+        model = Model("model")
+        self.couple(model.base_out, model.base_in)
+
+
 @pytest.mark.parametrize(
     "declare",
     [
@@ -86,10 +92,13 @@ class Hollow(Coupled):
         lambda: run(Skipping(), for_s=1.0, clock="virtual"),
         lambda: Hasty("hasty"),
         Hollow,
+        Wired,
     ],
 )
 def test_a_model_whose_init_skips_that_of_its_base_is_named(declare: Callable[[], object]) -> None:
-    with pytest.raises(CouplingError, match=r"^(Skipping|Hasty|Hollow): .* super\(\)\.__init__"):
+    with pytest.raises(
+        CouplingError, match=r"^(Skipping|Hasty|Hollow|Wired): .* super\(\)\.__init__"
+    ):
         declare()
 
 

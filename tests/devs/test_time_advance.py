@@ -12,7 +12,15 @@ from firmware_runtime.devs.classic import ClassicSimulator
 from firmware_runtime.devs.engine import Engine
 from firmware_runtime.devs.model_errors import IllegitimateModel
 from firmware_runtime.devs.simulator import Simulator
-from firmware_runtime.devs.time import MICROSECOND, MILLISECOND, NEVER, SECOND, format_time, seconds
+from firmware_runtime.devs.time import (
+    MICROSECOND,
+    MILLISECOND,
+    NANOSECOND,
+    NEVER,
+    SECOND,
+    format_time,
+    seconds,
+)
 from tests.support.devs_models import Clock, Echo, Log, Scripted, top, traced
 
 
@@ -152,7 +160,14 @@ def test_ten_and_twenty_milliseconds_are_thirty() -> None:
 
 @pytest.mark.parametrize(
     ("value", "nanoseconds"),
-    [(0, 0), (1e-9, 1), (0.4e-9, 0), (1e-6, MICROSECOND), (2, 2 * SECOND), (-0.5, -SECOND // 2)],
+    [
+        (0, 0),
+        (1e-9, NANOSECOND),
+        (0.4e-9, 0),
+        (1e-6, MICROSECOND),
+        (2, 2 * SECOND),
+        (-0.5, -SECOND // 2),
+    ],
 )
 def test_seconds_become_the_nearest_nanosecond(value: float, nanoseconds: int) -> None:
     assert seconds(value) == nanoseconds

@@ -181,6 +181,20 @@ def test_an_input_that_replans_an_activation_already_due_coalesces_it(policy: st
     assert run.model("imu")["overruns"] == run.model("imu")["episodes"] == 0
 
 
+@pytest.mark.parametrize(("busy_for", "coalesced"), [(0, 0), (7 * MILLISECOND, 1)])
+def test_an_input_that_moves_an_activation_forward_coalesces_it_if_its_deadline_has_come(
+    busy_for: int, coalesced: int
+) -> None:
+    robot, clock = Robot(), StallingClock()
+    run = Run(robot, clock)
+    inbox = run.executive.inbox
+    robot.thrust.work = lambda value: clock.spend(busy_for) if value == 77 else None
+    clock.at(3 * MILLISECOND, lambda: inbox.post(robot.command, 77))
+    clock.at(5 * MILLISECOND, lambda: inbox.post(robot.replan, 3 * MILLISECOND))
+    run.until(2 * PERIOD)
+    assert run.counts("imu") == (3 + coalesced, 3, 0, coalesced)  # at 0, 8, (10,) 18 ms
+
+
 def test_an_input_that_leaves_the_booking_alone_coalesces_nothing() -> None:
     robot, clock = Robot(), StallingClock()
     run = Run(robot, clock)

@@ -129,6 +129,19 @@ def test_a_long_step_is_its_slowest_models(blamer: Blamer, counters: Counters) -
     assert (cause(row.cause), row.culprit) == (Cause.MODEL, 1)
 
 
+def test_a_model_that_takes_as_long_as_usual_is_not_the_slowest(
+    blamer: Blamer, counters: Counters
+) -> None:
+    imu, _ = blamer._accounts
+    imu.run = 2
+    for _ in range(imu.run):
+        imu.own_time.record(5 * MILLISECOND)
+    counters.cpu_ns += 9 * MILLISECOND
+    own_times = (5 * MILLISECOND, 4 * MILLISECOND)
+    row = explained(blamer, late(step=9 * MILLISECOND, own_times=own_times), 101)  # type: ignore[arg-type] # times
+    assert (cause(row.cause), row.culprit) == (Cause.MODEL, 1)
+
+
 @pytest.mark.parametrize(("traced", "found"), [(False, Cause.ASLEEP), (True, Cause.UNKNOWN)])
 def test_a_step_that_slept_while_a_tracer_had_it_is_not_called_asleep(
     blamer: Blamer, counters: Counters, found: Cause, *, traced: bool

@@ -199,6 +199,14 @@ def test_an_alarm_that_has_rung_is_no_source(bell: Bell) -> None:
     assert clock.now() >= MILLISECOND
 
 
+def test_without_an_alarm_it_sleeps_up_to_its_deadline_too(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(clocks, "IS_LINUX", False)
+    clock = MonotonicClock()
+    clock.start(0)
+    assert clock.wait(MILLISECOND, []) == []
+    assert clock.now() >= MILLISECOND
+
+
 def test_a_step_on_time_happens_at_its_logical_instant() -> None:
     world = WorldClock(tolerance=100)
     world.begin(1_000, 1_100)

@@ -15,7 +15,7 @@ from firmware_runtime.devs.ports import InPort
 from firmware_runtime.devs.time import MILLISECOND, NEVER
 from firmware_runtime.executive.clocks import VirtualClock
 from firmware_runtime.executive.configuration import Configuration
-from firmware_runtime.executive.inbox import CAPACITY, Arrivals, Inbox
+from firmware_runtime.executive.inbox import CAPACITY, Arrivals, Bag, EventSource, Inbox
 from firmware_runtime.executive.ledger import BusMeter
 from firmware_runtime.executive.policy import ActivationPolicy
 from firmware_runtime.statistics.histogram import empty_cells
@@ -38,6 +38,19 @@ class Burst:
 
     def receive(self) -> Sequence[tuple[InPort[int], object]]:
         return [(self.port, number) for number in range(self.size)]
+
+
+class Pair(EventSource):
+    """A source of two events, each of one value, whenever it is asked."""
+
+    def __init__(self, port: InPort[int]) -> None:
+        self.port = port
+
+    def fileno(self) -> int:
+        return -1  # as above
+
+    def events(self) -> Sequence[Bag]:
+        return [[(self.port, 1)], [(self.port, 2)]]
 
 
 def test_nothing_has_arrived_at_first() -> None:
@@ -82,6 +95,30 @@ def test_a_value_is_never_handled_before_what_has_already_happened() -> None:
     arrivals = Arrivals(Inbox(ManualClock()), [])
     arrivals.receive([Burst(Robot().command, 1)], now=30)
     assert arrivals.next_at(35) == 35
+
+
+def test_a_source_that_is_added_is_waited_for_and_its_events_have_an_instant_each() -> None:
+    robot = Robot()
+    arrivals, pair = Arrivals(inbox := Inbox(ManualClock()), []), Pair(robot.command)
+    arrivals.add_source(pair)
+    assert arrivals.sources(waits=True) == [inbox, pair]
+    arrivals.receive([pair, pair], now=0)
+    assert [at for at, _, _ in arrivals.waiting] == [0, 1, 2, 3]
+
+
+def test_what_is_planned_comes_among_what_arrives_and_first_of_one_instant() -> None:
+    robot = Robot()
+    arrivals = Arrivals(Inbox(ManualClock()), [])
+    arrivals.plan(20, robot.replan, 3)
+    arrivals.plan(10, robot.replan, 1)
+    arrivals.plan(10, robot.replan, 2)
+    assert arrivals.next_at(0) == 10
+    arrivals.receive([Burst(robot.command, 1)], now=5)
+    arrivals.receive([Burst(robot.command, 1)], now=10)
+    came = []
+    while (at := arrivals.next_at(0)) < NEVER:
+        came.append((at, [value for _, value in arrivals.take(at)]))
+    assert came == [(5, [0]), (10, [1, 2, 0]), (20, [3])]
 
 
 def test_sources_are_not_read_while_too_much_waits() -> None:

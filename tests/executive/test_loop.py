@@ -291,6 +291,27 @@ def test_lateness_by_an_earlier_step_is_kept_apart_from_waking_late() -> None:
     assert compass["causes"]["wake_us"] == 0
 
 
+@pytest.mark.parametrize(
+    ("offset", "stalls", "cause"),
+    [
+        (0, {}, "imu"),
+        (0, {2: 4 * MILLISECOND}, "wake"),
+        (MILLISECOND, {}, "behind"),
+    ],
+)
+def test_where_no_counters_are_read_an_episode_is_explained_by_where_the_time_went(
+    offset: int, stalls: dict[int, int], cause: str
+) -> None:
+    robot, clock = Robot(imu=PERIOD, compass=PERIOD), StallingClock(stalls)
+    robot.compass.offset = offset
+    run = Run(robot, clock)
+    run.executive.simulator.listen(
+        robot.imu.sample, lambda _at, number: clock.spend(3 * MILLISECOND * (number == 2))
+    )
+    run.until(5 * PERIOD)
+    assert {each.path: each.cause for each in run.executive.accounts}["compass"] == cause
+
+
 def test_own_times_of_the_models_add_up_to_the_step() -> None:
     robot, clock = Robot(compass=PERIOD), StallingClock()
     robot.imu.work = lambda _number: clock.spend(3 * MICROSECOND)

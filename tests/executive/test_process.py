@@ -245,6 +245,32 @@ def test_an_absent_device_is_not_granted(monkeypatch: pytest.MonkeyPatch, tmp_pa
     assert "No such file" in (answer.reason or "")
 
 
+def test_scheduling_and_processors_are_for_the_run_only(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of a table in the kernel's place, for a mutant would set what another process has."""
+    cpus, kinds = {0: {0, 1}}, {0: (os.SCHED_OTHER, os.sched_param(0))}
+    monkeypatch.setattr(os, "sched_getaffinity", lambda pid: cpus[pid])
+    monkeypatch.setattr(os, "sched_setaffinity", lambda pid, to: cpus.update({pid: set(to)}))
+    monkeypatch.setattr(os, "sched_getscheduler", lambda pid: kinds[pid][0])
+    monkeypatch.setattr(os, "sched_getparam", lambda pid: kinds[pid][1])
+    monkeypatch.setattr(os, "sched_setscheduler", lambda pid, *to: kinds.update({pid: to}))
+    with in_force(ProcessSettings(fifo_priority=10, cpus=(1,)), MonotonicClock()) as granted:
+        assert (cpus, kinds) == ({0: {1}}, {0: (os.SCHED_FIFO, os.sched_param(10))})
+    assert granted["fifo_priority"].granted
+    assert granted["cpus"].granted
+    assert (cpus, kinds) == ({0: {0, 1}}, {0: (os.SCHED_OTHER, os.sched_param(0))})
+
+
+def test_the_timer_slack_is_for_the_run_only() -> None:
+    slack = Path("/proc/self/timerslack_ns")
+    slack.write_text("70000")
+    try:
+        with in_force(ProcessSettings(timer_slack_ns=1), MonotonicClock()) as granted:
+            assert (granted["timer_slack_ns"].granted, slack.read_text()) == (True, "1\n")
+        assert slack.read_text() == "70000\n"
+    finally:
+        slack.write_text("0")
+
+
 def test_spinning_is_for_the_run_only() -> None:
     clock = MonotonicClock()
     with in_force(ProcessSettings(spin_us=20), clock) as granted:

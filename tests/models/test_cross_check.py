@@ -69,6 +69,7 @@ def test_the_fault_is_repeated_once_a_window_and_says_for_how_long(bench: Bench)
     bench.run(8000)
     durations = [fault.duration / SECOND for fault in bench.values("fault")]
     assert durations == pytest.approx([0.01, 2.01, 4.01, 6.01])
+    assert {fault.consecutive for fault in bench.values("fault")} == {1}
 
 
 def test_they_agree_again_once_both_say_the_same(bench: Bench) -> None:
@@ -104,12 +105,15 @@ def test_a_lie_after_a_pause_is_contradicted(bench: Bench) -> None:
     assert 5500 < bench.said["fault"][0][0] < 5800
 
 
-def test_a_quantity_without_a_circle_may_grow_without_end() -> None:
+@pytest.mark.parametrize(("true", "agreed"), [(100.0, []), (99.0, [False])])
+def test_a_quantity_without_a_circle_may_grow_without_end_and_no_share_of_it_is_believed(
+    true: float, agreed: list[bool]
+) -> None:
     bench = Bench(CrossCheckSettings(quantity="way", windows=(Window(SECOND, 0.1),)))
-    for at in range(0, 3000, 10):
-        bench.put(at, rate=100.0, value=100.0 * at / 1000)
-    bench.run(3000)
-    assert bench.said.get("fault", []) == []
+    for at in range(0, 1000, 10):
+        bench.put(at, rate=100.0, value=true * at / 1000)
+    bench.run(1000)
+    assert bench.values("agrees") == agreed
 
 
 BRIEFLY = CrossCheckSettings(
@@ -165,6 +169,15 @@ def first_fault_of_a_value_that_stops(settings: CrossCheckSettings) -> float:
 def test_a_value_that_stops_amid_a_change_is_found_at_once_whatever_share_is_believed() -> None:
     assert 1550 < first_fault_of_a_value_that_stops(WIDELY) < 1650
     assert first_fault_of_a_value_that_stops(replace(WIDELY, standstill=None)) > 3000
+
+
+def test_a_pause_amid_a_standstill_begins_it_anew() -> None:
+    bench = Bench(WIDELY)
+    for begin in (0, 7000):
+        for at in range(begin, begin + 500, 10):
+            bench.put(at, rate=0.5, value=0.5)
+    bench.run(7500)
+    assert bench.values("agrees") == []
 
 
 @pytest.mark.parametrize("share", [0.2, 0.5, 1.0, 1.7])

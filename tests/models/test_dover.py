@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.hal.wire_errors import Fault
 from firmware_runtime.models.dover import (
+    LONGEST_RECEIVED,
     RcvDover,
     Refused,
     SndDover,
@@ -112,6 +113,10 @@ def test_what_is_no_number_is_a_fault_and_never_a_value(text: str, kind: str) ->
     values, faults = received(text)
     assert values == []
     assert [fault.kind for fault in faults] == [kind]
+
+
+def test_the_longest_text_that_is_received_is_a_number() -> None:
+    assert received("1".zfill(LONGEST_RECEIVED)) == ([1.0], [])
 
 
 def test_refusals_in_a_row_are_counted_until_a_number_comes() -> None:

@@ -146,6 +146,16 @@ def test_a_position_far_off_is_refused_unless_it_may_begin_again() -> None:
     assert kept.state.planar.bias == bias
 
 
+def test_the_first_yaw_is_believed_however_narrow_the_gate() -> None:
+    kept = PositionHistory(60, NOISE, 0.1)
+    kept.add(Span(0, TICK, Body(0).tick()))
+    kept.insert([Taken(TICK, PositionFix(1.0, 2.0, 0.0), may_restart=False)])
+    (report,) = kept.insert([Taken(TICK, PoseFix(1.0, 2.0, 1.5, 0.0), may_restart=False)])
+    assert report.is_taken
+    assert kept.state is not None
+    assert kept.state.offset_rad == pytest.approx(1.5, abs=0.1)
+
+
 def test_a_yaw_turns_the_axes_and_its_whole_turns_are_of_no_account() -> None:
     """A body whose attitude began at 0 while it really points to y moves along y."""
     for turns in (0, 1, -2):

@@ -29,6 +29,7 @@ from firmware_runtime.statistics.metrics import (
     exposition,
     text_of,
 )
+from firmware_runtime.statistics.metrics_server import exporter, serve
 from firmware_runtime.system import packages
 from tests.support.command import Command, started
 from tests.support.executives import Run
@@ -171,6 +172,28 @@ def test_a_missing_extra_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.delitem(sys.modules, "firmware_runtime.statistics.metrics_server", raising=False)
     with pytest.raises(ConfigError, match="the extra metrics"):
         packages.module_of_extra("firmware_runtime.statistics.metrics_server", "metrics")
+
+
+@pytest.mark.timeout(PATIENCE_S)
+def test_it_serves_for_as_long_as_is_waited(tmp_path: Path) -> None:
+    found: list[float] = []
+
+    def ask(_where: str) -> None:
+        with socket.socket(socket.AF_UNIX) as wire:
+            wire.connect(os.fspath(tmp_path / "metrics.sock"))
+            connection = http.client.HTTPConnection("localhost")
+            connection.sock = wire
+            found.append(samples(body_of(connection))["firmware_runtime_up", "tachobot"])
+
+    broken = StatisticsCollector(lambda: {"tachobot": tmp_path / "missing.stats"})
+    serve(f"unix:{tmp_path / 'metrics.sock'}", broken, ask)
+    assert found == [0]
+
+
+@pytest.mark.parametrize("listen", ["127.0.0.1:0", "127.8.9.10:0"])
+def test_it_listens_on_the_loopback_interface(listen: str) -> None:
+    with exporter(listen, StatisticsCollector(dict)) as server:
+        assert listen.partition(":")[0] in str(server.server_address)
 
 
 @contextmanager

@@ -25,7 +25,9 @@ from firmware_runtime.statistics.figures import (
     figures_from,
 )
 from firmware_runtime.statistics.file_header import RunState
+from firmware_runtime.statistics.number_formats import milliseconds
 from firmware_runtime.statistics.rows import DeadlineRow
+from firmware_runtime.statistics.run_text import statistics_text
 from tests.support.written_run import WrittenRun
 
 LATE = (0.1, 13.0)
@@ -68,6 +70,11 @@ def test_the_latest_has_its_cause_and_who_it_was_in_words() -> None:
     assert punctuality(replace(found, worst=[worst(13_000.0, None)])).endswith("ms late")
     of_a_newer_file = replace(found, worst=[worst(13_000.0, "sunspots")])
     assert punctuality(of_a_newer_file).endswith("ms late: sunspots")
+
+
+def test_all_statistics_say_first_how_it_ended_and_a_long_span_to_the_millisecond() -> None:
+    assert statistics_text(run_of(0.1))[1].startswith("ended after ")
+    assert milliseconds(12_345_600.0) == "12346 ms"
 
 
 def test_in_virtual_time_nothing_can_be_late() -> None:

@@ -36,6 +36,7 @@ from firmware_runtime.statistics.statistics import Statistics
 
 LAYOUT = Layout(models=("imu",), timed=("imu",), buses=("i2c1",), deadlines=("yaw",), worst=2)
 STATED = {"imu": {"period_ns": 10_000_000, "tolerance_ns": 1_000_000, "policy": "skip"}}
+SETTINGS = {"fifo_priority": {"asked": 60, "granted": True, "reason": None}}
 SAMPLES = st.lists(st.integers(0, 2 * LARGEST), max_size=30)
 
 
@@ -43,7 +44,8 @@ class Counted:
     """A run that counts lateness and nothing else."""
 
     def __init__(self, board: str = "tachobot", stated: Mapping[str, Any] | None = None) -> None:
-        header = {"models": stated or STATED, "conditions": {"board": board, "kernel": "6.1"}}
+        conditions = {"board": board, "kernel": "6.1", "settings": SETTINGS}
+        header = {"models": stated or STATED, "conditions": conditions}
         self.file = StatisticsFile(LAYOUT, header)
         self.lateness = Histogram(self.file.cells[LAYOUT.lateness(0)])
         self.worst = WorstList(self.file.cells, LAYOUT)
@@ -143,8 +145,8 @@ def test_a_merge_keeps_the_worst_of_all() -> None:
 def test_conditions_that_differ_are_named() -> None:
     runs = [Counted("tachobot").count([]), Counted("detective").count([])]
     assert differing_conditions(runs) == {"board": ["tachobot", "detective"]}
-    conditions = merged(runs).as_json()["conditions"]
-    assert (conditions["board"], conditions["kernel"]) == ("differs", "6.1")
+    conditions = merged(runs).header.conditions
+    assert conditions == {"board": "differs", "kernel": "6.1", "settings": SETTINGS}
 
 
 def test_two_runs_have_no_difference() -> None:

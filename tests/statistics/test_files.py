@@ -24,6 +24,7 @@ from firmware_runtime.statistics.takeovers import (
     read_takeovers,
 )
 from firmware_runtime.statistics.trace_file import TraceFile
+from firmware_runtime.statistics.value_table import wide_columns
 from firmware_runtime.system.atomic_file import (
     OWN_AND_GROUP,
     keep_file,
@@ -174,6 +175,20 @@ def test_values_become_what_json_can_say(value: object, expected: object, tmp_pa
     written = json.loads((tmp_path / "trace").read_text(), parse_constant=pytest.fail)
     assert written == {"t_ns": 5, "port": "a.b", "value": expected}
     assert type(written["value"]) is type(expected)
+
+
+def test_a_table_has_a_column_for_each_field_and_one_for_a_value_that_has_none() -> None:
+    passed = [Report(Motion(0.5, -math.inf), "ok"), 3, None, Motion(1.0, math.inf), Stage.ARMED]
+    assert wide_columns(passed) == {
+        "motion.position": [0.5, None, None, None, None],
+        "motion.rate": [-math.inf, None, None, None, None],
+        "text": ["ok", None, None, None, None],
+        "value": [None, "3", None, None, "ARMED"],
+        "position": [None, None, None, 1.0, None],
+        "rate": [None, None, None, math.inf, None],
+    }
+    for numbers, kind in (([1, 2], int), ([1, 2.5], float)):
+        assert [type(each) for each in wide_columns(numbers)["value"]] == [kind] * 2
 
 
 def test_a_class_is_not_taken_for_one_of_its_objects() -> None:

@@ -2,6 +2,7 @@
 
 import gzip
 import json
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +15,7 @@ from firmware_runtime.errors import StatisticsFileError
 from firmware_runtime.statistics.difference_text import difference_of
 from firmware_runtime.statistics.fault_table import MODEL_CELLS
 from firmware_runtime.statistics.figures import Activations, BusFigures, Figures, figures_of
+from firmware_runtime.statistics.file import StatisticsFile
 from firmware_runtime.statistics.histogram import (
     BUCKETS,
     CELLS,
@@ -24,6 +26,7 @@ from firmware_runtime.statistics.histogram import (
     empty_cells,
     upper_edge,
 )
+from firmware_runtime.statistics.histogram_text import histogram_text
 from firmware_runtime.statistics.layout import (
     BUS,
     DEADLINE,
@@ -89,6 +92,21 @@ def test_merging_equals_recording_both(first: list[int], second: list[int]) -> N
     merged.merge(histogram(*second))
     assert merged.buckets == both.buckets
     assert merged.largest == both.largest
+
+
+@given(SAMPLES)
+def test_one_that_is_restored_is_as_it_was_and_counts_on(samples: list[int]) -> None:
+    kept, restored = histogram(*samples), histogram(7)
+    restored.restore(kept.state())
+    for each in (kept, restored):
+        each.record(9)
+    assert (restored.cells, restored.largest) == (kept.cells, kept.largest)
+
+
+@pytest.mark.parametrize("count", [-1, (1 << 62) + 1])
+def test_counts_of_no_histogram_are_not_restored(count: int) -> None:
+    with pytest.raises(ValueError, match="counts of no histogram"):
+        histogram().restore({8: count.to_bytes(8, sys.byteorder, signed=True)})
 
 
 def test_a_single_sample_is_every_percentile() -> None:
@@ -214,6 +232,30 @@ def printed(name: str) -> dict[str, Any]:
 @pytest.mark.parametrize("name", RUNS)
 def test_the_json_of_a_file_is_what_it_always_was(name: str, tmp_path: Path) -> None:
     assert kept(name, tmp_path).as_json() == printed(name)
+
+
+def test_cyclictest_s_layout_has_a_column_for_each_model_also_for_one_without_a_sample() -> None:
+    layout = Layout(models=("imu", "compass"))
+    stated = {"period_ns": 1, "tolerance_ns": 1, "policy": "skip"}
+    header = {"models": dict.fromkeys(layout.models, stated), "conditions": {}}
+    file = StatisticsFile(layout, header)
+    Histogram(file.cells[layout.lateness(0)]).record(3_500)
+    assert [*histogram_text(file.statistics())] == [
+        "# imu compass",
+        "# Histogram",
+        "000000 000000 000000",
+        "000001 000000 000000",
+        "000002 000000 000000",
+        "000003 000001 000000",
+        "# Total: 000000001 000000000",
+        "# Min Latencies: 00003 00000",
+        "# Avg Latencies: 00003 00000",
+        "# Max Latencies: 00003 00000",
+        "# Histogram Overflows: 00000 00000",
+        "# Histogram Overflow at cycle number:",
+        "# Thread 0:",
+        "# Thread 1:",
+    ]
 
 
 def test_a_difference_is_what_it_always_was(tmp_path: Path) -> None:

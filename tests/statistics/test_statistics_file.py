@@ -149,11 +149,13 @@ def test_a_copy_during_which_a_section_was_written_is_made_again(
     assert read.as_json()["conditions"]["run"]["elapsed_s"] == 7e-9
 
 
-@pytest.mark.parametrize("number", [-1, 7, 1 << 40])
+@pytest.mark.parametrize("beyond", [None, 0, 1 << 40])
 def test_a_state_or_a_model_that_there_is_not_is_refused(
-    counted: StatisticsFile, path: Path, number: int
+    counted: StatisticsFile, path: Path, beyond: int | None
 ) -> None:
-    for cell in (STATE, counted.layout.place(0) + WORST.index("model")):
+    of_worst = counted.layout.place(0) + WORST.index("model")
+    for cell, there_are in ((STATE, len(RunState)), (of_worst, len(counted.layout.models))):
+        number = -1 if beyond is None else there_are + beyond
         before, counted.cells[cell] = counted.cells[cell], number
         with pytest.raises(StatisticsFileError, match="a state or a model that there is not"):
             read_statistics(path)

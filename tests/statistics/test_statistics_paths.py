@@ -39,7 +39,11 @@ def test_then_the_system_directory_if_it_may_be_written(
     assert default_path("tachobot") == tmp_path / "run" / "tachobot.stats"
 
 
-def test_last_a_temporary_directory_closed_to_others(tmp_path: Path) -> None:
+@pytest.mark.parametrize("was_open", [False, True])
+def test_last_a_temporary_directory_closed_to_others(tmp_path: Path, *, was_open: bool) -> None:
+    if was_open:
+        (made := tmp_path / f"firmware-runtime-{os.geteuid()}").mkdir()
+        made.chmod(0o777)
     path = default_path("tachobot")
     assert path == tmp_path / f"firmware-runtime-{os.geteuid()}" / "tachobot.stats"
     assert path.parent.stat().st_mode & 0o777 == 0o700

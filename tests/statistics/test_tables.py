@@ -1,5 +1,6 @@
 """Faults and serial ports in the statistics, and the page that names every key."""
 
+import math
 import re
 import tracemalloc
 from collections.abc import Iterator
@@ -11,10 +12,12 @@ import pytest
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.executive.clocks import VirtualClock
 from firmware_runtime.executive.configuration import Configuration
+from firmware_runtime.executive.fault_log import FaultLog
 from firmware_runtime.hal.accounted_port import AccountedPort
 from firmware_runtime.hal.budget import NO_TIME
 from firmware_runtime.hal.serial import SerialPort
 from firmware_runtime.links.ros2.judgement import wrong_counts
+from firmware_runtime.models.dover import SndDover
 from firmware_runtime.statistics import fault_table
 from firmware_runtime.statistics.comparison import difference, merged
 from firmware_runtime.statistics.difference_text import difference_of
@@ -35,6 +38,7 @@ from firmware_runtime.statistics.statistics import Statistics
 from firmware_runtime.statistics.takeovers import Takeover
 from firmware_runtime.system.conditions import system_conditions
 from firmware_runtime.view.report.verdict import verdict
+from tests.support.atomic_bench import AtomicBench
 from tests.support.executives import Run
 from tests.support.phased_models import Phased
 
@@ -108,6 +112,24 @@ def test_the_sum_of_runs_has_no_instants() -> None:
     assert {kind: each["count"] for kind, each in found.items()} == {"NotReady": 8, "BusFault": 2}
     assert {each["first_s"] for each in found.values()} == {None}
     assert {each["last_s"] for each in found.values()} == {None}
+
+
+def test_faults_that_are_restored_are_in_the_file_at_once_and_no_later_ones() -> None:
+    bench = AtomicBench(block := SndDover("snd", 62002))
+    log = FaultLog(bench.simulator)
+    layout = Layout(fault_models=log.models)
+    cells = StatisticsFile(layout, {"models": {}, "conditions": {}}).cells
+    log.count_in(cells, layout)
+    kept = []
+    for number in (math.inf, 1e300):
+        kept.append(log.state())
+        bench.simulator.inject(block.value, number)
+        bench.simulator.advance(bench.simulator.now)
+        bench.run(1)
+    assert [each.kind for each in log.counted] == ["NotFinite", "TooLong"]
+    log.restore(kept[1])
+    found = fault_table.read(cells[layout.faults], 0)
+    assert [(each.kind, each.count) for each in found] == [("NotFinite", 1)]
 
 
 def test_of_a_huge_sentence_only_what_is_kept_is_read() -> None:

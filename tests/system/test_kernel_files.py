@@ -223,12 +223,26 @@ def test_only_what_lies_between_the_instants_counts() -> None:
 
 
 def test_a_thread_that_lost_its_processor_waits_from_then_on() -> None:
-    loop, other = Thread("python", LOOP, 120), Thread("make", 5, 125)
+    loop, other, swift = Thread("python", LOOP, 120), Thread("make", 5, 100), Thread("sh", 8, 120)
     lost = [
         Switch(1 * US, 0, still_could=True, before=loop, to=other),
+        Switch(4 * US, 0, still_could=True, before=other, to=swift),
+        Switch(4 * US, 0, still_could=True, before=swift, to=other),
         Switch(9 * US, 0, still_could=True, before=other, to=loop),
     ]
-    assert ran_instead(lost, LOOP, 0, 20 * US) == [RanInstead("make", 5, "nice 5", 0, 8.0)]
+    assert ran_instead(lost, LOOP, 0, 20 * US) == [RanInstead("make", 5, "nice -20", 0, 8.0)]
+
+
+def test_what_another_processor_ran_meanwhile_ran_beside_it() -> None:
+    loop, other, beside = Thread("python", LOOP, 120), Thread("irq", 5, 0), Thread("dd", 6, 120)
+    lost = [
+        Switch(1 * US, 0, still_could=True, before=loop, to=other),
+        Switch(2 * US, 1, before=beside, to=other),
+        Switch(3 * US, 0),
+        Switch(4 * US, 1, before=other, to=beside),
+        Switch(9 * US, 0, before=other, to=loop),
+    ]
+    assert ran_instead(lost, LOOP, 0, 20 * US) == [RanInstead("irq", 5, "FIFO or RR 99", 0, 8.0)]
 
 
 def test_one_that_slept_waited_for_nothing() -> None:

@@ -108,14 +108,14 @@ def _bracketed(  # noqa: PLR0913, PLR0917 -- four coefficients and two ends
     c0: float, c1: float, c2: float, c3: float, begin: float, end: float
 ) -> float:
     """The root between two instants at which the values differ in sign; monotone in between."""
-    rises = c0 + end * (c1 + end * (c2 + end * c3)) > 0.0
+    # above zero where it begins, or at it, and below where it ends
     t = 0.5 * (begin + end)
     for _ in range(_STEPS):
         value = c0 + t * (c1 + t * (c2 + t * c3))
-        if (value > 0.0) is rises:
-            end = t
-        else:
+        if value > 0.0:
             begin = t
+        else:
+            end = t
         slope = c1 + t * (2.0 * c2 + t * 3.0 * c3)
         following = t - value / slope if slope != 0.0 else inf
         if abs(following - t) <= _CLOSE * t:

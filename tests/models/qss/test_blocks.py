@@ -40,6 +40,7 @@ from firmware_runtime.models.qss import (
 )
 from firmware_runtime.runs.model_alone import run
 from firmware_runtime.view.diagram.draw import diagram
+from tests.support.atomic_bench import AtomicBench
 
 
 class Diagram:
@@ -171,6 +172,25 @@ def test_a_quantizer_sends_each_step_at_its_edge() -> None:
     assert [(t, at(t)) for t, _ in levels] == levels
     steps = [round(each.value / 0.25) for _, each in diagram.sent]
     assert steps == [0, 1, 2, 3, 2, 1, 0, -1, -2, -3, -4]
+    falls = [1_250_000_250 + number * SECOND // 4 for number in range(7)]
+    assert [at for at, _ in diagram.sent] == [0, *(n * SECOND // 4 for n in (1, 2, 3)), *falls]
+
+
+def test_a_quantizer_starts_below_its_input_and_takes_one_that_turns_at_an_edge() -> None:
+    diagram = Diagram()
+    bent = diagram.add(Samples("in", [(0.0, 0.75), (0.25, 1.0), (0.75, 3.0), (0.875, 3.5)]))
+    diagram.run(diagram.add(Quantizer("quantizer", 1.0), in_=bent))
+    sent = [(at / SECOND, each.value) for at, each in diagram.sent]
+    assert sent == [(0.0, 0.0), (0.25, 1.0), (0.5, 2.0), (0.75, 3.0)]
+
+
+def test_a_quantizer_sends_nothing_before_its_input_has_come() -> None:
+    bench = AtomicBench(quantizer := Quantizer("quantizer", 1.0))
+    bench.run(1000)
+    assert bench.values("out") == []
+    bench.simulator.inject(quantizer.entrance, Segment(2.5))
+    bench.run(2000)
+    assert bench.values("out") == [Segment(2.0)]
 
 
 def test_a_hold_samples_at_its_period_and_a_sample_hold_at_its_trigger() -> None:

@@ -5,7 +5,7 @@ import math
 import pytest
 
 from firmware_runtime.errors import ConfigError
-from firmware_runtime.models.qss import Constant, Sine, System, When, solve
+from firmware_runtime.models.qss import Constant, Samples, Sine, System, When, solve
 
 METHODS = ["QSS1", "QSS2", "QSS3", "LIQSS2"]
 
@@ -74,6 +74,19 @@ def test_outputs_and_events_read_what_was_half_a_second_ago(method: str) -> None
     assert values["delay(x, 0.5)"] == pytest.approx([0.0, 0.75, 1.5])
     assert values["n"] == pytest.approx([0.0, 0.0, 0.5], abs=2e-3)
     assert values["delay(u, 0.5)"] == [0.0, 3.0, 3.0]
+
+
+def test_an_event_at_the_instant_at_which_its_input_turns_is_of_that_instant() -> None:
+    bent = Samples("u", [(0.0, 0.75), (0.25, 1.0), (0.75, 3.0)])
+    system = System(
+        states={"x": 0.0},
+        discrete={"at": 0},
+        equations={"x": "0"},
+        inputs={"u": bent},
+        events=[When("u crosses 1 rising", at="t")],
+        outputs=["at"],
+    )
+    assert solve(system, times=[0.5])[1]["at"] == [0.25]
 
 
 @pytest.mark.parametrize("text", ["delay(x)", "delay()", "delay(2*x, 1)", "delay(x, -1)"])

@@ -110,6 +110,11 @@ def test_functions_of_a_state_cross_as_often_as_a_fine_grid_says(
     assert counted(event, 20.0, **options) == number
 
 
+def test_a_product_with_an_angle_below_zero_is_bounded_by_its_magnitude() -> None:
+    event = "(atan2(sin(x), cos(x)) - 10) * sin(7 * x) > 12"
+    assert counted(event, 7.0, equations={"x": "1"}) == 2.0  # at 3.31 s and at 4.25 s
+
+
 @pytest.mark.slow
 def test_a_release_near_the_largest_force_is_found_at_its_instant() -> None:
     """As of a mass that sticks: the force is over its limit for a short while in each period."""
