@@ -7,6 +7,7 @@ from ipaddress import ip_address
 from typing import Any, Final, TypeAlias
 
 from firmware_runtime.errors import ConfigError
+from firmware_runtime.system.whole_numbers import whole_number
 
 _HIGHEST_PORT = 0xFFFF
 AT_ONCE: Final = 64
@@ -41,21 +42,17 @@ def endpoint(option: str, text: str) -> Endpoint:
     """Read `text`, looking a name up once. Raises ConfigError that names the option."""
     host, _, port = text.rpartition(":")
     bare = host.removeprefix("[").removesuffix("]")
-    if not bare or not _is_port(port) or (":" in bare and bare == host):
+    number = whole_number(port, _HIGHEST_PORT)
+    if not bare or number is None or (":" in bare and bare == host):
         fault = f"{text}: expected ADDRESS:PORT, such as 127.0.0.1:7300 or [::1]:7300"
         raise ConfigError.of_one(option, fault)
     try:
-        (family, _, _, _, where), *_ = socket.getaddrinfo(bare, int(port), type=socket.SOCK_DGRAM)
+        (family, _, _, _, where), *_ = socket.getaddrinfo(bare, number, type=socket.SOCK_DGRAM)
     except OSError as error:
         raise ConfigError.of_one(option, f"{text}: {error.strerror}", "an address") from error
     except UnicodeError as error:  # a name with an empty part, or one of more than 63 letters
         raise ConfigError.of_one(option, f"{text}: no host name", "an address") from error
     return Endpoint(family, where)
-
-
-def _is_port(text: str) -> bool:
-    # ASCII first: there are digits that `int` does not know, such as the superscript two
-    return text.isascii() and text.isdigit() and int(text) <= _HIGHEST_PORT
 
 
 def bound(option: str, at: Endpoint) -> socket.socket:

@@ -14,6 +14,7 @@ from prometheus_client import CollectorRegistry, make_wsgi_app
 from prometheus_client.registry import Collector
 
 from firmware_runtime.errors import ConfigError
+from firmware_runtime.system.whole_numbers import whole_number
 
 UNIX = "unix:"
 
@@ -82,16 +83,12 @@ def _server(listen: str) -> WSGIServer:
         return _UnixServer(listen.removeprefix(UNIX), _Quiet)  # type: ignore[arg-type] # a path
     host, _, port = listen.rpartition(":")
     host = host.strip("[]")
-    if not _is_port(port) or not _is_loopback(host):
+    number = whole_number(port, 0xFFFF)
+    if number is None or not _is_loopback(host):
         fault = f"{listen}: expected unix:PATH, or a loopback address such as 127.0.0.1:9798"
         raise ConfigError("--serve", [fault])
     kind = _Ip6Server if ":" in host else WSGIServer
-    return kind((host, int(port)), _Quiet)
-
-
-def _is_port(text: str) -> bool:
-    # ASCII first: there are digits that `int` does not know, such as the superscript two
-    return text.isascii() and text.isdigit() and int(text) <= 0xFFFF
+    return kind((host, number), _Quiet)
 
 
 def _is_loopback(host: str) -> bool:

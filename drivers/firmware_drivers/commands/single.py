@@ -18,6 +18,7 @@ from firmware_runtime.hal.linux import open_i2c
 from firmware_runtime.hal.linux_serial import open_serial
 from firmware_runtime.hal.serial import SerialPort
 from firmware_runtime.system.packages import installed
+from firmware_runtime.system.whole_numbers import whole_number
 
 BUS: Final = "/dev/i2c-1"
 """The bus on the pin header of every Raspberry Pi."""
@@ -40,7 +41,8 @@ class Single(NamedTuple):
 
 def device_of(bus: str) -> str:
     """The device node of a bus given by its number or its node."""
-    return f"/dev/i2c-{int(bus)}" if bus.isdecimal() else bus
+    number = whole_number(bus)
+    return bus if number is None else f"/dev/i2c-{number}"
 
 
 @contextmanager

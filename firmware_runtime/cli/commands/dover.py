@@ -14,6 +14,7 @@ from firmware_runtime.statistics.paths import default_path
 from firmware_runtime.system.signals import until_signal
 from firmware_runtime.system.terminal import print_line
 from firmware_runtime.system.this_process import keep_off
+from firmware_runtime.system.whole_numbers import whole_number
 
 _ABOUT = """
 Each number has a UDP port of this computer, and is the text that C's %f prints, six decimals: what
@@ -84,12 +85,13 @@ def _ports(option: str, stated: Sequence[str]) -> dict[str, int]:
     faults = []
     for text in stated:
         name, _, port = text.partition("=")
-        if not (name and port.isascii() and port.isdigit() and 0 < int(port) <= HIGHEST_PORT):
+        number = whole_number(port, HIGHEST_PORT)
+        if not name or not number:
             faults.append(f"{text}: expected NAME=PORT, such as target=62001")
         elif name in found:
             faults.append(f"{name}: stated twice; expected one port")
         else:
-            found[name] = int(port)
+            found[name] = number
     if faults:
         raise ConfigError(option, faults)
     return found

@@ -20,6 +20,7 @@ from firmware_runtime.lab.gate.pairs import measured_pairs
 from firmware_runtime.system.own_folder import own_folder
 from firmware_runtime.system.signals import exit_on_signals
 from firmware_runtime.system.terminal import Progress
+from firmware_runtime.system.whole_numbers import whole_number
 
 PAIRS = 48
 TOLERANCE_PERCENT = 10.0
@@ -87,10 +88,11 @@ def _add_options(parser: argparse.ArgumentParser) -> None:
 
 
 def _pairs(text: str) -> int:
-    if not text.isdecimal() or not FEWEST_PAIRS <= int(text) <= MOST_PAIRS:
+    number = whole_number(text, MOST_PAIRS)
+    if number is None or number < FEWEST_PAIRS:
         expected = f"expected a whole number from {FEWEST_PAIRS}, which can decide, to {MOST_PAIRS}"
         raise argparse.ArgumentTypeError(f"{text!r}: {expected}")
-    return int(text)
+    return number
 
 
 def execute(arguments: argparse.Namespace) -> int:

@@ -29,6 +29,7 @@ from firmware_runtime.statistics.number_formats import local, utc
 from firmware_runtime.statistics.paths import SUFFIX, Companion, directories
 from firmware_runtime.statistics.reader import read_statistics
 from firmware_runtime.system.this_process import exists
+from firmware_runtime.system.whole_numbers import whole_number
 
 LAST: Final = "last run"
 START: Final = "start"
@@ -39,6 +40,8 @@ UNKNOWN: Final = "unknown"
 _KEPT: Final = re.compile(r"-\d{4,}(?:-([a-z]+)-\d+)?\.recording$")
 _NAMED_AS_ITS_RUN: Final = re.compile(r"-[0-9a-f]{9,}-\d+\.recording$")
 """What `recordings keep` calls a file: the board, when the run began, its process."""
+_HIGHEST_PROCESS: Final = 1 << 22
+"""Linux numbers none higher."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -170,8 +173,8 @@ def _is_under_way(recording: Recording) -> bool:
         else:
             is_running = statistics.writer_alive and statistics.state is RunState.RUNNING
             return is_running and str(statistics.header.writer.pid) == pid
-    is_number = re.fullmatch("[1-9][0-9]{0,8}", pid) is not None  # of a process
-    return path.suffix == Companion.RECORDING and is_number and exists(int(pid))
+    number = whole_number(pid, _HIGHEST_PROCESS) or 0
+    return path.suffix == Companion.RECORDING and number > 0 and exists(number)
 
 
 def without_copies(rows: Sequence[Listed]) -> list[Listed]:

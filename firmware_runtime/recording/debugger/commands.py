@@ -11,6 +11,7 @@ from firmware_runtime.recording.debugger.model_state import FUNCTIONS, state_of,
 from firmware_runtime.recording.debugger.predicate import Predicate
 from firmware_runtime.recording.replay.difference import shown
 from firmware_runtime.recording.values import UnknownValue, plain
+from firmware_runtime.system.whole_numbers import whole_number
 
 _LONGEST: Final = 200
 
@@ -300,9 +301,9 @@ def _required(text: str, what: str) -> None:
 
 
 def _count(text: str) -> int:
-    said = text or "1"
-    if said.isascii() and said.isdigit() and 0 < float(said) <= _MOST:  # int refuses many digits
-        return int(said)
+    number = whole_number(text or "1", _MOST)
+    if number:
+        return number
     raise ConfigError.of_one(text, f"expected how often, 1 to {_MOST}")
 
 
