@@ -44,7 +44,6 @@ from firmware_runtime.system.terminal import (
 )
 from firmware_runtime.system.this_process import come_first
 from firmware_runtime.system.this_system import demand_linux
-from firmware_runtime.system.whole_numbers import whole_number
 
 _PROBE = "; `firmware-runtime probe` shows what answers on the buses"
 _NAME_SHOWN = 80
@@ -162,8 +161,11 @@ class _ShowVersion(argparse.Action):
 @cache
 def _columns() -> int:
     """How wide the terminal is; 80 where there is none."""
-    stated = whole_number(os.environ.get("COLUMNS", ""))
-    if stated:
+    try:
+        stated = int(os.environ.get("COLUMNS", ""))
+    except ValueError:
+        stated = 0
+    if stated > 0:
         return stated
     try:
         return os.get_terminal_size(sys.__stdout__.fileno()).columns or 80  # type: ignore[union-attr]

@@ -23,7 +23,6 @@ from firmware_runtime.statistics.paths import SUFFIX
 from firmware_runtime.statistics.reader import read_statistics
 from firmware_runtime.statistics.statistics import Statistics
 from firmware_runtime.statistics.takeovers import takeovers_of
-from firmware_runtime.system.whole_numbers import whole_number
 
 SAVE_EVERY = 60 * SECOND
 AFTERMATH = SECOND // 2
@@ -252,7 +251,7 @@ def _watch(statistics: Statistics, late: int | None) -> LateWatch | None:
 def _number(path: Path) -> int:
     """Return the number of an incident, by the name of what was kept of it."""
     said = path.name.partition(".")[0].rpartition("-")[2]
-    return whole_number(said) or 0
+    return int(said) if said.isdecimal() else 0
 
 
 def _is_under_way(statistics: Statistics) -> bool:

@@ -25,7 +25,6 @@ from firmware_runtime.statistics.paths import Companion
 from firmware_runtime.system.atomic_file import OWN_AND_GROUP, replace_file, sync_folder
 from firmware_runtime.system.resources import Closing
 from firmware_runtime.system.this_system import sync_content
-from firmware_runtime.system.whole_numbers import whole_number
 
 BEFORE: Final = 60 * SECOND
 """How much of the run before an incident is kept at least, where there is so much."""
@@ -236,7 +235,7 @@ class Pieces:
 
 def _number(path: Path) -> int:
     said = path.stem.rpartition("-")[2]
-    return whole_number(said) or 0
+    return int(said) if said.isdecimal() else 0
 
 
 def _mebibytes(size: int) -> str:
