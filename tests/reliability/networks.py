@@ -112,8 +112,8 @@ def judged(trial: Trial, until: float | None = None) -> Judged | None:
         stderr=subprocess.PIPE,
         text=True,
     ) as run:
-        time.sleep(trial.at_s)
-        _disturb(trial, run.pid)
+        if _goes_on(run, trial.at_s):
+            _disturb(trial, run)
         try:
             out, err = run.communicate(timeout=2 * PATIENCE_S)
         except subprocess.TimeoutExpired:
@@ -126,14 +126,23 @@ def judged(trial: Trial, until: float | None = None) -> Judged | None:
     return Judged(trial=trial, outcome="ended" if run.returncode else "well", what=reason)
 
 
-def _disturb(trial: Trial, pid: int) -> None:
+def _goes_on(run: subprocess.Popen[str], for_s: float) -> bool:
+    """Wait for so long; return whether the run is still under way."""
+    try:
+        run.wait(for_s)
+    except subprocess.TimeoutExpired:
+        return True
+    return False
+
+
+def _disturb(trial: Trial, run: subprocess.Popen[str]) -> None:
     """Let the path of this run stand still for a while, or cut it."""
     if trial.path not in {"stands still", "is cut"}:
         return
-    for path in _paths_of(pid):
+    for path in _paths_of(run.pid):
         os.kill(path, signal.SIGKILL if trial.path == "is cut" else signal.SIGSTOP)
         if trial.path == "stands still":
-            time.sleep(trial.for_s)
+            _goes_on(run, trial.for_s)
             os.kill(path, signal.SIGCONT)
 
 
