@@ -16,6 +16,7 @@ import sys
 import time
 from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import suppress
 from itertools import cycle, islice, product
 from pathlib import Path
 from typing import Any, Final
@@ -143,7 +144,8 @@ def _disturb(trial: Trial, run: subprocess.Popen[str]) -> None:
         os.kill(path, signal.SIGKILL if trial.path == "is cut" else signal.SIGSTOP)
         if trial.path == "stands still":
             _goes_on(run, trial.for_s)
-            os.kill(path, signal.SIGCONT)
+            with suppress(ProcessLookupError):  # it may have ended with the run
+                os.kill(path, signal.SIGCONT)
 
 
 def _paths_of(pid: int) -> Sequence[int]:
