@@ -17,7 +17,7 @@ from firmware_runtime.lab.campaign.campaigning import report_of
 from firmware_runtime.lab.sweeps.sweep_table import read_table
 from tests.reliability.results import BUILD, Result
 
-BOARDS: Final = ("tachobot", "detective", "balancing", "pan_tilt", "underwater")
+BOARDS: Final = ("tachobot", "detective", "balancing", "pan_tilt")
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:

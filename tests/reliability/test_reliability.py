@@ -8,7 +8,8 @@ from pathlib import Path
 import pytest
 from msgspec.structs import replace
 
-from tests.reliability import document, dying, networks, planted, soak
+from firmware_runtime.board.local_settings import board_in_force
+from tests.reliability import campaigns, document, dying, networks, planted, soak
 from tests.reliability.fuzz_seeds import seeds
 from tests.reliability.fuzz_targets import TARGETS, built
 from tests.reliability.mutations import mutants_of
@@ -115,6 +116,13 @@ def test_a_result_is_kept_with_its_day_commit_and_conditions(tmp_path: Path) -> 
     assert kept.commit
     assert "Done. Measured on " in document.text(tmp_path)
     assert "Not measured yet." in document.text(tmp_path)
+
+
+@pytest.mark.parametrize(
+    "board", sorted({*campaigns.BOARDS, *dying.BOARDS, *soak.BOARDS, *networks.BOARDS})
+)
+def test_each_robot_of_a_part_is_a_board(board: str) -> None:
+    assert board_in_force(board, ()).name == board
 
 
 @pytest.mark.parametrize("name", planted.MISTAKES)
