@@ -11,6 +11,8 @@ One report that says too little may be of a loop that was held up: two in a row 
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.hal.wire_errors import Implausible, Runaway
 
+COUNTS = 1 << 32
+"""An encoder's counter begins again after so many."""
 SLACK_COUNTS = 4.0
 """Counts that a report may be off: what stands still may be moved a little."""
 LEAST_SHARE = 0.7
@@ -35,10 +37,13 @@ class WheelCheck:
         self._speed = self._speed_before = 0.0
         self._too_little = 0
 
-    def is_ahead(self, count: int, elapsed: int) -> bool:
-        """Return whether its encoder says more, `elapsed` ns after the last, than it was told."""
+    def is_unasked(self, count: int, elapsed: int) -> bool:
+        """Return whether it turned, `elapsed` ns after the last, more than told or the other way.
+
+        What reads so may be no turn: a wrong byte leaps, and the right one after it leaps back.
+        """
         turned, due, coming = self._turned(count, elapsed)
-        return turned > MOST_SHARE * due + coming + SLACK_COUNTS
+        return not -coming - SLACK_COUNTS <= turned <= MOST_SHARE * due + coming + SLACK_COUNTS
 
     def take(self, count: int, elapsed: int, speed: float) -> None:
         """Take its encoder, `elapsed` ns after the last one, and the speed that it has from now on.
@@ -47,7 +52,8 @@ class WheelCheck:
         or the other way.
         """
         turned, due, coming = self._turned(count, elapsed)
-        is_ahead = self.is_ahead(count, elapsed)
+        is_ahead = turned > MOST_SHARE * due + coming + SLACK_COUNTS
+        is_unasked = self.is_unasked(count, elapsed)
         self._last = count
         self._speed_before, self._speed = self._speed, speed
         least = LEAST_SHARE * due - coming - SLACK_COUNTS
@@ -55,7 +61,6 @@ class WheelCheck:
         if not is_ahead and self._too_little < REPORTS:
             return
         self.begin_again()
-        is_unasked = is_ahead or turned < -coming - SLACK_COUNTS
         kind = Runaway if is_unasked else Implausible
         expected = f"about {due:.0f} counts of its encoder in {elapsed / SECOND:.2f} s"
         raise kind(self._where, f"{self._name} wheel's turn", turned, expected)
@@ -70,5 +75,5 @@ class WheelCheck:
         due = self._full * self._speed * elapsed / SECOND
         ramped = abs(self._speed - self._speed_before)
         coming = self._full * ramped * min(ramped * self._ramp, elapsed) / SECOND
-        turned = float(count - self._last)
+        turned = float((count - self._last + COUNTS // 2) % COUNTS - COUNTS // 2)
         return (-turned, -due, coming) if self._speed < 0 else (turned, due, coming)

@@ -227,6 +227,34 @@ def test_standing_treads_with_encoders_are_looked_after_and_may_not_turn(
     assert bench.driven.endswith(" 810:stop 820:0/0")
 
 
+@pytest.mark.parametrize(
+    ("count", "wrong"), [(0, 8), (0, 2**30), (0, -(2**31)), (-1, -9), (-1, -1 - 2**30)]
+)
+def test_an_encoder_that_once_reads_with_a_wrong_bit_is_read_again(
+    driver: ScriptedDriver, count: int, wrong: int
+) -> None:
+    bench = bench_of(driver, settings(full_counts_s=1000.0))
+    right, leap = REPORT._replace(right_encoder=count), REPORT._replace(right_encoder=wrong)
+    driver.drives = [right, leap, right]
+    bench.run(640)
+    assert (bench.driven, bench.faults) == ("210:0/0 410:0/0 410:0/0 610:0/0", [])
+
+
+def test_a_tread_that_is_pushed_while_outputs_are_disabled_has_not_turned_unasked(
+    driver: ScriptedDriver,
+) -> None:
+    bench = bench_of(driver, settings(full_counts_s=1000.0))
+    driver.drives = [REPORT._replace(right_encoder=5000), *([REPORT] * 2)]
+    enabled = True
+    bench.model.interlock = lambda: enabled
+    bench.run(240)
+    enabled = False
+    bench.run(440)
+    enabled = True
+    bench.run(900)
+    assert (bench.driven, bench.faults) == ("210:0/0 610:0/0 810:0/0", [])
+
+
 def test_exit_stops_in_whatever_phase(bench: TreadsBench, driver: ScriptedDriver) -> None:
     bench.put(50, right=1, left=1)
     assert bench.simulator.exit() == []

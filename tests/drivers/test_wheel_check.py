@@ -38,6 +38,16 @@ def test_several_times_as_much_is_a_fault_at_once(wheel: WheelCheck) -> None:
         wheel.take(1330, HALF, 0.5)
 
 
+def test_a_counter_that_begins_again_is_no_fault() -> None:
+    wheel = WheelCheck("treads", "left", 1000.0, 0)
+    last = 2**31 - 100  # as the chip has it: 32 bits with a sign
+    wheel.take(last, 0, 0.5)
+    wheel.take(last + 250 - 2**32, HALF, -0.5)
+    wheel.take(last, HALF, 0.0)
+    with pytest.raises(Implausible, match="left wheel's turn is 500, expected about 0"):
+        wheel.take(last + 500 - 2**32, HALF, 0.0)
+
+
 def test_what_turns_backwards_is_told_so(wheel: WheelCheck) -> None:
     wheel.take(480, HALF, -0.5)
     wheel.take(260, HALF, -0.5)
