@@ -258,6 +258,17 @@ def contradicted(robot: VirtualDetective, begins_s: float, ends_s: float) -> flo
     return fault.value
 
 
+def test_states_of_both_controllers_go_into_the_log_of_the_arena() -> None:
+    robot = virtual_detective()
+    robot.run(0.6)
+    states = {
+        model: [stay.state for stay in stays]
+        for model, stays in robot.rig.log.stays(robot.simulator.now).items()
+    }
+    assert states["radarController"][-1] == "Ask motor1 to turn right"
+    assert states.keys() == {"radarController", "movementController"}
+
+
 def frozen_bearing(_arena: Arena, _at: int) -> float:
     """Of a compass whose raw field goes on with its noise."""
     return 100.0

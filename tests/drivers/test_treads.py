@@ -246,6 +246,7 @@ def test_a_tread_that_is_pushed_while_outputs_are_disabled_has_not_turned_unaske
     bench = bench_of(driver, settings(full_counts_s=1000.0))
     driver.drives = [REPORT._replace(right_encoder=5000), *([REPORT] * 2)]
     enabled = True
+    assert isinstance(bench.model, Treads)
     bench.model.interlock = lambda: enabled
     bench.run(240)
     enabled = False

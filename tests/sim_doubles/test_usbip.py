@@ -191,6 +191,22 @@ def test_pieces_of_a_transaction_are_joined_by_a_repeated_start(rig: ServedRig, 
     assert host.transaction(SENSOR, (b"\x3a", 1)) == b"\x01"
 
 
+def test_what_comes_after_a_refusal_begins_with_a_start() -> None:
+    pieces: list[Piece] = []
+
+    def transfer(piece: Piece) -> bytes:
+        pieces.append(piece)
+        ((address, length),) = piece.messages
+        if address == FREE or not isinstance(length, int):
+            raise OSError(EREMOTEIO, "refused")
+        return bytes(length)
+
+    host = Host(Conversation(I2cTinyUsb("x", transfer)))
+    for address in (SENSOR, FREE, SENSOR):
+        host.read(TRANSFER + FIRST * (not pieces), 1, address, 1)
+    assert [piece.continues for piece in pieces] == [False, True, False]
+
+
 def test_messages_of_one_transaction_may_go_to_several_addresses(
     rig: ServedRig, host: Host
 ) -> None:
