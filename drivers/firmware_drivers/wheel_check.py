@@ -8,6 +8,8 @@ less, one with another load a third less; several times as much, or the other wa
 One report that says too little may be of a loop that was held up: two in a row are wrong.
 """
 
+import math
+
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.hal.wire_errors import Implausible, Runaway
 
@@ -29,12 +31,14 @@ class WheelCheck:
     def __init__(self, where: str, name: str, full_counts_s: float, ramp: int) -> None:
         self._where, self._name = where, name
         self._full, self._ramp = full_counts_s, ramp
+        self._reached = 0.0
+        """The speed that the ramp has reached by the last report; a stop is a ramp, too."""
         self.begin_again()
 
     def begin_again(self) -> None:
         """Forget what came before: the chip was stopped, or is not the same any more."""
         self._last: int | None = None
-        self._speed = self._speed_before = 0.0
+        self._speed = 0.0
         self._too_little = 0
 
     def is_unasked(self, count: int, elapsed: int) -> bool:
@@ -54,8 +58,10 @@ class WheelCheck:
         turned, due, coming = self._turned(count, elapsed)
         is_ahead = turned > MOST_SHARE * due + coming + SLACK_COUNTS
         is_unasked = self.is_unasked(count, elapsed)
-        self._last = count
-        self._speed_before, self._speed = self._speed, speed
+        if self._last is not None:
+            most = elapsed / self._ramp if self._ramp else math.inf
+            self._reached += max(-most, min(most, self._speed - self._reached))
+        self._last, self._speed = count, speed
         least = LEAST_SHARE * due - coming - SLACK_COUNTS
         self._too_little = self._too_little + 1 if turned < least else 0
         if not is_ahead and self._too_little < REPORTS:
@@ -73,7 +79,7 @@ class WheelCheck:
         if self._last is None:
             return 0.0, 0.0, 0.0
         due = self._full * self._speed * elapsed / SECOND
-        ramped = abs(self._speed - self._speed_before)
+        ramped = abs(self._speed - self._reached)
         coming = self._full * ramped * min(ramped * self._ramp, elapsed) / SECOND
         turned = float((count - self._last + COUNTS // 2) % COUNTS - COUNTS // 2)
         return (-turned, -due, coming) if self._speed < 0 else (turned, due, coming)

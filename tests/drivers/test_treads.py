@@ -4,7 +4,7 @@ import math
 import re
 
 import pytest
-from firmware_drivers.chips.md25 import Md25, Md25Report
+from firmware_drivers.chips.md25 import Md25, Md25Report, Md25Settings
 from firmware_drivers.motors import FAULTS_BEFORE_FORGETTING
 from firmware_drivers.treads import Treads, TreadSettings, TreadSpeeds
 
@@ -263,6 +263,25 @@ def test_exit_stops_in_whatever_phase(bench: TreadsBench, driver: ScriptedDriver
 
 
 # On a double --------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("every_ms", [20, 50, 100, 500])
+@pytest.mark.parametrize("speed", [0.3, 1.0])
+def test_commands_that_come_faster_than_a_ramp_ends_are_no_fault(
+    every_ms: int, speed: float
+) -> None:
+    rig = VirtualBus()
+    rig.connect(Md25Double, full_speed_rad_s=17.8)
+    driver = Md25(rig.bus, settings=Md25Settings(acceleration=10))
+    stated = settings(refresh=SECOND // 2, full_counts_s=1020.0, ramp=325 * MILLISECOND)
+    treads = Treads("treads", driver, stated)
+    faults = rig.simulate([treads], treads.fault_out)
+    speeds = [speed, speed, -speed, speed, 0.0, 0.0]
+    for at in range(500, 3500, every_ms):
+        rig.run(at * MILLISECOND)
+        share = speeds[(at - 500) // 500]
+        rig.send(treads.speeds, TreadSpeeds(share, -share), at * MILLISECOND)
+    assert faults == []
 
 
 @pytest.mark.slow
