@@ -6,6 +6,7 @@ import re
 import pytest
 from firmware_drivers.chips.md25 import Md25, Md25Report, Md25Settings
 from firmware_drivers.motors import FAULTS_BEFORE_FORGETTING
+from firmware_drivers.tables.treads import Md25Table
 from firmware_drivers.treads import Treads, TreadSettings, TreadSpeeds
 
 from firmware_runtime.devs.time import MILLISECOND, SECOND
@@ -260,6 +261,17 @@ def test_exit_stops_in_whatever_phase(bench: TreadsBench, driver: ScriptedDriver
     bench.put(50, right=1, left=1)
     assert bench.simulator.exit() == []
     assert driver.driven[-1][0] == STOP
+
+
+@pytest.mark.parametrize("mounted", [(), ("left",), ("right",)])
+def test_a_table_reverses_the_motors_that_it_says_and_knows_the_ramp(
+    mounted: tuple[str, ...],
+) -> None:
+    stated = {f"{side}_reversed": True for side in mounted}
+    table = Md25Table(speed=0.5, refresh_s=0.2, bus="i2c1", address=0x58, **stated)  # type: ignore[arg-type]
+    found = table.model
+    assert (found.left_reversed, found.right_reversed) == ("left" in mounted, "right" in mounted)
+    assert found.ramp == pytest.approx(635 * MILLISECOND)  # 127 steps, 5 each 25 ms
 
 
 # On a double --------------------------------------------------------------------------------------
