@@ -214,13 +214,15 @@ HEARD, NOTHING = ({"distance": 2.1}, {"distance": math.inf})
         (CLOCKWISE, [NOTHING, {"distance": 2.0, "detected": 1}, NOTHING], [2.0, 2.0]),
         (CLOCKWISE, [{"distance": 2.2, "detected": 1}, NOTHING], [2.2]),
         (STILL, [NOTHING], []),
+        (None, [NOTHING], []),
     ],
 )
 def test_what_stops_a_head_has_to_be_heard_once_more(
-    command: int, pings: list[dict[str, float]], doubts: list[float]
+    command: int | None, pings: list[dict[str, float]], doubts: list[float]
 ) -> None:
     look = AtomicBench(SecondLook("second_look"))
-    look.put(10, head=command)
+    if command is not None:
+        look.put(10, head=command)
     look.put(20, distance=2.0, detected=1)
     for place, ping in enumerate(pings):
         look.put(86 + 66 * place, **ping)

@@ -82,6 +82,16 @@ def test_a_wheel_that_turns_to_and_fro_as_told_between_two_judgements_is_no_faul
         wheel.take(count, SECOND // 50, speed)
 
 
+def test_a_new_check_takes_one_report_of_too_little_and_no_turn_unasked() -> None:
+    wheel = WheelCheck("treads", "left", 1000.0, 100 * MILLISECOND)
+    for count, speed in ((0, 0.5), (0, 0.5), (250, 0.5)):
+        wheel.take(count, HALF, speed)
+    wheel = WheelCheck("treads", "left", 1000.0, 100 * MILLISECOND)
+    wheel.take(0, HALF, 0.0)
+    with pytest.raises(Runaway, match="is 20, expected about 0 counts"):
+        wheel.take(20, HALF, 0.0)
+
+
 def test_what_turns_backwards_is_told_so(wheel: WheelCheck) -> None:
     wheel.take(480, HALF, -0.5)
     wheel.take(260, HALF, -0.5)
