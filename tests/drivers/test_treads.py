@@ -268,7 +268,7 @@ def test_a_table_reverses_the_motors_that_it_says_and_knows_the_ramp(
     mounted: tuple[str, ...],
 ) -> None:
     stated = {f"{side}_reversed": True for side in mounted}
-    table = Md25Table(speed=0.5, refresh_s=0.2, bus="i2c1", address=0x58, **stated)  # type: ignore[arg-type]
+    table = Md25Table(speed=0.5, refresh_s=0.2, bus="i2c1", address=0x58, **stated)
     found = table.model
     assert (found.left_reversed, found.right_reversed) == ("left" in mounted, "right" in mounted)
     assert found.ramp == pytest.approx(635 * MILLISECOND)  # 127 steps, 5 each 25 ms

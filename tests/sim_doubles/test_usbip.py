@@ -85,6 +85,7 @@ def test_the_configuration_says_how_long_it_is(host: Host) -> None:
         lengths.append(whole[at])
         at += whole[at]
     assert (lengths, at) == ([9, 9], total == len(whole) and total)
+    assert whole[:9] == b"\x09\x02\x12\x00\x01\x01\x00\x80\x32"  # 100 mA of the bus
     assert whole[9:] == b"\x09\x04\x00\x00\x00\xff\x00\x00\x00"  # no endpoint but the first
 
 
