@@ -172,16 +172,18 @@ class Treads(Motors):
         elapsed, self._since_report = self._since_report, 0
         if report is None or not self._wheels:
             return
-        if self._is_ahead(report, elapsed):  # once more: one byte that was no encoder's is no turn
+        if self._is_unasked(
+            report, elapsed
+        ):  # once more: one byte that was no encoder's is no turn
             self.report = report = self.driver.set_speeds(left, right) or report
         counts = report.left_encoder, report.right_encoder
         for wheel, count, speed in zip(self._wheels, counts, (left, right), strict=True):
             wheel.take(count, elapsed, speed)
 
-    def _is_ahead(self, report: Md25Report, elapsed: int) -> bool:
-        """Return whether a wheel has turned by more than it was told to."""
+    def _is_unasked(self, report: Md25Report, elapsed: int) -> bool:
+        """Return whether a wheel has turned by more than it was told to, or the other way."""
         left, right = self._wheels
-        return left.is_ahead(report.left_encoder, elapsed) or right.is_ahead(
+        return left.is_unasked(report.left_encoder, elapsed) or right.is_unasked(
             report.right_encoder, elapsed
         )
 

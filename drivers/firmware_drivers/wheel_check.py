@@ -5,17 +5,49 @@ has turned contradicts them. Compared is what each wheel has turned since the la
 its speed makes of the time since then. A wheel that a ramp still brings up to speed may have turned
 less, one with another load a third less; several times as much, or the other way, it cannot.
 
-One report that says too little may be of a loop that was held up: two in a row are wrong.
+One report that says too little may be of a loop that was held up: two in a row are wrong. Reports
+that come in quick succession, with as many commands, are taken together: each alone has few counts.
 """
+
+import math
+from typing import NamedTuple
 
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.hal.wire_errors import Implausible, Runaway
 
+COUNTS = 1 << 32
+"""An encoder's counter begins again after so many."""
 SLACK_COUNTS = 4.0
 """Counts that a report may be off: what stands still may be moved a little."""
 LEAST_SHARE = 0.7
 MOST_SHARE = 4.0
 REPORTS = 2
+LEAST_SPAN = SECOND // 5
+"""Ns of reports that are judged together, at least."""
+
+
+class _Told(NamedTuple):
+    """What a wheel was told in a span of time, as counts."""
+
+    span: int = 0
+    ahead: float = 0.0
+    back: float = 0.0
+    ramp: float = 0.0
+    """What a ramp explains, either way."""
+
+    def mirrored(self) -> "_Told":
+        """Return the same of a wheel that counts the other way."""
+        return self._replace(ahead=self.back, back=self.ahead)
+
+    @property
+    def most(self) -> float:
+        """Return the most that it may turn ahead."""
+        return MOST_SHARE * self.ahead + self.ramp + SLACK_COUNTS
+
+    @property
+    def least(self) -> float:
+        """Return the least that it has to turn ahead."""
+        return LEAST_SHARE * self.ahead - MOST_SHARE * self.back - self.ramp - SLACK_COUNTS
 
 
 class WheelCheck:
@@ -27,18 +59,24 @@ class WheelCheck:
     def __init__(self, where: str, name: str, full_counts_s: float, ramp: int) -> None:
         self._where, self._name = where, name
         self._full, self._ramp = full_counts_s, ramp
+        self._reached = 0.0
+        """The speed that the ramp has reached by the last report; a stop is a ramp, too."""
         self.begin_again()
 
     def begin_again(self) -> None:
         """Forget what came before: the chip was stopped, or is not the same any more."""
         self._last: int | None = None
-        self._speed = self._speed_before = 0.0
+        self._speed = 0.0
+        self._told = _Told()
         self._too_little = 0
 
-    def is_ahead(self, count: int, elapsed: int) -> bool:
-        """Return whether its encoder says more, `elapsed` ns after the last, than it was told."""
-        turned, due, coming = self._turned(count, elapsed)
-        return turned > MOST_SHARE * due + coming + SLACK_COUNTS
+    def is_unasked(self, count: int, elapsed: int) -> bool:
+        """Return whether it turned, `elapsed` ns after the last, more than told or the other way.
+
+        What reads so may be no turn: a wrong byte leaps, and the right one after it leaps back.
+        """
+        told, turned = self._judged(count, elapsed)
+        return told.span >= LEAST_SPAN and not -told.mirrored().most <= turned <= told.most
 
     def take(self, count: int, elapsed: int, speed: float) -> None:
         """Take its encoder, `elapsed` ns after the last one, and the speed that it has from now on.
@@ -46,29 +84,43 @@ class WheelCheck:
         Raises Implausible where it did not turn as it was told before: Runaway for more than that,
         or the other way.
         """
-        turned, due, coming = self._turned(count, elapsed)
-        is_ahead = self.is_ahead(count, elapsed)
-        self._last = count
-        self._speed_before, self._speed = self._speed, speed
-        least = LEAST_SHARE * due - coming - SLACK_COUNTS
-        self._too_little = self._too_little + 1 if turned < least else 0
-        if not is_ahead and self._too_little < REPORTS:
+        told, turned = self._judged(count, elapsed)
+        is_unasked = self.is_unasked(count, elapsed)
+        if self._last is None:
+            self._last = count
+        else:
+            most = elapsed / self._ramp if self._ramp else math.inf
+            self._reached += max(-most, min(most, self._speed - self._reached))
+        self._speed, self._told = speed, told
+        if told.span < LEAST_SPAN:
+            return
+        self._last, self._told = count, _Told()
+        if told.back > told.ahead:
+            told, turned = told.mirrored(), -turned
+        self._too_little = self._too_little + 1 if turned < told.least else 0
+        if turned <= told.most and self._too_little < REPORTS:
             return
         self.begin_again()
-        is_unasked = is_ahead or turned < -coming - SLACK_COUNTS
         kind = Runaway if is_unasked else Implausible
-        expected = f"about {due:.0f} counts of its encoder in {elapsed / SECOND:.2f} s"
+        due = told.ahead - told.back
+        expected = f"about {due:.0f} counts of its encoder in {told.span / SECOND:.2f} s"
         raise kind(self._where, f"{self._name} wheel's turn", turned, expected)
 
-    def _turned(self, count: int, elapsed: int) -> tuple[float, float, float]:
-        """Return counts that it turned as it was told to, that were due, and that a ramp explains.
+    def _judged(self, count: int, elapsed: int) -> tuple[_Told, float]:
+        """Return what it was told and what it turned since the report that was judged last.
 
-        None of all where there was no report before.
+        Nothing where there was no report before.
         """
         if self._last is None:
-            return 0.0, 0.0, 0.0
+            return _Told(), 0.0
         due = self._full * self._speed * elapsed / SECOND
-        ramped = abs(self._speed - self._speed_before)
-        coming = self._full * ramped * min(ramped * self._ramp, elapsed) / SECOND
-        turned = float(count - self._last)
-        return (-turned, -due, coming) if self._speed < 0 else (turned, due, coming)
+        ramped = abs(self._speed - self._reached)
+        ramp = self._full * ramped * min(ramped * self._ramp, elapsed) / SECOND
+        before = self._told
+        told = _Told(
+            before.span + elapsed,
+            before.ahead + max(due, 0.0),
+            before.back + max(-due, 0.0),
+            before.ramp + ramp,
+        )
+        return told, float((count - self._last + COUNTS // 2) % COUNTS - COUNTS // 2)

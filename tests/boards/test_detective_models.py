@@ -1,5 +1,6 @@
-"""The detective's own models: angles, mission, the turn check."""
+"""The detective's own models: angles, mission, the turn check, the second look."""
 
+import math
 from collections.abc import Callable
 from pathlib import Path
 
@@ -7,6 +8,7 @@ import pytest
 from firmware_boards.detective.angles import are_close, growth, shorter_way_grows
 from firmware_boards.detective.messages import Degree, Message
 from firmware_boards.detective.mission import Mission
+from firmware_boards.detective.second_look import SecondLook
 from firmware_boards.detective.sensors import Compass2
 from firmware_boards.detective.turning import HeadTurn, Turn, VehicleTurn
 from firmware_drivers.motors import CLOCKWISE, COUNTERCLOCKWISE, STILL
@@ -200,6 +202,47 @@ def test_a_head_that_was_stopped_amid_a_sweep_is_believed_again_once_it_turns_ba
     assert turned(head, 260, range(9, 11)) == [(0.0, 9), (50.0, 10)]
 
 
+HEARD, NOTHING = ({"distance": 2.1}, {"distance": math.inf})
+
+
+@pytest.mark.parametrize(
+    ("command", "pings", "doubts"),
+    [
+        (CLOCKWISE, [NOTHING], [2.0]),
+        (CLOCKWISE, [HEARD, NOTHING], []),
+        (CLOCKWISE, [NOTHING, NOTHING], [2.0]),
+        (CLOCKWISE, [NOTHING, {"distance": 2.0, "detected": 1}, NOTHING], [2.0, 2.0]),
+        (CLOCKWISE, [{"distance": 2.2, "detected": 1}, NOTHING], [2.2]),
+        (STILL, [NOTHING], []),
+        (None, [NOTHING], []),
+    ],
+)
+def test_what_stops_a_head_has_to_be_heard_once_more(
+    command: int | None, pings: list[dict[str, float]], doubts: list[float]
+) -> None:
+    look = AtomicBench(SecondLook("second_look"))
+    if command is not None:
+        look.put(10, head=command)
+    look.put(20, distance=2.0, detected=1)
+    for place, ping in enumerate(pings):
+        look.put(86 + 66 * place, **ping)
+    look.run(1000)
+    assert [fault.value for fault in look.faults] == doubts
+
+
+def test_a_head_stops_after_the_ping_of_that_instant_and_is_doubted_however_late_the_next() -> None:
+    look = AtomicBench(SecondLook("second_look"))
+    look.put(10, head=COUNTERCLOCKWISE)
+    look.put(20, head=STILL, distance=2.0, detected=1)
+    look.put(30, head=STILL)
+    look.put(350, distance=math.inf)
+    look.put(400, distance=2.0, detected=1)
+    look.put(450, distance=math.inf)
+    look.run(1000)
+    (fault,) = look.said["fault"]
+    assert (fault[0], fault[1].kind, fault[1].consecutive) == (350, "Implausible", 1)
+
+
 # The robot ----------------------------------------------------------------------------------------
 
 
@@ -215,6 +258,17 @@ def contradicted(robot: VirtualDetective, begins_s: float, ends_s: float) -> flo
     robot.run(robot.simulator.now / SECOND + 0.5)
     assert robot.are_treads_still()
     return fault.value
+
+
+def test_states_of_both_controllers_go_into_the_log_of_the_arena() -> None:
+    robot = virtual_detective()
+    robot.run(0.6)
+    states = {
+        model: [stay.state for stay in stays]
+        for model, stays in robot.rig.log.stays(robot.simulator.now).items()
+    }
+    assert states["radarController"][-1] == "Ask motor1 to turn right"
+    assert states.keys() == {"radarController", "movementController"}
 
 
 def frozen_bearing(_arena: Arena, _at: int) -> float:

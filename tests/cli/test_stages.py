@@ -184,6 +184,11 @@ def test_an_end_with_hardware_is_refused_without_a_link() -> None:
         firmware_runtime.open_board("tachobot", role="robot", doubles=True, clock="virtual")
 
 
+def test_a_link_is_refused_without_a_role(tmp_path: Path) -> None:
+    with pytest.raises(ConfigError, match="--link without --role; expected the role"):
+        firmware_runtime.open_board("tachobot", doubles=True, link=f"unix:{tmp_path}/link")
+
+
 def test_an_end_whose_clock_is_not_real_time_is_refused_with_a_link(tmp_path: Path) -> None:
     for clock in (firmware_runtime.VirtualClock(), firmware_runtime.ScaledClock(2.0)):
         with pytest.raises(ConfigError, match="a link lives in real time"):

@@ -96,6 +96,7 @@ def test_it_was_on_in_between(
     monkeypatch.setattr(chip, "before_change", lambda: before.append(chip.duties))
     ended = command(*MOVE, "--yes")
     assert (ended.status, ended.error.count("channel 3 goes to duty 0.5")) == (0, 1)
+    assert ended.out.endswith(": off\n")
     assert any(duties[3] == 0.5 for duties in before)
     assert not any(chip.duties)
 

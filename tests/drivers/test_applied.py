@@ -85,6 +85,9 @@ NAN = "; ".join(f"{at_ms} speeds=(nan,0.5)" for at_ms in range(41, 60))
             f"thrust: 100 {WEAK}; refuse 3; 110 {WEAK}; switch; "
             f"unready is has failed 2 times in a row; 160 {WEAK}; off is True; unready is ()"
         ),
+        "all of signals after speeds that were clipped": (
+            "treads: 50 speeds=(2.0,0.0); 60 right=1 left=1; applied is NOTHING PART ALL"
+        ),
         "part of speeds that were clipped and nothing while disabled": (
             "treads: 100 speeds=(0.5,0.5); 110 speeds=(1.5,0.5); switch; 200; switch; 300; "
             "applied is NOTHING ALL PART NOTHING PART"

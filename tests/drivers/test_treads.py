@@ -4,8 +4,9 @@ import math
 import re
 
 import pytest
-from firmware_drivers.chips.md25 import Md25, Md25Report
+from firmware_drivers.chips.md25 import Md25, Md25Report, Md25Settings
 from firmware_drivers.motors import FAULTS_BEFORE_FORGETTING
+from firmware_drivers.tables.treads import Md25Table
 from firmware_drivers.treads import Treads, TreadSettings, TreadSpeeds
 
 from firmware_runtime.devs.time import MILLISECOND, SECOND
@@ -227,13 +228,72 @@ def test_standing_treads_with_encoders_are_looked_after_and_may_not_turn(
     assert bench.driven.endswith(" 810:stop 820:0/0")
 
 
+@pytest.mark.parametrize(
+    ("count", "wrong"), [(0, 8), (0, 2**30), (0, -(2**31)), (-1, -9), (-1, -1 - 2**30)]
+)
+def test_an_encoder_that_once_reads_with_a_wrong_bit_is_read_again(
+    driver: ScriptedDriver, count: int, wrong: int
+) -> None:
+    bench = bench_of(driver, settings(full_counts_s=1000.0))
+    right, leap = REPORT._replace(right_encoder=count), REPORT._replace(right_encoder=wrong)
+    driver.drives = [right, leap, right]
+    bench.run(640)
+    assert (bench.driven, bench.faults) == ("210:0/0 410:0/0 410:0/0 610:0/0", [])
+
+
+def test_a_tread_that_is_pushed_while_outputs_are_disabled_has_not_turned_unasked(
+    driver: ScriptedDriver,
+) -> None:
+    bench = bench_of(driver, settings(full_counts_s=1000.0))
+    driver.drives = [REPORT._replace(right_encoder=5000), *([REPORT] * 2)]
+    enabled = True
+    assert isinstance(bench.model, Treads)
+    bench.model.interlock = lambda: enabled
+    bench.run(240)
+    enabled = False
+    bench.run(440)
+    enabled = True
+    bench.run(900)
+    assert (bench.driven, bench.faults) == ("210:0/0 610:0/0 810:0/0", [])
+
+
 def test_exit_stops_in_whatever_phase(bench: TreadsBench, driver: ScriptedDriver) -> None:
     bench.put(50, right=1, left=1)
     assert bench.simulator.exit() == []
     assert driver.driven[-1][0] == STOP
 
 
+@pytest.mark.parametrize("mounted", [(), ("left",), ("right",)])
+def test_a_table_reverses_the_motors_that_it_says_and_knows_the_ramp(
+    mounted: tuple[str, ...],
+) -> None:
+    stated = {f"{side}_reversed": True for side in mounted}
+    table = Md25Table(speed=0.5, refresh_s=0.2, bus="i2c1", address=0x58, **stated)
+    found = table.model
+    assert (found.left_reversed, found.right_reversed) == ("left" in mounted, "right" in mounted)
+    assert found.ramp == pytest.approx(635 * MILLISECOND)  # 127 steps, 5 each 25 ms
+
+
 # On a double --------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("every_ms", [20, 50, 100, 500])
+@pytest.mark.parametrize("speed", [0.3, 1.0])
+def test_commands_that_come_faster_than_a_ramp_ends_are_no_fault(
+    every_ms: int, speed: float
+) -> None:
+    rig = VirtualBus()
+    rig.connect(Md25Double, full_speed_rad_s=17.8)
+    driver = Md25(rig.bus, settings=Md25Settings(acceleration=10))
+    stated = settings(refresh=SECOND // 2, full_counts_s=1020.0, ramp=325 * MILLISECOND)
+    treads = Treads("treads", driver, stated)
+    faults = rig.simulate([treads], treads.fault_out)
+    speeds = [speed, speed, -speed, speed, 0.0, 0.0]
+    for at in range(500, 3500, every_ms):
+        rig.run(at * MILLISECOND)
+        share = speeds[(at - 500) // 500]
+        rig.send(treads.speeds, TreadSpeeds(share, -share), at * MILLISECOND)
+    assert faults == []
 
 
 @pytest.mark.slow

@@ -5,7 +5,7 @@ from firmware_drivers.wheel_check import WheelCheck
 
 from firmware_runtime import Strike, open_board
 from firmware_runtime.devs.time import MILLISECOND, SECOND
-from firmware_runtime.hal.wire_errors import Implausible
+from firmware_runtime.hal.wire_errors import Implausible, Runaway
 
 HALF = SECOND // 2
 
@@ -36,6 +36,60 @@ def test_too_little_twice_in_a_row_is_a_fault(wheel: WheelCheck, counts: int) ->
 def test_several_times_as_much_is_a_fault_at_once(wheel: WheelCheck) -> None:
     with pytest.raises(Implausible, match="left wheel's turn is 1100"):
         wheel.take(1330, HALF, 0.5)
+
+
+def test_a_counter_that_begins_again_is_no_fault() -> None:
+    wheel = WheelCheck("treads", "left", 1000.0, 0)
+    last = 2**31 - 100  # as the chip has it: 32 bits with a sign
+    wheel.take(last, 0, 0.5)
+    wheel.take(last + 250 - 2**32, HALF, -0.5)
+    wheel.take(last, HALF, 0.0)
+    with pytest.raises(Implausible, match="left wheel's turn is 500, expected about 0"):
+        wheel.take(last + 500 - 2**32, HALF, 0.0)
+
+
+@pytest.mark.parametrize(
+    ("speed", "counts", "said"),
+    [
+        (0.1, 0, Implausible),
+        (-0.1, 0, Implausible),
+        (0.1, -2, Runaway),
+        (0.1, 9, Runaway),
+        (0.0, 1, Runaway),
+        (0.0, -1, Runaway),
+    ],
+)
+def test_reports_in_quick_succession_are_judged_together(
+    speed: float, counts: int, said: type[Implausible]
+) -> None:
+    wheel = WheelCheck("treads", "left", 1000.0, 0)
+    turn(wheel, range(10), counts, speed)
+    with pytest.raises(Implausible) as found:
+        turn(wheel, range(10, 21), counts, speed)
+    assert found.type is said
+
+
+def turn(wheel: WheelCheck, reports: range, counts: int, speed: float) -> None:
+    for number in reports:
+        wheel.take(counts * number, SECOND // 50, speed)
+
+
+def test_a_wheel_that_turns_to_and_fro_as_told_between_two_judgements_is_no_fault() -> None:
+    wheel, count, speed = WheelCheck("treads", "left", 1000.0, 0), 0, 0.0
+    for number in range(100):
+        count += round(speed * 20)
+        speed = (0.5, -0.5, -0.5)[number % 3]
+        wheel.take(count, SECOND // 50, speed)
+
+
+def test_a_new_check_takes_one_report_of_too_little_and_no_turn_unasked() -> None:
+    wheel = WheelCheck("treads", "left", 1000.0, 100 * MILLISECOND)
+    for count, speed in ((0, 0.5), (0, 0.5), (250, 0.5)):
+        wheel.take(count, HALF, speed)
+    wheel = WheelCheck("treads", "left", 1000.0, 100 * MILLISECOND)
+    wheel.take(0, HALF, 0.0)
+    with pytest.raises(Runaway, match="is 20, expected about 0 counts"):
+        wheel.take(20, HALF, 0.0)
 
 
 def test_what_turns_backwards_is_told_so(wheel: WheelCheck) -> None:

@@ -5,7 +5,8 @@ import gc
 import itertools
 import os
 import re
-from collections.abc import Callable, Iterator
+import select
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import closing
 from pathlib import Path
 from threading import Thread
@@ -61,6 +62,18 @@ def test_bytes_arrive_unchanged_in_both_directions_in_as_many_parts_as_they_came
         os.write(line.far, part)
         assert port.read_available() == part
     assert port.read_available() == b""
+
+
+def test_reading_waits_for_nothing(port: LinuxSerialPort, monkeypatch: pytest.MonkeyPatch) -> None:
+    waited: list[float | None] = []
+
+    def noted(*sockets: Iterable[int], wait: Callable[..., object] = select.select) -> object:
+        waited.append(sockets[3])  # type: ignore[arg-type]
+        return wait(*sockets[:3], 0.0)
+
+    monkeypatch.setattr(select, "select", noted)
+    assert port.read_available() == b""
+    assert set(waited) <= {0.0}
 
 
 def test_a_port_may_be_opened_without_the_module_of_linux(line: Line) -> None:

@@ -11,7 +11,7 @@ from benchmarks.prediction.machine import Machine, Runs
 from firmware_runtime.board import registry
 from firmware_runtime.devs.component import below_root
 from firmware_runtime.devs.coupled import with_all_below
-from firmware_runtime.devs.time import MILLISECOND
+from firmware_runtime.devs.time import MILLISECOND, SECOND
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.executive.clocks import VirtualClock
 from firmware_runtime.runs import timing_prediction
@@ -74,6 +74,17 @@ def test_own_times_of_a_run_on_chips_hold_the_wire_already(recorded: Statistics)
     assert predicted(board, served).response_ns > on_chips + MILLISECOND
     slower = registry.load("tachobot", [SLOW_BUS])
     assert predicted(slower, chips).response_ns > on_chips + MILLISECOND
+
+
+def test_a_prediction_has_a_margin(monkeypatch: pytest.MonkeyPatch) -> None:
+    few = {"LEAST_STEPS": 500, "TIMETABLE": 20, "STRETCH": SECOND // 5, "DRAWN": 100}
+    for name, number in few.items():
+        monkeypatch.setattr(timing_prediction, name, number)
+    board = registry.load("tachobot")
+    quick = Runs(board, Machine(MACHINE), 1, 1, wires=False).statistics
+    stated = predicted(board, quick).response_ns
+    monkeypatch.setattr(timing_prediction, "MARGIN", 2 * timing_prediction.MARGIN)
+    assert predicted(board, quick).response_ns == pytest.approx(2 * stated)
 
 
 def always(took: int) -> timing_prediction._Samples:

@@ -29,7 +29,7 @@ from firmware_runtime.recording.board_of_recording import board_of_table
 from firmware_runtime.runs import hardware
 from firmware_runtime.runs.session import Session
 from firmware_runtime.runs.start import start_session
-from sim_doubles.recorded.lines import Rules
+from sim_doubles.recorded.lines import RecordedPort, Rules
 from sim_doubles.recorded.service import RecordedService
 from sim_doubles.recorded.stops import stops_of
 from sim_doubles.recorded.traffic import Deviation, Deviations, Traffic, traffic_of
@@ -287,6 +287,11 @@ def test_another_write_is_refused_and_a_stop_is_taken(serial: Served) -> None:
     assert done[0] == "refused"
     assert due.messages.hex() in str(serial.reported[0])
     port.write(due.messages)
+
+
+def test_a_port_on_which_nothing_passed_is_over_from_the_start(serial: Served) -> None:
+    rules = Rules(is_strict=True, stops=stops_of(serial.recording), deviations=serial.deviations)
+    assert RecordedPort("sonar", [], rules).is_over
 
 
 def test_a_second_client_that_opens_a_port_takes_no_bytes_with_it(serial: Served) -> None:

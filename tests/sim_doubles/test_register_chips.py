@@ -145,9 +145,20 @@ WRONG: dict[TableCheck, tuple[str, str, str]] = {
 
 @pytest.mark.parametrize("check", TABLE_CHECKS, ids=lambda check: check.__name__)
 def test_a_wrong_one_breaks_it(check: TableCheck) -> None:
-    which, that, this = WRONG[check]
-    assert that in EIGHT_BITS
-    right, wrong = table_of(EIGHT_BITS), table_of(EIGHT_BITS.replace(that, this))
+    with pytest.raises((AssertionError, NoAcknowledge)):
+        check(with_a_wrong_one(EIGHT_BITS, *WRONG[check]))
+
+
+@pytest.mark.parametrize(("which", "said"), [("driver", "by the driver"), ("double", "")])
+def test_the_other_order_of_bytes_breaks_it(which: str, said: str) -> None:
+    row = with_a_wrong_one(WORDS, which, 'byte_order = "little"', 'byte_order = "big"')
+    with pytest.raises(AssertionError, match=f"SWAPPED {said}"):
+        checks.registers_read_as_the_table_says_after_power_up(row)
+
+
+def with_a_wrong_one(text: str, which: str, that: str, this: str) -> type[TableRow]:
+    assert that in text
+    right, wrong = table_of(text), table_of(text.replace(that, this))
     driver = driver_of(wrong if which == "driver" else right)
     of_double = wrong if which == "double" else right
 
@@ -160,8 +171,7 @@ def test_a_wrong_one_breaks_it(check: TableCheck) -> None:
         def make_double(self, now: Now, address: int, world: World) -> RegisterTableDouble:
             return RegisterTableDouble(now, of_double, address, world)
 
-    with pytest.raises((AssertionError, NoAcknowledge)):
-        check(Row)
+    return Row
 
 
 def test_a_driver_that_is_off_by_a_count_breaks_it() -> None:

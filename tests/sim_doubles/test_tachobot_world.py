@@ -103,6 +103,23 @@ def test_equal_duties_move_nothing(mounting: Mounting, duty: float) -> None:
     assert rig.world.state(SECOND) == TachobotState(0, 0, 0, 0, 0, 0)
 
 
+def test_what_pushes_a_body_that_turns_leads_it_round_as_the_integral_says() -> None:
+    rig = Rig(FREE)
+    rig.drive(0, 1, 0, 1, 0)
+    rig.drive(SECOND, 1, 1, 0, 0)
+    begun, moved = rig.world.state(SECOND), rig.world.state(3 * SECOND)
+    rate, push = begun.yaw_rate_rad_s, 0.40 / 3.0 / begun.yaw_rate_rad_s
+    sine, cosine = (math.sin(moved.yaw_rad), math.cos(moved.yaw_rad))
+    sine_before, cosine_before = (math.sin(begun.yaw_rad), math.cos(begun.yaw_rad))
+    assert moved.yaw_rad == pytest.approx(begun.yaw_rad + 2.0 * rate)
+    assert (begun.vx_m_s, begun.vy_m_s) == pytest.approx((0.0, 0.0), abs=1e-12)
+    expected = (
+        push * (sine - sine_before - cosine + cosine_before),
+        push * (-cosine + cosine_before - sine + sine_before),
+    )
+    assert (moved.vx_m_s, moved.vy_m_s) == pytest.approx(expected, abs=1e-11)
+
+
 def test_full_off_leaves_a_turning_body_turning_and_the_platform_pins_x_and_y() -> None:
     rig = Rig(TachobotParameters())
     rig.drive(0, 1, -1, 1, -1)

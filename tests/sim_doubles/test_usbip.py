@@ -85,6 +85,7 @@ def test_the_configuration_says_how_long_it_is(host: Host) -> None:
         lengths.append(whole[at])
         at += whole[at]
     assert (lengths, at) == ([9, 9], total == len(whole) and total)
+    assert whole[:9] == b"\x09\x02\x12\x00\x01\x01\x00\x80\x32"  # 100 mA of the bus
     assert whole[9:] == b"\x09\x04\x00\x00\x00\xff\x00\x00\x00"  # no endpoint but the first
 
 
@@ -189,6 +190,22 @@ def test_pieces_of_a_transaction_are_joined_by_a_repeated_start(rig: ServedRig, 
     host.ask((VENDOR_OUT, TRANSFER, 0, SENSOR, 1), b"\x3a")
     assert host.read(TRANSFER + LAST, 1, SENSOR, 1).read == b"\x00", "and no new one"
     assert host.transaction(SENSOR, (b"\x3a", 1)) == b"\x01"
+
+
+def test_what_comes_after_a_refusal_begins_with_a_start() -> None:
+    pieces: list[Piece] = []
+
+    def transfer(piece: Piece) -> bytes:
+        pieces.append(piece)
+        ((address, length),) = piece.messages
+        if address == FREE or not isinstance(length, int):
+            raise OSError(EREMOTEIO, "refused")
+        return bytes(length)
+
+    host = Host(Conversation(I2cTinyUsb("x", transfer)))
+    for address in (SENSOR, FREE, SENSOR):
+        host.read(TRANSFER + FIRST * (not pieces), 1, address, 1)
+    assert [piece.continues for piece in pieces] == [False, True, False]
 
 
 def test_messages_of_one_transaction_may_go_to_several_addresses(
