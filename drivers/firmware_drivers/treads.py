@@ -172,9 +172,7 @@ class Treads(Motors):
         elapsed, self._since_report = self._since_report, 0
         if report is None or not self._wheels:
             return
-        if self._is_unasked(
-            report, elapsed
-        ):  # once more: one byte that was no encoder's is no turn
+        if self._is_unasked(report, elapsed):  # once more: a wrong byte is no turn
             self.report = report = self.driver.set_speeds(left, right) or report
         counts = report.left_encoder, report.right_encoder
         for wheel, count, speed in zip(self._wheels, counts, (left, right), strict=True):
