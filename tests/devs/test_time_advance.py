@@ -144,6 +144,17 @@ def test_a_whole_number_of_any_type_is_a_time_advance(
 
 @BOTH
 @pytest.mark.parametrize("company", [0, 2])
+def test_a_nanosecond_of_another_type_takes_time(kind: type[Engine], company: int) -> None:
+    model = Scripted("model", sigma=4)
+    model.on_internal = lambda: model.hold_in("again", np.int64(1))  # type: ignore[arg-type]
+    model.on_external = lambda _elapsed: model.hold_in("again", np.int64(1))  # type: ignore[arg-type]
+    simulator = kind(top(model, *(Clock(f"clock_{number}", 4) for number in range(company))))
+    simulator.run(4)
+    assert simulator.due_at(model) == 5
+
+
+@BOTH
+@pytest.mark.parametrize("company", [0, 2])
 def test_a_zero_of_another_type_takes_no_time_and_its_loops_end(
     kind: type[Engine], company: int
 ) -> None:

@@ -63,6 +63,14 @@ def test_it_says_how_many_ticks_were_on_time(
     assert punctuality(run_of(*lateness_ms, skipped=skipped)) == said
 
 
+@pytest.mark.parametrize(("ticks", "steps"), [((), 0), ((), 5), ((0.1,), 0), ((0.1,), 5)])
+def test_a_run_of_reactions_alone_has_begun_too(ticks: tuple[float, ...], steps: int) -> None:
+    figures = run_of(*ticks)
+    run = replace(figures.conditions.run, steps=steps)
+    figures = replace(figures, conditions=replace(figures.conditions, run=run))
+    assert figures.has_begun is (ticks != () or steps > 0)
+
+
 def test_the_latest_has_its_cause_and_who_it_was_in_words() -> None:
     longest, latest = worst(5_000.0, Cause.GARBAGE), worst(13_000.0, Cause.BUS, "i2c1 0x68")
     found = replace(run_of(*LATE), worst=[longest, latest])

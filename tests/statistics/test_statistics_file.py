@@ -163,6 +163,12 @@ def test_a_state_or_a_model_that_there_is_not_is_refused(
     assert read_statistics(path).complete
 
 
+def test_a_state_is_known_by_its_number_in_the_file(counted: StatisticsFile, path: Path) -> None:
+    for number, state in enumerate(("RUNNING", "ENDED", "STOPPED", "FAILED", "OVERRUN")):
+        counted.cells[STATE] = number
+        assert read_statistics(path).state is RunState[state]
+
+
 @pytest.mark.parametrize(
     ("name", "damage"),
     [
