@@ -19,6 +19,7 @@ from firmware_runtime.devs.time import (
     NEVER,
     SECOND,
     format_time,
+    kept,
     seconds,
 )
 from tests.support.devs_models import Clock, Echo, Log, Scripted, top, traced
@@ -202,6 +203,15 @@ def test_an_instant_reads_as_seconds(at: int, text: str) -> None:
 def test_a_formatted_instant_loses_nothing(at: int) -> None:
     whole, _, rest = format_time(at).removesuffix(" s").partition(".")
     assert int(whole) * SECOND + int(rest) == at
+
+
+def test_a_number_that_was_kept_leaves_room_for_more() -> None:
+    most = 1 << 62
+    for number in (0, most, -most, NEVER):
+        assert kept(number) == number
+    for number in (most + 1, -most - 1, 1.0, "1", None):
+        with pytest.raises(ValueError, match="expected a whole number of less than 63 bits"):
+            kept(number)
 
 
 def test_never_is_later_than_any_instant_of_two_centuries() -> None:

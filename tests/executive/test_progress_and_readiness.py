@@ -15,7 +15,7 @@ from firmware_runtime.executive.policy import ActivationPolicy
 from firmware_runtime.executive.progress import Progress
 from firmware_runtime.hal.wire_errors import Fault
 from firmware_runtime.statistics.file_header import RunState
-from firmware_runtime.statistics.layout import HEARTBEAT
+from firmware_runtime.statistics.layout import ACKNOWLEDGED, ARMED, HEARTBEAT
 from tests.support.executives import Run
 from tests.support.periodic_models import PERIOD, Robot, Sampler
 from tests.support.stalling_clock import StallingClock
@@ -265,6 +265,12 @@ def test_the_heartbeat_is_the_instant_up_to_which_logical_time_has_caught_up() -
     run.until(SECOND)
     assert behind_s[:10] == [0] * 10
     assert all(990 < each < 1010 for each in behind_s[10:])
+
+
+def test_a_run_that_is_armed_as_it_begins_has_acknowledged_no_takeover() -> None:
+    run = Run(Robot(), VirtualClock())
+    run.executive.run_on(PERIOD)
+    assert (run.executive.cells[ARMED], run.executive.cells[ACKNOWLEDGED]) == (1, 0)
 
 
 def test_arming_is_no_sign_of_life() -> None:

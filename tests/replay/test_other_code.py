@@ -7,9 +7,10 @@ from typing import Any
 import pytest
 
 from firmware_runtime.board.registry import Board
-from firmware_runtime.devs.time import SECOND
+from firmware_runtime.devs.time import MILLISECOND, SECOND
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.models.pid import Pid
+from firmware_runtime.recording.blackbox import keyframe_schedule
 from firmware_runtime.recording.blackbox.reader import Recording
 from firmware_runtime.recording.blackbox.section import Kind
 from firmware_runtime.recording.debugger.travel import Travel
@@ -110,14 +111,16 @@ def test_one_can_go_forward_and_back_in_it(flight: Flight) -> None:
     assert len(last[5 * SECOND]) > 3
 
 
-@pytest.mark.usefixtures("other_field")
-def test_one_can_go_back_to_just_behind_a_keyframe_that_is_of_no_use(flight: Flight) -> None:
-    _as_if_changed(flight[0])
-    travel = Travel(*flight, None)
-    while travel.at < 6 * SECOND:
+def test_one_can_go_back_to_just_behind_a_keyframe_that_is_of_no_use(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(keyframe_schedule, "KEYFRAME_EVERY", 200 * MILLISECOND)
+    recording, board = opened(record(tmp_path / "x.recording", "tachobot", 0.4))
+    has_attribute(monkeypatch, "more", lambda _: 0)
+    _as_if_changed(recording)
+    travel = Travel(recording, board, None)
+    while travel.at < 400 * MILLISECOND:
         travel.take()
-    before = dict(travel.last)
-    behind = 5 * SECOND + SECOND // 2
-    travel.go_to(travel.index_after(behind))
-    assert travel.at == behind
-    assert travel.last != before
+    place = travel.index_after(300 * MILLISECOND)
+    travel.go_to(place)
+    assert (travel.at, travel.index) == (300 * MILLISECOND, place)

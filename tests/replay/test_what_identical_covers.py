@@ -271,6 +271,7 @@ def test_what_a_world_sent_does_not_count_as_compared(tmp_path: Path) -> None:
     assert verdict.values + verdict.played_back == verdict.events
     assert verdict.compared == verdict.values < verdict.events
     assert verdict.played_back > 0
+    assert verdict.as_json()["duration_s"] == 1.0
 
 
 WORN = ValueError("worn out")

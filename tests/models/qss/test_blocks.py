@@ -154,6 +154,16 @@ def test_a_hysteresis_changes_at_its_two_levels() -> None:
     ]
 
 
+@pytest.mark.parametrize(("begins_at", "sent"), [(1.4, [-1.0]), (1.6, [-1.0, 1.0])])
+def test_a_hysteresis_that_begins_above_its_upper_level_is_on_at_once(
+    begins_at: float, sent: list[float]
+) -> None:
+    diagram = Diagram()
+    constant = diagram.add(Constant("in", begins_at))
+    diagram.run(diagram.add(Hysteresis("relay", 0.5, 1.5, low=-1.0), in_=constant))
+    assert [(at, each.value) for at, each in diagram.sent] == [(0, each) for each in sent]
+
+
 def test_a_switch_passes_one_wire_or_the_other() -> None:
     diagram = Diagram()
     control = diagram.add(Ramp("control", 1.0, start=-1.0))
