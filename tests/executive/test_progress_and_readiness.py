@@ -243,6 +243,16 @@ def test_the_lag_is_the_time_since_the_next_event_was_due_in_real_time() -> None
         assert progress.note(3000, 3001) == progress.lag == 0
 
 
+@pytest.mark.parametrize("speed", [1, 2, 0.5])
+def test_as_long_a_real_time_behind_ends_a_run_at_any_speed(speed: float) -> None:
+    progress = Followed(speed).progress
+    progress.note(0, 0)
+    for half_tenth in range(1, 203):  # 10 ms from the first of them
+        assert progress.livelock == ""
+        progress.note(round(half_tenth * 50 * MICROSECOND * speed), 0)
+    assert "0.01 s of stepping" in progress.livelock
+
+
 def test_before_logical_time_has_caught_up_once_a_step_that_ends_is_a_sign_of_life() -> None:
     progress = Followed().progress
     assert progress.note(SECOND, 1) == 0

@@ -241,6 +241,17 @@ def test_a_variable_delay_looks_back_as_far_as_the_signal_says() -> None:
         assert at(t) == pytest.approx(exact(t), abs=1e-8)
 
 
+def test_a_delay_that_grows_faster_than_time_looks_back_over_what_has_been() -> None:
+    diagram = Diagram()
+    triangle = diagram.add(Samples("in", [(0.0, 0.0), (1.0, 1.0), (2.0, 0.0)]))
+    growing = diagram.add(Ramp("delay", 2.0, at_s=1.5, until_s=3.0, start=0.1))
+    late = diagram.add(VariableDelay("late", 5.0, initial=-3.0), in_=triangle, delay=growing)
+    at = diagram.run(late)
+    for t, seen in ((1.4, 1.3), (1.8, 1.1), (2.0, 0.9), (2.8, 0.1), (3.3, 0.2), (4.3, 1.2)):
+        assert at(t) == pytest.approx(min(seen, 2.0 - seen), abs=1e-8)
+    assert at(2.95) == -3.0
+
+
 def delayed_by(delay: Atomic) -> Callable[[float], float]:
     """A ramp of slope 1 from 0, delayed by a signal; 2 s at most, and -3 before the start."""
     diagram = Diagram()
