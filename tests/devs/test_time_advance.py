@@ -209,9 +209,9 @@ def test_a_number_that_was_kept_leaves_room_for_more() -> None:
     most = 1 << 62
     for number in (0, most, -most, NEVER):
         assert kept(number) == number
-    for number in (most + 1, -most - 1, 1.0, "1", None):
+    for other in (most + 1, -most - 1, 1.0, "1", None):
         with pytest.raises(ValueError, match="expected a whole number of less than 63 bits"):
-            kept(number)
+            kept(other)
 
 
 def test_never_is_later_than_any_instant_of_two_centuries() -> None:

@@ -85,6 +85,11 @@ def test_all_statistics_say_first_how_it_ended_and_a_long_span_to_the_millisecon
     assert milliseconds(12_345_600.0) == "12346 ms"
 
 
+def test_a_model_that_has_not_run_is_shown_with_none_of_its_activations() -> None:
+    rows = [each.split()[:5] for each in statistics_text(run_of(0.1))]
+    assert ["compass", "100", "Hz", "0", "-"] in rows
+
+
 def test_in_virtual_time_nothing_can_be_late() -> None:
     found = run_of(0.0, clock="VirtualClock")
     assert punctuality(found) == "in virtual time: nothing can be late"
