@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from itertools import pairwise
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -13,7 +14,9 @@ from firmware_runtime.devs.time import MICROSECOND, MILLISECOND, NEVER, SECOND
 from firmware_runtime.executive.clocks import VirtualClock
 from firmware_runtime.recording.blackbox import keyframe_schedule
 from firmware_runtime.recording.blackbox.keyframe_schedule import RESERVE, KeyframeSchedule
+from firmware_runtime.recording.blackbox.layout import Size
 from firmware_runtime.recording.blackbox.recorder import Recorder
+from firmware_runtime.recording.blackbox.ring import AHEAD, STEP, Ring
 from firmware_runtime.recording.blackbox.section import Kind, decode, sent_of
 from firmware_runtime.recording.blackbox.taps import tap_outputs
 from firmware_runtime.recording.blackbox.writer import Pending, Writer
@@ -72,6 +75,24 @@ def test_a_section_that_words_cannot_say_either_is_said_to_be_missing() -> None:
     assert lost.extra.startswith("outside: ")
     assert 2 * SECOND < schedule.due_at < NEVER
     assert not pending
+
+
+def test_a_recording_is_filled_ahead_where_there_is_time_until_the_next_step(
+    tmp_path: Path,
+) -> None:
+    recorder, ring = Recorder(VirtualClock()), Ring(tmp_path / "x", Size(2 * AHEAD, 2), b"header")
+    recorder.write_into(lambda: ring, [], lambda: Captures(then=None), list, is_real_time=False)
+    recorder.go_on(SECOND)
+    recorder.begin(0)
+    ring.write(bytes(3 * STEP))
+    filled = [ring.filled]
+    for left in (RESERVE - 1, RESERVE):
+        recorder.end(0, left)
+        filled.append(ring.filled)
+    recorder.until = RESERVE - 1  # the run ends before
+    recorder.end(0, SECOND)
+    assert [each - filled[0] for each in (*filled, ring.filled)] == [0, 0, STEP, STEP]
+    ring.close()
 
 
 class Captures:

@@ -75,6 +75,14 @@ def test_a_header_that_leaves_no_room_is_refused(tmp_path: Path) -> None:
     assert list(tmp_path.iterdir()) == []
 
 
+def test_more_than_there_is_room_for_is_refused_at_once(tmp_path: Path) -> None:
+    free = os.statvfs(tmp_path)
+    size = Size(free.f_bavail * free.f_frsize // CHUNK_SIZE * CHUNK_SIZE, 2)
+    with pytest.raises(ConfigError, match=r"cannot be made \(No space left"):
+        Ring(tmp_path / "x.recording", size, HEADER)
+    assert list(tmp_path.iterdir()) == []
+
+
 def test_every_page_that_is_written_to_has_been_taken_and_no_more_than_a_way_ahead(
     tmp_path: Path,
 ) -> None:

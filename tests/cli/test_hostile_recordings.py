@@ -119,6 +119,7 @@ EVERY = (
     *("\x7f" * size for size in (0, 1, 31, 32, 256, 1 << 16)),
     *(b"\x91" * size for size in (0, 1, 256, 1 << 16)),
     *(Ext(5, b"\x91" * size) for size in (1, 2, 3, 4, 8, 16, 256, 1 << 16)),
+    *(Ext(5, b"\x00" * size) for size in (3, 256, 1 << 16)),
     *([0] * size for size in (0, 1, 15, 16, 1 << 16)),
     *({key: [0] for key in range(size)} for size in (0, 1, 15, 16, 1 << 12)),
     dict.fromkeys(range(1 << 16), 0),

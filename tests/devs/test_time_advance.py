@@ -19,6 +19,7 @@ from firmware_runtime.devs.time import (
     NEVER,
     SECOND,
     format_time,
+    kept,
     seconds,
 )
 from tests.support.devs_models import Clock, Echo, Log, Scripted, top, traced
@@ -144,6 +145,17 @@ def test_a_whole_number_of_any_type_is_a_time_advance(
 
 @BOTH
 @pytest.mark.parametrize("company", [0, 2])
+def test_a_nanosecond_of_another_type_takes_time(kind: type[Engine], company: int) -> None:
+    model = Scripted("model", sigma=4)
+    model.on_internal = lambda: model.hold_in("again", np.int64(1))  # type: ignore[arg-type]
+    model.on_external = lambda _elapsed: model.hold_in("again", np.int64(1))  # type: ignore[arg-type]
+    simulator = kind(top(model, *(Clock(f"clock_{number}", 4) for number in range(company))))
+    simulator.run(4)
+    assert simulator.due_at(model) == 5
+
+
+@BOTH
+@pytest.mark.parametrize("company", [0, 2])
 def test_a_zero_of_another_type_takes_no_time_and_its_loops_end(
     kind: type[Engine], company: int
 ) -> None:
@@ -191,6 +203,15 @@ def test_an_instant_reads_as_seconds(at: int, text: str) -> None:
 def test_a_formatted_instant_loses_nothing(at: int) -> None:
     whole, _, rest = format_time(at).removesuffix(" s").partition(".")
     assert int(whole) * SECOND + int(rest) == at
+
+
+def test_a_number_that_was_kept_leaves_room_for_more() -> None:
+    most = 1 << 62
+    for number in (0, most, -most, NEVER):
+        assert kept(number) == number
+    for other in (most + 1, -most - 1, 1.0, "1", None):
+        with pytest.raises(ValueError, match="expected a whole number of less than 63 bits"):
+            kept(other)
 
 
 def test_never_is_later_than_any_instant_of_two_centuries() -> None:

@@ -4,6 +4,7 @@ import pytest
 
 from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.coupled import Coupled
+from firmware_runtime.devs.model_errors import CouplingError
 from firmware_runtime.devs.ports import Sent
 from firmware_runtime.devs.senders import Senders
 from firmware_runtime.devs.simulator import Simulator
@@ -87,6 +88,17 @@ def test_a_tree_shows_components_ports_with_types_and_couplings_in_order_of_decl
     assert "      out: int ->" in lines
     first, *_, last = tree(example().components["controller"]).splitlines()
     assert (first, last) == ("controller (Coupled)", "  echo.out -> out")
+
+
+class Unfinished(Atomic):
+    def __init__(self) -> None:
+        """Call nothing of the class above."""
+
+
+@pytest.mark.parametrize("root", [Unfinished(), "robot"])
+def test_what_is_no_model_has_no_tree(root: Atomic) -> None:
+    with pytest.raises(CouplingError, match="expected"):
+        tree(root)
 
 
 class Source(Atomic):

@@ -15,7 +15,7 @@ from firmware_runtime.executive.policy import ActivationPolicy
 from firmware_runtime.executive.progress import Progress
 from firmware_runtime.hal.wire_errors import Fault
 from firmware_runtime.statistics.file_header import RunState
-from firmware_runtime.statistics.layout import HEARTBEAT
+from firmware_runtime.statistics.layout import ACKNOWLEDGED, ARMED, HEARTBEAT
 from tests.support.executives import Run
 from tests.support.periodic_models import PERIOD, Robot, Sampler
 from tests.support.stalling_clock import StallingClock
@@ -243,6 +243,16 @@ def test_the_lag_is_the_time_since_the_next_event_was_due_in_real_time() -> None
         assert progress.note(3000, 3001) == progress.lag == 0
 
 
+@pytest.mark.parametrize("speed", [1, 2, 0.5])
+def test_as_long_a_real_time_behind_ends_a_run_at_any_speed(speed: float) -> None:
+    progress = Followed(speed).progress
+    progress.note(0, 0)
+    for half_tenth in range(1, 203):  # 10 ms from the first of them
+        assert progress.livelock == ""
+        progress.note(round(half_tenth * 50 * MICROSECOND * speed), 0)
+    assert "0.01 s of stepping" in progress.livelock
+
+
 def test_before_logical_time_has_caught_up_once_a_step_that_ends_is_a_sign_of_life() -> None:
     progress = Followed().progress
     assert progress.note(SECOND, 1) == 0
@@ -265,6 +275,12 @@ def test_the_heartbeat_is_the_instant_up_to_which_logical_time_has_caught_up() -
     run.until(SECOND)
     assert behind_s[:10] == [0] * 10
     assert all(990 < each < 1010 for each in behind_s[10:])
+
+
+def test_a_run_that_is_armed_as_it_begins_has_acknowledged_no_takeover() -> None:
+    run = Run(Robot(), VirtualClock())
+    run.executive.run_on(PERIOD)
+    assert (run.executive.cells[ARMED], run.executive.cells[ACKNOWLEDGED]) == (1, 0)
 
 
 def test_arming_is_no_sign_of_life() -> None:

@@ -19,8 +19,14 @@ from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.time import NEVER, SECOND
 from firmware_runtime.recording.blackbox.reader import Recording, read_recording
 from firmware_runtime.recording.blackbox.section import Kind, Section, encode, sent_of
+from firmware_runtime.recording.board_of_recording import board_of
 from firmware_runtime.recording.exports.mcap_file import _FIELDS, definition_of
-from firmware_runtime.recording.exports.typed_values import entered_in, sections_between, typed
+from firmware_runtime.recording.exports.typed_values import (
+    entered_in,
+    passed,
+    sections_between,
+    typed,
+)
 from firmware_runtime.runs.session import Session
 from firmware_runtime.statistics.json_values import plain
 from firmware_runtime.statistics.number_formats import utc
@@ -45,6 +51,10 @@ def exported(run: Path, folder: Path, ending: str, *words: object) -> Path:
     path = folder / f"x{ending}"
     assert main(["export", str(run), "-o", str(path), *map(str, words)]) == 0
     return path
+
+
+def test_what_was_sent_as_a_run_began_is_in_it_too(recording: Recording) -> None:
+    assert next(passed(recording, board_of(recording.header))).at == 0
 
 
 def began(run: Path) -> int:

@@ -157,7 +157,7 @@ def test_a_numpy_without_generators_is_missed_as_ever(monkeypatch: pytest.Monkey
     monkeypatch.setattr(sys, "meta_path", [*sys.meta_path])
     monkeypatch.setattr(np, "__path__", [])
     stood = chance.places()
-    monkeypatch.delitem(sys.modules, "numpy.random")
+    monkeypatch.delitem(sys.modules, "numpy.random", raising=False)
     chance.begin_late([*stood[:3], None])
     with pytest.raises(ModuleNotFoundError):
         import_module("numpy.random")
@@ -206,3 +206,16 @@ def test_a_robot_that_draws_from_numpy_alone_is_its_replay(
     for words in ([], ["--from", "5.5"]):
         again = rover.command("replay", "rover", *words)
         assert again.stdout.startswith("identical"), again.stdout + again.stderr
+
+
+def test_of_many_places_where_numpy_would_begin_only_the_last_is_waited_for(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.delitem(sys.modules, "numpy.random", raising=False)
+    monkeypatch.setattr(sys, "meta_path", finders := [*sys.meta_path])
+    before, stood = len(finders), [*chance.places()[:3], None]
+    for expected in (before + 1, before + 1):
+        chance.begin_late(stood)
+        assert len(finders) == expected
+    chance.begin_late([*stood[:3], "where numpy stood"])
+    assert len(finders) == before

@@ -7,14 +7,16 @@ from typing import Any
 import pytest
 
 from firmware_runtime.board.registry import Board
-from firmware_runtime.devs.time import SECOND
+from firmware_runtime.devs.time import MILLISECOND, SECOND
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.models.pid import Pid
+from firmware_runtime.recording.blackbox import keyframe_schedule
 from firmware_runtime.recording.blackbox.reader import Recording
 from firmware_runtime.recording.blackbox.section import Kind
 from firmware_runtime.recording.debugger.travel import Travel
 from firmware_runtime.recording.replay.stretch import Stretch
 from firmware_runtime.recording.replay.verdict import replay
+from tests.support.allocation import has_attribute
 from tests.support.recorded import record
 from tests.support.replayed import opened
 
@@ -80,6 +82,16 @@ def test_where_no_code_has_changed_it_is_no_verdict(flight: Flight) -> None:
         replay(*flight)
 
 
+def test_what_is_built_otherwise_is_found_at_the_keyframe_that_it_begins_at(
+    flight: Flight, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    has_attribute(monkeypatch, "timeout", lambda model: model.timeout + 1)
+    first = replay(*flight, Stretch(begin=5 * SECOND + SECOND // 2)).first
+    assert first is not None
+    assert (first.at, first.what) == (5 * SECOND, "state")
+    assert first.where == "controller.allocation.timeout"
+
+
 def test_states_of_the_same_form_are_compared(flight: Flight) -> None:
     _as_if_changed(flight[0])
     verdict = replay(*flight)
@@ -97,3 +109,18 @@ def test_one_can_go_forward_and_back_in_it(flight: Flight) -> None:
         assert travel.at == at
         assert last.setdefault(at, dict(travel.last)) == travel.last
     assert len(last[5 * SECOND]) > 3
+
+
+def test_one_can_go_back_to_just_behind_a_keyframe_that_is_of_no_use(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(keyframe_schedule, "KEYFRAME_EVERY", 200 * MILLISECOND)
+    recording, board = opened(record(tmp_path / "x.recording", "tachobot", 0.4))
+    has_attribute(monkeypatch, "more", lambda _: 0)
+    _as_if_changed(recording)
+    travel = Travel(recording, board, None)
+    while travel.at < 400 * MILLISECOND:
+        travel.take()
+    place = travel.index_after(300 * MILLISECOND)
+    travel.go_to(place)
+    assert (travel.at, travel.index) == (300 * MILLISECOND, place)

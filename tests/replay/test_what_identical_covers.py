@@ -20,17 +20,20 @@ from msgspec import Struct
 from firmware_runtime.devs.ports import OutPort, Owner, Sent
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.errors import Status
+from firmware_runtime.recording.blackbox.reader import kind_of
+from firmware_runtime.recording.blackbox.section import Kind
 from firmware_runtime.recording.classes import (
     MOST_WORDS,
+    NO_WORD,
     NotedClasses,
     ReadClasses,
 )
-from firmware_runtime.recording.replay.difference import Difference
+from firmware_runtime.recording.replay.difference import NOTHING, Difference
 from firmware_runtime.recording.replay.verdict import Verdict, replay
 from firmware_runtime.recording.what_if.what_if import Question, answer
 from tests.support.allocation import has_attribute
 from tests.support.command import Command
-from tests.support.recorded import record
+from tests.support.recorded import every_section, record, rewrite
 from tests.support.replayed import opened
 
 Told = Callable[[], object]
@@ -268,6 +271,7 @@ def test_what_a_world_sent_does_not_count_as_compared(tmp_path: Path) -> None:
     assert verdict.values + verdict.played_back == verdict.events
     assert verdict.compared == verdict.values < verdict.events
     assert verdict.played_back > 0
+    assert verdict.as_json()["duration_s"] == 1.0
 
 
 WORN = ValueError("worn out")
@@ -298,6 +302,21 @@ def test_a_run_that_fails_otherwise_is_a_difference_with_both_texts(
     for said, error in ((failure.recorded, recorded), (failure.replayed, present)):
         assert ("nothing" if error is None else type(error).__name__) in str(said)
         assert "worn out" in str(said) or error is not WORN
+
+
+def test_what_is_raised_in_the_last_step_of_a_recording_that_breaks_off_is_a_difference(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    raising(monkeypatch)
+    ERRORS[:] = [WORN]
+    path = record(tmp_path / "run.recording", "tachobot", 1.0)
+    sections = every_section(path)
+    while kind_of(sections[-1]) != Kind.STEP:
+        sections.pop()
+    rewrite(path, sections)
+    verdict, found = replayed(path)
+    assert verdict.is_identical is False
+    assert found["failure"].recorded == NOTHING
 
 
 class Noting:
@@ -352,6 +371,19 @@ def test_what_its_form_does_not_tell_is_looked_at_each_time(first: object, secon
     assert noted.note([4, first]) is not None
     assert noted.note([4, first]) is None
     assert noted.note([4, second]) is not None
+
+
+class Unreadable:
+    """Says that it holds fields, and has none."""
+
+    __dataclass_fields__ = None
+
+
+def test_a_value_that_cannot_be_looked_at_has_no_word() -> None:
+    noted, read = Noting(), ReadClasses()
+    changes = [noted.note([3, value]) for value in (1, Unreadable(), 1)]
+    assert changes == [[0, "int"], [0, NO_WORD], [0, 0]]
+    assert [read.read([3], each) for each in changes] == [["int"], [NO_WORD], ["int"]]
 
 
 def test_there_is_an_end_to_the_classes_that_are_noted() -> None:

@@ -3,6 +3,7 @@
 from typing import Any
 
 import pytest
+from msgspec import convert
 from msgspec.structs import replace
 
 from firmware_runtime.devs.time import MILLISECOND
@@ -21,13 +22,15 @@ from firmware_runtime.statistics.figures import (
     Causes,
     FaultFigures,
     Figures,
+    LinkFigures,
     WorstActivation,
     figures_from,
 )
 from firmware_runtime.statistics.file_header import RunState
+from firmware_runtime.statistics.histogram import Distribution
 from firmware_runtime.statistics.number_formats import milliseconds
 from firmware_runtime.statistics.rows import DeadlineRow
-from firmware_runtime.statistics.run_text import statistics_text
+from firmware_runtime.statistics.run_text import link_text, statistics_text
 from tests.support.written_run import WrittenRun
 
 LATE = (0.1, 13.0)
@@ -63,6 +66,14 @@ def test_it_says_how_many_ticks_were_on_time(
     assert punctuality(run_of(*lateness_ms, skipped=skipped)) == said
 
 
+@pytest.mark.parametrize(("ticks", "steps"), [((), 0), ((), 5), ((0.1,), 0), ((0.1,), 5)])
+def test_a_run_of_reactions_alone_has_begun_too(ticks: tuple[float, ...], steps: int) -> None:
+    figures = run_of(*ticks)
+    run = replace(figures.conditions.run, steps=steps)
+    figures = replace(figures, conditions=replace(figures.conditions, run=run))
+    assert figures.has_begun is (ticks != () or steps > 0)
+
+
 def test_the_latest_has_its_cause_and_who_it_was_in_words() -> None:
     longest, latest = worst(5_000.0, Cause.GARBAGE), worst(13_000.0, Cause.BUS, "i2c1 0x68")
     found = replace(run_of(*LATE), worst=[longest, latest])
@@ -75,6 +86,28 @@ def test_the_latest_has_its_cause_and_who_it_was_in_words() -> None:
 def test_all_statistics_say_first_how_it_ended_and_a_long_span_to_the_millisecond() -> None:
     assert statistics_text(run_of(0.1))[1].startswith("ended after ")
     assert milliseconds(12_345_600.0) == "12346 ms"
+
+
+WENT_WRONG = [
+    *("1 silence", "refused key 1", "dropped 1", "overtaken 1", "given up 1"),
+    "left while not connected 1",
+]
+
+
+@pytest.mark.parametrize("count", [0, 1])
+def test_of_a_link_each_thing_that_went_wrong_is_said_from_the_first_on(count: int) -> None:
+    none = dict.fromkeys(("sent", "repeated", "received", "unsent"), 0)
+    wrong = dict.fromkeys(("dropped", "overtaken", "given_up", "unconnected", "silences"), count)
+    times = {"age_us": Distribution(), "round_trip_us": Distribution()}
+    counted = {"is_good": True, **none, **wrong, "refused": {"key": count}}
+    link = convert({**counted, **times}, LinkFigures)
+    said = link_text(link).partition("; sent 0")[0].split("; ")
+    assert said == ["good", *WENT_WRONG[: 6 * count]]
+
+
+def test_a_model_that_has_not_run_is_shown_with_none_of_its_activations() -> None:
+    rows = [each.split()[:5] for each in statistics_text(run_of(0.1))]
+    assert ["compass", "100", "Hz", "0", "-"] in rows
 
 
 def test_in_virtual_time_nothing_can_be_late() -> None:

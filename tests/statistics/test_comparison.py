@@ -145,6 +145,7 @@ def test_a_merge_keeps_the_worst_of_all() -> None:
 def test_conditions_that_differ_are_named() -> None:
     runs = [Counted("tachobot").count([]), Counted("detective").count([])]
     assert differing_conditions(runs) == {"board": ["tachobot", "detective"]}
+    assert differing_conditions(runs[:1]) == {}
     conditions = merged(runs).header.conditions
     assert conditions == {"board": "differs", "kernel": "6.1", "settings": SETTINGS}
 

@@ -9,13 +9,15 @@ from typing import Any
 
 import pytest
 
+from firmware_runtime.devs.time import SECOND
 from firmware_runtime.errors import StatisticsFileError
 from firmware_runtime.statistics import reader as statistics_reader
 from firmware_runtime.statistics.file import StatisticsFile
 from firmware_runtime.statistics.file_header import STATISTICS, RunState
-from firmware_runtime.statistics.layout import SEQUENCE, STATE, WORST, Layout
+from firmware_runtime.statistics.layout import ELAPSED, SEQUENCE, STATE, WORST, Layout
 from firmware_runtime.statistics.mapped_file import PREFIX
 from firmware_runtime.statistics.reader import read_statistics
+from firmware_runtime.statistics.watched_file import Watched
 
 
 def overwrite(path: Path, offset: int, data: bytes) -> None:
@@ -149,6 +151,20 @@ def test_a_copy_during_which_a_section_was_written_is_made_again(
     assert read.as_json()["conditions"]["run"]["elapsed_s"] == 7e-9
 
 
+def test_a_file_that_is_watched_is_read_until_a_key_ends_it(
+    counted: StatisticsFile, path: Path
+) -> None:
+    watched, seen = Watched(path), []
+    for at, key in enumerate((b"", b"x", b" ", b"", b" ", b"q"), start=1):
+        counted.close_section(at * SECOND)
+        watched.obey(key)
+        seen.append((watched.now.cells[ELAPSED] // SECOND, watched.is_wanted))
+    assert seen == [(1, True), (2, True), (2, True), (2, True), (5, True), (6, False)]
+    for key in (b"Q", b"\x03"):
+        watched.obey(key)
+        assert not watched.is_wanted
+
+
 @pytest.mark.parametrize("beyond", [None, 0, 1 << 40])
 def test_a_state_or_a_model_that_there_is_not_is_refused(
     counted: StatisticsFile, path: Path, beyond: int | None
@@ -161,6 +177,12 @@ def test_a_state_or_a_model_that_there_is_not_is_refused(
             read_statistics(path)
         counted.cells[cell] = before
     assert read_statistics(path).complete
+
+
+def test_a_state_is_known_by_its_number_in_the_file(counted: StatisticsFile, path: Path) -> None:
+    for number, state in enumerate(("RUNNING", "ENDED", "STOPPED", "FAILED", "OVERRUN")):
+        counted.cells[STATE] = number
+        assert read_statistics(path).state is RunState[state]
 
 
 @pytest.mark.parametrize(

@@ -125,6 +125,7 @@ def test_no_date_is_said_where_none_is_known() -> None:
     for strange in ([], [(-1, DATE)], [(0, -1)], [(0, 1 << 63)]):
         dates = Dates(None, strange, 1.0)
         assert (dates.of(0), dates.said(SECOND)) == (None, "")
+    assert Dates(None, [(0, 0)], 1.0).of(SECOND) == SECOND  # a computer without a clock of its own
 
 
 def test_dates_for_programs_and_for_people() -> None:

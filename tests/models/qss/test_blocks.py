@@ -154,6 +154,16 @@ def test_a_hysteresis_changes_at_its_two_levels() -> None:
     ]
 
 
+@pytest.mark.parametrize(("begins_at", "sent"), [(1.4, [-1.0]), (1.6, [-1.0, 1.0])])
+def test_a_hysteresis_that_begins_above_its_upper_level_is_on_at_once(
+    begins_at: float, sent: list[float]
+) -> None:
+    diagram = Diagram()
+    constant = diagram.add(Constant("in", begins_at))
+    diagram.run(diagram.add(Hysteresis("relay", 0.5, 1.5, low=-1.0), in_=constant))
+    assert [(at, each.value) for at, each in diagram.sent] == [(0, each) for each in sent]
+
+
 def test_a_switch_passes_one_wire_or_the_other() -> None:
     diagram = Diagram()
     control = diagram.add(Ramp("control", 1.0, start=-1.0))
@@ -229,6 +239,17 @@ def test_a_variable_delay_looks_back_as_far_as_the_signal_says() -> None:
 
     for t in (0.1, 0.19, 0.21, 1.0, 2.1, 2.3, 4.1, 4.3):
         assert at(t) == pytest.approx(exact(t), abs=1e-8)
+
+
+def test_a_delay_that_grows_faster_than_time_looks_back_over_what_has_been() -> None:
+    diagram = Diagram()
+    triangle = diagram.add(Samples("in", [(0.0, 0.0), (1.0, 1.0), (2.0, 0.0)]))
+    growing = diagram.add(Ramp("delay", 2.0, at_s=1.5, until_s=3.0, start=0.1))
+    late = diagram.add(VariableDelay("late", 5.0, initial=-3.0), in_=triangle, delay=growing)
+    at = diagram.run(late)
+    for t, seen in ((1.4, 1.3), (1.8, 1.1), (2.0, 0.9), (2.8, 0.1), (3.3, 0.2), (4.3, 1.2)):
+        assert at(t) == pytest.approx(min(seen, 2.0 - seen), abs=1e-8)
+    assert at(2.95) == -3.0
 
 
 def delayed_by(delay: Atomic) -> Callable[[float], float]:
