@@ -131,9 +131,12 @@ def _mutants(kept: Kept) -> Iterator[str]:
         yield f"| {room} | {tried} | {noticed} | {noticed / tried:.0%} |"
     judged: Mapping[str, str] = tomllib.loads(SURVIVORS.read_text(encoding="utf-8"))
     if figures["survivors"]:
+        said = [judged.get(each, "") for each in figures["survivors"]]
+        same = sum(each.startswith("changes nothing") for each in said)
+        score = figures["noticed"] / (figures["tried"] - same)
         yield from (
             "",
-            "Those that tests did not notice:",
+            f"Of what tests did not notice {same} change nothing; {score:.0%} of all others were:",
             "",
             "| mutant | judgement |",
             "|---|---|",
