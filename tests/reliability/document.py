@@ -133,10 +133,11 @@ def _mutants(kept: Kept) -> Iterator[str]:
     if figures["survivors"]:
         said = [judged.get(each, "") for each in figures["survivors"]]
         same = sum(each.startswith("changes nothing") for each in said)
-        score = figures["noticed"] / (figures["tried"] - same)
+        others = figures["tried"] - same
         yield from (
             "",
-            f"Of what tests did not notice {same} change nothing; {score:.0%} of all others were:",
+            f"{same} of those not noticed change nothing; of the other {others} were noticed "
+            + f"{figures['noticed'] / others:.0%}. Not noticed:",
             "",
             "| mutant | judgement |",
             "|---|---|",
