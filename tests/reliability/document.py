@@ -134,10 +134,10 @@ def _mutants(kept: Kept) -> Iterator[str]:
         said = [judged.get(each, "") for each in figures["survivors"]]
         same = sum(each.startswith("changes nothing") for each in said)
         others = figures["tried"] - same
+        share = f"{figures['noticed'] / others:.0%}"
         yield from (
             "",
-            f"{same} of those not noticed change nothing; of the other {others} were noticed "
-            + f"{figures['noticed'] / others:.0%}. Not noticed:",
+            f"{same} of those not noticed change nothing; {share} of the other {others} were noticed.",
             "",
             "| mutant | judgement |",
             "|---|---|",
