@@ -137,7 +137,7 @@ def _mutants(kept: Kept) -> Iterator[str]:
         share = f"{figures['noticed'] / others:.0%}"
         yield from (
             "",
-            f"{same} of those not noticed change nothing; {share} of the other {others} were noticed.",
+            f"{same} of the others change nothing; of {others} that do {share} were noticed.",
             "",
             "| mutant | judgement |",
             "|---|---|",
