@@ -172,18 +172,13 @@ class Treads(Motors):
         elapsed, self._since_report = self._since_report, 0
         if report is None or not self._wheels:
             return
-        if self._is_unasked(report, elapsed):  # once more: a wrong byte is no turn
+        wheels = tuple(zip(self._wheels, _counts_of(report), strict=True))
+        if any(wheel.is_unasked(count, elapsed) for wheel, count in wheels):
+            # once more: a wrong byte is no turn
             self.report = report = self.driver.set_speeds(left, right) or report
-        counts = report.left_encoder, report.right_encoder
-        for wheel, count, speed in zip(self._wheels, counts, (left, right), strict=True):
+        speeds = left, right
+        for wheel, count, speed in zip(self._wheels, _counts_of(report), speeds, strict=True):
             wheel.take(count, elapsed, speed)
-
-    def _is_unasked(self, report: Md25Report, elapsed: int) -> bool:
-        """Return whether a wheel has turned by more than it was told to, or the other way."""
-        left, right = self._wheels
-        return left.is_unasked(report.left_encoder, elapsed) or right.is_unasked(
-            report.right_encoder, elapsed
-        )
 
     def look_after(self) -> None:
         """Read the driver; wheels that may be pushed by hand are not looked at."""
@@ -221,3 +216,8 @@ class Treads(Motors):
             )
         left, right = (max(-1.0, min(1.0, speed)) for speed in speeds)
         return TreadSpeeds(left, right)
+
+
+def _counts_of(report: Md25Report) -> tuple[int, int]:
+    """The encoders of both wheels, the left one first."""
+    return report.left_encoder, report.right_encoder

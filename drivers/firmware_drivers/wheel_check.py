@@ -49,6 +49,10 @@ class _Told(NamedTuple):
         """Return the least that it has to turn ahead."""
         return LEAST_SHARE * self.ahead - MOST_SHARE * self.back - self.ramp - SLACK_COUNTS
 
+    def is_exceeded(self, turned: float) -> bool:
+        """Return whether it turned more than told, or the other way, once that can be judged."""
+        return self.span >= LEAST_SPAN and not -self.mirrored().most <= turned <= self.most
+
 
 class WheelCheck:
     """One wheel: what it turned, report by report; `full_counts_s` is at full speed.
@@ -76,7 +80,7 @@ class WheelCheck:
         What reads so may be no turn: a wrong byte leaps, and the right one after it leaps back.
         """
         told, turned = self._judged(count, elapsed)
-        return told.span >= LEAST_SPAN and not -told.mirrored().most <= turned <= told.most
+        return told.is_exceeded(turned)
 
     def take(self, count: int, elapsed: int, speed: float) -> None:
         """Take its encoder, `elapsed` ns after the last one, and the speed that it has from now on.
@@ -85,7 +89,7 @@ class WheelCheck:
         or the other way.
         """
         told, turned = self._judged(count, elapsed)
-        is_unasked = self.is_unasked(count, elapsed)
+        kind = Runaway if told.is_exceeded(turned) else Implausible
         if self._last is None:
             self._last = count
         else:
@@ -101,7 +105,6 @@ class WheelCheck:
         if turned <= told.most and self._too_little < REPORTS:
             return
         self.begin_again()
-        kind = Runaway if is_unasked else Implausible
         due = told.ahead - told.back
         expected = f"about {due:.0f} counts of its encoder in {told.span / SECOND:.2f} s"
         raise kind(self._where, f"{self._name} wheel's turn", turned, expected)

@@ -24,7 +24,7 @@ from msgspec import Struct
 from firmware_runtime.devs.time import MILLISECOND
 from firmware_runtime.errors import ControlError
 from firmware_runtime.links.control import ask
-from tests.reliability.results import Result
+from tests.reliability.results import Result, ends_at
 from tests.support.guarded_run import GuardedRun, guarded_run
 from tests.support.trials import TURNING, ready
 from tests.support.waiting import PATIENCE_S, wait_until
@@ -105,13 +105,13 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 def execute(arguments: argparse.Namespace) -> Result:
     """Try each phase and kind on each board in turn, as often as there is time for."""
-    until = None if arguments.minutes is None else time.monotonic() + 60 * arguments.minutes
+    until = ends_at(arguments.minutes)
     chance = random.Random(arguments.seed)  # noqa: S311 -- to be repeated
     trials: list[Trial] = []
     for number, board in enumerate(arguments.boards):
         left = len(arguments.boards) - number
         share = (arguments.trials - len(trials)) // left
-        ends = None if until is None else time.monotonic() + (until - time.monotonic()) / left
+        ends = time.monotonic() + (until - time.monotonic()) / left
         for each in _on(board, share, ends, chance):
             trials.append(each)
             if each.outcome == "on":
@@ -119,7 +119,7 @@ def execute(arguments: argparse.Namespace) -> Result:
     return _result(trials)
 
 
-def _on(board: str, count: int, until: float | None, chance: random.Random) -> Iterator[Trial]:
+def _on(board: str, count: int, until: float, chance: random.Random) -> Iterator[Trial]:
     """Try so many on one board; each phase has doubles of its own, since a robot's spin adds up."""
     tried = 0
     alike = [(kind,) for kind in KINDS] if board in _FALLS else [KINDS]
@@ -131,7 +131,7 @@ def _on(board: str, count: int, until: float | None, chance: random.Random) -> I
                 guarded_run(Path(folder), robot=board, words=BOARDS[board], program=program)
             )
             for kind in kinds:
-                if tried == count or (until is not None and time.monotonic() >= until):
+                if tried == count or time.monotonic() >= until:
                     return
                 trial = _Trial(run, order, phase, kind, chance.randrange(1, _LATEST_STEP))
                 yield Trial(board, phase, kind, *trial.made())

@@ -20,7 +20,7 @@ from msgspec import Struct
 
 from tests.reliability.fuzz_seeds import keep_corpus, seeds
 from tests.reliability.fuzz_targets import TARGETS
-from tests.reliability.results import BUILD, ROOT, Result
+from tests.reliability.results import BUILD, ROOT, Result, ends_at
 
 _LONGEST: Final = 4096
 _OPTIONS: Final = ("-timeout=20", "-rss_limit_mb=2500", "-print_final_stats=1", "-verbosity=0")
@@ -51,9 +51,9 @@ def execute(arguments: argparse.Namespace) -> Result:
         return Result(name="fuzzing", summary=said, is_sound=True, figures={})
     found = []
     share_s = 60 * (arguments.minutes or 0) / len(arguments.targets)
-    until = None if arguments.minutes is None else time.monotonic() + 60 * arguments.minutes
+    until = ends_at(arguments.minutes)
     for name in arguments.targets:
-        if until is not None and time.monotonic() >= until:
+        if time.monotonic() >= until:
             break  # each takes a while to begin, since all code is instrumented
         each = _fuzzed(name, arguments.inputs, int(share_s), keep=arguments.keep_corpus)
         sys.stdout.write(

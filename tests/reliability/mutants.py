@@ -25,7 +25,7 @@ from msgspec import Struct
 from tests.reliability.called import FOLDER, Calls, function_at, read_calls
 from tests.reliability.mutant_server import Answer, Question
 from tests.reliability.mutations import Mutant, mutants_in
-from tests.reliability.results import BUILD, ROOT, Result
+from tests.reliability.results import BUILD, ROOT, Result, ends_at
 
 ROOMS: Final[Mapping[str, str]] = {
     "drivers": "drivers/firmware_drivers",
@@ -83,7 +83,7 @@ def execute(arguments: argparse.Namespace) -> Result:
     if arguments.listen or not read_calls():
         _listen(arguments.workers)
     judge = _Judge(log, EVERY if arguments.again else QUICK, read_calls())
-    until = None if arguments.minutes is None else time.monotonic() + 60 * arguments.minutes
+    until = ends_at(arguments.minutes)
     if arguments.again:
         left = [each for each in done.values() if not each.is_noticed]
         chosen = [(each.room, each.mutant) for each in left if each.room in arguments.rooms]
@@ -126,7 +126,7 @@ class _Judge:
         self._marked = marked
         self._calls = calls
 
-    def judge_all(self, chosen: Sequence[tuple[str, Mutant]], until: float | None) -> None:
+    def judge_all(self, chosen: Sequence[tuple[str, Mutant]], until: float) -> None:
         """Try one after the other, in forks of one process."""
         command = [sys.executable, "-m", "tests.reliability.mutant_server"]
         with subprocess.Popen(
@@ -135,7 +135,7 @@ class _Judge:
             assert server.stdin is not None
             assert server.stdout is not None
             for room, mutant in chosen:
-                if until is not None and time.monotonic() >= until:
+                if time.monotonic() >= until:
                     break
                 source = (ROOT / mutant.path).read_text(encoding="utf-8")
                 if not mutant.compiles(source):

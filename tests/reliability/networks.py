@@ -8,6 +8,7 @@ should be has said why.
 
 import argparse
 import json
+import math
 import os
 import random
 import signal
@@ -23,8 +24,8 @@ from typing import Any, Final
 
 from msgspec import Struct
 
-from tests.reliability.results import ROOT, Result
-from tests.support.waiting import PATIENCE_S
+from tests.reliability.results import ROOT, Result, ends_at
+from tests.support.waiting import PATIENCE_S, wait_until
 
 BOARDS: Final[Mapping[str, str | None]] = {
     "tachobot": "settled",
@@ -43,8 +44,8 @@ PATHS: Final[Mapping[str, str]] = {
 }
 """What a path does, and how it is impaired for that."""
 FOR_S: Final = 7.0
-_BEGINS_S: Final = (1.5, 4.0)
-"""Seconds after the start of the command between which a path stands still or is cut."""
+_BEGINS_S: Final = (0.5, 3.0)
+"""Seconds between which a path stands still or is cut, after it is there."""
 _LONGEST_S: Final = 1.5
 
 
@@ -77,7 +78,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 def execute(arguments: argparse.Namespace) -> Result:
     """Make trials, and return what became of them."""
-    until = None if arguments.minutes is None else time.monotonic() + 60 * arguments.minutes
+    until = ends_at(arguments.minutes)
     chance = random.Random(arguments.seed)  # noqa: S311 -- to be repeated
     trials = list(islice(trials_of(chance), arguments.trials))
     with ThreadPoolExecutor(arguments.at_once) as pool:
@@ -100,9 +101,9 @@ def trials_of(chance: random.Random) -> Iterator[Trial]:
         yield Trial(board=board, path=path, at_s=at_s, for_s=for_s, seed=chance.randrange(1 << 32))
 
 
-def judged(trial: Trial, until: float | None = None) -> Judged | None:
+def judged(trial: Trial, until: float = math.inf) -> Judged | None:
     """Run one, and judge it from outside; None if it is too late to begin."""
-    if until is not None and time.monotonic() >= until:
+    if time.monotonic() >= until:
         return None
     how = f"{PATHS[trial.path]},seed={trial.seed}"
     words = ("run", trial.board, "--stage", "remote", "--impair", how, "--for", str(FOR_S))
@@ -113,6 +114,7 @@ def judged(trial: Trial, until: float | None = None) -> Judged | None:
         stderr=subprocess.PIPE,
         text=True,
     ) as run:
+        wait_until(lambda: run.poll() is not None or bool(_paths_of(run.pid)), "the path is there")
         if _goes_on(run, trial.at_s):
             _disturb(trial, run)
         try:

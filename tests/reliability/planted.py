@@ -7,7 +7,6 @@ all but one.
 
 import argparse
 import json
-import math
 import os
 import shutil
 import subprocess
@@ -21,7 +20,7 @@ from typing import Any, Final, NamedTuple
 
 from firmware_runtime.board import registry
 from firmware_runtime.hal.strike import KINDS, OF_NO_DEVICE
-from tests.reliability.results import ROOT, Result
+from tests.reliability.results import ROOT, Result, ends_at
 from tests.vm.commands import show
 
 PACKAGES: Final = (
@@ -147,7 +146,7 @@ def execute(arguments: argparse.Namespace) -> Result:
     """Try them, one after the other."""
     words = arguments.only or [""]
     chosen = [name for name in MISTAKES if any(word in name for word in words)]
-    until = math.inf if arguments.minutes is None else time.monotonic() + 60 * arguments.minutes
+    until = ends_at(arguments.minutes)
     rows: list[dict[str, object]] = []
     for name in chosen:
         if time.monotonic() >= until:

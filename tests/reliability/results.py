@@ -1,6 +1,8 @@
 """Results of the parts of a long campaign: kept with date, commit and conditions, as JSON."""
 
+import math
 import subprocess
+import time
 from collections.abc import Mapping
 from datetime import UTC, datetime
 from pathlib import Path
@@ -36,6 +38,11 @@ class Kept(Struct, frozen=True, kw_only=True):
     load: float
     conditions: Mapping[str, Any]
     took_s: float
+
+
+def ends_at(minutes: float | None) -> float:
+    """The instant of the monotonic clock, s, after which no more is begun; without a limit none."""
+    return math.inf if minutes is None else time.monotonic() + 60 * minutes
 
 
 def keep(result: Result, took_s: float, folder: Path = KEPT) -> Path:

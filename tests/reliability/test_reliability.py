@@ -1,5 +1,6 @@
 """A sample of each part of `make campaign`, and that its document says what was measured."""
 
+import math
 import random
 from collections.abc import Iterator
 from contextlib import ExitStack
@@ -78,7 +79,7 @@ def test_outputs_are_off_after_a_death_in_a_phase(
 ) -> None:
     monkeypatch.setattr(dying, "PHASES", {phase: dying.PHASES[phase]})
     monkeypatch.setattr(dying, "KINDS", ("SIGKILL", "hang"))
-    trials = [*dying._on("tachobot", 2, None, random.Random(1))]  # noqa: S311
+    trials = [*dying._on("tachobot", 2, math.inf, random.Random(1))]  # noqa: S311
     assert [each.outcome for each in trials] == ["off", "off"]
 
 

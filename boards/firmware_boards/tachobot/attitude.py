@@ -8,7 +8,13 @@ from firmware_boards.tachobot.settings import ControllerSettings
 from firmware_runtime.board.robot import Ending
 from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.time import MILLISECOND, SECOND, seconds
-from firmware_runtime.models.cross_check import CrossCheck, CrossCheckSettings, Source, Window
+from firmware_runtime.models.cross_check import (
+    CATCHING_UP,
+    CrossCheck,
+    CrossCheckSettings,
+    Source,
+    Window,
+)
 from firmware_runtime.models.motion import Motion
 from firmware_runtime.system.elementary import atan2
 
@@ -43,10 +49,10 @@ class Attitude(Atomic):
     how far the estimate has strayed from it since the start, on average of its first fields; of
     that, elapsed / time constant is taken off in one step, and all of it after a gap between
     samples that were trusted: what it turned meanwhile only the compass knows, but for whole turns,
-    for which the rate after it counts. It is taken off until GAP later, as what a network kept
-    meanwhile comes at once. The average ends there, too, and goes back to the first few fields:
-    such a turn would be taken for where the robot was at first. What contradicts itself by then
-    may have lied about that from the beginning: then yaw zero is not known, and the run ends.
+    for which the rate after it counts. It is taken off until CATCHING_UP later, as what a network
+    kept meanwhile comes at once. The average ends there, too, and goes back to the first few
+    fields: such a turn would be taken for where the robot was at first. What contradicts itself by
+    then may have lied about that from the beginning: then yaw zero is not known, and the run ends.
     """
 
     def __init__(self, name: str, compass_time_constant: int, *, enabled: bool) -> None:
@@ -65,7 +71,7 @@ class Attitude(Atomic):
         self._headings = 0
         self._heading_at_zero = self._heading_at_rest = 0.0
         self._has_gap = False
-        """Whether there was one, and no field of the compass GAP after it yet."""
+        """Whether there was one, and no field of the compass CATCHING_UP after it yet."""
         self._since_gap = 0
 
     def initialize(self) -> None:
@@ -127,7 +133,7 @@ class Attitude(Atomic):
         if field is not None and constant:
             is_unknown = self._has_gap or elapsed >= constant
             share = 1.0 if is_unknown else elapsed / constant
-            self._has_gap = self._has_gap and self._since_gap < GAP
+            self._has_gap = self._has_gap and self._since_gap < CATCHING_UP
             yaw += share * self._compass_error(field, yaw)
         return Motion(yaw, rate)
 
