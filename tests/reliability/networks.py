@@ -157,7 +157,10 @@ def _paths_of(pid: int) -> Sequence[int]:
 
 
 def _command_of(pid: int) -> bytes:
-    return Path(f"/proc/{pid}/cmdline").read_bytes()
+    try:
+        return Path(f"/proc/{pid}/cmdline").read_bytes()
+    except FileNotFoundError:  # it has ended meanwhile
+        return b""
 
 
 def _wrong(trial: Trial, status: int, out: str, err: str) -> Iterator[str]:
