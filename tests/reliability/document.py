@@ -107,7 +107,7 @@ def _dying(kept: Kept) -> Iterator[str]:
 
 
 def _networks(kept: Kept) -> Iterator[str]:
-    yield "| the path | robot | runs | well | ended with a reason | wrong |"
+    yield "| the path | robot | runs | went on | ended with a reason | wrong |"
     yield "|---|---|---|---|---|---|"
     for row in kept.result.figures["rows"]:
         yield "| " + " | ".join(map(_cell, row.values())) + " |"
