@@ -98,6 +98,17 @@ class Pushable(Protocol):
 
 
 @runtime_checkable
+class Holdable(Protocol):
+    """A rig whose robot can be held, as by a hand or by something that it is caught in."""
+
+    def catch_up(self) -> None:
+        """Let the world go on up to now."""
+
+    def hold(self, *, is_held: bool) -> None:
+        """Hold the robot where it is from now on, or let go of it; the world is up to now."""
+
+
+@runtime_checkable
 class Driven(Protocol):
     """A rig that knows whether something is moved, where outputs alone do not say it."""
 

@@ -1,10 +1,11 @@
 """Doubles of a board that can be broken: by the names of its devices, and what has been broken.
 
 A rig needs nothing for that but lines that are `Breakable`, as buses and ports of doubles are. One
-that is `Pushable` can be pushed too.
+that is `Pushable` can be pushed too, one that is `Holdable` can be held.
 """
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Final, Protocol
 
@@ -12,11 +13,12 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from firmware_runtime.board.faults import Device, SerialDevice
-from firmware_runtime.board.rig import Pushable
+from firmware_runtime.board.rig import Holdable, Pushable
 from firmware_runtime.devs.time import MILLISECOND, NEVER
 from firmware_runtime.errors import ConfigError, suggested
 from firmware_runtime.hal.i2c import I2cBus
 from firmware_runtime.hal.serial import SerialPort
+from firmware_runtime.hal.spans import Spans
 from firmware_runtime.hal.strike import (
     KINDS,
     OF_NO_DEVICE,
@@ -74,10 +76,13 @@ class HasLines(Protocol):
 
 
 class Operator(Protocol):
-    """Who keeps a run disarmed, and arms it again."""
+    """Who commands a run: keeps it disarmed, arms it again, has it take up its settings."""
 
     def disarm(self, at: int, until: int) -> None:
         """Keep it disarmed from an instant to another, which may be NEVER."""
+
+    def reload(self, at: int) -> None:
+        """Have it take up its settings again at an instant, as they are."""
 
     def end(self, at: int) -> None:
         """Let what has no end be over at an instant."""
@@ -110,6 +115,8 @@ class StruckDoubles:
         """What can be struck by name: devices first, then lines."""
         self.struck: list[Struck] = []
         """Faults made so far, in the order in which they were asked for."""
+        self._held = Spans()
+        """Ns of the doubles in which their robot is held."""
 
     @property
     def kinds(self) -> list[Kind]:
@@ -119,9 +126,11 @@ class StruckDoubles:
         if self._stall is not None:
             found.append(KINDS["stall"])
         if self._operator is not None:
-            found.append(KINDS["disarm"])
+            found += [kind for kind in KINDS.values() if kind.of == "people"]
         if isinstance(self._doubles, Pushable):
             found.append(replace(KINDS["push"], unit=self._doubles.push_unit))
+        if isinstance(self._doubles, Holdable):
+            found.append(KINDS["hold"])
         return found
 
     def strike(self, strike: Strike, since: int = 0) -> Struck:
@@ -143,10 +152,16 @@ class StruckDoubles:
         if kind.of in OF_NO_DEVICE and strike.device:
             fault = f"{strike.kind} of {strike.device}"
             raise ConfigError.of_one("fault", fault, "it without a device")
-        if kind.of == "people" and self._operator is not None:
+        if kind.name == "disarm" and self._operator is not None:
             self._operator.disarm(at, until)
+        elif kind.name == "reload" and self._operator is not None:
+            self._operator.reload(at)
+        elif kind.name == "hold":
+            self._held.add(at, until)
+            self._call_at(at, self._hold)
+            self._call_at(until, self._hold)
         elif kind.of in OF_NO_DEVICE:
-            self._strike_all(strike, at, amount or 0.0)
+            self._call_at(at, partial(self._strike_all, kind.name, amount or 0.0))
         else:
             once = strike.span == 0 and not kind.is_moment
             span = Span(at, NEVER if once else until, once)
@@ -163,6 +178,8 @@ class StruckDoubles:
             line.end_strikes(at)
         if self._operator is not None:
             self._operator.end(at)
+        self._held.end(at)
+        self._call_at(at, self._hold)
         self.struck = [each if each.span is not None else _ended(each, at) for each in self.struck]
 
     def clear(self) -> None:
@@ -172,32 +189,43 @@ class StruckDoubles:
             line.clear_strikes()
         if self._operator is not None:
             self._operator.clear()
+        self._held.clear()
+        self._hold()
         self.struck = [_ended(each, at) for each in self.struck if each.at <= at]
 
     def _fit(self, line: Breakable, address: int | None) -> tuple[str, ...]:
         fitting = line.fitting(address)
         return tuple(kind for kind in KINDS if kind in fitting)
 
-    def _strike_all(self, strike: Strike, at: int, amount: float) -> None:
+    def _strike_all(self, kind: str, amount: float) -> None:
         """Push the robot, or stall its computer."""
+        if kind == "stall" and self._stall is not None:
+            self._stall(max(0, round(amount * MILLISECOND)))
+        elif isinstance(self._doubles, Pushable):
+            self._doubles.catch_up()
+            self._doubles.push(amount)
+
+    def _hold(self) -> None:
+        """Hold the robot, or let go of it, as it is to be now."""
+        if isinstance(self._doubles, Holdable):
+            self._doubles.catch_up()
+            self._doubles.hold(is_held=self._held.have(self._now()))
+
+    def _call_at(self, at: int, action: Callable[[], None]) -> None:
+        """Call once, now or with the first use of any line after `at`; at NEVER not at all."""
         has_been = False
 
         def happen() -> None:
             nonlocal has_been
-            if has_been:  # each line calls; the first one counts
-                return
-            has_been = True
-            if strike.kind == "stall" and self._stall is not None:
-                self._stall(max(0, round(amount * MILLISECOND)))
-            elif isinstance(self._doubles, Pushable):
-                self._doubles.catch_up()
-                self._doubles.push(amount)
+            if not has_been:  # each line calls; the first one counts
+                has_been = True
+                action()
 
         if at <= self._now():
             happen()
-            return
-        for line in self._lines.values():
-            line.call_at(at, happen)
+        elif at != NEVER:
+            for line in self._lines.values():
+                line.call_at(at, happen)
 
     def _struck_places(self, strike: Strike) -> list[tuple[Breakable, int | None]]:
         """The lines, and the chip on each. Raises ConfigError if there is none that it fits."""

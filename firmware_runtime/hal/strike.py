@@ -130,7 +130,9 @@ _ALL: Final = (
         unit="ms",
     ),
     Kind("disarm", "its operator disarms it; then it is armed again", "people"),
+    Kind("reload", "its settings are taken up again, unchanged", "people", is_moment=True),
     Kind("push", "the robot is pushed", "world", is_moment=True, amount=1.0),
+    Kind("hold", "something holds the robot: it does not move, whatever drives it", "world"),
 )
 KINDS: Final[Mapping[str, Kind]] = {kind.name: kind for kind in _ALL}
 

@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from firmware_runtime.hal.strike import Strike
     from firmware_runtime.runs.arming import Arming
     from firmware_runtime.runs.scripted_operator import ScriptedOperator
+    from firmware_runtime.runs.tuning import Tuning
 
 
 SERVED_WITHIN_S: Final = 3.0
@@ -66,7 +67,7 @@ class Hardware:
         self.rig: Rig | None = rig_for(board, self.world_now) if is_own else None
         self._stall = clock.stall if isinstance(clock, VirtualClock) else None
         self._operator: ScriptedOperator | None = None
-        self._commanded: tuple[Executive, Callable[[], Arming]] | None = None
+        self._commanded: tuple[Executive, Callable[[], Arming], Tuning] | None = None
         self._struck: StruckDoubles | None = None
         self._served: ServedDoubles | None = None
         if (path := self._served_at) is not None:
@@ -85,9 +86,11 @@ class Hardware:
             with blamed_on_rig(self._board, "attach"):
                 self.rig.attach(robot.model)
 
-    def command(self, executive: Executive, arming: "Callable[[], Arming]") -> None:
-        """Let a script of faults disarm this run, and arm it again; most have none."""
-        self._commanded = executive, arming
+    def command(
+        self, executive: Executive, arming: "Callable[[], Arming]", tuning: "Tuning"
+    ) -> None:
+        """Let a script of faults disarm this run, arm it again, reload it; most have none."""
+        self._commanded = executive, arming, tuning
         self._attend()
 
     @property
@@ -167,8 +170,8 @@ class Hardware:
     def _attend(self) -> None:
         """Let the operator attend the run, once there are both."""
         if self._operator is not None and self._commanded is not None:
-            executive, arming = self._commanded
-            self._operator.attend(executive, arming())
+            executive, arming, tuning = self._commanded
+            self._operator.attend(executive, arming(), tuning)
 
     def _open_lines(self, interlock: Interlock, recorder: Recorder | None) -> Lines:
         """The robot's lines, or absent ones where the hardware is at the other end."""

@@ -124,8 +124,9 @@ def start_session(  # noqa: PLR0913 -- one path for the command and for programs
         if permission is not None:
             commanded = [each for each in (linked and linked.link.why_not, silence) if each]
             right.arming = _arming(start, local, executive, permission, commanded)
-        hardware.command(executive, partial(_arming_of_script, start, local, executive, right))
         tuning = tuning_of(board, end, partial(_retune, local.robot, edge))
+        of_script = partial(_arming_of_script, start, local, executive, right)
+        hardware.command(executive, of_script, tuning)
         _socket(start, local, executive, right.arming, tuning)
         edge.built(executive, local.robot, hardware, end)
         watch_load(executive, board.settings.executive, right.supervision, log)

@@ -164,6 +164,10 @@ class DetectiveRig(BoardRig):
         """Turn it where it stands: something shoved it."""
         self.arena.push(self.now(), amount)
 
+    def hold(self, *, is_held: bool) -> None:
+        """Keep it where it stands: something has caught it, and its treads slip."""
+        self.arena.hold(self.now(), is_held=is_held)
+
     def catch_up(self) -> None:
         """Let the sensors take what they still have to take, then the arena go on, up to now."""
         super().catch_up()

@@ -181,6 +181,10 @@ class TachobotRig(BoardRig):
         """Change its yaw rate at once."""
         self.world.push(amount)
 
+    def hold(self, *, is_held: bool) -> None:
+        """Keep it where it is, at rest."""
+        self.world.hold(is_held=is_held)
+
     def catch_up(self) -> None:
         """Let the sensor take what it still has to take, then the plant go on, up to now."""
         self.imu.catch_up()

@@ -74,6 +74,10 @@ class Arena:
         """Turn the vehicle where it stands, at once, anticlockwise; something shoved it."""
         self._vehicle.push(at, turn_rad)
 
+    def hold(self, at: int, *, is_held: bool) -> None:
+        """Keep the vehicle where it stands from an instant on, or let go of it; its head turns."""
+        self._vehicle.hold(at, is_held=is_held)
+
     # What is true
 
     def pose(self, at: int) -> Pose:
@@ -155,6 +159,9 @@ class _Drives(Protocol):
 
     def push(self, at: int, turn_rad: float) -> None:
         """Turn it where it stands, at once."""
+
+    def hold(self, at: int, *, is_held: bool) -> None:
+        """Keep it where it stands, or let go of it."""
 
 
 def _vehicle_of(

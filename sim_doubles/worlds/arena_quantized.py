@@ -77,9 +77,19 @@ class QuantizedVehicle:
         self.advance(at)
         simulation = self._simulation
         simulation.advance(max(at, simulation.now))
-        for value in (turn_rad, 0.0):
-            simulation.simulator.inject(simulation.model.in_ports["push"], Segment(value))
-            simulation.simulator.advance(simulation.now)
+        self._tell("push", turn_rad)
+        self._tell("push", 0.0)
+
+    def hold(self, at: int, *, is_held: bool) -> None:
+        """Keep it where it stands, its treads slipping, or let go of it."""
+        self.advance(at)
+        self._simulation.advance(max(at, self._simulation.now))
+        self._tell("held", float(is_held))
+
+    def _tell(self, port: str, value: float) -> None:
+        simulation = self._simulation
+        simulation.simulator.inject(simulation.model.in_ports[port], Segment(value))
+        simulation.simulator.advance(simulation.now)
 
     def _go_on(self, at: int) -> None:
         if at < self._since:
@@ -131,13 +141,13 @@ def _system(parameters: ArenaParameters) -> System:
             "heading": math.radians(90.0 - parameters.start_bearing_deg),
         },
         equations={
-            "x": "0 if touched else speed * cos(heading)",
-            "y": "0 if touched else speed * sin(heading)",
-            "heading": "0 if touched else turning",
+            "x": "0 if touched or held else speed * cos(heading)",
+            "y": "0 if touched or held else speed * sin(heading)",
+            "heading": "0 if touched or held else turning",
         },
         method="QSS2",
         quantum=QUANTUM,
-        discrete={"speed": 0.0, "turning": 0.0, "touched": 0.0, "push": 0.0},
+        discrete={"speed": 0.0, "turning": 0.0, "touched": 0.0, "push": 0.0, "held": 0.0},
         events=[*_contacts(parameters), _PUSH],
         name="vehicle",
     )

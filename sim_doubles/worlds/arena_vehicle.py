@@ -90,6 +90,7 @@ class Vehicle:
         self._angles = wheel_angles(0)
         self._free_m = parameters.clearance_m(parameters.start)
         self._contact_m: float | None = None
+        self._is_held = False
 
     @property
     def collided(self) -> bool:
@@ -114,6 +115,11 @@ class Vehicle:
         self.advance(at)
         self._start = self._start.along(0.0, turn_rad)
 
+    def hold(self, at: int, *, is_held: bool) -> None:
+        """Keep it where it stands, its treads slipping, or let go of it."""
+        self.advance(at)
+        self._is_held = is_held
+
     def _go_on(self, at: int) -> None:
         """End every arc that ends by then because the motors change their speed by themselves."""
         while (change_at := self._wheels_change_at(self._since)) <= at:
@@ -130,6 +136,8 @@ class Vehicle:
 
     def _arc(self, at: int) -> _Arc:
         """The arc under way, up to an instant."""
+        if self._is_held:
+            return _Arc(self._since, at, self._start, 0.0, 0.0, 1.0)
         right, left = self._wheel_angles(at)
         right_m = (right - self._angles[0]) * self._right_m_per_rad
         left_m = (left - self._angles[1]) * self._left_m_per_rad

@@ -39,8 +39,8 @@ _FORCES: Final = {
 _PLACE: Final = {
     "x": "vx",
     "y": "vy",
-    "vx": "(forward * cos(yaw) - left * sin(yaw)) / mass",
-    "vy": "(forward * sin(yaw) + left * cos(yaw)) / mass",
+    "vx": "0 if held else (forward * cos(yaw) - left * sin(yaw)) / mass",
+    "vy": "0 if held else (forward * sin(yaw) + left * cos(yaw)) / mass",
 }
 
 
@@ -49,6 +49,7 @@ class QuantizedBody:
 
     def __init__(self, parameters: TachobotParameters, solver: QuantizedSolver) -> None:
         self._is_free = parameters.mounting == "free"
+        self._is_held = False
         self._mass = parameters.mass_kg
         self._simulation = Simulation(_system(parameters, solver))
         prefix = "duty" if parameters.motor_lag_s > 0.0 else "motor"
@@ -73,18 +74,24 @@ class QuantizedBody:
 
     def acceleration(self, driven: Callable[[], PropellerPairs]) -> tuple[float, float]:
         """Forward and left, in m/s2, now; on the platform the centre is pinned."""
-        if not self._is_free:
+        if not self._is_free or self._is_held:
             return (0.0, 0.0)
         now = driven()
         return (now.forward().now() / self._mass, now.left().now() / self._mass)
 
     def push(self, rate_rad_s: float) -> None:
         """Change the yaw rate by so much, at once; a bearing that stuck slides."""
+        self._tell("push", rate_rad_s)
+        self._tell("push", 0.0)
+
+    def hold(self, *, is_held: bool) -> None:
+        """Keep it where it is, at rest, or let go of it: its bearing sticks."""
+        self._is_held = is_held
+        self._tell("held", float(is_held))
+
+    def _tell(self, port: str, value: float) -> None:
         simulation = self._simulation
-        port = simulation.model.in_ports["push"]
-        simulation.simulator.inject(port, Segment(rate_rad_s))
-        simulation.simulator.advance(simulation.now)
-        simulation.simulator.inject(port, Segment(0.0))
+        simulation.simulator.inject(simulation.model.in_ports[port], Segment(value))
         simulation.simulator.advance(simulation.now)
         self._values = simulation.values
 
@@ -120,36 +127,47 @@ def _system(parameters: TachobotParameters, solver: QuantizedSolver) -> System:
         discrete={
             **dict.fromkeys(driven, 0.0),
             "push": 0.0,
+            "held": 0.0,
             **({"direction": 0.0} if is_dry else {}),
         },
         definitions=_FORCES,
         parameters=dict(_numbers(parameters)),
-        events=(*_BEARING, _PUSH_OFF) if is_dry else (_PUSH,),
+        events=(*_BEARING, _PUSH_OFF, _HELD_FAST, _LET_GO)
+        if is_dry
+        else (_PUSH, _hold(is_free=is_free)),
         name="plant",
     )
 
 
 def _turning(*, is_free: bool, is_dry: bool) -> str:
     if is_free:
-        return "moment / inertia"
+        return "0 if held else moment / inertia"
     sliding = "(moment - damping * rate) / inertia"
     if not is_dry:
-        return sliding
-    return f"0 if direction == 0 else {sliding} - coulomb * direction / inertia"
+        return f"0 if held else {sliding}"
+    return f"0 if held or direction == 0 else {sliding} - coulomb * direction / inertia"
 
 
 _PUSHED: Final = "abs(push) crosses 1e-9 rising"
 _PUSH: Final = When(_PUSHED, rate="rate + push")
 _PUSH_OFF: Final = When(_PUSHED, rate="rate + push", direction="sign(rate + push)")
+_HELD: Final = "held crosses 0.5 rising"
+_ROLLS: Final = "0 if abs(moment) <= static else sign(moment)"
+_HELD_FAST: Final = When(_HELD, rate=0, direction=0)
+_LET_GO: Final = When("held crosses 0.5 falling", direction=_ROLLS)
 _BEARING: Final = (
     When("moment crosses static rising", only_if="direction == 0", direction=1),
     When("moment crosses -static falling", only_if="direction == 0", direction=-1),
     When(
         "direction * rate crosses 0 falling",
         rate=0,
-        direction="0 if abs(moment) <= static else sign(moment)",
+        direction=_ROLLS,
     ),
 )
+
+
+def _hold(*, is_free: bool) -> When:
+    return When(_HELD, rate=0, vx=0, vy=0) if is_free else When(_HELD, rate=0)
 
 
 def _numbers(parameters: TachobotParameters) -> Iterator[tuple[str, float]]:

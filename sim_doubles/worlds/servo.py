@@ -51,6 +51,7 @@ class ServoPlant:
         self._pulse_us = pulse_us
         self._angle_rad = parameters.start_rad
         self._since = 0
+        self._is_held = False
 
     def advance(self, at: int) -> None:
         """Turn on to an instant, by the pulse there has been."""
@@ -63,8 +64,14 @@ class ServoPlant:
         pushed = self._angle_rad + turn_rad
         self._angle_rad = max(given.least_rad, min(given.most_rad, pushed))
 
+    def hold(self, *, is_held: bool) -> None:
+        """Let its horn be caught in something, or free again."""
+        self._is_held = is_held
+
     def angle_rad(self, at: int) -> float:
         """Return its pose at an instant."""
+        if self._is_held:
+            return self._angle_rad
         reach = self._parameters.speed_rad_s * (at - self._since) / SECOND
         target = self._target_rad()
         return max(self._angle_rad - reach, min(self._angle_rad + reach, target))

@@ -95,6 +95,10 @@ class TachobotWorld:
         """Give the body a push where it is: its yaw rate changes by so much at once."""
         self._body.push(rate_rad_s)
 
+    def hold(self, *, is_held: bool) -> None:
+        """Keep the body where it is, at rest, or let go of it; its propellers turn as driven."""
+        self._body.hold(is_held=is_held)
+
     def inertial(self, at: int) -> InertialTruth:
         """Return the truth for an IMU with a magnetometer in the centre: `motion` and `field`."""
         felt = self.motion(at)
@@ -165,6 +169,9 @@ class Body(Protocol):
 
     def push(self, rate_rad_s: float) -> None:
         """Change the yaw rate by so much, at once."""
+
+    def hold(self, *, is_held: bool) -> None:
+        """Keep it where it is, at rest, or let go of it."""
 
     def advance(self, propellers: PropellerPairs, elapsed_s: float) -> None:
         """Move for `elapsed_s` as these push, whose duties hold; for them it has passed then."""

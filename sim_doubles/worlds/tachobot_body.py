@@ -71,6 +71,7 @@ class Hovering:
         self._leverage = parameters.lever_arm_m / parameters.yaw_inertia_kg_m2
         self._spin_up = math.sqrt(_PAIRS * parameters.pair_thrust_n * self._leverage)
         self.state = TachobotState(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+        self._is_held = False
 
     @property
     def turn(self) -> tuple[float, float]:
@@ -79,6 +80,8 @@ class Hovering:
 
     def acceleration(self, driven: Callable[[], PropellerPairs]) -> tuple[float, float]:
         """Forward and left, in m/s2, now."""
+        if self._is_held:
+            return (0.0, 0.0)
         now = driven()
         return (now.forward().now() / self._mass, now.left().now() / self._mass)
 
@@ -86,8 +89,16 @@ class Hovering:
         """Change the yaw rate by so much, at once."""
         self.state = self.state._replace(yaw_rate_rad_s=self.state.yaw_rate_rad_s + rate_rad_s)
 
+    def hold(self, *, is_held: bool) -> None:
+        """Keep it where it is, at rest, or let go of it."""
+        self.state = self.state._replace(vx_m_s=0.0, vy_m_s=0.0, yaw_rate_rad_s=0.0)
+        self._is_held = is_held
+
     def advance(self, propellers: PropellerPairs, elapsed_s: float) -> None:
         """Move for `elapsed_s` as these push."""
+        if self._is_held:
+            propellers.advance(elapsed_s)
+            return
         yaw, rate = self.state.yaw_rad, self.state.yaw_rate_rad_s
         path = _Path(
             propellers.forward() * (1.0 / self._mass),
@@ -146,6 +157,7 @@ class Turntable:
         self.turn = (0.0, 0.0)
         """Yaw and its rate."""
         self._direction = 0  # the sense of rotation; 0 while the bearing sticks
+        self._is_held = False
 
     @property
     def state(self) -> TachobotState:
@@ -164,8 +176,17 @@ class Turntable:
         if rate + rate_rad_s != 0.0:
             self._direction = 1 if rate + rate_rad_s > 0.0 else -1
 
+    def hold(self, *, is_held: bool) -> None:
+        """Keep it where it is, at rest, or let go of it: its bearing sticks."""
+        self.turn = (self.turn[0], 0.0)
+        self._direction = 0
+        self._is_held = is_held
+
     def advance(self, propellers: PropellerPairs, elapsed_s: float) -> None:
         """Turn for `elapsed_s` as these push."""
+        if self._is_held:
+            propellers.advance(elapsed_s)
+            return
         if self._static == 0.0:
             (yaw, rate), terms = self.turn, propellers.turn_for(self._leverage, elapsed_s)
             course = recurring_course(self._damping, propellers.decay, elapsed_s)

@@ -31,6 +31,7 @@ class Allocation(Atomic):
 
     waiting --yaw_n?--> sending (0) --forces!--> waiting
 
+    Told that it does not move, it answers none until it is told that it may be tried again.
     `x_n` and `y_n` are forces in the fixed frame, N; they are turned into the body frame by the
     latest yaw and count as zero once older than `timeout` ns. What the pairs apply comes back at
     `pairs_applied`; at `position_applied` leaves what that leaves of x and y, which give way to
@@ -43,6 +44,7 @@ class Allocation(Atomic):
         self.y_n = self.in_port("y_n", float)
         self.yaw_n = self.in_port("yaw_n", float)
         self.yaw = self.in_port("yaw", Motion)
+        self.moves = self.in_port("moves", bool)
         self.pairs_applied = self.in_port("pairs_applied", Applied)
         self.forces_out = self.out_port("forces", Forces)
         self.position_applied = self.out_port("position_applied", Applied)
@@ -51,6 +53,7 @@ class Allocation(Atomic):
         self.forces = Forces(0.0, 0.0, 0.0, 0.0)
         self._by_pairs = Applied.ALL
         self._is_cut = False
+        self._may_drive = True
         self._applied = self._sent = Applied.ALL
         self._yaw_rad = 0.0
         self._x = self._y = 0.0
@@ -75,13 +78,16 @@ class Allocation(Atomic):
             self._yaw_rad = self.yaw[-1].position
         if self.pairs_applied:
             self._by_pairs = self.pairs_applied[-1]
-        if self.yaw_n:
+        if self.moves:
+            self._may_drive = self.moves[-1]
+        is_asked = bool(self.yaw_n) and self._may_drive
+        if is_asked:
             x, y = self._body_commands()
             self.forces, share = allocate(x, y, self.yaw_n[-1], self.pair_thrust_n)
             self._is_cut = share < 1.0
         by_pairs = self._by_pairs
         self._applied = min(by_pairs, Applied.PART) if self._is_cut else by_pairs
-        if self.yaw_n:
+        if is_asked:
             self.activate("sending")
         elif self._applied is not self._sent:
             self.activate("passing")

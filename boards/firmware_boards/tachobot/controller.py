@@ -63,7 +63,8 @@ class Controller(PidController[Pid]):
         self.couple(self._predicted(settings, yaw_plant), yaw.measurement)
         self.couple(attitude.yaw, allocation.yaw)
         command = self._commanded(yaw, settings)
-        self.couple(self._delayed(command, settings.yaw.delay_s), allocation.yaw_n)
+        delayed = self._delayed(command, settings.yaw.delay_s)
+        self._couple_yaw(delayed, attitude.yaw, allocation, settings.movement_check)
         self.couple(allocation.forces_out, self.forces)
         if self._smith is not None:
             self.couple(yaw.command, self._smith.command)

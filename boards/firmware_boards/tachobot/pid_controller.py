@@ -3,11 +3,16 @@
 from typing import Generic, Protocol, TypeVar
 
 from firmware_boards.tachobot.allocation import Allocation
-from firmware_boards.tachobot.settings import PidSettings, TachobotSettings
+from firmware_boards.tachobot.settings import (
+    MovementCheckSettings,
+    PidSettings,
+    TachobotSettings,
+)
 from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.ports import InPort, OutPort
 from firmware_runtime.devs.time import seconds
-from firmware_runtime.models.motion import Applied
+from firmware_runtime.models.motion import Applied, Motion
+from firmware_runtime.models.movement_watch import MovementWatch, MovementWatchSettings
 from firmware_runtime.models.pid import PidGains
 
 
@@ -45,6 +50,21 @@ class PidController(Coupled, Generic[P]):
             else:
                 self.couple(allocation.position_applied, pid.applied_in)
 
+    def _couple_yaw(
+        self,
+        command: OutPort[float],
+        motion: OutPort[Motion],
+        allocation: Allocation,
+        settings: MovementCheckSettings,
+    ) -> None:
+        """Lead the yaw command to the allocation, as long as the robot turns that it drives."""
+        check = self.add(movement_check(settings))
+        self.couple(motion, check.motion)
+        self.couple(command, check.command)
+        self.couple(command, allocation.yaw_n)
+        self.couple(self.applied, check.applied_in)
+        self.couple(check.moves, allocation.moves)
+
     def _gains(self, settings: PidSettings) -> PidGains:
         return PidGains(settings.kp, settings.ki, settings.kd, self._limit_n, settings.anti_windup)
 
@@ -57,3 +77,17 @@ class PidController(Coupled, Generic[P]):
         delay = self.add(Delay("yaw_delay", float, seconds(delay_s)))
         self.couple(command, delay.entrance)
         return delay.delayed
+
+
+def movement_check(settings: MovementCheckSettings) -> MovementWatch:
+    """The gyro against what drives it: motors may have no supply, and the robot may be caught."""
+    return MovementWatch(
+        "movement_check",
+        MovementWatchSettings(
+            quantity="yaw rate (rad/s)",
+            command=settings.effort_n,
+            still=settings.still_rad_s,
+            impulse=settings.impulse_n_s,
+            again=seconds(settings.again_s),
+        ),
+    )

@@ -153,6 +153,19 @@ class CompassCheckSettings(Settings, frozen=True):
     """And so much of the turn more, for the scales of both."""
 
 
+class MovementCheckSettings(Settings, frozen=True):
+    """A robot that is driven and does not turn; then outputs go off for a while."""
+
+    effort_n: NotNegative = 0.1
+    """The yaw command that has to turn it; more than the bearing's friction takes."""
+    still_rad_s: Positive = 0.03
+    """Slower than this it stands still: noise and bias of the gyro."""
+    impulse_n_s: Positive = 0.2
+    """Command beyond that, times the time for which it stands still."""
+    again_s: Positive = 1.0
+    """After which it is driven again."""
+
+
 class ControlSettings(Settings, frozen=True, kw_only=True, tag_field="mode"):
     """The controller, as far as it is the same in all modes."""
 
@@ -162,6 +175,7 @@ class ControlSettings(Settings, frozen=True, kw_only=True, tag_field="mode"):
     """Time constant of the compass' correction of the gyro's yaw; 0 leaves the compass out."""
     yaw: YawSettings
     compass_check: CompassCheckSettings = CompassCheckSettings()
+    movement_check: MovementCheckSettings = MovementCheckSettings()
 
 
 class PlatformSettings(ControlSettings, frozen=True, kw_only=True, tag="platform"):

@@ -106,7 +106,8 @@ class TrackingController(PidController[TrackingPid]):
         self.couple(estimator.yaw, allocation.yaw)
         self.couple(x.command, allocation.x_n)
         self.couple(y.command, allocation.y_n)
-        self.couple(self._delayed(yaw.command, control.yaw.delay_s), allocation.yaw_n)
+        delayed = self._delayed(yaw.command, control.yaw.delay_s)
+        self._couple_yaw(delayed, estimator.yaw, allocation, control.movement_check)
 
     def _pid(self, name: str, settings: PidSettings, inertia: float, timeout: int) -> TrackingPid:
         return self.add(TrackingPid(name, self._gains(settings), inertia, timeout))

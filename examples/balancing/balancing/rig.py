@@ -65,6 +65,10 @@ class BalancingRig(BoardRig):
         """Change its pitch rate at once."""
         self.world.push(amount)
 
+    def hold(self, *, is_held: bool) -> None:
+        """Hold it in a hand, as it stands."""
+        self.world.hold(is_held=is_held)
+
     def catch_up(self) -> None:
         """Let the sensor take what it still has to take, then the world go on, up to now."""
         super().catch_up()

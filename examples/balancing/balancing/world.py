@@ -50,6 +50,7 @@ class World:
         self._held = seconds(settings.held_s)
         self._released_at = NEVER
         self._at = 0
+        self._is_held = False
 
     @property
     def has_fallen(self) -> bool:
@@ -64,7 +65,7 @@ class World:
         since = max(self._at, min(self._released_at, at))
         self._at = max(at, self._at)
         left_s = (self._at - since) / SECOND
-        while left_s > 0.0 and not self.has_fallen:
+        while left_s > 0.0 and not self.has_fallen and not self._is_held:
             step_s = min(STEP_S, left_s)
             self._step(step_s, drives)
             left_s -= step_s
@@ -80,6 +81,12 @@ class World:
     def push(self, speed_rad_s: float) -> None:
         """Give the body a push: its pitch rate changes at once, in rad/s."""
         self.pitch_rate_rad_s += speed_rad_s
+
+    def hold(self, *, is_held: bool) -> None:
+        """Hold it as it stands, at rest, or let go of it."""
+        self.speed_m_s = self.pitch_rate_rad_s = 0.0
+        self._acceleration = (0.0, 0.0)
+        self._is_held = is_held
 
     def _step(self, step_s: float, drives: tuple[Drive, Drive]) -> None:
         """One step of semi-implicit Euler: rates first, then what they lead to."""

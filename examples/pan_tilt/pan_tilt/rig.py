@@ -79,6 +79,11 @@ class PanTiltRig(BoardRig):
         """Turn the head aside by force."""
         self.pan.push(amount)
 
+    def hold(self, *, is_held: bool) -> None:
+        """Keep the head from turning, both ways."""
+        for servo in (self.pan, self.tilt):
+            servo.hold(is_held=is_held)
+
     def catch_up(self) -> None:
         """Let the converter take what it still has to take, then the servos turn, up to now."""
         super().catch_up()

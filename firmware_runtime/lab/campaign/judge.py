@@ -47,6 +47,8 @@ ORACLES: Final = (
 _SETTLED: Final = 500 * MILLISECOND
 _WATCHED: Final = 3 * SECOND
 _FULL_ON: Final = "full-on"
+_LEAD_ASTRAY: Final = frozenset({"push", "hold", "disarm"})
+"""Kinds after which a robot that is all right is elsewhere than the healthy ones."""
 _KEPT_OFF: Final = frozenset({"stuck", "nack", "nack-data", "arbitration", "fault", "absent"})
 
 
@@ -88,7 +90,7 @@ class Judge:
         self._oracle = oracle
         self._go_by(strikes)
         kinds = [KINDS[each.kind] for each in strikes]
-        shows = all(kind.is_moment or kind.of == "people" for kind in kinds)
+        shows = all(kind.is_moment or kind.of in {"people", "world"} for kind in kinds)
         self._struck_at = self._at if shows else None
         self._said: Said | None = None
         self._left_at: int | None = None
@@ -99,8 +101,8 @@ class Judge:
         self._at = min(each.at for each in strikes)
         self._end = max(end_of(each.at, each.span) for each in strikes)
         self._is_of_world = any(kind.of == "world" for kind in kinds)
-        self._is_disarmed = all(kind.of == "people" for kind in kinds)
-        self._has_failed = all(kind.of not in {"world", "people"} for kind in kinds)
+        self._is_disarmed = all(kind.name == "disarm" for kind in kinds)
+        self._has_failed = all(kind.name not in _LEAD_ASTRAY for kind in kinds)
         self._fails = any(
             kind.fails and each.span > self._healthy.within
             for kind, each in zip(kinds, strikes, strict=True)

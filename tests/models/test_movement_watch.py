@@ -1,0 +1,63 @@
+"""What is driven and does not move is found; what moves, rests or is off is not."""
+
+from firmware_runtime.devs.time import MILLISECOND
+from firmware_runtime.models.motion import Applied, Motion
+from firmware_runtime.models.movement_watch import MovementWatch, MovementWatchSettings
+from tests.support.atomic_bench import AtomicBench
+
+SETTINGS = MovementWatchSettings(
+    quantity="yaw rate (rad/s)",
+    command=0.1,
+    still=0.03,
+    impulse=0.198,
+    again=500 * MILLISECOND,
+)
+
+
+class Bench(AtomicBench):
+    """A watch that gets a motion and a command every 10 ms."""
+
+    def __init__(self) -> None:
+        super().__init__(MovementWatch("watch", SETTINGS))
+
+    def drive(self, from_ms: int, until_ms: int, command: float, rate: float = 0.0) -> None:
+        for at in range(from_ms, until_ms, 10):
+            self.put(at, motion=Motion(0.0, rate))
+            self.put(at, command=command)
+
+
+def test_what_is_driven_without_effect_is_found_and_tried_again_after_a_rest() -> None:
+    bench = Bench()
+    bench.drive(0, 2000, -0.5)  # 0.4 beyond friction: 0.2 in half a second
+    assert bench.said["moves"] == [(500, False), (1000, True), (1500, False)]
+    first = bench.faults[0]
+    assert (first.kind, first.axis, first.consecutive) == ("Implausible", "yaw rate (rad/s)", 1)
+    assert first.reason.endswith("is 0, expected more than 0.03 while it is driven by -0.5")
+
+
+def test_what_moves_now_and_then_or_is_driven_by_less_than_friction_is_not() -> None:
+    bench = Bench()
+    for begin in range(0, 4000, 400):
+        bench.drive(begin, begin + 390, 0.5, rate=0.0)
+        bench.drive(begin + 390, begin + 400, 0.5, rate=-0.04)
+    bench.drive(4000, 9000, 0.1)
+    assert bench.said["moves"] == []
+
+
+def test_a_command_to_and_fro_adds_up_to_nothing() -> None:
+    bench = Bench()
+    for begin in range(0, 8000, 400):
+        bench.drive(begin, begin + 400, 0.5 if begin % 800 else -0.5)
+    assert bench.said["moves"] == []
+
+
+def test_what_is_off_or_has_no_command_is_not_driven() -> None:
+    bench = Bench()
+    bench.put(0, applied=Applied.NOTHING)
+    bench.drive(0, 3000, 0.8)
+    bench.put(3000, applied=Applied.PART)
+    for at in range(3000, 9000, 150):  # each a while after the one before has run out
+        bench.put(at, command=0.8)
+    assert bench.said["moves"] == []
+    bench.drive(9000, 9400, 0.8)
+    assert [moves for _, moves in bench.said["moves"]] == [False]
