@@ -178,8 +178,9 @@ class StruckDoubles:
             line.end_strikes(at)
         if self._operator is not None:
             self._operator.end(at)
-        self._held.end(at)
-        self._call_at(at, self._hold)
+        if self._held:
+            self._held.end(at)
+            self._call_at(at, self._hold)
         self.struck = [each if each.span is not None else _ended(each, at) for each in self.struck]
 
     def clear(self) -> None:
@@ -189,8 +190,9 @@ class StruckDoubles:
             line.clear_strikes()
         if self._operator is not None:
             self._operator.clear()
-        self._held.clear()
-        self._hold()
+        if self._held:
+            self._held.clear()
+            self._hold()
         self.struck = [_ended(each, at) for each in self.struck if each.at <= at]
 
     def _fit(self, line: Breakable, address: int | None) -> tuple[str, ...]:

@@ -13,6 +13,10 @@ class Spans:
         """Add one; NEVER is without an end."""
         self._spans.append((at, until))
 
+    def __bool__(self) -> bool:
+        """Whether there is any."""
+        return bool(self._spans)
+
     def end(self, at: int) -> None:
         """Let what has no end be over at an instant."""
         self._spans = [(begin, at if until == NEVER else until) for begin, until in self._spans]

@@ -73,7 +73,7 @@ class MovementWatch(Atomic):
             self.passivate("waiting")
 
     def external(self, elapsed: int) -> None:
-        """Take what came; add up with every command."""
+        """Take what came; add up with every command, in line: it is done in every control tick."""
         self._since_command += elapsed
         if self.applied_in:
             self._applied = self.applied_in[-1]
@@ -81,25 +81,20 @@ class MovementWatch(Atomic):
             self._rate = self.motion[-1].rate
             if abs(self._rate) > self.settings.still:
                 self._impulse = 0.0
-        if self.phase != "waiting" or not self.command:
+        if self.phase != "waiting":
             self.continue_(elapsed)
-            return
-        self._add_up()
-        self._driven_by, self._since_command = self.command[-1], 0
-        if abs(self._impulse) > self.settings.impulse:
-            self.activate("stuck")
-        else:
-            self.passivate("waiting")
+        elif self.command:
+            beyond = abs(self._driven_by) - self.settings.command
+            if self._applied is Applied.NOTHING or self._since_command > PAUSE:
+                self._forget()
+            elif beyond > 0.0:
+                more = beyond * self._since_command / SECOND
+                self._impulse += math.copysign(more, self._driven_by)
+            self._driven_by, self._since_command = self.command[-1], 0
+            if abs(self._impulse) > self.settings.impulse:
+                self.activate("stuck")
 
     # ---------------------------------------------------------------------------------------------
-
-    def _add_up(self) -> None:
-        """Add what the last command did since, if it was applied."""
-        if self._applied is Applied.NOTHING or self._since_command > PAUSE:
-            self._forget()
-            return
-        beyond = max(0.0, abs(self._driven_by) - self.settings.command)
-        self._impulse += math.copysign(beyond, self._driven_by) * self._since_command / SECOND
 
     def _forget(self) -> None:
         self._driven_by = self._impulse = 0.0

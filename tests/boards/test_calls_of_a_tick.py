@@ -67,8 +67,8 @@ OURS = ("firmware_runtime", "firmware_drivers", "firmware_boards")
 """The packages that are there on a robot, too."""
 OF_A_WORLD = "tapped_world."
 """Functions around those of a world's models, which a robot with chips has not."""
-MOST_CALLS = 113
-MOST_FILES = 26
+MOST_CALLS = 115
+MOST_FILES = 27
 MOST_WHEN_LATE = 250
 """So many more, with what is done in the slack after it."""
 CONTROLLED_FROM = 400 * MILLISECOND

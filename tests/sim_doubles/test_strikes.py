@@ -345,7 +345,7 @@ def test_every_kind_says_what_it_is() -> None:
     assert numbered == {name for name, kind in KINDS.items() if kind.is_numbered}
     assert {KINDS[name].amount for name in numbered} == {0.0}, "the first one"
     moments = {name for name, kind in KINDS.items() if kind.is_moment}
-    assert moments == {"drop", "garble", "brown-out", "push", "stall"}
+    assert moments == {"drop", "garble", "brown-out", "push", "reload", "stall"}
 
 
 UP = 2
