@@ -12,12 +12,19 @@ from typing import Final, TypeVar
 
 from msgspec import Struct
 
-from firmware_runtime.board.rig import Limited, Rig, Tolerant, Unknowing
+from firmware_runtime.board.rig import (
+    Balanced,
+    Healing,
+    Limited,
+    Rig,
+    Tolerant,
+    Unknowing,
+)
 from firmware_runtime.devs.time import MILLISECOND, NEVER, SECOND, seconds
 from firmware_runtime.errors import ConfigError, expected_one_of
 from firmware_runtime.hal.strike import Kind, Place, Use
 from firmware_runtime.hal.wire_errors import WARNING
-from firmware_runtime.lab.campaign.mission import WITHIN_S, Mission, faults_of
+from firmware_runtime.lab.campaign.mission import RECOVER_S, WITHIN_S, Mission, faults_of
 from firmware_runtime.lab.campaign.watched import EVERY, Look, Watched
 
 T = TypeVar("T")
@@ -56,6 +63,16 @@ class Envelope(Struct, frozen=True):
         number = min(look.at // EVERY, len(self.low)) - 1
         return self._outside(look, self.low[number], self.high[number]) if self.low else None
 
+    def elsewhere(self, look: Look, since: int) -> str | None:
+        """Return the name of a number that no healthy run had from an instant until now."""
+        if self.outside(look) is None:
+            return None
+        last = min(look.at // EVERY, len(self.low)) - 1
+        span = slice(max(0, min(since // EVERY - 1, last)), last + 1)
+        low = [min(each) for each in zip(*self.low[span], strict=True)]
+        high = [max(each) for each in zip(*self.high[span], strict=True)]
+        return self._outside(look, low, high) if self.low else None
+
     def far_outside(self, look: Look) -> str | None:
         """Return the name of a number that no healthy run had at any instant."""
         return self._outside(look, self.least, self.most)
@@ -93,8 +110,12 @@ class Healthy(Struct, frozen=True):
     """Arrows of all state diagrams, `MODEL: STATE -> STATE`."""
     taken: tuple[frozenset[str], ...]
     """Those that some run has taken, by look."""
+    held: int
+    """Ns for which outputs may be on as they are; NEVER where that is right for any time."""
     within: int
     """Ns in which a fault has to be reported, or outputs off."""
+    healed: int
+    """Ns after a fault of a bus, or of a chip's supply, in which outputs have to be on again."""
     unknowable: tuple[str, ...]
     """Faults that are left out since nothing that the robot has can tell them, as its rig says."""
     wrong: Wrong | None
@@ -139,7 +160,9 @@ def healthy(mission: Mission) -> Healthy:
         not_finite=frozenset(path for each in runs for path in each.not_finite),
         arrows=first.arrows,
         taken=tuple(frozenset().union(*at_once) for at_once in taken),
+        held=first.held,
         within=first.within,
+        healed=first.healed,
         unknowable=first.unknowable,
         wrong=next((each.wrong for each in runs if each.wrong is not None), None),
     )
@@ -162,6 +185,9 @@ class _Run:
             self.unknowable = _unknowable(mission, rig, self.places)
             stated = rig.said_within_s if isinstance(rig, Limited) else WITHIN_S
             self.within = seconds(stated if mission.within_s is None else mission.within_s)
+            self.held = seconds(rig.held_within_s) if isinstance(rig, Balanced) else NEVER
+            stated = rig.healed_within_s if isinstance(rig, Healing) else RECOVER_S
+            self.healed = seconds(stated)
             self._noted: dict[str, int] = {}
             self._note(watched, AT_START)
             until = seconds(mission.for_s)
@@ -196,6 +222,10 @@ def wrong_by_itself(watched: Watched) -> Wrong | None:
         return Wrong("own", "world", f"{why}, and no fault was made", watched.at)
     if watched.losable is not None and (why := watched.losable.lost()) is not None:
         return Wrong("on", "world", f"{why}, and no fault was made", watched.at)
+    if watched.purposeful is not None and (why := watched.purposeful.missed()) is not None:
+        return Wrong("missed", "world", f"{why}, and no fault was made", watched.at)
+    for note in watched.warnings:
+        return Wrong("misused", "world", f"{note}; no fault was made", watched.at)
     return None
 
 

@@ -12,7 +12,15 @@ from typing import Final
 import msgspec
 from msgspec import Struct
 
-from firmware_runtime.board.rig import Driven, Judging, Losable, Rig, Truthful
+from firmware_runtime.board.rig import (
+    Driven,
+    Judging,
+    Losable,
+    Noted,
+    Purposeful,
+    Rig,
+    Truthful,
+)
 from firmware_runtime.devs.component import below_root
 from firmware_runtime.devs.coupled import ports_below
 from firmware_runtime.devs.finite import all_numbers
@@ -34,6 +42,8 @@ class Look(Struct, frozen=True):
     """Whether outputs were on, or moved something where the rig says that."""
     numbers: tuple[float, ...]
     """The numbers of the world's truth."""
+    held: int = 0
+    """Ns for which outputs have been on, each as it is now, and not all at an end."""
 
 
 class Said(Struct, frozen=True):
@@ -68,6 +78,15 @@ class Watched:
         self._driven = rig if isinstance(rig, Driven) else None
         self.losable = rig if isinstance(rig, Losable) else None
         self.judging = rig if isinstance(rig, Judging) else None
+        self.purposeful = rig if isinstance(rig, Purposeful) else None
+        self._noted = [
+            line
+            for lines in (rig.buses, rig.ports)
+            for line in lines.values()
+            if isinstance(line, Noted)
+        ]
+        self._levels: tuple[float, ...] = ()
+        self._levels_since = 0
         self.reached: set[str] = set()
         """Arrows that its state diagrams have taken, `MODEL: STATE -> STATE`."""
         self.arrows: set[str] = set()
@@ -96,7 +115,25 @@ class Watched:
         )
         is_on = self.has_output_on if self._driven is None else self._driven.is_driven
         self._digest.update(repr((is_on, numbers)).encode())
-        return Look(self.at, is_on, numbers)
+        return Look(self.at, is_on, numbers, self._held(is_on=is_on))
+
+    def _held(self, *, is_on: bool) -> int:
+        """Ns since an output changed, or went on; 0 where each is off, or on with all it has.
+
+        A control that is at its limits stands there for as long as it takes.
+        """
+        levels: tuple[float, ...] = ()
+        if is_on:
+            now = self.session.hardware.world_now()
+            levels = tuple(map(float, self.rig.levels(now).values()))
+        if levels != self._levels or all(level.is_integer() for level in levels):
+            self._levels, self._levels_since = levels, self.at
+        return self.at - self._levels_since
+
+    @property
+    def warnings(self) -> list[str]:
+        """What doubles have noted: what a real chip would ignore, refuse or leave undefined."""
+        return [each for line in self._noted for each in line.warnings]
 
     @property
     def has_output_on(self) -> bool:
