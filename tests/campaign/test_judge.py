@@ -9,7 +9,6 @@ from firmware_drivers import hardware
 from firmware_drivers.chips import mpu9250
 from firmware_drivers.chips.h_bridge import HBridge
 from firmware_drivers.chips.mpu9250_burst import InertialSample
-from firmware_drivers.dc_motor import BridgeMotor
 from firmware_drivers.thrust_pairs import ThrustPairs
 
 from firmware_runtime.devs.time import SECOND
@@ -125,21 +124,6 @@ def test_a_robot_is_pushed_both_ways() -> None:
     space = space_of(Mission(board="tachobot", for_s=0.3))
     pushes = {each.strikes[0].amount for each in space if each.strikes[0].kind == "push"}
     assert pushes == {None, -1.0}
-
-
-def test_a_robot_that_a_fault_has_brought_down_unsaid_is_found_though_it_is_off(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    reset = Strike("brown-out", "wheels", at_s=4.0)
-    assert_sound("balancing", [reset], for_s=4.5)
-
-    def write_command(motor: BridgeMotor) -> None:
-        motor.bridge.drive(motor.commanded)
-
-    monkeypatch.setattr(BridgeMotor, "write_command", write_command)
-    healthy.cache_clear()
-    with pytest.raises(AssertionError, match="silent of wheels: it has fallen, and nothing was"):
-        assert_sound("balancing", [reset], for_s=4.5)
 
 
 def test_a_motor_that_is_disarmed_and_brakes_is_not_off(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -7,8 +7,7 @@
 | `on` | an output is on: the run is over and its lines work, or it is lost, or was disarmed |
 | `held` | outputs have been on and as they are for too long, where the rig says how long is |
 | `late` | a device fails at each use, outputs are driven, and nothing was reported in time |
-| `silent` | the robot left the envelope of its healthy runs, is driven, and nothing was reported; |
-| | or a fault has it lost, such as fallen, and nothing was reported |
+| `silent` | the robot left the envelope of its healthy runs, is driven, and nothing was reported |
 | `not-finite` | a port has sent a number that is none |
 | `astray` | long after a fault, or its report, the robot is driven where no healthy one was |
 | `unhealed` | long after a fault outputs are off, or it is still reported |
@@ -19,10 +18,10 @@
 | `own` | what the board's own oracle says |
 
 A verdict is `sound` once the judge is sure: half a second after a robot is healthy again or a
-lasting fault was reported, or three seconds after one that shows in nothing. A robot that has taken
-a decision of its own, an arrow of a state diagram that no healthy one has taken by then, is watched
-until five seconds after the fault. One that has said why and is driven beside its envelope is
-watched until five seconds after that.
+lasting fault was reported, two where it is driven on, or three seconds after one that shows in
+nothing. A robot that has taken a decision of its own, an arrow of a state diagram that no healthy
+one has taken by then, is watched until five seconds after the fault. One that has said why and is
+driven beside its envelope is watched until five seconds after that.
 """
 
 import copy
@@ -51,6 +50,7 @@ ORACLES: Final = (
 )
 _SETTLED: Final = 500 * MILLISECOND
 _WATCHED: Final = 3 * SECOND
+_DRIVEN_ON: Final = 2 * SECOND
 _FULL_ON: Final = "full-on"
 _KEPT_OFF: Final = frozenset({"stuck", "nack", "nack-data", "arbitration", "fault", "absent"})
 
@@ -98,7 +98,6 @@ class Judge:
         self._said: Said | None = None
         self._look = Look(0, is_on=False, numbers=())
         self._left_at: int | None = None
-        self._lost_at: int | None = None
 
     def _go_by(self, strikes: Sequence[Strike]) -> None:
         kinds = [KINDS[each.kind] for each in strikes]
@@ -183,7 +182,6 @@ class Judge:
             or self._held(look)
             or self._late(look)
             or self._silent(look)
-            or self._silently_lost(look)
             or self._said_and_astray(look)
             or self._recovery.judge(look)
         )
@@ -271,25 +269,10 @@ class Judge:
             return None
         return "silent", f"{outside}, outputs are on, and nothing was reported"
 
-    def _silently_lost(self, look: Look) -> tuple[str, str] | None:
-        """A robot that a fault has brought to where it cannot go on, and that says nothing."""
-        losable = self._watched.losable
-        lost = None if losable is None or self._said or not self._has_failed else losable.lost()
-        if lost is None:
-            self._lost_at = None
-            return None
-        if self._lost_at is None:
-            self._lost_at = look.at
-        if look.at - self._lost_at <= self._healthy.within:
-            return None
-        return "silent", f"{lost}, and nothing was reported"
-
     @property
     def is_sure(self) -> bool:
         """Whether what comes now changes nothing any more."""
         at = self._watched.at
-        if self._lost_at is not None:
-            return False
         if self._end != NEVER:
             well_since = self._recovery.well_since
             is_settled = well_since is not None and at - well_since >= _SETTLED
@@ -297,8 +280,8 @@ class Judge:
         if self._said is None:
             return at - self._at >= _WATCHED
         since = at - self._said.at
-        is_settled = since >= _SETTLED and not self._is_aside(self._look)
-        return is_settled or since > RECOVER
+        is_settled = since >= (_DRIVEN_ON if self._look.is_on else _SETTLED)
+        return (is_settled and not self._is_aside(self._look)) or since > RECOVER
 
     @property
     def _is_ahead(self) -> bool:
