@@ -156,6 +156,22 @@ class Balanced(Protocol):
 
 
 @runtime_checkable
+class Warned(Protocol):
+    """A rig whose robot warns of something that is right, such as a chip without magnetometer."""
+
+    warned: Sequence[str]
+    """Models that do, by path; any other warning is a finding of a campaign of faults."""
+
+
+@runtime_checkable
+class Dependent(Protocol):
+    """A rig whose robot cannot be driven without some of its devices."""
+
+    off_within_s: Mapping[str, float]
+    """Seconds after which outputs are off where a device fails at each use, by its name."""
+
+
+@runtime_checkable
 class Healing(Protocol):
     """A rig whose robot is driven again sooner than campaigns of faults demand of any."""
 

@@ -1,7 +1,8 @@
 """TachoBot's rig: an MPU-9250 and one or two PCA9685, and the plant that ties them."""
 
 from collections.abc import Callable, Mapping
-from typing import TYPE_CHECKING, Final
+from types import MappingProxyType
+from typing import TYPE_CHECKING, ClassVar, Final
 
 import msgspec
 from firmware_boards.tachobot.controller import Controller
@@ -70,9 +71,10 @@ class TachobotRig(BoardRig):
         self.connect(imu.bus, *self.imu.targets)
 
     push_unit = "rad/s of yaw"
+    off_within_s: ClassVar[Mapping[str, float]] = MappingProxyType({"imu": 0.06})
+    """Thrust is off 0.05 s after the last sample (`thrust_pairs.timeout_s`)."""
     held_within_s = 0.25
-    """Thrust follows each sample, and is off 0.05 s after the last one (`thrust_pairs.timeout_s`).
-    """
+    """It follows each sample, whose noise alone changes it within 0.1 s."""
     healed_within_s = 1.3
     """A PCA9685 that was reset is found so once a second (`POLL_EVERY`); an IMU that answers again
     is up after 0.4 s, and 0.9 s at the start, when the gyro's bias is measured as well."""

@@ -6,9 +6,10 @@ import pytest
 from firmware_boards.tachobot import allocation
 from firmware_boards.tachobot.attitude import Attitude
 from firmware_drivers import hardware
-from firmware_drivers.chips import mpu9250
+from firmware_drivers.chips import ak8963, mpu9250
 from firmware_drivers.chips.h_bridge import HBridge
 from firmware_drivers.chips.mpu9250_burst import InertialSample
+from firmware_drivers.imu import Imu
 from firmware_drivers.thrust_pairs import ThrustPairs
 
 from firmware_runtime.devs.time import SECOND
@@ -19,6 +20,7 @@ from firmware_runtime.lab.campaign.healthy import healthy
 from firmware_runtime.lab.campaign.mission import Mission
 from firmware_runtime.lab.campaign.space import space_of
 from firmware_runtime.models.motion import Motion
+from sim_doubles.rigs.tachobot import TachobotRig
 
 pytestmark = pytest.mark.slow
 
@@ -52,6 +54,10 @@ def test_outputs_that_nothing_commands_any_more_are_found_whatever_was_reported(
 
     monkeypatch.setattr(ThrustPairs, "settle", settle)
     healthy.cache_clear()
+    with pytest.raises(AssertionError, match=r"on of imu: imu fails for 0\.06 s, and it is driven"):
+        assert_sound("tachobot", [silence], for_s=1.5)
+    healthy.cache_clear()
+    monkeypatch.setattr(TachobotRig, "off_within_s", {})
     with pytest.raises(AssertionError, match=r"held of imu: for 0\.25 s outputs have been on"):
         assert_sound("tachobot", [silence], for_s=1.5)
 
@@ -133,3 +139,25 @@ def test_a_motor_that_is_disarmed_and_brakes_is_not_off(monkeypatch: pytest.Monk
     healthy.cache_clear()
     with pytest.raises(AssertionError, match=r"on of world: it was disarmed 0\.5 s ago"):
         assert_sound("balancing", [disarmed], for_s=4.5)
+
+
+def test_a_device_that_fails_and_is_not_named_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
+    silence = Strike("nack", "imu", at_s=1.2)
+
+    def note(_model: Imu, _error: object) -> None:
+        """Swallow it."""
+
+    monkeypatch.setattr(Imu, "note", note)
+    with pytest.raises(AssertionError, match="late of imu: it fails at each use, and only thrust_"):
+        assert_sound("tachobot", [silence], for_s=1.5)
+
+
+def test_a_warning_of_a_healthy_robot_is_a_finding_unless_its_rig_says_that_it_is_right(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(ak8963, "IDENTITY", 0x49)
+    assert found_without_fault(0.5).startswith("invented of imu: reports Warning")
+    healthy.cache_clear()
+    space_of.cache_clear()
+    monkeypatch.setattr(TachobotRig, "warned", ("imu",), raising=False)
+    assert healthy(Mission(board="tachobot", for_s=0.5)).wrong is None

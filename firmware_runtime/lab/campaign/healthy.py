@@ -14,6 +14,7 @@ from msgspec import Struct
 
 from firmware_runtime.board.rig import (
     Balanced,
+    Dependent,
     Healing,
     Limited,
     Rig,
@@ -23,7 +24,6 @@ from firmware_runtime.board.rig import (
 from firmware_runtime.devs.time import MILLISECOND, NEVER, SECOND, seconds
 from firmware_runtime.errors import ConfigError, expected_one_of
 from firmware_runtime.hal.strike import Kind, Place, Use
-from firmware_runtime.hal.wire_errors import WARNING
 from firmware_runtime.lab.campaign.mission import RECOVER_S, WITHIN_S, Mission, faults_of
 from firmware_runtime.lab.campaign.watched import EVERY, Look, Watched
 
@@ -114,6 +114,8 @@ class Healthy(Struct, frozen=True):
     """Ns for which outputs may be on as they are; NEVER where that is right for any time."""
     within: int
     """Ns in which a fault has to be reported, or outputs off."""
+    off_within: Mapping[str, int]
+    """Ns after which outputs are off without a device, by its name."""
     healed: int
     """Ns after a fault of a bus, or of a chip's supply, in which outputs have to be on again."""
     unknowable: tuple[str, ...]
@@ -161,6 +163,7 @@ def healthy(mission: Mission) -> Healthy:
         arrows=first.arrows,
         taken=tuple(frozenset().union(*at_once) for at_once in taken),
         held=first.held,
+        off_within=first.off_within,
         within=first.within,
         healed=first.healed,
         unknowable=first.unknowable,
@@ -186,6 +189,7 @@ class _Run:
             stated = rig.said_within_s if isinstance(rig, Limited) else WITHIN_S
             self.within = seconds(stated if mission.within_s is None else mission.within_s)
             self.held = seconds(rig.held_within_s) if isinstance(rig, Balanced) else NEVER
+            self.off_within = _off_within(mission, rig, self.places)
             stated = rig.healed_within_s if isinstance(rig, Healing) else RECOVER_S
             self.healed = seconds(stated)
             self._noted: dict[str, int] = {}
@@ -214,8 +218,8 @@ class _Run:
 
 def wrong_by_itself(watched: Watched) -> Wrong | None:
     """Return what is wrong with a robot in which no fault was made, by what it says and does."""
-    said = watched.said(0)
-    if said is not None and said.kind != WARNING:
+    said = watched.said_wrongly()
+    if said is not None:
         what = f"reports {said.kind}, and no fault was made"
         return Wrong("invented", said.model, what, said.at)
     if watched.judging is not None and (why := watched.judging.judge()) is not None:
@@ -243,6 +247,15 @@ def _borne(mission: Mission, rig: Rig, names: Sequence[str]) -> Mapping[str, flo
     if faults := [expected_one_of(each, names) for each in stated if each not in names]:
         raise ConfigError(f"{mission.board}: borne of its rig", faults)
     return stated
+
+
+def _off_within(mission: Mission, rig: Rig, places: Sequence[Place]) -> Mapping[str, int]:
+    """Return how soon outputs are off without a device. Raises ConfigError for no device."""
+    stated = rig.off_within_s if isinstance(rig, Dependent) else {}
+    names = [place.name for place in places]
+    if faults := [expected_one_of(each, names) for each in stated if each not in names]:
+        raise ConfigError(f"{mission.board}: off_within_s of its rig", faults)
+    return {name: seconds(span) for name, span in stated.items()}
 
 
 def _unknowable(mission: Mission, rig: Rig, places: Sequence[Place]) -> tuple[str, ...]:

@@ -4,9 +4,11 @@
 |---|---|
 | `crash` | something was raised that is no fault of the world, or the process died |
 | `hang` | a second of the robot takes no end of processor time |
-| `on` | an output is on: the run is over and its lines work, or it is lost, or was disarmed |
+| `on` | an output is on: the run is over and its lines work, or it is lost, or was disarmed, |
+| | or what it needs, as the rig says, fails |
 | `held` | outputs have been on and as they are for too long, where the rig says how long is |
-| `late` | a device fails at each use, outputs are driven, and nothing was reported in time |
+| `late` | a device fails at each use, outputs are driven, and nothing was reported in time, |
+| | or what was reported is about something else |
 | `silent` | the robot left the envelope of its healthy runs, is driven, and nothing was reported |
 | `not-finite` | a port has sent a number that is none |
 | `astray` | long after a fault, or its report, the robot is driven where no healthy one was |
@@ -50,6 +52,7 @@ ORACLES: Final = (
 )
 _SETTLED: Final = 500 * MILLISECOND
 _WATCHED: Final = 3 * SECOND
+_NAMED: Final = 300 * MILLISECOND
 _DRIVEN_ON: Final = 2 * SECOND
 _FULL_ON: Final = "full-on"
 _KEPT_OFF: Final = frozenset({"stuck", "nack", "nack-data", "arbitration", "fault", "absent"})
@@ -110,6 +113,14 @@ class Judge:
         self._fails = any(
             kind.fails and each.span > self._healthy.within
             for kind, each in zip(kinds, strikes, strict=True)
+        )
+        self._off_within = min(
+            (
+                self._healthy.off_within.get(each.device, NEVER)
+                for kind, each in zip(kinds, strikes, strict=True)
+                if kind.fails
+            ),
+            default=NEVER,
         )
         self._may_stay_on = any(kind.name in _KEPT_OFF for kind in kinds)
         self._drives_itself = any(kind.of == "actuator" for kind in kinds)
@@ -179,8 +190,10 @@ class Judge:
             self._not_finite()
             or self._own()
             or self._disarmed(look)
+            or self._blind(look)
             or self._held(look)
             or self._late(look)
+            or self._unnamed(look)
             or self._silent(look)
             or self._said_and_astray(look)
             or self._recovery.judge(look)
@@ -212,6 +225,14 @@ class Judge:
         if self._watched.has_output_on:
             return "on", f"it was disarmed {within / SECOND:g} s ago, and an output is on"
         return None
+
+    def _blind(self, look: Look) -> tuple[str, str] | None:
+        """A robot that is driven on without a device that it needs."""
+        if self._struck_at is None or not look.is_on or look.at > self._end:
+            return None
+        if look.at - self._struck_at <= self._off_within:
+            return None
+        return "on", f"{self._device} fails for {self._off_within / SECOND:g} s, and it is driven"
 
     def _held(self, look: Look) -> tuple[str, str] | None:
         """Outputs that nothing commands any more; a fault of a driving chip, or a bus, holds them.
@@ -250,6 +271,17 @@ class Judge:
         if self._struck_at is None or min(look.at, self._end) - self._struck_at <= within:
             return None
         return "late", f"nothing was reported within {within / SECOND:g} s, and outputs are on"
+
+    def _unnamed(self, look: Look) -> tuple[str, str] | None:
+        """A device that fails for good, of which no report says that it does."""
+        if not self._fails or self._said is None or self._struck_at is None:
+            return None
+        if min(look.at, self._end) - self._struck_at <= _NAMED:
+            return None
+        failing = (place for place in self._healthy.places if place.name == self._device)
+        if any(not self._watched.has_named(place, self._at) for place in failing):
+            return "late", f"it fails at each use, and only {self._said.model} reports something"
+        return None
 
     def _silent(self, look: Look) -> tuple[str, str] | None:
         """A robot that drives beside its envelope, and says nothing.

@@ -20,14 +20,15 @@ from firmware_runtime.board.rig import (
     Purposeful,
     Rig,
     Truthful,
+    Warned,
 )
 from firmware_runtime.devs.component import below_root
 from firmware_runtime.devs.coupled import ports_below
 from firmware_runtime.devs.finite import all_numbers
 from firmware_runtime.devs.time import MILLISECOND
 from firmware_runtime.executive.outcome import Outcome
-from firmware_runtime.hal.strike import Breakable
-from firmware_runtime.hal.wire_errors import Fault
+from firmware_runtime.hal.strike import Breakable, Place
+from firmware_runtime.hal.wire_errors import WARNING, Fault
 from firmware_runtime.models.state_diagram import StateDiagram
 from firmware_runtime.runs.open_board import OpenBoard
 
@@ -79,6 +80,8 @@ class Watched:
         self.losable = rig if isinstance(rig, Losable) else None
         self.judging = rig if isinstance(rig, Judging) else None
         self.purposeful = rig if isinstance(rig, Purposeful) else None
+        self._warned = tuple(rig.warned) if isinstance(rig, Warned) else ()
+        """Models whose warnings are right."""
         self._noted = [
             line
             for lines in (rig.buses, rig.ports)
@@ -157,6 +160,27 @@ class Watched:
             if each.last_at >= since
         ]
         return min(found, key=lambda each: each.at, default=None)
+
+    def said_wrongly(self) -> Said | None:
+        """Return the first fault reported, if all is well; warnings that are right are none."""
+        found = [
+            Said(each.path, each.kind, each.first_at)
+            for each in self.session.executive.faults.counted
+            if each.kind != WARNING or each.path not in self._warned
+        ]
+        return min(found, key=lambda each: each.at, default=None)
+
+    def has_named(self, place: Place, since: int) -> bool:
+        """Return whether a fault that was reported since then is of a device, or a line, or on it.
+
+        Its model has the same name, or the sentence has its address, or the name of its line.
+        """
+        mark = place.line if place.address is None else f"0x{place.address:02x}"
+        return any(
+            place.name in each.path or mark in each.sentence
+            for each in self.session.executive.faults.counted
+            if each.last_at >= since
+        )
 
     def said_last(self) -> Said | None:
         """Return the fault that was reported last; None if there is none."""
