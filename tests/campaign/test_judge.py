@@ -161,3 +161,17 @@ def test_a_warning_of_a_healthy_robot_is_a_finding_unless_its_rig_says_that_it_i
     space_of.cache_clear()
     monkeypatch.setattr(TachobotRig, "warned", ("imu",), raising=False)
     assert healthy(Mission(board="tachobot", for_s=0.5)).wrong is None
+
+
+def test_a_robot_that_goes_on_and_could_not_be_armed_again_is_not_healed(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    silence = Strike("nack", "imu", at_s=1.2, for_s=0.5)
+
+    def kept(model: Imu, faults: int) -> None:
+        model._consecutive_faults = faults or model._consecutive_faults
+        model._has_worked = True
+
+    monkeypatch.setattr(Imu, "consecutive_faults", property(lambda m: m._consecutive_faults, kept))
+    with pytest.raises(AssertionError, match="it could not be armed: imu has failed"):
+        assert_sound("tachobot", [silence], for_s=1.5)

@@ -116,6 +116,8 @@ class Healthy(Struct, frozen=True):
     """Ns in which a fault has to be reported, or outputs off."""
     off_within: Mapping[str, int]
     """Ns after which outputs are off without a device, by its name."""
+    unready: frozenset[str]
+    """Models that speak against arming when all is well."""
     healed: int
     """Ns after a fault of a bus, or of a chip's supply, in which outputs have to be on again."""
     unknowable: tuple[str, ...]
@@ -164,6 +166,7 @@ def healthy(mission: Mission) -> Healthy:
         taken=tuple(frozenset().union(*at_once) for at_once in taken),
         held=first.held,
         off_within=first.off_within,
+        unready=first.unready,
         within=first.within,
         healed=first.healed,
         unknowable=first.unknowable,
@@ -203,6 +206,7 @@ class _Run:
                 if before < until:
                     self._note(watched, before)
             self.not_finite = watched.not_finite
+            self.unready = frozenset(watched.unready())
             self.arrows = frozenset(watched.arrows)
             _check(mission, watched)
         self.uses.sort(key=lambda each: each.use.at)

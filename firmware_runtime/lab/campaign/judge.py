@@ -312,7 +312,8 @@ class Judge:
         if self._said is None:
             return at - self._at >= _WATCHED
         since = at - self._said.at
-        is_settled = since >= (_DRIVEN_ON if self._look.is_on else _SETTLED)
+        drives_on = self._look.is_on and not self._holds_outputs
+        is_settled = since >= (_DRIVEN_ON if drives_on else _SETTLED)
         return (is_settled and not self._is_aside(self._look)) or since > RECOVER
 
     @property

@@ -57,7 +57,7 @@ class Recovery:
         is_resting = self._may_rest and not look.is_on
         said = None if self._is_of_world or is_resting else self._watched.said_last()
         off = self._off(look)
-        found = off or self._astray(look)
+        found = off or self._astray(look) or self._unready()
         if found is not None:
             self._unwell_at = look.at
         found = self._reporting(look, said) or found
@@ -86,6 +86,13 @@ class Recovery:
         if said is not None and said.at >= look.at - _SAID_LATELY:
             return None
         return "unhealed", f"{self._off_for / SECOND:g} s after the fault outputs are off"
+
+    def _unready(self) -> tuple[str, str] | None:
+        """Return that a device speaks against arming which does not when all is well."""
+        for model, why in self._watched.unready().items():
+            if model not in self._healthy.unready:
+                return "unhealed", f"{_AFTER} it could not be armed: {model} {why}"
+        return None
 
     def _astray(self, look: Look) -> tuple[str, str] | None:
         """Return how a driven robot is where no healthy one was since; a push takes it anywhere."""

@@ -26,7 +26,7 @@ from firmware_runtime.devs.component import below_root
 from firmware_runtime.devs.coupled import ports_below
 from firmware_runtime.devs.finite import all_numbers
 from firmware_runtime.devs.time import MILLISECOND
-from firmware_runtime.executive.outcome import Outcome
+from firmware_runtime.executive.outcome import Device, Outcome
 from firmware_runtime.hal.strike import Breakable, Place
 from firmware_runtime.hal.wire_errors import WARNING, Fault
 from firmware_runtime.models.state_diagram import StateDiagram
@@ -100,6 +100,7 @@ class Watched:
         for port in ports_below(simulator.root).values():
             if port.path not in truths and port.path not in exempt and not _is_of_faults(port.type):
                 simulator.listen(port, partial(self._check, port.path))
+        self._devices = [each for each in simulator.atomics if isinstance(each, Device)]
         for model in simulator.atomics:
             if isinstance(model, StateDiagram):
                 self._follow(model)
@@ -169,6 +170,11 @@ class Watched:
             if each.kind != WARNING or each.path not in self._warned
         ]
         return min(found, key=lambda each: each.at, default=None)
+
+    def unready(self) -> dict[str, str]:
+        """Return why devices speak against arming, by model."""
+        why = {below_root(each.path): each.unready() for each in self._devices}
+        return {path: reason for path, reason in why.items() if reason is not None}
 
     def has_named(self, place: Place, since: int) -> bool:
         """Return whether a fault that was reported since then is of a device, or a line, or on it.
