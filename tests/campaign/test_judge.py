@@ -148,7 +148,7 @@ def test_a_device_that_fails_and_is_not_named_is_found(monkeypatch: pytest.Monke
         """Swallow it."""
 
     monkeypatch.setattr(Imu, "note", note)
-    with pytest.raises(AssertionError, match="late of imu: it fails at each use, and only thrust_"):
+    with pytest.raises(AssertionError, match="late of imu: imu fails at each use, and only others"):
         assert_sound("tachobot", [silence], for_s=1.5)
 
 

@@ -114,14 +114,12 @@ class Judge:
             kind.fails and each.span > self._healthy.within
             for kind, each in zip(kinds, strikes, strict=True)
         )
-        self._off_within = min(
-            (
-                self._healthy.off_within.get(each.device, NEVER)
-                for kind, each in zip(kinds, strikes, strict=True)
-                if kind.fails
-            ),
-            default=NEVER,
-        )
+        self._failing = [
+            (each.device, each.at, end_of(each.at, each.span))
+            for kind, each in zip(kinds, strikes, strict=True)
+            if kind.fails
+        ]
+        """What fails at each use, from when and until when."""
         self._may_stay_on = any(kind.name in _KEPT_OFF for kind in kinds)
         self._drives_itself = any(kind.of == "actuator" for kind in kinds)
         self._turns_it = any(kind.name == _FULL_ON for kind in kinds)
@@ -228,11 +226,13 @@ class Judge:
 
     def _blind(self, look: Look) -> tuple[str, str] | None:
         """A robot that is driven on without a device that it needs."""
-        if self._struck_at is None or not look.is_on or look.at > self._end:
+        if self._struck_at is None or not look.is_on:
             return None
-        if look.at - self._struck_at <= self._off_within:
-            return None
-        return "on", f"{self._device} fails for {self._off_within / SECOND:g} s, and it is driven"
+        for device, at, end in self._failing:
+            most = self._healthy.off_within.get(device, NEVER)
+            if look.at <= end and look.at - max(at, self._struck_at) > most:
+                return "on", f"{device} fails for {most / SECOND:g} s, and it is driven"
+        return None
 
     def _held(self, look: Look) -> tuple[str, str] | None:
         """Outputs that nothing commands any more; a fault of a driving chip, or a bus, holds them.
@@ -274,13 +274,14 @@ class Judge:
 
     def _unnamed(self, look: Look) -> tuple[str, str] | None:
         """A device that fails for good, of which no report says that it does."""
-        if not self._fails or self._said is None or self._struck_at is None:
+        if self._said is None or self._struck_at is None:
             return None
-        if min(look.at, self._end) - self._struck_at <= _NAMED:
-            return None
-        failing = (place for place in self._healthy.places if place.name == self._device)
-        if any(not self._watched.has_named(place, self._at) for place in failing):
-            return "late", f"it fails at each use, and only {self._said.model} reports something"
+        for device, at, end in self._failing:
+            if min(look.at, end) - max(at, self._struck_at) <= _NAMED:
+                continue
+            places = (place for place in self._healthy.places if place.name == device)
+            if not all(self._watched.has_named(place, at) for place in places):
+                return "late", f"{device} fails at each use, and only others report something"
         return None
 
     def _silent(self, look: Look) -> tuple[str, str] | None:
