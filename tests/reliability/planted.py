@@ -122,12 +122,19 @@ MISTAKES: Final[Mapping[str, Mistake]] = {
         "rate[k] * qz - bias_z)",
         "rate[k] * qz + bias_z)",
     ),
-    "a reset is not waited for": Mistake(
+    "a failed reading is counted and not reported": Mistake(
         "tachobot",
-        "",
-        f"{CHIPS}mpu9250.py",
-        "RESET_NS: Final = 100_000_000\n",
-        "RESET_NS: Final = 100_000\n",
+        "imu",
+        f"{MODELS}imu.py",
+        "            self.note(error)\n",
+        "            self._consecutive_faults += 1\n",
+    ),
+    "a good reading does not reset the count of failed ones": Mistake(
+        "tachobot",
+        "imu",
+        f"{MODELS}imu.py",
+        "                self.consecutive_faults = 0\n",
+        "                self._has_worked = True\n",
     ),
     "thrust goes on ten times as long where forces do not come": Mistake(
         "tachobot",
