@@ -75,6 +75,11 @@ class I2cBusDouble(Wire, I2cBus):
         return self._targets
 
     @property
+    def warnings(self) -> list[str]:
+        """Return what its targets note: what a real chip would ignore, refuse or not define."""
+        return [each for target in self._targets for each in getattr(target, "warnings", ())]
+
+    @property
     def adapter(self) -> AdapterProfile:
         """The Linux adapter whose errors it reports."""
         return self._adapter

@@ -88,6 +88,11 @@ class SerialLineDouble(SerialPort):
         """The instant at which a fault made by `strike` began; None before."""
         target.transmitted(now())
 
+    @property
+    def warnings(self) -> list[str]:
+        """Return what its target notes: what a real device would not take as meant."""
+        return list(getattr(self._target, "warnings", ()))
+
     def write(self, data: bytes) -> None:
         """Send bytes to the target. Raises PortClosed, or BusFault without an adapter."""
         self._check()

@@ -134,11 +134,61 @@ class Judging(Protocol):
 
 
 @runtime_checkable
+class Purposeful(Protocol):
+    """A rig that knows what its robot is for: a mission without any fault has to come to that."""
+
+    def missed(self) -> str | None:
+        """Return what its robot should have done by now and has not, a sentence; else None."""
+
+
+@runtime_checkable
+class Noted(Protocol):
+    """A line of doubles that notes what a real chip would ignore, refuse or leave undefined."""
+
+    @property
+    def warnings(self) -> Sequence[str]:
+        """Return these notes, a sentence each."""
+
+
+@runtime_checkable
 class Limited(Protocol):
     """A rig whose robot has a limit of its own for campaigns of faults."""
 
     said_within_s: float
     """Seconds in which a fault has to be reported or outputs off, in place of the usual ones."""
+
+
+@runtime_checkable
+class Balanced(Protocol):
+    """A rig whose outputs push, and are never right for long; one of servos may keep its place."""
+
+    held_within_s: float
+    """Seconds for which outputs may be on and none of them change: then nothing commands them."""
+
+
+@runtime_checkable
+class Warned(Protocol):
+    """A rig whose robot warns of something that is right, such as a chip without magnetometer."""
+
+    warned: Sequence[str]
+    """Models that do, by path; any other warning is a finding of a campaign of faults."""
+
+
+@runtime_checkable
+class Dependent(Protocol):
+    """A rig whose robot cannot be driven without some of its devices."""
+
+    off_within_s: Mapping[str, float]
+    """Seconds after which outputs are off where a device fails at each use, by its name."""
+
+
+@runtime_checkable
+class Healing(Protocol):
+    """A rig whose robot is driven again sooner than campaigns of faults demand of any."""
+
+    healed_within_s: float
+    """Seconds after a fault of a bus, or of a chip's supply, in which outputs have to be on again,
+    in place of the usual ones."""
 
 
 @runtime_checkable

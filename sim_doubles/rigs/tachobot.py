@@ -1,7 +1,8 @@
 """TachoBot's rig: an MPU-9250 and one or two PCA9685, and the plant that ties them."""
 
 from collections.abc import Callable, Mapping
-from typing import TYPE_CHECKING, Final
+from types import MappingProxyType
+from typing import TYPE_CHECKING, ClassVar, Final
 
 import msgspec
 from firmware_boards.tachobot.controller import Controller
@@ -34,6 +35,9 @@ if TYPE_CHECKING:
 
 _FASTEST_TURN_RAD_S: Final = 6.0
 """A turn a second: several times what any mission of this robot asks of it."""
+_THERE_BY: Final = 8 * SECOND
+_THERE_RAD: Final = 0.1
+"""It takes 3.9 s to be there within 0.02 rad; friction may hold it a little aside."""
 
 
 class TachobotRig(BoardRig):
@@ -67,6 +71,13 @@ class TachobotRig(BoardRig):
         self.connect(imu.bus, *self.imu.targets)
 
     push_unit = "rad/s of yaw"
+    off_within_s: ClassVar[Mapping[str, float]] = MappingProxyType({"imu": 0.06})
+    """Thrust is off 0.05 s after the last sample (`thrust_pairs.timeout_s`)."""
+    held_within_s = 0.25
+    """It follows each sample, whose noise alone changes it within 0.1 s."""
+    healed_within_s = 1.3
+    """A PCA9685 that was reset is found so once a second (`POLL_EVERY`); an IMU that answers again
+    is up after 0.4 s, and 0.9 s at the start, when the gyro's bias is measured as well."""
 
     @property
     def shown(self) -> OutPort[float]:
@@ -98,6 +109,19 @@ class TachobotRig(BoardRig):
         if abs(rate) <= _FASTEST_TURN_RAD_S:
             return None
         return f"it turns at {rate:.3g} rad/s, {_FASTEST_TURN_RAD_S:g} at most"
+
+    def missed(self) -> str | None:
+        """Return that the yaw is not where the board file wants it, once there was time for it.
+
+        On the platform, in closed loop.
+        """
+        control, at = self._settings.controller, self.now()
+        if at < _THERE_BY or control.mode != "platform" or control.yaw.wave is not None:
+            return None
+        reference_rad, yaw_rad = control.yaw.reference_rad, self.world.state(at).yaw_rad
+        if abs(yaw_rad - reference_rad) <= _THERE_RAD:
+            return None
+        return f"its yaw is {yaw_rad:.3g} rad after {at / SECOND:.3g} s, not {reference_rad:.3g}"
 
     def attach(self, robot: Coupled) -> None:
         """Add the world's probe, and the room's tracking system: in mode `free` that is ideal."""

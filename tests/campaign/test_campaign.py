@@ -406,6 +406,7 @@ def test_a_rig_says_what_is_no_harm_and_what_nothing_can_tell(
     [
         ("borne", {"tachobot.world.yaw": 1.0}, "did you mean tachobot.world.yaw_rad"),
         ("unknowable", ("frieze:imu",), "did you mean freeze"),
+        ("off_within_s", {"imo": 0.1}, "did you mean imu"),
         ("unknowable", ("freeze:imo",), "freeze:imo: did you mean imu"),
     ],
 )

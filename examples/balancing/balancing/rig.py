@@ -4,12 +4,13 @@ from collections.abc import Mapping
 from types import MappingProxyType
 
 from balancing.probe import Probe
-from balancing.result import result
+from balancing.result import STANDS_RAD, result
 from balancing.settings import BalancingSettings, BridgeTable
 from balancing.wiring import Balancing
 from balancing.world import Drive, World
 from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.ports import OutPort
+from firmware_runtime.devs.time import SECOND
 from firmware_runtime.hal.budget import WireClock
 from firmware_runtime.models.motion import Motion
 from sim_doubles.chips.ak8963 import Ak8963Double
@@ -17,6 +18,10 @@ from sim_doubles.chips.mpu9250 import Mpu9250Double
 from sim_doubles.chips.pca9685 import Pca9685Double
 from sim_doubles.inertial_truth import ChipAxes, InertialTruth
 from sim_doubles.rigs.board_rig import BoardRig
+
+STANDS_BY = 5 * SECOND
+"""Ns after which it stands, having been raised after one and a half seconds."""
+STAYS_M = 2.0
 
 
 class BalancingRig(BoardRig):
@@ -40,6 +45,9 @@ class BalancingRig(BoardRig):
     said_within_s = 0.5
     """A gyro that is 0.5 rad/s off is contradicted by the speed that it leads to, 0.4 s later:
     sooner nothing that the robot has tells a wrong pitch from a right one."""
+    off_within_s = MappingProxyType({"imu": 0.13})
+    """Its motors are off 0.1 s after the last sample (`wheels.timeout_s`)."""
+    held_within_s = 0.25
     borne = MappingProxyType({"balancing.world.pitch_rad": 0.15, "balancing.world.place_m": 1.0})
     """It swings so far when it is pushed, and takes that up. Its place it does not know, having no
     encoders: the noise of its gyro alone has it roll about as far."""
@@ -88,6 +96,17 @@ class BalancingRig(BoardRig):
     def lost(self) -> str | None:
         """It does not get up by itself."""
         return "it has fallen" if self.world.has_fallen else None
+
+    def missed(self) -> str | None:
+        """Return that it does not stand about where it was raised, once it has had time to."""
+        world, at = self.world, self.now()
+        if at < STANDS_BY:
+            return None
+        if abs(world.pitch_rad) > STANDS_RAD:
+            return f"it leans by {world.pitch_rad:.2g} rad, {STANDS_RAD:g} at most"
+        if abs(world.place_m) > STAYS_M:
+            return f"it has rolled {world.place_m:.2g} m away, {STAYS_M:g} m at most"
+        return None
 
     def _drives(self) -> tuple[Drive, Drive]:
         wheels = self._settings.wheels

@@ -12,12 +12,19 @@ from typing import Final, TypeVar
 
 from msgspec import Struct
 
-from firmware_runtime.board.rig import Limited, Rig, Tolerant, Unknowing
+from firmware_runtime.board.rig import (
+    Balanced,
+    Dependent,
+    Healing,
+    Limited,
+    Rig,
+    Tolerant,
+    Unknowing,
+)
 from firmware_runtime.devs.time import MILLISECOND, NEVER, SECOND, seconds
 from firmware_runtime.errors import ConfigError, expected_one_of
 from firmware_runtime.hal.strike import Kind, Place, Use
-from firmware_runtime.hal.wire_errors import WARNING
-from firmware_runtime.lab.campaign.mission import WITHIN_S, Mission, faults_of
+from firmware_runtime.lab.campaign.mission import RECOVER_S, WITHIN_S, Mission, faults_of
 from firmware_runtime.lab.campaign.watched import EVERY, Look, Watched
 
 T = TypeVar("T")
@@ -56,6 +63,16 @@ class Envelope(Struct, frozen=True):
         number = min(look.at // EVERY, len(self.low)) - 1
         return self._outside(look, self.low[number], self.high[number]) if self.low else None
 
+    def elsewhere(self, look: Look, since: int) -> str | None:
+        """Return the name of a number that no healthy run had from an instant until now."""
+        if self.outside(look) is None:
+            return None
+        last = min(look.at // EVERY, len(self.low)) - 1
+        span = slice(max(0, min(since // EVERY - 1, last)), last + 1)
+        low = [min(each) for each in zip(*self.low[span], strict=True)]
+        high = [max(each) for each in zip(*self.high[span], strict=True)]
+        return self._outside(look, low, high) if self.low else None
+
     def far_outside(self, look: Look) -> str | None:
         """Return the name of a number that no healthy run had at any instant."""
         return self._outside(look, self.least, self.most)
@@ -93,8 +110,16 @@ class Healthy(Struct, frozen=True):
     """Arrows of all state diagrams, `MODEL: STATE -> STATE`."""
     taken: tuple[frozenset[str], ...]
     """Those that some run has taken, by look."""
+    held: int
+    """Ns for which outputs may be on as they are; NEVER where that is right for any time."""
     within: int
     """Ns in which a fault has to be reported, or outputs off."""
+    off_within: Mapping[str, int]
+    """Ns after which outputs are off without a device, by its name."""
+    unready: frozenset[str]
+    """Models that speak against arming when all is well."""
+    healed: int
+    """Ns after a fault of a bus, or of a chip's supply, in which outputs have to be on again."""
     unknowable: tuple[str, ...]
     """Faults that are left out since nothing that the robot has can tell them, as its rig says."""
     wrong: Wrong | None
@@ -139,7 +164,11 @@ def healthy(mission: Mission) -> Healthy:
         not_finite=frozenset(path for each in runs for path in each.not_finite),
         arrows=first.arrows,
         taken=tuple(frozenset().union(*at_once) for at_once in taken),
+        held=first.held,
+        off_within=first.off_within,
+        unready=first.unready,
         within=first.within,
+        healed=first.healed,
         unknowable=first.unknowable,
         wrong=next((each.wrong for each in runs if each.wrong is not None), None),
     )
@@ -162,6 +191,10 @@ class _Run:
             self.unknowable = _unknowable(mission, rig, self.places)
             stated = rig.said_within_s if isinstance(rig, Limited) else WITHIN_S
             self.within = seconds(stated if mission.within_s is None else mission.within_s)
+            self.held = seconds(rig.held_within_s) if isinstance(rig, Balanced) else NEVER
+            self.off_within = _off_within(mission, rig, self.places)
+            stated = rig.healed_within_s if isinstance(rig, Healing) else RECOVER_S
+            self.healed = seconds(stated)
             self._noted: dict[str, int] = {}
             self._note(watched, AT_START)
             until = seconds(mission.for_s)
@@ -173,6 +206,7 @@ class _Run:
                 if before < until:
                     self._note(watched, before)
             self.not_finite = watched.not_finite
+            self.unready = frozenset(watched.unready())
             self.arrows = frozenset(watched.arrows)
             _check(mission, watched)
         self.uses.sort(key=lambda each: each.use.at)
@@ -188,14 +222,18 @@ class _Run:
 
 def wrong_by_itself(watched: Watched) -> Wrong | None:
     """Return what is wrong with a robot in which no fault was made, by what it says and does."""
-    said = watched.said(0)
-    if said is not None and said.kind != WARNING:
+    said = watched.said_wrongly()
+    if said is not None:
         what = f"reports {said.kind}, and no fault was made"
         return Wrong("invented", said.model, what, said.at)
     if watched.judging is not None and (why := watched.judging.judge()) is not None:
         return Wrong("own", "world", f"{why}, and no fault was made", watched.at)
     if watched.losable is not None and (why := watched.losable.lost()) is not None:
         return Wrong("on", "world", f"{why}, and no fault was made", watched.at)
+    if watched.purposeful is not None and (why := watched.purposeful.missed()) is not None:
+        return Wrong("missed", "world", f"{why}, and no fault was made", watched.at)
+    for note in watched.warnings:
+        return Wrong("misused", "world", f"{note}; no fault was made", watched.at)
     return None
 
 
@@ -213,6 +251,15 @@ def _borne(mission: Mission, rig: Rig, names: Sequence[str]) -> Mapping[str, flo
     if faults := [expected_one_of(each, names) for each in stated if each not in names]:
         raise ConfigError(f"{mission.board}: borne of its rig", faults)
     return stated
+
+
+def _off_within(mission: Mission, rig: Rig, places: Sequence[Place]) -> Mapping[str, int]:
+    """Return how soon outputs are off without a device. Raises ConfigError for no device."""
+    stated = rig.off_within_s if isinstance(rig, Dependent) else {}
+    names = [place.name for place in places]
+    if faults := [expected_one_of(each, names) for each in stated if each not in names]:
+        raise ConfigError(f"{mission.board}: off_within_s of its rig", faults)
+    return {name: seconds(span) for name, span in stated.items()}
 
 
 def _unknowable(mission: Mission, rig: Rig, places: Sequence[Place]) -> tuple[str, ...]:

@@ -4,20 +4,26 @@
 |---|---|
 | `crash` | something was raised that is no fault of the world, or the process died |
 | `hang` | a second of the robot takes no end of processor time |
-| `on` | an output is on: the run is over and its lines work, or it is lost, or was disarmed |
-| `late` | a device fails at each use, outputs are driven, and nothing was reported in time |
+| `on` | an output is on: the run is over and its lines work, or it is lost, or was disarmed, |
+| | or what it needs, as the rig says, fails |
+| `held` | outputs have been on and as they are for too long, where the rig says how long is |
+| `late` | a device fails at each use, outputs are driven, and nothing was reported in time, |
+| | or what was reported is about something else |
 | `silent` | the robot left the envelope of its healthy runs, is driven, and nothing was reported |
 | `not-finite` | a port has sent a number that is none |
-| `astray` | long after a fault the robot is where no healthy one ever was |
+| `astray` | long after a fault, or its report, the robot is driven where no healthy one was |
 | `unhealed` | long after a fault outputs are off, or it is still reported |
 | `invented` | a fault is reported in a mission without any |
+| `missed` | a mission without any fault does not come to what it is for, as the rig knows |
+| `misused` | in a mission without any fault a chip is used as its data sheet does not allow |
 | `account` | activations that were scheduled and those that are accounted for differ |
 | `own` | what the board's own oracle says |
 
 A verdict is `sound` once the judge is sure: half a second after a robot is healthy again or a
-lasting fault was reported, or three seconds after one that shows in nothing. A robot that has taken
-a decision of its own, an arrow of a state diagram that no healthy one has taken by then, is watched
-until five seconds after the fault.
+lasting fault was reported, two where it is driven on, or three seconds after one that shows in
+nothing. A robot that has taken a decision of its own, an arrow of a state diagram that no healthy
+one has taken by then, is watched until five seconds after the fault. One that has said why and is
+driven beside its envelope is watched until five seconds after that.
 """
 
 import copy
@@ -41,11 +47,13 @@ Oracle: TypeAlias = Callable[[Rig], str | None]
 
 SOUND: Final = "sound"
 ORACLES: Final = (
-    *("crash", "hang", "on", "late", "silent", "not-finite", "astray", "unhealed"),
-    *("invented", "account", "own"),
+    *("crash", "hang", "on", "held", "late", "silent", "not-finite", "astray", "unhealed"),
+    *("invented", "missed", "misused", "account", "own"),
 )
 _SETTLED: Final = 500 * MILLISECOND
 _WATCHED: Final = 3 * SECOND
+_NAMED: Final = 300 * MILLISECOND
+_DRIVEN_ON: Final = 2 * SECOND
 _FULL_ON: Final = "full-on"
 _LEAD_ASTRAY: Final = frozenset({"push", "hold", "disarm"})
 """Kinds after which a robot that is all right is elsewhere than the healthy ones."""
@@ -93,6 +101,7 @@ class Judge:
         shows = all(kind.is_moment or kind.of in {"people", "world"} for kind in kinds)
         self._struck_at = self._at if shows else None
         self._said: Said | None = None
+        self._look = Look(0, is_on=False, numbers=())
         self._left_at: int | None = None
 
     def _go_by(self, strikes: Sequence[Strike]) -> None:
@@ -107,15 +116,27 @@ class Judge:
             kind.fails and each.span > self._healthy.within
             for kind, each in zip(kinds, strikes, strict=True)
         )
+        self._failing = [
+            (each.device, each.at, end_of(each.at, each.span))
+            for kind, each in zip(kinds, strikes, strict=True)
+            if kind.fails
+        ]
+        """What fails at each use, from when and until when."""
         self._may_stay_on = any(kind.name in _KEPT_OFF for kind in kinds)
         self._drives_itself = any(kind.of == "actuator" for kind in kinds)
         self._turns_it = any(kind.name == _FULL_ON for kind in kinds)
+        named = {each.device for each in strikes}
+        self._holds_outputs = not named.isdisjoint(
+            {*self._watched.lines, *self._watched.rig.outputs}
+        )
         self._recovery = Recovery(
             self._watched,
             self._healthy,
-            self._end,
+            (self._at, self._end),
             is_of_world=self._is_of_world,
             may_rest=self._is_of_world or self._turns_it,
+            heals=all(kind.fails or kind.of == "chip" for kind in kinds),
+            can_be_off=not self._holds_outputs,
         )
 
     def of_shorter(self, strikes: Sequence[Strike]) -> "Judge":
@@ -164,12 +185,17 @@ class Judge:
     def _found(self, look: Look) -> tuple[str, str] | None:
         """Return the oracle that finds something wrong, and a sentence."""
         self._take_down()
+        self._look = look
         return (
             self._not_finite()
             or self._own()
             or self._disarmed(look)
+            or self._blind(look)
+            or self._held(look)
             or self._late(look)
+            or self._unnamed(look)
             or self._silent(look)
+            or self._said_and_astray(look)
             or self._recovery.judge(look)
         )
 
@@ -192,11 +218,52 @@ class Judge:
         return None if said is None else ("own", said)
 
     def _disarmed(self, look: Look) -> tuple[str, str] | None:
-        """A disarmed robot that is driven."""
+        """A disarmed robot with an output on, be it one that brakes."""
         within = self._healthy.within
-        if self._is_disarmed and look.is_on and self._at + within < look.at <= self._end:
+        if not (self._is_disarmed and self._at + within < look.at <= self._end):
+            return None
+        if self._watched.has_output_on:
             return "on", f"it was disarmed {within / SECOND:g} s ago, and an output is on"
         return None
+
+    def _blind(self, look: Look) -> tuple[str, str] | None:
+        """A robot that is driven on without a device that it needs."""
+        if self._struck_at is None or not look.is_on:
+            return None
+        for device, at, end in self._failing:
+            most = self._healthy.off_within.get(device, NEVER)
+            if look.at <= end and look.at - max(at, self._struck_at) > most:
+                return "on", f"{device} fails for {most / SECOND:g} s, and it is driven"
+        return None
+
+    def _held(self, look: Look) -> tuple[str, str] | None:
+        """Outputs that nothing commands any more; a fault of a driving chip, or a bus, holds them.
+
+        A robot that is pushed may drive at its limits for a while.
+        """
+        most = self._healthy.held
+        if look.held <= most or self._is_of_world:
+            return None
+        if self._holds_outputs and look.at <= self._end + most:
+            return None
+        return "held", f"for {most / SECOND:g} s outputs have been on, and none of them has changed"
+
+    def _said_and_astray(self, look: Look) -> tuple[str, str] | None:
+        """A robot that is driven far from where healthy ones are long after it has said why."""
+        said = self._said
+        if said is None or self._end != NEVER or look.at - said.at < RECOVER:
+            return None
+        if not self._is_aside(look):
+            return None
+        where = self._healthy.envelope.far_outside(look)
+        after = f"{RECOVER / SECOND:g} s after it was reported"
+        return None if where is None else ("astray", f"{after} {where}")
+
+    def _is_aside(self, look: Look) -> bool:
+        """Whether it is driven, and is not where a healthy one is, though it could be off."""
+        if not (look.is_on and self._has_failed) or self._holds_outputs:
+            return False
+        return self._healthy.envelope.outside(look) is not None
 
     def _late(self, look: Look) -> tuple[str, str] | None:
         """A device that fails for good, nothing of which is said in time."""
@@ -206,6 +273,18 @@ class Judge:
         if self._struck_at is None or min(look.at, self._end) - self._struck_at <= within:
             return None
         return "late", f"nothing was reported within {within / SECOND:g} s, and outputs are on"
+
+    def _unnamed(self, look: Look) -> tuple[str, str] | None:
+        """A device that fails for good, of which no report says that it does."""
+        if self._said is None or self._struck_at is None:
+            return None
+        for device, at, end in self._failing:
+            if min(look.at, end) - max(at, self._struck_at) <= _NAMED:
+                continue
+            places = (place for place in self._healthy.places if place.name == device)
+            if not all(self._watched.has_named(place, at) for place in places):
+                return "late", f"{device} fails at each use, and only others report something"
+        return None
 
     def _silent(self, look: Look) -> tuple[str, str] | None:
         """A robot that drives beside its envelope, and says nothing.
@@ -233,9 +312,12 @@ class Judge:
             well_since = self._recovery.well_since
             is_settled = well_since is not None and at - well_since >= _SETTLED
             return is_settled and (at - self._end >= RECOVER or not self._is_ahead)
-        if self._said is not None:
-            return at - self._said.at >= _SETTLED
-        return at - self._at >= _WATCHED
+        if self._said is None:
+            return at - self._at >= _WATCHED
+        since = at - self._said.at
+        drives_on = self._look.is_on and not self._holds_outputs
+        is_settled = since >= (_DRIVEN_ON if drives_on else _SETTLED)
+        return (is_settled and not self._is_aside(self._look)) or since > RECOVER
 
     @property
     def _is_ahead(self) -> bool:

@@ -15,6 +15,8 @@ from firmware_runtime.runs.open_board import OpenBoard, open_board
 SEED_KEY: Final = "world.seed"
 WITHIN_S: Final = 0.3
 """Seconds in which a fault has to be reported or outputs off, unless the board says otherwise."""
+RECOVER_S: Final = 5.0
+"""Seconds after a fault in which a robot has to be healthy again."""
 
 
 class Mission(Struct, frozen=True, kw_only=True):

@@ -2,13 +2,13 @@
 
 from typing import Final
 
-from firmware_runtime.devs.time import MILLISECOND, NEVER, SECOND
+from firmware_runtime.devs.time import MILLISECOND, NEVER, SECOND, seconds
 from firmware_runtime.lab.campaign.healthy import Healthy
+from firmware_runtime.lab.campaign.mission import RECOVER_S
 from firmware_runtime.lab.campaign.watched import Look, Said, Watched
 
-RECOVER: Final = 5 * SECOND
-"""In which a robot has to be healthy again after a fault."""
-_AFTER: Final = f"{RECOVER / SECOND:g} s after the fault"
+RECOVER: Final = seconds(RECOVER_S)
+_AFTER: Final = f"{RECOVER_S:g} s after the fault"
 _QUIET: Final = 300 * MILLISECOND
 _SAID_LATELY: Final = SECOND
 _DRIVEN_WHILE_LOST: Final = SECOND
@@ -17,36 +17,54 @@ _DRIVEN_WHILE_LOST: Final = SECOND
 class Recovery:
     """Watches a robot from the end of its faults on; `well_since` when it is well."""
 
-    def __init__(
-        self, watched: Watched, healthy: Healthy, end: int, *, is_of_world: bool, may_rest: bool
+    def __init__(  # noqa: PLR0913 -- a robot, and what its faults are
+        self,
+        watched: Watched,
+        healthy: Healthy,
+        span: tuple[int, int],
+        *,
+        is_of_world: bool,
+        may_rest: bool,
+        heals: bool,
+        can_be_off: bool,
     ) -> None:
+        self._begin, self._end = span
+        """Of its faults."""
         self.well_since: int | None = None
-        self._unwell_at = end
+        self._unwell_at = self._end
         """When it was last off or astray, or the end of its faults."""
         self._watched = watched
         self._healthy = healthy
-        self._end = end
         self._is_of_world = is_of_world
         self._may_rest = may_rest
         """Whether its faults have moved it, so that it may be off for as long as it says why."""
+        self._off_for = healthy.healed if heals else RECOVER
+        """How long after them outputs may be off: less where they leave nothing in doubt."""
+        self._can_be_off = can_be_off
+        """Whether its faults leave it its outputs to switch off."""
         self._lost_at: int | None = None
 
     def judge(self, look: Look) -> tuple[str, str] | None:
         """Return the oracle that finds something wrong, and a sentence."""
-        if look.at < self._end or self._end == NEVER:
+        lasts = self._end == NEVER
+        if look.at < self._end and not (lasts and self._can_be_off):
             return None
         losable = self._watched.losable
         if losable is not None and (lost := losable.lost()) is not None:
             return self._driven_while_lost(look, lost)
+        if lasts:
+            return None
         is_resting = self._may_rest and not look.is_on
         said = None if self._is_of_world or is_resting else self._watched.said_last()
-        found = self._off(look) or self._astray(look)
+        off = self._off(look)
+        found = off or self._astray(look) or self._unready()
         if found is not None:
             self._unwell_at = look.at
         found = self._reporting(look, said) or found
         if found is not None:
             self.well_since = None
-            return found if look.at - self._end > RECOVER else None
+            most = RECOVER if off is None else self._off_for
+            return found if look.at - self._end > most else None
         if self.well_since is None:
             self.well_since = max(self._unwell_at, 0 if said is None else said.at)
         return None
@@ -67,12 +85,19 @@ class Recovery:
         said = self._watched.said_last() if self._may_rest else None
         if said is not None and said.at >= look.at - _SAID_LATELY:
             return None
-        return "unhealed", f"{_AFTER} outputs are off"
+        return "unhealed", f"{self._off_for / SECOND:g} s after the fault outputs are off"
+
+    def _unready(self) -> tuple[str, str] | None:
+        """Return that a device speaks against arming which does not when all is well."""
+        for model, why in self._watched.unready().items():
+            if model not in self._healthy.unready:
+                return "unhealed", f"{_AFTER} it could not be armed: {model} {why}"
+        return None
 
     def _astray(self, look: Look) -> tuple[str, str] | None:
-        """Return how a driven robot is where no healthy one ever was; a push takes it anywhere."""
+        """Return how a driven robot is where no healthy one was since; a push takes it anywhere."""
         is_judged = look.is_on and not self._is_of_world
-        far = self._healthy.envelope.far_outside(look) if is_judged else None
+        far = self._healthy.envelope.elsewhere(look, self._begin) if is_judged else None
         return None if far is None else ("astray", f"{_AFTER} {far}")
 
     def _driven_while_lost(self, look: Look, lost: str) -> tuple[str, str] | None:

@@ -4,7 +4,8 @@ A fault of a device strikes with a transaction of that device: one that is made 
 strikes the second one, and is the same run. So the space has each fault once for each use in which
 it shows: what alters readings at those that read, what refuses a written byte at those that write.
 Kinds that hold up a whole bus are tried on the bus, too; a push, a stall and being disarmed at each
-use of the first line. A kind that has a number, such as which bit, has the number of the use.
+use of the first line. A kind that has a number, such as which bit, has the number of the use; every
+second push is the other way.
 
 Pairs are a sample: the first ones of any size are spread evenly over what the first fault is, and
 over the faults within a second after it.
@@ -79,7 +80,7 @@ class Space(Sequence[Case]):
         place = bisect_right(self._ends, number)
         use = self._found.uses[place]
         form = self._forms_at(use)[number - (self._ends[place - 1] if place else 0)]
-        amount = float(place) if form.kind.is_numbered else None
+        amount = _amount(form.kind, place)
         at_s = use.use.at / SECOND
         strike = Strike(form.kind.name, form.device, at_s, form.for_s, amount)
         return Case((strike,), use.before)
@@ -190,6 +191,15 @@ def _courses(space: Space) -> Iterator[int]:
             for number in space.alike(each):
                 seen[number] = 1
                 yield number
+
+
+def _amount(kind: Kind, number: int) -> float | None:
+    """Return the amount of a kind at the use with this number; None is the kind's own."""
+    if kind.is_numbered:
+        return float(number)
+    if kind.of == "world" and kind.amount is not None and number % 2:
+        return -kind.amount
+    return None
 
 
 def _kinds_at(place: Place, use: UseOfLine) -> Sequence[Kind]:

@@ -12,14 +12,23 @@ from typing import Final
 import msgspec
 from msgspec import Struct
 
-from firmware_runtime.board.rig import Driven, Judging, Losable, Rig, Truthful
+from firmware_runtime.board.rig import (
+    Driven,
+    Judging,
+    Losable,
+    Noted,
+    Purposeful,
+    Rig,
+    Truthful,
+    Warned,
+)
 from firmware_runtime.devs.component import below_root
 from firmware_runtime.devs.coupled import ports_below
 from firmware_runtime.devs.finite import all_numbers
 from firmware_runtime.devs.time import MILLISECOND
-from firmware_runtime.executive.outcome import Outcome
-from firmware_runtime.hal.strike import Breakable
-from firmware_runtime.hal.wire_errors import Fault
+from firmware_runtime.executive.outcome import Device, Outcome
+from firmware_runtime.hal.strike import Breakable, Place
+from firmware_runtime.hal.wire_errors import WARNING, Fault
 from firmware_runtime.models.state_diagram import StateDiagram
 from firmware_runtime.runs.open_board import OpenBoard
 
@@ -34,6 +43,8 @@ class Look(Struct, frozen=True):
     """Whether outputs were on, or moved something where the rig says that."""
     numbers: tuple[float, ...]
     """The numbers of the world's truth."""
+    held: int = 0
+    """Ns for which outputs have been on, each as it is now, and not all at an end."""
 
 
 class Said(Struct, frozen=True):
@@ -68,6 +79,17 @@ class Watched:
         self._driven = rig if isinstance(rig, Driven) else None
         self.losable = rig if isinstance(rig, Losable) else None
         self.judging = rig if isinstance(rig, Judging) else None
+        self.purposeful = rig if isinstance(rig, Purposeful) else None
+        self._warned = tuple(rig.warned) if isinstance(rig, Warned) else ()
+        """Models whose warnings are right."""
+        self._noted = [
+            line
+            for lines in (rig.buses, rig.ports)
+            for line in lines.values()
+            if isinstance(line, Noted)
+        ]
+        self._levels: tuple[float, ...] = ()
+        self._levels_since = 0
         self.reached: set[str] = set()
         """Arrows that its state diagrams have taken, `MODEL: STATE -> STATE`."""
         self.arrows: set[str] = set()
@@ -78,6 +100,7 @@ class Watched:
         for port in ports_below(simulator.root).values():
             if port.path not in truths and port.path not in exempt and not _is_of_faults(port.type):
                 simulator.listen(port, partial(self._check, port.path))
+        self._devices = [each for each in simulator.atomics if isinstance(each, Device)]
         for model in simulator.atomics:
             if isinstance(model, StateDiagram):
                 self._follow(model)
@@ -96,7 +119,25 @@ class Watched:
         )
         is_on = self.has_output_on if self._driven is None else self._driven.is_driven
         self._digest.update(repr((is_on, numbers)).encode())
-        return Look(self.at, is_on, numbers)
+        return Look(self.at, is_on, numbers, self._held(is_on=is_on))
+
+    def _held(self, *, is_on: bool) -> int:
+        """Ns since an output changed, or went on; 0 where each is off, or on with all it has.
+
+        A control that is at its limits stands there for as long as it takes.
+        """
+        levels: tuple[float, ...] = ()
+        if is_on:
+            now = self.session.hardware.world_now()
+            levels = tuple(map(float, self.rig.levels(now).values()))
+        if levels != self._levels or all(level.is_integer() for level in levels):
+            self._levels, self._levels_since = levels, self.at
+        return self.at - self._levels_since
+
+    @property
+    def warnings(self) -> list[str]:
+        """What doubles have noted: what a real chip would ignore, refuse or leave undefined."""
+        return [each for line in self._noted for each in line.warnings]
 
     @property
     def has_output_on(self) -> bool:
@@ -120,6 +161,32 @@ class Watched:
             if each.last_at >= since
         ]
         return min(found, key=lambda each: each.at, default=None)
+
+    def said_wrongly(self) -> Said | None:
+        """Return the first fault reported, if all is well; warnings that are right are none."""
+        found = [
+            Said(each.path, each.kind, each.first_at)
+            for each in self.session.executive.faults.counted
+            if each.kind != WARNING or each.path not in self._warned
+        ]
+        return min(found, key=lambda each: each.at, default=None)
+
+    def unready(self) -> dict[str, str]:
+        """Return why devices speak against arming, by model."""
+        why = {below_root(each.path): each.unready() for each in self._devices}
+        return {path: reason for path, reason in why.items() if reason is not None}
+
+    def has_named(self, place: Place, since: int) -> bool:
+        """Return whether a fault that was reported since then is of a device, or a line, or on it.
+
+        Its model has the same name, or the sentence has its address, or the name of its line.
+        """
+        mark = place.line if place.address is None else f"0x{place.address:02x}"
+        return any(
+            place.name in each.path or mark in each.sentence
+            for each in self.session.executive.faults.counted
+            if each.last_at >= since
+        )
 
     def said_last(self) -> Said | None:
         """Return the fault that was reported last; None if there is none."""

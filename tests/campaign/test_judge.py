@@ -1,0 +1,177 @@
+"""What the judge of a campaign finds: a mistake each in TachoBot or its rig, and what is sound."""
+
+from collections.abc import Iterator
+
+import pytest
+from firmware_boards.tachobot import allocation
+from firmware_boards.tachobot.attitude import Attitude
+from firmware_drivers import hardware
+from firmware_drivers.chips import ak8963, mpu9250
+from firmware_drivers.chips.h_bridge import HBridge
+from firmware_drivers.chips.mpu9250_burst import InertialSample
+from firmware_drivers.imu import Imu
+from firmware_drivers.thrust_pairs import ThrustPairs
+
+from firmware_runtime.devs.time import SECOND
+from firmware_runtime.hal.strike import Strike
+from firmware_runtime.lab.campaign import campaign
+from firmware_runtime.lab.campaign.again import assert_sound
+from firmware_runtime.lab.campaign.healthy import healthy
+from firmware_runtime.lab.campaign.mission import Mission
+from firmware_runtime.lab.campaign.space import space_of
+from firmware_runtime.models.motion import Motion
+from sim_doubles.rigs.tachobot import TachobotRig
+
+pytestmark = pytest.mark.slow
+
+
+@pytest.fixture(autouse=True)
+def _anew() -> Iterator[None]:
+    """Run healthy missions of each test by itself: each has a mistake of its own."""
+    healthy.cache_clear()
+    space_of.cache_clear()
+    yield
+    healthy.cache_clear()
+    space_of.cache_clear()
+
+
+def found_without_fault(for_s: float) -> str:
+    """Return the first line of a campaign's only finding, for which nothing was struck."""
+    report = campaign("tachobot", for_s=for_s, runs=5, workers=1)
+    (finding,) = report.findings
+    assert (finding.faults, report.runs) == ((), 0)
+    return finding.lines[0]
+
+
+def test_outputs_that_nothing_commands_any_more_are_found_whatever_was_reported(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    silence = Strike("nack", "imu", at_s=1.2)
+    assert_sound("tachobot", [silence], for_s=1.5)
+
+    def settle(model: ThrustPairs) -> None:
+        model.passivate("driving")
+
+    monkeypatch.setattr(ThrustPairs, "settle", settle)
+    healthy.cache_clear()
+    with pytest.raises(AssertionError, match=r"on of imu: imu fails for 0\.06 s, and it is driven"):
+        assert_sound("tachobot", [silence], for_s=1.5)
+    healthy.cache_clear()
+    monkeypatch.setattr(TachobotRig, "off_within_s", {})
+    with pytest.raises(AssertionError, match=r"held of imu: for 0\.25 s outputs have been on"):
+        assert_sound("tachobot", [silence], for_s=1.5)
+
+
+def test_a_driving_chip_that_is_cut_off_holds_its_outputs_and_that_is_no_mistake() -> None:
+    assert_sound("tachobot", [Strike("nack", "thrust_pairs", at_s=1.2, for_s=2.0)], for_s=1.5)
+    assert_sound("tachobot", [Strike("stuck", "i2c1", at_s=1.2)], for_s=1.5)
+
+
+def test_a_robot_that_says_what_is_wrong_and_is_driven_away_by_it_is_found(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    offset = Strike("offset", "imu", at_s=6.0, amount=5.0)
+    assert_sound("tachobot", [offset], for_s=6.5)
+
+    def external(model: Attitude, elapsed: int) -> None:
+        model.trusted.clear()
+        believed(model, elapsed)
+
+    believed = Attitude.external
+    monkeypatch.setattr(Attitude, "external", external)
+    healthy.cache_clear()
+    with pytest.raises(AssertionError, match="astray of imu: 5 s after it was reported"):
+        assert_sound("tachobot", [offset], for_s=6.5)
+
+
+def test_a_robot_that_takes_another_angle_for_its_own_afterwards_is_astray(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    silence = Strike("nack", "imu", at_s=6.0, for_s=1.0)
+    assert_sound("tachobot", [silence], for_s=6.5)
+
+    def mistaken(model: Attitude, sample: InertialSample, elapsed: int) -> Motion:
+        if elapsed > SECOND // 2:
+            model._heading_at_zero -= 0.4
+        return estimate(model, sample, elapsed)
+
+    estimate = Attitude._estimate
+    monkeypatch.setattr(Attitude, "_estimate", mistaken)
+    healthy.cache_clear()
+    with pytest.raises(AssertionError, match="astray of imu: 5 s after the fault"):
+        assert_sound("tachobot", [silence], for_s=6.5)
+
+
+def test_a_rig_says_how_soon_its_robot_is_healthy_again(monkeypatch: pytest.MonkeyPatch) -> None:
+    silence = Strike("nack", "imu", at_s=1.2, for_s=0.5)
+    assert_sound("tachobot", [silence], for_s=1.5)
+    monkeypatch.setattr(hardware, "RETRY_AFTER", 2 * SECOND)
+    with pytest.raises(AssertionError, match=r"unhealed of imu: 1\.3 s after the fault outputs"):
+        assert_sound("tachobot", [silence], for_s=1.5)
+
+
+def test_a_robot_that_does_not_do_what_it_is_for_is_found_and_not_struck(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    a, b, c, d = allocation._TURNS
+    monkeypatch.setattr(allocation, "_TURNS", (a, b, d, c))
+    assert found_without_fault(3.0).startswith("missed of world: its yaw is 0 rad after 8")
+
+
+def test_a_chip_that_is_not_used_as_its_data_sheet_says_is_found_and_not_struck(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(mpu9250, "RESET_NS", 100_000)
+    found = found_without_fault(1.5)
+    assert found.startswith("misused of world: MPU-9250 0x68: register 0x6b written during")
+
+
+def test_a_robot_is_pushed_both_ways() -> None:
+    space = space_of(Mission(board="tachobot", for_s=0.3))
+    pushes = {each.strikes[0].amount for each in space if each.strikes[0].kind == "push"}
+    assert pushes == {None, -1.0}
+
+
+def test_a_motor_that_is_disarmed_and_brakes_is_not_off(monkeypatch: pytest.MonkeyPatch) -> None:
+    disarmed = Strike("disarm", at_s=4.0)
+    assert_sound("balancing", [disarmed], for_s=4.5)
+    monkeypatch.setattr(HBridge, "stop", HBridge.brake)
+    healthy.cache_clear()
+    with pytest.raises(AssertionError, match=r"on of world: it was disarmed 0\.5 s ago"):
+        assert_sound("balancing", [disarmed], for_s=4.5)
+
+
+def test_a_device_that_fails_and_is_not_named_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
+    silence = Strike("nack", "imu", at_s=1.2)
+
+    def note(_model: Imu, _error: object) -> None:
+        """Swallow it."""
+
+    monkeypatch.setattr(Imu, "note", note)
+    with pytest.raises(AssertionError, match="late of imu: imu fails at each use, and only others"):
+        assert_sound("tachobot", [silence], for_s=1.5)
+
+
+def test_a_warning_of_a_healthy_robot_is_a_finding_unless_its_rig_says_that_it_is_right(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(ak8963, "IDENTITY", 0x49)
+    assert found_without_fault(0.5).startswith("invented of imu: reports Warning")
+    healthy.cache_clear()
+    space_of.cache_clear()
+    monkeypatch.setattr(TachobotRig, "warned", ("imu",), raising=False)
+    assert healthy(Mission(board="tachobot", for_s=0.5)).wrong is None
+
+
+def test_a_robot_that_goes_on_and_could_not_be_armed_again_is_not_healed(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    silence = Strike("nack", "imu", at_s=1.2, for_s=0.5)
+
+    def kept(model: Imu, faults: int) -> None:
+        model._consecutive_faults = faults or model._consecutive_faults
+        model._has_worked = True
+
+    monkeypatch.setattr(Imu, "consecutive_faults", property(lambda m: m._consecutive_faults, kept))
+    with pytest.raises(AssertionError, match="it could not be armed: imu has failed"):
+        assert_sound("tachobot", [silence], for_s=1.5)
