@@ -3,7 +3,8 @@
 from collections.abc import Callable
 
 import pytest
-from firmware_boards.detective import mission, movement_system
+from firmware_boards.detective import mission
+from firmware_boards.detective.angles import shorter_way_grows
 from firmware_boards.detective.sensors import Compass2
 from firmware_drivers.chips import md25
 from firmware_drivers.sonar import Sonar
@@ -38,11 +39,9 @@ def hears_nothing(patch: pytest.MonkeyPatch) -> None:
 
 def turns_the_longer_way(patch: pytest.MonkeyPatch) -> None:
     """The sense of the turn is the other one."""
-    shorter = movement_system.shorter_way_grows
     patch.setattr(
-        movement_system,
-        "shorter_way_grows",
-        lambda heading, target: not shorter(heading, target),
+        "firmware_boards.detective.movement_system.shorter_way_grows",
+        lambda heading, target: not shorter_way_grows(heading, target),
     )
 
 
