@@ -115,6 +115,11 @@ class MotorPair:
         first, second = self.units(at)
         return first * self._rad_per_unit_s, second * self._rad_per_unit_s
 
+    def shares(self, at: int) -> tuple[float, float]:
+        """Return the same as shares of full speed, -1 to 1."""
+        first, second = self.units(at)
+        return first / self._full_scale, second / self._full_scale
+
     def turned_rad(self, at: int) -> tuple[float, float]:
         """Return how far the motors have turned since they were made: the exact integral."""
         self._check(at)

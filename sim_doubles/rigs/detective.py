@@ -4,6 +4,7 @@ import math
 from collections.abc import Mapping
 
 import msgspec
+from firmware_boards.detective.mission import Mission
 from firmware_boards.detective.settings import DetectiveSettings
 from firmware_boards.detective.wiring import DetectiveRobot
 
@@ -18,12 +19,18 @@ from sim_doubles.chips.pca9685 import Pca9685Double
 from sim_doubles.rigs.board_rig import BoardRig
 from sim_doubles.rigs.devices import add_compass, add_sonar, add_treads
 from sim_doubles.worlds.arena import Arena, ArenaParameters, bridge_drive
+from sim_doubles.worlds.arena_judge import ArenaJudge
 from sim_doubles.worlds.arena_log import ArenaLog
 from sim_doubles.worlds.arena_page import arena_page, arena_plane
 from sim_doubles.worlds.arena_probe import ArenaProbe
 
 NEAR_M = (0.05, 0.5)
 """A robot that stopped nearer or farther than this before the target has not found it."""
+
+MOST_OF_STATED = 1.5
+"""So many times as fast as stated a tread is told something else."""
+STEP = 1 / 127
+"""A step of the speed of either chip."""
 
 
 class DetectiveRig(BoardRig):
@@ -44,6 +51,9 @@ class DetectiveRig(BoardRig):
         )
         self.radar.before_change = self.motors.before_change = self.catch_up
         self.log = ArenaLog(self.arena)
+        self._judge = ArenaJudge(self.arena, self.log, settings.radar_sonar.threshold_m)
+        self._is_pushed = False
+        self._mission: Mission | None = None
         add_sonar(settings.radar_sonar, self, self.log.radar_echoes)
         add_sonar(settings.body_sonar, self, self.log.body_echoes)
         world = settings.world
@@ -85,6 +95,27 @@ class DetectiveRig(BoardRig):
             probe.distance_m.path: self.arena.distance_to_target(at),
         }
 
+    def judge(self) -> str | None:
+        """Return what no fault excuses, and while there is none, that its mission goes wrong."""
+        self.catch_up()
+        at = self.now()
+        if self.arena.collided and not self._is_pushed:
+            return "it has run into something"
+        away_m = self.arena.distance_to_target(at)
+        if self._says_found and not NEAR_M[0] < away_m < NEAR_M[1]:
+            return f"it says that it has found its target, and stands {away_m:.2f} m away"
+        if self._is_pushed or self.is_struck:
+            return None
+        share, stated = max(map(abs, self.motors.shares(at))), self._settings.treads.speed
+        if share > MOST_OF_STATED * stated + STEP:
+            return f"its treads turn at {share:.2f} of full speed, and {stated:g} is stated"
+        return self._judge.judge(at)
+
+    @property
+    def _says_found(self) -> bool:
+        ending = None if self._mission is None else self._mission.ending
+        return ending is not None and not ending.failed
+
     @property
     def plane(self) -> Plane:
         """Return the arena with the robot in it, from above."""
@@ -94,6 +125,7 @@ class DetectiveRig(BoardRig):
         """Add the arena's probe; it looks whenever the body's compass is read."""
         assert isinstance(robot, DetectiveRobot)  # noqa: S101 -- a rig belongs to its board
         robot.add(self._probe)
+        self._mission = robot.mission
         robot.couple(robot.body_compass.heading_out, self._probe.tick)
         self._watch(robot.model.components["MovingSystem"], "movementController")
         self._watch(robot.model.components["RadarSystem"], "radarController")
@@ -162,6 +194,7 @@ class DetectiveRig(BoardRig):
 
     def push(self, amount: float) -> None:
         """Turn it where it stands: something shoved it."""
+        self._is_pushed = True
         self.arena.push(self.now(), amount)
 
     def hold(self, *, is_held: bool) -> None:

@@ -4,6 +4,7 @@ The path needs no log: the arena remembers it.
 """
 
 import math
+from collections.abc import Collection
 from typing import NamedTuple
 
 from sim_doubles.worlds.arena import Arena
@@ -52,6 +53,15 @@ class ArenaLog:
     def enter(self, at: int, model: str, state: str) -> None:
         """Note that a model is in a state from `at` on; models are shown in order of entry."""
         self._entries.setdefault(model, []).append((at, state))
+
+    def since(self, model: str, states: Collection[str]) -> int | None:
+        """Return since when a model has been in one of some states, ns; None where it is not."""
+        found = None
+        for at, state in reversed(self._entries.get(model, [])):
+            if state not in states:
+                break
+            found = at
+        return found
 
     def stays(self, until: int) -> dict[str, list[Stay]]:
         """The states of each model one after the other, the last up to `until`."""

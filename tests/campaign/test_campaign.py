@@ -119,6 +119,19 @@ def test_a_sample_of_any_size_is_spread_over_the_space_and_has_nothing_twice() -
 
 
 @pytest.mark.slow
+def test_a_sample_has_each_kind_of_each_device_however_seldom_that_is_used() -> None:
+    """A motor that is written twice a second has as many as a sensor that is read 100 times."""
+    space = space_of(SHORT)
+    order = list(in_courses(space))
+    assert sorted(order) == list(range(space.singles))
+    first = [space[number].strikes[0] for number in order[: 3 * len(space.faults)]]
+    assert {(each.kind, each.device) for each in first} == set(space.faults)
+    times = sorted(each.at_s for each in first)
+    assert times[len(times) // 4] > 0.2 * SHORT.for_s
+    assert times[3 * len(times) // 4] > 0.6 * SHORT.for_s
+
+
+@pytest.mark.slow
 def test_each_fault_is_in_the_space_once_for_each_use_that_it_shows_in() -> None:
     found, space = healthy(SHORT), space_of(SHORT)
     assert len({case.strikes[0] for case in space}) == len(space)

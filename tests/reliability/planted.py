@@ -28,10 +28,12 @@ PACKAGES: Final = (
     "drivers/firmware_drivers",
     "boards/firmware_boards",
     "sim_doubles",
+    "examples/pan_tilt/pan_tilt",
 )
 CHIPS: Final = "drivers/firmware_drivers/chips/"
 MODELS: Final = "drivers/firmware_drivers/"
 BOARDS: Final = "boards/firmware_boards/"
+HEAD: Final = "examples/pan_tilt/pan_tilt/"
 RUNS: Final = 300
 MOST_LINES: Final = 3
 
@@ -173,6 +175,41 @@ MISTAKES: Final[Mapping[str, Mistake]] = {
         f"{MODELS}treads.py",
         "        if report is None or not self._wheels:\n",
         "        if True:\n",
+    ),
+    "a tread that turns unasked does not end the mission": Mistake(
+        "detective",
+        "treads",
+        f"{BOARDS}detective/mission.py",
+        " or fault.kind == Runaway.__name__",
+        "",
+    ),
+    "what enters the radar's beam is found one ping too late": Mistake(
+        "detective",
+        "",
+        f"{MODELS}sonar.py",
+        "self.is_detection = self._near_pings >= due",
+        "self.is_detection = self._near_pings > due",
+    ),
+    "it turns the longer way to its target": Mistake(
+        "detective",
+        "",
+        f"{BOARDS}detective/angles.py",
+        "return 0 < grown < 180 or (grown == 180 and heading > target)",
+        "return 180 < grown or (grown == 180 and heading > target)",
+    ),
+    "two photocells are exchanged": Mistake(
+        "pan_tilt",
+        "",
+        f"{HEAD}wiring.py",
+        '("AIN0", "AIN1", "AIN2", "AIN3")',
+        '("AIN0", "AIN2", "AIN1", "AIN3")',
+    ),
+    "a head that comes no nearer to its light is not told that it follows": Mistake(
+        "pan_tilt",
+        "servos",
+        f"{HEAD}controller.py",
+        "            self.couple(self.mode.follow_out, check.follow)\n",
+        "            pass\n",
     ),
 }
 

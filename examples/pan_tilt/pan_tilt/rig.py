@@ -1,10 +1,12 @@
 """The rig: the head's chips as doubles on their bus, tied to servos, photocells and a light."""
 
 from collections.abc import Mapping
+from statistics import fmean
 from typing import TYPE_CHECKING
 
 from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.ports import OutPort
+from firmware_runtime.devs.time import SECOND
 from firmware_runtime.hal.budget import WireClock
 from pan_tilt.settings import PanTiltSettings, ServoTable
 from pan_tilt.wiring import PanTilt
@@ -18,6 +20,9 @@ if TYPE_CHECKING:
     from firmware_runtime.view.parts import Plane
 
 ON_TARGET_RAD = 0.1
+"""More than this, on average, is beside the light."""
+SWEEP = 6 * SECOND
+"""Ns that the head takes to sweep to and fro: then it has found its light, if it can."""
 
 
 class PanTiltRig(BoardRig):
@@ -25,6 +30,7 @@ class PanTiltRig(BoardRig):
 
     def __init__(self, settings: PanTiltSettings, clock: WireClock) -> None:
         eyes, servos = settings.eyes, settings.servos
+        self._settings = settings
         super().__init__(settings.buses, clock, settings.output_enable)
         self.pwm = Pca9685Double(clock, servos.address, true_osc_hz=servos.osc_hz)
         self.pan, self.tilt = self._servo(servos.pan), self._servo(servos.tilt)
@@ -34,6 +40,9 @@ class PanTiltRig(BoardRig):
         self.connect(eyes.bus, self.adc)
         self.connect(servos.bus, self.pwm, name="servos")
         self._probe = Probe(lambda: (self._error_rad(), self.pan.angle_rad(self.now())))
+        self._follows_since: int | None = None
+        """Since when it has had nothing to do but to look at its light."""
+        self._errors_rad: list[float] = []
 
     push_unit = "rad of pan"
     unknowable = ("offset:eyes", "scale:eyes", "freeze-axis:eyes", "wrong-byte:eyes", "flip:eyes")
@@ -69,6 +78,25 @@ class PanTiltRig(BoardRig):
         pan_rad = self.pan.angle_rad(self.now())
         return {probe.error_rad.path: self._error_rad(), probe.pan_rad.path: pan_rad}
 
+    def judge(self) -> str | None:
+        """Return that it looks beside its light, though it has had a sweep's time to find it.
+
+        That is wrong in a campaign where nothing was done to it: its healthy runs may all do so.
+        """
+        self.catch_up()
+        at = self.now()
+        if self.is_struck or not any(self.outputs.values()) or not self._can_reach(at):
+            self._follows_since = None
+            return None
+        if self._follows_since is None:
+            self._follows_since, self._errors_rad = at, []
+        if at - self._follows_since > SWEEP:
+            self._errors_rad.append(self._error_rad())
+        mean_rad = fmean(self._errors_rad or (0.0,))
+        if at - self._follows_since <= 2 * SWEEP or mean_rad <= ON_TARGET_RAD:
+            return None
+        return f"it looks {mean_rad:.2f} rad beside its light on average"
+
     def attach(self, robot: Coupled) -> None:
         """Add the world's probe, which looks with every reading."""
         assert isinstance(robot, PanTilt)  # noqa: S101 -- a rig belongs to its board
@@ -77,6 +105,7 @@ class PanTiltRig(BoardRig):
 
     def push(self, amount: float) -> None:
         """Turn the head aside by force."""
+        self._follows_since = None
         self.pan.push(amount)
 
     def hold(self, *, is_held: bool) -> None:
@@ -108,6 +137,16 @@ class PanTiltRig(BoardRig):
 
     def _voltages(self, at: int) -> list[float]:
         return self.light.voltages(at, self.pan.angle_rad(at), self.tilt.angle_rad(at))
+
+    def _can_reach(self, at: int) -> bool:
+        """Return whether the light shines where the head can turn to."""
+        azimuth, elevation = self.light.direction(at)
+        pan, tilt = self._settings.servos.pan, self._settings.servos.tilt
+        return (
+            self.light.shines(at)
+            and pan.least_rad <= azimuth <= pan.most_rad
+            and tilt.least_rad <= elevation <= tilt.most_rad
+        )
 
     def _error_rad(self) -> float:
         at = self.now()

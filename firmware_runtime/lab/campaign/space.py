@@ -11,6 +11,7 @@ Pairs are a sample: the first ones of any size are spread evenly over what the f
 over the faults within a second after it.
 """
 
+from array import array
 from bisect import bisect_right
 from collections.abc import Iterator, Sequence
 from functools import lru_cache
@@ -120,6 +121,16 @@ class Space(Sequence[Case]):
         forms = (form for each in self._by_use.values() for form in each)
         return list(dict.fromkeys((form.kind.name, form.device) for form in forms))
 
+    def by_fault(self) -> "list[array[int]]":
+        """Return the numbers of single faults by kind and device, each in order of time."""
+        found: dict[tuple[str, str], array[int]] = {}
+        number = 0
+        for use in self._found.uses:
+            for form in self._forms_at(use):
+                found.setdefault((form.kind.name, form.device), array("q")).append(number)
+                number += 1
+        return list(found.values())
+
     def _forms_at(self, use: UseOfLine) -> tuple[Form, ...]:
         key = (use.line, use.use.address, use.use.reads, use.use.writes)
         if key not in self._by_use:
@@ -152,14 +163,15 @@ def space_of(mission: Mission) -> Space:
     return Space(healthy(mission))
 
 
-def spread(size: int) -> Iterator[int]:
+def spread(size: int, begin: int = 0) -> Iterator[int]:
     """Numbers below a size, each once, such that the first so many are spread evenly.
 
-    They are the multiples of the golden section within a circle, whose gaps are of two sizes that
-    are alike, or three; those met before are left out.
+    They are the multiples of the golden section within a circle, from `begin` on, a share of it in
+    units of 2 to the power of -64. Their gaps are of two sizes that are alike, or three; those met
+    before are left out.
     """
     seen = bytearray(size)
-    at, left = 0, size
+    at, left = begin % (1 << _BITS), size
     while left:
         number = at * size >> _BITS
         at = (at + _GOLDEN) % (1 << _BITS)
@@ -172,7 +184,9 @@ def spread(size: int) -> Iterator[int]:
 def in_courses(space: Space, most: int | None = None) -> Iterator[int]:
     """Yield all numbers of a space, spread evenly, `most` single faults and all pairs.
 
-    Cases that are alike come together.
+    Each kind of each device has as many as any other, as far as it has so many: a sensor that is
+    read often would leave next to none to a motor. Those of one are spread evenly over its
+    transactions. Cases that are alike come together.
     """
     count = space.singles if most is None else min(most, space.singles)
     pairs = len(space) - space.singles
@@ -186,9 +200,18 @@ def in_courses(space: Space, most: int | None = None) -> Iterator[int]:
 
 def _courses(space: Space) -> Iterator[int]:
     seen = bytearray(space.singles)
-    for each in spread(space.singles):
-        if not seen[each]:
-            for number in space.alike(each):
+    by_fault = space.by_fault()
+    orders = [
+        map(by_fault[place].__getitem__, spread(len(by_fault[place]), place * _SECOND))
+        for place in spread(len(by_fault))
+    ]
+    while orders:
+        for order in tuple(orders):
+            first = next((number for number in order if not seen[number]), None)
+            if first is None:
+                orders.remove(order)
+                continue
+            for number in space.alike(first):
                 seen[number] = 1
                 yield number
 
