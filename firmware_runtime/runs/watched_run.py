@@ -35,6 +35,7 @@ from firmware_runtime.system.this_process import (
     read_note,
 )
 
+_PAUSES: Final = "its heartbeat is gone: the run pauses, or its statistics were overwritten"
 _MODE: Final = 0o644
 """A run of any user may read it: that can only keep it disarmed."""
 
@@ -141,8 +142,8 @@ class WatchedRun:
         except StatisticsFileError as error:
             return str(error)
         silent = monotonic_ns() - heartbeat
-        if heartbeat == 0 and not self._has_begun:
-            return ""
+        if heartbeat == 0:
+            return _PAUSES if self._has_begun else ""
         self._has_begun = True
         if silent < 0:
             return f"its heartbeat is {-silent / MILLISECOND:.0f} ms in the future"

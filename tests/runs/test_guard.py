@@ -235,7 +235,7 @@ def test_a_second_takeover_has_another_epoch_whatever_came_between(
 
 
 @pytest.mark.parametrize(
-    ("heartbeat", "said"), [(3600 * SECOND, "in the future"), (None, "")], ids=["ahead", "gone"]
+    ("heartbeat", "said"), [(3600 * SECOND, "in the future"), (None, "is gone")], ids=["ahead", "gone"]
 )
 def test_a_heartbeat_in_the_future_or_gone_is_not_believed(
     watch: Watch, file: StatisticsFile, heartbeat: int | None, said: str
