@@ -27,6 +27,7 @@ from firmware_runtime.statistics.file_header import STATISTICS, RunState, driver
 from firmware_runtime.statistics.layout import ACKNOWLEDGED, EPOCH, GUARD, HEARTBEAT, STATE
 from firmware_runtime.statistics.mapped_file import CELL, SharedCells
 from firmware_runtime.statistics.paths import Companion, places
+from firmware_runtime.system.atomic_file import demand_regular
 from firmware_runtime.system.this_process import (
     NoteOfBoot,
     boot_id,
@@ -193,6 +194,12 @@ def keep_clear_of_other_runs(path: Path) -> str | None:
     """
     if not os.path.lexists(path):
         return None
+    try:
+        demand_regular(path)
+    except OSError as error:  # a folder, a device: no run can take its place
+        raise StatisticsFileError(
+            error.strerror, where=path, expected="a place to write"
+        ) from error
     try:
         with STATISTICS.opened(path) as file:
             driver = driver_of(file)
