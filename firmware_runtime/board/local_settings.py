@@ -32,27 +32,30 @@ def kept_table(board: Board) -> str:
 
 def load_table(kept: Path) -> Board:
     """The board of a `table` that was kept in a file. Raises ConfigError, also if there is none."""
-    _, table = _kept(kept)
+    text = read_text(kept)
+    _, table = _kept(kept, text)
     if not isinstance(table, dict):
         raise ConfigError(str(kept), [f"{type(table).__name__}; expected a JSON object"])
     faults: list[str] = []
     table = strict.bounded(table, faults)
     if faults:
         raise ConfigError(str(kept), faults)
-    return board_of(kept, (), table, [])
+    return board_of(kept, text, (), table, [])
 
 
 def is_kept_of(kept: Path, board: str) -> bool:
     """Return whether a kept table came from the file at a path, or in its folder."""
     with suppress(ConfigError):
-        return _kept(kept)[0] in {os.path.realpath(each) for each in (board, Path(board) / FILE)}
+        return _kept(kept, read_text(kept))[0] in {
+            os.path.realpath(each) for each in (board, Path(board) / FILE)
+        }
     return False
 
 
-def _kept(path: Path) -> tuple[object, object]:
+def _kept(path: Path, text: str) -> tuple[object, object]:
     """The file that a kept table came from, and the table. Raises ConfigError."""
     try:
-        kept = msgspec.json.decode(read_text(path))
+        kept = msgspec.json.decode(text)
     except (ValueError, RecursionError) as error:  # msgspec's errors are ValueErrors
         raise ConfigError(str(path), [f"{error}; expected JSON"]) from error
     if isinstance(kept, dict) and "board" not in kept:

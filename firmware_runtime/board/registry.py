@@ -10,7 +10,7 @@ import re
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, Final, Literal
 
 from msgspec import Struct
 
@@ -43,6 +43,8 @@ from firmware_runtime.errors import ConfigError, SettingError, suggested
 from firmware_runtime.hal.budget import BusLoad
 from firmware_runtime.system.atomic_file import read_text
 
+MOST_WHILE_RUNNING: Final = 1 << 15
+"""Characters of a file that is read while a robot runs: six times the longest of ours."""
 _NAME = re.compile(r"[a-z0-9][a-z0-9_-]{0,62}")
 
 
@@ -110,23 +112,38 @@ def is_name(text: str) -> bool:
     return _NAME.fullmatch(text) is not None
 
 
-def load(board: str, assignments: Sequence[str] = (), others: Sequence[str] = ()) -> Board:
+def load(
+    board: str,
+    assignments: Sequence[str] = (),
+    others: Sequence[str] = (),
+    *,
+    running: str | None = None,
+) -> Board:
     """Read a board by its kind, or by the path of a board.toml or of its folder.
 
-    `others` are names that mean something to the caller. Raises ConfigError with every fault found.
+    `others` are names that mean something to the caller. Where a robot of the kind `running` goes
+    on meanwhile, a file that would hold it up is refused: a long one, and that of another kind,
+    whose package would be imported. Raises ConfigError with every fault found.
     """
     source = _locate(board, [*names(), *others])
+    text = read_text(source)
+    if running is not None and len(text) > MOST_WHILE_RUNNING:
+        expected = f"expected {MOST_WHILE_RUNNING:,} at most while the robot runs"
+        raise ConfigError(str(source), [f"{len(text):,} characters; {expected}"])
     faults: list[str] = []
-    table = strict.parse_toml(read_text(source), faults)
+    table = strict.parse_toml(text, faults)
     if faults:
         raise ConfigError(str(source), faults)
+    if running is not None and (kind := table.get("board")) not in (None, running):
+        fault = f"board: {strict.shown(kind)}: expected {running!r}, the kind that runs"
+        raise ConfigError(str(source), [fault])
     strict.override(table, assignments, faults)
     if board in names() and table.get("board") in [name for name in names() if name != board]:
         fault = f"board: {table['board']!r}: expected {board!r}, as its entry point is called"
         raise ConfigError(str(source), [fault])
     if assignments and table.get("board") in names():
         drop_replaced(table, definition(table["board"]).settings, _assigned(assignments))
-    return board_of(source, assignments, table, faults)
+    return board_of(source, text, assignments, table, faults)
 
 
 def load_copy(copy: Path, name: str, assignments: Sequence[str] = ()) -> Board:
@@ -140,9 +157,12 @@ def load_copy(copy: Path, name: str, assignments: Sequence[str] = ()) -> Board:
 
 
 def board_of(
-    source: Path, assignments: Sequence[str], table: dict[str, Any], faults: list[str]
+    source: Path, text: str, assignments: Sequence[str], table: dict[str, Any], faults: list[str]
 ) -> Board:
-    """The board of a table; raises ConfigError with every fault, those found before included."""
+    """The board of a table, which the file's text has.
+
+    Raises ConfigError with every fault, those found before included.
+    """
     kind = _kind_in(source, table, faults)
     name = _name_in(table, kind, faults)
     defined = definition(kind)
@@ -164,7 +184,7 @@ def board_of(
         serial_devices=defined.serial_devices(settings),
         loads=loads,
         doubles_run_s=defined.doubles_run_s,
-        warnings=[text for load_ in loads.values() if (text := load_.warning())],
+        warnings=[said for load_ in loads.values() if (said := load_.warning())],
         ports=settings.ports,
         build=partial(_built, defined, settings),
         event_model=_event_model(defined, settings),
@@ -174,7 +194,7 @@ def board_of(
         inputs=defined.inputs,
         experiments=defined.experiments,
         plant=defined.plant,
-        content="\n".join([read_text(source), *assignments]),
+        content="\n".join([text, *assignments]),
     )
 
 

@@ -61,6 +61,8 @@ _CHOICE = r"invalid choice: '(.*)' \(choose from (.*)\)$"
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command and return its exit status; without arguments, as a process of its own."""
     os.environ.setdefault(*ONE_THREAD)
+    if sys.stdin is None:  # what called this has closed it
+        sys.stdin = os.fdopen(os.open(os.devnull, os.O_RDONLY), closefd=False)
     if arguments is not None:
         return _main(arguments, nullcontext())
     if "_ARGCOMPLETE" in os.environ:  # a shell asks how a line may go on

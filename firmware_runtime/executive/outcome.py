@@ -118,8 +118,10 @@ class Readiness:
         try:
             return self._judged(outcome)
         except Exception as error:  # noqa: BLE001 -- the run still has to end
+            if outcome.error is not None:  # which may have broken the device, too
+                return outcome
             reason = f"a model's unready raised {type(error).__name__}: {text_of(error)}"
-            return Outcome(RunState.FAILED, reason, outcome.error or error)
+            return Outcome(RunState.FAILED, reason, error)
 
     def so_far(self, outcome: Outcome) -> Outcome:
         """The outcome of a run that pauses: devices that are still coming up have not failed."""

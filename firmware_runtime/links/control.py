@@ -32,6 +32,8 @@ if TYPE_CHECKING:
 SLOW_PATIENCE: Final = SECOND // 2
 """Ns after which a slow request is answered all the same: a fast loop never has so much time."""
 _MOST_SLOW = 8
+_LONGEST_S: Final = 1e9
+"""Seconds that a request can be answered within: a whole number of JSON may be no float at all."""
 
 Answer: TypeAlias = dict[str, Any]
 Request: TypeAlias = dict[str, Any]
@@ -114,7 +116,7 @@ def _refuse_late(age: int, within_s: object) -> None:
     """Raise ConfigError for a request of this age in ns that is not waited for any more."""
     if within_s is None:
         return
-    if not isinstance(within_s, int | float):
+    if not (isinstance(within_s, int | float) and abs(within_s) <= _LONGEST_S):
         raise ConfigError("request", [f"within_s: {within_s!r}: expected seconds"])
     if (fault := why_late(age, within_s)) is not None:
         raise ConfigError("request", [fault])

@@ -146,28 +146,37 @@ class Arming:
             and not (self._demands_guard and self._guard_is_gone())
         )
 
-    def request(self, now: int) -> list[str]:
-        """Arm, unless a pre-arm check fails; return why those that fail do."""
+    @property
+    def epoch(self) -> int:
+        """The latest epoch; it is the instant of CLOCK_MONOTONIC, ns, or below zero (`safe-state`).
+
+        Zero while nothing took its right to drive.
+        """
+        return self._executive.cells[EPOCH]
+
+    def request(self, now: int, epoch: int | None = None) -> list[str]:
+        """Arm, unless a pre-arm check fails; return why those that fail do.
+
+        It is armed under this epoch, the present one if none is stated: one that comes while the
+        checks are made, or since the caller has judged this one, ends the right to drive.
+        """
         self._notice()
+        epoch = self.epoch if epoch is None else epoch
         against = [why for check in self._checks if (why := check(now)) is not None]
         if not against and not self.armed:
             against = self._enabled()
         if against:
             self.reason = "; ".join(against)
         elif not self.armed:
-            self._epoch = self._executive.cells[EPOCH]
+            self._epoch = epoch
             self.armed = self.was_armed = True
             self.is_wanted = self._is_suspended = False
             self._off_again_at = NEVER
             self._in_the_way = ""
-            self._acknowledge()
+            self._acknowledge(epoch)
             if self._was_said or not self._is_quiet:
                 self._log("armed")
         return against
-
-    def was_taken_since(self, at: int) -> bool:
-        """Return whether its right to drive was taken after that instant of CLOCK_MONOTONIC, ns."""
-        return abs(self._executive.cells[EPOCH]) > at
 
     def disarm(self, reason: str) -> list[str]:
         """Make the outputs safe and keep them so; return what failed, one sentence each.
@@ -187,7 +196,7 @@ class Arming:
         self._notice()
         if self.armed:
             self.disarm(reason)
-            self.is_wanted = self._is_suspended = True
+            self.is_wanted = self._is_suspended = self._keeps_its_right
             self._try_at = 0
 
     def pause(self) -> list[str]:
@@ -202,7 +211,7 @@ class Arming:
             return self._switch_off()
         why = "the run pauses"
         failed = self._withdraw(why) if self.is_free else self.disarm(why)
-        self.is_wanted = True
+        self.is_wanted = self._keeps_its_right
         return failed
 
     def between_steps(self, now: int, _left: int) -> None:
@@ -213,18 +222,18 @@ class Arming:
         if self._begun_at is not None:
             self._take_from_itself(self._begun_at, self._last_safe_state())
             self._begun_at = None
-        if (epoch := self._executive.cells[EPOCH]) != self._acknowledged:
+        if (epoch := self.epoch) != self._acknowledged:
             if self.is_wanted and (is_requested(epoch) or self._is_suspended):
                 self.is_wanted = self._is_suspended = False
                 self.reason = self._why_withdrawn()
                 self._log(f"stays disarmed: {self.reason}")
             self._switch_off()
-            self._acknowledge()
+            self._acknowledge(epoch)
         elif now >= self._off_again_at:
             self._switch_off()
         elif self.is_wanted and now >= self._try_at:
             self._try_at = now + TRY_EVERY
-            if against := self.request(now):
+            if against := self.request(now, epoch):
                 self._say_in_the_way(against)
 
     # ---------------------------------------------------------------------------------------------
@@ -255,9 +264,15 @@ class Arming:
         self.armed = self.is_wanted = self._is_suspended = False
         self.reason = reason
         self._in_the_way = reason.translate(_WITHOUT_FIGURES)
+        epoch = self.epoch  # one that comes while they are switched off is another takeover
         failed = self._switch_off()
-        self._acknowledge()
+        self._acknowledge(epoch)
         return failed
+
+    @property
+    def _keeps_its_right(self) -> bool:
+        """Whether it was disarmed by itself, with nothing having taken its right to drive."""
+        return self._acknowledged == self._epoch
 
     def _enabled(self) -> list[str]:
         """Let outputs through; return why that failed, if it did: then they are off again."""
@@ -273,12 +288,12 @@ class Arming:
         self._off_again_at = again_at if failed else NEVER
         return failed
 
-    def _acknowledge(self) -> None:
-        self._acknowledged = self._executive.cells[EPOCH]
-        self._executive.arm(armed=self.armed, epoch=self._acknowledged)
+    def _acknowledge(self, epoch: int) -> None:
+        self._acknowledged = epoch
+        self._executive.arm(armed=self.armed, epoch=epoch)
 
     def _why_withdrawn(self) -> str:
-        epoch = self._executive.cells[EPOCH]
+        epoch = self.epoch
         if epoch != self._epoch:
             if is_requested(epoch):
                 return "safe-state took its right to drive"

@@ -95,6 +95,8 @@ class RecordedEdge:
         from firmware_runtime.recording.blackbox.locations import place_for  # noqa: PLC0415 -- as above
 
         folder = place_for(self._path, self._board.name)
+        if folder is None and not self._path.exists():
+            return f"{self._path}, which has been removed since"
         return f"{self._path}" if folder is None else f"{self._path}, and kept in {folder}"
 
     def keep_into(self, into: Path) -> str | None:

@@ -81,10 +81,11 @@ class Requests:
             length(lease_s)
         if self._arming is None:
             return {"refused": [], "armed": True}
-        was_taken = self._arming.was_taken_since(self._desk.asked_at)
+        epoch = self._arming.epoch
+        was_taken = abs(epoch) > self._desk.asked_at
         if (why := _TAKEN_SINCE if was_taken else self._why_outdated()) is not None:
             return {"refused": [why], "armed": self._arming.armed}
-        refused = self._arming.request(self._executive.clock.now())
+        refused = self._arming.request(self._executive.clock.now(), epoch)
         answer: Answer = {"refused": refused, "armed": self._arming.armed}
         if lease_s is not None and self._leases is not None and not refused:
             answer["lease"] = self._leases.take(lease_s)

@@ -164,12 +164,12 @@ class Reloading:
     def _reload(self) -> str:
         own = self._tuning.board
         try:
-            board = registry.load(str(own.source), own.assignments)
+            board = registry.load(str(own.source), own.assignments, running=own.kind)
         except Exception as error:  # noqa: BLE001 -- whatever the file holds, the run goes on
             said = error if isinstance(error, ConfigError) else f"{type(error).__name__}: {error}"
             return f"not reloaded, everything stays as it was: {said}"
-        if (board.name, board.kind) != (own.name, own.kind):
-            now = f"{board.source} is now {board.name}, a {board.kind}"
+        if board.name != own.name:
+            now = f"{board.source} is now of {board.name}; expected {own.name}"
             return f"not reloaded, everything stays as it was: {now}"
         try:
             taken, left = self._tuning.take_up(board.settings)

@@ -27,6 +27,7 @@ from firmware_runtime.statistics.file_header import STATISTICS, RunState, driver
 from firmware_runtime.statistics.layout import ACKNOWLEDGED, EPOCH, GUARD, HEARTBEAT, STATE
 from firmware_runtime.statistics.mapped_file import CELL, SharedCells
 from firmware_runtime.statistics.paths import Companion, places
+from firmware_runtime.system.atomic_file import demand_regular
 from firmware_runtime.system.this_process import (
     NoteOfBoot,
     boot_id,
@@ -35,6 +36,7 @@ from firmware_runtime.system.this_process import (
     read_note,
 )
 
+_PAUSES: Final = "its heartbeat is gone: the run pauses, or its statistics were overwritten"
 _MODE: Final = 0o644
 """A run of any user may read it: that can only keep it disarmed."""
 
@@ -141,8 +143,8 @@ class WatchedRun:
         except StatisticsFileError as error:
             return str(error)
         silent = monotonic_ns() - heartbeat
-        if heartbeat == 0 and not self._has_begun:
-            return ""
+        if heartbeat == 0:
+            return _PAUSES if self._has_begun else ""
         self._has_begun = True
         if silent < 0:
             return f"its heartbeat is {-silent / MILLISECOND:.0f} ms in the future"
@@ -192,6 +194,12 @@ def keep_clear_of_other_runs(path: Path) -> str | None:
     """
     if not os.path.lexists(path):
         return None
+    try:
+        demand_regular(path)
+    except OSError as error:  # a folder, a device: no run can take its place
+        raise StatisticsFileError(
+            error.strerror, where=path, expected="a place to write"
+        ) from error
     try:
         with STATISTICS.opened(path) as file:
             driver = driver_of(file)

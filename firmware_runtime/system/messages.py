@@ -119,13 +119,14 @@ IDENTIFIER: Final = "firmware-runtime"
 
 
 class Journal:
-    """Entries for systemd's journal, with fields of their own; none where there is no journal."""
+    """Entries for systemd's journal, with fields of their own; none where no journal listens."""
 
     def __init__(self, path: Path | None) -> None:
         self.dropped = 0
         self._socket: socket.socket | None = None
         if path is not None:
-            self._socket = _connected(path)
+            with suppress(OSError):  # it has ended: a robot runs without
+                self._socket = _connected(path)
 
     @classmethod
     def from_environment(cls) -> Self:
@@ -159,15 +160,19 @@ def _connected(path: Path) -> "socket.socket":
     import socket  # noqa: PLC0415 -- of a service only
 
     connected = socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM | socket.SOCK_NONBLOCK)
-    connected.connect(os.fspath(path))
+    try:
+        connected.connect(os.fspath(path))
+    except OSError:
+        connected.close()
+        raise
     return connected
 
 
 def encoded(name: str, value: str) -> bytes:
     """One field: in a line, or with its length where it has several."""
+    data = value.encode(errors="backslashreplace")
     if "\n" not in value:
-        return f"{name}={value}\n".encode()
-    data = value.encode()
+        return name.encode() + b"=" + data + b"\n"
     return name.encode() + b"\n" + struct.pack("<Q", len(data)) + data + b"\n"
 
 
@@ -233,7 +238,8 @@ class Notices:
         if self._notifier is None:
             return True
         try:
-            self._notifier.notify(state.encode().decode("latin-1"))  # which it is encoded by
+            sent = state.encode(errors="backslashreplace")
+            self._notifier.notify(sent.decode("latin-1"))  # which it is encoded by
         except OSError:
             return False
         return True

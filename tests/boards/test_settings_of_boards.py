@@ -2,6 +2,7 @@
 
 import re
 from collections.abc import Iterable
+from pathlib import Path
 from typing import Annotated, Any, ClassVar, TypeAlias
 
 import pytest
@@ -13,6 +14,7 @@ from msgspec import Meta, Struct
 
 from firmware_runtime.board import registry, strict
 from firmware_runtime.board.faults import unused_lines
+from firmware_runtime.board.installed import definition, shipped_file
 from firmware_runtime.board.retuning import changed_keys, retuned
 from firmware_runtime.board.robot import Lines
 from firmware_runtime.board.settings import BoardSettings, BusSettings, ModelPolicy, PortSettings
@@ -262,6 +264,22 @@ def test_a_variant_chosen_by_an_assignment_takes_keys_away_and_others_are_judged
         registry.load("detective", [*SERIAL, "treads.acceleration=3"])
     (fault,) = refusal.value.faults
     assert fault.startswith("treads.acceleration: has no effect; ")
+
+
+def test_a_file_that_is_saved_while_it_is_read_has_the_fingerprint_of_what_was_read(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    text = shipped_file("tachobot").read_text()
+    path = tmp_path / "board.toml"
+    path.write_text(text)
+    expected = registry.load(str(path)).fingerprint
+
+    def saved_meanwhile(kind: str) -> object:
+        path.write_text(text.replace("kp = 0.75", "kp = 0.5"))
+        return definition(kind)
+
+    monkeypatch.setattr(registry, "definition", saved_meanwhile)
+    assert registry.load(str(path)).fingerprint == expected
 
 
 def test_a_maxbotix_on_a_port_of_another_rate_is_refused() -> None:

@@ -1,4 +1,4 @@
-"""Standard output that is full, closed, has no reader, or has few characters."""
+"""Standard output that is full, closed, has no reader, or has few characters; no standard input."""
 
 import os
 import subprocess
@@ -12,7 +12,7 @@ import pytest
 from firmware_runtime.cli.main import main
 from firmware_runtime.errors import Status
 from firmware_runtime.system.terminal import output_checked
-from tests.support.command import COMMAND, VIRTUAL, own_process
+from tests.support.command import COMMAND, VIRTUAL, Command, own_process
 from tests.support.waiting import PATIENCE_S
 
 BRIEF = (*VIRTUAL, "--for", "1")
@@ -147,3 +147,9 @@ def test_a_run_is_shown_in_ascii(tmp_path: Path) -> None:
     state = {"FIRMWARE_RUNTIME_STATE_DIRECTORY": str(tmp_path)}
     ran = own_process(*BRIEF, env=os.environ | ASCII | state)
     assert (ran.returncode, ran.stderr) == (0, "")
+
+
+@pytest.mark.slow
+def test_a_run_needs_no_standard_input(command: Command, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(sys, "stdin", None)  # as where a service manager has closed it
+    assert command(*BRIEF).status == Status.OK

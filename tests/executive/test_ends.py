@@ -83,6 +83,16 @@ def test_the_reason_is_one_line_whatever_a_model_says() -> None:
     assert run.json()["conditions"]["run"]["reason"] == outcome.reason
 
 
+def test_a_reason_that_utf_8_has_not_ends_the_run_as_any_other() -> None:
+    robot = Robot()
+    robot.imu.work = raising(ValueError("no file \udcff"))
+    run = Run(robot, VirtualClock())
+    outcome = run.until()
+    assert isinstance(outcome.error, ModelFailure)
+    found = run.json()["conditions"]["run"]
+    assert (found["state"], found["reason"][-14:]) == ("failed", r"no file \udcff")
+
+
 def test_the_reason_keeps_a_line_for_each_fault_of_a_setting() -> None:
     outcome = Outcome.of_error(ConfigError("board.toml", ["a: 1", "b: 2"]))
     assert outcome.reason.splitlines() == ["board.toml: 2 faults", "  - a: 1", "  - b: 2"]

@@ -145,6 +145,23 @@ def test_a_device_that_cannot_say_whether_it_works_fails_the_run() -> None:
     assert "no answer" in outcome.reason
 
 
+def test_what_failed_first_is_the_reason_where_a_device_then_cannot_say_whether_it_works() -> None:
+    class Gone(Sensor):
+        def unready(self) -> str | None:
+            if self.age > 0:
+                raise ValueError("no answer")
+            return "is not up yet"
+
+        def internal(self) -> None:
+            self.age = SECOND
+            raise OSError("gone")
+
+    outcome = run_of(Gone("imu"))
+    assert outcome.reason.endswith("gone")
+    assert outcome.error is not None
+    assert outcome.reason == str(outcome.error)
+
+
 MAX_LAG = Configuration().max_lag
 LIVELOCK_AT = 100 * MILLISECOND
 

@@ -2,19 +2,19 @@
 
 import os
 import signal
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import NoReturn
 
 import pytest
 
 from firmware_runtime.devs.time import MILLISECOND, SECOND
-from firmware_runtime.executive.clocks import Clock, MonotonicClock, VirtualClock
+from firmware_runtime.executive.clocks import Clock, MonotonicClock, S, VirtualClock
 from firmware_runtime.executive.configuration import Configuration
 from firmware_runtime.executive.executive import Executive
 from firmware_runtime.executive.outcome import OFF_AGAIN_EVERY, Outcome
 from firmware_runtime.hal.wire_errors import NoAcknowledge
 from firmware_runtime.statistics.file_header import RunState
-from firmware_runtime.statistics.layout import ELAPSED, HEARTBEAT, WRITTEN
+from firmware_runtime.statistics.layout import ELAPSED, HEARTBEAT, STATE, WRITTEN
 from firmware_runtime.system.signals import stop_on_signals
 from tests.support.periodic_models import PERIOD, Actuator, Robot
 
@@ -68,11 +68,38 @@ def test_without_a_while_it_is_tried_once() -> None:
     assert len(outputs.tries) == 1
 
 
+def test_what_could_not_be_switched_off_is_tried_again_where_an_exit_failed() -> None:
+    outputs = Outputs(back_at=PERIOD + 150 * MILLISECOND, span=100 * MILLISECOND)
+
+    def leave() -> NoReturn:
+        raise OSError("line held")
+
+    outputs.thrust.exit = leave  # type: ignore[method-assign]
+    (fault,) = outputs.run().faults
+    assert "line held" in fault
+
+
+def test_a_clock_that_stands_still_keeps_no_run_from_ending() -> None:
+    class Still(VirtualClock):
+        def wait(self, until: int, sources: Sequence[S]) -> list[S]:
+            return super().wait(min(until, PERIOD), sources)
+
+    outputs = Outputs(back_at=10 * SECOND, clock=Still())
+    assert outputs.run().faults[0] == SILENT
+
+
 def test_meanwhile_it_shows_no_sign_of_life_so_that_the_guard_tries_too() -> None:
     outputs = Outputs(back_at=PERIOD + 100 * MILLISECOND)
     heartbeats: list[int] = []
-    outputs.during = lambda: heartbeats.append(outputs.executive.cells[HEARTBEAT])
+    states: set[int] = set()
+
+    def look() -> None:
+        heartbeats.append(outputs.executive.cells[HEARTBEAT])
+        states.add(outputs.executive.cells[STATE])
+
+    outputs.during = look
     outputs.run()
+    assert states == {RunState.RUNNING}  # a guard leaves alone what has ended
     assert len(heartbeats) > 1
     assert len(set(heartbeats)) == 1
     assert outputs.executive.cells[WRITTEN] > 0

@@ -1,5 +1,7 @@
 """When outputs may be driven, and when no longer."""
 
+from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from time import monotonic_ns
 
@@ -42,16 +44,25 @@ class Rig:
         self.executive = Executive(Robot(), VirtualClock(), list, configuration)
         self.enabled = 0
         self.failing: HalError | None = None
-        checks = [lambda _now: self.against]
+        self.during_checks: Callable[[], None] = lambda: None
+        self.while_switching_off: Callable[[], None] = lambda: None
         self.arming = Arming(
             self.executive,
             Permission(at_start, demand_guard, free, BEGUN_AT),
             self._make_safe,
-            checks,
+            [self._check],
             last_safe_state=lambda: safe_state_at,
             enable=self._enable,
             log=self.logged.append,
         )
+
+    def take_right(self, epoch: int) -> None:
+        """Take the run's right to drive, as another process does."""
+        self.executive.cells[EPOCH] = epoch
+
+    def _check(self, _now: int) -> str | None:
+        self.during_checks()
+        return self.against
 
     def _enable(self) -> None:
         if self.failing is not None:
@@ -60,6 +71,7 @@ class Rig:
 
     def _make_safe(self) -> list[str]:
         self.safe += 1
+        self.while_switching_off()
         return self.not_safe
 
     @property
@@ -147,8 +159,7 @@ def test_a_safe_state_that_came_while_it_started_keeps_it_disarmed_until_it_is_r
     assert (rig.arming.armed, rig.safe) == (False, 1)
     assert rig.cells == (0, -BEGUN_AT - 1)
     assert rig.logged == ["stays disarmed: safe-state took its right to drive"]
-    assert rig.arming.was_taken_since(BEGUN_AT)
-    assert not rig.arming.was_taken_since(BEGUN_AT + 1)
+    assert rig.arming.epoch == -BEGUN_AT - 1
     assert rig.arming.request(SECOND) == []
     rig.arming.between_steps(SECOND, 0)
     assert rig.arming.armed
@@ -158,7 +169,7 @@ def test_of_two_safe_states_the_later_one_counts_for_requests() -> None:
     rig = Rig(at_start=True, safe_state_at=BEGUN_AT + 1)
     rig.executive.cells[EPOCH] = -BEGUN_AT - 3
     rig.arming.between_steps(0, 0)
-    assert rig.arming.was_taken_since(BEGUN_AT + 2)
+    assert rig.arming.epoch == -BEGUN_AT - 3
     assert not rig.arming.armed
 
 
@@ -214,6 +225,43 @@ def test_what_a_person_switched_off_does_not_arm_itself_as_its_board_may_want() 
     assert (rig.safe, rig.cells) == (1, (0, -3))
     assert rig.arming.request(SECOND) == []
     assert rig.arming.interlock()
+
+
+def test_what_is_taken_while_the_checks_are_made_is_not_armed() -> None:
+    """Its epoch was not there when it was judged: `safe-state` came before the arming."""
+    rig = Rig(at_start=True)
+    rig.during_checks = partial(rig.take_right, -3)
+    rig.arming.between_steps(0, 0)
+    assert not rig.arming.interlock()
+    for now in (0, SECOND, 2 * SECOND):
+        rig.arming.between_steps(now, 0)
+    assert (rig.arming.interlock(), rig.cells) == (False, (0, -3))
+    rig.during_checks = partial(rig.take_right, -4)
+    assert rig.arming.request(2 * SECOND) == []
+    assert not rig.arming.interlock()
+
+
+@pytest.mark.parametrize("ends", ["takeover", "pause", "suspend"])
+def test_what_is_taken_while_outputs_are_switched_off_does_not_arm_itself(ends: str) -> None:
+    rig = Rig(at_start=True)
+    if ends == "takeover":  # the guard's, before it was ever armed: it stays wanted
+        rig.against = "not yet"
+        rig.arming.between_steps(0, 0)
+        rig.executive.cells[EPOCH] = 3
+    else:
+        rig.arming.between_steps(0, 0)
+    rig.while_switching_off = partial(rig.take_right, -5)
+    match ends:
+        case "takeover":
+            rig.arming.between_steps(0, 0)
+        case "pause":
+            rig.arming.pause()
+        case _:
+            rig.arming.suspend("silent")
+    rig.against = None
+    for now in (0, SECOND, 2 * SECOND):
+        rig.arming.between_steps(now, 0)
+    assert (rig.arming.interlock(), rig.cells) == (False, (0, -5))
 
 
 def test_a_free_run_is_armed_and_pauses_without_a_word_and_loses_its_right_all_the_same() -> None:

@@ -235,7 +235,9 @@ def test_a_second_takeover_has_another_epoch_whatever_came_between(
 
 
 @pytest.mark.parametrize(
-    ("heartbeat", "said"), [(3600 * SECOND, "in the future"), (None, "")], ids=["ahead", "gone"]
+    ("heartbeat", "said"),
+    [(3600 * SECOND, "in the future"), (None, "is gone")],
+    ids=["ahead", "gone"],
 )
 def test_a_heartbeat_in_the_future_or_gone_is_not_believed(
     watch: Watch, file: StatisticsFile, heartbeat: int | None, said: str
@@ -557,7 +559,11 @@ def test_what_is_no_file_is_not_waited_for_and_logged_once(
     for _ in range(2):
         watch.guard.poll()
     assert watch.done == done
-    assert why in str(keep_clear_of_other_runs(path))
+    try:
+        refused = str(keep_clear_of_other_runs(path))
+    except StatisticsFileError as error:
+        refused = str(error)
+    assert why in refused
 
 
 def test_a_run_that_drives_is_watched_on_whatever_takes_the_place_of_its_file(
@@ -579,3 +585,34 @@ def test_a_run_that_drives_is_watched_on_whatever_takes_the_place_of_its_file(
     watch.guard.poll()
     assert watch.guard.phase is Phase.WATCHING
     assert guard_seen_at(path) > 0
+
+
+def test_a_run_whose_file_was_cut_short_is_held_off_for_as_long_as_it_lives(
+    path: Path, watch: Watch, other: "subprocess.Popen[bytes]"
+) -> None:
+    watch.guard.poll()
+    os.truncate(path, 0)
+    watch.guard.poll()
+    path.unlink()
+    StatisticsFile(Layout(), HEADER, path).close_section(0)
+    watch.guard.poll()
+    assert (watch.guard.phase, watch.offs) == (Phase.HOLDING, 2)
+    assert guard_seen_at(path) == 0
+    other.kill()
+    other.wait()
+    watch.guard.poll()
+    assert guard_seen_at(path) > 0
+
+
+def test_nothing_but_the_outputs_is_looked_at_while_they_are_held_off(
+    watch: Watch, file: StatisticsFile, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """What is asked of a run that is not guarded may open lines, and end the guard."""
+    monkeypatch.setattr(guard, "ASK_AGAIN_EVERY", 0)
+    watch.against = "its outputs are others"
+    watch.guard.poll()
+    hang(file)
+    asked = watch.done.count("why_unguarded")
+    for _ in range(3):
+        watch.guard.poll()
+    assert (watch.offs, watch.done.count("why_unguarded")) == (3, asked)

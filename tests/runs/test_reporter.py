@@ -192,6 +192,28 @@ def test_the_watchdog_is_not_fed_while_logical_time_is_behind_the_clock(
     assert late == [0, *range(11, 90)]
 
 
+def test_a_journal_that_has_ended_keeps_no_robot_from_running(tmp_path: Path) -> None:
+    with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as left:
+        left.bind(str(tmp_path / "journal"))
+    journal = Journal(tmp_path / "journal")
+    journal.write("nobody reads this")
+    assert not journal.is_there
+    journal.close()
+
+
+def test_what_utf_8_has_not_is_escaped_for_journal_and_manager(
+    tmp_path: Path, journald: Listener, systemd: Listener
+) -> None:
+    """A fault may quote what came over a serial port; that must not end the run."""
+    journal, notices = Journal(tmp_path / "journal"), Notices()
+    journal.write("read \udcff")
+    notices.status("read \udcff")
+    assert "MESSAGE=read \\udcff\n" in journald.received()[0]
+    assert systemd.received() == ["STATUS=read \\udcff"]
+    journal.close()
+    notices.close()
+
+
 def test_a_fault_is_a_line_when_it_comes_and_at_the_end_with_its_number(
     tmp_path: Path, journald: Listener
 ) -> None:

@@ -186,10 +186,12 @@ DETECTIVES_FILE = (SHIPPED.parents[1] / "detective" / "board.toml").read_text()
     [
         ("nothing = sound", "board.toml"),
         ("board = " + "[" * 3000, "board.toml"),
-        (f'name = "detective"\n{DETECTIVES_FILE}', "is now detective, a detective"),
-        (f'name = "tachobot"\n{DETECTIVES_FILE}', "a kind of board is called so"),
+        (DETECTIVES_FILE, "board: 'detective': expected 'tachobot', the kind that runs"),
+        (f'name = "other"\n{SHIPPED.read_text()}', "is now of other; expected tachobot"),
+        (f'name = "detective"\n{SHIPPED.read_text()}', "a kind of board is called so"),
+        (SHIPPED.read_text() + "#" * registry.MOST_WHILE_RUNNING, "at most while the robot runs"),
     ],
-    ids=["a fault", "no end", "another robot's", "a kind's"],
+    ids=["a fault", "no end", "another kind's", "another robot's", "a kind's", "a long one"],
 )
 def test_a_file_of_no_use_changes_nothing(rig: Rig, text: str, why: str) -> None:
     rig.path.write_text(text)
@@ -197,6 +199,16 @@ def test_a_file_of_no_use_changes_nothing(rig: Rig, text: str, why: str) -> None
     assert reported.startswith(UNCHANGED)
     assert str(rig.path) in reported
     assert why in reported
+
+
+def test_a_file_of_another_kind_takes_no_time_of_the_loop(
+    rig: Rig, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Its package would be imported: 0.1 s and more, in which the robot's outputs time out."""
+    monkeypatch.setattr(registry, "definition", lambda kind: pytest.fail(f"imports {kind}"))
+    rig.path.write_text('board = "detective"')
+    (reported,) = rig.reload()
+    assert reported.startswith(UNCHANGED)
 
 
 @pytest.mark.parametrize(
@@ -209,7 +221,7 @@ def test_a_file_of_no_use_changes_nothing(rig: Rig, text: str, why: str) -> None
 def test_what_no_reader_or_robot_foresaw_changes_nothing(
     rig: Rig, monkeypatch: pytest.MonkeyPatch, owner: str, error: Exception, said: str
 ) -> None:
-    def fail(*_: object) -> None:
+    def fail(*_: object, **_named: object) -> None:
         raise error
 
     if owner == "take_up":

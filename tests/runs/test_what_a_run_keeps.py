@@ -76,6 +76,14 @@ def test_others_are_replaced(path: Path, writer: ProcessIdentity, state: RunStat
     assert keep_clear_of_other_runs(path) is None
 
 
+def test_a_folder_in_the_place_of_statistics_is_refused_and_not_said_to_be_replaced(
+    path: Path,
+) -> None:
+    path.mkdir()
+    with pytest.raises(StatisticsFileError, match="no regular file; expected a place to write"):
+        keep_clear_of_other_runs(path)
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("board", ["tachobot", "detective"])
 def test_each_model_is_activated_as_often(tmp_path: Path, board: str) -> None:
@@ -97,6 +105,23 @@ def test_each_model_is_activated_as_often(tmp_path: Path, board: str) -> None:
     bare = activations(None)
     assert bare == activations(tmp_path / "run.recording")
     assert sum(run + reactions for run, reactions in bare.values()) > 100
+
+
+@pytest.mark.slow
+def test_a_recording_that_was_removed_is_not_said_to_be_there(tmp_path: Path) -> None:
+    recording = tmp_path / "run.recording"
+    session = start_session(
+        board_in_force("tachobot", ()),
+        VirtualClock(),
+        doubles=True,
+        statistics_path=None,
+        recording=recording,
+    )
+    session.run(SECOND // 10)
+    assert session.edge.said == str(recording)
+    recording.unlink()
+    assert session.edge.said == f"{recording}, which has been removed since"
+    session.close()
 
 
 @pytest.fixture(autouse=True)
