@@ -139,9 +139,10 @@ def test_an_echo_is_given_in_metres_and_once(
 
 
 @pytest.mark.parametrize(
-    "read", ["ff 80 00 64", "ff 80 ff ff", "00 80 00 64", "0a 80 04 4e", "00 00 00 00"]
+    "read", ["ff 80 00 64", "ff 80 ff ff", "00 80 00 64", "0a 80 02 5b", "00 00 00 00"]
 )
 def test_bytes_that_cannot_be_an_echo_are_not_made_one(ranging: Bare, read: str) -> None:
+    """One from beyond the range that was written, which is 602 cm, is none: 603 are not."""
     ranging.hold({0: bytes.fromhex(read)})
     ranging.has_no_echo(f"registers 0 to 3 read {read}; expected")
 
