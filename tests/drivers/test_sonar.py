@@ -220,7 +220,7 @@ def test_a_period_shorter_than_the_chip_allows_is_refused(chip: ScriptedSonar) -
 def test_a_threshold_that_no_echo_can_reach_is_refused(chip: ScriptedSonar) -> None:
     """A vehicle would drive into what it is to stop at."""
     Sonar("sonar", chip, SonarSettings(100 * MILLISECOND, threshold_m=0.2))
-    with pytest.raises(SettingError, match="sonar: threshold of 0.19 m; expected 0.2 m or more, "):
+    with pytest.raises(SettingError, match=r"threshold of 0\.19 m; expected 0\.2 m or more"):
         Sonar("sonar", chip, SonarSettings(100 * MILLISECOND, threshold_m=0.19))
 
 
