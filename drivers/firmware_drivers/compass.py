@@ -47,7 +47,7 @@ class Compass(HardwareModel):
     idle, resting --request? 1 or 2--> measuring (the measurement's waits)
     measuring, read --> reporting (0) --heading_deg!, calibration!--> idle, or resting if periodic
     measuring, failed --> reporting (0) --fault!--> resting, or bring_up after some in a row
-    resting (period) --> measuring;  any --request? 0--> the same, then idle
+    resting (rest of the period) --> measuring;  any --request? 0--> the same, then idle
 
     A request stays until it is answered: one that comes while measuring is answered by that
     measurement, one that fails is tried again. `calibration` is sent when it changes, never by a
@@ -74,6 +74,8 @@ class Compass(HardwareModel):
         self.calibration: int | None = None
         self._is_calibration_new = False
         self._rest = settings.period
+        """From the start of a measurement to that of the next."""
+        self._since_start = 0
         self._measurement = BringUp(lambda: chip.measurement)
 
     def begin(self) -> None:
@@ -104,7 +106,7 @@ class Compass(HardwareModel):
         elif self.wanted == STOP:
             self.passivate("idle")
         else:
-            self.hold_in("resting", self._rest)
+            self.hold_in("resting", max(0, self._rest - self._since_start))
             self._rest = self.settings.period
 
     def external(self, elapsed: int) -> None:
@@ -125,6 +127,7 @@ class Compass(HardwareModel):
 
     def _measure(self) -> None:
         self._measurement.restart()
+        self._since_start = 0
         self.activate("measuring")
 
     def _continue_measuring(self) -> None:
@@ -132,6 +135,7 @@ class Compass(HardwareModel):
             wait = self._measurement.take()
             if wait is not None:
                 self.hold_after_transfer("measuring", wait)
+                self._since_start += self.sigma
                 return
             bearing = self.chip.read_bearing()
         except HalError as error:

@@ -12,7 +12,7 @@ from msgspec import Struct
 
 from firmware_drivers.actuator import POLL_EVERY, Actuator
 from firmware_drivers.chips.pca9685 import Pca9685
-from firmware_drivers.chips.pca9685_registers import CHANNELS
+from firmware_drivers.chips.pca9685_registers import CHANNELS, NOMINAL_OSC_HZ, actual_cycle_us
 from firmware_runtime.devs.time import NEVER, SECOND
 from firmware_runtime.errors import SettingError
 from firmware_runtime.hal.interlock import Interlock, always_enabled, poll_period
@@ -35,14 +35,20 @@ class EscSettings(Struct, frozen=True):
     timeout: int = NEVER
     """Ns without a new throttle after which an armed ESC is disarmed."""
 
-    def faults(self) -> list[str]:
-        """List what cannot be, a sentence each; low and high changed places arm at full power."""
+    def faults(self, osc_hz: float = NOMINAL_OSC_HZ) -> list[str]:
+        """List what cannot be, a sentence each; low and high changed places arm at full power.
+
+        `osc_hz` is the oscillator of the chip, as it was measured.
+        """
         faults = []
         if not 0 <= self.channel < CHANNELS:
             faults.append(f"channel: {self.channel}, expected 0 to {CHANNELS - 1}")
         if not 0 < self.frequency_hz < math.inf:
             return [*faults, f"frequency_hz: {self.frequency_hz}, expected more than 0"]
-        cycle_us = 1e6 / self.frequency_hz
+        try:
+            cycle_us = actual_cycle_us(self.frequency_hz, osc_hz)
+        except SettingError as error:
+            return [*faults, f"frequency_hz: {error}"]
         if not 0 < self.low_pulse_us < self.high_pulse_us < cycle_us:
             faults.append(
                 f"low_pulse_us, high_pulse_us: {self.low_pulse_us}, {self.high_pulse_us}, expected "
@@ -72,7 +78,7 @@ class Esc(Actuator):
     def __init__(
         self, name: str, chip: Pca9685, settings: EscSettings, interlock: Interlock = always_enabled
     ) -> None:
-        if faults := settings.faults():
+        if faults := settings.faults(chip.osc_hz):
             raise SettingError(f"{name} on {chip.place}: {'; '.join(faults)}")
         chip.users.add(name, stops_all=True)
         super().__init__(name, lambda: chip.bring_up(settings.frequency_hz), chip.line, interlock)

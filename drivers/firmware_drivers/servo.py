@@ -13,7 +13,12 @@ from dataclasses import dataclass
 from typing import Final
 
 from firmware_drivers.chips.pca9685 import POLL, Pca9685
-from firmware_drivers.chips.pca9685_registers import CHANNELS, duty_burst
+from firmware_drivers.chips.pca9685_registers import (
+    CHANNELS,
+    NOMINAL_OSC_HZ,
+    actual_cycle_us,
+    duty_burst,
+)
 from firmware_drivers.motors import Motors
 from firmware_runtime.devs.time import NEVER, SECOND
 from firmware_runtime.errors import SettingError
@@ -53,8 +58,8 @@ class Servo:
         """The nearest angle within the limits."""
         return max(self.least_rad, min(self.most_rad, angle_rad))
 
-    def faults(self, frequency_hz: float) -> list[str]:
-        """List what cannot be, a sentence each."""
+    def faults(self, cycle_us: float) -> list[str]:
+        """List what cannot be in a PWM cycle of that length, a sentence each."""
         faults = []
         if not 0 <= self.channel < CHANNELS:
             faults.append(f"{self.name}.channel: {self.channel}, expected 0 to {CHANNELS - 1}")
@@ -65,7 +70,6 @@ class Servo:
             )
         if not 0 < self.slew_rad_s < math.inf:
             faults.append(f"{self.name}.slew_rad_s: {self.slew_rad_s}, expected more than 0")
-        cycle_us = 1e6 / frequency_hz
         pulses = {"least_pulse_us": self.least_pulse_us, "most_pulse_us": self.most_pulse_us}
         for key, pulse_us in pulses.items():
             if not 0 < pulse_us < cycle_us:
@@ -88,12 +92,16 @@ class ServosSettings:
     timeout: int = NEVER
     """Ns without a new command after which all servos go limp."""
 
-    def faults(self) -> list[str]:
-        """List what cannot be, a sentence each."""
+    def faults(self, osc_hz: float = NOMINAL_OSC_HZ) -> list[str]:
+        """List what cannot be, a sentence each; `osc_hz` is the chip's oscillator, as measured."""
         if not SLOWEST_HZ <= self.frequency_hz <= FASTEST_HZ:
             expected = f"expected {SLOWEST_HZ} to {FASTEST_HZ}"
             return [f"frequency_hz: {self.frequency_hz}, {expected}"]
-        faults = [fault for each in self.servos for fault in each.faults(self.frequency_hz)]
+        try:
+            cycle_us = actual_cycle_us(self.frequency_hz, osc_hz)
+        except SettingError as error:
+            return [f"frequency_hz: {error}"]
+        faults = [fault for each in self.servos for fault in each.faults(cycle_us)]
         for key in ("name", "channel"):
             values = [getattr(each, key) for each in self.servos]
             faults += [
@@ -132,7 +140,7 @@ class Servos(Motors):
         settings: ServosSettings,
         interlock: Interlock = always_enabled,
     ) -> None:
-        faults = settings.faults()
+        faults = settings.faults(chip.osc_hz)
         if faults:
             raise SettingError(f"{name} on {chip.place}: {'; '.join(faults)}")
         chip.users.add(name, stops_all=True)

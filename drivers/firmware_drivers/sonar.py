@@ -25,6 +25,10 @@ class RangeFinder(Chip, Protocol):
     def interval_ns(self) -> int:
         """Shortest time from one start to the next."""
 
+    @property
+    def nearest_m(self) -> float:
+        """The least distance that it says: what is nearer it says to be there, or nothing."""
+
     def start_ranging(self) -> None:
         """Send one ping."""
 
@@ -75,6 +79,12 @@ class Sonar(HardwareModel):
                 f"period of {settings.period / 1e6:g} ms",
                 where=name,
                 expected=f"{chip.interval_ns / 1e6:g} ms or more for the {chip.place}",
+            )
+        if settings.threshold_m < chip.nearest_m:
+            raise SettingError(
+                f"threshold of {settings.threshold_m:g} m",
+                where=name,
+                expected=f"{chip.nearest_m:g} m or more, the nearest that the {chip.place} says",
             )
         self.chip = chip
         self.settings = settings

@@ -70,16 +70,30 @@ class DeadReading(HalError):
         super().__init__(f"{where}: {axis} {what}")
 
 
-class Stuck(DeadReading):
-    """A reading, or a bit of it, stays the same for longer than the part's own noise allows."""
+SOME_NOISE: Final = "some noise; it hangs"
+"""What is expected of a reading that repeats itself."""
 
-    def __init__(self, where: str, axis: str, value: float, readings: int) -> None:
+
+class Stuck(DeadReading):
+    """A reading, or a bit of it, stays the same for longer than a working part's can.
+
+    `expected` ends the sentence.
+    """
+
+    def __init__(
+        self,
+        where: str,
+        axis: str,
+        value: float,
+        readings: int,
+        expected: str = SOME_NOISE,
+    ) -> None:
         super().__init__(
             where,
             axis,
             value,
             readings,
-            f"reads {value:g} in {readings} readings in a row, expected some noise; it hangs",
+            f"reads {value:g} in {readings} readings in a row, expected {expected}",
         )
 
 

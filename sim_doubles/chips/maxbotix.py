@@ -1,4 +1,4 @@
-"""Double of a MaxBotix sonar with a serial output: LV-, XL- and HRLV-MaxSonar-EZ, free-running.
+"""Double of a MaxBotix sonar with a serial output, free-running: LV-, XL-, HRLV- and HRXL-MaxSonar.
 
 Source: MaxBotix's data sheets. Modelled: banner at power-up, one frame a cycle (R, three or four
 digits, carriage return), the unit, the nearest and the no-target reading of each family, bytes that
@@ -7,10 +7,11 @@ arrive one by one at 9600 baud, and what a receiver reads when the polarity is R
 Not modelled: the RX pin, a level and no serial data (bytes sent there are warned of), pulse width
 and analogue outputs, the filter of the HR families. Assumed where data sheets are silent or differ
 by model: the text of the banner, sent from power-up on; the first ping 250 ms after power-up, then
-20 a second (LV) or 10 (XL, HRLV); the frame is out when its cycle ends; a target nearer than the
-nearest reading shows as that; readings are rounded. Up to 64 frames wait to be fetched.
+20 a second (LV), 10 (XL, HRLV) or 7 (HRXL); the frame is out when its cycle ends; a target nearer
+than the nearest reading shows as that; readings are rounded. Up to 64 frames wait to be fetched.
 """
 
+import math
 from collections import deque
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
@@ -33,6 +34,7 @@ class Family:
     name: str
     unit_m: float
     digits: int
+    """At least so many; of a sonar that reaches beyond 999 cm a frame is longer there."""
     nearest: int
     no_target: int
     period: int
@@ -53,7 +55,10 @@ class Family:
 FAMILIES = {
     "lv": Family("LV", 0.0254, 3, 6, 255, 50 * MILLISECOND),
     "xl": Family("XL", 0.01, 3, 20, 765, 100 * MILLISECOND),
+    "xl-10m": Family("XL", 0.01, 3, 20, 1068, 100 * MILLISECOND),
     "hrlv": Family("HRLV", 0.001, 4, 300, 5000, 100 * MILLISECOND),
+    "hrxl-5m": Family("HRXL", 0.001, 4, 300, 5000, SECOND // 7),
+    "hrxl-10m": Family("HRXL", 0.001, 4, 500, 9999, SECOND // 7),
 }
 
 
@@ -83,7 +88,7 @@ class MaxbotixDouble(SerialTarget):
         self._now = now
         self._distance = distance
         self._inverted = inverted
-        longest = KEPT_FRAMES * (self.family.digits + 2)
+        longest = KEPT_FRAMES * len(self.family.frame(math.inf))
         self._on_the_way: deque[tuple[int, int]] = deque(maxlen=longest)
         self._power_up()
 

@@ -4,6 +4,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+from firmware_drivers.chips.maxbotix import FAMILIES
 
 from firmware_runtime.board import registry
 from firmware_runtime.devs.simulator import Simulator
@@ -86,8 +87,8 @@ def bat(tmp_path: Path) -> Iterator[None]:
         yield
 
 
-def received(*assignments: str) -> list[float]:
-    """The distances that the board's sonar gives of an echo 0.75 m away, in a second."""
+def received(*assignments: str) -> list[object]:
+    """What the board's sonar says of an echo 0.75 m away in two seconds: distances, and faults."""
     from bat.definition import doubles  # type: ignore[import-not-found]  # noqa: PLC0415
 
     from firmware_runtime.board.robot import Lines  # noqa: PLC0415
@@ -99,21 +100,28 @@ def received(*assignments: str) -> list[float]:
     )
     robot = board.build(Lines(rig.buses, rig.ports))
     simulators.append(Simulator(robot.model, checked=True))
-    found: list[float] = []
-    simulators[0].listen(
-        robot.model.components["ear"].out_ports["distance"], lambda _at, value: found.append(value)
-    )
+    found: list[object] = []
+    for port in ("distance", "fault"):
+        simulators[0].listen(
+            robot.model.components["ear"].out_ports[port], lambda _at, value: found.append(value)
+        )
     simulators[0].inject(robot.model.in_ports["start"], 1)
-    simulators[0].run(SECOND)
+    simulators[0].run(2 * SECOND)
     return found
 
 
 @pytest.mark.usefixtures("bat")
-@pytest.mark.parametrize("assignments", [(), MAXBOTIX], ids=["srf08", "maxbotix"])
-def test_either_chip_receives_the_same_echo(assignments: tuple[str, ...]) -> None:
-    distances = received(*assignments)
-    assert len(distances) >= 2
-    assert distances == pytest.approx([0.75] * len(distances), abs=0.02)
+@pytest.mark.parametrize(
+    "assignments",
+    [(), *((*MAXBOTIX, "ear.period_s=0.3", f"ear.family={family}") for family in FAMILIES)],
+    ids=["srf08", *FAMILIES],
+)
+def test_each_chip_and_family_receives_the_same_echo_and_has_no_fault(
+    assignments: tuple[str, ...],
+) -> None:
+    said = received(*assignments)
+    assert len(said) >= 4
+    assert said == pytest.approx([0.75] * len(said), abs=0.02)
 
 
 @pytest.mark.usefixtures("bat")

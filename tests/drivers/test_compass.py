@@ -92,8 +92,8 @@ def test_requests_are_answered(bench: Bench, lines: str) -> None:
 
 @sentences(
     {
-        "takes its time, and the next follows a period after its end": (
-            "50 request=2; 200; answered is 57 164; starts is 50 157"
+        "takes its time, which is part of the period": (
+            "50 request=2; 300; answered is 57 157 257; starts is 50 150 250"
         ),
         "answers a request while measuring": "50 request=1; 53 request=1; 200; answered is 57",
         "is not sent where the request was taken back": (

@@ -114,6 +114,8 @@ def test_a_controller_that_falls_silent_disarms_after_the_timeout_and_no_sooner(
         ("low_pulse_us", EscSettings(0, 50.0, 2000.0, 1000.0, 0)),
         ("low_pulse_us", EscSettings(0, 50.0, 0.0, 2000.0, 0)),
         ("high_pulse_us", EscSettings(0, 500.0, 1000.0, 2000.0, 0)),
+        ("less than a cycle, 1966", EscSettings(0, 490.0, 1000.0, 2000.0, 0)),
+        ("frequency_hz: .*expected 24 to 1526 Hz", EscSettings(0, 20.0, 1000.0, 2000.0, 0)),
         ("arming", EscSettings(0, 50.0, 1000.0, 2000.0, -1)),
         ("timeout", EscSettings(0, 50.0, 1000.0, 2000.0, 0, timeout=0)),
     ],

@@ -5,7 +5,7 @@ import pytest
 from firmware_drivers.chips.hmc5883l import Hmc5883l, Hmc5883lSettings
 
 from firmware_runtime.errors import SettingError
-from firmware_runtime.hal.wire_errors import NoAcknowledge, NotReady, Stuck
+from firmware_runtime.hal.wire_errors import Implausible, NoAcknowledge, NotReady, Stuck
 from tests.support.bare_chip import BareChip, RegisterBus
 
 IDLE = 0x02
@@ -127,6 +127,16 @@ def test_a_field_beyond_the_range_is_no_field(bare: Bare, axis: str) -> None:
     bare.measure(**({"x": 1, "y": 2, "z": 3} | {axis: -4096}))
     with pytest.raises(NotReady, match=rf"on sensor axis {axis}; expected .*1\.3 G"):
         bare.read()
+
+
+@pytest.mark.parametrize("count", [-2049, 2048, 200 | 0x4000])
+def test_counts_beyond_its_twelve_bits_are_no_field(bare: Bare, count: int) -> None:
+    """A bit of the high byte that is wrong would turn the bearing by up to a right angle."""
+    bare.measure(100, count, 300)
+    with pytest.raises(Implausible, match=r"field y is .*, expected -2048 to 2047 counts"):
+        bare.read()
+    bare.measure(-2048, 2047, 300)
+    bare.read()
 
 
 def test_a_chip_that_lost_its_settings_is_not_read_at_another_scale(bare: Bare) -> None:

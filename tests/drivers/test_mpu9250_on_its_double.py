@@ -1,5 +1,6 @@
 """Drivers of the MPU-9250 and of the AK8963 in it, in motion and on bare registers."""
 
+import re
 import struct
 
 import pytest
@@ -126,6 +127,30 @@ def test_a_field_that_stands_still_is_none_until_a_bit_changes(rig: Rig) -> None
     assert samples[-1].field is None
     assert rig.driver.stuck_field is not None
     assert rig.driver.stuck_field.axis == "field x, field y, field z"
+    rig.bus.faults = FaultScript([])
+    assert rig.read_every(TICK, 2)[-1].field is not None
+    assert rig.driver.stuck_field is None
+
+
+@pytest.mark.parametrize(
+    ("register", "value", "reason"),
+    [
+        pytest.param(0x49, 0x00, "field data ready reads 0 in 65 readings", id="never new"),
+        pytest.param(0x50, 0x18, "field overflow reads 1 in 65 .*4912 uT", id="beyond its range"),
+        pytest.param(0x50, 0x00, "field data ready reads 1 .*16 bits", id="of 14 bits"),
+    ],
+)
+def test_a_field_that_never_comes_is_said_to_be_stuck_until_one_comes(
+    rig: Rig, register: int, value: int, reason: str
+) -> None:
+    """An auxiliary bus may hang with a fetch that found nothing new: then nothing repeats itself."""
+    rig.bus.faults = FaultScript(
+        [ForcedRegister(address=0x68, register=register, value=value, first=0, times=None)]
+    )
+    assert all(sample.field is None for sample in rig.read_every(TICK, 64))
+    assert rig.driver.stuck_field is None
+    rig.read_every(TICK, 1)
+    assert re.search(reason, str(rig.driver.stuck_field))
     rig.bus.faults = FaultScript([])
     assert rig.read_every(TICK, 2)[-1].field is not None
     assert rig.driver.stuck_field is None

@@ -1,4 +1,5 @@
 import math
+from dataclasses import replace
 
 import pytest
 from firmware_drivers.chips.pca9685 import Pca9685
@@ -157,6 +158,10 @@ WRONG = Servo(
 )
 
 
+LONG = replace(PAN, most_pulse_us=2480.0)
+"""It fits into a cycle of 400 Hz, and not into one of the 406.9 Hz that the chip makes of them."""
+
+
 @pytest.mark.parametrize(
     ("settings", "keys"),
     [
@@ -166,6 +171,7 @@ WRONG = Servo(
         ),
         (ServosSettings(servos=(PAN,), frequency_hz=1000.0, period=1), "frequency_hz"),
         (ServosSettings(servos=(), frequency_hz=50.0, period=1), "servos"),
+        (ServosSettings(servos=(LONG,), frequency_hz=400.0, period=1), "most_pulse_us"),
     ],
 )
 def test_every_wrong_setting_is_named(settings: ServosSettings, keys: str) -> None:

@@ -21,6 +21,7 @@ BUSY = NotReady("scripted chip: no answer, expected the echo")
 class ScriptedSonar(ScriptedChip):
     ranging_ns = 36 * MILLISECOND
     interval_ns = 65 * MILLISECOND
+    nearest_m = 0.2
 
     def __init__(self) -> None:
         super().__init__()
@@ -214,6 +215,13 @@ def test_a_period_shorter_than_the_chip_allows_is_refused(chip: ScriptedSonar) -
     settings = SonarSettings(period=64 * MILLISECOND, threshold_m=0.5)
     with pytest.raises(SettingError, match="sonar: period of 64 ms; expected 65 ms or more for"):
         Sonar("sonar", chip, settings)
+
+
+def test_a_threshold_that_no_echo_can_reach_is_refused(chip: ScriptedSonar) -> None:
+    """A vehicle would drive into what it is to stop at."""
+    Sonar("sonar", chip, SonarSettings(100 * MILLISECOND, threshold_m=0.2))
+    with pytest.raises(SettingError, match=r"threshold of 0\.19 m; expected 0\.2 m or more"):
+        Sonar("sonar", chip, SonarSettings(100 * MILLISECOND, threshold_m=0.19))
 
 
 GONE = BusTimeout("scripted chip: silent")

@@ -125,7 +125,7 @@ def test_nothing_is_read_before_a_ranging_nor_of_one_that_could_not_be_started(
 
 
 @pytest.mark.parametrize(
-    ("centimetres", "metres"), [(1, 0.01), (256, 2.56), (602, 6.02), (0, math.inf)]
+    ("centimetres", "metres"), [(1, 0.01), (256, 2.56), (607, 6.07), (0, math.inf)]
 )
 def test_an_echo_is_given_in_metres_and_once(
     ranging: Bare, centimetres: int, metres: float
@@ -139,9 +139,10 @@ def test_an_echo_is_given_in_metres_and_once(
 
 
 @pytest.mark.parametrize(
-    "read", ["ff 80 00 64", "ff 80 ff ff", "00 80 00 64", "0a 80 04 4e", "00 00 00 00"]
+    "read", ["ff 80 00 64", "ff 80 ff ff", "00 80 00 64", "0a 80 02 60", "00 00 00 00"]
 )
 def test_bytes_that_cannot_be_an_echo_are_not_made_one(ranging: Bare, read: str) -> None:
+    """One from beyond the range that was written is none: of 602 cm and a step, 608."""
     ranging.hold({0: bytes.fromhex(read)})
     ranging.has_no_echo(f"registers 0 to 3 read {read}; expected")
 

@@ -44,6 +44,7 @@ TAKES = 3
 class SlowSonar(ScriptedChip):
     ranging_ns = 36 * MILLISECOND
     interval_ns = 65 * MILLISECOND
+    nearest_m = 0.03
 
     def __init__(self) -> None:
         super().__init__()

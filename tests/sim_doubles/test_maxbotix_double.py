@@ -66,15 +66,22 @@ def test_bytes_arrive_one_by_one_at_9600_baud(sonar: Wired) -> None:
         ("hrlv", 0.2, b"R0300\r", 100),
         ("hrlv", 5.1, b"R5000\r", 100),
         ("hrlv", math.nan, b"R5000\r", 100),
+        ("xl-10m", 9.99, b"R999\r", 100),
+        ("xl-10m", 10.67, b"R1067\r", 100),
+        ("xl-10m", math.inf, b"R1068\r", 100),
+        ("hrxl-5m", 0.2, b"R0300\r", SECOND / 7e6),
+        ("hrxl-5m", math.inf, b"R5000\r", SECOND / 7e6),
+        ("hrxl-10m", 0.2, b"R0500\r", SECOND / 7e6),
+        ("hrxl-10m", math.inf, b"R9999\r", SECOND / 7e6),
     ],
 )
 def test_families_differ_in_unit_digits_limits_and_rate(
-    clock: ManualClock, family: str, distance_m: float, frame: bytes, period_ms: int
+    clock: ManualClock, family: str, distance_m: float, frame: bytes, period_ms: float
 ) -> None:
     sonar = MaxbotixDouble(clock, lambda _: distance_m, family=family)
     sonar.transmitted(250 * MILLISECOND)
-    assert sonar.transmitted((250 + period_ms) * MILLISECOND) == frame
-    assert sonar.transmitted((250 + 10 * period_ms) * MILLISECOND) == 9 * frame
+    assert sonar.transmitted(int((250 + period_ms) * MILLISECOND)) == frame
+    assert sonar.transmitted(int((250 + 10 * period_ms) * MILLISECOND)) == 9 * frame
 
 
 def test_after_a_long_silence_the_last_64_pings_count(sonar: Wired) -> None:
@@ -85,6 +92,12 @@ def test_after_a_long_silence_the_last_64_pings_count(sonar: Wired) -> None:
     assert sonar.asked_at[-1] == day - 50 * MILLISECOND
     sonar.distance_m = 5.0  # the world is asked before it moves on
     assert sonar.sent(49 * MILLISECOND) == 63 * b"R123\r" + b"R123"
+
+
+def test_frames_of_four_digits_are_kept_whole(clock: ManualClock) -> None:
+    sonar = MaxbotixDouble(clock, lambda _: 10.5, family="xl-10m")
+    clock.advance(3600 * SECOND)
+    assert sonar.transmitted(clock()).count(b"R1050\r") == 63
 
 
 def test_a_power_cycle_cuts_the_frame_and_sends_the_banner_again(sonar: Wired) -> None:

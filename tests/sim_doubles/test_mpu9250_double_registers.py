@@ -157,6 +157,9 @@ def test_packet_holds_the_enabled_blocks_in_register_order(
             f"{VECTORS}; 42 ms; W 72, R 01 f8; {NOT_OVERFLOWN}; 1 ms; "
             f"W 72, R 02 00; {OVERFLOWN}; W 3a, R 00"
         ),
+        "512 bytes fit, and not one packet more": (
+            f"{TEMPERATURES}; 256 ms; W 72, R 02 00; {NOT_OVERFLOWN}; 1 ms; {OVERFLOWN}"
+        ),
         # 516 bytes went in: the first four are gone
         "a full FIFO overwrites the oldest": (
             f"{VECTORS}; 43 ms; W 74, R {' '.join((SIX_AXES.split() * 43)[4:])}"

@@ -3,7 +3,7 @@
 from typing import Final
 
 from firmware_drivers.chips.mpu9250_burst import NINE_AXES
-from firmware_drivers.chips.pca9685_registers import duty_burst, prescale_for
+from firmware_drivers.chips.pca9685_registers import actual_cycle_us, duty_burst, prescale_for
 from firmware_drivers.thrust_pairs import MOTORS
 
 from firmware_boards.tachobot.controller import Controller
@@ -121,14 +121,12 @@ def _esc_faults(settings: TachobotSettings) -> list[str]:
         return [f"{missing} with its bus and address"]
     if (esc := settings.esc_in_use) is None:
         return []
-    return [
-        *setting_fault("esc.frequency_hz", lambda: prescale_for(esc.frequency_hz, esc.osc_hz)),
-        *_pulse_faults(esc),
-    ]
+    rate = setting_fault("esc.frequency_hz", lambda: prescale_for(esc.frequency_hz, esc.osc_hz))
+    return rate or _pulse_faults(esc)
 
 
 def _pulse_faults(esc: EscSettings) -> list[str]:
-    cycle_us = 1e6 / esc.frequency_hz
+    cycle_us = actual_cycle_us(esc.frequency_hz, esc.osc_hz)
     sentence = (
         f"esc.high_pulse_us: {esc.high_pulse_us} us, expected more than low_pulse_us "
         f"({esc.low_pulse_us} us) and less than a cycle ({cycle_us:.0f} us)"

@@ -28,7 +28,7 @@ from firmware_drivers.chips.mounting import Vector, parse_mounting
 from firmware_drivers.chips.step import Step
 from firmware_runtime.errors import SettingError
 from firmware_runtime.hal.i2c import I2cBus, Message
-from firmware_runtime.hal.wire_errors import HalError, NoAcknowledge
+from firmware_runtime.hal.wire_errors import HalError, Implausible, NoAcknowledge
 from firmware_runtime.system.elementary import atan2, hypot
 
 ADDRESS: Final = 0x1E
@@ -54,6 +54,8 @@ TRAFFIC: Final[tuple[tuple[Message, ...], ...]] = (
 )
 """Transactions of one measurement, start and reading, for the bus-time budget."""
 OVERFLOW: Final = -4096
+LEAST, LARGEST = -2048, 2047
+"""Counts of its converter, which has 12 bits."""
 COUNTS_PER_GAUSS: Final = {
     0.88: 1370,
     1.3: 1090,
@@ -159,7 +161,8 @@ class Hmc5883l(I2cChip):
 
         One burst of 12 bytes, 0.28 ms at 400 kHz.
         Raises NotReady if none was started or it is not done, if an axis is beyond the range, or if
-        the chip was reset; Stuck if the data stand still; NoAcknowledge if it is gone.
+        the chip was reset; Implausible for counts that its converter has not; Stuck if the data
+        stand still; NoAcknowledge if it is gone.
         """
         return self._read_measurement()
 
@@ -197,6 +200,9 @@ class Hmc5883l(I2cChip):
                 f"field beyond the range on sensor axis {axes}",
                 f"within {self.settings.range_gauss} G",
             )
+        for axis, count in zip(FIELD_AXES, counts, strict=True):
+            if not LEAST <= count <= LARGEST:
+                raise Implausible(self.place, axis, count, f"{LEAST} to {LARGEST} counts")
         self._liveness.check(counts)
         x, y, z = (
             factor * counts[axis] - iron

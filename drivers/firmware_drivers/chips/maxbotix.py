@@ -28,6 +28,8 @@ END: Final = ord("\r")
 DIGITS: Final = frozenset(b"0123456789")
 FRAME_NS: Final = 6_250_000
 """The longest frame, six bytes of ten bits at 9600 baud."""
+START_UP_NS: Final = 250_000_000
+"""From power-up to the first ping."""
 SHOWN: Final = 12
 """Bytes of an unreadable stream that an error shows."""
 
@@ -38,6 +40,8 @@ class Family(NamedTuple):
     digits: tuple[int, ...]
     """Numbers of digits a frame may have."""
     counts_per_m: float
+    nearest: int
+    """Counts of all that is nearer."""
     nothing_from: int
     """Counts from here on mean that there was no echo; LV sonars say 254 or 255."""
     cycle_ns: int
@@ -45,12 +49,12 @@ class Family(NamedTuple):
 
 FAMILIES: Final[Mapping[str, Family]] = MappingProxyType(
     {
-        "lv": Family((3,), 1 / 0.0254, 254, 50_000_000),
-        "xl": Family((3,), 100, 765, 100_000_000),
-        "xl-10m": Family((3, 4), 100, 1068, 100_000_000),
-        "hrlv": Family((4,), 1000, 5000, 100_000_000),
-        "hrxl-5m": Family((4,), 1000, 5000, 200_000_000),
-        "hrxl-10m": Family((4,), 1000, 9999, 200_000_000),
+        "lv": Family((3,), 1 / 0.0254, 6, 254, 50_000_000),
+        "xl": Family((3,), 100, 20, 765, 100_000_000),
+        "xl-10m": Family((3, 4), 100, 20, 1068, 100_000_000),
+        "hrlv": Family((4,), 1000, 300, 5000, 100_000_000),
+        "hrxl-5m": Family((4,), 1000, 300, 5000, 200_000_000),
+        "hrxl-10m": Family((4,), 1000, 500, 9999, 200_000_000),
     }
 )
 
@@ -87,7 +91,7 @@ class Maxbotix:
     """One serial sonar: `ranging_ns` after `start_ranging` a distance can be read, once.
 
     `interval_ns` is the shortest time from one start to the next, `limits_m` the nearest and the
-    farthest it says: one that is nearer than it can measure says its nearest.
+    farthest it may say; most models of a family say `nearest_m` of all that is nearer.
     """
 
     def __init__(self, port: SerialPort, family: str) -> None:
@@ -97,18 +101,19 @@ class Maxbotix:
         self.family = FAMILIES[family]
         self.ranging_ns = self.family.cycle_ns * 11 // 10 + FRAME_NS
         self.interval_ns = self.ranging_ns
+        self.nearest_m = self.family.nearest / self.family.counts_per_m
         self.limits_m = (0.0, self.family.nothing_from / self.family.counts_per_m)
         self.line = self._port = port
         self._decoder = FrameDecoder(self.family.digits)
         self._unread: bytes | None = None
 
     def bring_up(self) -> tuple[Step, ...]:
-        """Give the steps to ready: listen until one frame must have come.
+        """Give the steps to ready: listen until one frame must have come, of a new one as well.
 
         The steps raise NotReady if there is none, BusFault or PortClosed.
         """
         return (
-            Step("listen", self.start_ranging, self.ranging_ns),
+            Step("listen", self.start_ranging, START_UP_NS + self.ranging_ns),
             Step("identify", self._expect_frame, 0),
         )
 

@@ -78,6 +78,7 @@ class Md25Settings:
     """The ramp, in speed steps of 128 for full speed, one acceleration every 25 ms."""
 
     acceleration: int = 5
+    """That of power-up, too: any other lets a chip that lost its supply be found by it."""
 
     def faults(self) -> tuple[str, ...]:
         """List every setting the chip cannot have, a sentence each."""

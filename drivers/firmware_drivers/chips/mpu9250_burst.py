@@ -17,7 +17,7 @@ from firmware_drivers.chips.liveness import Liveness, MeanSquare
 from firmware_drivers.chips.mounting import Mounting, Vector
 from firmware_drivers.chips.mpu9250_settings import COUNTS_FULL_SCALE, Mpu9250Settings
 from firmware_runtime.hal.i2c import Message
-from firmware_runtime.hal.wire_errors import Implausible, NotReady, Stuck
+from firmware_runtime.hal.wire_errors import SOME_NOISE, Implausible, NotReady, Stuck
 
 INT_ENABLE: Final = 0x38
 INT_STATUS: Final = 0x3A
@@ -41,6 +41,8 @@ GRAVITY_READINGS: Final = 256
 FIELD_NOISE_COUNTS: Final = 1.0
 """Fresh noise of a field: the AK8963's data sheet states none, users find 0.3 uT, two counts."""
 FIELD_AXES: Final = ("field x", "field y", "field z")
+FETCHES_WITHOUT_FIELD: Final = 32
+"""In a row; an AK8963 that works has a new measurement for almost every one."""
 
 _INERTIAL: Final = struct.Struct(">B7h")
 _FIELD_AT: Final = _INERTIAL.size
@@ -74,11 +76,15 @@ class InertialChecks:
 
     The MPU-9250 keeps what it fetched last when the AK8963 stops answering, or is not asked any
     more because its auxiliary bus hangs: then there is no field until a bit changes, and
-    `stuck_field` has axis, counts and readings.
+    `stuck_field` has axis, counts, readings, and what was expected. So it has where no measurement
+    is new, or each is beyond the range.
     """
 
     def __init__(self, place: str, settings: Mpu9250Settings) -> None:
-        self.stuck_field: tuple[str, float, int] | None = None
+        self.stuck_field: tuple[str, float, int, str] | None = None
+        self._without_field = 0
+        """Readings in a row without a new and valid measurement."""
+        self._most_without_field = FETCHES_WITHOUT_FIELD * settings.samples_a_fetch()
         self.inertial = Liveness(place, INERTIAL_AXES, settings.fresh_counts())
         self.gravity = MeanSquare(
             place,
@@ -96,6 +102,30 @@ class InertialChecks:
         """Go on after a bring-up: what was stuck has yet to change."""
         self.inertial.restart()
         self.field.restart()
+        self._without_field = 0
+
+    def lives(self, field: tuple[int, int, int]) -> bool:
+        """Take a new and valid measurement, in counts; True if it shows no sign of a dead part."""
+        self._without_field = 0
+        try:
+            self.field.check(field)
+        except Stuck as error:
+            self.stuck_field = error.axis, error.value, error.readings, SOME_NOISE
+            return False
+        self.stuck_field = None
+        return True
+
+    def note_no_field(self, st1: int, st2: int) -> None:
+        """Take a reading without a new and valid measurement, by its status bytes."""
+        self._without_field += 1
+        readings = self._without_field
+        if readings <= self._most_without_field:
+            return
+        if st2 & HOFL:
+            self.stuck_field = "field overflow", 1, readings, "a field within 4912 uT"
+        else:
+            is_new = st1 & DRDY
+            self.stuck_field = "field data ready", is_new, readings, "new ones, of 16 bits"
 
 
 class FieldDecoder(Struct, eq=False):
@@ -123,12 +153,8 @@ class FieldDecoder(Struct, eq=False):
         st1, hx, hy, hz, st2 = MEASUREMENT.unpack(measurement)
         if st1 & DRDY and st2 & (HOFL | BITM) == BITM:
             field = (hx, hy, hz)
-            try:
-                checks.field.check(field)
-            except Stuck as error:
-                checks.stuck_field = error.axis, error.value, error.readings
+            if not checks.lives(field):
                 return None, False
-            checks.stuck_field = None
             i, j, k = self._axes
             x, y, z = self._factors
             return (field[i] * x, field[j] * y, field[k] * z), False
@@ -138,6 +164,7 @@ class FieldDecoder(Struct, eq=False):
                 "the chip was reset since bring-up",
                 where=self._place,
             )
+        checks.note_no_field(st1, st2)
         return None, bool(st1 & DRDY and st2 & HOFL)
 
 

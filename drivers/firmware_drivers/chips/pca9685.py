@@ -116,7 +116,7 @@ class Pca9685(I2cChip):
     ) -> None:
         super().__init__(bus, address)
         self.frequency_hz = 0.0
-        self._osc_hz = osc_hz
+        self.osc_hz = osc_hz
         self._on_step = COUNTS // CHANNELS if staggered else 0
         self._prescale = 0
         self.is_running = False
@@ -135,7 +135,7 @@ class Pca9685(I2cChip):
         one too. A chip left running stops at the end of its PWM cycle, not in a pulse.
         Raises SettingError at once; the steps raise NoAcknowledge, WrongDevice or NotReady.
         """
-        prescale = prescale_for(frequency_hz, self._osc_hz)
+        prescale = prescale_for(frequency_hz, self.osc_hz)
         return (
             Step("let the oscillator start", nothing, OSCILLATOR_START_NS),
             Step("silence", self.silence, LONGEST_CYCLE_NS),
@@ -161,7 +161,7 @@ class Pca9685(I2cChip):
         )
 
     def _verify_at(self, frequency_hz: float) -> None:
-        if prescale_for(frequency_hz, self._osc_hz) != self._prescale:
+        if prescale_for(frequency_hz, self.osc_hz) != self._prescale:
             raise SettingError(
                 f"runs at {self.frequency_hz:.1f} Hz, and {frequency_hz} Hz is wanted as well",
                 where=self.place,
@@ -317,7 +317,7 @@ class Pca9685(I2cChip):
     def _set_rate(self, prescale: int) -> None:
         self._write(PRE_SCALE, prescale)
         self._prescale = prescale
-        self.frequency_hz = actual_frequency_hz(prescale, self._osc_hz)
+        self.frequency_hz = actual_frequency_hz(prescale, self.osc_hz)
 
 
 def _staggered(words: Iterable[int], first_on: int, step: int) -> list[int]:

@@ -56,3 +56,11 @@ def prescale_for(frequency_hz: float, osc_hz: float = NOMINAL_OSC_HZ) -> int:
 def actual_frequency_hz(prescale: int, osc_hz: float = NOMINAL_OSC_HZ) -> float:
     """PWM frequency that a PRE_SCALE value gives."""
     return osc_hz / (COUNTS * (prescale + 1))
+
+
+def actual_cycle_us(frequency_hz: float, osc_hz: float = NOMINAL_OSC_HZ) -> float:
+    """Length of a PWM cycle at the rate that is nearest: at 490 Hz that is 508.6, 74 us less.
+
+    A pulse has to fit into it. Raises SettingError for a rate that the chip cannot have.
+    """
+    return 1e6 / actual_frequency_hz(prescale_for(frequency_hz, osc_hz), osc_hz)

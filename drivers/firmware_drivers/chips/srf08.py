@@ -103,11 +103,12 @@ class Srf08(I2cChip):
     """One SRF08: `ranging_ns` after `start_ranging` its first echo can be read, once.
 
     `interval_ns` is the shortest time from one start to the next, `limits_m` the nearest and the
-    farthest it measures.
+    farthest it measures: what is nearer than `nearest_m` is never said.
     """
 
     chip = "SRF08"
     addresses = ADDRESSES
+    nearest_m = NEAREST_M
 
     def __init__(
         self, bus: I2cBus, address: int = SHIPPED_AT, settings: Srf08Settings | None = None
@@ -118,6 +119,8 @@ class Srf08(I2cChip):
         self.interval_ns = INTERVAL_NS
         self.limits_m = (NEAREST_M, (1 + settings.range_register()) * RANGE_STEP_M)
         self._gain, self._range = settings.gain, settings.range_register()
+        farthest_m = self.limits_m[1] + RANGE_STEP_M  # no sonar counts its steps so exactly
+        self._most_cm = min(MOST_CM, math.ceil(farthest_m * 100))
         self._revision = 0
         self._is_ranging = False
         self._echo = 0
@@ -174,10 +177,10 @@ class Srf08(I2cChip):
         revision, echo = FIRST_ECHO.unpack(found)
         in_proof = self._is_proof_due
         centimetres = round(echo / MICROSECONDS_PER_CM) if in_proof else echo
-        if revision in NO_REVISION or centimetres > MOST_CM:
+        if revision in NO_REVISION or centimetres > self._most_cm:
             raise self._not_ready(
                 f"registers 0 to 3 read {found.hex(' ')}",
-                f"a revision from 01 to fe and an echo of {MOST_CM} cm at most",
+                f"a revision from 01 to fe and an echo of {self._most_cm} cm at most, its range",
             )
         self._is_ranging = False
         is_new = self._echo == 0

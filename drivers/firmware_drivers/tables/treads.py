@@ -47,7 +47,7 @@ class Md25Table(TreadKeys, frozen=True, kw_only=True, tag="md25"):
     bus: str
     address: Address
     acceleration: Annotated[int, Meta(ge=1, le=10)] = 5
-    """Speed steps (of 127) every 25 ms."""
+    """Speed steps (of 127) every 25 ms. With 5, as at power-up, a lost supply is not found."""
     full_counts_s: Annotated[float, Meta(gt=0)] | None = None
     """Counts of an encoder in a second at full speed, for the check that wheels turn as told."""
 

@@ -26,11 +26,12 @@ def devices(settings: PanTiltSettings) -> tuple[Device, ...]:
 
 def faults(settings: PanTiltSettings) -> list[str]:
     """Everything wrong that no single value shows, each with its key."""
+    servos = settings.servos
     found = [
         *_adafruit_faults(settings.eyes),
         *device_faults(devices(settings), settings.buses),
         *(f"eyes.{fault}" for fault in chip_settings(settings.eyes).faults()),
-        *(f"servos.{fault}" for fault in servos_settings(settings.servos).faults()),
+        *(f"servos.{fault}" for fault in servos_settings(servos).faults(servos.osc_hz)),
     ]
     # Chips and models judge the rest; they can only be built on buses that are there.
     absent = absent_lines(settings.buses)
