@@ -204,7 +204,7 @@ class Ledger:
         file.cells[ARMED] = False
         file.cells[STATE] = state
         text = file.cells[file.layout.reason].cast("B")
-        text[:] = reason.encode()[: len(text)].ljust(len(text), b"\0")
+        text[:] = reason.encode(errors="backslashreplace")[: len(text)].ljust(len(text), b"\0")
         file.close_section(now)
 
     def _read_counters(self) -> None:

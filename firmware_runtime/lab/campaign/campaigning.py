@@ -138,7 +138,8 @@ def carry_out(  # noqa: PLR0913 -- where, how much, and what is shown of it
     until = None if budget_s is None else time.monotonic() + budget_s
     space = space_of(mission)
     if (by_itself := finding_without_faults(mission, findings)) is not None:
-        return _summed_up(mission, (), [by_itself], ())
+        kept_there = _kept_in(findings, mission.board, [by_itself], oracle)
+        return _summed_up(mission, (), [by_itself], kept_there)
     chosen = list(in_courses(space, runs))
     with ExitStack() as stack:
         partial = None
@@ -192,8 +193,14 @@ def _report(
     again = [row for row in rows[::step] if not is_wrong(row)][:AGAIN]
     others = [row for row in again if not is_same(row, alone(trial_of(row), oracle=oracle))]
     flakes = len(others) + sum(each.is_flaky for each in found)
-    kept = [] if folder is None else keep_findings(folder, mission.board, found, oracle)
+    kept = _kept_in(folder, mission.board, found, oracle)
     return _summed_up(mission, rows, found, kept, flakes=flakes, run_again=len(again) + len(found))
+
+
+def _kept_in(
+    folder: Path | None, board: str, found: Sequence[Finding], oracle: Oracle | None
+) -> Sequence[KeptFinding]:
+    return () if folder is None else keep_findings(folder, board, found, oracle)
 
 
 def report_of(rows: Sequence[Row], kept: Sequence[KeptFinding] = ()) -> Report:

@@ -26,6 +26,13 @@ from firmware_runtime.system.atomic_file import keep_output
 
 SHORTER_S: Final = (0.0, 0.05, 0.2, 1.0)
 """Lengths that a fault is tried with, s; 0 is once."""
+_OWN: Final = "own"
+_ORACLE: Final = (
+    "def judge(rig: object) -> str | None:",
+    '    raise NotImplementedError("put the oracle here that the campaign was given")',
+    "",
+)
+"""Lines of a test whose finding shows only to an oracle that the campaign was given."""
 
 
 class Finding(Struct, frozen=True, kw_only=True):
@@ -48,6 +55,8 @@ class Finding(Struct, frozen=True, kw_only=True):
     """Rows that have it."""
     is_flaky: bool = False
     """Whether it was another one when it was run again."""
+    needs_oracle: bool = False
+    """Whether an oracle of a test's own has found it: without that one it shows in nothing."""
     recording: str | None = None
     test: str | None = None
 
@@ -161,12 +170,12 @@ def _shortened(alike: list[Row], oracle: Oracle | None) -> Finding:
         row = alone(replace(trial, mission=fewer), oracle=oracle)
         if _key(row) == _key(first):
             trial, shown = replace(trial, mission=fewer), row
-    return _finding(first, trial, shown, len(alike), is_flaky=is_flaky)
+    finding = _finding(first, trial, shown, len(alike))
+    needs_oracle = oracle is not None and finding.oracle == _OWN and not is_wrong(alone(trial))
+    return replace(finding, is_flaky=is_flaky, needs_oracle=needs_oracle)
 
 
-def _finding(
-    first: Row, trial: Trial, shown: Row, count: int, *, is_flaky: bool = False
-) -> Finding:
+def _finding(first: Row, trial: Trial, shown: Row, count: int) -> Finding:
     """Return the finding of a row, as it shows in another, or in itself."""
     number = first["row"]
     return Finding(
@@ -179,7 +188,6 @@ def _finding(
         mission=trial.mission,
         row=number if isinstance(number, int) else 0,
         count=count,
-        is_flaky=is_flaky,
     )
 
 
@@ -258,6 +266,7 @@ def text_of_test(finding: Finding, name: str) -> str:
         chosen += f", seed={mission.seed!r}"
     if mission.within_s is not None:
         chosen += f", within_s={mission.within_s!r}"
+    chosen += ", judge=judge" * finding.needs_oracle
     test = FaultTest(
         name=name,
         title=f"{Path(mission.board).name}: {finding.oracle} of {finding.model}.",
@@ -265,6 +274,9 @@ def text_of_test(finding: Finding, name: str) -> str:
         imported="from firmware_runtime import Strike\n"
         "from firmware_runtime.lab.campaign import assert_sound",
         faults=finding.faults,
-        body=[f"assert_sound({quoted(mission.board)}, FAULTS{chosen})"],
+        body=[
+            *(_ORACLE if finding.needs_oracle else ()),
+            f"assert_sound({quoted(mission.board)}, FAULTS{chosen})",
+        ],
     )
     return test.text()

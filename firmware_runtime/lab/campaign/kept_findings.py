@@ -54,21 +54,22 @@ def keep_findings(
 ) -> list[KeptFinding]:
     """Put what a campaign of a board has found beside what its folder has, and return all.
 
-    Those of this board that it has not found are run again. Raises ConfigError.
+    Those of this board that it has not found are run again, unless the robot is wrong without any
+    fault: then nothing else can be known of it. Raises ConfigError.
     """
     before = read_findings(folder) if (folder / _FILE).exists() else []
     now = {_key(each): each for each in found}
+    is_judged = all(each.faults for each in found)
     kept = []
     for each in before:
         again = now.pop(_key(each.finding), None)
         if again is not None:
             each = replace(each, finding=again, fixed="")  # noqa: PLW2901 -- it is the same one
-        elif each.finding.mission.board == board:
+        elif each.finding.mission.board == board and is_judged:
             each, _ = _run_again(each, oracle)  # noqa: PLW2901
         kept.append(each)
     kept += [KeptFinding(finding=each, since=_today()) for each in now.values()]
-    if kept:
-        _keep(folder, kept)
+    _keep(folder, kept)
     return kept
 
 
@@ -97,7 +98,7 @@ def watched_code(folder: Path) -> Watched:
 def _run_again(kept: KeptFinding, oracle: Oracle | None = None) -> Again:
     """Run one; what a test's own oracle has found is not known to be fixed without it."""
     outcome = _outcome(kept.finding, oracle)
-    is_known = oracle is not None or kept.finding.oracle != "own"
+    is_known = oracle is not None or not kept.finding.needs_oracle
     is_fixed = is_known and outcome == SOUND
     return replace(kept, fixed=(kept.fixed or _today()) if is_fixed else ""), outcome
 
