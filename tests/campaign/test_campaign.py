@@ -566,6 +566,20 @@ def test_a_fault_that_is_left_out_is_one_of_the_robot(without: str, said: str) -
         campaign("tachobot", for_s=0.5, without=[without])
 
 
+@pytest.mark.parametrize(
+    ("name", "content", "said"),
+    [("found", None, "cannot be written"), ("found/findings.json", "{", "expected what")],
+)
+def test_a_folder_that_can_keep_no_findings_is_refused_before_any_run(
+    tmp_path: Path, name: str, content: str | None, said: str
+) -> None:
+    path = tmp_path / name
+    path.parent.mkdir(exist_ok=True)
+    path.write_text(content or "")
+    with pytest.raises(ConfigError, match=rf"--findings: .*{said}"):
+        campaign("tachobot", findings=tmp_path / "found", progress=lambda *_: pytest.fail("a run"))
+
+
 def test_a_board_without_a_seed_refuses_one() -> None:
     with pytest.raises(ConfigError, match=r"pan_tilt has no world\.seed"):
         campaign("pan_tilt", seed=3)

@@ -33,7 +33,11 @@ from firmware_runtime.lab.campaign.findings import (
 )
 from firmware_runtime.lab.campaign.healthy import healthy
 from firmware_runtime.lab.campaign.judge import Oracle
-from firmware_runtime.lab.campaign.kept_findings import KeptFinding, keep_findings
+from firmware_runtime.lab.campaign.kept_findings import (
+    KeptFinding,
+    folder_faults,
+    keep_findings,
+)
 from firmware_runtime.lab.campaign.mission import SEED_KEY, Mission, faults_of
 from firmware_runtime.lab.campaign.report import Report, never_shown, never_taken
 from firmware_runtime.lab.campaign.space import in_courses, space_of
@@ -132,6 +136,7 @@ def carry_out(  # noqa: PLR0913 -- where, how much, and what is shown of it
     faults = [
         *_faults_of(mission, runs, budget_s),
         *how_faults(output, workers, scheduler, resume=resume),
+        *(() if findings is None else folder_faults(findings)),
     ]
     if faults:
         raise ConfigError("campaign", faults)

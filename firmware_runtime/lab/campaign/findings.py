@@ -14,6 +14,7 @@ from msgspec.structs import replace
 
 from firmware_runtime.board.assignments import assigned
 from firmware_runtime.devs.time import SECOND
+from firmware_runtime.errors import ConfigError
 from firmware_runtime.hal.strike import KINDS, Strike
 from firmware_runtime.lab.campaign.fork import in_child
 from firmware_runtime.lab.campaign.healthy import healthy
@@ -237,9 +238,18 @@ def _saved(
     return replace(finding, is_flaky=is_flaky, recording=str(recording) if is_kept else None)
 
 
+def make_folder(folder: Path) -> None:
+    """Make the folder of findings, if it is not there. Raises ConfigError."""
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        fault = f"{folder}: {error.strerror}; expected a folder that can be written"
+        raise ConfigError.of_one("--findings", fault) from error
+
+
 def _with_test(finding: Finding, folder: Path, names: set[str | None]) -> Finding:
     """Write the test of a finding, under a name that is not among `names`."""
-    folder.mkdir(parents=True, exist_ok=True)
+    make_folder(folder)
     words = [Path(finding.mission.board).stem, finding.oracle, finding.model, finding.kind]
     name = re.sub(r"\W+", "_", "_".join(words).lower()).strip("_")
     test = folder / f"test_{name}.py"

@@ -3,6 +3,7 @@
 `campaign --findings FOLDER` keeps them there as `findings.json`, beside recordings and tests.
 """
 
+import os
 from collections.abc import Iterator, Sequence
 from datetime import UTC, datetime
 from pathlib import Path
@@ -16,13 +17,14 @@ from firmware_runtime.board.local_settings import board_in_force
 from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.coupled import with_all_below
 from firmware_runtime.errors import ConfigError
-from firmware_runtime.lab.campaign.findings import Finding
+from firmware_runtime.lab.campaign.findings import Finding, make_folder
 from firmware_runtime.lab.campaign.healthy import healthy
 from firmware_runtime.lab.campaign.judge import SOUND, Oracle
 from firmware_runtime.lab.campaign.trial import Trial, alone
 from firmware_runtime.recording.recorded_board import code_of
 from firmware_runtime.recording.what_if.watch import Watched
 from firmware_runtime.system.atomic_file import keep_output, read_content
+from firmware_runtime.system.own_folder import nearest
 
 _FILE: Final = "findings.json"
 
@@ -47,6 +49,18 @@ def read_findings(folder: Path) -> list[KeptFinding]:
     except msgspec.MsgspecError as error:
         expected = "what `campaign --findings` keeps"
         raise ConfigError.of_one(str(path), str(error), expected=expected) from error
+
+
+def folder_faults(folder: Path) -> Iterator[str]:
+    """Yield what keeps findings from being kept in a folder, before there are any."""
+    there = nearest(folder)
+    if not (there.is_dir() and os.access(there, os.W_OK | os.X_OK)):
+        yield f"--findings: {folder} cannot be written; expected a folder that can"
+    elif (folder / _FILE).exists():
+        try:
+            read_findings(folder)
+        except ConfigError as error:
+            yield f"--findings: {error}"
 
 
 def keep_findings(
@@ -111,7 +125,7 @@ def _outcome(finding: Finding, oracle: Oracle | None) -> str:
 
 
 def _keep(folder: Path, kept: Sequence[KeptFinding]) -> None:
-    folder.mkdir(parents=True, exist_ok=True)
+    make_folder(folder)
     content = msgspec.json.format(msgspec.json.encode(kept))
     keep_output(folder / _FILE, content + b"\n", "--findings")
 
