@@ -13,6 +13,7 @@ from typing import Any
 from firmware_runtime.board.definition import BoardDefinition, definition_of
 from firmware_runtime.errors import ConfigError, FirmwareRuntimeError, text_of
 from firmware_runtime.system.packages import EntryPoint, installed, rivals
+from firmware_runtime.system.signals import Signalled
 
 FILE = "board.toml"
 GROUP = "firmware_runtime.boards"
@@ -58,6 +59,8 @@ def blamed_on(entry_point: EntryPoint, what: str) -> Iterator[None]:
         if not isinstance(error, ValueError):  # a SettingError says what, but not whose
             raise
         raise broken(entry_point, f"{what}: {error}") from error
+    except Signalled:
+        raise
     except (Exception, SystemExit) as error:
         sentence = f"{what}: {type(error).__name__}: {text_of(error)}"
         raise broken(entry_point, f"{sentence}{_place(entry_point, error)}") from error

@@ -20,6 +20,7 @@ from firmware_runtime.runs.local_robot import SwitchingOff
 from firmware_runtime.runs.recorded_edge import RecordedEdge
 from firmware_runtime.runs.supervision import RightToDrive
 from firmware_runtime.runs.tuning import Tuning
+from firmware_runtime.system.signals import Signalled
 
 if TYPE_CHECKING:
     from firmware_runtime.board.ends import BoardEnd
@@ -31,6 +32,8 @@ def quitting_is_a_bug(model: Component) -> Iterator[None]:
     """Raise ModelError for a SystemExit from a run whose signals are taken: a model raised it."""
     try:
         yield
+    except Signalled:
+        raise
     except SystemExit as error:
         found = f"{model.path}: a model raised SystemExit({error.code!r})"
         raise ModelError(found, expected="none: it would end the program") from error

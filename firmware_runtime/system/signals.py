@@ -119,9 +119,13 @@ def status_by(name: str) -> Status:
     return Status.INTERRUPTED if name == "SIGINT" else Status.TERMINATED
 
 
+class Signalled(SystemExit):
+    """A signal asks this process to stop: no package's code has raised it."""
+
+
 @contextmanager
 def exit_on_signals() -> Iterator[None]:
-    """Within the block the first signal that asks to stop raises SystemExit; later ones do not.
+    """Within the block the first signal that asks to stop raises Signalled; later ones do not.
 
     What the block is in the middle of is left by the way of any error: files go, processes end.
     """
@@ -131,7 +135,7 @@ def exit_on_signals() -> Iterator[None]:
         nonlocal has_come
         if not has_come:
             has_come = True
-            raise SystemExit(status_by(name))
+            raise Signalled(status_by(name))
 
     with stop_on_signals(leave):
         yield

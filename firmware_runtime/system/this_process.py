@@ -97,6 +97,19 @@ def _started_ticks(pid: int) -> int | None:
     return _ENDED if state in "ZX" else int(fields[18])
 
 
+def time_used(pid: int) -> int | None:
+    """Processor time of a process while it sleeps, in clock ticks; None while it wants more.
+
+    None as well where it is not shown.
+    """
+    try:
+        stat = Path(f"/proc/{pid}/stat").read_text()
+    except OSError:
+        return None
+    state, *fields = stat.rpartition(")")[2].split()
+    return None if state == "R" else int(fields[10]) + int(fields[11])
+
+
 def exists(pid: int) -> bool:
     """Return whether there is such a process, also one that /proc does not show."""
     try:

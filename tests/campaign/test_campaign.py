@@ -1,6 +1,7 @@
 """Campaigns on TachoBot: the space, one run of it, planted mistakes, and how it resumes."""
 
 import os
+import sys
 from collections.abc import Callable, Iterator
 from itertools import islice, pairwise
 from pathlib import Path
@@ -13,6 +14,7 @@ from firmware_drivers.chips.mpu9250 import Mpu9250
 from msgspec.structs import replace
 
 from firmware_runtime import HalError
+from firmware_runtime.board.rig import Rig
 from firmware_runtime.devs.time import NEVER, SECOND
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.hal.strike import KINDS, Strike
@@ -21,6 +23,7 @@ from firmware_runtime.lab.campaign import campaign, trial
 from firmware_runtime.lab.campaign.again import assert_sound, rerun, rerun_many
 from firmware_runtime.lab.campaign.campaigning import carry_out
 from firmware_runtime.lab.campaign.healthy import AT_START, healthy
+from firmware_runtime.lab.campaign.kept_findings import rerun_findings
 from firmware_runtime.lab.campaign.mission import Mission
 from firmware_runtime.lab.campaign.space import in_courses, space_of, spread
 from firmware_runtime.lab.campaign.trial import Trial, alone, forked, trial_of
@@ -311,6 +314,7 @@ def check_wrong_by_itself(folder: Path, oracle: str, said: str) -> None:
     test = run_path(str(finding.test))
     with pytest.raises(AssertionError, match=said):
         test[Path(str(finding.test)).stem]()
+    assert [(again.fixed, outcome) for again, outcome in rerun_findings(folder)] == [("", oracle)]
 
 
 @pytest.mark.slow
@@ -328,7 +332,81 @@ def test_what_a_rig_finds_wrong_without_any_fault_is_a_finding(
     monkeypatch.setattr(TachobotRig, "judge", lambda _: "it flies")
     healthy.cache_clear()
     check_wrong_by_itself(tmp_path, "own", "it flies")
+    monkeypatch.setattr(TachobotRig, "judge", lambda _: None)
     healthy.cache_clear()
+    ((fixed, _),) = rerun_findings(tmp_path)
+    assert fixed.fixed
+    healthy.cache_clear()
+
+
+@pytest.mark.slow
+def test_what_the_oracle_of_a_test_has_found_is_kept_as_a_test_that_fails(tmp_path: Path) -> None:
+    def judge(_: Rig) -> str:
+        return "it is struck"
+
+    report = campaign("tachobot", for_s=0.5, runs=1, findings=tmp_path, judge=judge)
+    (finding,) = report.findings
+    assert finding.needs_oracle
+    test = run_path(str(finding.test))
+    with pytest.raises(AssertionError, match="put the oracle here"):
+        test[Path(str(finding.test)).stem]()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("part", "is_property"),
+    [("truth", False), ("judge", False), ("lost", False), ("outputs", True)],
+)
+@pytest.mark.parametrize("raised", [ValueError("out of tune"), SystemExit("out of tune")])
+def test_a_rig_that_raises_is_refused_by_its_part(
+    monkeypatch: pytest.MonkeyPatch, part: str, raised: BaseException, *, is_property: bool
+) -> None:
+    def broken(_: object) -> object:
+        raise raised
+
+    put = property(broken) if is_property else broken
+    monkeypatch.setattr(TachobotRig, part, put, raising=False)
+    healthy.cache_clear()
+    with pytest.raises(ConfigError, match=f"rig tachobot .*: {part}: .*out of tune"):
+        campaign("tachobot", for_s=0.1, runs=1, workers=1)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("values", "said"),
+    [
+        ([{"a": 1.0}, {"a": 1.0, "b": 2.0}], "a, b; expected as at first, a"),
+        ([{"a": 1.0}, {"a": None}], "expected as at first, a"),
+        ([{"a": 1.0}, {"a": float("nan")}], "a is nan; expected a finite number"),
+        ([["a"]], "has no attribute 'items'"),
+    ],
+    ids=str,
+)
+def test_a_truth_that_is_not_the_same_numbers_at_each_look_is_refused(
+    monkeypatch: pytest.MonkeyPatch, values: list[object], said: str
+) -> None:
+    def truth(rig: TachobotRig) -> object:
+        return values[0] if rig.now() < SECOND // 20 else values[-1]
+
+    monkeypatch.setattr(TachobotRig, "truth", truth)
+    healthy.cache_clear()
+    with pytest.raises(ConfigError, match=f"truth: .*{said}"):
+        campaign("tachobot", for_s=0.1, runs=1, workers=1)
+
+
+@pytest.mark.slow
+def test_a_model_that_quits_is_refused_and_ends_no_campaign(
+    planted: Callable[[Callable[..., Any]], None],
+) -> None:
+    planted(lambda *_: sys.exit(0))
+    with pytest.raises(ConfigError, match=r"fails without any fault: .* raised SystemExit\(0\)"):
+        campaign("tachobot", for_s=0.1, runs=1, workers=1)
+
+
+@pytest.mark.slow
+def test_a_campaign_judges_one_fault_however_short_its_budget() -> None:
+    report = campaign("tachobot", for_s=0.1, budget_s=1e-9, workers=1)
+    assert 0 < report.runs < 4
 
 
 @pytest.mark.slow
@@ -503,6 +581,20 @@ def test_a_robot_that_has_gone_on_by_itself_is_watched_until_that_shows(
 def test_a_fault_that_is_left_out_is_one_of_the_robot(without: str, said: str) -> None:
     with pytest.raises(ConfigError, match=f"--without {without}: {said}"):
         campaign("tachobot", for_s=0.5, without=[without])
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "said"),
+    [("found", None, "cannot be written"), ("found/findings.json", "{", "expected what")],
+)
+def test_a_folder_that_can_keep_no_findings_is_refused_before_any_run(
+    tmp_path: Path, name: str, content: str | None, said: str
+) -> None:
+    path = tmp_path / name
+    path.parent.mkdir(exist_ok=True)
+    path.write_text(content or "")
+    with pytest.raises(ConfigError, match=rf"--findings: .*{said}"):
+        campaign("tachobot", findings=tmp_path / "found", progress=lambda *_: pytest.fail("a run"))
 
 
 def test_a_board_without_a_seed_refuses_one() -> None:

@@ -120,11 +120,27 @@ def test_what_an_oracle_of_a_test_has_found_is_not_fixed_without_it(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(kept_findings, "alone", lambda trial, **_: trial.row(0, REPORTED))
-    (finding,) = as_in_rows([row(0, replace(FOUND, outcome="own"))])
+    (found,) = as_in_rows([row(0, replace(FOUND, outcome="own"))])
+    finding = replace(found, needs_oracle=True)
     keep_findings(tmp_path, "tachobot", [finding])
     assert [each.fixed for each, _ in rerun_findings(tmp_path)] == [""]
     (fixed,) = keep_findings(tmp_path, "tachobot", [], oracle=lambda _: None)
     assert fixed.fixed
+
+
+def test_what_a_rigs_own_oracle_has_found_is_fixed_when_it_is_sound(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(kept_findings, "alone", lambda trial, **_: trial.row(0, REPORTED))
+    keep_findings(tmp_path, "tachobot", as_in_rows([row(0, replace(FOUND, outcome="own"))]))
+    assert [bool(each.fixed) for each, _ in rerun_findings(tmp_path)] == [True]
+
+
+def test_a_campaign_without_findings_leaves_a_folder_that_can_be_read(tmp_path: Path) -> None:
+    folder = tmp_path / "found"
+    assert keep_findings(folder, "tachobot", []) == []
+    assert read_findings(folder) == []
+    assert list(rerun_findings(folder)) == []
 
 
 def test_a_folder_without_findings_is_a_sentence(tmp_path: Path) -> None:

@@ -24,6 +24,7 @@ from firmware_runtime.lab.campaign.again import number_of, rerun, rerun_many
 from firmware_runtime.lab.campaign.campaign_page import campaign_page
 from firmware_runtime.lab.campaign.campaigning import carry_out, report_of
 from firmware_runtime.lab.campaign.findings import is_same, is_wrong
+from firmware_runtime.lab.campaign.judge import SOUND
 from firmware_runtime.lab.campaign.kept_findings import (
     read_findings,
     rerun_findings,
@@ -193,13 +194,18 @@ def _rerun_findings(arguments: argparse.Namespace) -> int:
             {"finding": kept.finding.as_json(), "fixed": kept.fixed or None, "outcome": outcome}
         )
         if not arguments.json:
-            state = f"fixed, {kept.fixed}" if kept.fixed else f"still {outcome}"
+            state = f"fixed, {kept.fixed}" if kept.fixed else _still(outcome)
             print(f"{state}: {kept.finding.lines[0]}", flush=True)
     if arguments.json:
         print(json.dumps({"findings": found, "left": left}), flush=True)
     else:
         print(f"{len(found) - left} of {len(found)} fixed")
     return Status.MODEL_ERROR if left else Status.OK
+
+
+def _still(outcome: str) -> str:
+    """Return the state of a finding that is not known to be fixed, in words."""
+    return "not judged without the oracle of its test" if outcome == SOUND else f"still {outcome}"
 
 
 def _rerun(arguments: argparse.Namespace) -> int:

@@ -33,7 +33,11 @@ from firmware_runtime.lab.campaign.findings import (
 )
 from firmware_runtime.lab.campaign.healthy import healthy
 from firmware_runtime.lab.campaign.judge import Oracle
-from firmware_runtime.lab.campaign.kept_findings import KeptFinding, keep_findings
+from firmware_runtime.lab.campaign.kept_findings import (
+    KeptFinding,
+    folder_faults,
+    keep_findings,
+)
 from firmware_runtime.lab.campaign.mission import SEED_KEY, Mission, faults_of
 from firmware_runtime.lab.campaign.report import Report, never_shown, never_taken
 from firmware_runtime.lab.campaign.space import in_courses, space_of
@@ -132,13 +136,15 @@ def carry_out(  # noqa: PLR0913 -- where, how much, and what is shown of it
     faults = [
         *_faults_of(mission, runs, budget_s),
         *how_faults(output, workers, scheduler, resume=resume),
+        *(() if findings is None else folder_faults(findings)),
     ]
     if faults:
         raise ConfigError("campaign", faults)
     until = None if budget_s is None else time.monotonic() + budget_s
     space = space_of(mission)
     if (by_itself := finding_without_faults(mission, findings)) is not None:
-        return _summed_up(mission, (), [by_itself], ())
+        kept_there = _kept_in(findings, mission.board, [by_itself], oracle)
+        return _summed_up(mission, (), [by_itself], kept_there)
     chosen = list(in_courses(space, runs))
     with ExitStack() as stack:
         partial = None
@@ -192,8 +198,14 @@ def _report(
     again = [row for row in rows[::step] if not is_wrong(row)][:AGAIN]
     others = [row for row in again if not is_same(row, alone(trial_of(row), oracle=oracle))]
     flakes = len(others) + sum(each.is_flaky for each in found)
-    kept = [] if folder is None else keep_findings(folder, mission.board, found, oracle)
+    kept = _kept_in(folder, mission.board, found, oracle)
     return _summed_up(mission, rows, found, kept, flakes=flakes, run_again=len(again) + len(found))
+
+
+def _kept_in(
+    folder: Path | None, board: str, found: Sequence[Finding], oracle: Oracle | None
+) -> Sequence[KeptFinding]:
+    return () if folder is None else keep_findings(folder, board, found, oracle)
 
 
 def report_of(rows: Sequence[Row], kept: Sequence[KeptFinding] = ()) -> Report:

@@ -14,6 +14,7 @@ from msgspec.structs import replace
 
 from firmware_runtime.board.assignments import assigned
 from firmware_runtime.devs.time import SECOND
+from firmware_runtime.errors import ConfigError
 from firmware_runtime.hal.strike import KINDS, Strike
 from firmware_runtime.lab.campaign.fork import in_child
 from firmware_runtime.lab.campaign.healthy import healthy
@@ -26,6 +27,13 @@ from firmware_runtime.system.atomic_file import keep_output
 
 SHORTER_S: Final = (0.0, 0.05, 0.2, 1.0)
 """Lengths that a fault is tried with, s; 0 is once."""
+_OWN: Final = "own"
+_ORACLE: Final = (
+    "def judge(rig: object) -> str | None:",
+    '    raise NotImplementedError("put the oracle here that the campaign was given")',
+    "",
+)
+"""Lines of a test whose finding shows only to an oracle that the campaign was given."""
 
 
 class Finding(Struct, frozen=True, kw_only=True):
@@ -48,6 +56,8 @@ class Finding(Struct, frozen=True, kw_only=True):
     """Rows that have it."""
     is_flaky: bool = False
     """Whether it was another one when it was run again."""
+    needs_oracle: bool = False
+    """Whether an oracle of a test's own has found it: without that one it shows in nothing."""
     recording: str | None = None
     test: str | None = None
 
@@ -161,12 +171,12 @@ def _shortened(alike: list[Row], oracle: Oracle | None) -> Finding:
         row = alone(replace(trial, mission=fewer), oracle=oracle)
         if _key(row) == _key(first):
             trial, shown = replace(trial, mission=fewer), row
-    return _finding(first, trial, shown, len(alike), is_flaky=is_flaky)
+    finding = _finding(first, trial, shown, len(alike))
+    needs_oracle = oracle is not None and finding.oracle == _OWN and not is_wrong(alone(trial))
+    return replace(finding, is_flaky=is_flaky, needs_oracle=needs_oracle)
 
 
-def _finding(
-    first: Row, trial: Trial, shown: Row, count: int, *, is_flaky: bool = False
-) -> Finding:
+def _finding(first: Row, trial: Trial, shown: Row, count: int) -> Finding:
     """Return the finding of a row, as it shows in another, or in itself."""
     number = first["row"]
     return Finding(
@@ -179,7 +189,6 @@ def _finding(
         mission=trial.mission,
         row=number if isinstance(number, int) else 0,
         count=count,
-        is_flaky=is_flaky,
     )
 
 
@@ -229,9 +238,18 @@ def _saved(
     return replace(finding, is_flaky=is_flaky, recording=str(recording) if is_kept else None)
 
 
+def make_folder(folder: Path) -> None:
+    """Make the folder of findings, if it is not there. Raises ConfigError."""
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        fault = f"{folder}: {error.strerror}; expected a folder that can be written"
+        raise ConfigError.of_one("--findings", fault) from error
+
+
 def _with_test(finding: Finding, folder: Path, names: set[str | None]) -> Finding:
     """Write the test of a finding, under a name that is not among `names`."""
-    folder.mkdir(parents=True, exist_ok=True)
+    make_folder(folder)
     words = [Path(finding.mission.board).stem, finding.oracle, finding.model, finding.kind]
     name = re.sub(r"\W+", "_", "_".join(words).lower()).strip("_")
     test = folder / f"test_{name}.py"
@@ -258,6 +276,7 @@ def text_of_test(finding: Finding, name: str) -> str:
         chosen += f", seed={mission.seed!r}"
     if mission.within_s is not None:
         chosen += f", within_s={mission.within_s!r}"
+    chosen += ", judge=judge" * finding.needs_oracle
     test = FaultTest(
         name=name,
         title=f"{Path(mission.board).name}: {finding.oracle} of {finding.model}.",
@@ -265,6 +284,9 @@ def text_of_test(finding: Finding, name: str) -> str:
         imported="from firmware_runtime import Strike\n"
         "from firmware_runtime.lab.campaign import assert_sound",
         faults=finding.faults,
-        body=[f"assert_sound({quoted(mission.board)}, FAULTS{chosen})"],
+        body=[
+            *(_ORACLE if finding.needs_oracle else ()),
+            f"assert_sound({quoted(mission.board)}, FAULTS{chosen})",
+        ],
     )
     return test.text()

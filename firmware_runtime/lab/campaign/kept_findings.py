@@ -3,6 +3,7 @@
 `campaign --findings FOLDER` keeps them there as `findings.json`, beside recordings and tests.
 """
 
+import os
 from collections.abc import Iterator, Sequence
 from datetime import UTC, datetime
 from pathlib import Path
@@ -16,13 +17,14 @@ from firmware_runtime.board.local_settings import board_in_force
 from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.coupled import with_all_below
 from firmware_runtime.errors import ConfigError
-from firmware_runtime.lab.campaign.findings import Finding
+from firmware_runtime.lab.campaign.findings import Finding, make_folder
 from firmware_runtime.lab.campaign.healthy import healthy
 from firmware_runtime.lab.campaign.judge import SOUND, Oracle
 from firmware_runtime.lab.campaign.trial import Trial, alone
 from firmware_runtime.recording.recorded_board import code_of
 from firmware_runtime.recording.what_if.watch import Watched
 from firmware_runtime.system.atomic_file import keep_output, read_content
+from firmware_runtime.system.own_folder import nearest
 
 _FILE: Final = "findings.json"
 
@@ -49,26 +51,39 @@ def read_findings(folder: Path) -> list[KeptFinding]:
         raise ConfigError.of_one(str(path), str(error), expected=expected) from error
 
 
+def folder_faults(folder: Path) -> Iterator[str]:
+    """Yield what keeps findings from being kept in a folder, before there are any."""
+    there = nearest(folder)
+    if not (there.is_dir() and os.access(there, os.W_OK | os.X_OK)):
+        yield f"--findings: {folder} cannot be written; expected a folder that can"
+    elif (folder / _FILE).exists():
+        try:
+            read_findings(folder)
+        except ConfigError as error:
+            yield f"--findings: {error}"
+
+
 def keep_findings(
     folder: Path, board: str, found: Sequence[Finding], oracle: Oracle | None = None
 ) -> list[KeptFinding]:
     """Put what a campaign of a board has found beside what its folder has, and return all.
 
-    Those of this board that it has not found are run again. Raises ConfigError.
+    Those of this board that it has not found are run again, unless the robot is wrong without any
+    fault: then nothing else can be known of it. Raises ConfigError.
     """
     before = read_findings(folder) if (folder / _FILE).exists() else []
     now = {_key(each): each for each in found}
+    is_judged = all(each.faults for each in found)
     kept = []
     for each in before:
         again = now.pop(_key(each.finding), None)
         if again is not None:
             each = replace(each, finding=again, fixed="")  # noqa: PLW2901 -- it is the same one
-        elif each.finding.mission.board == board:
+        elif each.finding.mission.board == board and is_judged:
             each, _ = _run_again(each, oracle)  # noqa: PLW2901
         kept.append(each)
     kept += [KeptFinding(finding=each, since=_today()) for each in now.values()]
-    if kept:
-        _keep(folder, kept)
+    _keep(folder, kept)
     return kept
 
 
@@ -97,7 +112,7 @@ def watched_code(folder: Path) -> Watched:
 def _run_again(kept: KeptFinding, oracle: Oracle | None = None) -> Again:
     """Run one; what a test's own oracle has found is not known to be fixed without it."""
     outcome = _outcome(kept.finding, oracle)
-    is_known = oracle is not None or kept.finding.oracle != "own"
+    is_known = oracle is not None or not kept.finding.needs_oracle
     is_fixed = is_known and outcome == SOUND
     return replace(kept, fixed=(kept.fixed or _today()) if is_fixed else ""), outcome
 
@@ -110,7 +125,7 @@ def _outcome(finding: Finding, oracle: Oracle | None) -> str:
 
 
 def _keep(folder: Path, kept: Sequence[KeptFinding]) -> None:
-    folder.mkdir(parents=True, exist_ok=True)
+    make_folder(folder)
     content = msgspec.json.format(msgspec.json.encode(kept))
     keep_output(folder / _FILE, content + b"\n", "--findings")
 

@@ -27,12 +27,13 @@ class Stretches(Struct, frozen=True, kw_only=True):
     parts: tuple[tuple[int, ...], ...]
     """Numbers in the space, by part."""
     until: float | None = None
-    """The instant of the machine's clock after which none begins."""
+    """The instant of the machine's clock after which none begins, but the very first."""
     oracle: Oracle | None = None
 
     def run(self, number: int) -> list[Row]:
         """Run one part."""
-        return [*forked(self.mission, self.parts[number], self.oracle, self.until)]
+        part, is_first = self.parts[number], number == 0
+        return [*forked(self.mission, part, self.oracle, self.until, is_first=is_first)]
 
     def lost(self, number: int, why: str) -> list[Row]:
         """Return the rows of a part whose process ended each time it was tried."""

@@ -20,7 +20,7 @@ from firmware_runtime.devs.time import SECOND
 from firmware_runtime.errors import FirmwareRuntimeError, text_of
 from firmware_runtime.hal.strike import Strike
 from firmware_runtime.hal.wire_errors import HalError
-from firmware_runtime.lab.campaign.fork import HANG, in_child
+from firmware_runtime.lab.campaign.fork import HANGS, in_child
 from firmware_runtime.lab.campaign.healthy import AT_START, Healthy, healthy
 from firmware_runtime.lab.campaign.judge import SOUND, Judge, Oracle, Verdict, where_raised
 from firmware_runtime.lab.campaign.mission import Mission
@@ -121,17 +121,21 @@ def forked(
     numbers: Sequence[int],
     oracle: Oracle | None = None,
     until: float | None = None,
+    *,
+    is_first: bool = False,
 ) -> Generator[Row, None, None]:
     """Run trials of the space, in order of time, each in a child that begins where it strikes.
 
     A fault that lasts for a while and the same one for ever are one run until the first ends. With
-    `until`, an instant of the machine's clock, those that have not begun by then are left.
+    `until`, an instant of the machine's clock, those that have not begun by then are left; of the
+    first trials of a campaign one is run all the same: without any, nothing has been judged.
     """
     space, found = space_of(mission), healthy(mission)
     cases = sorted(((space[number], number) for number in numbers), key=_order)
     with _healthy_again(mission, found) as watched:
-        for _, alike in groupby(cases, _course):
-            if until is not None and time.monotonic() >= until:
+        for place, (_, alike) in enumerate(groupby(cases, _course)):
+            is_left = until is not None and time.monotonic() >= until
+            if is_left and not (is_first and place == 0):
                 return
             course = [(Trial(mission, case.strikes), number) for case, number in alike]
             before = space[course[0][1]].before
@@ -256,7 +260,7 @@ def _crash(trial: Trial, error: Exception) -> Verdict:
 def _answered(trial: Trial, number: int, answer: Row | str) -> Row:
     if not isinstance(answer, str):
         return answer
-    outcome = "hang" if answer == HANG else "crash"
+    outcome = "hang" if answer in HANGS else "crash"
     first = trial.strikes[0]
     verdict = Verdict(outcome=outcome, what=answer, model=first.device, at=first.at)
     return trial.row(number, verdict)

@@ -7,11 +7,13 @@ its ports that are not finite, are kept beside the looks.
 from collections.abc import Iterator, Sequence
 from functools import partial
 from hashlib import blake2b
+from math import isfinite
 from typing import Final
 
 import msgspec
 from msgspec import Struct
 
+from firmware_runtime.board.registry import Board
 from firmware_runtime.board.rig import (
     Driven,
     Judging,
@@ -22,15 +24,19 @@ from firmware_runtime.board.rig import (
     Truthful,
     Warned,
 )
+from firmware_runtime.board.rigs import blamed_on_rig
 from firmware_runtime.devs.component import below_root
 from firmware_runtime.devs.coupled import ports_below
 from firmware_runtime.devs.finite import all_numbers
+from firmware_runtime.devs.model_errors import ModelError
 from firmware_runtime.devs.time import MILLISECOND
+from firmware_runtime.errors import SettingError
 from firmware_runtime.executive.outcome import Device, Outcome
 from firmware_runtime.hal.strike import Breakable, Place
 from firmware_runtime.hal.wire_errors import WARNING, Fault
 from firmware_runtime.models.state_diagram import StateDiagram
 from firmware_runtime.runs.open_board import OpenBoard
+from firmware_runtime.runs.session import quitting_is_a_bug
 
 EVERY: Final = 20 * MILLISECOND
 
@@ -55,8 +61,38 @@ class Said(Struct, frozen=True):
     at: int
 
 
+class _Asked:
+    """What a rig says of itself; whatever it raises is its package's fault, a ConfigError."""
+
+    def __init__(self, rig: Rig, board: Board) -> None:
+        self._rig = rig
+        self._board = board
+
+    def lost(self) -> str | None:
+        """Return why its robot cannot go on, of a rig that knows."""
+        assert isinstance(self._rig, Losable)  # noqa: S101 -- it is of one
+        with blamed_on_rig(self._board, "lost"):
+            return self._rig.lost()
+
+    def judge(self) -> str | None:
+        """Return what is wrong with its world, of a rig that judges."""
+        assert isinstance(self._rig, Judging)  # noqa: S101 -- it is of one
+        with blamed_on_rig(self._board, "judge"):
+            return self._rig.judge()
+
+    def missed(self) -> str | None:
+        """Return what its robot should have done by now, of a rig that knows."""
+        assert isinstance(self._rig, Purposeful)  # noqa: S101 -- it is of one
+        with blamed_on_rig(self._board, "missed"):
+            return self._rig.missed()
+
+
 class Watched:
-    """A robot that goes on look by look; `outcome` is there once its run is over."""
+    """A robot that goes on look by look; `outcome` is there once its run is over.
+
+    It raises ConfigError for a rig that raises, or whose truth is not the same finite numbers at
+    each look.
+    """
 
     def __init__(self, robot: OpenBoard, exempt: frozenset[str] = frozenset()) -> None:
         rig = robot.rig
@@ -77,9 +113,10 @@ class Watched:
         # asked once: to look at a protocol takes longer than to look at the robot
         self._truth = rig if isinstance(rig, Truthful) else None
         self._driven = rig if isinstance(rig, Driven) else None
-        self.losable = rig if isinstance(rig, Losable) else None
-        self.judging = rig if isinstance(rig, Judging) else None
-        self.purposeful = rig if isinstance(rig, Purposeful) else None
+        asked = _Asked(rig, robot.board)
+        self.losable: Losable | None = asked if isinstance(rig, Losable) else None
+        self.judging: Judging | None = asked if isinstance(rig, Judging) else None
+        self.purposeful: Purposeful | None = asked if isinstance(rig, Purposeful) else None
         self._warned = tuple(rig.warned) if isinstance(rig, Warned) else ()
         """Models whose warnings are right."""
         self._noted = [
@@ -95,8 +132,10 @@ class Watched:
         self.arrows: set[str] = set()
         """All that they have."""
         self._digest = blake2b(digest_size=6)
-        truths = set(self._truth.truth() if self._truth else ())
+        self.names = [name for name, _ in self._numbers_now()]
+        """Names of the numbers in a look."""
         simulator = self.session.executive.simulator
+        truths = {name for name, _ in self._truths()}
         for port in ports_below(simulator.root).values():
             if port.path not in truths and port.path not in exempt and not _is_of_faults(port.type):
                 simulator.listen(port, partial(self._check, port.path))
@@ -105,19 +144,18 @@ class Watched:
             if isinstance(model, StateDiagram):
                 self._follow(model)
 
-    @property
-    def names(self) -> list[str]:
-        """Names of the numbers in a look."""
-        values = {} if self._truth is None else self._truth.truth()
-        return [name for path, value in values.items() for name, _ in _numbers(path, value)]
-
     def look(self) -> Look:
         """Look at it now."""
-        values = {} if self._truth is None else self._truth.truth()
-        numbers = tuple(
-            number for path, value in values.items() for _, number in _numbers(path, value)
-        )
-        is_on = self.has_output_on if self._driven is None else self._driven.is_driven
+        found = self._numbers_now()
+        with blamed_on_rig(self.robot.board, "truth"):
+            if [name for name, _ in found] != self.names:
+                expected = f"as at first, {', '.join(self.names)}"
+                raise SettingError(", ".join(name for name, _ in found), expected=expected)
+            for name, number in found:
+                if not isfinite(number):
+                    raise SettingError(f"{name} is {number}", expected="a finite number")
+        numbers = tuple(number for _, number in found)
+        is_on = self.has_output_on if self._driven is None else self._is_driven(self._driven)
         self._digest.update(repr((is_on, numbers)).encode())
         return Look(self.at, is_on, numbers, self._held(is_on=is_on))
 
@@ -142,13 +180,32 @@ class Watched:
     @property
     def has_output_on(self) -> bool:
         """Whether any output is on."""
-        return any(self.rig.outputs.values())
+        with blamed_on_rig(self.robot.board, "outputs"):
+            return any(self.rig.outputs.values())
+
+    def _is_driven(self, rig: Driven) -> bool:
+        with blamed_on_rig(self.robot.board, "is_driven"):
+            return rig.is_driven
+
+    def _truths(self) -> list[tuple[str, object]]:
+        """The truth of the world, by name; nothing where its rig does not say it."""
+        if self._truth is None:
+            return []
+        with blamed_on_rig(self.robot.board, "truth"):
+            return [*self._truth.truth().items()]
+
+    def _numbers_now(self) -> list[tuple[str, float]]:
+        return [each for path, value in self._truths() for each in _numbers(path, value)]
 
     def go_on(self, to: int | None = None) -> Look:
         """Run to the next look, or to an instant, and look."""
         self.at = self.at + EVERY if to is None else to
         if self.outcome is None:
-            outcome = self.session.run_on(self.at)
+            try:
+                with quitting_is_a_bug(self.session.robot.model):
+                    outcome = self.session.run_on(self.at)
+            except ModelError as error:
+                outcome = Outcome.of_error(error)
             if self.session.executive.is_over:
                 self.outcome = outcome
         return self.look()

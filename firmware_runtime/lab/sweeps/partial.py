@@ -87,7 +87,7 @@ class Partial(Closing):
                 left = left[self._file.write(left) :]
         except OSError as error:
             fault = f"{self.path}: {error.strerror}; expected room for more rows, then --resume"
-            raise ConfigError.of_one("sweep", fault) from error
+            raise ConfigError.of_one("-o", fault) from error
 
 
 def _unfinished(path: Path) -> ConfigError:
@@ -95,7 +95,7 @@ def _unfinished(path: Path) -> ConfigError:
     with suppress(OSError), path.open("rb", buffering=0) as file:
         _lock(path, file)
     fault = f"{path} is of one that did not end; expected --resume, or that it is gone"
-    return ConfigError.of_one("sweep", fault)
+    return ConfigError.of_one("-o", fault)
 
 
 def _lock(path: Path, file: FileIO) -> None:
@@ -105,7 +105,7 @@ def _lock(path: Path, file: FileIO) -> None:
     except BlockingIOError as error:
         file.close()
         fault = f"{path}: another one writes it; expected one at a time"
-        raise ConfigError.of_one("sweep", fault) from error
+        raise ConfigError.of_one("-o", fault) from error
 
 
 def _lines(path: Path) -> list[bytes]:
