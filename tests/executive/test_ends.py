@@ -1,5 +1,6 @@
 """Whatever ends a run, outputs are made safe once; a pause ends nothing."""
 
+import os
 from collections.abc import Callable
 from pathlib import Path
 from time import process_time_ns
@@ -80,6 +81,18 @@ def test_the_reason_is_one_line_whatever_a_model_says() -> None:
     run = Run(robot, VirtualClock())
     outcome = run.until()
     assert outcome.reason.endswith(": no fit: chi2 = 9 degrees = 3")
+    assert run.json()["conditions"]["run"]["reason"] == outcome.reason
+
+
+def test_a_reason_that_utf_8_has_no_word_for_ends_the_run_as_any_other() -> None:
+    robot = Robot()
+    file = os.fsdecode(b"caf\xe9.csv")
+    robot.imu.work = raising(ValueError(f"no column in {file}"))
+    run = Run(robot, VirtualClock())
+    outcome = run.until()
+    assert outcome.state == RunState.FAILED
+    assert outcome.reason.endswith("no column in caf\\udce9.csv")
+    assert run.made_safe == 2
     assert run.json()["conditions"]["run"]["reason"] == outcome.reason
 
 
