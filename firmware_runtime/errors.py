@@ -20,10 +20,11 @@ def text_of(error: BaseException) -> str:
     """Return `str(error)` in one line, or a sentence where its `__str__` raises, whatever that is.
 
     A ConfigError keeps its lines, one for each fault. Errors are put into words before outputs are
-    off: no text may keep them on.
+    off: no text may keep them on. Lone surrogates, as in the name of a file that is no UTF-8, are
+    escaped.
     """
     try:
-        text = str(error)
+        text = str(error).encode("utf-8", "backslashreplace").decode()
         return text if isinstance(error, ConfigError) else _one_line(text)
     except BaseException as worse:  # noqa: BLE001 -- whatever it is, outputs come first
         return f"{type(error).__name__}, whose __str__ raised {type(worse).__name__}"

@@ -36,9 +36,13 @@ class BringUp:
 
     def restart(self) -> None:
         """Begin again with the first step; steps that were under way are given up."""
-        if isinstance(self._steps, Generator | SharedBringUp):
-            self._steps.close()
-        self._steps, self._taken = iter(self._begin()), 0
+        if isinstance(self._steps, SharedBringUp):
+            self._steps.restart()  # the same one, since its state is kept by itself too
+        else:
+            if isinstance(self._steps, Generator):
+                self._steps.close()
+            self._steps = iter(self._begin())
+        self._taken = 0
 
     def take(self) -> int | None:
         """Carry out the next step; return ns to wait after it, or None when all are done.
@@ -69,9 +73,9 @@ class BringUp:
     def restore(self, state: dict[str, Any]) -> None:
         """Be there again; no step is carried out."""
         self.step, self._taken, shared = state["step"], state["taken"], state["shared"]
-        self._steps = iter(())
-        if self._taken is not None or shared is not None:
-            self._steps = iter(self._begin())
+        if shared is None or not isinstance(self._steps, SharedBringUp):
+            is_begun = self._taken is not None or shared is not None
+            self._steps = iter(self._begin() if is_begun else ())
         if isinstance(self._steps, SharedBringUp):
             self._steps.restore(shared)
         else:

@@ -66,4 +66,6 @@ def check_constructed(model: object) -> None:
 
 
 def _is_name(name: object) -> bool:
-    return isinstance(name, str) and name != "" and "." not in name
+    if not isinstance(name, str) or name == "" or "." in name:
+        return False
+    return not any("\ud800" <= each <= "\udfff" for each in name)  # no file has a place for them

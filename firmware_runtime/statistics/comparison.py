@@ -23,6 +23,8 @@ from firmware_runtime.statistics.histogram import (
     BUCKETS,
     CELLS,
     LARGEST_CELL,
+    LARGEST_SUM,
+    SUM_CELL,
     Cells,
     Histogram,
     empty_cells,
@@ -61,12 +63,12 @@ def difference(later: Statistics, earlier: Statistics) -> Statistics:
         raise StatisticsFileError("these statistics are of two runs", expected="two moments of one")
     layout = later.layout
     cells = _copy_of(later)
-    for index in _counters(layout):
+    for index in counting(layout):
         cells[index] = max(cells[index] - earlier.cells[index], 0)
     for index in range(len(layout.models)):
         first = layout.model(index)
         cells[first + _SCHEDULED] = sum(cells[first + outcome] for outcome in _OUTCOMES)
-    for part in _histograms(layout):
+    for part in histograms(layout):
         _subtract(cells[part], earlier.cells[part])
     cells[layout.timeline] = empty_cells(TIMELINE)
     for model, (before, after) in enumerate(zip(_faults(earlier), _faults(later), strict=True)):
@@ -100,8 +102,13 @@ def merged(runs: Sequence[Statistics]) -> Statistics:
     cells = _copy_of(first)
     cells[layout.timeline] = empty_cells(TIMELINE)
     cells[YIELDED] = max(run.cells[YIELDED] for run in runs)  # that one was must not be lost
-    for run in runs[1:]:
-        _add(cells, run)
+    try:
+        for run in runs[1:]:
+            _add(cells, run)
+    except ValueError as error:  # of a cell
+        raise StatisticsFileError(
+            "the sum of these runs is more than statistics hold", expected="runs of 146 years"
+        ) from error
     for index in range(len(layout.models)):
         cells[layout.model(index) + _LAST_LATE] = NO_INSTANT
         cells[layout.model(index) + _DUE] = NEVER
@@ -139,9 +146,9 @@ def _demand_alike(runs: Sequence[Statistics]) -> None:
 
 def _add(cells: Cells, run: Statistics) -> None:
     """Add what counts up in a run."""
-    for index in _counters(run.layout):
+    for index in counting(run.layout):
         cells[index] += run.cells[index]
-    for part in _histograms(run.layout):
+    for part in histograms(run.layout):
         Histogram(cells[part]).merge(Histogram(run.cells[part]))
 
 
@@ -164,10 +171,10 @@ def _certain(layout: Layout) -> set[int]:
     """
     models = map(layout.model, range(len(layout.models)))
     known = {first + index for first in models for index in (_SCHEDULED, _SKIPPED)}
-    return {*_counters(layout)} - {ELAPSED, *known}
+    return {*counting(layout)} - {ELAPSED, *known}
 
 
-def _counters(layout: Layout) -> Iterator[int]:
+def counting(layout: Layout) -> Iterator[int]:
     """Return where all cells are that count up, histograms aside."""
     yield from (ELAPSED, STEPS, INPUTS_DROPPED, CPU)
     for index in range(len(layout.models)):
@@ -181,7 +188,8 @@ def _counters(layout: Layout) -> Iterator[int]:
     yield from range(late.start, late.stop)
 
 
-def _histograms(layout: Layout) -> Iterator[slice]:
+def histograms(layout: Layout) -> Iterator[slice]:
+    """Return where the cells of each histogram are."""
     yield STEP_HISTOGRAM
     for index in range(len(layout.models)):
         yield layout.lateness(index)
@@ -193,9 +201,11 @@ def _histograms(layout: Layout) -> Iterator[slice]:
 
 def _subtract(cells: Cells, earlier: Cells) -> None:
     """Take an earlier state of a histogram from its cells."""
-    largest = cells[LARGEST_CELL]
+    largest, is_full = cells[LARGEST_CELL], cells[SUM_CELL] >= LARGEST_SUM
     for index in range(CELLS):
         cells[index] -= earlier[index]
+    if is_full:
+        cells[SUM_CELL] = LARGEST_SUM  # what it grew by is not known
     if largest > earlier[LARGEST_CELL]:
         cells[LARGEST_CELL] = largest
         return

@@ -7,7 +7,8 @@ width, so a bucket is never wider than 1/32 (3.1 %) of its values. With
     bucket = 32 * shift + (value >> shift)   value >> shift is 32 to 63 once shift is positive
 
 the buckets follow each other without a gap or an overlap. Values over 2**37 - 1 ns (137 s) fall
-into the last one. The largest value and the sum are kept exactly, beside the buckets.
+into the last one. The largest value and the sum are kept exactly, beside the buckets. A sum stops
+at `LARGEST_SUM` (146 years); there is no mean then.
 
 A percentile is the upper edge of the bucket the sample of that rank fell into, but never more than
 the largest sample: it is never too low (up to 137 s) and at most 3.1 % too high.
@@ -34,6 +35,10 @@ BUCKETS = 33 * SUB_BUCKETS
 LARGEST_CELL, SUM_CELL = BUCKETS, BUCKETS + 1
 CELLS = BUCKETS + 2
 """What a histogram takes in a file: its buckets, then the largest value, then the sum of all."""
+LARGEST_SUM = 1 << 62
+"""Ns that a sum comes to at most: a robot that catches up with hours reaches it."""
+MOST_SAMPLES = 1 << 53
+"""What no run counts in a bucket: it would take 285 years at 1 MHz."""
 
 _STRETCH = 512
 _ZEROS = bytes(8 * CELLS)
@@ -42,7 +47,10 @@ RANKS = (500, 900, 990, 999)
 
 
 class Distribution(Struct, frozen=True):
-    """Percentiles, maximum and mean in microseconds; all None where there is no sample."""
+    """Percentiles, maximum and mean in microseconds; all None where there is no sample.
+
+    Where the sum found no room, the mean alone is None.
+    """
 
     p50: float | None = None
     p90: float | None = None
@@ -67,6 +75,13 @@ def upper_edge(bucket: int) -> int:
 def empty_cells(count: int = CELLS) -> Cells:
     """Cells in memory of this process, all zero."""
     return memoryview(array("q", bytes(8 * count)))
+
+
+def could_be(cells: Cells) -> bool:
+    """Return whether these are cells of a histogram: what a run can have counted."""
+    buckets = cells[:BUCKETS]
+    is_counted = min(buckets) >= 0 and max(buckets) <= MOST_SAMPLES
+    return is_counted and cells[LARGEST_CELL] >= 0 and 0 <= cells[SUM_CELL] <= LARGEST_SUM
 
 
 class Histogram:
@@ -95,7 +110,7 @@ class Histogram:
         for bucket, samples in enumerate(other.buckets):
             cells[bucket] += samples
         self.largest = cells[LARGEST_CELL] = max(self.largest, other.largest)
-        self.sum = cells[SUM_CELL] = self.sum + other.sum
+        self.sum = cells[SUM_CELL] = min(self.sum + other.sum, LARGEST_SUM)
 
     def state(self) -> dict[int, bytes]:
         """Its cells that are not zero, in stretches of bytes, by where these begin."""
@@ -111,7 +126,7 @@ class Histogram:
         for at, each in state.items():
             content[at : at + len(each)] = each
         self.cells.cast("B")[:] = content
-        if not 0 <= min(self.cells) <= max(self.cells) <= 1 << 62:
+        if not could_be(self.cells):
             raise ValueError("counts of no histogram")
         self.largest, self.sum = self.cells[LARGEST_CELL], self.cells[SUM_CELL]
 
@@ -136,8 +151,8 @@ class Histogram:
         if samples == 0:
             return Distribution()
         p50, p90, p99, p999 = (edge / 1000 for edge in self._percentiles(RANKS, samples))
-        largest, mean = self.largest / 1000, self.sum / samples / 1000
-        return Distribution(p50, p90, p99, p999, largest, mean)
+        mean = self.sum / samples / 1000 if self.sum < LARGEST_SUM else None
+        return Distribution(p50, p90, p99, p999, self.largest / 1000, mean)
 
     def _percentiles(self, ranks: Sequence[int], samples: int) -> Iterator[int]:
         """The edge of the bucket in which the sample of each rank lies."""
@@ -155,7 +170,10 @@ def record_all(samples: Sequence[Any]) -> None:
         if value <= 0:  # never less: nothing starts early on a clock that never goes back
             cells[0] += 1
             continue
-        histogram.sum = cells[SUM_CELL] = histogram.sum + value
+        total = histogram.sum + value
+        if total > LARGEST_SUM:  # `min` takes longer, in every step
+            total = LARGEST_SUM
+        histogram.sum = cells[SUM_CELL] = total
         if value > histogram.largest:
             histogram.largest = cells[LARGEST_CELL] = value
         bounded = min(LARGEST, value)

@@ -17,7 +17,7 @@ from msgspec import Struct
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.statistics.blame import read_blame
 from firmware_runtime.statistics.figures import Causes, WorstActivation
-from firmware_runtime.statistics.histogram import Cells
+from firmware_runtime.statistics.histogram import LARGEST_SUM, Cells
 from firmware_runtime.statistics.layout import DEVICES, SLOT, SLOTS, WIDTHS, WORST, Layout
 from firmware_runtime.statistics.rows import WorstRow, read_row
 
@@ -112,7 +112,7 @@ class _Level:
         self._maxima = [max(pair) for pair in zip(self._maxima, maxima, strict=True)]
         slot = self._slot(self.begin)
         for cell, value in enumerate((self.begin, 1, *grown, *self._maxima), slot):
-            self._cells[cell] = value
+            self._cells[cell] = min(value, LARGEST_SUM)
         if now >= self.begin + self._width:
             self.begin = now // self._width * self._width
             self._before = list(counters)

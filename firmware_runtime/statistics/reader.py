@@ -12,7 +12,9 @@ from pathlib import Path
 from time import monotonic, sleep
 
 from firmware_runtime.errors import BeingWrittenError
+from firmware_runtime.statistics.comparison import counting, histograms
 from firmware_runtime.statistics.file_header import STATISTICS, Header, RunState, count_overdue
+from firmware_runtime.statistics.histogram import LARGEST_SUM, could_be
 from firmware_runtime.statistics.layout import STATE, WORST
 from firmware_runtime.statistics.mapped_file import ReadableFile
 from firmware_runtime.statistics.statistics import Statistics
@@ -24,6 +26,7 @@ TIMEOUT_S = 1.0
 """A section takes microseconds; only a stopped writer, or one that never pauses, takes so long."""
 _SEQUENCE_BYTES = 8
 _MODEL_OF_PLACE = WORST.index("model")
+_NOT_COUNTED = "its cells count what no run can have counted"
 
 
 def read_statistics(path: Path) -> Statistics:
@@ -45,6 +48,8 @@ def _read(file: ReadableFile) -> Statistics:
     statistics = _copy_whole(file, header)
     if not _names_what_there_is(statistics):
         raise file.damaged("its cells name a state or a model that there is not")
+    if not _counts_what_can_be(statistics):
+        raise file.damaged(_NOT_COUNTED)
     return statistics
 
 
@@ -54,6 +59,13 @@ def _names_what_there_is(statistics: Statistics) -> bool:
     models = [cells[layout.place(index) + _MODEL_OF_PLACE] for index in range(layout.worst)]
     return 0 <= cells[STATE] < len(RunState) and all(
         0 <= model < max(len(layout.models), 1) for model in models
+    )
+
+
+def _counts_what_can_be(statistics: Statistics) -> bool:
+    cells, layout = statistics.cells, statistics.layout
+    return all(0 <= cells[index] <= LARGEST_SUM for index in counting(layout)) and all(
+        could_be(cells[part]) for part in histograms(layout)
     )
 
 
@@ -73,7 +85,10 @@ def _copy_whole(file: ReadableFile, header: Header) -> Statistics:
                 raise _busy(file, header, stopped=_sequence(file) == first_sequence)
         elif complete or not alive:
             cells = memoryview(bytearray(copied)).cast("q")
-            count_overdue(cells, header, is_alive=alive)
+            try:
+                count_overdue(cells, header, is_alive=alive)
+            except ValueError as error:  # of a cell that has no room for it
+                raise file.damaged(_NOT_COUNTED) from error
             return Statistics(header, cells, alive, complete)
 
 

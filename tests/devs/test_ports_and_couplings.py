@@ -45,7 +45,7 @@ def test_a_path_joins_the_names_from_the_root() -> None:
     assert repr(model.base_in) == "<InPort robot.controller.yaw.base_in []>"
 
 
-@pytest.mark.parametrize("name", ["", "a.b", 3, None])
+@pytest.mark.parametrize("name", ["", "a.b", "caf\udce9", 3, None])
 @pytest.mark.parametrize(
     "declare",
     [

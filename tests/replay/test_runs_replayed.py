@@ -83,6 +83,15 @@ def test_transactions_that_failed_fail_again(record: Record) -> None:
     check_identical(record("tachobot", before=failing(lambda count: count % 7 == 3, error)))
 
 
+@pytest.mark.slow
+def test_bring_ups_of_a_shared_chip_that_began_again_do_so_from_a_keyframe_too(
+    record: Record,
+) -> None:
+    error = NoAcknowledge("i2c1 address 0x40: not acknowledged")
+    path = record("balancing", 6, before=failing(lambda count: count % 500 < 20, error))
+    check_identical(path, 10, Stretch(begin=4 * SECOND))
+
+
 def test_a_world_that_ended_a_run_ends_its_replay(
     record: Record, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -170,6 +170,23 @@ def test_runs_that_call_another_lateness_an_overrun_are_not_merged() -> None:
         merged([Counted().count([2_000]), Counted(stated=stricter).count([2_000])])
 
 
+def test_runs_whose_sum_finds_no_room_are_not_merged() -> None:
+    long = Counted()
+    long.file.cells[ELAPSED] = 1 << 62
+    run = long.count([1 << 61, (1 << 61) - 1])
+    with pytest.raises(StatisticsFileError, match="more than statistics hold"):
+        merged([run, run])
+    assert run.figures().lateness_us.mean == ((1 << 62) - 1) / 2 / 1000
+
+
+def test_what_a_full_sum_grew_by_is_not_known() -> None:
+    counted = Counted()
+    before = counted.count([1 << 61])
+    since = difference(counted.count([1 << 62]), before)
+    assert since.figures().lateness_us.p50 is not None
+    assert since.figures().lateness_us.mean is None
+
+
 def test_a_merge_ended_as_the_worst_of_its_runs_in_whatever_order() -> None:
     ended, failed, died = (Counted() for _ in range(3))
     ended.file.cells[STATE] = RunState.ENDED

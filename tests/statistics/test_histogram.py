@@ -20,6 +20,7 @@ from firmware_runtime.statistics.histogram import (
     BUCKETS,
     CELLS,
     LARGEST,
+    LARGEST_SUM,
     Distribution,
     Histogram,
     bucket_of,
@@ -123,6 +124,18 @@ def test_a_rank_is_rounded_up_and_never_beyond_the_last_sample() -> None:
 
 def test_an_empty_one_has_no_percentiles_rather_than_zeros() -> None:
     assert histogram().summary_us() == Distribution()
+
+
+def test_a_sum_that_finds_no_room_stops_there_and_gives_no_mean() -> None:
+    most = LARGEST_SUM // 2
+    found, other = histogram(most, most - 1), histogram(most, most)
+    assert found.summary_us().mean == (most - 0.5) / 1000
+    for each in (found, other):
+        each.record(LARGEST_SUM)
+        found.merge(other)
+        assert (found.sum, found.largest) == (LARGEST_SUM, LARGEST_SUM)
+        assert found.summary_us().p50 is not None
+        assert found.summary_us().mean is None
 
 
 def test_zero_is_a_sample() -> None:

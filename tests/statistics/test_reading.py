@@ -15,8 +15,9 @@ from msgspec.structs import replace
 
 from firmware_runtime.errors import StatisticsFileError
 from firmware_runtime.statistics.file import StatisticsFile
+from firmware_runtime.statistics.file_header import RunState
 from firmware_runtime.statistics.histogram import Histogram
-from firmware_runtime.statistics.layout import STEPS, Layout
+from firmware_runtime.statistics.layout import STATE, STEPS, WRITTEN, Layout
 from firmware_runtime.statistics.mapped_file import PREFIX
 from firmware_runtime.statistics.reader import read_statistics
 from firmware_runtime.statistics.statistics import Statistics
@@ -26,7 +27,7 @@ from tests.support.waiting import wait_until
 WRITER = """
 import sys, time
 from pathlib import Path
-from firmware_runtime.statistics.layout import STEPS, Layout
+from firmware_runtime.statistics.layout import STATE, STEPS, WRITTEN, Layout
 from firmware_runtime.statistics.file import StatisticsFile
 
 file = StatisticsFile(Layout(), {"models": {}, "conditions": {}}, Path(sys.argv[1]))
@@ -215,3 +216,22 @@ def test_damage_before_the_cells_is_refused_or_makes_no_difference(
         assert read.cells.tolist() == counted.cells.tolist()
     finally:
         path.write_bytes(whole)
+
+
+@pytest.mark.parametrize("count", [-1, -(1 << 63), (1 << 62) + 1, (1 << 63) - 1])
+@pytest.mark.parametrize("state", [RunState.RUNNING, RunState.ENDED])
+def test_what_no_run_can_have_counted_is_refused(
+    tmp_path: Path, count: int, state: RunState
+) -> None:
+    layout = Layout(models=("imu", "esc"), buses=("i2c1",), worst=1)
+    stated = {"period_ns": 1, "tolerance_ns": 0, "policy": "skip"}
+    header = {"models": {"imu": stated, "esc": stated}, "conditions": {}, "clock_speed": 1.0}
+    for at in (STEPS, layout.model(1) + 1, layout.bus(0), layout.lateness(0).start):
+        path = tmp_path / "robot.stats"
+        file = StatisticsFile(layout, header, path)
+        file.cells[STATE] = state
+        file.cells[WRITTEN] = 1
+        read_statistics(path).as_json()
+        file.cells[at] = count
+        with pytest.raises(StatisticsFileError, match="what no run can have counted"):
+            read_statistics(path)

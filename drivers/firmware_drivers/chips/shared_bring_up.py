@@ -72,6 +72,11 @@ class SharedBringUp(Iterator[Step]):
         if self._turn.holder == self._number:
             self._turn.holder = 0
 
+    def restart(self) -> None:
+        """Begin again with the first step, once no other model has its turn."""
+        self.close()
+        self._steps = None
+
     def state(self) -> dict[str, Any]:
         """Return its place among its steps."""
         begun = None if self._steps is None else self._is_whole
