@@ -9,6 +9,7 @@ from firmware_runtime.devs.time import MILLISECOND, SECOND
 from sim_doubles.worlds.propellers import PropellerPairs
 from sim_doubles.worlds.quantized import QuantizedBody
 from sim_doubles.worlds.servo import ServoParameters, ServoPlant
+from sim_doubles.worlds.tachobot import Body
 from sim_doubles.worlds.tachobot_body import Hovering, TachobotParameters, Turntable
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
@@ -108,8 +109,9 @@ def test_a_body_that_was_held_goes_on_as_its_propellers_drive_it_by_now() -> Non
     """A bearing that held while something else did breaks away when that lets go."""
     parameters = TachobotParameters(static_friction_nm=0.02, coulomb_friction_nm=0.01)
     closed, quantized = Turntable(parameters), QuantizedBody(parameters, "qss3")
-    pairs = [PropellerPairs(parameters.pair_thrust_n, parameters.motor_lag_s) for _ in range(2)]
-    for body, propellers in zip((closed, quantized), pairs, strict=True):
+    bodies: tuple[Body, ...] = (closed, quantized)
+    for body in bodies:
+        propellers = PropellerPairs(parameters.pair_thrust_n, parameters.motor_lag_s)
         propellers.hold((1.0, 0.0, 0.0, 1.0) * 2)
         body.advance(propellers, 0.3)
         body.hold(is_held=True)
