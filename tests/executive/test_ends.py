@@ -83,6 +83,14 @@ def test_the_reason_is_one_line_whatever_a_model_says() -> None:
     assert run.json()["conditions"]["run"]["reason"] == outcome.reason
 
 
+def test_a_reason_that_names_a_file_whose_name_is_no_text_ends_the_run_all_the_same() -> None:
+    robot = Robot()
+    robot.imu.work = raising(FileNotFoundError("no file \udcff"))
+    run = Run(robot, VirtualClock())
+    assert run.until().state is RunState.FAILED
+    assert run.json()["conditions"]["run"]["reason"].endswith(": no file \\udcff")
+
+
 def test_the_reason_keeps_a_line_for_each_fault_of_a_setting() -> None:
     outcome = Outcome.of_error(ConfigError("board.toml", ["a: 1", "b: 2"]))
     assert outcome.reason.splitlines() == ["board.toml: 2 faults", "  - a: 1", "  - b: 2"]
