@@ -19,6 +19,8 @@ from firmware_runtime.system.atomic_file import keep_output
 CLEAR: Final = "clear"
 FOR_S: Final = 1.0
 EVER: Final = "ever"
+_UNSAID: Final = object()
+"""In place of a length that was not said; None is for ever."""
 _ABOUT = "\n".join(f"{kind.name:12} {kind.meaning}" for kind in KINDS.values())
 
 
@@ -49,7 +51,7 @@ def add_fault_to(actions: SubParsers) -> None:
     verb.add_argument(
         "--for",
         type=_span,
-        default=FOR_S,
+        default=_UNSAID,
         metavar="SECONDS",
         dest="for_s",
         help=f"how long it lasts (default {FOR_S:g}); 0: one transaction; {EVER}: until `{CLEAR}`",
@@ -87,7 +89,9 @@ def execute(arguments: argparse.Namespace) -> int:
         else:
             print(f"{listing.board}: no fault any more")
     else:
-        for_s = None if KINDS[kind].is_moment else arguments.for_s
+        for_s = arguments.for_s
+        if for_s is _UNSAID:
+            for_s = None if KINDS[kind].is_moment else FOR_S
         listing = strike(path, kind, arguments.device, for_s=for_s, amount=arguments.amount)
         if arguments.json:
             _print(listing, as_json=True)

@@ -31,6 +31,7 @@ from firmware_runtime.lab.sweeps.partial import partial_of
 from firmware_runtime.lab.sweeps.row import Row
 from firmware_runtime.recording.replay.replay_assertion import assert_replays
 from firmware_runtime.runs.scripted_operator import ScriptedOperator
+from firmware_runtime.system.signals import Signalled
 from sim_doubles.rigs.tachobot import TachobotRig
 
 SHORT = Mission(board="tachobot", for_s=1.5)
@@ -367,6 +368,18 @@ def test_a_rig_that_raises_is_refused_by_its_part(
     monkeypatch.setattr(TachobotRig, part, put, raising=False)
     healthy.cache_clear()
     with pytest.raises(ConfigError, match=f"rig tachobot .*: {part}: .*out of tune"):
+        campaign("tachobot", for_s=0.1, runs=1, workers=1)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("part", ["truth", "attach"])
+def test_a_signal_is_no_fault_of_a_rig(monkeypatch: pytest.MonkeyPatch, part: str) -> None:
+    def signalled(*_: object) -> object:
+        raise Signalled(143)
+
+    monkeypatch.setattr(TachobotRig, part, signalled)
+    healthy.cache_clear()
+    with pytest.raises(Signalled):
         campaign("tachobot", for_s=0.1, runs=1, workers=1)
 
 

@@ -217,6 +217,8 @@ def test_what_is_served_is_listed_broken_cleared_and_written_as_a_test(
         assert (fault["kind"], fault["device"], fault["until_ns"]) == ("zero", "eyes", None)
         assert command.said(*broken, "push", "--amount", "0.2") == "push 0.2\n"
         assert "without a device" in command.refused(*broken, "push", "eyes")
+        spanned = ("brown-out", "eyes", "--for", "2")
+        assert "it is over at once" in command.refused(*broken, *spanned)
         (made, pushed) = command.document(*broken, "--list")["struck"]
         assert (made["kind"], made["span_ns"], pushed["amount"]) == ("zero", None, 0.2)
         path = tmp_path / "test_that_day.py"
