@@ -124,13 +124,6 @@ MISTAKES: Final[Mapping[str, Mistake]] = {
         "rate[k] * qz - bias_z)",
         "rate[k] * qz + bias_z)",
     ),
-    "a failed reading is counted and not reported": Mistake(
-        "tachobot",
-        "imu",
-        f"{MODELS}imu.py",
-        "            self.note(error)\n",
-        "            self._consecutive_faults += 1\n",
-    ),
     "a good reading does not reset the count of failed ones": Mistake(
         "tachobot",
         "imu",
@@ -138,12 +131,12 @@ MISTAKES: Final[Mapping[str, Mistake]] = {
         "                self.consecutive_faults = 0\n",
         "                self._has_worked = True\n",
     ),
-    "thrust goes on ten times as long where forces do not come": Mistake(
+    "thrust goes on twice as long where forces do not come": Mistake(
         "tachobot",
         "imu",
         f"{BOARDS}tachobot/wiring.py",
         "        timeout=seconds(thrust.timeout_s),\n",
-        "        timeout=10 * seconds(thrust.timeout_s),\n",
+        "        timeout=2 * seconds(thrust.timeout_s),\n",
     ),
     "a chip that drives is polled half as often": Mistake(
         "tachobot",

@@ -57,7 +57,7 @@ class Recovery:
         is_resting = self._may_rest and not look.is_on
         said = None if self._is_of_world or is_resting else self._watched.said_last()
         off = self._off(look)
-        found = off or self._astray(look) or self._unready()
+        found = off or self._astray(look) or (None if is_resting else self._unready())
         if found is not None:
             self._unwell_at = look.at
         found = self._reporting(look, said) or found
