@@ -23,6 +23,8 @@ ON_TARGET_RAD = 0.1
 """More than this, on average, is beside the light."""
 SWEEP = 6 * SECOND
 """Ns that the head takes to sweep to and fro: then it has found its light, if it can."""
+TREMBLING = 0.5
+"""Share of its greatest rate that no light makes it turn at for long."""
 
 
 class PanTiltRig(BoardRig):
@@ -43,6 +45,7 @@ class PanTiltRig(BoardRig):
         self._follows_since: int | None = None
         """Since when it has had nothing to do but to look at its light."""
         self._errors_rad: list[float] = []
+        self._pan_rad = self._way_rad = 0.0
 
     push_unit = "rad of pan"
     unknowable = ("offset:eyes", "scale:eyes", "freeze-axis:eyes", "wrong-byte:eyes", "flip:eyes")
@@ -79,23 +82,31 @@ class PanTiltRig(BoardRig):
         return {probe.error_rad.path: self._error_rad(), probe.pan_rad.path: pan_rad}
 
     def judge(self) -> str | None:
-        """Return that it looks beside its light, though it has had a sweep's time to find it.
+        """Return that it looks beside its light, or trembles, after a sweep's time to find it.
 
         That is wrong in a campaign where nothing was done to it: its healthy runs may all do so.
         """
         self.catch_up()
-        at = self.now()
+        at, before_rad = self.now(), self._pan_rad
+        self._pan_rad = self.pan.angle_rad(at)
         if self.is_struck or not any(self.outputs.values()) or not self._can_reach(at):
             self._follows_since = None
             return None
         if self._follows_since is None:
-            self._follows_since, self._errors_rad = at, []
-        if at - self._follows_since > SWEEP:
-            self._errors_rad.append(self._error_rad())
-        mean_rad = fmean(self._errors_rad or (0.0,))
-        if at - self._follows_since <= 2 * SWEEP or mean_rad <= ON_TARGET_RAD:
+            self._follows_since, self._errors_rad, self._way_rad = at, [], 0.0
+        followed = at - self._follows_since - SWEEP
+        if followed <= 0:
             return None
-        return f"it looks {mean_rad:.2f} rad beside its light on average"
+        self._errors_rad.append(self._error_rad())
+        self._way_rad += abs(self._pan_rad - before_rad)
+        if followed <= SWEEP:
+            return None
+        if (mean_rad := fmean(self._errors_rad)) > ON_TARGET_RAD:
+            return f"it looks {mean_rad:.2f} rad beside its light on average"
+        rate_rad_s = self._way_rad * SECOND / followed
+        if rate_rad_s > TREMBLING * self._settings.controller.most_rad_s:
+            return f"it turns to and fro at {rate_rad_s:.2f} rad/s on average"
+        return None
 
     def attach(self, robot: Coupled) -> None:
         """Add the world's probe, which looks with every reading."""

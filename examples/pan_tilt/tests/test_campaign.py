@@ -1,8 +1,19 @@
 """A minute of the head, struck by single faults at any moment: none breaks it."""
 
+from collections.abc import Iterator
+
 import pytest
 
 from firmware_runtime.lab.campaign import campaign
+from firmware_runtime.lab.campaign.healthy import healthy
+
+
+@pytest.fixture
+def planted(monkeypatch: pytest.MonkeyPatch) -> Iterator[pytest.MonkeyPatch]:
+    """Plants a mistake; no healthy run of it is kept."""
+    healthy.cache_clear()
+    yield monkeypatch
+    healthy.cache_clear()
 
 
 @pytest.mark.slow
@@ -11,10 +22,17 @@ def test_no_single_fault_breaks_the_head() -> None:
 
 
 @pytest.mark.slow
-def test_photocells_that_are_exchanged_are_wrong_without_any_fault(
-    monkeypatch: pytest.MonkeyPatch,
+@pytest.mark.parametrize(
+    ("name", "value", "says"),
+    [
+        ("pan_tilt.wiring.INPUTS", ("AIN0", "AIN2", "AIN1", "AIN3"), "beside its light"),
+        ("firmware_runtime.models.pid.SECOND", 1_000_000, "turns to and fro"),
+    ],
+)
+def test_a_head_that_does_not_follow_is_wrong_without_any_fault(
+    planted: pytest.MonkeyPatch, name: str, value: object, says: str
 ) -> None:
-    monkeypatch.setattr("pan_tilt.wiring.INPUTS", ("AIN0", "AIN2", "AIN1", "AIN3"))
+    planted.setattr(name, value)
     (found,) = campaign("pan_tilt", runs=1, workers=1).findings
     assert found.oracle == "own"
-    assert "beside its light" in found.what
+    assert says in found.what
