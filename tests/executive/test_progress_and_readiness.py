@@ -145,6 +145,20 @@ def test_a_device_that_cannot_say_whether_it_works_fails_the_run() -> None:
     assert "no answer" in outcome.reason
 
 
+def test_a_device_that_quits_as_it_is_judged_keeps_no_run_from_its_end() -> None:
+    class Quitting(Sensor):
+        def unready(self) -> str | None:
+            if self.age >= SECOND:
+                raise SystemExit(3)
+            return "is not up yet"
+
+    run = Run(Quitting("imu"), VirtualClock())
+    with pytest.raises(SystemExit):
+        run.until(SECOND)
+    assert run.made_safe == 2
+    assert run.json()["conditions"]["run"]["state"] == "failed"
+
+
 def test_what_failed_first_is_the_reason_where_a_device_then_cannot_say_whether_it_works() -> None:
     class Gone(Sensor):
         def unready(self) -> str | None:
