@@ -140,6 +140,12 @@ def test_a_policy_that_stops() -> None:
     assert run.json()["conditions"]["run"]["state"] == "overrun"
 
 
+def test_a_policy_that_stops_does_not_judge_what_is_due_after_the_end() -> None:
+    policies = {"imu": ActivationPolicy("stop", stop_after_us=2_000)}
+    run = Run(Robot(), StallingClock({3: 2 * PERIOD}), Configuration(policies=policies))
+    assert run.until(PERIOD * 5 // 2).state is RunState.ENDED
+
+
 @pytest.mark.parametrize("failure", [OSError("bus gone"), KeyboardInterrupt(), SystemExit()])
 def test_what_goes_wrong_in_making_safe_is_reported_and_models_still_exit(
     failure: BaseException,

@@ -284,6 +284,16 @@ def test_as_long_a_real_time_behind_ends_a_run_at_any_speed(speed: float) -> Non
     assert "0.01 s of stepping" in progress.livelock
 
 
+def test_a_second_stall_while_a_loop_catches_up_with_the_first_is_no_livelock() -> None:
+    """What was stepped before it, with less lag from window to window, is not added to it."""
+    progress, now = Followed().progress, 0
+    progress.note(0, 0)
+    for lag_ms in (*range(1000, 700, -1), 1200, 1190):
+        now += 100 * MICROSECOND
+        progress.note(now, now - lag_ms * MILLISECOND)
+    assert progress.livelock == ""
+
+
 def test_before_logical_time_has_caught_up_once_a_step_that_ends_is_a_sign_of_life() -> None:
     progress = Followed().progress
     assert progress.note(SECOND, 1) == 0
