@@ -153,7 +153,7 @@ def test_an_enable_line_that_fails_keeps_no_bus_open_and_raises_nothing_new() ->
     class Failing(EnableLine):
         name = "output_enable"
 
-        def set(self, enabled: bool) -> None:  # noqa: FBT001 -- as of a line
+        def set(self, enabled: bool) -> None:  # noqa: ARG002, FBT001 -- as of a line
             raise BusFault("line 17 cannot be set", where=self.name)
 
         def close(self) -> None:
