@@ -165,6 +165,6 @@ class Robot(Struct, frozen=True):
                 stop()
             except HalError as error:
                 failures.append(text_of(error))
-            except Exception as error:  # noqa: BLE001 -- a defect must not keep the next chip on
+            except BaseException as error:  # noqa: BLE001 -- nothing must keep the next chip on
                 failures.append(f"{type(error).__name__}: {text_of(error)}")
         return failures

@@ -250,7 +250,7 @@ class Engine(ABC):
         for atomic in reversed(self.atomics):
             try:
                 atomic.exit()
-            except Exception as error:  # noqa: BLE001 -- the others must still exit
+            except BaseException as error:  # noqa: BLE001 -- the others must still exit
                 fault = f"its exit raised {type(error).__name__}: {text_of(error)}"
                 failures.append(ModelFailure(atomic.path, self.now, fault))
                 failures[-1].__cause__ = error

@@ -117,7 +117,7 @@ class Readiness:
         """
         try:
             return self._judged(outcome)
-        except Exception as error:  # noqa: BLE001 -- the run still has to end
+        except BaseException as error:  # noqa: BLE001 -- the run still has to end
             if outcome.error is not None:  # which may have broken the device, too
                 return outcome
             reason = f"a model's unready raised {type(error).__name__}: {text_of(error)}"

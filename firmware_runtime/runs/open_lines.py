@@ -1,6 +1,7 @@
 """A board's buses and ports, opened: the real ones, or those of its doubles."""
 
 from collections.abc import Callable
+from contextlib import suppress
 from typing import TYPE_CHECKING, Final, TypeVar
 
 from msgspec import Struct
@@ -152,9 +153,13 @@ def _enable_line(board: Board) -> EnableLine | None:
 
 
 def close_lines(lines: Lines) -> None:
-    """Disable outputs where there is a line for it; release buses and ports."""
+    """Disable outputs where there is a line for it; release buses and ports.
+
+    An enable line that fails is said where outputs are switched off, and keeps no bus open here.
+    """
     if lines.enable is not None:
-        lines.enable.close()
+        with suppress(HalError):
+            lines.enable.close()
     for bus in lines.buses.values():
         bus.close()
     for port in lines.ports.values():

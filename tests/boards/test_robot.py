@@ -19,14 +19,15 @@ from firmware_runtime.view.page import page_of
 from firmware_runtime.view.report.report import report
 
 
-def test_a_defect_in_one_stop_does_not_keep_the_next_chip_on() -> None:
+@pytest.mark.parametrize("kind", [ValueError, SystemExit, KeyboardInterrupt])
+def test_a_defect_in_one_stop_does_not_keep_the_next_chip_on(kind: type[BaseException]) -> None:
     stopped: list[str] = []
 
     def broken() -> None:
-        raise ValueError("no such register")
+        raise kind("no such register")
 
     assert robot(broken, lambda: stopped.append("second")).make_safe() == [
-        "ValueError: no such register"
+        f"{kind.__name__}: no such register"
     ]
     assert stopped == ["second"]
 

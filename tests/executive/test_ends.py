@@ -20,7 +20,7 @@ from firmware_runtime.executive.outcome import Outcome
 from firmware_runtime.executive.policy import ActivationPolicy
 from firmware_runtime.statistics import file_header
 from firmware_runtime.statistics.file_header import RunState
-from firmware_runtime.statistics.layout import HEARTBEAT
+from firmware_runtime.statistics.layout import HEARTBEAT, STATE
 from firmware_runtime.statistics.reader import read_statistics
 from tests.support.executives import Run
 from tests.support.periodic_models import PERIOD, Actuator, Robot
@@ -143,6 +143,12 @@ def test_a_policy_that_stops() -> None:
     assert run.json()["conditions"]["run"]["state"] == "overrun"
 
 
+def test_a_policy_that_stops_does_not_judge_what_is_due_after_the_end() -> None:
+    policies = {"imu": ActivationPolicy("stop", stop_after_us=2_000)}
+    run = Run(Robot(), StallingClock({3: 2 * PERIOD}), Configuration(policies=policies))
+    assert run.until(PERIOD * 5 // 2).state is RunState.ENDED
+
+
 @pytest.mark.parametrize("failure", [OSError("bus gone"), KeyboardInterrupt(), SystemExit()])
 def test_what_goes_wrong_in_making_safe_is_reported_and_models_still_exit(
     failure: BaseException,
@@ -156,7 +162,8 @@ def test_what_goes_wrong_in_making_safe_is_reported_and_models_still_exit(
     assert thrust.exits == 1
 
 
-def test_what_an_exit_switches_on_is_switched_off_again() -> None:
+@pytest.mark.parametrize("failure", [None, SystemExit(3), KeyboardInterrupt(), GeneratorExit()])
+def test_what_an_exit_switches_on_is_switched_off_again(failure: BaseException | None) -> None:
     done: list[str] = []
 
     def make_safe() -> list[str]:
@@ -166,9 +173,13 @@ def test_what_an_exit_switches_on_is_switched_off_again() -> None:
     class Parking(Actuator):
         def exit(self) -> None:
             done.append("on")
+            if failure is not None:
+                raise failure
 
-    assert Executive(Parking("thrust"), VirtualClock(), make_safe).run(PERIOD).faults == ()
+    executive = Executive(Parking("thrust"), VirtualClock(), make_safe)
+    assert len(executive.run(PERIOD).faults) == (failure is not None)
     assert done == ["off", "on", "off"]
+    assert executive.cells[STATE] == RunState.ENDED
 
 
 def test_what_could_not_be_made_safe_is_in_the_outcome() -> None:

@@ -145,6 +145,20 @@ def test_a_device_that_cannot_say_whether_it_works_fails_the_run() -> None:
     assert "no answer" in outcome.reason
 
 
+def test_a_device_that_quits_as_it_is_judged_keeps_no_run_from_its_end() -> None:
+    class Quitting(Sensor):
+        def unready(self) -> str | None:
+            if self.age >= SECOND:
+                raise SystemExit(3)
+            return "is not up yet"
+
+    run = Run(Quitting("imu"), VirtualClock())
+    with pytest.raises(SystemExit):
+        run.until(SECOND)
+    assert run.made_safe == 2
+    assert run.json()["conditions"]["run"]["state"] == "failed"
+
+
 def test_what_failed_first_is_the_reason_where_a_device_then_cannot_say_whether_it_works() -> None:
     class Gone(Sensor):
         def unready(self) -> str | None:
@@ -268,6 +282,16 @@ def test_as_long_a_real_time_behind_ends_a_run_at_any_speed(speed: float) -> Non
         assert progress.livelock == ""
         progress.note(round(half_tenth * 50 * MICROSECOND * speed), 0)
     assert "0.01 s of stepping" in progress.livelock
+
+
+def test_a_second_stall_while_a_loop_catches_up_with_the_first_is_no_livelock() -> None:
+    """What was stepped before it, with less lag from window to window, is not added to it."""
+    progress, now = Followed().progress, 0
+    progress.note(0, 0)
+    for lag_ms in (*range(1000, 700, -1), 1200, 1190):
+        now += 100 * MICROSECOND
+        progress.note(now, now - lag_ms * MILLISECOND)
+    assert progress.livelock == ""
 
 
 def test_before_logical_time_has_caught_up_once_a_step_that_ends_is_a_sign_of_life() -> None:

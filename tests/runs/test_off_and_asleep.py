@@ -7,15 +7,18 @@ from time import monotonic_ns
 
 import pytest
 
+from firmware_runtime.board.robot import Lines
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.executive.clocks import Clock, MonotonicClock, VirtualClock
 from firmware_runtime.executive.configuration import Configuration
 from firmware_runtime.executive.executive import Executive
-from firmware_runtime.hal.wire_errors import BusInUse
+from firmware_runtime.hal.interlock import EnableLine
+from firmware_runtime.hal.unopened_lines import AbsentBus
+from firmware_runtime.hal.wire_errors import BusFault, BusInUse
 from firmware_runtime.runs import safe_state as module
 from firmware_runtime.runs import supervision
 from firmware_runtime.runs.arming import Arming, Permission
-from firmware_runtime.runs.open_lines import soon_free
+from firmware_runtime.runs.open_lines import close_lines, soon_free
 from firmware_runtime.runs.safe_state import BETWEEN, SafeState
 from firmware_runtime.runs.supervision import SleepWatch, watch_sleep
 from firmware_runtime.runs.watched_run import (
@@ -142,6 +145,29 @@ def test_it_is_watched_where_something_may_be_hurt(
 def test_the_clocks_of_this_machine_stay_together_while_it_is_awake() -> None:
     before = slept()
     assert abs(slept() - before) < SECOND
+
+
+def test_an_enable_line_that_fails_keeps_no_bus_open_and_raises_nothing_new() -> None:
+    """Its failure is said where outputs are switched off, with the status of that."""
+
+    class Failing(EnableLine):
+        name = "output_enable"
+
+        def set(self, enabled: bool) -> None:  # noqa: ARG002, FBT001 -- as of a line
+            raise BusFault("line 17 cannot be set", where=self.name)
+
+        def close(self) -> None:
+            self.set(False)
+
+    class Closing(AbsentBus):
+        is_closed = False
+
+        def close(self) -> None:
+            self.is_closed = True
+
+    bus = Closing("i2c1")
+    close_lines(Lines({"i2c1": bus}, enable=Failing()))
+    assert bus.is_closed
 
 
 def test_what_another_process_lets_go_is_taken_and_what_it_keeps_is_refused(
