@@ -120,6 +120,9 @@ NAN = "; ".join(f"{at_ms} speeds=(nan,0.5)" for at_ms in range(41, 60))
             "servos: 100 pan=0.0; 110 pan=0.1; 310 pan=1.5; 2010 release=True; "
             "applied is NOTHING ALL PART ALL PART NOTHING"
         ),
+        "all again of a servo that was at a limit and is commanded back within it": (
+            "servos: 100 pan=1.0; 110 pan=1.5; 310 pan=0.9; 2010; applied is NOTHING ALL PART ALL"
+        ),
         "all once armed and part of a throttle beyond 1": (
             "esc: 100 arm=True; 3500 throttle=1.5; 3600 throttle=0.5; 3700 arm=False; "
             "applied is NOTHING ALL PART ALL NOTHING; applied_at is 0 3100 3500 3600 3700"

@@ -102,7 +102,6 @@ class InertialChecks:
         """Go on after a bring-up: what was stuck has yet to change."""
         self.inertial.restart()
         self.field.restart()
-        self._without_field = 0
 
     def lives(self, field: tuple[int, int, int]) -> bool:
         """Take a new and valid measurement, in counts; True if it shows no sign of a dead part."""

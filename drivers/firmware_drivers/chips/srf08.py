@@ -120,7 +120,7 @@ class Srf08(I2cChip):
         self.limits_m = (NEAREST_M, (1 + settings.range_register()) * RANGE_STEP_M)
         self._gain, self._range = settings.gain, settings.range_register()
         farthest_m = self.limits_m[1] + RANGE_STEP_M  # no sonar counts its steps so exactly
-        self._most_cm = min(MOST_CM, math.ceil(farthest_m * 100))
+        self._most_cm = math.ceil(farthest_m * 100)
         self._revision = 0
         self._is_ranging = False
         self._echo = 0
