@@ -97,7 +97,7 @@ def as_test(arguments: argparse.Namespace, path: Path) -> int:
 
 def _check(arguments: argparse.Namespace, test: Path) -> None:
     """Refuse what cannot be a test, and what would be written over."""
-    check_test_file(test, test.with_suffix(".recording"))
+    check_test_file(test, ".recording")
     given = {"BOARD": arguments.board, "--speed": arguments.speed, "-o": arguments.output}
     for name, value in given.items():
         if value is not None:

@@ -40,12 +40,15 @@ def check_files(verb: str, files: Mapping[str, Path | None]) -> None:
         raise ConfigError(verb, faults)
 
 
-def check_test_file(test: Path, *beside: Path) -> None:
-    """Raise ConfigError for what cannot be a test's file, and for what would be written over."""
+def check_test_file(test: Path, *beside: str) -> None:
+    """Raise ConfigError for what cannot be a test's file, and for what would be written over.
+
+    `beside` has the endings of files of the same name that are written too.
+    """
     where = f"--as-test {test}"
     if test.suffix != ".py" or not test.stem.isidentifier():
         raise ConfigError.of_one(where, "expected the name of a module, such as test_that_day.py")
-    for each in (test, *beside):
+    for each in (test, *map(test.with_suffix, beside)):
         if each.exists():
             raise ConfigError.of_one(where, f"{each} is there already", expected="another name")
     if not test.absolute().parent.is_dir():

@@ -31,6 +31,8 @@ Said: TypeAlias = Mapping[str, Any]
 Act: TypeAlias = Callable[[Said], Any]
 
 _SAFE_WITHIN_S: Final = 20.0
+_LONGEST_S: Final = 1e9
+"""Seconds of a run that instants are stated up to: 31 years."""
 _NOT_ALLOWED: Final = "arming from the page is off; expected `view --allow-arm`"
 
 
@@ -128,10 +130,11 @@ class Actions:
 
     def _export(self, said: Said) -> bytes:
         """What is seen, as a file: `ports`, `begin_s` and `end_s`, `ending`."""
-        begin, end = (round(number_in(said, name) * SECOND) for name in ("begin_s", "end_s"))
+        stated = (number_in(said, name) for name in ("begin_s", "end_s"))
+        begin, end = (round(min(max(each, 0.0), _LONGEST_S) * SECOND) for each in stated)
         ports = str(said.get("ports", "")).split()
         ending = str(said.get("ending", ""))
-        return exported(self._source.recording, ports, max(begin, 0), max(end, 0), ending)
+        return exported(self._source.recording, ports, begin, end, ending)
 
     # Gains ----------------------------------------------------------------------------------------
 
@@ -145,7 +148,7 @@ class Actions:
         """A copy of the board.toml with `values`, an object in JSON."""
         try:
             values = msgspec.json.decode(str(said.get("values", "")), type=dict[str, Any])
-        except msgspec.MsgspecError as error:
+        except (msgspec.MsgspecError, RecursionError, UnicodeError) as error:
             raise ConfigError.of_one("values", "no object", expected="{KEY: VALUE}") from error
         source = Path(self._source.observed.header.source)
         return board_file(self._source.board, values, source).encode()

@@ -7,7 +7,13 @@ from typing import Any, Generic, TypeVar
 
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.errors import ConfigError
-from firmware_runtime.statistics.value_table import ALONE, Column, wide_columns
+from firmware_runtime.statistics.value_table import (
+    ALONE,
+    Column,
+    beside,
+    wide_columns,
+    within_64_bits,
+)
 from firmware_runtime.system.packages import install_command
 
 T = TypeVar("T")
@@ -97,7 +103,8 @@ def _table(times_ns: Sequence[int], columns: dict[str, Column]) -> Any:  # noqa:
     if (pandas := _installed("pandas")) is not None:
         return pandas.DataFrame(columns, index=pandas.Index(times_s, name="t_s", dtype="float64"))
     if (pyarrow := _installed("pyarrow")) is not None:
-        return pyarrow.table({"t_ns": times_ns, "t_s": times_s, **columns})
+        columns = {name: within_64_bits(each) for name, each in columns.items()}
+        return pyarrow.table(beside({"t_ns": [*times_ns], "t_s": times_s}, columns))
     fault = f"neither pandas nor pyarrow is installed; expected one: {install_command('pandas')}"
     raise ConfigError.of_one("to_dataframe", fault)
 

@@ -17,6 +17,19 @@ def wide_columns(values: Iterable[object]) -> dict[str, Column]:
     return {name or ALONE: _of_one_kind([row.get(name) for row in rows]) for name in names}
 
 
+def beside(own: dict[str, Column], fields: dict[str, Column]) -> dict[str, Column]:
+    """The table's own columns, then those of fields; a field of the same name is `value.NAME`."""
+    named = {f"{ALONE}.{name}" if name in own else name: each for name, each in fields.items()}
+    return own | named
+
+
+def within_64_bits(cells: Column) -> Column:
+    """As they are; as texts where one is a whole number that has no room in 64 bits."""
+    if all(type(each) is not int or -(1 << 63) <= each < 1 << 63 for each in cells):
+        return cells
+    return [None if each is None else str(each) for each in cells]
+
+
 def cells_of(value: object, name: str = "") -> Iterator[tuple[str, object]]:
     """Fields of a value at any depth, such as `acceleration.0`; empty for a value that has none."""
     parts: Iterable[tuple[object, object]] = ()

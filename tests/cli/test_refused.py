@@ -324,6 +324,12 @@ recordings recover none -o x | no file
 recordings list --in nowhere | no folder
 replay letter | letter
 replay absent | absent
+replay '' | no file
+replay .. | no file
+export '' -o x.csv | no file
+recordings keep '' | no file
+replay letter --as-test . | expected the name of a module
+replay letter --as-test '' | expected the name of a module
 replay {long} | no file
 """
 ROWS = [row for row in TABLE.splitlines() if row and not row.startswith("#")]

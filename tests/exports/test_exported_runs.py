@@ -1,13 +1,14 @@
 """Exported runs, read back by others: rosbags for MCAP, csv and pyarrow for tables."""
 
 import csv
+import io
 import json
 import sys
 from collections import defaultdict
 from importlib import import_module
 from pathlib import Path
 from time import time_ns
-from typing import Any
+from typing import Any, NamedTuple
 
 import msgspec
 import pytest
@@ -21,7 +22,9 @@ from firmware_runtime.recording.blackbox.reader import Recording, read_recording
 from firmware_runtime.recording.blackbox.section import Kind, Section, encode, sent_of
 from firmware_runtime.recording.board_of_recording import board_of
 from firmware_runtime.recording.exports.mcap_file import _FIELDS, definition_of
+from firmware_runtime.recording.exports.run_file import csv_of, parquet_of, wide_table
 from firmware_runtime.recording.exports.typed_values import (
+    Sent,
     entered_in,
     passed,
     sections_between,
@@ -194,6 +197,26 @@ def test_a_port_alone_has_a_column_for_each_field(
     start = began(run)
     assert [str(row["utc"])[11:26] for row in rows] == [utc(start + at)[11:26] for at, _ in samples]
     assert [float(row["acceleration.2"]) for row in rows] == [each[0][2] for _, each in samples]
+
+
+class Stamped(NamedTuple):
+    t_ns: int
+    utc: str
+    port: int
+    total: int
+
+
+def test_fields_of_any_name_and_size_stand_beside_the_instants() -> None:
+    rows = [Sent(at * SECOND, "gps.fix", Stamped(7, "noon", at, 1 << 64)) for at in (1, 2)]
+    table = wide_table(rows)
+    read = PARQUET.read_table(io.BytesIO(parquet_of(table))).to_pydict()
+    assert read["t_ns"] == [1 * SECOND, 2 * SECOND]
+    assert read["value.t_ns"] == [7, 7]
+    assert read["port"] == [1, 2]
+    assert read["total"] == ["18446744073709551616"] * 2
+    header, first, _ = csv_of(table).decode().splitlines()
+    assert header == "t_ns,t_s,utc,value.t_ns,value.utc,port,total"
+    assert first == "1000000000,1.0,,7,noon,1,18446744073709551616"
 
 
 def test_several_ports_and_fields_are_chosen_by_name(run: Path, tmp_path: Path) -> None:

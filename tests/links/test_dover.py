@@ -23,7 +23,10 @@ from firmware_runtime import (
     open_model,
     run,
 )
+from firmware_runtime.links.dover.bridge import DoverBridge
 from firmware_runtime.links.dover.dover import DoverBlocks
+from firmware_runtime.links.ports.datagrams import message_of
+from firmware_runtime.links.ports.ports_client import PortsClient
 from firmware_runtime.models.dover import RcvDover, SndDover
 from tests.support.linked_runs import free_port
 from tests.support.waiting import PATIENCE_S, wait_until
@@ -158,6 +161,22 @@ def test_what_is_no_number_is_counted_and_reaches_no_model(stack: ExitStack) -> 
 
 @pytest.mark.slow
 @pytest.mark.real_time
+@pytest.mark.parametrize("value", [10**400, float("nan"), 1e300, "up", None, [0.5]])
+def test_a_value_without_a_number_is_refused_once_and_carrying_goes_on(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, value: object
+) -> None:
+    offered = ({"name": "n", "direction": "out", "type": "int"},)
+    monkeypatch.setattr(PortsClient, "ports", lambda _client: offered)
+    said: list[str] = []
+    bridge = DoverBridge(tmp_path / "robot.stats", {"n": 62_999}, {}, said.append)
+    messages = [message_of(port="n", value=each) for each in (value, value, 7)]
+    monkeypatch.setattr(bridge._end, "received", lambda: messages)
+    bridge._from_robot()
+    bridge.close()
+    assert (bridge.refused, bridge.sent) == (2, 1)
+    assert len(said) == 1
+
+
 def test_only_this_machine_is_listened_to(stack: ExitStack) -> None:
     port = free_port()
     stack.enter_context(open_model(RcvDover("rcv", port)))

@@ -130,7 +130,7 @@ def _paths(board: str | None, folder: Path | None) -> list[Path]:
         return [*last_recordings(board), *kept_recordings(board)]
     if not folder.is_dir():
         raise ConfigError.of_one("--in", f"{folder}: no folder", expected="one with recordings")
-    return sorted(folder.glob(f"{board or ''}*.recording"))
+    return sorted(each for each in folder.glob("*.recording") if each.name.startswith(board or ""))
 
 
 def _keep(arguments: argparse.Namespace) -> int:

@@ -3,6 +3,7 @@
 import shlex
 from collections import Counter
 from collections.abc import Iterator, Sequence
+from math import fsum, isfinite
 from statistics import fmean
 from typing import Final
 
@@ -95,7 +96,7 @@ def spread(values: Sequence[float]) -> Spread:
         min=low,
         p05=quantile(ranked, 0.05) or 0.0,
         median=quantile(ranked, 0.5) or 0.0,
-        mean=fmean(ranked),
+        mean=_mean(ranked),
         p95=quantile(ranked, 0.95) or 0.0,
         max=high,
         histogram=_histogram(ranked, low, high),
@@ -143,12 +144,21 @@ def rarer_truth(table: Table, name: str) -> bool | None:
     return None if true in {0, len(said)} else true < len(said) - true
 
 
+def _mean(values: Sequence[float]) -> float:
+    try:
+        return fmean(values)
+    except OverflowError:  # of figures of runs that diverged, whose sum is beyond any float
+        return fsum(each / len(values) for each in values)
+
+
 def _histogram(values: Sequence[float], low: float, high: float) -> list[int]:
     if low == high:
         return [len(values)]
     counts = [0] * BINS
+    scale = 1.0 if isfinite(high - low) else 0.5
+    begin, span = low * scale, high * scale - low * scale
     for value in values:
-        counts[min(int((value - low) / (high - low) * BINS), BINS - 1)] += 1
+        counts[min(int((value * scale - begin) / span * BINS), BINS - 1)] += 1
     return counts
 
 

@@ -68,7 +68,8 @@ def _varied(rows: Table) -> parts.Table:
     for name in rows.varied:
         values = [each for each in rows.column(name) if each is not None]
         numbers = [each for each in values if isinstance(each, int | float)]
-        ends = f"{min(numbers):.6g} to {max(numbers):.6g}" if len(numbers) == len(values) else ""
+        is_of_numbers = numbers and len(numbers) == len(values)
+        ends = f"{min(numbers):.6g} to {max(numbers):.6g}" if is_of_numbers else ""
         found.append(
             (name, str(len(set(values))), ends or ", ".join(sorted(map(str, set(values)))))
         )
@@ -84,8 +85,9 @@ def _histograms(found: Summary) -> Iterator[Histogram]:
     """Yield one for each figure: its counts are in equal parts from the least to the greatest."""
     for name, each in found.spreads.items():
         if len(each.histogram) > 1:
-            wide = (each.max - each.min) / len(each.histogram) or abs(each.min) or 1.0
-            edges = [each.min + number * wide for number in range(len(each.histogram) + 1)]
+            count = len(each.histogram)
+            wide = each.max / count - each.min / count or abs(each.min) or 1.0
+            edges = [each.min + number * wide for number in range(count + 1)]
             yield Histogram(
                 title=name, across=name, edges=edges, counts=each.histogram, is_small=True
             )

@@ -13,6 +13,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from importlib import import_module
+from math import isfinite
 from pathlib import Path
 from typing import Any, Final
 
@@ -196,11 +197,16 @@ def _cell(value: Cell) -> str:
 
 
 def _value(text: str) -> Cell:
-    """Read a cell: JSON's numbers, truths and texts, or else a plain text."""
+    """Read a cell: JSON's numbers, truths and texts, or else a plain text.
+
+    What is no number of JSON, or beyond any float, is a text.
+    """
     if text == "":
         return None
     try:
         found = json.loads(text)
-    except ValueError:
+        if isinstance(found, int | float) and not isfinite(found):
+            return text
+    except (ValueError, OverflowError):
         return text
     return found if isinstance(found, bool | int | float | str) else text

@@ -104,7 +104,7 @@ class DoverBridge:
     def _send(self, signal: Signal, value: object) -> None:
         try:
             text = text_of_number(_number(value, signal.parts))
-        except (Refused, LookupError, TypeError, ValueError):
+        except (Refused, LookupError, TypeError, ValueError, OverflowError):
             self.refused += 1
             self._complain(f"--send {signal.name}", f"no number that fits in {value}: not sent")
             return

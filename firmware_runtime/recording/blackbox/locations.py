@@ -107,6 +107,8 @@ def kept_directories() -> list[Path]:
 
 def kept_recordings(board: str | None = None) -> list[Path]:
     """The recordings that were kept, of one board or of all, in order of their names."""
+    if board in {"", ".", ".."}:  # no board's name, but a folder's
+        return []
     pattern = f"{'*' if board is None else _escaped(board)}/*{Companion.RECORDING}"
     folders = [each for each in kept_directories() if owner_of_folder(each) is None]
     return [each for folder in folders for each in sorted(folder.glob(pattern)) if each.is_file()]

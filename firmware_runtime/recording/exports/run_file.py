@@ -30,7 +30,14 @@ from firmware_runtime.statistics.number_formats import NO_DATES, Dates, instant,
 from firmware_runtime.statistics.paths import SUFFIX
 from firmware_runtime.statistics.reader import read_statistics
 from firmware_runtime.statistics.statistics import Statistics
-from firmware_runtime.statistics.value_table import Column, cells_of, number_of, wide_columns
+from firmware_runtime.statistics.value_table import (
+    Column,
+    beside,
+    cells_of,
+    number_of,
+    wide_columns,
+    within_64_bits,
+)
 from firmware_runtime.system.packages import module_of_extra
 
 UTC: Final = "utc"
@@ -59,12 +66,12 @@ def wide_table(
     columns = wide_columns(each.value for each in rows)
     if chosen is not None:
         columns = {name: each for name, each in columns.items() if chosen.shows(name)}
-    return {
+    instants: dict[str, Column] = {
         "t_ns": [each.at for each in rows],
         "t_s": [each.at / SECOND for each in rows],
         UTC: [dates.of(each.at) for each in rows],
-        **columns,
     }
+    return beside(instants, columns)
 
 
 def csv_of(columns: dict[str, Column]) -> bytes:
@@ -87,10 +94,12 @@ def parquet_of(columns: dict[str, Column]) -> bytes:
     known = {"t_ns": pyarrow.int64(), "t_s": pyarrow.float64()}
     known[UTC] = pyarrow.timestamp("us", tz="UTC")  # ns are read by pandas alone
     columns = {**columns, UTC: [None if each is None else each // 1000 for each in columns[UTC]]}
-    known |= {"port": pyarrow.string(), "field": pyarrow.string(), "text": pyarrow.string()}
     if tuple(columns) == LONG:
+        known |= {"port": pyarrow.string(), "field": pyarrow.string(), "text": pyarrow.string()}
         known["value"] = pyarrow.float64()
-    arrays = {name: pyarrow.array(each, known.get(name)) for name, each in columns.items()}
+    arrays = {
+        name: pyarrow.array(within_64_bits(each), known.get(name)) for name, each in columns.items()
+    }
     into = io.BytesIO()
     parquet.write_table(pyarrow.table(arrays), into)
     return into.getvalue()
