@@ -239,7 +239,7 @@ def _summed_up(  # noqa: PLR0913 -- what a report has beside what follows from i
         flakes=flakes,
         run_again=run_again,
         never=never_shown(space, rows),
-        left_out=(*mission.without, *found.unknowable),
+        left_out=(*mission.without, *found.stated.unknowable),
         arrows=len(found.arrows),
         never_taken=never_taken(found, rows),
         kept=kept,

@@ -12,19 +12,11 @@ from typing import Final, TypeVar
 
 from msgspec import Struct
 
-from firmware_runtime.board.rig import (
-    Balanced,
-    Dependent,
-    Healing,
-    Limited,
-    Rig,
-    Tolerant,
-    Unknowing,
-)
 from firmware_runtime.devs.time import MILLISECOND, NEVER, SECOND, seconds
-from firmware_runtime.errors import ConfigError, expected_one_of
+from firmware_runtime.errors import ConfigError
 from firmware_runtime.hal.strike import Kind, Place, Use
-from firmware_runtime.lab.campaign.mission import RECOVER_S, WITHIN_S, Mission, faults_of
+from firmware_runtime.lab.campaign.mission import Mission, faults_of
+from firmware_runtime.lab.campaign.stated import Stated, stated_by
 from firmware_runtime.lab.campaign.watched import EVERY, Look, Watched
 
 T = TypeVar("T")
@@ -110,18 +102,12 @@ class Healthy(Struct, frozen=True):
     """Arrows of all state diagrams, `MODEL: STATE -> STATE`."""
     taken: tuple[frozenset[str], ...]
     """Those that some run has taken, by look."""
-    held: int
-    """Ns for which outputs may be on as they are; NEVER where that is right for any time."""
+    stated: Stated
+    """What the rig says."""
     within: int
-    """Ns in which a fault has to be reported, or outputs off."""
-    off_within: Mapping[str, int]
-    """Ns after which outputs are off without a device, by its name."""
+    """Ns in which a fault has to be reported, or outputs off: as the mission has it, or the rig."""
     unready: frozenset[str]
     """Models that speak against arming when all is well."""
-    healed: int
-    """Ns after a fault of a bus, or of a chip's supply, in which outputs have to be on again."""
-    unknowable: tuple[str, ...]
-    """Faults that are left out since nothing that the robot has can tell them, as its rig says."""
     wrong: Wrong | None
     """What the oracles find without any fault; such a robot cannot be judged with one."""
 
@@ -159,17 +145,14 @@ def healthy(mission: Mission) -> Healthy:
         uses=tuple(first.uses),
         places=first.places,
         kinds=first.kinds,
-        envelope=_envelope(first.names, looks, first.borne),
+        envelope=_envelope(first.names, looks, first.stated.borne),
         on=tuple(all(each.is_on for each in at_once) for at_once in looks),
         not_finite=frozenset(path for each in runs for path in each.not_finite),
         arrows=first.arrows,
         taken=tuple(frozenset().union(*at_once) for at_once in taken),
-        held=first.held,
-        off_within=first.off_within,
+        stated=first.stated,
         unready=first.unready,
         within=first.within,
-        healed=first.healed,
-        unknowable=first.unknowable,
         wrong=next((each.wrong for each in runs if each.wrong is not None), None),
     )
 
@@ -186,15 +169,10 @@ class _Run:
             watched = Watched(robot)
             self.places = tuple(robot.session.hardware.struck.places)
             self.kinds = tuple(robot.session.hardware.struck.kinds)
-            self.names, rig = watched.names, watched.rig
-            self.borne = _borne(mission, rig, self.names)
-            self.unknowable = _unknowable(mission, rig, self.places)
-            stated = rig.said_within_s if isinstance(rig, Limited) else WITHIN_S
-            self.within = seconds(stated if mission.within_s is None else mission.within_s)
-            self.held = seconds(rig.held_within_s) if isinstance(rig, Balanced) else NEVER
-            self.off_within = _off_within(mission, rig, self.places)
-            stated = rig.healed_within_s if isinstance(rig, Healing) else RECOVER_S
-            self.healed = seconds(stated)
+            self.names = watched.asked.names
+            self.stated = stated_by(watched.rig, robot.board, self.names, self.places)
+            within_s = mission.within_s
+            self.within = seconds(self.stated.said_within_s if within_s is None else within_s)
             self._noted: dict[str, int] = {}
             self._note(watched, AT_START)
             until = seconds(mission.for_s)
@@ -202,7 +180,7 @@ class _Run:
                 before = watched.at
                 self.looks.append(watched.go_on())
                 self.taken.append(frozenset(watched.reached))
-                self.wrong = self.wrong or wrong_by_itself(watched)
+                self.wrong = self.wrong or wrong_by_itself(watched, self.stated)
                 if before < until:
                     self._note(watched, before)
             self.not_finite = watched.not_finite
@@ -220,20 +198,18 @@ class _Run:
             self._noted[name] = max([since, *(use.at for use in fresh)])
 
 
-def wrong_by_itself(watched: Watched) -> Wrong | None:
+def wrong_by_itself(watched: Watched, stated: Stated) -> Wrong | None:
     """Return what is wrong with a robot in which no fault was made, by what it says and does."""
-    said = watched.said_wrongly()
+    said = watched.said_wrongly(stated.warned)
     if said is not None:
         what = f"reports {said.kind}, and no fault was made"
         return Wrong("invented", said.model, what, said.at)
-    if watched.judging is not None and (why := watched.judging.judge()) is not None:
-        return Wrong("own", "world", f"{why}, and no fault was made", watched.at)
-    if watched.losable is not None and (why := watched.losable.lost()) is not None:
-        return Wrong("on", "world", f"{why}, and no fault was made", watched.at)
-    if watched.purposeful is not None and (why := watched.purposeful.missed()) is not None:
-        return Wrong("missed", "world", f"{why}, and no fault was made", watched.at)
-    for note in watched.warnings:
-        return Wrong("misused", "world", f"{note}; no fault was made", watched.at)
+    asked, at = watched.asked, watched.at
+    for oracle, why in (("own", asked.judged()), ("on", asked.lost()), ("missed", asked.missed())):
+        if why is not None:
+            return Wrong(oracle, "world", f"{why}, and no fault was made", at)
+    for note in asked.notes:
+        return Wrong("misused", "world", f"{note}; no fault was made", at)
     return None
 
 
@@ -243,31 +219,6 @@ def _check(mission: Mission, watched: Watched) -> None:
     if outcome is not None and outcome.error is not None:
         fault = f"it fails without any fault: {outcome.reason}"
         raise ConfigError.of_one(mission.board, fault, "a mission that is healthy by itself")
-
-
-def _borne(mission: Mission, rig: Rig, names: Sequence[str]) -> Mapping[str, float]:
-    """Return how far beside its envelope each number may be. Raises ConfigError for no number."""
-    stated = rig.borne if isinstance(rig, Tolerant) else {}
-    if faults := [expected_one_of(each, names) for each in stated if each not in names]:
-        raise ConfigError(f"{mission.board}: borne of its rig", faults)
-    return stated
-
-
-def _off_within(mission: Mission, rig: Rig, places: Sequence[Place]) -> Mapping[str, int]:
-    """Return how soon outputs are off without a device. Raises ConfigError for no device."""
-    stated = rig.off_within_s if isinstance(rig, Dependent) else {}
-    names = [place.name for place in places]
-    if faults := [expected_one_of(each, names) for each in stated if each not in names]:
-        raise ConfigError(f"{mission.board}: off_within_s of its rig", faults)
-    return {name: seconds(span) for name, span in stated.items()}
-
-
-def _unknowable(mission: Mission, rig: Rig, places: Sequence[Place]) -> tuple[str, ...]:
-    """Return faults that the robot cannot know. Raises ConfigError for no kind and no device."""
-    stated = tuple(rig.unknowable) if isinstance(rig, Unknowing) else ()
-    if faults := [*faults_of(stated, places)]:
-        raise ConfigError(f"{mission.board}: unknowable of its rig", faults)
-    return stated
 
 
 def _at(of_run: Sequence[T], number: int) -> T:

@@ -96,6 +96,7 @@ class Judge:
         self._watched = watched
         self._healthy = healthy
         self._oracle = oracle
+        self._most_held, self._off_within = healthy.stated.held, healthy.stated.off_within
         self._go_by(strikes)
         kinds = [KINDS[each.kind] for each in strikes]
         shows = all(kind.is_moment or kind.of in {"people", "world"} for kind in kinds)
@@ -211,8 +212,7 @@ class Judge:
         return None
 
     def _own(self) -> tuple[str, str] | None:
-        judging = self._watched.judging
-        said = None if judging is None else judging.judge()
+        said = self._watched.asked.judged()
         if said is None and self._oracle is not None:
             said = self._oracle(self._watched.rig)
         return None if said is None else ("own", said)
@@ -222,7 +222,7 @@ class Judge:
         within = self._healthy.within
         if not (self._is_disarmed and self._at + within < look.at <= self._end):
             return None
-        if self._watched.has_output_on:
+        if self._watched.asked.has_output_on:
             return "on", f"it was disarmed {within / SECOND:g} s ago, and an output is on"
         return None
 
@@ -231,7 +231,7 @@ class Judge:
         if self._struck_at is None or not look.is_on:
             return None
         for device, at, end in self._failing:
-            most = self._healthy.off_within.get(device, NEVER)
+            most = self._off_within.get(device, NEVER)
             if look.at <= end and look.at - max(at, self._struck_at) > most:
                 return "on", f"{device} fails for {most / SECOND:g} s, and it is driven"
         return None
@@ -241,8 +241,8 @@ class Judge:
 
         A robot that is pushed may drive at its limits for a while.
         """
-        most = self._healthy.held
-        if look.held <= most or self._is_of_world:
+        most = self._most_held
+        if most == NEVER or self._watched.held_for(look) <= most or self._is_of_world:
             return None
         if self._holds_outputs and look.at <= self._end + most:
             return None
@@ -358,7 +358,7 @@ class Judge:
         self, look: Look, figures: Figures, *, is_cleared: bool = False
     ) -> tuple[str, str] | None:
         is_kept_off = not is_cleared and look.at <= self._end and self._may_end_on()
-        if self._watched.has_output_on and not is_kept_off:
+        if self._watched.asked.has_output_on and not is_kept_off:
             return "on", "the run is over, and an output is on"
         for path, each in figures.models.items():
             if each.scheduled - each.run - each.skipped - each.coalesced not in {0, each.waiting}:

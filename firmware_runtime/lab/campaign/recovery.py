@@ -38,7 +38,7 @@ class Recovery:
         self._is_of_world = is_of_world
         self._may_rest = may_rest
         """Whether its faults have moved it, so that it may be off for as long as it says why."""
-        self._off_for = healthy.healed if heals else RECOVER
+        self._off_for = seconds(healthy.stated.healed_within_s) if heals else RECOVER
         """How long after them outputs may be off: less where they leave nothing in doubt."""
         self._can_be_off = can_be_off
         """Whether its faults leave it its outputs to switch off."""
@@ -49,8 +49,7 @@ class Recovery:
         lasts = self._end == NEVER
         if look.at < self._end and not (lasts and self._can_be_off):
             return None
-        losable = self._watched.losable
-        if losable is not None and (lost := losable.lost()) is not None:
+        if (lost := self._watched.asked.lost()) is not None:
             return self._driven_while_lost(look, lost)
         if lasts:
             return None

@@ -134,7 +134,7 @@ class Space(Sequence[Case]):
     def _forms_at(self, use: UseOfLine) -> tuple[Form, ...]:
         key = (use.line, use.use.address, use.use.reads, use.use.writes)
         if key not in self._by_use:
-            without = {*self._found.mission.without, *self._found.unknowable}
+            without = {*self._found.mission.without, *self._found.stated.unknowable}
             self._by_use[key] = tuple(
                 form
                 for form in self._new_forms_at(use)
