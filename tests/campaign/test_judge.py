@@ -20,6 +20,7 @@ from firmware_runtime.lab.campaign.healthy import healthy
 from firmware_runtime.lab.campaign.mission import Mission
 from firmware_runtime.lab.campaign.space import space_of
 from firmware_runtime.models.motion import Motion
+from firmware_runtime.models.pid import Pid
 from sim_doubles.rigs.tachobot import TachobotRig
 
 pytestmark = pytest.mark.slow
@@ -113,9 +114,28 @@ def test_a_rig_says_how_soon_its_robot_is_healthy_again(monkeypatch: pytest.Monk
 def test_a_robot_that_does_not_do_what_it_is_for_is_found_and_not_struck(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
+    answer = Pid._answer
+
+    def halved(model: Pid, motion: Motion, seconds: float) -> float:
+        return answer(model, Motion(motion.position / 2, motion.rate), seconds)
+
+    monkeypatch.setattr(Pid, "_answer", halved)
+    assert found_without_fault(3.0).startswith("missed of world: its yaw is 2")
+
+
+def test_a_robot_that_never_drives_anything_is_found_and_not_struck(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(Attitude, "output", lambda _: None)
+    assert found_without_fault(0.5) == "idle of world: no output is ever on, and no fault was made"
+
+
+def test_what_pushes_the_wrong_way_is_found_by_the_robot_itself(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     a, b, c, d = allocation._TURNS
     monkeypatch.setattr(allocation, "_TURNS", (a, b, d, c))
-    assert found_without_fault(3.0).startswith("missed of world: its yaw is 0 rad after 8")
+    assert found_without_fault(0.5).startswith("invented of controller.movement_check")
 
 
 def test_a_chip_that_is_not_used_as_its_data_sheet_says_is_found_and_not_struck(

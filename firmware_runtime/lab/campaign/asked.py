@@ -98,7 +98,7 @@ class Asked:
         if self._truth is None:
             return {}
         with blamed_on_rig(self._board, "truth"):
-            return dict(self._truth.truth())
+            return dict(self._truth.truth().items())
 
     def _all_numbers(self) -> list[tuple[str, float]]:
         return [each for path, value in self._values().items() for each in _numbers(path, value)]

@@ -153,7 +153,7 @@ def healthy(mission: Mission) -> Healthy:
         stated=first.stated,
         unready=first.unready,
         within=first.within,
-        wrong=next((each.wrong for each in runs if each.wrong is not None), None),
+        wrong=next((each.wrong for each in runs if each.wrong is not None), None) or _idle(runs),
     )
 
 
@@ -170,6 +170,7 @@ class _Run:
             self.places = tuple(robot.session.hardware.struck.places)
             self.kinds = tuple(robot.session.hardware.struck.kinds)
             self.names = watched.asked.names
+            self.has_outputs = bool(watched.rig.outputs)
             self.stated = stated_by(watched.rig, robot.board, self.names, self.places)
             within_s = mission.within_s
             self.within = seconds(self.stated.said_within_s if within_s is None else within_s)
@@ -198,12 +199,36 @@ class _Run:
             self._noted[name] = max([since, *(use.at for use in fresh)])
 
 
+def wrong_in_the_end(mission: Mission) -> Wrong | None:
+    """Return what is wrong where a mission that ends by itself goes on to its end."""
+    with mission.opened() as robot:
+        if robot.session.robot.ended is None:
+            return None
+        watched, wrong = Watched(robot), None
+        stated = healthy(mission).stated
+        until = seconds(robot.board.doubles_run_s)
+        while wrong is None and watched.at < until and watched.outcome is None:
+            watched.go_on()
+            wrong = wrong_by_itself(watched, stated)
+    return wrong
+
+
+def _idle(runs: Sequence[_Run]) -> Wrong | None:
+    """Return that a robot with outputs never drives any: nothing of it could be judged."""
+    if not runs[0].has_outputs or any(look.is_on for run in runs for look in run.looks):
+        return None
+    return Wrong("idle", "world", "no output is ever on, and no fault was made", 0)
+
+
 def wrong_by_itself(watched: Watched, stated: Stated) -> Wrong | None:
     """Return what is wrong with a robot in which no fault was made, by what it says and does."""
     said = watched.said_wrongly(stated.warned)
     if said is not None:
         what = f"reports {said.kind}, and no fault was made"
         return Wrong("invented", said.model, what, said.at)
+    ending = watched.session.task.ending
+    if ending is not None and ending.failed:
+        return Wrong("own", "world", f"{ending.reason}, and no fault was made", watched.at)
     asked, at = watched.asked, watched.at
     for oracle, why in (("own", asked.judged()), ("on", asked.lost()), ("missed", asked.missed())):
         if why is not None:

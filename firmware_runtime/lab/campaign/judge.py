@@ -14,6 +14,7 @@
 | `astray` | long after a fault, or its report, the robot is driven where no healthy one was |
 | `unhealed` | long after a fault outputs are off, or it is still reported |
 | `invented` | a fault is reported in a mission without any |
+| `idle` | a mission without any fault never has an output on |
 | `missed` | a mission without any fault does not come to what it is for, as the rig knows |
 | `misused` | in a mission without any fault a chip is used as its data sheet does not allow |
 | `account` | activations that were scheduled and those that are accounted for differ |
@@ -48,7 +49,7 @@ Oracle: TypeAlias = Callable[[Rig], str | None]
 SOUND: Final = "sound"
 ORACLES: Final = (
     *("crash", "hang", "on", "held", "late", "silent", "not-finite", "astray", "unhealed"),
-    *("invented", "missed", "misused", "account", "own"),
+    *("invented", "idle", "missed", "misused", "account", "own"),
 )
 _SETTLED: Final = 500 * MILLISECOND
 _WATCHED: Final = 3 * SECOND
@@ -335,7 +336,8 @@ class Judge:
             return self._verdict(
                 "crash", text_of(outcome.error), look.at, where_raised(outcome.error)
             )
-        if (found := self._found_in_the_end(look, self._watched.robot.statistics)) is not None:
+        figures = self._watched.robot.statistics
+        if (found := self._own() or self._found_in_the_end(look, figures)) is not None:
             return self._verdict(*found, look.at)
         return self._verdict(SOUND, "", look.at)
 
