@@ -138,13 +138,6 @@ MISTAKES: Final[Mapping[str, Mistake]] = {
         "        timeout=seconds(thrust.timeout_s),\n",
         "        timeout=2 * seconds(thrust.timeout_s),\n",
     ),
-    "a chip that drives is polled half as often": Mistake(
-        "tachobot",
-        "thrust_pairs",
-        f"{MODELS}actuator.py",
-        "POLL_EVERY = SECOND\n",
-        "POLL_EVERY = 2 * SECOND\n",
-    ),
     "both treads are swapped": Mistake(
         "detective",
         "",
