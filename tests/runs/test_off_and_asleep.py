@@ -7,16 +7,18 @@ from time import monotonic_ns
 
 import pytest
 
+from firmware_runtime.board import registry
 from firmware_runtime.board.robot import Lines
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.executive.clocks import Clock, MonotonicClock, VirtualClock
 from firmware_runtime.executive.configuration import Configuration
 from firmware_runtime.executive.executive import Executive
+from firmware_runtime.hal.i2c import I2cBus
 from firmware_runtime.hal.interlock import EnableLine
-from firmware_runtime.hal.unopened_lines import AbsentBus
+from firmware_runtime.hal.unopened_lines import AbsentBus, NotingBus
 from firmware_runtime.hal.wire_errors import BusFault, BusInUse
+from firmware_runtime.runs import outputs, supervision
 from firmware_runtime.runs import safe_state as module
-from firmware_runtime.runs import supervision
 from firmware_runtime.runs.arming import Arming, Permission
 from firmware_runtime.runs.open_lines import close_lines, soon_free
 from firmware_runtime.runs.safe_state import BETWEEN, SafeState
@@ -145,6 +147,18 @@ def test_it_is_watched_where_something_may_be_hurt(
 def test_the_clocks_of_this_machine_stay_together_while_it_is_awake() -> None:
     before = slept()
     assert abs(slept() - before) < SECOND
+
+
+def test_lines_are_opened_again_after_a_failure_and_kept_open_else(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """As a guard does while an adapter is gone, which may come back as another node."""
+    there: list[I2cBus] = [AbsentBus("i2c1"), NotingBus("i2c1", "/dev/i2c-1", [])]
+    monkeypatch.setattr(outputs, "reach_lines", lambda *_: Lines({"i2c1": there.pop(0)}))
+    held = outputs.Outputs(registry.load("tachobot"), None, None)
+    assert held.make_safe() != []
+    assert held.make_safe() == []
+    assert held.make_safe() == []
 
 
 def test_an_enable_line_that_fails_keeps_no_bus_open_and_raises_nothing_new() -> None:

@@ -2,7 +2,10 @@
 
 import json
 import os
+from contextlib import nullcontext
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import pytest
 from msgspec.structs import asdict, replace
@@ -16,6 +19,8 @@ from firmware_runtime.recording.blackbox import locations as persisted
 from firmware_runtime.recording.blackbox.locations import find_recording, recording_of_virtual_run
 from firmware_runtime.recording.blackbox.reader import read_recording
 from firmware_runtime.runs import black_box
+from firmware_runtime.runs.local_robot import SwitchingOff
+from firmware_runtime.runs.outputs import kept_settings
 from firmware_runtime.runs.start import start_session
 from firmware_runtime.runs.watched_run import keep_clear_of_other_runs
 from firmware_runtime.statistics.file_header import STATISTICS, RunState
@@ -74,6 +79,23 @@ def test_the_statistics_of_a_run_that_goes_on_are_not_taken(
 def test_others_are_replaced(path: Path, writer: ProcessIdentity, state: RunState) -> None:
     leave(path, writer, {}, state)
     assert keep_clear_of_other_runs(path) is None
+
+
+def test_settings_are_kept_for_as_long_as_outputs_may_be_on(path: Path) -> None:
+    """The guard and `safe-state` switch off by them, whatever the board's file has become."""
+    failing = ["i2c1 0x40: no acknowledge"]
+    hardware: Any = SimpleNamespace(is_outside=True, enable=lambda *, enabled: enabled)
+    edge: Any = SimpleNamespace(section=nullcontext)
+    robot: Any = SimpleNamespace(make_safe=lambda: list(failing))
+    off = SwitchingOff(board_in_force("tachobot", ()), hardware, edge, path)
+    off.keep_settings()
+    assert off.all_of(robot) == failing
+    off.forget_settings()
+    assert kept_settings(path) is not None
+    failing.clear()
+    assert off.before_a_run(robot) == []
+    off.forget_settings()
+    assert kept_settings(path) is None
 
 
 def test_a_folder_in_the_place_of_statistics_is_refused_and_not_said_to_be_replaced(
