@@ -143,7 +143,7 @@ def test_a_field_that_stands_still_is_none_until_a_bit_changes(rig: Rig) -> None
 def test_a_field_that_never_comes_is_said_to_be_stuck_until_one_comes(
     rig: Rig, register: int, value: int, reason: str
 ) -> None:
-    """An auxiliary bus may hang with a fetch that found nothing new: nothing repeats itself."""
+    """An auxiliary bus may hang with a fetch that found nothing new: then nothing repeats."""
     rig.bus.faults = FaultScript(
         [ForcedRegister(address=0x68, register=register, value=value, first=0, times=None)]
     )

@@ -26,6 +26,7 @@ class Echo(SerialTarget):
         self.clock = clock
         self.got = b""
         self.waiting: list[tuple[int, bytes]] = []
+        self.power_cycles = 0
 
     def receive(self, data: bytes) -> None:
         self.got += data
@@ -38,6 +39,7 @@ class Echo(SerialTarget):
 
     def power_cycle(self) -> None:
         self.waiting.clear()
+        self.power_cycles += 1
 
 
 @pytest.fixture
@@ -135,6 +137,38 @@ def test_a_silence_that_is_given_an_end_takes_what_is_sent_at_that_instant(
     echo.receive(b"b")
     clock.advance(MILLISECOND)
     assert line.read_available() == b"b"
+
+
+@pytest.mark.parametrize(
+    ("kinds", "arrived"),
+    [
+        (("drop",), b"bcdabcd"),
+        (("drop", "drop"), b"cdabcd"),
+        (("garble",), b"\x9ebcdabcd"),
+        (("drop", "garble"), b"\x9dcdabcd"),
+    ],
+)
+def test_a_byte_that_is_lost_or_garbled_is_one_byte(
+    line: SerialLineDouble, echo: Echo, kinds: tuple[str, ...], arrived: bytes
+) -> None:
+    for kind in kinds:
+        line.strike(kind, None, Span(0, 0, once=True), 0.0)
+    line.write(b"abcd")
+    line.write(b"abcd")
+    assert echo.got == arrived
+
+
+def test_what_had_no_supply_for_a_while_comes_back_as_powered_up(
+    clock: ManualClock, line: SerialLineDouble, echo: Echo
+) -> None:
+    line.strike("absent", None, Span(0, MILLISECOND, once=False), 0.0)
+    echo.receive(b"what it kept while it was off")
+    clock.advance(2 * MILLISECOND)
+    assert line.read_available() == b""
+    line.write(b"on")
+    clock.advance(MILLISECOND)
+    assert line.read_available() == b"on"
+    assert echo.power_cycles == 2, "one as its supply fails, and one as it is back"
 
 
 def test_every_byte_passes_a_pseudo_terminal_both_ways_unchanged(
