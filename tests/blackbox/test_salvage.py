@@ -230,3 +230,14 @@ def test_sections_of_the_lap_before_are_none_of_a_chunk_whose_beginning_is_lost(
     damaged[PREFIX_SIZE : PREFIX_SIZE + CHUNK.size] = b"\xff" * CHUNK.size
     done = save(PATH, bytes(damaged))
     assert done.sections == len(sections) - middle
+
+
+def test_a_replay_goes_over_no_gap_behind_a_damaged_section(whole: bytes) -> None:
+    *_, (last, _) = [place for place in places(whole) if place[0] < chunks_of(whole)[1]]
+    damaged = bytearray(whole)
+    damaged[last + SECTION.size] ^= 1
+    recording = recording_in(bytes(damaged))
+    first = recording.chunks[0]
+    assert first.damage is not None
+    segment, *_ = recording.segments()
+    assert segment.contents == first.contents[1:]

@@ -12,12 +12,14 @@ from hypothesis import strategies as st
 from msgspec.structs import replace
 
 from firmware_runtime.errors import StatisticsFileError
+from firmware_runtime.statistics import fault_table
 from firmware_runtime.statistics.comparison import (
     difference,
     differing_conditions,
     merged,
     same_run,
 )
+from firmware_runtime.statistics.fault_table import FaultCount
 from firmware_runtime.statistics.file import StatisticsFile, save
 from firmware_runtime.statistics.file_header import RunState
 from firmware_runtime.statistics.histogram import LARGEST, SUM_CELL, Histogram
@@ -29,6 +31,7 @@ from firmware_runtime.statistics.layout import (
     STATE,
     STEP_HISTOGRAM,
     WORST,
+    YIELDED,
     Layout,
 )
 from firmware_runtime.statistics.reader import read_statistics
@@ -168,6 +171,27 @@ def test_runs_that_call_another_lateness_an_overrun_are_not_merged() -> None:
     stricter = {"imu": {**STATED["imu"], "tolerance_ns": 1_000}}
     with pytest.raises(StatisticsFileError, match="expected runs with the same settings"):
         merged([Counted().count([2_000]), Counted(stated=stricter).count([2_000])])
+
+
+def test_what_one_of_several_runs_lacked_or_gave_up_is_in_the_merge() -> None:
+    sound, other = Counted().count([1_000]), Counted()
+    other.file.cells[YIELDED] = 7_000_000_000
+    bad = replace(other.count([1_000]), complete=False)
+    for runs in permutations([sound, bad]):
+        run = merged(runs).figures().conditions.run
+        assert (run.overloaded_s, run.complete) == (7.0, False)
+
+
+def test_a_fault_of_several_runs_has_its_words() -> None:
+    layout = Layout(models=("imu",), fault_models=("imu",), worst=1)
+    runs = []
+    for words in ("first", "second"):
+        file = StatisticsFile(layout, {"models": STATED, "conditions": {}})
+        counted = FaultCount("Stuck", 2, 5, 9, words)
+        fault_table.write(fault_table.row(file.cells[layout.faults], 0, 0), counted)
+        runs.append(file.statistics())
+    (found,) = merged(runs).faults()["imu"].values()
+    assert (found.count, found.last_s, found.last) == (4, None, "second")
 
 
 def test_runs_whose_sum_finds_no_room_are_not_merged() -> None:
