@@ -50,10 +50,15 @@ class Asked:
         return tuple(number for _, number in found)
 
     @property
+    def outputs(self) -> dict[str, int]:
+        """How many outputs of each actuating chip are on."""
+        with blamed_on_rig(self._board, "outputs"):
+            return dict(self.rig.outputs.items())
+
+    @property
     def has_output_on(self) -> bool:
         """Whether any output is on."""
-        with blamed_on_rig(self._board, "outputs"):
-            return any(self.rig.outputs.values())
+        return any(self.outputs.values())
 
     @property
     def is_driven(self) -> bool:

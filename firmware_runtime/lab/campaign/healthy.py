@@ -170,7 +170,7 @@ class _Run:
             self.places = tuple(robot.session.hardware.struck.places)
             self.kinds = tuple(robot.session.hardware.struck.kinds)
             self.names = watched.asked.names
-            self.has_outputs = bool(watched.rig.outputs)
+            self.has_outputs = bool(watched.asked.outputs)
             self.stated = stated_by(watched.rig, robot.board, self.names, self.places)
             within_s = mission.within_s
             self.within = seconds(self.stated.said_within_s if within_s is None else within_s)

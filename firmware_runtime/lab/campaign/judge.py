@@ -129,7 +129,7 @@ class Judge:
         self._turns_it = any(kind.name == _FULL_ON for kind in kinds)
         named = {each.device for each in strikes}
         self._holds_outputs = not named.isdisjoint(
-            {*self._watched.lines, *self._watched.rig.outputs}
+            {*self._watched.lines, *self._watched.asked.outputs}
         )
         self._recovery = Recovery(
             self._watched,
