@@ -12,7 +12,6 @@ from firmware_runtime.lab.campaign import campaign_page as page
 from firmware_runtime.lab.campaign import kept_findings
 from firmware_runtime.lab.campaign.campaign_page import campaign_page
 from firmware_runtime.lab.campaign.findings import as_in_rows
-from firmware_runtime.lab.campaign.judge import SOUND, Verdict
 from firmware_runtime.lab.campaign.kept_findings import (
     keep_findings,
     read_findings,
@@ -22,6 +21,7 @@ from firmware_runtime.lab.campaign.kept_findings import (
 from firmware_runtime.lab.campaign.mission import Mission
 from firmware_runtime.lab.campaign.report import Report
 from firmware_runtime.lab.campaign.trial import Trial
+from firmware_runtime.lab.campaign.verdict import SOUND, Verdict
 from firmware_runtime.lab.sweeps.row import Row
 from firmware_runtime.view.parts import Card, Lanes, Section, Table, all_parts
 

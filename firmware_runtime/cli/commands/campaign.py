@@ -24,7 +24,6 @@ from firmware_runtime.lab.campaign.again import number_of, rerun, rerun_many
 from firmware_runtime.lab.campaign.campaign_page import campaign_page
 from firmware_runtime.lab.campaign.campaigning import carry_out, report_of
 from firmware_runtime.lab.campaign.findings import is_same, is_wrong
-from firmware_runtime.lab.campaign.judge import SOUND
 from firmware_runtime.lab.campaign.kept_findings import (
     read_findings,
     rerun_findings,
@@ -32,6 +31,7 @@ from firmware_runtime.lab.campaign.kept_findings import (
 )
 from firmware_runtime.lab.campaign.mission import Mission
 from firmware_runtime.lab.campaign.report import Report
+from firmware_runtime.lab.campaign.verdict import SOUND
 from firmware_runtime.lab.sweeps.sweep_table import read_table
 from firmware_runtime.view.page_file import write_page
 

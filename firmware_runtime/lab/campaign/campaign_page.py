@@ -6,10 +6,10 @@ from typing import Final
 
 from firmware_runtime.hal.strike import KINDS, Strike
 from firmware_runtime.lab.campaign.findings import is_wrong
-from firmware_runtime.lab.campaign.judge import SOUND
 from firmware_runtime.lab.campaign.kept_findings import KeptFinding
 from firmware_runtime.lab.campaign.report import Report
 from firmware_runtime.lab.campaign.trial import LOST, trial_of
+from firmware_runtime.lab.campaign.verdict import SOUND
 from firmware_runtime.lab.sweeps.row import Row
 from firmware_runtime.view import parts
 from firmware_runtime.view.parts import (

@@ -18,9 +18,10 @@ from firmware_runtime.errors import ConfigError
 from firmware_runtime.hal.strike import KINDS, Strike
 from firmware_runtime.lab.campaign.fork import in_child
 from firmware_runtime.lab.campaign.healthy import healthy, wrong_in_the_end
-from firmware_runtime.lab.campaign.judge import SOUND, Oracle
+from firmware_runtime.lab.campaign.judge import Oracle
 from firmware_runtime.lab.campaign.mission import Mission
 from firmware_runtime.lab.campaign.trial import LOST, Trial, alone, trial_of
+from firmware_runtime.lab.campaign.verdict import SOUND
 from firmware_runtime.lab.sweeps.row import Row
 from firmware_runtime.runs.fault_test import FaultTest, quoted, set_source, source_of
 from firmware_runtime.system.atomic_file import keep_output

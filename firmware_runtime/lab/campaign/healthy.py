@@ -12,7 +12,7 @@ from typing import Final, TypeVar
 
 from msgspec import Struct
 
-from firmware_runtime.devs.time import MILLISECOND, NEVER, SECOND, seconds
+from firmware_runtime.devs.time import MILLISECOND, SECOND, seconds
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.hal.strike import Kind, Place, Use
 from firmware_runtime.lab.campaign.mission import Mission, faults_of
@@ -279,8 +279,3 @@ def _envelope(
         least=tuple(least[c] - far[c] for c in columns),
         most=tuple(most[c] + far[c] for c in columns),
     )
-
-
-def end_of(at: int, span: int) -> int:
-    """The instant at which a fault is over; NEVER for one without an end."""
-    return NEVER if span == NEVER else at + span

@@ -1,25 +1,5 @@
 """The judge of a struck robot: it goes by outputs, the world's truth, and faults reported.
 
-| oracle | what is wrong |
-|---|---|
-| `crash` | something was raised that is no fault of the world, or the process died |
-| `hang` | a second of the robot takes no end of processor time |
-| `on` | an output is on: the run is over and its lines work, or it is lost, or was disarmed, |
-| | or what it needs, as the rig says, fails |
-| `held` | outputs have been on and as they are for too long, where the rig says how long is |
-| `late` | a device fails at each use, outputs are driven, and nothing was reported in time, |
-| | or what was reported is about something else |
-| `silent` | the robot left the envelope of its healthy runs, is driven, and nothing was reported |
-| `not-finite` | a port has sent a number that is none |
-| `astray` | long after a fault, or its report, the robot is driven where no healthy one was |
-| `unhealed` | long after a fault outputs are off, or it is still reported |
-| `invented` | a fault is reported in a mission without any |
-| `idle` | a mission without any fault never has an output on |
-| `missed` | a mission without any fault does not come to what it is for, as the rig knows |
-| `misused` | in a mission without any fault a chip is used as its data sheet does not allow |
-| `account` | activations that were scheduled and those that are accounted for differ |
-| `own` | what the board's own oracle says |
-
 A verdict is `sound` once the judge is sure: half a second after a robot is healthy again or a
 lasting fault was reported, two where it is driven on, or three seconds after one that shows in
 nothing. A robot that has taken a decision of its own, an arrow of a state diagram that no healthy
@@ -31,57 +11,25 @@ import copy
 from collections.abc import Callable, Sequence
 from typing import Final, TypeAlias
 
-from msgspec import Struct
-
 from firmware_runtime.board.rig import Rig
 from firmware_runtime.devs.time import MILLISECOND, NEVER, SECOND
 from firmware_runtime.errors import FirmwareRuntimeError, text_of
-from firmware_runtime.hal.strike import KINDS, Strike
+from firmware_runtime.hal.strike import Strike
 from firmware_runtime.hal.wire_errors import HalError
-from firmware_runtime.lab.campaign.healthy import Healthy, end_of
+from firmware_runtime.lab.campaign.cause import Cause
+from firmware_runtime.lab.campaign.healthy import Healthy
 from firmware_runtime.lab.campaign.recovery import RECOVER, Recovery
+from firmware_runtime.lab.campaign.verdict import SOUND, Verdict, where_raised
 from firmware_runtime.lab.campaign.watched import Look, Said, Watched
 from firmware_runtime.statistics.figures import Figures
 
 Oracle: TypeAlias = Callable[[Rig], str | None]
 """An oracle of one's own: a sentence about what is wrong with a rig's world now, or None."""
 
-SOUND: Final = "sound"
-ORACLES: Final = (
-    *("crash", "hang", "on", "held", "late", "silent", "not-finite", "astray", "unhealed"),
-    *("invented", "idle", "missed", "misused", "account", "own"),
-)
 _SETTLED: Final = 500 * MILLISECOND
 _WATCHED: Final = 3 * SECOND
 _NAMED: Final = 300 * MILLISECOND
 _DRIVEN_ON: Final = 2 * SECOND
-_FULL_ON: Final = "full-on"
-_LEAD_ASTRAY: Final = frozenset({"push", "hold", "disarm"})
-"""Kinds after which a robot that is all right is elsewhere than the healthy ones."""
-_KEPT_OFF: Final = frozenset({"stuck", "nack", "nack-data", "arbitration", "fault", "absent"})
-
-
-class Verdict(Struct, frozen=True, kw_only=True):
-    """What became of a struck robot."""
-
-    outcome: str
-    """`sound`, or the oracle that found something."""
-    what: str = ""
-    """A sentence about it."""
-    model: str = ""
-    at: int = 0
-    """When it was known, ns of the run."""
-    said: str | None = None
-    """The first fault that was reported, `MODEL: KIND`."""
-    said_after: int | None = None
-    """Ns from the strike to that."""
-    struck: bool = False
-    """Whether the fault showed on a line."""
-    ended: str | None = None
-    """Why the run was over, if it was."""
-    reached: tuple[str, ...] = ()
-    """Arrows of state diagrams that were taken, and are not in healthy runs."""
-    digest: str = ""
 
 
 class Judge:
@@ -99,47 +47,16 @@ class Judge:
         self._oracle = oracle
         self._most_held, self._off_within = healthy.stated.held, healthy.stated.off_within
         self._go_by(strikes)
-        kinds = [KINDS[each.kind] for each in strikes]
-        shows = all(kind.is_moment or kind.of in {"people", "world"} for kind in kinds)
-        self._struck_at = self._at if shows else None
+        self._struck_at = self._cause.at if self._cause.shows_by_itself else None
         self._said: Said | None = None
         self._look = Look(0, is_on=False, numbers=())
         self._left_at: int | None = None
 
     def _go_by(self, strikes: Sequence[Strike]) -> None:
-        kinds = [KINDS[each.kind] for each in strikes]
-        self._device = next((each.device for each in strikes if each.device), "world")
-        self._at = min(each.at for each in strikes)
-        self._end = max(end_of(each.at, each.span) for each in strikes)
-        self._is_of_world = any(kind.of == "world" for kind in kinds)
-        self._is_disarmed = all(kind.name == "disarm" for kind in kinds)
-        self._has_failed = all(kind.name not in _LEAD_ASTRAY for kind in kinds)
-        self._fails = any(
-            kind.fails and each.span > self._healthy.within
-            for kind, each in zip(kinds, strikes, strict=True)
-        )
-        self._failing = [
-            (each.device, each.at, end_of(each.at, each.span))
-            for kind, each in zip(kinds, strikes, strict=True)
-            if kind.fails
-        ]
-        """What fails at each use, from when and until when."""
-        self._may_stay_on = any(kind.name in _KEPT_OFF for kind in kinds)
-        self._drives_itself = any(kind.of == "actuator" for kind in kinds)
-        self._turns_it = any(kind.name == _FULL_ON for kind in kinds)
-        named = {each.device for each in strikes}
-        self._holds_outputs = not named.isdisjoint(
-            {*self._watched.lines, *self._watched.asked.outputs}
-        )
-        self._recovery = Recovery(
-            self._watched,
-            self._healthy,
-            (self._at, self._end),
-            is_of_world=self._is_of_world,
-            may_rest=self._is_of_world or self._turns_it,
-            heals=all(kind.fails or kind.of == "chip" for kind in kinds),
-            can_be_off=not self._holds_outputs,
-        )
+        watched, healthy = self._watched, self._healthy
+        driving = {*watched.lines, *watched.asked.outputs}
+        self._cause = Cause(strikes, driving, healthy.within)
+        self._recovery = Recovery(watched, healthy, self._cause)
 
     def of_shorter(self, strikes: Sequence[Strike]) -> "Judge":
         """Return the judge of faults that are over sooner, in a run that is the same so far."""
@@ -156,7 +73,7 @@ class Judge:
         watched = self._watched
         while watched.at < until:
             look = watched.go_on()
-            if look.at < self._at:
+            if look.at < self._cause.at:
                 continue
             if watched.outcome is not None:
                 return self._after_the_end(look)
@@ -174,10 +91,10 @@ class Judge:
         return Verdict(
             outcome=outcome,
             what=what,
-            model=model or self._device,
+            model=model or self._cause.device,
             at=at,
             said=None if said is None else f"{said.model}: {said.kind}",
-            said_after=None if said is None else said.at - self._at,
+            said_after=None if said is None else said.at - self._cause.at,
             struck=self._struck_at is not None,
             ended=None if self._watched.outcome is None else self._watched.outcome.reason,
             reached=tuple(sorted(self._watched.reached - self._healthy.reached)),
@@ -205,7 +122,7 @@ class Judge:
         if self._struck_at is None:
             self._struck_at = self._watched.struck_at
         if self._said is None:
-            self._said = self._watched.said(self._at)
+            self._said = self._watched.said(self._cause.at)
 
     def _not_finite(self) -> tuple[str, str] | None:
         for path in self._watched.not_finite:
@@ -221,7 +138,7 @@ class Judge:
     def _disarmed(self, look: Look) -> tuple[str, str] | None:
         """A disarmed robot with an output on, be it one that brakes."""
         within = self._healthy.within
-        if not (self._is_disarmed and self._at + within < look.at <= self._end):
+        if not (self._cause.is_disarmed and self._cause.at + within < look.at <= self._cause.end):
             return None
         if self._watched.asked.has_output_on:
             return "on", f"it was disarmed {within / SECOND:g} s ago, and an output is on"
@@ -231,7 +148,7 @@ class Judge:
         """A robot that is driven on without a device that it needs."""
         if self._struck_at is None or not look.is_on:
             return None
-        for device, at, end in self._failing:
+        for device, at, end in self._cause.failing:
             most = self._off_within.get(device, NEVER)
             if look.at <= end and look.at - max(at, self._struck_at) > most:
                 return "on", f"{device} fails for {most / SECOND:g} s, and it is driven"
@@ -243,16 +160,16 @@ class Judge:
         A robot that is pushed may drive at its limits for a while.
         """
         most = self._most_held
-        if most == NEVER or self._watched.held_for(look) <= most or self._is_of_world:
+        if most == NEVER or self._watched.held_for(look) <= most or self._cause.is_of_world:
             return None
-        if self._holds_outputs and look.at <= self._end + most:
+        if self._cause.holds_outputs and look.at <= self._cause.end + most:
             return None
         return "held", f"for {most / SECOND:g} s outputs have been on, and none of them has changed"
 
     def _said_and_astray(self, look: Look) -> tuple[str, str] | None:
         """A robot that is driven far from where healthy ones are long after it has said why."""
         said = self._said
-        if said is None or self._end != NEVER or look.at - said.at < RECOVER:
+        if said is None or self._cause.end != NEVER or look.at - said.at < RECOVER:
             return None
         if not self._is_aside(look):
             return None
@@ -262,16 +179,16 @@ class Judge:
 
     def _is_aside(self, look: Look) -> bool:
         """Whether it is driven, and is not where a healthy one is, though it could be off."""
-        if not (look.is_on and self._has_failed) or self._holds_outputs:
+        if not (look.is_on and self._cause.is_failure) or self._cause.holds_outputs:
             return False
         return self._healthy.envelope.outside(look) is not None
 
     def _late(self, look: Look) -> tuple[str, str] | None:
         """A device that fails for good, nothing of which is said in time."""
         within = self._healthy.within
-        if not (self._fails and self._said is None and look.is_on):
+        if not (self._cause.fails_for_long and self._said is None and look.is_on):
             return None
-        if self._struck_at is None or min(look.at, self._end) - self._struck_at <= within:
+        if self._struck_at is None or min(look.at, self._cause.end) - self._struck_at <= within:
             return None
         return "late", f"nothing was reported within {within / SECOND:g} s, and outputs are on"
 
@@ -279,7 +196,7 @@ class Judge:
         """A device that fails for good, of which no report says that it does."""
         if self._said is None or self._struck_at is None:
             return None
-        for device, at, end in self._failing:
+        for device, at, end in self._cause.failing:
             if min(look.at, end) - max(at, self._struck_at) <= _NAMED:
                 continue
             places = (place for place in self._healthy.places if place.name == device)
@@ -293,8 +210,8 @@ class Judge:
         What a fault drives by itself while the robot starts up is known once its sensors are up.
         """
         outside = None
-        can_know = not self._turns_it or self._healthy.has_been_on(look.at)
-        if look.is_on and self._said is None and can_know and self._has_failed:
+        can_know = not self._cause.turns_it or self._healthy.has_been_on(look.at)
+        if look.is_on and self._said is None and can_know and self._cause.is_failure:
             outside = self._healthy.envelope.outside(look)
         if outside is None:
             self._left_at = None
@@ -309,14 +226,14 @@ class Judge:
     def is_sure(self) -> bool:
         """Whether what comes now changes nothing any more."""
         at = self._watched.at
-        if self._end != NEVER:
+        if self._cause.end != NEVER:
             well_since = self._recovery.well_since
             is_settled = well_since is not None and at - well_since >= _SETTLED
-            return is_settled and (at - self._end >= RECOVER or not self._is_ahead)
+            return is_settled and (at - self._cause.end >= RECOVER or not self._is_ahead)
         if self._said is None:
-            return at - self._at >= _WATCHED
+            return at - self._cause.at >= _WATCHED
         since = at - self._said.at
-        drives_on = self._look.is_on and not self._holds_outputs
+        drives_on = self._look.is_on and not self._cause.holds_outputs
         is_settled = since >= (_DRIVEN_ON if drives_on else _SETTLED)
         return (is_settled and not self._is_aside(self._look)) or since > RECOVER
 
@@ -359,7 +276,7 @@ class Judge:
     def _found_in_the_end(
         self, look: Look, figures: Figures, *, is_cleared: bool = False
     ) -> tuple[str, str] | None:
-        is_kept_off = not is_cleared and look.at <= self._end and self._may_end_on()
+        is_kept_off = not is_cleared and look.at <= self._cause.end and self._may_end_on()
         if self._watched.asked.has_output_on and not is_kept_off:
             return "on", "the run is over, and an output is on"
         for path, each in figures.models.items():
@@ -371,18 +288,4 @@ class Judge:
         """Return whether its fault keeps an output on: it drives it, or keeps the robot from it."""
         outcome = self._watched.outcome
         was_said = outcome is not None and bool(outcome.faults)
-        return self._drives_itself or (self._may_stay_on and was_said)
-
-
-def where_raised(error: BaseException) -> str:
-    """The file and line in which something was raised."""
-    each: BaseException | None = error
-    while each is not None and each.__cause__ is not None:
-        each = each.__cause__
-    traceback = None if each is None else each.__traceback__
-    while traceback is not None and traceback.tb_next is not None:
-        traceback = traceback.tb_next
-    if traceback is None:
-        return type(error).__name__
-    code = traceback.tb_frame.f_code
-    return f"{code.co_filename.rpartition('/')[2]}:{traceback.tb_lineno}"
+        return self._cause.drives or (self._cause.may_stay_on and was_said)

@@ -19,8 +19,9 @@ from firmware_runtime.devs.coupled import with_all_below
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.lab.campaign.findings import Finding, make_folder
 from firmware_runtime.lab.campaign.healthy import healthy
-from firmware_runtime.lab.campaign.judge import SOUND, Oracle
+from firmware_runtime.lab.campaign.judge import Oracle
 from firmware_runtime.lab.campaign.trial import Trial, alone
+from firmware_runtime.lab.campaign.verdict import SOUND
 from firmware_runtime.recording.recorded_board import code_of
 from firmware_runtime.recording.what_if.watch import Watched
 from firmware_runtime.system.atomic_file import keep_output, read_content

@@ -3,6 +3,7 @@
 from typing import Final
 
 from firmware_runtime.devs.time import MILLISECOND, NEVER, SECOND, seconds
+from firmware_runtime.lab.campaign.cause import Cause
 from firmware_runtime.lab.campaign.healthy import Healthy
 from firmware_runtime.lab.campaign.mission import RECOVER_S
 from firmware_runtime.lab.campaign.watched import Look, Said, Watched
@@ -17,44 +18,29 @@ _DRIVEN_WHILE_LOST: Final = SECOND
 class Recovery:
     """Watches a robot from the end of its faults on; `well_since` when it is well."""
 
-    def __init__(  # noqa: PLR0913 -- a robot, and what its faults are
-        self,
-        watched: Watched,
-        healthy: Healthy,
-        span: tuple[int, int],
-        *,
-        is_of_world: bool,
-        may_rest: bool,
-        heals: bool,
-        can_be_off: bool,
-    ) -> None:
-        self._begin, self._end = span
-        """Of its faults."""
+    def __init__(self, watched: Watched, healthy: Healthy, cause: Cause) -> None:
         self.well_since: int | None = None
-        self._unwell_at = self._end
+        self._unwell_at = cause.end
         """When it was last off or astray, or the end of its faults."""
         self._watched = watched
         self._healthy = healthy
-        self._is_of_world = is_of_world
-        self._may_rest = may_rest
-        """Whether its faults have moved it, so that it may be off for as long as it says why."""
-        self._off_for = seconds(healthy.stated.healed_within_s) if heals else RECOVER
-        """How long after them outputs may be off: less where they leave nothing in doubt."""
-        self._can_be_off = can_be_off
-        """Whether its faults leave it its outputs to switch off."""
+        self._cause = cause
+        healed = seconds(healthy.stated.healed_within_s)
+        self._off_for = healed if cause.leaves_no_doubt else RECOVER
+        """How long after them outputs may be off."""
         self._lost_at: int | None = None
 
     def judge(self, look: Look) -> tuple[str, str] | None:
         """Return the oracle that finds something wrong, and a sentence."""
-        lasts = self._end == NEVER
-        if look.at < self._end and not (lasts and self._can_be_off):
+        lasts = self._cause.end == NEVER
+        if look.at < self._cause.end and not (lasts and not self._cause.holds_outputs):
             return None
         if (lost := self._watched.asked.lost()) is not None:
             return self._driven_while_lost(look, lost)
         if lasts:
             return None
-        is_resting = self._may_rest and not look.is_on
-        said = None if self._is_of_world or is_resting else self._watched.said_last()
+        is_resting = self._cause.may_rest and not look.is_on
+        said = None if self._cause.is_of_world or is_resting else self._watched.said_last()
         off = self._off(look)
         found = off or self._astray(look) or (None if is_resting else self._unready())
         if found is not None:
@@ -63,14 +49,14 @@ class Recovery:
         if found is not None:
             self.well_since = None
             most = RECOVER if off is None else self._off_for
-            return found if look.at - self._end > most else None
+            return found if look.at - self._cause.end > most else None
         if self.well_since is None:
             self.well_since = max(self._unwell_at, 0 if said is None else said.at)
         return None
 
     def _reporting(self, look: Look, said: Said | None) -> tuple[str, str] | None:
         """Return what it reported a moment ago."""
-        if said is None or said.at < max(self._end, look.at - _QUIET + 1):
+        if said is None or said.at < max(self._cause.end, look.at - _QUIET + 1):
             return None
         return "unhealed", f"{_AFTER} {said.model} still reports {said.kind}"
 
@@ -81,7 +67,7 @@ class Recovery:
         """
         if look.is_on or not self._healthy.is_on(look.at):
             return None
-        said = self._watched.said_last() if self._may_rest else None
+        said = self._watched.said_last() if self._cause.may_rest else None
         if said is not None and said.at >= look.at - _SAID_LATELY:
             return None
         return "unhealed", f"{self._off_for / SECOND:g} s after the fault outputs are off"
@@ -95,8 +81,8 @@ class Recovery:
 
     def _astray(self, look: Look) -> tuple[str, str] | None:
         """Return how a driven robot is where no healthy one was since; a push takes it anywhere."""
-        is_judged = look.is_on and not self._is_of_world
-        far = self._healthy.envelope.elsewhere(look, self._begin) if is_judged else None
+        is_judged = look.is_on and not self._cause.is_of_world
+        far = self._healthy.envelope.elsewhere(look, self._cause.at) if is_judged else None
         return None if far is None else ("astray", f"{_AFTER} {far}")
 
     def _driven_while_lost(self, look: Look, lost: str) -> tuple[str, str] | None:

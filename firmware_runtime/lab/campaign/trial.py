@@ -22,9 +22,10 @@ from firmware_runtime.hal.strike import Strike
 from firmware_runtime.hal.wire_errors import HalError
 from firmware_runtime.lab.campaign.fork import HANGS, in_child
 from firmware_runtime.lab.campaign.healthy import AT_START, Healthy, healthy
-from firmware_runtime.lab.campaign.judge import SOUND, Judge, Oracle, Verdict, where_raised
+from firmware_runtime.lab.campaign.judge import Judge, Oracle
 from firmware_runtime.lab.campaign.mission import Mission
 from firmware_runtime.lab.campaign.space import Case, space_of
+from firmware_runtime.lab.campaign.verdict import SOUND, Verdict, where_raised
 from firmware_runtime.lab.campaign.watched import EVERY, Watched
 from firmware_runtime.lab.sweeps.row import Cell, Row, release
 from firmware_runtime.runs.open_board import OpenBoard

@@ -1,0 +1,52 @@
+"""The faults of one run, as far as a judge goes by them: when, of what, and what they excuse."""
+
+from collections.abc import Collection, Sequence
+from typing import Final
+
+from firmware_runtime.devs.time import NEVER
+from firmware_runtime.hal.strike import KINDS, Strike
+
+_FULL_ON: Final = "full-on"
+_LEAD_ASTRAY: Final = frozenset({"push", "hold", "disarm"})
+"""Kinds after which a robot that is all right is elsewhere than the healthy ones."""
+_KEPT_OFF: Final = frozenset({"stuck", "nack", "nack-data", "arbitration", "fault", "absent"})
+
+
+class Cause:
+    """One fault, or two of a pair; `driving` has what drives, and its lines, by name."""
+
+    def __init__(self, strikes: Sequence[Strike], driving: Collection[str], within: int) -> None:
+        kinds = [KINDS[each.kind] for each in strikes]
+        self.device = next((each.device for each in strikes if each.device), "world")
+        self.at = min(each.at for each in strikes)
+        self.end = max(end_of(each.at, each.span) for each in strikes)
+        self.shows_by_itself = all(
+            kind.is_moment or kind.of in {"people", "world"} for kind in kinds
+        )
+        """Whether it is no matter of lines, so that it shows as it is made."""
+        self.is_of_world = any(kind.of == "world" for kind in kinds)
+        self.is_disarmed = all(kind.name == "disarm" for kind in kinds)
+        self.is_failure = all(kind.name not in _LEAD_ASTRAY for kind in kinds)
+        """Whether a robot that is all right stays where healthy ones are."""
+        self.fails_for_long = any(
+            kind.fails and each.span > within for kind, each in zip(kinds, strikes, strict=True)
+        )
+        self.failing = [
+            (each.device, each.at, end_of(each.at, each.span))
+            for kind, each in zip(kinds, strikes, strict=True)
+            if kind.fails
+        ]
+        """What fails at each use, from when and until when."""
+        self.may_stay_on = any(kind.name in _KEPT_OFF for kind in kinds)
+        self.drives = any(kind.of == "actuator" for kind in kinds)
+        self.turns_it = any(kind.name == _FULL_ON for kind in kinds)
+        self.holds_outputs = not {each.device for each in strikes}.isdisjoint(driving)
+        """Whether it may keep a robot from its own outputs."""
+        self.may_rest = self.is_of_world or self.turns_it
+        """Whether it has moved the robot, so that this may be off for as long as it says why."""
+        self.leaves_no_doubt = all(kind.fails or kind.of == "chip" for kind in kinds)
+
+
+def end_of(at: int, span: int) -> int:
+    """The instant at which a fault is over; NEVER for one without an end."""
+    return NEVER if span == NEVER else at + span

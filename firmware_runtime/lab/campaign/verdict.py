@@ -1,0 +1,69 @@
+"""Verdicts: which oracle found something wrong with a struck robot, or that nothing is.
+
+| oracle | what is wrong |
+|---|---|
+| `crash` | something was raised that is no fault of the world, or the process died |
+| `hang` | a second of the robot takes no end of processor time |
+| `on` | an output is on: the run is over and its lines work, or it is lost, or was disarmed, |
+| | or what it needs, as the rig says, fails |
+| `held` | outputs have been on and as they are for too long, where the rig says how long is |
+| `late` | a device fails at each use, outputs are driven, and nothing was reported in time, |
+| | or what was reported is about something else |
+| `silent` | the robot left the envelope of its healthy runs, is driven, and nothing was reported |
+| `not-finite` | a port has sent a number that is none |
+| `astray` | long after a fault, or its report, the robot is driven where no healthy one was |
+| `unhealed` | long after a fault outputs are off, or it is still reported |
+| `invented` | a fault is reported in a mission without any |
+| `idle` | a mission without any fault never has an output on |
+| `missed` | a mission without any fault does not come to what it is for, as the rig knows |
+| `misused` | in a mission without any fault a chip is used as its data sheet does not allow |
+| `account` | activations that were scheduled and those that are accounted for differ |
+| `own` | what the board's own oracle says |
+"""
+
+from typing import Final
+
+from msgspec import Struct
+
+SOUND: Final = "sound"
+ORACLES: Final = (
+    *("crash", "hang", "on", "held", "late", "silent", "not-finite", "astray", "unhealed"),
+    *("invented", "idle", "missed", "misused", "account", "own"),
+)
+
+
+class Verdict(Struct, frozen=True, kw_only=True):
+    """What became of a struck robot."""
+
+    outcome: str
+    """`sound`, or the oracle that found something."""
+    what: str = ""
+    """A sentence about it."""
+    model: str = ""
+    at: int = 0
+    """When it was known, ns of the run."""
+    said: str | None = None
+    """The first fault that was reported, `MODEL: KIND`."""
+    said_after: int | None = None
+    """Ns from the strike to that."""
+    struck: bool = False
+    """Whether the fault showed on a line."""
+    ended: str | None = None
+    """Why the run was over, if it was."""
+    reached: tuple[str, ...] = ()
+    """Arrows of state diagrams that were taken, and are not in healthy runs."""
+    digest: str = ""
+
+
+def where_raised(error: BaseException) -> str:
+    """The file and line in which something was raised."""
+    each: BaseException | None = error
+    while each is not None and each.__cause__ is not None:
+        each = each.__cause__
+    traceback = None if each is None else each.__traceback__
+    while traceback is not None and traceback.tb_next is not None:
+        traceback = traceback.tb_next
+    if traceback is None:
+        return type(error).__name__
+    code = traceback.tb_frame.f_code
+    return f"{code.co_filename.rpartition('/')[2]}:{traceback.tb_lineno}"
