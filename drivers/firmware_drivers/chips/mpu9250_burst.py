@@ -82,7 +82,7 @@ class InertialChecks:
 
     def __init__(self, place: str, settings: Mpu9250Settings) -> None:
         self.stuck_field: tuple[str, float, int, str] | None = None
-        self._without_field = 0
+        self.without_field = 0
         """Readings in a row without a new and valid measurement."""
         self._most_without_field = FETCHES_WITHOUT_FIELD * settings.samples_a_fetch()
         self.inertial = Liveness(place, INERTIAL_AXES, settings.fresh_counts())
@@ -103,21 +103,15 @@ class InertialChecks:
         self.inertial.restart()
         self.field.restart()
 
-    def lives(self, field: tuple[int, int, int]) -> bool:
-        """Take a new and valid measurement, in counts; True if it shows no sign of a dead part."""
-        self._without_field = 0
-        try:
-            self.field.check(field)
-        except Stuck as error:
-            self.stuck_field = error.axis, error.value, error.readings, SOME_NOISE
-            return False
-        self.stuck_field = None
-        return True
+    def note_stuck_field(self, error: Stuck) -> None:
+        """Take a new and valid measurement that repeats itself."""
+        self.without_field = 0
+        self.stuck_field = error.axis, error.value, error.readings, SOME_NOISE
 
     def note_no_field(self, st1: int, st2: int) -> None:
         """Take a reading without a new and valid measurement, by its status bytes."""
-        self._without_field += 1
-        readings = self._without_field
+        self.without_field += 1
+        readings = self.without_field
         if readings <= self._most_without_field:
             return
         if st2 & HOFL:
@@ -152,8 +146,13 @@ class FieldDecoder(Struct, eq=False):
         st1, hx, hy, hz, st2 = MEASUREMENT.unpack(measurement)
         if st1 & DRDY and st2 & (HOFL | BITM) == BITM:
             field = (hx, hy, hz)
-            if not checks.lives(field):
+            try:
+                checks.field.check(field)
+            except Stuck as error:
+                checks.note_stuck_field(error)
                 return None, False
+            checks.stuck_field = None
+            checks.without_field = 0
             i, j, k = self._axes
             x, y, z = self._factors
             return (field[i] * x, field[j] * y, field[k] * z), False
