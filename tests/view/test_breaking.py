@@ -67,7 +67,7 @@ def test_what_can_be_broken_has_words_and_devices(socket: Path) -> None:
     devices = {each["name"]: each for each in offered["devices"]}
     assert devices["imu"]["what"] == "MPU-9250 at 0x68"
     assert "freeze" in devices["imu"]["kinds"]
-    assert devices[WORLD]["kinds"] == ["push"]
+    assert devices[WORLD]["kinds"] == ["push", "hold"]
     assert offered["amounts"]["push"]["unit"]
     assert offered["struck"] == []
     json.dumps(offered, allow_nan=False)

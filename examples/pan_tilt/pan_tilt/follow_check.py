@@ -7,8 +7,9 @@ from firmware_runtime.devs.time import MILLISECOND
 from firmware_runtime.hal.wire_errors import Fault, Implausible
 from firmware_runtime.models.motion import Applied, Motion
 
-FAR: Final = 0.15
-"""Difference of two photocells, -1 to 1, that a head which follows has soon made smaller."""
+FAR: Final = 0.1
+"""Difference of two photocells, -1 to 1, that a head which follows has soon made smaller; then it
+is 0.061 at most, while its light moves as in board.toml."""
 NEARER: Final = 0.01
 """So much less is nearer."""
 PATIENCE: Final = 200 * MILLISECOND
@@ -22,9 +23,10 @@ class FollowCheck(Atomic):
     doubting --difference? nearer--> doubting, for PATIENCE again
     doubting --difference? near, follow? 0--> watching
 
-    Where the last `effect` is not all, at the end of its way or disarmed, nothing is expected of
-    it. A light that goes out while the head is far from it, or runs away faster than that turns,
-    is reported, too.
+    Nothing is expected of an axis that is disarmed, or at the end of its way, by the last `effect`;
+    but one that came to its end without coming nearer does not turn as it is told. A light that
+    goes out while the head is far from it, runs away faster than that turns, or is found beyond the
+    end, is reported, too.
     """
 
     def __init__(self, name: str) -> None:
@@ -69,9 +71,10 @@ class FollowCheck(Atomic):
 
     def _compare(self, far: float) -> None:
         self.far = far
-        if far <= FAR or self.applied is not Applied.ALL:
+        is_new = self.phase == "watching"
+        if far <= FAR or self.applied is Applied.NOTHING or (is_new and self.applied is Applied.PART):
             self.passivate("watching")
-        elif self.phase == "watching" or far < self.nearest - NEARER:
+        elif is_new or far < self.nearest - NEARER:
             self._doubt()
         else:
             self.hold_in("doubting", max(0, PATIENCE - self._doubted_for))

@@ -4,7 +4,9 @@ from collections.abc import Iterator
 
 import pytest
 
+from firmware_runtime.hal.strike import Strike
 from firmware_runtime.lab.campaign import campaign
+from firmware_runtime.lab.campaign.again import assert_sound
 from firmware_runtime.lab.campaign.healthy import healthy
 
 
@@ -36,3 +38,15 @@ def test_a_head_that_does_not_follow_is_wrong_without_any_fault(
     (found,) = campaign("pan_tilt", runs=1, workers=1).findings
     assert found.oracle == "own"
     assert says in found.what
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    "strike",
+    [
+        pytest.param(Strike("weak", "servos", at_s=4.825, for_s=1.0, amount=4742.0), id="weak"),
+        pytest.param(Strike("dead", "servos", at_s=5.845, amount=5762.0), id="dead"),
+    ],
+)
+def test_a_servo_that_is_told_to_turn_to_its_end_and_does_not_is_reported(strike: Strike) -> None:
+    assert_sound("pan_tilt", [strike], for_s=10.0)
