@@ -72,7 +72,8 @@ class FollowCheck(Atomic):
     def _compare(self, far: float) -> None:
         self.far = far
         is_new = self.phase == "watching"
-        if far <= FAR or self.applied is Applied.NOTHING or (is_new and self.applied is Applied.PART):
+        has_to_turn = self.applied is Applied.ALL or (self.applied is Applied.PART and not is_new)
+        if far <= FAR or not has_to_turn:
             self.passivate("watching")
         elif is_new or far < self.nearest - NEARER:
             self._doubt()
