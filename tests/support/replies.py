@@ -115,5 +115,5 @@ class Replies(Closing):
 def _received(connection: socket.socket) -> bytes:
     try:
         return connection.recv(1 << 16)
-    except ConnectionError:
-        return b""
+    except ConnectionResetError:  # it has gone without reading all; what it said waits still
+        return connection.recv(1 << 16)
