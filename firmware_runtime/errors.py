@@ -24,7 +24,7 @@ def text_of(error: BaseException) -> str:
     escaped.
     """
     try:
-        text = str(error).encode("utf-8", "backslashreplace").decode()
+        text = legible(str(error))
         return text if isinstance(error, ConfigError) else _one_line(text)
     except BaseException as worse:  # noqa: BLE001 -- whatever it is, outputs come first
         return f"{type(error).__name__}, whose __str__ raised {type(worse).__name__}"
@@ -38,6 +38,11 @@ def raised_words(error: BaseException) -> str:
         kinds.append(type(each).__qualname__)
         each = each.__cause__
     return f"{' of '.join(kinds)}: {text_of(error)}"
+
+
+def legible(text: str) -> str:
+    """Return a text that UTF-8 has: what came from outside may have lone surrogates."""
+    return text.encode("utf-8", "backslashreplace").decode()
 
 
 def _one_line(text: str) -> str:

@@ -4,14 +4,13 @@ import argparse
 from collections.abc import Iterator
 from functools import partial
 from importlib import import_module
-from math import isfinite
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from firmware_runtime.board.roles import Stage
 from firmware_runtime.cli.arguments import add_duration, add_statistics, positive, speed, whole
 from firmware_runtime.cli.chosen_board import is_model
-from firmware_runtime.devs.time import seconds
+from firmware_runtime.devs.time import LONGEST_S, seconds
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.executive.clocks import Clock
 from firmware_runtime.runs import options
@@ -231,7 +230,7 @@ def planned_input(text: str) -> "PlannedInput":
         at_s = float(when)
     except ValueError:
         at_s = -1.0
-    if not (isfinite(at_s) and 0 <= at_s <= 1e9 and port and value):
+    if not (0 <= at_s <= LONGEST_S and port and value):
         expected = "expected SECONDS:PORT=VALUE, such as 2.5:target=1.0"
         raise argparse.ArgumentTypeError(f"{text!r}: {expected}")
     content = value.encode() if is_json(value) else json.encode(value)

@@ -4,6 +4,7 @@ from typing import TypeVar
 
 from firmware_runtime.devs.model_errors import CouplingError
 from firmware_runtime.devs.ports import InPort, OutPort, Owner, Takes
+from firmware_runtime.errors import legible
 
 T = TypeVar("T")
 
@@ -68,4 +69,4 @@ def check_constructed(model: object) -> None:
 def _is_name(name: object) -> bool:
     if not isinstance(name, str) or name == "" or "." in name:
         return False
-    return not any("\ud800" <= each <= "\udfff" for each in name)  # no file has a place for them
+    return name == legible(name)  # no file has a place for another

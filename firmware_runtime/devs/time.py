@@ -22,6 +22,9 @@ MICROSECOND: Final = 1_000
 MILLISECOND: Final = 1_000_000
 SECOND: Final = 1_000_000_000
 
+LONGEST_S: Final = 1e9
+"""Seconds that a person may state at most, 31 years: a longer span is a slip of a key."""
+
 
 def whole(number: object) -> int | None:
     """A whole number of any type, such as numpy's, as an `int`; None for anything else."""

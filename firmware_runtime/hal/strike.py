@@ -15,7 +15,7 @@ from typing import Final, Literal, NamedTuple, Protocol, TypeAlias, runtime_chec
 
 from msgspec import Struct
 
-from firmware_runtime.devs.time import NEVER, seconds
+from firmware_runtime.devs.time import LONGEST_S, NEVER, seconds
 from firmware_runtime.errors import expected_one_of
 
 Of: TypeAlias = Literal["I2C", "sensor", "serial", "chip", "actuator", "machine", "people", "world"]
@@ -26,8 +26,6 @@ OF_NO_DEVICE: Final = frozenset({"machine", "people", "world"})
 
 Needs: TypeAlias = Literal["", "read", "write"]
 """What a transaction must have for a kind to show in it: any will do, one that reads, or writes."""
-
-LONGEST_S: Final = 1e9
 
 
 class Kind(Struct, array_like=True, frozen=True):

@@ -21,7 +21,7 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple, TypeAlias
 from msgspec import MsgspecError
 from msgspec.json import Decoder
 
-from firmware_runtime.devs.time import SECOND
+from firmware_runtime.devs.time import LONGEST_S, SECOND
 from firmware_runtime.errors import ConfigError, ControlError
 from firmware_runtime.links.ports.datagrams import Ask, message_of
 from firmware_runtime.statistics.paths import Companion
@@ -32,8 +32,6 @@ if TYPE_CHECKING:
 SLOW_PATIENCE: Final = SECOND // 2
 """Ns after which a slow request is answered all the same: a fast loop never has so much time."""
 _MOST_SLOW = 8
-_LONGEST_S: Final = 1e9
-"""Seconds that a request can be answered within: a whole number of JSON may be no float at all."""
 
 Answer: TypeAlias = dict[str, Any]
 Request: TypeAlias = dict[str, Any]
@@ -116,7 +114,7 @@ def _refuse_late(age: int, within_s: object) -> None:
     """Raise ConfigError for a request of this age in ns that is not waited for any more."""
     if within_s is None:
         return
-    if not (isinstance(within_s, int | float) and abs(within_s) <= _LONGEST_S):
+    if not (isinstance(within_s, int | float) and abs(within_s) <= LONGEST_S):
         raise ConfigError("request", [f"within_s: {within_s!r}: expected seconds"])
     if (fault := why_late(age, within_s)) is not None:
         raise ConfigError("request", [fault])

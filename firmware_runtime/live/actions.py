@@ -14,7 +14,7 @@ from typing import Any, Final, TypeAlias
 import msgspec
 
 from firmware_runtime.board.retuning import retunable_values
-from firmware_runtime.devs.time import SECOND
+from firmware_runtime.devs.time import LONGEST_S, SECOND
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.links.control import ask
 from firmware_runtime.live.breaking import breaks, clear, strike, test_text
@@ -31,8 +31,6 @@ Said: TypeAlias = Mapping[str, Any]
 Act: TypeAlias = Callable[[Said], Any]
 
 _SAFE_WITHIN_S: Final = 20.0
-_LONGEST_S: Final = 1e9
-"""Seconds of a run that instants are stated up to: 31 years."""
 _NOT_ALLOWED: Final = "arming from the page is off; expected `view --allow-arm`"
 
 
@@ -131,7 +129,7 @@ class Actions:
     def _export(self, said: Said) -> bytes:
         """What is seen, as a file: `ports`, `begin_s` and `end_s`, `ending`."""
         stated = (number_in(said, name) for name in ("begin_s", "end_s"))
-        begin, end = (round(min(max(each, 0.0), _LONGEST_S) * SECOND) for each in stated)
+        begin, end = (round(min(max(each, 0.0), LONGEST_S) * SECOND) for each in stated)
         ports = str(said.get("ports", "")).split()
         ending = str(said.get("ending", ""))
         return exported(self._source.recording, ports, begin, end, ending)

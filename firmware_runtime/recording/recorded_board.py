@@ -15,8 +15,8 @@ from msgspec import Struct
 from firmware_runtime.board.registry import Board
 from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.ports import Owner
+from firmware_runtime.errors import legible
 from firmware_runtime.executive.clocks import Clock
-from firmware_runtime.recording.values import legible
 from firmware_runtime.system.conditions import versions_here
 
 

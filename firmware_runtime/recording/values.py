@@ -55,11 +55,6 @@ def encoded(value: object) -> bytes:
     return pack(plain(value))
 
 
-def legible(text: str) -> str:
-    """A text that UTF-8 has: what came from outside may have lone surrogates."""
-    return text.encode("utf-8", "backslashreplace").decode()
-
-
 def made(of: Plain) -> Any:  # noqa: ANN401 -- whatever a port carries
     """The value that `plain` was made of. Raises UnknownValue."""
     return Reader().made(of)
@@ -98,7 +93,7 @@ def pack(structure: Plain) -> bytes:
     try:
         return encode(structure)
     except UnicodeEncodeError as error:
-        raise UnknownValue(legible(f"cannot be recorded ({text_of(error)})")) from error
+        raise UnknownValue(f"cannot be recorded ({text_of(error)})") from error
 
 
 def unpack(content: bytes) -> Plain:

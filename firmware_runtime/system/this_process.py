@@ -89,11 +89,9 @@ def boot_id() -> str:
 
 def _started_ticks(pid: int) -> int | None:
     """Clock ticks from boot to the process's start, -1 once it has ended, None if not shown."""
-    try:
-        stat = Path(f"/proc/{pid}/stat").read_text()
-    except OSError:
+    if (stat := _stat(pid)) is None:
         return None
-    state, *fields = stat.rpartition(")")[2].split()
+    state, *fields = stat
     return _ENDED if state in "ZX" else int(fields[18])
 
 
@@ -102,12 +100,19 @@ def time_used(pid: int) -> int | None:
 
     None as well where it is not shown.
     """
+    if (stat := _stat(pid)) is None:
+        return None
+    state, *fields = stat
+    return None if state == "R" else int(fields[10]) + int(fields[11])
+
+
+def _stat(pid: int) -> list[str] | None:
+    """Its state and what follows that in /proc/[pid]/stat; None where it is not shown."""
     try:
         stat = Path(f"/proc/{pid}/stat").read_text()
     except OSError:
         return None
-    state, *fields = stat.rpartition(")")[2].split()
-    return None if state == "R" else int(fields[10]) + int(fields[11])
+    return stat.rpartition(")")[2].split()
 
 
 def exists(pid: int) -> bool:

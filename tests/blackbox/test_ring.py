@@ -13,7 +13,7 @@ import pytest
 
 from firmware_runtime.board.local_settings import board_in_force
 from firmware_runtime.devs.time import SECOND
-from firmware_runtime.errors import ConfigError
+from firmware_runtime.errors import ConfigError, legible
 from firmware_runtime.executive.clocks import VirtualClock
 from firmware_runtime.executive.outcome import Outcome
 from firmware_runtime.recording.blackbox import steps
@@ -25,7 +25,6 @@ from firmware_runtime.recording.blackbox.section import Kind, encode, encode_int
 from firmware_runtime.recording.blackbox.writer import Pending, Writer
 from firmware_runtime.recording.board_of_recording import board_of_table
 from firmware_runtime.recording.replay.verdict import replay
-from firmware_runtime.recording.values import legible
 from firmware_runtime.runs.start import start_session
 from firmware_runtime.statistics.file_header import RunState
 

@@ -3,7 +3,7 @@
 Whatever it raises is the fault of its package, and no finding.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from math import isfinite
 
 import msgspec
@@ -22,7 +22,7 @@ class Asked:
     """
 
     def __init__(self, rig: Rig, board: Board) -> None:
-        self.rig = rig
+        self._rig = rig
         self._board = board
         # asked once: to look at a protocol takes longer than to look at the robot
         self._truth = rig if isinstance(rig, Truthful) else None
@@ -32,15 +32,16 @@ class Asked:
         self._purposeful = rig if isinstance(rig, Purposeful) else None
         lines = [*rig.buses.values(), *rig.ports.values()]
         self._noted = [line for line in lines if isinstance(line, Noted)]
-        self.ports = frozenset(self._values())
+        values = self._values()
+        self.ports = frozenset(values)
         """Paths of ports whose values its truth has."""
-        self.names = [name for name, _ in self._all_numbers()]
+        self.names = [name for name, _ in _all_numbers(values)]
         """Names of the numbers of its truth."""
 
     def numbers(self) -> tuple[float, ...]:
         """Return the numbers of its truth now, in the order of their names."""
-        found = self._all_numbers()
         with blamed_on_rig(self._board, "truth"):
+            found = _all_numbers({} if self._truth is None else self._truth.truth())
             if [name for name, _ in found] != self.names:
                 expected = f"as at first, {', '.join(self.names)}"
                 raise SettingError(", ".join(name for name, _ in found), expected=expected)
@@ -53,7 +54,7 @@ class Asked:
     def outputs(self) -> dict[str, int]:
         """How many outputs of each actuating chip are on."""
         with blamed_on_rig(self._board, "outputs"):
-            return dict(self.rig.outputs.items())
+            return dict(self._rig.outputs.items())
 
     @property
     def has_output_on(self) -> bool:
@@ -71,7 +72,7 @@ class Asked:
     def levels(self, at: int) -> tuple[float, ...]:
         """Return how each output stands at an instant of its clock, ns."""
         with blamed_on_rig(self._board, "levels"):
-            return tuple(map(float, self.rig.levels(at).values()))
+            return tuple(map(float, self._rig.levels(at).values()))
 
     def lost(self) -> str | None:
         """Return why its robot cannot go on; None while it can, or where it does not know."""
@@ -105,8 +106,9 @@ class Asked:
         with blamed_on_rig(self._board, "truth"):
             return dict(self._truth.truth().items())
 
-    def _all_numbers(self) -> list[tuple[str, float]]:
-        return [each for path, value in self._values().items() for each in _numbers(path, value)]
+
+def _all_numbers(values: Mapping[str, object]) -> list[tuple[str, float]]:
+    return [each for path, value in values.items() for each in _numbers(path, value)]
 
 
 def _numbers(name: str, value: object) -> Iterator[tuple[str, float]]:

@@ -14,7 +14,7 @@ from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.functions import Functions
 from firmware_runtime.devs.ports import InPort
 from firmware_runtime.devs.time import NEVER
-from firmware_runtime.errors import raised_words
+from firmware_runtime.errors import legible, raised_words
 from firmware_runtime.executive.account import Step
 from firmware_runtime.executive.clocks import Clock, VirtualClock
 from firmware_runtime.executive.outcome import Outcome
@@ -41,7 +41,7 @@ from firmware_runtime.recording.blackbox.taps import (
     tapped_world,
 )
 from firmware_runtime.recording.blackbox.writer import NO_STEP, Pending, Writer
-from firmware_runtime.recording.values import UnknownValue, legible, plain
+from firmware_runtime.recording.values import UnknownValue, plain
 from firmware_runtime.statistics.file_header import RunState
 
 

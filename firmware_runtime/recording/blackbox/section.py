@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Any, Final, TypeAlias
 import msgspec
 
 from firmware_runtime.devs.ports import Sent
-from firmware_runtime.errors import ConfigError, text_of
-from firmware_runtime.recording.values import UnknownValue, decoded, encoded, legible, plain
+from firmware_runtime.errors import ConfigError, legible, text_of
+from firmware_runtime.recording.values import UnknownValue, decoded, encoded, plain
 
 
 class Kind(IntEnum):

@@ -18,7 +18,6 @@ from firmware_runtime.recording.blackbox.keyframe_schedule import KeyframeSchedu
 from firmware_runtime.recording.blackbox.ring import Ring, SectionTooLarge
 from firmware_runtime.recording.blackbox.section import Kind, encode, encode_in_words
 from firmware_runtime.recording.classes import NotedClasses
-from firmware_runtime.recording.values import legible
 
 AT: Final = 1
 """Place of the instant among the fields of a section."""
@@ -166,5 +165,5 @@ def _drop(_content: bytes) -> None:
 
 def _lost(kind: int, at: int, error: Exception) -> bytes:
     """What stands in the place of a section that cannot be written."""
-    why = legible(f"{Kind(kind).name.lower()}: {text_of(error)}")
+    why = f"{Kind(kind).name.lower()}: {text_of(error)}"
     return encode((Kind.LOST.value, at, [], [], [], [], [], [], [], why))

@@ -9,7 +9,13 @@ from firmware_runtime.board.registry import Board
 from firmware_runtime.devs.component import below_root
 from firmware_runtime.devs.coupled import with_all_below
 from firmware_runtime.devs.time import NEVER
-from firmware_runtime.errors import ConfigError, FirmwareRuntimeError, raised_words, text_of
+from firmware_runtime.errors import (
+    ConfigError,
+    FirmwareRuntimeError,
+    legible,
+    raised_words,
+    text_of,
+)
 from firmware_runtime.executive.account import ModelAccount
 from firmware_runtime.executive.accounting import counts_of
 from firmware_runtime.executive.outcome import Outcome
@@ -34,7 +40,7 @@ from firmware_runtime.recording.replay.section_comparison import (
     ComparedValues,
     differences_of_counts,
 )
-from firmware_runtime.recording.values import legible, made_for
+from firmware_runtime.recording.values import made_for
 from firmware_runtime.statistics.file_header import RunState
 from firmware_runtime.statistics.statistics import Statistics
 
