@@ -1,8 +1,8 @@
 """Soak: a robot in virtual time for a day with random faults, or in real time for an hour.
 
 After each minute of the robot's time its accounts must hold, its memory and descriptors must not
-have grown, and its recording must have keyframes that can be read. A run that a fault ends is
-counted, and another one begins.
+have grown, and its recording must have keyframes that can be read; another process reads it, whose
+memory is not the robot's. A run that a fault ends is counted, and another one begins.
 """
 
 import argparse
@@ -12,6 +12,9 @@ import sys
 import tempfile
 import time
 from collections.abc import Generator, Iterator
+from concurrent.futures import Executor, ProcessPoolExecutor
+from functools import partial
+from multiprocessing import get_context
 from pathlib import Path
 from typing import Final, Literal
 
@@ -24,6 +27,7 @@ from firmware_runtime.recording.blackbox.reader import kind_of, read_recording
 from firmware_runtime.recording.blackbox.section import Kind
 from firmware_runtime.runs.open_board import OpenBoard
 from firmware_runtime.statistics.file_header import RunState
+from firmware_runtime.system.this_system import allowed_cpus
 from tests.reliability.results import Result
 
 BOARDS: Final = ("tachobot", "detective", "balancing", "pan_tilt")
@@ -60,15 +64,20 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 
 def execute(arguments: argparse.Namespace) -> Result:
-    """Let one robot after the other run."""
+    """Let the robots run, each in a process of its own: in real time one after the other."""
+    boards = arguments.boards
+    at_once = 1 if arguments.real else min(len(boards), len(allowed_cpus()))
+    limit_s = None
+    if arguments.minutes is not None:
+        limit_s = 60 * arguments.minutes * at_once / len(boards)
+    soak = partial(_soaked, robot_s=3600 * arguments.hours, limit_s=limit_s, is_real=arguments.real)
     found = []
-    for number, board in enumerate(arguments.boards):
-        left = None if arguments.minutes is None else 60 * arguments.minutes / len(arguments.boards)
-        chance = random.Random(arguments.seed + number)  # noqa: S311 -- to be repeated
-        soaked = _soaked(board, 3600 * arguments.hours, left, chance, is_real=arguments.real)
-        sys.stdout.write(f"{soaked}\n")
-        sys.stdout.flush()
-        found.append(soaked)
+    with ProcessPoolExecutor(at_once, get_context("spawn"), max_tasks_per_child=1) as robots:
+        seeds = range(arguments.seed, arguments.seed + len(boards))
+        for soaked in robots.map(soak, boards, seeds):
+            sys.stdout.write(f"{soaked}\n")
+            sys.stdout.flush()
+            found.append(soaked)
     wrong = [f"{each.board}: {fault}" for each in found for fault in each.wrong]
     hours = sum(each.robot_s for each in found) / 3600
     faults = sum(each.faults for each in found)
@@ -81,15 +90,19 @@ def execute(arguments: argparse.Namespace) -> Result:
 
 
 def _soaked(
-    board: str, robot_s: float, limit_s: float | None, chance: random.Random, *, is_real: bool
+    board: str, seed: int, *, robot_s: float, limit_s: float | None, is_real: bool
 ) -> Soaked:
+    chance = random.Random(seed)  # noqa: S311 -- to be repeated
     soaked, until = Soaked(board=board), time.monotonic() + (limit_s or float("inf"))
     first: tuple[float, int] | None = None
-    with tempfile.TemporaryDirectory(dir="/dev/shm") as folder:
+    with (
+        tempfile.TemporaryDirectory(dir="/dev/shm") as folder,
+        ProcessPoolExecutor(1, get_context("spawn")) as reader,
+    ):
         path = Path(folder, "soak.recording")
         minutes = _minutes(board, path, chance, soaked, is_real=is_real)
         for number, robot in enumerate(minutes, 1):
-            soaked.wrong += _wrong(robot, path, soaked)
+            soaked.wrong += _wrong(robot, reader, path, soaked)
             gc.collect()
             now = _memory_mb(), sum(1 for _ in Path("/proc/self/fd").iterdir())
             if number == _SETTLED:
@@ -147,16 +160,21 @@ def _minute(robot: OpenBoard, chance: random.Random, soaked: Soaked) -> bool:
     return False
 
 
-def _wrong(robot: OpenBoard, path: Path, soaked: Soaked) -> Iterator[str]:
+def _wrong(robot: OpenBoard, reader: Executor, path: Path, soaked: Soaked) -> Iterator[str]:
     """Yield what does not hold after a minute."""
     figures = robot.statistics
     for name, each in figures.models.items():
         if each.scheduled != each.run + each.skipped + each.coalesced:
             yield f"{name}: {each.scheduled} scheduled, not as many accounted for"
-    sections = [each for chunk in read_recording(path).chunks for each in chunk.contents]
-    soaked.keyframes = sum(kind_of(each) == Kind.KEYFRAME for each in sections)
+    soaked.keyframes = reader.submit(_keyframes, path).result()
     if not soaked.keyframes:
         yield "its recording has no keyframe"
+
+
+def _keyframes(path: Path) -> int:
+    """How many a recording has."""
+    sections = [each for chunk in read_recording(path).chunks for each in chunk.contents]
+    return sum(kind_of(each) == Kind.KEYFRAME for each in sections)
 
 
 def _memory_mb() -> float:

@@ -96,7 +96,7 @@ def test_a_network_that_fails_leaves_a_robot_well_or_off_and_said(path: str) -> 
 @pytest.mark.slow
 @pytest.mark.parametrize("board", soak.BOARDS)
 def test_minutes_with_faults_leave_accounts_memory_and_recording_in_order(board: str) -> None:
-    soaked = soak._soaked(board, 60.0, None, random.Random(2), is_real=False)  # noqa: S311
+    soaked = soak._soaked(board, 2, robot_s=60.0, limit_s=None, is_real=False)
     assert soaked.wrong == []
     assert soaked.faults > 0
     assert soaked.keyframes > 0
