@@ -24,6 +24,9 @@ port, a chip, what a chip drives, the robot's computer, who commands it, the wor
 OF_NO_DEVICE: Final = frozenset({"machine", "people", "world"})
 """Those that have no device by a name."""
 
+HOLD_UP_A_LINE: Final = ("stuck", "arbitration", "fault", "slow")
+"""Kinds that keep all of a bus from going on, whichever of its chips they are made at."""
+
 Needs: TypeAlias = Literal["", "read", "write"]
 """What a transaction must have for a kind to show in it: any will do, one that reads, or writes."""
 

@@ -151,12 +151,6 @@ class BoardRig:
         """Return how a run ended by the true state of the world: there is none."""
         return {}
 
-    @property
-    def is_struck(self) -> bool:
-        """Whether a fault that was made has shown on a line, for oracles of a rig's own."""
-        lines = (*self.buses.values(), *self.ports.values())
-        return any(getattr(each, "struck_at", None) is not None for each in lines)
-
     def catch_up(self) -> None:
         """Let the doubles that sample by themselves take what they still have to take."""
         for part in self._sampling:

@@ -96,7 +96,7 @@ class DetectiveRig(BoardRig):
         }
 
     def judge(self) -> str | None:
-        """Return what no fault excuses, and while there is none, that its mission goes wrong."""
+        """Return what no fault excuses: that it has run into something, or lies of its target."""
         self.catch_up()
         at = self.now()
         if self.arena.collided and not self._is_pushed:
@@ -104,12 +104,16 @@ class DetectiveRig(BoardRig):
         away_m = self.arena.distance_to_target(at)
         if self._says_found and not NEAR_M[0] < away_m < NEAR_M[1]:
             return f"it says that it has found its target, and stands {away_m:.2f} m away"
-        if self._is_pushed or self.is_struck:
-            return None
+        return None
+
+    def missed(self) -> str | None:
+        """Return what goes wrong in a mission without faults."""
+        self.catch_up()
+        at = self.now()
         share, stated = max(map(abs, self.motors.shares(at))), self._settings.treads.speed
         if share > MOST_OF_STATED * stated + STEP:
             return f"its treads turn at {share:.2f} of full speed, and {stated:g} is stated"
-        return self._judge.judge(at)
+        return self._judge.missed(at)
 
     @property
     def _says_found(self) -> bool:

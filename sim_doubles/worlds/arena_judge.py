@@ -1,4 +1,4 @@
-"""What the arena's truth says of a mission: an oracle for campaigns of faults.
+"""What the arena's truth says of a mission without faults, for their campaigns.
 
 A robot may come to nothing and report no fault: its head sweeps past the target, it turns the
 longer way round, or drives beside the target. Its healthy runs are then alike, and only what the
@@ -32,22 +32,22 @@ _MOST_CURVED_RAD: Final = math.radians(30.0)
 
 
 class ArenaJudge:
-    """Judges a robot that nothing has struck or pushed; `threshold_m` is that of its radar."""
+    """Judges a robot to which nothing was done; `threshold_m` is that of its radar."""
 
     def __init__(self, arena: Arena, log: ArenaLog, threshold_m: float) -> None:
         self._arena, self._log = arena, log
         self._surely_m = threshold_m - _SURELY_M
 
-    def judge(self, at: int) -> str | None:
-        """Return what is wrong with its mission at an instant, a sentence; None where nothing is.
+    def missed(self, at: int) -> str | None:
+        """Return what it should have done by an instant, and has not; None where nothing is wrong.
 
         It can be told where the target is all that stands there: others stop the head, too.
         """
         if len(self._arena.parameters.shapes) > 1:
             return None
-        return self._missed(at) or self._turned(at) or self._drove(at)
+        return self._swept_past(at) or self._turned(at) or self._drove(at)
 
-    def _missed(self, at: int) -> str | None:
+    def _swept_past(self, at: int) -> str | None:
         """Return that the head sweeps on, though the target came into its beam."""
         since = self._log.since("radarController", _SWEEPING)
         if since is None:

@@ -1,6 +1,7 @@
 """What the judge of a campaign finds: a mistake each in TachoBot or its rig, and what is sound."""
 
 from collections.abc import Iterator
+from functools import partial
 
 import pytest
 from firmware_boards.tachobot import allocation
@@ -10,10 +11,12 @@ from firmware_drivers.chips import ak8963, mpu9250
 from firmware_drivers.chips.h_bridge import HBridge
 from firmware_drivers.chips.mpu9250_burst import InertialSample
 from firmware_drivers.imu import Imu
+from firmware_drivers.sonar import Sonar
 from firmware_drivers.thrust_pairs import ThrustPairs
 
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.hal.strike import Strike
+from firmware_runtime.hal.wire_errors import HalError
 from firmware_runtime.lab.campaign import campaign
 from firmware_runtime.lab.campaign.again import assert_sound
 from firmware_runtime.lab.campaign.healthy import healthy
@@ -181,6 +184,23 @@ def test_a_warning_of_a_healthy_robot_is_a_finding_unless_its_rig_says_that_it_i
     space_of.cache_clear()
     monkeypatch.setattr(TachobotRig, "warned", ("imu",), raising=False)
     assert healthy(Mission(board="tachobot", for_s=0.5)).wrong is None
+
+
+def test_a_device_that_is_used_less_often_after_a_fault_is_found(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    silence = Strike("stuck", "body_sonar", at_s=5.0971375, for_s=0.0)
+    assert_sound("detective", [silence], for_s=5.5)
+
+    def fail(model: Sonar, error: HalError) -> None:
+        model._rest = partial(model.hold_in, "resting", 5 * model.settings.period)  # type: ignore[method-assign]
+        failed(model, error)
+
+    failed = Sonar._fail
+    monkeypatch.setattr(Sonar, "_fail", fail)
+    healthy.cache_clear()
+    with pytest.raises(AssertionError, match=r"slowed of body_sonar: body_sonar was used \d times"):
+        assert_sound("detective", [silence], for_s=5.5)
 
 
 def test_a_robot_that_goes_on_and_could_not_be_armed_again_is_not_healed(

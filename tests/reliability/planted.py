@@ -169,6 +169,15 @@ MISTAKES: Final[Mapping[str, Mistake]] = {
         " or fault.kind == Runaway.__name__",
         "",
     ),
+    "a sonar that has failed pings a third as often from then on": Mistake(
+        "detective",
+        "body_sonar",
+        f"{MODELS}sonar.py",
+        "interval - self._since_ping))\n\n    def _fail(self, error: HalError) -> None:\n",
+        "interval * getattr(self, 'times', 1) - self._since_ping))\n\n"
+        "    def _fail(self, error: HalError) -> None:\n"
+        "        self.times = 3\n",
+    ),
     "what enters the radar's beam is found one ping too late": Mistake(
         "detective",
         "",

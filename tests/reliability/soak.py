@@ -49,8 +49,8 @@ class Soaked(Struct, kw_only=True):
     activations: int = 0
     keyframes: int = 0
     growth_mb: float = 0.0
-    ended: list[str] = []
-    """Why runs ended by themselves."""
+    ended: dict[str, int] = {}
+    """How many runs ended by themselves, `stopped` or `failed`."""
     wrong: list[str] = []
 
 
@@ -150,7 +150,8 @@ def _minute(robot: OpenBoard, chance: random.Random, soaked: Soaked) -> bool:
         result = robot.run(for_s)
         soaked.robot_s += (robot.now - before) / SECOND
         if result.state not in {RunState.RUNNING, RunState.ENDED}:
-            soaked.ended.append(f"{result.state.name.lower()}: {result.reason}")
+            how = result.state.name.lower()
+            soaked.ended[how] = soaked.ended.get(how, 0) + 1
             return True
         place = chance.choice(places)
         kind = KINDS[chance.choice(place.kinds)]

@@ -81,15 +81,12 @@ class PanTiltRig(BoardRig):
         pan_rad = self.pan.angle_rad(self.now())
         return {probe.error_rad.path: self._error_rad(), probe.pan_rad.path: pan_rad}
 
-    def judge(self) -> str | None:
-        """Return that it looks beside its light, or trembles, after a sweep's time to find it.
-
-        That is wrong in a campaign where nothing was done to it: its healthy runs may all do so.
-        """
+    def missed(self) -> str | None:
+        """Return that it looks beside its light, or trembles, after a sweep's time to find it."""
         self.catch_up()
         at, before_rad = self.now(), self._pan_rad
         self._pan_rad = self.pan.angle_rad(at)
-        if self.is_struck or not any(self.outputs.values()) or not self._can_reach(at):
+        if not any(self.outputs.values()) or not self._can_reach(at):
             self._follows_since = None
             return None
         if self._follows_since is None:
@@ -116,7 +113,6 @@ class PanTiltRig(BoardRig):
 
     def push(self, amount: float) -> None:
         """Turn the head aside by force."""
-        self._follows_since = None
         self.pan.push(amount)
 
     def hold(self, *, is_held: bool) -> None:

@@ -36,7 +36,7 @@ def test_a_head_that_does_not_follow_is_wrong_without_any_fault(
 ) -> None:
     planted.setattr(name, value)
     (found,) = campaign("pan_tilt", runs=1, workers=1).findings
-    assert found.oracle == "own"
+    assert found.oracle == "missed"
     assert says in found.what
 
 

@@ -16,6 +16,7 @@ from firmware_runtime.devs.time import MILLISECOND, SECOND, seconds
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.hal.strike import Kind, Place, Use
 from firmware_runtime.lab.campaign.mission import Mission, faults_of
+from firmware_runtime.lab.campaign.rates import least_uses
 from firmware_runtime.lab.campaign.stated import Stated, stated_by
 from firmware_runtime.lab.campaign.watched import EVERY, Look, Watched
 
@@ -106,6 +107,8 @@ class Healthy(Struct, frozen=True):
     """What the rig says."""
     within: int
     """Ns in which a fault has to be reported, or outputs off: as the mission has it, or the rig."""
+    least_uses: Mapping[str, int]
+    """How often each device is used in 0.3 s in which outputs are on, at the least, by its name."""
     unready: frozenset[str]
     """Models that speak against arming when all is well."""
     wrong: Wrong | None
@@ -151,6 +154,7 @@ def healthy(mission: Mission) -> Healthy:
         arrows=first.arrows,
         taken=tuple(frozenset().union(*at_once) for at_once in taken),
         stated=first.stated,
+        least_uses=_least(runs),
         unready=first.unready,
         within=first.within,
         wrong=next((each.wrong for each in runs if each.wrong is not None), None) or _idle(runs),
@@ -189,6 +193,9 @@ class _Run:
             self.arrows = frozenset(watched.arrows)
             _check(mission, watched)
         self.uses.sort(key=lambda each: each.use.at)
+        is_on = [look.is_on for look in self.looks[: until // EVERY]]
+        by_line = ((each.line, each.use) for each in self.uses)
+        self.least_uses = least_uses(self.places, by_line, is_on)
 
     def _note(self, watched: Watched, before: int) -> None:
         """Take down the uses since the last time."""
@@ -197,6 +204,11 @@ class _Run:
             fresh = [use for use in line.uses() if use.at > since]
             self.uses += [UseOfLine(name, use, before) for use in fresh]
             self._noted[name] = max([since, *(use.at for use in fresh)])
+
+
+def _least(runs: Sequence[_Run]) -> dict[str, int]:
+    found = [each.least_uses for each in runs]
+    return {name: min(each.get(name, 0) for each in found) for name in found[0]}
 
 
 def wrong_in_the_end(mission: Mission) -> Wrong | None:

@@ -18,6 +18,7 @@ from firmware_runtime.hal.strike import Strike
 from firmware_runtime.hal.wire_errors import HalError
 from firmware_runtime.lab.campaign.cause import Cause
 from firmware_runtime.lab.campaign.healthy import Healthy
+from firmware_runtime.lab.campaign.rates import SPAN, kept_from, slowed
 from firmware_runtime.lab.campaign.recovery import RECOVER, Recovery
 from firmware_runtime.lab.campaign.verdict import SOUND, Verdict, where_raised
 from firmware_runtime.lab.campaign.watched import Look, Said, Watched
@@ -51,10 +52,13 @@ class Judge:
         self._said: Said | None = None
         self._look = Look(0, is_on=False, numbers=())
         self._left_at: int | None = None
+        self._off_at = 0
+        """When its outputs were last off."""
 
     def _go_by(self, strikes: Sequence[Strike]) -> None:
         watched, healthy = self._watched, self._healthy
         driving = {*watched.lines, *watched.asked.outputs}
+        self._strikes = strikes
         self._cause = Cause(strikes, driving, healthy.within)
         self._recovery = Recovery(watched, healthy, self._cause)
 
@@ -105,6 +109,8 @@ class Judge:
         """Return the oracle that finds something wrong, and a sentence."""
         self._take_down()
         self._look = look
+        if not look.is_on:
+            self._off_at = look.at
         return (
             self._not_finite()
             or self._own()
@@ -262,6 +268,7 @@ class Judge:
         """End the faults and the run, and judge that."""
         robot, at = self._watched.robot, self._watched.at
         verdict = self._verdict(SOUND, "", at)
+        slowed = self._slowed(at)
         robot.clear_faults()
         try:
             ended = robot.close()
@@ -270,8 +277,21 @@ class Judge:
         except FirmwareRuntimeError as error:
             return self._verdict("crash", text_of(error), at, where_raised(error))
         figures = robot.statistics if ended is None else ended.statistics
-        found = self._found_in_the_end(self._watched.look(), figures, is_cleared=True)
+        found = self._found_in_the_end(self._watched.look(), figures, is_cleared=True) or slowed
         return verdict if found is None else self._verdict(*found, at)
+
+    def _slowed(self, at: int) -> tuple[str, str] | None:
+        """A device that it uses less often than a healthy one, which has taken the same arrows."""
+        healthy, watched = self._healthy, self._watched
+        since = max(self._off_at, self._cause.at)
+        if at - since < SPAN or not watched.reached <= healthy.reached:
+            return None
+        least = dict(healthy.least_uses)
+        if at - self._cause.end < SPAN:
+            for name in kept_from(self._strikes, healthy.places):
+                least.pop(name, None)
+        what = slowed(healthy.places, watched.lines, at, least)
+        return None if what is None else ("slowed", what)
 
     def _found_in_the_end(
         self, look: Look, figures: Figures, *, is_cleared: bool = False

@@ -21,13 +21,11 @@ from typing import Final, NamedTuple, overload
 from msgspec import Struct
 
 from firmware_runtime.devs.time import SECOND
-from firmware_runtime.hal.strike import KINDS, OF_NO_DEVICE, Kind, Place, Strike
+from firmware_runtime.hal.strike import HOLD_UP_A_LINE, KINDS, OF_NO_DEVICE, Kind, Place, Strike
 from firmware_runtime.lab.campaign.healthy import Healthy, UseOfLine, healthy
 from firmware_runtime.lab.campaign.mission import Mission
 
 FOR_A_WHILE_S: Final = 1.0
-OF_LINES: Final = ("stuck", "arbitration", "fault", "slow")
-"""Kinds that strike all of a bus."""
 _BITS: Final = 64
 _GOLDEN: Final = 0x9E3779B97F4A7C15
 """The golden section of 2 to the power of 64, which is odd."""
@@ -231,7 +229,7 @@ def _kinds_at(place: Place, use: UseOfLine) -> Sequence[Kind]:
         return ()
     kinds = [KINDS[name] for name in place.kinds]
     if place.is_line:
-        return [kind for kind in kinds if kind.name in OF_LINES]
+        return [kind for kind in kinds if kind.name in HOLD_UP_A_LINE]
     if place.address != use.use.address:
         return ()
     return [kind for kind in kinds if use.use.shows(kind)]

@@ -9,6 +9,7 @@
 | `held` | outputs have been on and as they are for too long, where the rig says how long is |
 | `late` | a device fails at each use, outputs are driven, and nothing was reported in time, |
 | | or what was reported is about something else |
+| `slowed` | the robot is driven, and uses a device half as often that is not at fault |
 | `silent` | the robot left the envelope of its healthy runs, is driven, and nothing was reported |
 | `not-finite` | a port has sent a number that is none |
 | `astray` | long after a fault, or its report, the robot is driven where no healthy one was |
@@ -27,7 +28,18 @@ from msgspec import Struct
 
 SOUND: Final = "sound"
 ORACLES: Final = (
-    *("crash", "hang", "on", "held", "late", "silent", "not-finite", "astray", "unhealed"),
+    *(
+        "crash",
+        "hang",
+        "on",
+        "held",
+        "late",
+        "slowed",
+        "silent",
+        "not-finite",
+        "astray",
+        "unhealed",
+    ),
     *("invented", "idle", "missed", "misused", "account", "own"),
 )
 
