@@ -108,8 +108,12 @@ update-test: $(VENV)/installed-test
 pi-full-test: $(VENV)/installed-test
 	@$(BIN)/python -m tests.pi.full.run $(STEPS)
 
-PARTS ?= mutants fuzzing dying soak campaigns planted networks
+ALL_PARTS := mutants fuzzing dying soak campaigns planted networks
+PARTS ?= $(ALL_PARTS)
 MINUTES ?= 30
+ifneq ($(filter-out $(ALL_PARTS),$(PARTS)),)
+$(error PARTS: no part $(filter-out $(ALL_PARTS),$(PARTS)); expected some of $(ALL_PARTS))
+endif
 
 campaign: $(VENV)/installed-fuzz
 	@for part in $(PARTS); do \

@@ -57,9 +57,17 @@ def serve(listen: str, collector: Collector, wait: Callable[[str], object]) -> N
     with exporter(listen, collector) as server:
         thread = Thread(target=server.serve_forever)
         thread.start()
-        wait(str(server.server_address))
+        wait(_place(server.server_address))
         server.shutdown()
         thread.join()
+
+
+def _place(address: Any) -> str:  # noqa: ANN401 -- as sockets have it
+    """Where a server listens, in the words in which that is stated."""
+    if not isinstance(address, tuple):
+        return f"{UNIX}{os.fsdecode(address)}"
+    host, port, *_ = address
+    return f"[{host}]:{port}" if ":" in host else f"{host}:{port}"
 
 
 def exporter(listen: str, collector: Collector) -> BaseServer:

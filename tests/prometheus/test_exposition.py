@@ -214,7 +214,9 @@ def body_of(connection: http.client.HTTPConnection) -> str:
 @pytest.mark.slow
 def test_the_exporter_answers_on_loopback_with_what_holds_now(file: StatisticsFile) -> None:
     with exporting("127.0.0.1:0") as said:
-        port = int(said.rpartition(",")[2].strip(" )\n"))
+        start, _, port_text = said.rpartition(":")
+        assert start == "serving metrics on 127.0.0.1"
+        port = int(port_text)
         connection = http.client.HTTPConnection("127.0.0.1", port, timeout=PATIENCE_S)
         name = ("firmware_runtime_overruns_total", "tachobot", "imu")
         assert samples(body_of(connection))[name] == 1
@@ -227,7 +229,8 @@ def test_the_exporter_answers_on_a_unix_socket(file: StatisticsFile, tmp_path: P
     path = tmp_path / "metrics.sock"
     with socket.socket(socket.AF_UNIX) as gone:
         gone.bind(os.fspath(path))  # what an exporter that was killed has left
-    with exporting(f"unix:{path}"), socket.socket(socket.AF_UNIX) as wire:
+    with exporting(f"unix:{path}") as said, socket.socket(socket.AF_UNIX) as wire:
+        assert said == f"serving metrics on unix:{path}\n"
         wire.connect(os.fspath(path))
         connection = http.client.HTTPConnection("localhost")
         connection.sock = wire

@@ -110,8 +110,10 @@ def execute(arguments: argparse.Namespace) -> int:
     if arguments.board == "show":
         return _show(arguments)
     if arguments.board == "rerun":
-        is_folder = arguments.file is not None and arguments.file.is_dir()
-        if is_folder:
+        if arguments.file is not None and not arguments.file.exists():
+            expected = "a table of a campaign, or a folder of findings"
+            raise ConfigError.of_one(arguments.file, "there is no such file", expected)
+        if arguments.file is not None and arguments.file.is_dir():
             return _rerun_findings(arguments)
         return _rerun(arguments) if arguments.runs is None else _rerun_many(arguments)
     if arguments.file is not None:
