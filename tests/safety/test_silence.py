@@ -330,7 +330,7 @@ def test_a_run_that_has_opened_nothing_yet_does_not_arm_itself(tmp_path: Path) -
     """It still imports: `safe-state` finds no lines, no statistics and nothing that is on."""
     starts, wait = tmp_path / "starts", tmp_path / "wait"
     program = SLOW_IMPORT.format(starts=str(starts), wait=str(wait))
-    with guarded_run(tmp_path) as run:
+    with guarded_run(tmp_path, words=TURNING) as run:
         run.signal(signal.SIGTERM)
         run.run.wait(PATIENCE_S)
         wait.touch()
