@@ -1,7 +1,7 @@
 """The detective's own models: angles, mission, the turn check, the second look."""
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import pytest
@@ -145,7 +145,7 @@ def bench() -> AtomicBench:
     return AtomicBench(VehicleTurn("commanded_turn", 20.0))
 
 
-def turned(bench: AtomicBench, begin_ms: int, headings: range) -> list[Turn]:
+def turned(bench: AtomicBench, begin_ms: int, headings: Sequence[int]) -> list[Turn]:
     """What is said of headings, one every 20 ms."""
     before = len(bench.values("turn"))
     for place, heading in enumerate(headings):
@@ -190,16 +190,19 @@ def test_nothing_is_said_of_what_does_not_turn(
     assert turned(bench, 20, range(5)) == []
 
 
-def test_a_head_that_was_stopped_amid_a_sweep_is_believed_again_once_it_turns_back() -> None:
+def test_a_head_that_stands_may_do_so_at_an_end_stop_until_it_turns_back() -> None:
     head = AtomicBench(HeadTurn("commanded_head", 50.0))
     head.put(10, motor=CLOCKWISE, applied=Applied.ALL)
-    assert turned(head, 20, range(3)) == [(0.0, 0), (-50.0, 1), (-50.0, 2)]
-    head.put(85, motor=STILL)
-    assert turned(head, 100, range(3, 6)) == [(0.0, 3)]
-    head.put(165, motor=CLOCKWISE)
-    assert turned(head, 180, range(6, 9)) == []
-    head.put(245, motor=COUNTERCLOCKWISE)
-    assert turned(head, 260, range(9, 11)) == [(0.0, 9), (50.0, 10)]
+    assert turned(head, 20, [0, 0, 0]) == []
+    assert turned(head, 80, [358, 356, 356, 356]) == [(0.0, 358), (-50.0, 356), (0.0, 356)]
+    head.put(165, motor=COUNTERCLOCKWISE)
+    assert turned(head, 180, [356, 356]) == [(0.0, 356), (50.0, 356)]
+    head.put(225, motor=STILL)
+    assert turned(head, 240, [358, 0]) == [(0.0, 358)]
+    head.put(285, motor=COUNTERCLOCKWISE)
+    assert turned(head, 300, [0, 0, 0]) == []
+    head.put(365, motor=CLOCKWISE)
+    assert turned(head, 380, [0, 0]) == [(0.0, 0), (-50.0, 0)]
 
 
 HEARD, NOTHING = ({"distance": 2.1}, {"distance": math.inf})

@@ -179,14 +179,33 @@ def test_a_compass_that_hangs_is_contradicted_by_the_turn_before_it_shows(stuck_
     assert 0.4 < at / SECOND - max(stuck_s, turns_s) < 0.7
 
 
-def test_a_head_that_its_motor_does_not_turn_ends_the_mission() -> None:
-    dead = Strike("dead", "radar_motor", at_s=3.0, amount=0.0)
-    with open_board("detective", doubles=True, clock="virtual", faults=[dead]) as robot:
-        ended = robot.run(6.0)
+@pytest.mark.parametrize(
+    ("at_s", "after_s"),
+    [
+        pytest.param(8.0, (1.4, 1.9), id="at once"),
+        pytest.param(5.0, (3.9, 4.6), id="in the first sweep, once it turns back"),
+    ],
+)
+def test_a_head_that_its_motor_does_not_turn_ends_the_mission(
+    at_s: float, after_s: tuple[float, float]
+) -> None:
+    dead = Strike("dead", "radar_motor", at_s=at_s, amount=0.0)
+    far = {"world.target": [6.0, 6.0]}
+    with open_board("detective", doubles=True, clock="virtual", set=far, faults=[dead]) as robot:
+        ended = robot.run(10.0)
         assert (
             "head_check: turn of the head (degrees, compass less motor's command)" in ended.reason
         )
-        assert 1.4 < ended.at / SECOND - 3.0 < 1.9
+        assert after_s[0] < ended.at / SECOND - at_s < after_s[1]
+
+
+@pytest.mark.parametrize("head_start_deg", [-190.0, -100.0, 0.0])
+def test_a_head_that_begins_at_its_other_end_or_anywhere_ends_no_mission(
+    head_start_deg: float,
+) -> None:
+    begins = {"world.head_start_deg": head_start_deg}
+    with open_board("detective", doubles=True, clock="virtual", set=begins) as robot:
+        assert robot.run(15.0).state is RunState.ENDED
 
 
 @pytest.mark.parametrize("at_s", [1.0, 5.3, 6.0, 7.9])

@@ -5,6 +5,7 @@ and finds what is neither: a heading that stands still under a turn, or turns th
 too little or too fast.
 """
 
+import math
 from abc import abstractmethod
 from typing import Final, NamedTuple
 
@@ -23,6 +24,8 @@ from firmware_runtime.models.cross_check import (
 from firmware_runtime.models.motion import Applied
 
 CIRCLE_DEG: Final = 360.0
+STANDS_DEG: Final = 2.0
+"""From one heading to the next less than this is no turn."""
 SENSES: Final = {CLOCKWISE: 1, COUNTERCLOCKWISE: -1}
 """Sense of a motor, a tread's forward positive, by signal; any other signal stops it."""
 TREADS: Final = "turn (degrees, compass less treads' command)"
@@ -115,27 +118,36 @@ class VehicleTurn(CommandedTurn):
 class HeadTurn(CommandedTurn):
     """A motor, `motor`, that turns a head to and fro between two end stops.
 
-    It begins at its left end. One that was stopped amid a sweep is at an end stop sooner, and
-    stands there: until it turns back nothing is commanded of which a compass could tell.
+    Where it begins is not known: the run before it may have ended anywhere. So it may be at an end
+    stop from the start, or sooner than it turns back, as may one that was stopped amid a sweep:
+    until it turns back nothing is expected of it while it stands.
     """
 
     def __init__(self, name: str, full_deg_s: float) -> None:
         super().__init__(name, full_deg_s)
         self.motor = self.in_port("motor", int)
         self._sense = 0
-        self._was_stopped = False
+        self._may_stand = self._stands = True
+        self._seen_deg: float | None = None
 
     def take_commands(self) -> None:
-        """Keep the newest signal, and whether the head was stopped since it turned back."""
+        """Keep the newest signal, and whether the head has turned back since it was stopped."""
         if not self.motor:
             return
         before, self._sense = self._sense, SENSES.get(self.motor[-1], 0)
         if before not in {0, self._sense}:
-            self._was_stopped = self._sense == 0
+            self._may_stand = self._sense == 0
 
     def share(self) -> float:
         """Return the sense: clockwise is to the right."""
-        return 0.0 if self._was_stopped else -float(self._sense)
+        return 0.0 if self._may_stand and self._stands else -float(self._sense)
+
+    def _joins(self, heading_deg: float) -> bool:
+        """The same, with whether it stands by this heading and the last."""
+        seen_deg, self._seen_deg = self._seen_deg, heading_deg
+        moved_deg = 0.0 if seen_deg is None else math.remainder(heading_deg - seen_deg, CIRCLE_DEG)
+        self._stands = abs(moved_deg) < STANDS_DEG
+        return super()._joins(heading_deg)
 
 
 def turn_check(name: str, quantity: str, stated: TurnCheckTable) -> CrossCheck[Turn, Turn]:
