@@ -1,4 +1,4 @@
-"""What the arena's truth says of a mission without faults, for their campaigns.
+"""What the arena's truth says of a mission in which no fault was made.
 
 A robot may come to nothing and report no fault: its head sweeps past the target, it turns the
 longer way round, or drives beside the target. Its healthy runs are then alike, and only what the

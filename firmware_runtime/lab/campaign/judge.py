@@ -268,7 +268,7 @@ class Judge:
         """End the faults and the run, and judge that."""
         robot, at = self._watched.robot, self._watched.at
         verdict = self._verdict(SOUND, "", at)
-        slowed = self._slowed(at)
+        seldom = self._slowed(at)
         robot.clear_faults()
         try:
             ended = robot.close()
@@ -277,7 +277,7 @@ class Judge:
         except FirmwareRuntimeError as error:
             return self._verdict("crash", text_of(error), at, where_raised(error))
         figures = robot.statistics if ended is None else ended.statistics
-        found = self._found_in_the_end(self._watched.look(), figures, is_cleared=True) or slowed
+        found = self._found_in_the_end(self._watched.look(), figures, is_cleared=True) or seldom
         return verdict if found is None else self._verdict(*found, at)
 
     def _slowed(self, at: int) -> tuple[str, str] | None:

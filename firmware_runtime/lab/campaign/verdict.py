@@ -28,19 +28,8 @@ from msgspec import Struct
 
 SOUND: Final = "sound"
 ORACLES: Final = (
-    *(
-        "crash",
-        "hang",
-        "on",
-        "held",
-        "late",
-        "slowed",
-        "silent",
-        "not-finite",
-        "astray",
-        "unhealed",
-    ),
-    *("invented", "idle", "missed", "misused", "account", "own"),
+    *("crash", "hang", "on", "held", "late", "slowed", "silent", "not-finite", "astray"),
+    *("unhealed", "invented", "idle", "missed", "misused", "account", "own"),
 )
 
 
