@@ -21,12 +21,13 @@ from firmware_runtime.hal.strike import KINDS, Strike
 from firmware_runtime.hal.wire_errors import Stuck
 from firmware_runtime.lab.campaign import campaign, trial
 from firmware_runtime.lab.campaign.again import assert_sound, rerun, rerun_many
-from firmware_runtime.lab.campaign.campaigning import carry_out
+from firmware_runtime.lab.campaign.campaigning import carry_out, report_of
 from firmware_runtime.lab.campaign.healthy import AT_START, healthy
 from firmware_runtime.lab.campaign.kept_findings import rerun_findings
 from firmware_runtime.lab.campaign.mission import Mission
 from firmware_runtime.lab.campaign.space import in_courses, space_of, spread
 from firmware_runtime.lab.campaign.trial import Trial, alone, forked, trial_of
+from firmware_runtime.lab.campaign.verdict import Verdict
 from firmware_runtime.lab.sweeps.partial import partial_of
 from firmware_runtime.lab.sweeps.row import Row
 from firmware_runtime.recording.replay.replay_assertion import assert_replays
@@ -618,6 +619,20 @@ def test_a_row_of_another_table_is_refused() -> None:
     row: Row = {"row": 3, "board": "tachobot", "outcome": "ended", "set": "[]"}
     with pytest.raises(ConfigError, match="row 3 is none of a campaign"):
         rerun(row)
+
+
+@pytest.mark.parametrize(
+    ("column", "cell"),
+    [("what", ...), ("known_at_s", "soon"), ("reached", "[[1]]"), ("row", "x"), ("at_s", 10**400)],
+)
+def test_a_row_that_is_damaged_is_refused_and_named(column: str, cell: object) -> None:
+    trial = Trial(Mission(board="tachobot"), (Strike("nack", "imu", at_s=1.0),))
+    sound, damaged = (dict(trial.row(number, Verdict(outcome="late"))) for number in (0, 1))
+    damaged[column] = cell  # type: ignore[assignment]
+    if cell is ...:
+        del damaged[column]
+    with pytest.raises(ConfigError, match=r"row .+ is none of a campaign"):
+        report_of([sound, damaged])
 
 
 def test_an_instant_of_the_space_comes_back_from_its_row_exactly() -> None:

@@ -84,7 +84,7 @@ def trial_of_row(row: Row) -> Trial:
     """Return the trial of a row. Raises ConfigError for no row of a campaign."""
     try:
         return trial_of(row)
-    except (KeyError, TypeError, ValueError, RecursionError) as error:
+    except (KeyError, TypeError, ValueError, OverflowError, RecursionError) as error:
         fault = f"row {row.get('row')} is none of a campaign: {error}"
         raise ConfigError.of_one("campaign", fault) from error
 

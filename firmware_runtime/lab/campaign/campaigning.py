@@ -214,6 +214,8 @@ def report_of(rows: Sequence[Row], kept: Sequence[KeptFinding] = ()) -> Report:
     Findings are those that are kept of its board and not fixed; without any, as they are in rows.
     Raises ConfigError for no rows of a campaign.
     """
+    for row in rows:
+        trial_of_row(row)
     mission = trial_of_row(rows[0]).mission
     of_board = [each for each in kept if each.finding.mission.board == mission.board]
     left = [each.finding for each in of_board if not each.fixed]
