@@ -8,6 +8,7 @@ import msgspec
 
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.system.atomic_file import keep_output
+from firmware_runtime.system.json_errors import NOT_JSON
 from firmware_runtime.system.packages import install_command, module_of_extra
 from firmware_runtime.view.page import page_of
 from firmware_runtime.view.parts import Page, Text
@@ -52,5 +53,5 @@ def read_page(path: Path) -> Page:
     """Return the page whose data `write_page` has written. Raises ConfigError for another file."""
     try:
         return msgspec.json.decode(path.read_bytes(), type=Page)
-    except (OSError, RecursionError, msgspec.MsgspecError) as error:
+    except (OSError, *NOT_JSON) as error:
         raise ConfigError.of_one(str(path), f"{error}", expected="a page's data") from error

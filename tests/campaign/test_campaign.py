@@ -598,14 +598,18 @@ def test_a_fault_that_is_left_out_is_one_of_the_robot(without: str, said: str) -
 
 @pytest.mark.parametrize(
     ("name", "content", "said"),
-    [("found", None, "cannot be written"), ("found/findings.json", "{", "expected what")],
+    [
+        ("found", None, "cannot be written"),
+        ("found/findings.json", b"{", "expected what"),
+        ("found/findings.json", b'[{"finding": {"oracle": "\xe3("}}]', "expected what"),
+    ],
 )
 def test_a_folder_that_can_keep_no_findings_is_refused_before_any_run(
-    tmp_path: Path, name: str, content: str | None, said: str
+    tmp_path: Path, name: str, content: bytes | None, said: str
 ) -> None:
     path = tmp_path / name
     path.parent.mkdir(exist_ok=True)
-    path.write_text(content or "")
+    path.write_bytes(content or b"")
     with pytest.raises(ConfigError, match=rf"--findings: .*{said}"):
         campaign("tachobot", findings=tmp_path / "found", progress=lambda *_: pytest.fail("a run"))
 

@@ -190,6 +190,20 @@ def test_a_disk_without_room_for_a_row_is_a_sentence_and_keeps_those_before(tmp_
     assert list(found.values()) == rows[: len(found)]
 
 
+@pytest.mark.parametrize(
+    "line", [b"{", b'{"row": "x"}', b'["\xe3("]', b'{"board": "x"}', b"[" * 9999]
+)
+def test_a_row_that_is_damaged_is_refused_and_nothing_is_lost(tmp_path: Path, line: bytes) -> None:
+    kept_at = partial_of(tmp_path / "table.csv")
+    with Partial(kept_at, SHORT, "1", resume=False) as partial:
+        partial.keep({"row": 0, "at_s": 1.0})
+    content = kept_at.read_bytes() + line + b"\n"
+    kept_at.write_bytes(content)
+    with pytest.raises(ConfigError, match="a line is no finished row"):
+        Partial(kept_at, SHORT, "1", resume=True)
+    assert kept_at.read_bytes() == content
+
+
 @pytest.mark.parametrize("resume", [True, False])
 def test_a_second_sweep_into_the_same_file_is_refused_while_one_is_at_it(
     tmp_path: Path, *, resume: bool

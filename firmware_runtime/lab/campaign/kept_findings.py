@@ -25,6 +25,7 @@ from firmware_runtime.lab.campaign.verdict import SOUND
 from firmware_runtime.recording.recorded_board import code_of
 from firmware_runtime.recording.what_if.watch import Watched
 from firmware_runtime.system.atomic_file import keep_output, read_content
+from firmware_runtime.system.json_errors import NOT_JSON
 from firmware_runtime.system.own_folder import nearest
 
 _FILE: Final = "findings.json"
@@ -47,7 +48,7 @@ def read_findings(folder: Path) -> list[KeptFinding]:
     path = folder / _FILE
     try:
         return msgspec.json.decode(read_content(path), type=list[KeptFinding])
-    except msgspec.MsgspecError as error:
+    except NOT_JSON as error:
         expected = "what `campaign --findings` keeps"
         raise ConfigError.of_one(str(path), str(error), expected=expected) from error
 

@@ -16,6 +16,7 @@ import msgspec
 
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.lab.sweeps.row import Row
+from firmware_runtime.system.json_errors import NOT_JSON
 from firmware_runtime.system.resources import Closing
 
 
@@ -48,8 +49,7 @@ class Partial(Closing):
         lines = _lines(path) if resume else []
         if lines:
             _check(path, lines[0], first)
-            rows = map(msgspec.json.decode, lines[1:])
-            self.rows = {row["row"]: row for row in rows}
+            self.rows = dict(_numbered(path, line) for line in lines[1:])
         elif path.exists() and not resume:
             raise _unfinished(path)
         try:
@@ -119,12 +119,22 @@ def _lines(path: Path) -> list[bytes]:
     return content.split(b"\n")[:-1]
 
 
+def _numbered(path: Path, line: bytes) -> tuple[int, Row]:
+    """Return a row and its number. Raises ConfigError for what is none."""
+    try:
+        row = msgspec.json.decode(line, type=dict[str, Any])
+        return msgspec.convert(row.get("row"), int), row
+    except NOT_JSON as error:
+        fault = f"{path}: a line is no finished row ({error}); expected it as it was left"
+        raise ConfigError.of_one("--resume", fault) from error
+
+
 def _check(path: Path, line: bytes, first: _First) -> None:
     """Refuse rows of another plan."""
     try:
         found = msgspec.json.decode(line, type=_First)
         plan: Plan = msgspec.convert(found.plan, type(first.plan))
-    except msgspec.MsgspecError as error:
+    except NOT_JSON as error:
         fault = f"{path}: no finished rows of this command ({error})"
         raise ConfigError.of_one("--resume", fault) from error
     if (plan, found.version) != (first.plan, first.version):

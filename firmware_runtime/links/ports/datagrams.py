@@ -21,6 +21,7 @@ from msgspec import Meta, Raw, Struct
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.errors import FirmwareRuntimeError
 from firmware_runtime.statistics.json_values import plain
+from firmware_runtime.system.json_errors import NOT_JSON
 
 
 class Refusal(FirmwareRuntimeError):
@@ -102,7 +103,7 @@ def understood(datagram: bytes) -> Request:
                 return reader.decode(datagram)
         if "request" in keys:
             return _ask_of(_asked(datagram))
-    except (msgspec.MsgspecError, UnicodeDecodeError, RecursionError) as error:
+    except NOT_JSON as error:
         raise Refusal(f"{error}; {_EXPECTED}") from error
     raise Refusal(f"the datagram asks for nothing known; {_EXPECTED}")
 
