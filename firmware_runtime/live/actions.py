@@ -25,6 +25,7 @@ from firmware_runtime.live.seen import exported
 from firmware_runtime.live.source import Source
 from firmware_runtime.live.tuning_trial import board_file, sliders, trial
 from firmware_runtime.statistics.summary import summary
+from firmware_runtime.system.json_errors import NOT_JSON
 from firmware_runtime.view.report.report import report
 
 Said: TypeAlias = Mapping[str, Any]
@@ -146,7 +147,7 @@ class Actions:
         """A copy of the board.toml with `values`, an object in JSON."""
         try:
             values = msgspec.json.decode(str(said.get("values", "")), type=dict[str, Any])
-        except (msgspec.MsgspecError, RecursionError, UnicodeError) as error:
+        except NOT_JSON as error:
             raise ConfigError.of_one("values", "no object", expected="{KEY: VALUE}") from error
         source = Path(self._source.observed.header.source)
         return board_file(self._source.board, values, source).encode()

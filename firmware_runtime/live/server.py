@@ -19,6 +19,7 @@ from firmware_runtime.live.actions import Actions, number_in
 from firmware_runtime.live.entrance import COOKIE, Entrance
 from firmware_runtime.live.source import Source
 from firmware_runtime.live.viewer import LONGEST, Viewer
+from firmware_runtime.system.json_errors import NOT_JSON
 from firmware_runtime.view.page import html_of
 
 EVERY_S: Final = 0.05
@@ -155,7 +156,7 @@ class PageServer:
     async def _post(self, request: web.Request) -> web.Response:
         try:
             said = msgspec.json.decode(await request.read() or b"{}", type=dict[str, Any])
-        except (msgspec.MsgspecError, RecursionError, UnicodeError):
+        except NOT_JSON:
             return _json({"refused": ["expected an object in JSON"]}, status=400)
         return await self._act(request.match_info["name"], said, is_change=True)
 

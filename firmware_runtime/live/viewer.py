@@ -14,6 +14,7 @@ from aiohttp import WSMsgType, web
 from firmware_runtime.live.observed import Observed
 from firmware_runtime.live.run_state import RunState
 from firmware_runtime.live.trace import Points
+from firmware_runtime.system.json_errors import NOT_JSON
 
 MOST_POINTS: Final = 400
 """Points of one curve in one frame."""
@@ -82,7 +83,7 @@ class Viewer:
     def _hear(self, text: str) -> bool:
         try:
             asked = msgspec.json.decode(text, type=_Asked)
-        except (msgspec.MsgspecError, RecursionError, UnicodeError):
+        except NOT_JSON:
             return False
         leaves = asked.watch[:MOST_LEAVES]
         self._sent_until = {leaf: self._sent_until.get(leaf, -1.0) for leaf in leaves}

@@ -14,6 +14,8 @@ from typing import Any, cast
 
 import msgspec
 
+from firmware_runtime.system.json_errors import NOT_JSON
+
 
 def plain(value: object) -> Any:  # noqa: ANN401 -- whatever JSON can say
     """The value in JSON's types."""
@@ -38,7 +40,7 @@ def is_json(word: str) -> bool:
     """Whether a word is a value in JSON; one that is none stands for itself."""
     try:
         msgspec.json.decode(word)
-    except (msgspec.MsgspecError, UnicodeEncodeError, RecursionError):
+    except NOT_JSON:
         return False
     return True
 

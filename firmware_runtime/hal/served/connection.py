@@ -7,8 +7,6 @@ from pathlib import Path
 from socket import AF_UNIX, SOCK_SEQPACKET, socket
 from typing import BinaryIO, Final
 
-from msgspec import MsgspecError
-
 from firmware_runtime.hal.peer import peer_of, trusted_users
 from firmware_runtime.hal.served.packets import (
     LONGEST,
@@ -19,6 +17,7 @@ from firmware_runtime.hal.served.packets import (
     read_answer,
 )
 from firmware_runtime.hal.wire_errors import BusAbsent, BusFault, BusInUse, BusTimeout
+from firmware_runtime.system.json_errors import NOT_JSON
 from firmware_runtime.system.resources import tried_again
 
 ANSWER_S: Final = 1.0
@@ -87,7 +86,7 @@ class Connection:
                     where=where,
                     expected="them to be served",
                 ) from error
-            except (MsgspecError, UnicodeDecodeError, RecursionError) as error:
+            except NOT_JSON as error:
                 raise BusFault(
                     f"{self._path} answered with no answer ({error})",
                     where=where,

@@ -23,6 +23,7 @@ from typing import Final, NamedTuple, TypeVar
 import msgspec
 
 from firmware_runtime.links.cut.refusal import Reason, Refused
+from firmware_runtime.system.json_errors import NOT_JSON
 
 MAGIC: Final = b"FWL3"
 LONGEST: Final = 60 * 1024
@@ -218,7 +219,7 @@ def reading(kind: type[T]) -> Callable[[bytes], T]:
     def read(body: bytes) -> T:
         try:
             return decode(body)
-        except (msgspec.MsgspecError, UnicodeDecodeError) as error:
+        except NOT_JSON as error:
             raise Refused(Reason.MALFORMED, str(error)) from error
 
     return read
