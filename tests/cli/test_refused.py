@@ -267,7 +267,7 @@ sweep show none.csv | No such file
 sweep show none.csv -o none.csv | a name that ends in .html
 sweep rerun none.csv | no ROW
 campaign rerun none.csv | a folder of findings
-campaign rerun none 3 | a folder of findings
+campaign rerun none 3 | a file named .parquet or .csv
 sweep rerun none.csv 1 --set a=1 | belong to a sweep of a board
 sweep tachobot -o t.csv --scheduler x --workers 2 | expected one
 identify detective --from letter | names no plant

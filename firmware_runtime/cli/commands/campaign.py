@@ -110,9 +110,6 @@ def execute(arguments: argparse.Namespace) -> int:
     if arguments.board == "show":
         return _show(arguments)
     if arguments.board == "rerun":
-        if arguments.file is not None and not arguments.file.exists():
-            expected = "a table of a campaign, or a folder of findings"
-            raise ConfigError.of_one(arguments.file, "there is no such file", expected)
         if arguments.file is not None and arguments.file.is_dir():
             return _rerun_findings(arguments)
         return _rerun(arguments) if arguments.runs is None else _rerun_many(arguments)
@@ -212,6 +209,10 @@ def _still(outcome: str) -> str:
 
 def _rerun(arguments: argparse.Namespace) -> int:
     faults = [f"no {name}; expected campaign rerun FILE ROW" for name in _missing(arguments)]
+    if arguments.row is None and arguments.file is not None and not arguments.file.exists():
+        faults = [
+            f"there is no {arguments.file}; expected a table of runs, or a folder of findings"
+        ]
     if arguments.assignments:
         faults.append("--set belongs to a campaign of a board; expected campaign rerun FILE ROW")
     if faults:
