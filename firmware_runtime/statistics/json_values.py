@@ -14,7 +14,7 @@ from typing import Any, cast
 
 import msgspec
 
-from firmware_runtime.system.json_errors import NOT_JSON
+from firmware_runtime.errors import NOT_JSON
 
 
 def plain(value: object) -> Any:  # noqa: ANN401 -- whatever JSON can say

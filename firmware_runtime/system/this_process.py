@@ -15,8 +15,8 @@ from typing import Annotated, Final, TypeVar
 import msgspec
 from msgspec import Meta, Struct
 
+from firmware_runtime.errors import NOT_JSON
 from firmware_runtime.system.atomic_file import read_file, replace_file
-from firmware_runtime.system.json_errors import NOT_JSON
 from firmware_runtime.system.this_system import IS_LINUX, allowed_cpus
 
 _BOOT_ID = Path("/proc/sys/kernel/random/boot_id")

@@ -7,6 +7,7 @@ from pathlib import Path
 from socket import AF_UNIX, SOCK_SEQPACKET, socket
 from typing import BinaryIO, Final
 
+from firmware_runtime.errors import NOT_JSON
 from firmware_runtime.hal.peer import peer_of, trusted_users
 from firmware_runtime.hal.served.packets import (
     LONGEST,
@@ -17,7 +18,6 @@ from firmware_runtime.hal.served.packets import (
     read_answer,
 )
 from firmware_runtime.hal.wire_errors import BusAbsent, BusFault, BusInUse, BusTimeout
-from firmware_runtime.system.json_errors import NOT_JSON
 from firmware_runtime.system.resources import tried_again
 
 ANSWER_S: Final = 1.0
