@@ -15,8 +15,6 @@ from collections.abc import Iterable, Sequence
 from enum import IntEnum
 from typing import ClassVar, Final, NoReturn, Self, TypeVar
 
-import msgspec
-
 
 def text_of(error: BaseException) -> str:
     """Return `str(error)` in one line, or a sentence where its `__str__` raises, whatever that is.
@@ -204,11 +202,6 @@ class TraceFileError(FirmwareRuntimeError):
 
 class TraceNotWholeError(TraceFileError):
     """A trace lacks something, as where the disk is full; the run went on to its end."""
-
-
-NOT_JSON: Final = (msgspec.MsgspecError, UnicodeError, RecursionError)
-"""What msgspec's decoders raise for bytes that are no JSON, or MessagePack, of a type: beside their
-own errors those of a text that UTF-8 has not, and of what is nested too deep."""
 
 
 def in_words(error: Exception) -> str:

@@ -15,7 +15,7 @@ import msgspec
 
 from firmware_runtime.board.retuning import retunable_values
 from firmware_runtime.devs.time import LONGEST_S, SECOND
-from firmware_runtime.errors import NOT_JSON, ConfigError
+from firmware_runtime.errors import ConfigError
 from firmware_runtime.links.control import ask
 from firmware_runtime.live.breaking import breaks, clear, strike, test_text
 from firmware_runtime.live.rewind import Rewind
@@ -24,6 +24,7 @@ from firmware_runtime.live.run_state import IN_THE_RUN
 from firmware_runtime.live.seen import exported
 from firmware_runtime.live.source import Source
 from firmware_runtime.live.tuning_trial import board_file, sliders, trial
+from firmware_runtime.statistics.json_values import NOT_JSON
 from firmware_runtime.statistics.summary import summary
 from firmware_runtime.view.report.report import report
 

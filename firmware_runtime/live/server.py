@@ -14,11 +14,12 @@ from typing import Any, Final, TypeAlias
 import msgspec
 from aiohttp import web
 
-from firmware_runtime.errors import NOT_JSON, ConfigError, FirmwareRuntimeError, text_of
+from firmware_runtime.errors import ConfigError, FirmwareRuntimeError, text_of
 from firmware_runtime.live.actions import Actions, number_in
 from firmware_runtime.live.entrance import COOKIE, Entrance
 from firmware_runtime.live.source import Source
 from firmware_runtime.live.viewer import LONGEST, Viewer
+from firmware_runtime.statistics.json_values import NOT_JSON
 from firmware_runtime.view.page import html_of
 
 EVERY_S: Final = 0.05

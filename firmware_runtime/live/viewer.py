@@ -11,10 +11,10 @@ from typing import Any, Final
 import msgspec
 from aiohttp import WSMsgType, web
 
-from firmware_runtime.errors import NOT_JSON
 from firmware_runtime.live.observed import Observed
 from firmware_runtime.live.run_state import RunState
 from firmware_runtime.live.trace import Points
+from firmware_runtime.statistics.json_values import NOT_JSON
 
 MOST_POINTS: Final = 400
 """Points of one curve in one frame."""

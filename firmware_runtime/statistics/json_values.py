@@ -10,11 +10,13 @@ Anything else is the text that `str` makes of it.
 import math
 from collections.abc import Iterable
 from enum import Enum
-from typing import Any, cast
+from typing import Any, Final, cast
 
 import msgspec
 
-from firmware_runtime.errors import NOT_JSON
+NOT_JSON: Final = (msgspec.MsgspecError, UnicodeError, RecursionError)
+"""What msgspec's decoders raise for bytes that are no JSON, or MessagePack, of a type: beside their
+own errors those of a text that UTF-8 has not, and of what is nested too deep."""
 
 
 def plain(value: object) -> Any:  # noqa: ANN401 -- whatever JSON can say

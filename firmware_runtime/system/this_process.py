@@ -15,7 +15,6 @@ from typing import Annotated, Final, TypeVar
 import msgspec
 from msgspec import Meta, Struct
 
-from firmware_runtime.errors import NOT_JSON
 from firmware_runtime.system.atomic_file import read_file, replace_file
 from firmware_runtime.system.this_system import IS_LINUX, allowed_cpus
 
@@ -147,7 +146,7 @@ def read_note(path: Path, kind: type[Note]) -> Note | None:
     """Return what was left there in this boot; None for nothing, or what is no such note."""
     try:
         found = msgspec.json.decode(read_file(path), type=kind)
-    except (OSError, *NOT_JSON):
+    except (OSError, msgspec.MsgspecError, UnicodeDecodeError, RecursionError):
         return None
     return found if is_this_boot(found.boot_id) and found.at_ns <= monotonic_ns() else None
 

@@ -6,7 +6,8 @@ from typing import Final
 
 import msgspec
 
-from firmware_runtime.errors import NOT_JSON, ConfigError
+from firmware_runtime.errors import ConfigError
+from firmware_runtime.statistics.json_values import NOT_JSON
 from firmware_runtime.system.atomic_file import keep_output
 from firmware_runtime.system.packages import install_command, module_of_extra
 from firmware_runtime.view.page import page_of

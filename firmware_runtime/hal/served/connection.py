@@ -7,7 +7,8 @@ from pathlib import Path
 from socket import AF_UNIX, SOCK_SEQPACKET, socket
 from typing import BinaryIO, Final
 
-from firmware_runtime.errors import NOT_JSON
+from msgspec import MsgspecError
+
 from firmware_runtime.hal.peer import peer_of, trusted_users
 from firmware_runtime.hal.served.packets import (
     LONGEST,
@@ -86,7 +87,7 @@ class Connection:
                     where=where,
                     expected="them to be served",
                 ) from error
-            except NOT_JSON as error:
+            except (MsgspecError, UnicodeDecodeError, RecursionError) as error:
                 raise BusFault(
                     f"{self._path} answered with no answer ({error})",
                     where=where,

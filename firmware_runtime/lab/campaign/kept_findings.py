@@ -16,7 +16,7 @@ from msgspec.structs import replace
 from firmware_runtime.board.local_settings import board_in_force
 from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.coupled import with_all_below
-from firmware_runtime.errors import NOT_JSON, ConfigError
+from firmware_runtime.errors import ConfigError
 from firmware_runtime.lab.campaign.findings import Finding, make_folder
 from firmware_runtime.lab.campaign.healthy import healthy
 from firmware_runtime.lab.campaign.judge import Oracle
@@ -24,6 +24,7 @@ from firmware_runtime.lab.campaign.trial import Trial, alone
 from firmware_runtime.lab.campaign.verdict import SOUND
 from firmware_runtime.recording.recorded_board import code_of
 from firmware_runtime.recording.what_if.watch import Watched
+from firmware_runtime.statistics.json_values import NOT_JSON
 from firmware_runtime.system.atomic_file import keep_output, read_content
 from firmware_runtime.system.own_folder import nearest
 

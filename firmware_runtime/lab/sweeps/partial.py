@@ -14,8 +14,9 @@ from typing import Any, Protocol
 
 import msgspec
 
-from firmware_runtime.errors import NOT_JSON, ConfigError
+from firmware_runtime.errors import ConfigError
 from firmware_runtime.lab.sweeps.row import Row
+from firmware_runtime.statistics.json_values import NOT_JSON
 from firmware_runtime.system.resources import Closing
 
 

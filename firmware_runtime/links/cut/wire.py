@@ -22,8 +22,8 @@ from typing import Final, NamedTuple, TypeVar
 
 import msgspec
 
-from firmware_runtime.errors import NOT_JSON
 from firmware_runtime.links.cut.refusal import Reason, Refused
+from firmware_runtime.statistics.json_values import NOT_JSON
 
 MAGIC: Final = b"FWL3"
 LONGEST: Final = 60 * 1024

@@ -19,8 +19,8 @@ import msgspec
 from msgspec import Meta, Raw, Struct
 
 from firmware_runtime.devs.time import SECOND
-from firmware_runtime.errors import NOT_JSON, FirmwareRuntimeError
-from firmware_runtime.statistics.json_values import plain
+from firmware_runtime.errors import FirmwareRuntimeError
+from firmware_runtime.statistics.json_values import NOT_JSON, plain
 
 
 class Refusal(FirmwareRuntimeError):
