@@ -5,7 +5,7 @@ from os import PathLike, fspath
 from pathlib import Path
 from typing import Literal, TypeAlias, get_args
 
-from firmware_runtime.devs.time import NEVER, seconds
+from firmware_runtime.devs.time import LONGEST_S, NEVER, seconds
 from firmware_runtime.errors import ConfigError, suggested
 from firmware_runtime.executive.clocks import Clock, MonotonicClock, ScaledClock, VirtualClock
 
@@ -14,8 +14,6 @@ ClockName: TypeAlias = Literal["monotonic", "virtual", "scaled"]
 
 CLOCKS: Sequence[str] = get_args(ClockName)
 _OF_A_CLOCK = ("speed", "start", "now", "wait")
-MOST_S = 1e9
-"""Of any number of seconds: as many fit into 64 bits of nanoseconds."""
 MOST_SPEED = 1e6
 """Of a scaled clock: what is late by an hour of real time still fits."""
 
@@ -65,7 +63,7 @@ def clock_of(clock: ClockName | Clock, speed: float | None) -> Clock:
     return MonotonicClock() if speed is None else ScaledClock(speed)
 
 
-def positive(what: str, value: float, most: float = MOST_S) -> float:
+def positive(what: str, value: float, most: float = LONGEST_S) -> float:
     """The number, if it is a positive one within reason. Raises ConfigError."""
     try:
         is_sound = 0 < value <= most and not isinstance(value, bool)

@@ -1,8 +1,10 @@
 """Rows of a campaign run again: one from its start, many in stretches, and faults in a test."""
 
+import json
 from collections.abc import Callable, Mapping, Sequence
 from itertools import chain
 from os import PathLike
+from typing import Final
 
 from msgspec.structs import replace
 
@@ -19,6 +21,12 @@ from firmware_runtime.lab.campaign.trial import Trial, alone, trial_of
 from firmware_runtime.lab.campaign.verdict import SOUND
 from firmware_runtime.lab.sweeps.how import carried_out
 from firmware_runtime.lab.sweeps.row import Row
+
+_SAID: Final = frozenset(
+    {"row", "outcome", "what", "model", "known_at_s", "said", "said_after_s", "struck", "ended"}
+    | {"reached", "digest", "version"}
+)
+"""Columns of what became of a trial."""
 
 
 def rerun(row: Row) -> Row:
@@ -83,10 +91,24 @@ def number_of(row: Row) -> int:
 def trial_of_row(row: Row) -> Trial:
     """Return the trial of a row. Raises ConfigError for no row of a campaign."""
     try:
+        _check_outcome(row)
         return trial_of(row)
     except (KeyError, TypeError, ValueError, OverflowError, RecursionError) as error:
         fault = f"row {row.get('row')} is none of a campaign: {error}"
         raise ConfigError.of_one("campaign", fault) from error
+
+
+def _check_outcome(row: Row) -> None:
+    """Raise ValueError or TypeError for a row that does not say what became of a trial."""
+    missing = _SAID - row.keys()
+    if missing:
+        raise ValueError(f"it has no {', no '.join(sorted(missing))}")
+    for name in ("row", "known_at_s", "said_after_s"):
+        if not isinstance(row[name], int | float | None):
+            raise TypeError(f"{name} is {row[name]!r}, expected a number")
+    reached = json.loads(str(row["reached"]))
+    if not (isinstance(reached, list) and all(isinstance(each, str) for each in reached)):
+        raise TypeError(f"reached is {row['reached']!r}, expected a list of arrows")
 
 
 def assert_sound(  # noqa: PLR0913 -- as `campaign`

@@ -32,7 +32,8 @@ class Asked:
         self._purposeful = rig if isinstance(rig, Purposeful) else None
         lines = [*rig.buses.values(), *rig.ports.values()]
         self._noted = [line for line in lines if isinstance(line, Noted)]
-        values = self._values()
+        with blamed_on_rig(board, "truth"):
+            values = dict(self._values().items())
         self.ports = frozenset(values)
         """Paths of ports whose values its truth has."""
         self.names = [name for name, _ in _all_numbers(values)]
@@ -41,7 +42,7 @@ class Asked:
     def numbers(self) -> tuple[float, ...]:
         """Return the numbers of its truth now, in the order of their names."""
         with blamed_on_rig(self._board, "truth"):
-            found = _all_numbers({} if self._truth is None else self._truth.truth())
+            found = _all_numbers(self._values())
             if [name for name, _ in found] != self.names:
                 expected = f"as at first, {', '.join(self.names)}"
                 raise SettingError(", ".join(name for name, _ in found), expected=expected)
@@ -100,11 +101,8 @@ class Asked:
         """What doubles have noted: what a real chip would ignore, refuse or leave undefined."""
         return [each for line in self._noted for each in line.warnings]
 
-    def _values(self) -> dict[str, object]:
-        if self._truth is None:
-            return {}
-        with blamed_on_rig(self._board, "truth"):
-            return dict(self._truth.truth().items())
+    def _values(self) -> Mapping[str, object]:
+        return {} if self._truth is None else self._truth.truth()
 
 
 def _all_numbers(values: Mapping[str, object]) -> list[tuple[str, float]]:

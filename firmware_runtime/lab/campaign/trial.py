@@ -31,11 +31,6 @@ from firmware_runtime.lab.sweeps.row import Cell, Row, release
 from firmware_runtime.runs.open_board import OpenBoard
 
 LOST: Final = "lost"
-_SAID: Final = frozenset(
-    {"row", "outcome", "what", "model", "known_at_s", "said", "said_after_s", "struck", "ended"}
-    | {"reached", "digest", "version"}
-)
-"""Columns of what became of a trial."""
 
 
 class Trial(Struct, frozen=True):
@@ -86,7 +81,6 @@ def trial_of(row: Row) -> Trial:
 
     Raises KeyError, TypeError, ValueError and OverflowError for another's row.
     """
-    _check_outcome(row)
     mission = Mission(
         board=str(row["board"]),
         assignments=tuple(json.loads(str(row["set"]))),
@@ -98,19 +92,6 @@ def trial_of(row: Row) -> Trial:
     first = (row["kind"], row["device"], row["at_s"], row["for_s"], row["amount"])
     others = json.loads(str(row["others"]))
     return Trial(mission, tuple(_strike(*cells) for cells in (first, *others)))
-
-
-def _check_outcome(row: Row) -> None:
-    """Raise ValueError or TypeError for a row that does not say what became of a trial."""
-    missing = _SAID - row.keys()
-    if missing:
-        raise ValueError(f"it has no {', no '.join(sorted(missing))}")
-    for name in ("row", "known_at_s", "said_after_s"):
-        if not isinstance(row[name], int | float | None):
-            raise TypeError(f"{name} is {row[name]!r}, expected a number")
-    reached = json.loads(str(row["reached"]))
-    if not (isinstance(reached, list) and all(isinstance(each, str) for each in reached)):
-        raise TypeError(f"reached is {row['reached']!r}, expected a list of arrows")
 
 
 def _cells(strike: Strike) -> tuple[Cell, ...]:

@@ -11,7 +11,7 @@ from typing import Final
 from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.ports import OutPort
 from firmware_runtime.devs.simulator import Simulator
-from firmware_runtime.devs.time import SECOND
+from firmware_runtime.devs.time import LONGEST_S, SECOND
 from firmware_runtime.devs.time import seconds as whole_ns
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.models.qss.engine import Engine
@@ -182,8 +182,6 @@ class SystemModel(Coupled):
         return float(compile_expression(tree, layout, 1).value(0.0, [], [])[0])
 
 
-_MOST_S: Final = 1e9
-"""Thirty years; beyond 292 of them, nanoseconds are more than 64 bits hold."""
 _MOST_SAMPLES: Final = 10_000_000
 """More fill the memory before anything is solved."""
 
@@ -250,10 +248,10 @@ def solve(
 
 
 def _spread(until: float | None, samples: int) -> list[float]:
-    is_sound = isinstance(until, Real) and 0.0 < until <= _MOST_S
+    is_sound = isinstance(until, Real) and 0.0 < until <= LONGEST_S
     is_count = isinstance(samples, Integral) and 2 <= samples <= _MOST_SAMPLES
     if until is None or not is_sound or not is_count:
-        expected = f"expected more than 0 s, {_MOST_S:g} s at most, 2 to {_MOST_SAMPLES} samples"
+        expected = f"expected more than 0 s, {LONGEST_S:g} s at most, 2 to {_MOST_SAMPLES} samples"
         fault = f"until {until!r} s, {samples!r} samples; {expected}"
         raise ConfigError.of_one("solve", fault)
     return [float(until) * number / (samples - 1) for number in range(samples)]
