@@ -512,6 +512,7 @@ def test_a_rig_says_what_is_no_harm_and_what_nothing_can_tell(
         ("unknowable", ("frieze:imu",), "did you mean freeze"),
         ("off_within_s", {"imo": 0.1}, "did you mean imu"),
         ("unknowable", ("freeze:imo",), "freeze:imo: did you mean imu"),
+        ("unpaced", ("i2c2",), "did you mean i2c1"),
     ],
 )
 def test_what_a_rig_says_of_no_number_kind_or_device_is_refused(

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 from functools import partial
+from itertools import count
 
 import pytest
 from firmware_boards.tachobot import allocation
@@ -15,6 +16,7 @@ from firmware_drivers.sonar import Sonar
 from firmware_drivers.thrust_pairs import ThrustPairs
 
 from firmware_runtime.devs.time import SECOND
+from firmware_runtime.errors import ConfigError
 from firmware_runtime.hal.strike import Strike
 from firmware_runtime.hal.wire_errors import HalError
 from firmware_runtime.lab.campaign import campaign
@@ -149,6 +151,24 @@ def test_a_chip_that_is_not_used_as_its_data_sheet_says_is_found_and_not_struck(
     assert found.startswith("misused of world: MPU-9250 0x68: register 0x6b written during")
 
 
+def test_a_control_at_half_its_rate_is_found_and_not_struck(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    send, calls = Attitude.output, count()
+
+    def every_second(model: Attitude) -> None:
+        if next(calls) % 2:
+            send(model)
+
+    monkeypatch.setattr(Attitude, "output", every_second)
+    found = found_without_fault(3.0)
+    assert found.startswith("paced of world: i2c1 has 152 transactions in a second at the most")
+    assert "and 200 by its board's loads" in found
+    healthy.cache_clear()
+    monkeypatch.setattr(TachobotRig, "unpaced", ("i2c1",), raising=False)
+    assert healthy(Mission(board="tachobot", for_s=3.0)).wrong is None
+
+
 def test_a_robot_is_pushed_both_ways() -> None:
     space = space_of(Mission(board="tachobot", for_s=0.3))
     pushes = {each.strikes[0].amount for each in space if each.strikes[0].kind == "push"}
@@ -215,3 +235,10 @@ def test_a_robot_that_goes_on_and_could_not_be_armed_again_is_not_healed(
     monkeypatch.setattr(Imu, "consecutive_faults", property(lambda m: m._consecutive_faults, kept))
     with pytest.raises(AssertionError, match="it could not be armed: imu has failed"):
         assert_sound("tachobot", [silence], for_s=1.5)
+
+
+def test_a_fault_that_cannot_be_made_is_refused_and_is_no_crash() -> None:
+    with pytest.raises(ConfigError, match=r"frieze.*did you mean freeze"):
+        assert_sound("tachobot", [Strike("frieze", "imu", at_s=0.2)], for_s=0.5)
+    with pytest.raises(ConfigError, match="imo"):
+        assert_sound("tachobot", [Strike("freeze", "imo", at_s=0.2)], for_s=0.5)

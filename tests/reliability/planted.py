@@ -138,6 +138,13 @@ MISTAKES: Final[Mapping[str, Mistake]] = {
         "        timeout=seconds(thrust.timeout_s),\n",
         "        timeout=2 * seconds(thrust.timeout_s),\n",
     ),
+    "the control runs at half its rate": Mistake(
+        "tachobot",
+        "",
+        f"{BOARDS}tachobot/wiring.py",
+        'Imu("imu", self.imu_chip, control_period(settings), ',
+        'Imu("imu", self.imu_chip, 2 * control_period(settings), ',
+    ),
     "both treads are swapped": Mistake(
         "detective",
         "",

@@ -1,4 +1,4 @@
-"""The controller: it searches until it sees a light, then follows it.
+"""The controller: once it sees, it searches until there is a light, then follows it.
 
 It knows neither chips nor clocks; the same object runs in simulation and on the robot.
 """
@@ -17,6 +17,8 @@ from pan_tilt.settings import ControllerTable, PanTiltSettings
 from pan_tilt.sight import Sight
 
 MODE = (
+    State("Blind", NEVER, Arrow("seen?1", "Found"), Arrow("seen?0", "Dark")),
+    State("Dark", 0, Arrow("follow!0", "Searching")),
     State("Searching", NEVER, Arrow("seen?1", "Found")),
     State("Found", 0, Arrow("follow!1", "Following")),
     State("Following", NEVER, Arrow("seen?0", "Doubting")),
@@ -25,9 +27,9 @@ MODE = (
 
 
 class Mode(StateDiagram):
-    """Follows from the first light until it was dark for `lost` ns.
+    """Follows from the first light until it was dark for `lost` ns, and searches in the dark.
 
-    X: seen, 1 or 0. Y: follow, 1 from now on, 0 no more.
+    X: seen, 1 or 0. Y: follow, 1 from now on, 0 no more; neither before anything was seen.
     """
 
     def __init__(self, name: str, lost: int) -> None:

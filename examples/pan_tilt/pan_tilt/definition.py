@@ -72,7 +72,7 @@ def build(settings: PanTiltSettings, lines: Lines) -> Robot:
         probe=(model.pwm_chip.silence, model.pwm_chip.identify, model.adc_chip.identify),
         stop=(model.pwm_chip.stop_all,),
         still_on=(model.pwm_chip.still_on,),
-        result=lambda: {"following": model.controller.head.is_following},
+        result=lambda: {"following": model.controller.head.is_following is True},
         result_from=("controller",),
         ended=None,
         ends_on_failure=True,

@@ -10,11 +10,13 @@ SWEEP_PERIOD = 20 * MILLISECOND
 class Head(Atomic):
     """Adds rates up to angles; sweeps by itself while there is nothing to follow.
 
+    waiting --follow? 0--> sweeping, --follow? 1--> following
     sweeping (SWEEP_PERIOD) --pan! tilt!--> sweeping
     sweeping --follow? 1--> following;  following --follow? 0--> sweeping
     following --pan_rate?, tilt_rate?--> turning (0) --pan! tilt!--> following
-    any --applied?--> telling (0) --pan_effect! tilt_effect!--> sweeping, following
+    any --applied?--> telling (0) --pan_effect! tilt_effect!--> waiting, sweeping, following
 
+    Until the eyes have looked once it sends no angle: what it cannot see it does not turn.
     While the servos apply nothing the angles stay, and are sent: a servo begins with the first. At
     `pan_effect` and `tilt_effect` leaves what becomes of the rates, where that is new: what the
     servos apply, and no more than PART at the end of a way.
@@ -35,15 +37,16 @@ class Head(Atomic):
         self.limits = limits
         self.angles = [0.0, 0.0]
         """Pan and tilt as commanded, rad."""
-        self.is_following = False
+        self.is_following: bool | None = None
+        """None until the eyes have looked."""
         self.applied = Applied.NOTHING
         self.effects_sent: list[Applied] = [Applied.ALL, Applied.ALL]
         self._sweep_rad_s = sweep_rad_s
         self._since = 0
 
     def initialize(self) -> None:
-        """Search."""
-        self.hold_in("sweeping", SWEEP_PERIOD)
+        """Wait for what the eyes see first."""
+        self._wait()
 
     def output(self) -> None:
         """Send both angles, and what has changed of their effects."""
@@ -78,7 +81,9 @@ class Head(Atomic):
             self.continue_(elapsed)
 
     def _wait(self) -> None:
-        if self.is_following:
+        if self.is_following is None:
+            self.passivate("waiting")
+        elif self.is_following:
             self.passivate("following")
         else:
             self.hold_in("sweeping", SWEEP_PERIOD)

@@ -14,7 +14,8 @@ class Sight(Atomic):
 
     waiting --voltages?--> seeing (0) --aside! above! seen!--> waiting
 
-    In the dark there are no differences. `seen` is sent when it changes: 1 for light, 0 for dark.
+    In the dark there are no differences. `seen` is sent with the first reading, and when it
+    changes: 1 for light, 0 for dark.
     """
 
     def __init__(self, name: str, dark_v: float) -> None:
@@ -25,7 +26,7 @@ class Sight(Atomic):
         self.seen = self.out_port("seen", int)
         self.dark_v = dark_v
         self.differences: tuple[Motion, Motion] | None = None
-        self.is_light = False
+        self.is_light: bool | None = None
         self._has_changed = False
         self._since = 0
 
@@ -36,7 +37,7 @@ class Sight(Atomic):
             self.aside.send(aside)
             self.above.send(above)
         if self._has_changed:
-            self.seen.send(int(self.is_light))
+            self.seen.send(int(self.is_light is True))
 
     def internal(self) -> None:
         """Wait for the next reading."""

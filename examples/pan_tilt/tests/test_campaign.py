@@ -45,6 +45,7 @@ def test_a_head_that_does_not_follow_is_wrong_without_any_fault(
     "strike",
     [
         pytest.param(Strike("weak", "servos", at_s=4.825, for_s=1.0, amount=4742.0), id="weak"),
+        pytest.param(Strike("weak", "servos", at_s=0.0897775, for_s=1.0), id="weak at the start"),
         pytest.param(Strike("dead", "servos", at_s=5.845, amount=5762.0), id="dead"),
     ],
 )

@@ -128,3 +128,12 @@ def test_what_cannot_be_is_refused_by_its_key(assignment: str, key: str) -> None
     with pytest.raises(ConfigError) as refused:
         registry.load("pan_tilt", [assignment])
     assert any(fault.startswith(key) for fault in refused.value.faults)
+
+
+def test_what_it_cannot_see_yet_it_does_not_turn() -> None:
+    deaf = Strike("nack", "eyes", at_s=0.001, for_s=1.0)
+    with open_board("pan_tilt", doubles=True, clock="virtual", faults=[deaf]) as robot:
+        robot.run(1.0)
+        assert not any(rig_of(robot).outputs.values())
+        robot.run(2.0)
+        assert robot.result["following"] is True

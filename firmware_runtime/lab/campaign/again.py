@@ -2,6 +2,7 @@
 
 import json
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from itertools import chain
 from os import PathLike
 from typing import Final
@@ -11,6 +12,7 @@ from msgspec.structs import replace
 from firmware_runtime.board.assignments import assignments_of
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.hal.strike import Strike
+from firmware_runtime.hal.wire_errors import HalError
 from firmware_runtime.lab.campaign.findings import is_same
 from firmware_runtime.lab.campaign.healthy import healthy
 from firmware_runtime.lab.campaign.judge import Oracle
@@ -31,7 +33,9 @@ _SAID: Final = frozenset(
 
 def rerun(row: Row) -> Row:
     """Run a row again from its start, as it was. Raises ConfigError for no row of a campaign."""
-    return alone(trial_of_row(row), number_of(row))
+    trial = trial_of_row(row)
+    _check_faults(trial.mission, trial.strikes)
+    return alone(trial, number_of(row))
 
 
 def rerun_many(
@@ -98,6 +102,16 @@ def trial_of_row(row: Row) -> Trial:
         raise ConfigError.of_one("campaign", fault) from error
 
 
+def _check_faults(mission: Mission, faults: Sequence[Strike]) -> None:
+    """Raise ConfigError for faults that cannot be made on the doubles of its robot."""
+    robot = mission.opened()
+    try:
+        robot.session.hardware.strike(faults)
+    finally:
+        with suppress(HalError):  # they have begun
+            robot.close()
+
+
 def _check_outcome(row: Row) -> None:
     """Raise ValueError or TypeError for a row that does not say what became of a trial."""
     missing = _SAID - row.keys()
@@ -121,7 +135,10 @@ def assert_sound(  # noqa: PLR0913 -- as `campaign`
     within_s: float | None = None,
     judge: Oracle | None = None,
 ) -> None:
-    """Fail the test of a robot that these faults break, or none; it is judged as in a campaign."""
+    """Fail the test of a robot that these faults break, or none; it is judged as in a campaign.
+
+    Raises ConfigError for faults that cannot be made on its doubles.
+    """
     __tracebackhide__ = True
     mission = Mission(
         board=str(board),
@@ -134,6 +151,7 @@ def assert_sound(  # noqa: PLR0913 -- as `campaign`
         raise AssertionError(f"{wrong.oracle} of {wrong.model}: {wrong.what}")
     if not faults:
         return
+    _check_faults(mission, faults)
     row = alone(Trial(mission, tuple(faults)), oracle=judge)
     if row["outcome"] != SOUND:
         raise AssertionError(f"{row['outcome']} of {row['model']}: {row['what']}")

@@ -16,7 +16,7 @@ from firmware_runtime.devs.time import MILLISECOND, SECOND, seconds
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.hal.strike import Kind, Place, Use
 from firmware_runtime.lab.campaign.mission import Mission, faults_of
-from firmware_runtime.lab.campaign.rates import least_uses
+from firmware_runtime.lab.campaign.rates import least_uses, off_pace
 from firmware_runtime.lab.campaign.stated import Stated, stated_by
 from firmware_runtime.lab.campaign.watched import EVERY, Look, Watched
 
@@ -194,8 +194,13 @@ class _Run:
             _check(mission, watched)
         self.uses.sort(key=lambda each: each.use.at)
         is_on = [look.is_on for look in self.looks[: until // EVERY]]
-        by_line = ((each.line, each.use) for each in self.uses)
+        by_line = [(each.line, each.use) for each in self.uses]
         self.least_uses = least_uses(self.places, by_line, is_on)
+        stated = robot.board.loads
+        loads = {name: stated[name] for name in stated.keys() - set(self.stated.unpaced)}
+        pace = off_pace(loads, by_line, is_on)
+        if self.wrong is None and pace is not None:
+            self.wrong = Wrong("paced", "world", f"{pace}, and no fault was made", until)
 
     def _note(self, watched: Watched, before: int) -> None:
         """Take down the uses since the last time."""

@@ -1,6 +1,8 @@
-"""Rates of devices: whatever fails, a driven robot uses the others as often as a healthy one.
+"""Rates: how often a robot uses its buses, and devices that are not at fault.
 
-Uses are counted on the lines over 0.3 s: the log of a busy line goes no further back.
+A healthy one uses a bus as often as its board states (`loads`); whatever fails, a driven one uses
+other devices as often as a healthy one. Uses of devices are counted over 0.3 s: a busy line
+remembers no more.
 """
 
 from collections import Counter
@@ -8,7 +10,8 @@ from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from itertools import accumulate
 from typing import Final
 
-from firmware_runtime.devs.time import MILLISECOND
+from firmware_runtime.devs.time import MILLISECOND, SECOND
+from firmware_runtime.hal.budget import BusLoad
 from firmware_runtime.hal.strike import (
     HOLD_UP_A_LINE,
     KINDS,
@@ -22,6 +25,33 @@ from firmware_runtime.lab.campaign.watched import EVERY
 
 SPAN: Final = 300 * MILLISECOND
 _LOOKS: Final = SPAN // EVERY
+_PACE_LOOKS: Final = SECOND // EVERY
+_PACE: Final = 0.15
+"""Share by which a bus may be used more, or less, often than its board states."""
+
+
+def off_pace(
+    loads: Mapping[str, BusLoad], uses: Iterable[tuple[str, Use]], is_on: Sequence[bool]
+) -> str | None:
+    """Return a sentence about a bus that a driven robot never uses as often as its board states.
+
+    Or always more often. Of seconds with outputs on at each look; None where there is none.
+    """
+    begins = _begins(is_on, _PACE_LOOKS)
+    counted = Counter((line, use.at // EVERY) for line, use in uses)
+    for name, load in loads.items() if begins else ():
+        stated = sum(SECOND / each.period_ns for each in load.transactions)
+        sums = [0, *accumulate(counted[name, k] for k in range(len(is_on)))]
+        seconds = [sums[k + _PACE_LOOKS] - sums[k] for k in begins]
+        off = max(1.0, _PACE * stated)
+        if max(seconds) < stated - off:
+            found = f"{max(seconds)} transactions in a second at the most"
+        elif stated and min(seconds) > stated + off:
+            found = f"{min(seconds)} transactions in a second at the least"
+        else:
+            continue
+        return f"{name} has {found}, and {stated:.0f} by its board's loads"
+    return None
 
 
 def least_uses(
@@ -31,8 +61,7 @@ def least_uses(
 
     `uses` has those of each line, by its name. Empty where outputs were never on for so long.
     """
-    on = [0, *accumulate(is_on)]
-    begins = [k for k in range(len(on) - _LOOKS) if on[k + _LOOKS] - on[k] == _LOOKS]
+    begins = _begins(is_on, _LOOKS)
     counted = Counter((line, use.address, use.at // EVERY) for line, use in uses)
     least = {}
     for place in _devices(places) if begins else ():
@@ -67,6 +96,12 @@ def kept_from(strikes: Iterable[Strike], places: Collection[Place]) -> Iterator[
             is_held_up = each.kind in HOLD_UP_A_LINE and place.line in lines
             if is_of_all or is_held_up or place.name == each.device:
                 yield place.name
+
+
+def _begins(is_on: Sequence[bool], looks: int) -> list[int]:
+    """Return the looks from which on outputs are on for so many."""
+    on = [0, *accumulate(is_on)]
+    return [k for k in range(len(on) - looks) if on[k + looks] - on[k] == looks]
 
 
 def _devices(places: Iterable[Place]) -> Iterator[Place]:

@@ -3,7 +3,7 @@
 Each is an attribute of the rig by this name, and may be left out.
 """
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 
 import msgspec
 from msgspec import Struct
@@ -35,6 +35,8 @@ class Stated(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     unknowable: tuple[str, ...] = ()
     """Faults that are as another world to it, `KIND:DEVICE` or `KIND`: they are left out, and a
     report lists them."""
+    unpaced: tuple[str, ...] = ()
+    """Buses that a mission need not use as often as `loads` of the board says, by name."""
     warned: tuple[str, ...] = ()
     """Models that warn rightly, by path, such as of a chip without magnetometer; any other warning
     is a finding."""
@@ -66,6 +68,7 @@ def stated_by(rig: Rig, board: Board, names: Sequence[str], places: Sequence[Pla
         ("borne", _unknown(stated.borne, names)),
         ("off_within_s", _unknown(stated.off_within_s, [place.name for place in places])),
         ("unknowable", faults_of(stated.unknowable, places)),
+        ("unpaced", _unknown(stated.unpaced, sorted({place.line for place in places}))),
     ):
         if said := list(faults):
             raise ConfigError(f"{board.name}: {attribute} of its rig", said)
@@ -76,5 +79,5 @@ def _plain(value: object) -> object:
     return dict(value) if isinstance(value, Mapping) else value
 
 
-def _unknown(found: Mapping[str, float], known: Sequence[str]) -> Iterator[str]:
+def _unknown(found: Iterable[str], known: Sequence[str]) -> Iterator[str]:
     return (expected_one_of(each, known) for each in found if each not in known)

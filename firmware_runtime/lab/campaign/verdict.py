@@ -18,6 +18,7 @@
 | `idle` | a mission without any fault never has an output on |
 | `missed` | a mission without any fault does not come to what it is for, as the rig knows |
 | `misused` | in a mission without any fault a chip is used as its data sheet does not allow |
+| `paced` | in a mission without any fault a bus is used more or less often than its board says |
 | `account` | activations that were scheduled and those that are accounted for differ |
 | `own` | what the board's own oracle says |
 """
@@ -29,7 +30,7 @@ from msgspec import Struct
 SOUND: Final = "sound"
 ORACLES: Final = (
     *("crash", "hang", "on", "held", "late", "slowed", "silent", "not-finite", "astray"),
-    *("unhealed", "invented", "idle", "missed", "misused", "account", "own"),
+    *("unhealed", "invented", "idle", "missed", "misused", "paced", "account", "own"),
 )
 
 
