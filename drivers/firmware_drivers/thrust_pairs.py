@@ -54,7 +54,7 @@ class ThrustPairs(Actuator):
 
     The other phases are those of `Actuator`; forces are taken while a stop is repeated too. A
     command is stale at once: forces that come while outputs are disabled or the chip is not up have
-    no effect.
+    no effect. While a stop is not acknowledged the chip's duties are not known, and none are sent.
     """
 
     def __init__(
@@ -74,9 +74,9 @@ class ThrustPairs(Actuator):
         self._since_write = 0
 
     def output(self) -> None:
-        """Report the duties just written, and the faults if there were any."""
+        """Report the duties just written, where known, and the faults if there were any."""
         super().output()
-        if self.phase == "reporting":
+        if self.phase == "reporting" and not self.is_stop_due:
             self.duties_out.send(self.duties)
 
     def external(self, elapsed: int) -> None:

@@ -195,6 +195,27 @@ def test_a_device_that_fails_and_is_not_named_is_found(monkeypatch: pytest.Monke
         assert_sound("tachobot", [silence], for_s=1.5)
 
 
+def test_values_that_are_sent_on_though_the_device_has_failed_are_found(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    silence = Strike("nack", "imu", at_s=1.2)
+    send, last = Imu.output, list[InertialSample]()
+
+    def output(model: Imu) -> None:
+        send(model)
+        if model.faults and last:
+            model.sample.send(last[-1])
+        elif model._sample is not None:
+            last.append(model._sample)
+
+    monkeypatch.setattr(Imu, "output", output)
+    stale = r"stale of imu: tachobot\.imu\.sample has sent 3 values since imu answered last"
+    with pytest.raises(AssertionError, match=stale):
+        assert_sound("tachobot", [silence], for_s=1.5)
+    with pytest.raises(AssertionError, match=stale.replace("of imu", "of i2c1")):
+        assert_sound("tachobot", [Strike("fault", "i2c1", at_s=1.2)], for_s=1.5)
+
+
 def test_a_warning_of_a_healthy_robot_is_a_finding_unless_its_rig_says_that_it_is_right(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:

@@ -93,6 +93,13 @@ def test_the_end_of_forces_is_said_with_its_duties(bench: Bench) -> None:
     assert "no forces for 0.05 s" in bench.faults[0].reason
 
 
+def test_duties_are_not_sent_while_nobody_knows_what_the_chip_has(bench: Bench) -> None:
+    bench.play(TENTHS_AT_100, "refuse 3", "249")
+    assert bench.values("duties") == [bench.double.duties[:8]]
+    bench.run(300)
+    assert bench.values("duties")[1:] == [OFF]
+
+
 def test_forces_become_one_burst_of_duties_on_the_right_channels() -> None:
     bench = Bench(first_channel=4)
     bench.run(100)

@@ -162,6 +162,16 @@ MISTAKES: Final[Mapping[str, Mistake]] = {
         "            except HalError:\n"
         "                bearing = self.kept\n",
     ),
+    "a compass that fails says so, and sends its last heading all the same": Mistake(
+        "detective",
+        "body_compass",
+        f"{MODELS}compass.py",
+        "            self.heading_out.send(self.heading)\n",
+        "            self.heading_out.send(self.heading)\n"
+        "            self.kept = self.heading\n"
+        '        elif self.faults and hasattr(self, "kept"):\n'
+        "            self.heading_out.send(self.kept)\n",
+    ),
     "the check of wheels against their command is removed": Mistake(
         "detective",
         "treads",

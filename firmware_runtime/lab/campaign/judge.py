@@ -21,7 +21,7 @@ from firmware_runtime.lab.campaign.healthy import Healthy
 from firmware_runtime.lab.campaign.rates import SPAN, kept_from, slowed
 from firmware_runtime.lab.campaign.recovery import RECOVER, Recovery
 from firmware_runtime.lab.campaign.verdict import SOUND, Verdict, where_raised
-from firmware_runtime.lab.campaign.watched import Look, Said, Watched
+from firmware_runtime.lab.campaign.watched import SENT, Look, Said, Watched
 from firmware_runtime.statistics.figures import Figures
 
 Oracle: TypeAlias = Callable[[Rig], str | None]
@@ -117,6 +117,7 @@ class Judge:
             or self._disarmed(look)
             or self._blind(look)
             or self._held(look)
+            or self._stale(look)
             or self._late(look)
             or self._unnamed(look)
             or self._silent(look)
@@ -188,6 +189,23 @@ class Judge:
         if not (look.is_on and self._cause.is_failure) or self._cause.holds_outputs:
             return False
         return self._healthy.envelope.outside(look) is not None
+
+    def _stale(self, look: Look) -> tuple[str, str] | None:
+        """A device that fails at each use, and whose model goes on sending values all the same.
+
+        One more, or two, may come of what it was asked before.
+        """
+        if self._struck_at is None:
+            return None
+        for device, at, end in self._cause.failing:
+            since = max(at, self._struck_at)
+            for place in self._healthy.places if look.at <= end else ():
+                if device in {place.name, place.line}:
+                    for path, sent in self._watched.sent[place.name].items():
+                        if len(sent) == SENT and sent[0] > since:
+                            what = f"{path} has sent {SENT} values since {place.name} answered last"
+                            return "stale", what
+        return None
 
     def _late(self, look: Look) -> tuple[str, str] | None:
         """A device that fails for good, nothing of which is said in time."""

@@ -7,6 +7,7 @@
 | `on` | an output is on: the run is over and its lines work, or it is lost, or was disarmed, |
 | | or what it needs, as the rig says, fails |
 | `held` | outputs have been on and as they are for too long, where the rig says how long is |
+| `stale` | a device fails at each use, and its model sends values all the same |
 | `late` | a device fails at each use, outputs are driven, and nothing was reported in time, |
 | | or what was reported is about something else |
 | `slowed` | the robot is driven, and uses a device half as often that is not at fault |
@@ -29,7 +30,7 @@ from msgspec import Struct
 
 SOUND: Final = "sound"
 ORACLES: Final = (
-    *("crash", "hang", "on", "held", "late", "slowed", "silent", "not-finite", "astray"),
+    *("crash", "hang", "on", "held", "stale", "late", "slowed", "silent", "not-finite", "astray"),
     *("unhealed", "invented", "idle", "missed", "misused", "paced", "account", "own"),
 )
 

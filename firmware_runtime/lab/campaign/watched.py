@@ -4,6 +4,7 @@ Nothing of what the robot says of itself is in a look. Faults that its models re
 its ports that are not finite, are kept beside the looks.
 """
 
+from collections import defaultdict, deque
 from collections.abc import Collection
 from functools import partial
 from hashlib import blake2b
@@ -26,6 +27,8 @@ from firmware_runtime.runs.open_board import OpenBoard
 from firmware_runtime.runs.session import quitting_is_a_bug
 
 EVERY: Final = 20 * MILLISECOND
+SENT: Final = 3
+"""So many messages of a port are remembered, the last ones."""
 
 
 class Look(Struct, frozen=True):
@@ -77,11 +80,17 @@ class Watched:
         self.arrows: set[str] = set()
         """All that they have."""
         self._digest = blake2b(digest_size=6)
+        self.sent: defaultdict[str, defaultdict[str, deque[int]]] = defaultdict(
+            lambda: defaultdict(partial(deque, maxlen=SENT))
+        )
+        """When ports of devices' models sent last, by the device's name and the port's path."""
         simulator = self.session.executive.simulator
         for port in ports_below(simulator.root).values():
             is_judged = port.path not in self.asked.ports and port.path not in exempt
             if is_judged and not _is_of_faults(port.type):
                 simulator.listen(port, partial(self._check, port.path))
+            if isinstance(port.owner, Device) and not _is_of_faults(port.type):
+                simulator.listen(port, partial(self._note, self.sent[port.owner.name][port.path]))
         self._devices = [each for each in simulator.atomics if isinstance(each, Device)]
         for model in simulator.atomics:
             if isinstance(model, StateDiagram):
@@ -176,12 +185,11 @@ class Watched:
 
     def _follow(self, diagram: StateDiagram) -> None:
         """Note the arrows that a state diagram takes, beside what watches it already."""
-        path, before, also = below_root(diagram.path), "", diagram.watch
+        path, before, also = below_root(diagram.path), diagram.phase, diagram.watch
 
         def enter(state: str) -> None:
             nonlocal before
-            if before:
-                self.reached.add(f"{path}: {before} -> {state}")
+            self.reached |= self.arrows & {f"{path}: {before} -> {state}"}
             before = state
             if also is not None:
                 also(state)
@@ -200,6 +208,10 @@ class Watched:
             return
         if not is_finite:
             self.not_finite.setdefault(path, at)
+
+    @staticmethod
+    def _note(sent: deque[int], at: int, _value: object) -> None:
+        sent.append(at)
 
 
 def _is_of_faults(kind: object) -> bool:
