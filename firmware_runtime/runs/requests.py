@@ -30,7 +30,7 @@ ALWAYS_ARMED = (
 _TAKEN_SINCE = "requested before the right to drive was taken; expected a request after that"
 SLOW = {"arm": MILLISECOND // 2, "set": 5 * MILLISECOND}
 """Ns that a request may take, of those that would make a step late. All pre-arm checks take 0.2 to
-0.4 ms on a PC, a setting, which is judged as a board's file is, 1.3 ms."""
+0.4 ms on a PC, a setting, which is judged as a board's file is, 2.4 ms."""
 
 
 class Requests:

@@ -120,7 +120,7 @@ class Tuning:
 
 
 NEEDED = 5 * MILLISECOND
-"""Ns that reading a board's file may take; 1.3 ms on a PC."""
+"""Ns that reading a board's file may take; 2.4 ms on a PC."""
 TIMEOUT = SECOND
 """Ns after which it is read all the same: a fast loop never has that much time."""
 
