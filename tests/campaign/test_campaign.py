@@ -628,7 +628,14 @@ def test_a_row_of_another_table_is_refused() -> None:
 
 @pytest.mark.parametrize(
     ("column", "cell"),
-    [("what", ...), ("known_at_s", "soon"), ("reached", "[[1]]"), ("row", "x"), ("at_s", 10**400)],
+    [
+        ("what", ...),
+        ("known_at_s", "soon"),
+        ("reached", "[[1]]"),
+        ("row", "x"),
+        ("at_s", 10**400),
+        ("mission_s", 1e9),
+    ],
 )
 def test_a_row_that_is_damaged_is_refused_and_named(column: str, cell: object) -> None:
     trial = Trial(Mission(board="tachobot"), (Strike("nack", "imu", at_s=1.0),))

@@ -263,3 +263,9 @@ def test_a_fault_that_cannot_be_made_is_refused_and_is_no_crash() -> None:
         assert_sound("tachobot", [Strike("frieze", "imu", at_s=0.2)], for_s=0.5)
     with pytest.raises(ConfigError, match="imo"):
         assert_sound("tachobot", [Strike("freeze", "imo", at_s=0.2)], for_s=0.5)
+
+
+@pytest.mark.parametrize("for_s", [-1.0, 0.0, float("nan"), 1e9])
+def test_a_mission_of_no_length_is_refused(for_s: float) -> None:
+    with pytest.raises(ConfigError, match=r"--for: .+ expected a positive number of seconds"):
+        assert_sound("tachobot", [], for_s=for_s)

@@ -137,7 +137,8 @@ def assert_sound(  # noqa: PLR0913 -- as `campaign`
 ) -> None:
     """Fail the test of a robot that these faults break, or none; it is judged as in a campaign.
 
-    Raises ConfigError for faults that cannot be made on its doubles.
+    Raises ConfigError for a mission that there cannot be, and for faults that cannot be made on its
+    doubles.
     """
     __tracebackhide__ = True
     mission = Mission(
@@ -147,6 +148,8 @@ def assert_sound(  # noqa: PLR0913 -- as `campaign`
         seed=seed,
         within_s=within_s,
     )
+    if said := list(mission.faults()):
+        raise ConfigError("campaign", said)
     if (wrong := healthy(mission).wrong) is not None:
         raise AssertionError(f"{wrong.oracle} of {wrong.model}: {wrong.what}")
     if not faults:

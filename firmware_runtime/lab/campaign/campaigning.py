@@ -19,8 +19,6 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from firmware_runtime.board.assignments import assignments_of
-from firmware_runtime.board.local_settings import board_in_force
-from firmware_runtime.board.rigs import has_rig
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.lab.campaign.again import number_of, trial_of_row
 from firmware_runtime.lab.campaign.findings import (
@@ -38,7 +36,7 @@ from firmware_runtime.lab.campaign.kept_findings import (
     folder_faults,
     keep_findings,
 )
-from firmware_runtime.lab.campaign.mission import SEED_KEY, Mission, faults_of
+from firmware_runtime.lab.campaign.mission import Mission, span_faults
 from firmware_runtime.lab.campaign.report import Report, never_shown, never_taken
 from firmware_runtime.lab.campaign.space import in_courses, space_of
 from firmware_runtime.lab.campaign.stretches import Stretches, in_parts
@@ -250,31 +248,7 @@ def _summed_up(  # noqa: PLR0913 -- what a report has beside what follows from i
 
 def _faults_of(mission: Mission, runs: int | None, budget_s: float | None) -> Iterator[str]:
     """Yield what is wrong with the choices, one sentence each."""
-    for name, value in (
-        ("--for", mission.for_s),
-        ("--within", mission.within_s),
-        ("--budget", budget_s),
-    ):
-        if value is not None and not 0 < value <= _MOST_S:
-            yield f"{name}: {value!r}; expected a positive number of seconds, {_MOST_S:g} at most"
-    if mission.pairs < 0:
-        yield f"--pairs: {mission.pairs}; expected 0 or more"
+    yield from span_faults("--budget", budget_s)
     if runs is not None and runs < 1:
         yield f"--runs: {runs}; expected 1 or more"
-    yield from _mission_faults(mission)
-
-
-def _mission_faults(mission: Mission) -> Iterator[str]:
-    yield from (f"--without {each}" for each in faults_of(mission.without))
-    try:
-        board = board_in_force(mission.board, mission.assignments)
-    except ConfigError as error:
-        yield from (f"{error.where}: {each}" for each in error.faults)
-        return
-    if not has_rig(board):
-        yield f"{board.name} has no doubles; expected a board with a rig"
-    elif mission.seed is not None and mission.seeds(1) == [None]:
-        yield f"--seed: {board.name} has no {SEED_KEY}; expected it left out"
-
-
-_MOST_S: Final = 3600.0
+    yield from mission.faults()

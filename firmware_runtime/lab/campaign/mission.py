@@ -8,7 +8,8 @@ from msgspec import Struct
 
 from firmware_runtime.board.assignments import assigned
 from firmware_runtime.board.local_settings import board_in_force
-from firmware_runtime.errors import expected_one_of
+from firmware_runtime.board.rigs import has_rig
+from firmware_runtime.errors import ConfigError, expected_one_of
 from firmware_runtime.hal.strike import KINDS, Place, Strike
 from firmware_runtime.runs.open_board import OpenBoard, open_board
 
@@ -17,6 +18,7 @@ WITHIN_S: Final = 0.3
 """Seconds in which a fault has to be reported or outputs off, unless the board says otherwise."""
 RECOVER_S: Final = 5.0
 """Seconds after a fault in which a robot has to be healthy again."""
+_MOST_S: Final = 3600.0
 
 
 class Mission(Struct, frozen=True, kw_only=True):
@@ -66,6 +68,27 @@ class Mission(Struct, frozen=True, kw_only=True):
             return [None]
         return [own + number for number in range(count)]
 
+    def faults(self) -> Iterator[str]:
+        """Yield what is wrong with it, one sentence each."""
+        yield from self.span_faults()
+        if self.pairs < 0:
+            yield f"--pairs: {self.pairs}; expected 0 or more"
+        yield from (f"--without {each}" for each in faults_of(self.without))
+        try:
+            board = board_in_force(self.board, self.assignments)
+        except ConfigError as error:
+            yield from (f"{error.where}: {each}" for each in error.faults)
+            return
+        if not has_rig(board):
+            yield f"{board.name} has no doubles; expected a board with a rig"
+        elif self.seed is not None and self.seeds(1) == [None]:
+            yield f"--seed: {board.name} has no {SEED_KEY}; expected it left out"
+
+    def span_faults(self) -> Iterator[str]:
+        """Yield what is wrong with its times."""
+        yield from span_faults("--for", self.for_s)
+        yield from span_faults("--within", self.within_s)
+
     @property
     def words(self) -> list[str]:
         """The words of the command that choose it."""
@@ -82,6 +105,12 @@ class Mission(Struct, frozen=True, kw_only=True):
         if self.pairs:
             found += ["--pairs", str(self.pairs)]
         return found
+
+
+def span_faults(name: str, value_s: float | None) -> Iterator[str]:
+    """Yield what is wrong with a time that may be left out."""
+    if value_s is not None and not 0 < value_s <= _MOST_S:
+        yield f"{name}: {value_s!r}; expected a positive number of seconds, {_MOST_S:g} at most"
 
 
 def faults_of(words: Sequence[str], places: Sequence[Place] | None = None) -> Iterator[str]:

@@ -89,6 +89,8 @@ def trial_of(row: Row) -> Trial:
         within_s=_number(row["within_s"]),
         without=tuple(json.loads(str(row["without"]))),
     )
+    if said := list(mission.span_faults()):
+        raise ValueError("; ".join(said))
     first = (row["kind"], row["device"], row["at_s"], row["for_s"], row["amount"])
     others = json.loads(str(row["others"]))
     return Trial(mission, tuple(_strike(*cells) for cells in (first, *others)))
