@@ -198,13 +198,14 @@ class Judge:
         if self._struck_at is None:
             return None
         for device, at, end in self._cause.failing:
-            since = max(at, self._struck_at)
-            for place in self._healthy.places if look.at <= end else ():
-                if device in {place.name, place.line}:
-                    for path, sent in self._watched.sent[place.name].items():
-                        if len(sent) == SENT and sent[0] > since:
-                            what = f"{path} has sent {SENT} values since {place.name} answered last"
-                            return "stale", what
+            if look.at > end:
+                continue
+            for place in self._healthy.places:
+                is_failing = device in {place.name, place.line}
+                path = self._watched.sends_on(place.name, max(at, self._struck_at))
+                if is_failing and path is not None:
+                    what = f"{path} has sent {SENT} values since {place.name} answered last"
+                    return "stale", what
         return None
 
     def _late(self, look: Look) -> tuple[str, str] | None:

@@ -4,7 +4,7 @@ Nothing of what the robot says of itself is in a look. Faults that its models re
 its ports that are not finite, are kept beside the looks.
 """
 
-from collections import defaultdict, deque
+from collections import deque
 from collections.abc import Collection
 from functools import partial
 from hashlib import blake2b
@@ -17,6 +17,7 @@ from firmware_runtime.devs.component import below_root
 from firmware_runtime.devs.coupled import ports_below
 from firmware_runtime.devs.finite import all_numbers
 from firmware_runtime.devs.model_errors import ModelError
+from firmware_runtime.devs.ports import OutPort
 from firmware_runtime.devs.time import MILLISECOND
 from firmware_runtime.executive.outcome import Device, Outcome
 from firmware_runtime.hal.strike import Breakable, Place
@@ -80,17 +81,16 @@ class Watched:
         self.arrows: set[str] = set()
         """All that they have."""
         self._digest = blake2b(digest_size=6)
-        self.sent: defaultdict[str, defaultdict[str, deque[int]]] = defaultdict(
-            lambda: defaultdict(partial(deque, maxlen=SENT))
-        )
-        """When ports of devices' models sent last, by the device's name and the port's path."""
+        self._sent: dict[OutPort[object], deque[int]] = {}
+        """When ports of devices' models have sent, the last times."""
         simulator = self.session.executive.simulator
         for port in ports_below(simulator.root).values():
             is_judged = port.path not in self.asked.ports and port.path not in exempt
             if is_judged and not _is_of_faults(port.type):
                 simulator.listen(port, partial(self._check, port.path))
             if isinstance(port.owner, Device) and not _is_of_faults(port.type):
-                simulator.listen(port, partial(self._note, self.sent[port.owner.name][port.path]))
+                self._sent[port] = deque(maxlen=SENT)
+                simulator.listen(port, partial(_note, self._sent[port]))
         self._devices = [each for each in simulator.atomics if isinstance(each, Device)]
         for model in simulator.atomics:
             if isinstance(model, StateDiagram):
@@ -145,6 +145,13 @@ class Watched:
             if each.kind != WARNING or each.path not in warned
         ]
         return min(found, key=lambda each: each.at, default=None)
+
+    def sends_on(self, device: str, since: int) -> str | None:
+        """Return the path of a port of a device's model that has sent SENT times since then."""
+        for port, sent in self._sent.items():
+            if port.owner.name == device and len(sent) == SENT and sent[0] > since:
+                return port.path
+        return None
 
     def unready(self) -> dict[str, str]:
         """Return why devices speak against arming, by model."""
@@ -209,9 +216,9 @@ class Watched:
         if not is_finite:
             self.not_finite.setdefault(path, at)
 
-    @staticmethod
-    def _note(sent: deque[int], at: int, _value: object) -> None:
-        sent.append(at)
+
+def _note(sent: deque[int], at: int, _value: object) -> None:
+    sent.append(at)
 
 
 def _is_of_faults(kind: object) -> bool:
