@@ -160,9 +160,8 @@ def test_bearings_become_headings(
 def test_headings_are_those_of_the_chip_where_the_board_says_nothing_else() -> None:
     said = Cmps12Table(bus="i2c1", address=0x60, period_s=0.1).model(whole_degrees=False)
     assert said == PLAIN
-    turned = {"counterclockwise": True, "offset_deg": 30.0}
-    keys = Hmc5883lTable(bus="i2c1", period_s=0.1, **turned)
-    assert keys.model(whole_degrees=False) == TURNED
+    other = Hmc5883lTable(bus="i2c1", period_s=0.1, counterclockwise=True, offset_deg=30.0)
+    assert other.model(whole_degrees=False) == TURNED
 
 
 @pytest.mark.parametrize(
