@@ -96,7 +96,7 @@ def test_encoders_are_angles_of_wheels_and_nothing_else_is_made_up() -> None:
     assert joints["position"] == pytest.approx([math.tau, -math.pi])
     assert set(joints) == {"name", "position"}
     battery = some(MD25_REPORT, "battery_state", report)
-    assert battery["voltage"] == 12.3
+    assert (battery["voltage"], battery["present"]) == (12.3, True)
     assert math.isnan(battery["current"])
 
 
