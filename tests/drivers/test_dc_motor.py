@@ -27,8 +27,13 @@ class Bench(Pca9685Bench):
     def turns(self) -> str:
         """What PWM, IN1 and IN2 mean."""
         pwm, *sense = self.double.duties[PWM : IN2 + 1]
-        words = {(1, 0): f"ahead {pwm:.12g}", (0, 1): f"back {pwm:.12g}", (1, 1): "brake"}
-        return words.get((sense[0], sense[1]), "off")
+        words: dict[tuple[float, ...], str] = {
+            (1, 0): f"ahead {pwm:.12g}",
+            (0, 1): f"back {pwm:.12g}",
+            (1, 1): "brake",
+            (0, 0): "off",
+        }
+        return words[tuple(sense)]
 
     @property
     def reasons(self) -> str:
