@@ -139,6 +139,16 @@ def test_a_bus_left_alone_is_asked_when_it_is_named(
     assert "0x68  MPU-9250" in command("probe", "/dev/i2c-0").out
 
 
+def test_a_bus_that_was_asked_is_given_back(
+    command: Command, machine: dict[str, I2cBus | Exception], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    machine["/dev/i2c-1"] = bus = tachobots_bus()
+    given_back: list[str] = []
+    monkeypatch.setattr(bus, "close", lambda: given_back.append("/dev/i2c-1"))
+    command.said("probe", "1")
+    assert given_back == ["/dev/i2c-1"]
+
+
 def test_a_bus_that_a_run_drives_is_left_alone(
     command: Command, machine: dict[str, I2cBus | Exception]
 ) -> None:

@@ -2,19 +2,27 @@
 
 import io
 import json
+import math
 import os
 import signal
 import sys
+from contextlib import closing
+from pathlib import Path
 
 import pytest
 from firmware_drivers.catalogue.trial import Quantity
-from firmware_drivers.commands import single, trying
+from firmware_drivers.chips.maxbotix import FAMILIES
+from firmware_drivers.commands import single, try_chip, trying
 from firmware_drivers.commands.readings import Readings
 
-from firmware_runtime.devs.time import MILLISECOND
+from firmware_runtime.devs.time import MILLISECOND, SECOND
 from firmware_runtime.hal.i2c import I2cBus
-from firmware_runtime.hal.wire_errors import BusInUse
+from firmware_runtime.hal.serial import SerialPort
+from firmware_runtime.hal.wire_errors import BusAbsent, BusInUse
+from firmware_runtime.system.signals import UntilSignal
+from sim_doubles.chip_doubles import chip_double
 from sim_doubles.chips.pca9685 import Pca9685Double
+from sim_doubles.clock import ManualClock
 from sim_doubles.faults import FaultScript, NackAddress
 from sim_doubles.i2c_bus import I2cBusDouble
 from tests.support.command import Command, started
@@ -54,6 +62,40 @@ def test_a_sensors_double_is_read_without_any_hardware(command: Command) -> None
 def test_json_is_a_line_a_reading_in_si_units(command: Command) -> None:
     ended = command("try", "srf08", "--doubles", "--for", "0.1", "--json")
     assert set(json.loads(ended.out.splitlines()[0])) == {"t_s", "distance_m"}
+
+
+def test_readings_are_as_far_apart_as_asked_for_by_the_clock_of_the_chip(
+    command: Command, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    clock = ManualClock()
+
+    class WakesEarly(UntilSignal):
+        def wait(self, timeout_s: float | None = None) -> bool:
+            assert timeout_s is not None
+            clock.advance(math.ceil(timeout_s * SECOND / 2))
+            return False
+
+    bus = I2cBusDouble("i2c", clock, chip_double("cmps12").on_bus(clock, 0x60))
+    monkeypatch.setattr(single, "open_i2c", lambda *_, **_alone: bus)
+    monkeypatch.setattr(single, "monotonic_ns", clock)
+    monkeypatch.setattr(try_chip, "until_signal", lambda: closing(WakesEarly()))
+    shown = command.said("try", "cmps12", "--for", "1", "--every", "0.25", "--json")
+    times = [json.loads(line)["t_s"] for line in shown.splitlines()]
+    assert times == pytest.approx([0.0, 0.25, 0.5, 0.75, 1.0], abs=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("said", "device"), [((), "/dev/serial0"), (("--port", "/dev/ttyUSB7"), "/dev/ttyUSB7")]
+)
+def test_a_chip_on_a_serial_port_is_sought_there_at_its_rate(
+    command: Command, monkeypatch: pytest.MonkeyPatch, said: tuple[str, ...], device: str
+) -> None:
+    def open_serial(name: str, path: str, baud: int) -> SerialPort:
+        raise BusAbsent(f"{name} is {path} at {baud} baud")
+
+    monkeypatch.setattr(single, "open_serial", open_serial)
+    sentence = command.refused("try", "maxbotix", *said, "--for", "1", status=3)
+    assert f"{Path(device).name} is {device} at 9600 baud" in sentence
 
 
 def test_nothing_moves_without_a_terminal_that_could_be_asked(
@@ -217,6 +259,11 @@ def test_a_default_is_shown_as_a_person_writes_it(command: Command) -> None:
     shown = command("try", "pca9685", "--help").out
     assert "default 25000000" in shown
     assert ".0" not in shown
+
+
+def test_what_may_be_chosen_is_listed(command: Command) -> None:
+    shown = command.said("try", "maxbotix", "--help")
+    assert all(family in shown for family in FAMILIES)
 
 
 def test_no_echo_is_null_in_json(capsys: pytest.CaptureFixture[str]) -> None:

@@ -1,5 +1,8 @@
 """Trying chips out on their doubles, in virtual time: every sensor reads, every actuator stops."""
 
+import io
+import math
+import re
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -8,6 +11,7 @@ from firmware_drivers.catalogue.table import chips
 from firmware_drivers.catalogue.trial import Actuator, OnBus, Reading, Sensor
 from firmware_drivers.chips.md25 import Md25
 from firmware_drivers.chips.pca9685 import Pca9685
+from firmware_drivers.commands.readings import Readings
 from firmware_drivers.commands.trying import Watch, drive, switch_off, take
 
 from firmware_runtime.devs.time import MILLISECOND, NEVER, SECOND
@@ -133,6 +137,23 @@ def test_a_sensor_is_read_in_si_units_until_its_time_is_up(name: str) -> None:
         assert {quantity.key for quantity in reading} == KEYS[name]
     assert rig.shown[0][1] != rig.shown[-1][1]
     assert all(double.warnings == [] for double in rig.doubles)
+
+
+@pytest.mark.parametrize(
+    ("name", "unit", "in_si"),
+    [("cmps12", "deg", math.radians(1)), ("hmc5883l", "uT", 1e-6), ("ads1115", "V", 1.0)],
+)
+def test_people_see_the_value_in_their_unit(name: str, unit: str, in_si: float) -> None:
+    rig = Rig(name, TrialPace())
+    rig.watch(2 * SECOND)
+    stream = io.StringIO()
+    Readings(stream, as_json=False, never_waits=False).show(*rig.shown[-1])
+    seen = re.search(rf"(\S+) {unit}\b", stream.getvalue())
+    assert seen is not None
+    read = rig.shown[-1][1][0].value
+    assert read is not None
+    last = read[-1] if isinstance(read, tuple) else read
+    assert float(seen[1]) * in_si == pytest.approx(last, abs=0.06 * in_si)
 
 
 @pytest.mark.parametrize("name", sorted(MOVES))

@@ -5,6 +5,7 @@ from firmware_drivers.chips.bearing import Bearing
 from firmware_drivers.chips.cmps12 import Cmps12
 from firmware_drivers.chips.step import Step
 from firmware_drivers.compass import ONCE, PERIODIC, Compass, CompassSettings
+from firmware_drivers.tables.compass import Cmps12Table, Hmc5883lTable
 
 from firmware_runtime.devs.model_errors import ModelFailure
 from firmware_runtime.devs.time import MILLISECOND, SECOND
@@ -154,6 +155,13 @@ def test_bearings_become_headings(
     (heading,) = bench.values("heading_deg")
     assert heading == pytest.approx(heading_deg)
     assert type(heading) is type(heading_deg)
+
+
+def test_headings_are_those_of_the_chip_where_the_board_says_nothing_else() -> None:
+    said = Cmps12Table(bus="i2c1", address=0x60, period_s=0.1).model(whole_degrees=False)
+    assert said == PLAIN
+    other = Hmc5883lTable(bus="i2c1", period_s=0.1, counterclockwise=True, offset_deg=30.0)
+    assert other.model(whole_degrees=False) == TURNED
 
 
 @pytest.mark.parametrize(

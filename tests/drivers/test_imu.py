@@ -176,6 +176,13 @@ def test_a_bring_up_that_fails_is_begun_again_after_a_while(rig: Rig) -> None:
     assert rig.samples
 
 
+def test_what_a_bring_up_warns_of_is_said_once_and_samples_come(rig: Rig) -> None:
+    rig.chip.warnings.append("six axes only")
+    rig.run(READY_MS + 2 * PERIOD_MS)
+    assert [(at, fault.reason) for at, fault in rig.said["fault"]] == [(BEGUN_MS, "six axes only")]
+    assert rig.sent == [READY_MS + PERIOD_MS, READY_MS + 2 * PERIOD_MS]
+
+
 STUCK_FIELD = Stuck("MPU-9250", "field x", 7, 50)
 
 

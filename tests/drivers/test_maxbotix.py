@@ -1,3 +1,4 @@
+import math
 from itertools import pairwise
 from typing import get_args, get_type_hints
 
@@ -112,7 +113,11 @@ def test_each_family_has_its_unit_and_its_word_for_nothing(port: ScriptedPort, f
         arrived, metres = each.split("=")
         sonar.start_ranging()
         port.arrived = f"{arrived}\r".encode()
-        assert sonar.read_distance() == pytest.approx(float(metres))
+        distance_m = sonar.read_distance()
+        assert distance_m == pytest.approx(float(metres))
+        nearest_m, farthest_m = sonar.limits_m
+        assert nearest_m <= min(distance_m, sonar.nearest_m)
+        assert distance_m <= farthest_m or distance_m == math.inf
 
 
 @sentences(

@@ -5,6 +5,7 @@ import struct
 
 import pytest
 from firmware_drivers.chips.mpu9250 import Mpu9250
+from firmware_drivers.chips.mpu9250_burst import NO_BIAS
 from firmware_drivers.chips.mpu9250_settings import Mpu9250Settings
 from firmware_drivers.chips.step import duration_ns
 
@@ -187,6 +188,16 @@ def test_all_three_vectors_are_turned_into_the_body(ready: Bare) -> None:
         samples.append((sample.acceleration, sample.rate, sample.field))
     for body, (x, y, z) in zip(*samples, strict=True):
         assert body == (-y, x, z)
+
+
+def test_the_bias_of_the_body_is_taken_off_the_rate_and_off_nothing_else() -> None:
+    turned = Bare(Mpu9250Settings(mounting="-y +x +z"))
+    turned.bring_up()
+    turned.show(accel=(1, 2, 3), gyro=(400, 500, 600))
+    raw, sample = (turned.driver.read_sample(bias) for bias in (NO_BIAS, (0.01, -0.02, 0.03)))
+    taken_off = [was - rate for was, rate in zip(raw.rate, sample.rate, strict=True)]
+    assert taken_off == pytest.approx([0.01, -0.02, 0.03])
+    assert sample._replace(rate=raw.rate) == raw
 
 
 @pytest.mark.parametrize(

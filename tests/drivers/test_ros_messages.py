@@ -7,6 +7,7 @@ from typing import Any
 import pytest
 from firmware_drivers.chips.md25 import Md25Report
 from firmware_drivers.chips.mpu9250_burst import InertialSample
+from firmware_drivers.compass import CompassSettings
 from firmware_drivers.ros_messages import COMPASS, INERTIAL_SAMPLE, MD25_REPORT, SONAR, VELOCITY
 
 from firmware_runtime.board.ros.conventions import Convention, Fields
@@ -74,13 +75,28 @@ def test_a_heading_is_a_yaw_from_east_anticlockwise(
     assert quaternion["x"] == quaternion["y"] == 0
 
 
+@pytest.mark.parametrize(
+    ("settings", "said"),
+    [
+        ({"settings": CompassSettings(1, counterclockwise=True)}, {"clockwise": 0.0}),
+        ({"settings": CompassSettings(1)}, {}),
+        ({}, {}),
+    ],
+)
+def test_a_heading_is_clockwise_unless_its_compass_was_set_to_count_the_other_way(
+    settings: dict[str, CompassSettings], said: dict[str, float]
+) -> None:
+    compass: Any = SimpleNamespace(**settings)
+    assert COMPASS.options_of(compass) == said
+
+
 def test_encoders_are_angles_of_wheels_and_nothing_else_is_made_up() -> None:
     report = Md25Report(360, -180, 12.3, 0.5, 0.6)
     joints = some(MD25_REPORT, "joint_states", report)
     assert joints["position"] == pytest.approx([math.tau, -math.pi])
     assert set(joints) == {"name", "position"}
     battery = some(MD25_REPORT, "battery_state", report)
-    assert battery["voltage"] == 12.3
+    assert (battery["voltage"], battery["present"]) == (12.3, True)
     assert math.isnan(battery["current"])
 
 

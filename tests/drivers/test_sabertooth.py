@@ -113,11 +113,12 @@ def test_speeds_go_out_in_one_write_and_bring_the_timeout_along(port: RecordingP
 
 
 @pytest.mark.parametrize("speed", [1.001, -1.001, math.nan, math.inf])
+@pytest.mark.parametrize("side", ["left", "right"])
 def test_a_speed_that_is_none_is_refused_and_nothing_is_sent(
-    port: RecordingPort, speed: float
+    port: RecordingPort, side: str, speed: float
 ) -> None:
     with pytest.raises(ValueError, match=r"Sabertooth 128 on ttyS0: speeds .*, expected -1 to 1"):
-        Sabertooth(port).set_speeds(speed, 0.0)
+        Sabertooth(port).set_speeds(**{"left": 0.0, "right": 0.0, side: speed})
     assert port.written == []
 
 

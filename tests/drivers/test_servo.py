@@ -160,6 +160,12 @@ WRONG = Servo(
 
 LONG = replace(PAN, most_pulse_us=2480.0)
 """It fits into a cycle of 400 Hz, and not into one of the 406.9 Hz that the chip makes of them."""
+NO_NUMBERS = [
+    *((replace(PAN, slew_rad_s=number), "slew_rad_s") for number in (math.inf, math.nan)),
+    *((replace(PAN, least_rad=number), "least_rad") for number in (-math.inf, math.nan)),
+    *((replace(PAN, most_rad=number), "most_rad") for number in (math.inf, math.nan)),
+    *((replace(PAN, most_pulse_us=number), "most_pulse_us") for number in (math.inf, math.nan)),
+]
 
 
 @pytest.mark.parametrize(
@@ -172,6 +178,7 @@ LONG = replace(PAN, most_pulse_us=2480.0)
         (ServosSettings(servos=(PAN,), frequency_hz=1000.0, period=1), "frequency_hz"),
         (ServosSettings(servos=(), frequency_hz=50.0, period=1), "servos"),
         (ServosSettings(servos=(LONG,), frequency_hz=400.0, period=1), "most_pulse_us"),
+        *((servos_settings(servo), key) for servo, key in NO_NUMBERS),
     ],
 )
 def test_every_wrong_setting_is_named(settings: ServosSettings, keys: str) -> None:

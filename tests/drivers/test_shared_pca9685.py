@@ -1,6 +1,7 @@
 """One PCA9685 whose outputs several models or bridges drive, and what may not share one."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from itertools import islice
 
 import pytest
 from firmware_drivers.chips.h_bridge import HBridge
@@ -27,6 +28,12 @@ class Rig(DrivenPca9685):
         begun = BringUp(lambda: self.driver.share_bring_up(frequency_hz))
         begun.restart()
         return begun
+
+    def names(self, begun: BringUp) -> Iterator[str]:
+        """Take steps alone, each wait in full, and give their names."""
+        while (wait := begun.take()) is not None:
+            self.clock.advance(wait)
+            yield begun.step
 
     def finish(self, *begun: BringUp) -> list[str]:
         """Take steps in turns, each wait in full; return the steps' names."""
@@ -82,6 +89,21 @@ def test_a_bring_up_that_failed_is_taken_over_by_one_that_waited(rig: Rig) -> No
     with pytest.raises(NoAcknowledge):
         first.take()
     assert rig.finish(second).count("wake") == 1
+
+
+@pytest.mark.parametrize("taken", [0, 1, 4, 99])
+@pytest.mark.parametrize("is_shared", [False, True])
+def test_a_bring_up_that_is_set_back_goes_on_with_its_next_step_and_one_that_is_over_stays_so(
+    rig: Rig, taken: int, *, is_shared: bool
+) -> None:
+    give = rig.driver.share_bring_up if is_shared else rig.driver.bring_up
+    begun, set_back = (BringUp(lambda: give(1000.0)) for _ in range(2))
+    begun.restart()
+    before = list(islice(rig.names(begun), taken))
+    set_back.restore(begun.state())
+    assert set_back.state() == begun.state()
+    whole = [step.name for step in rig.driver.bring_up(1000.0)]
+    assert [*before, *rig.names(set_back)] == whole
 
 
 # Stopping -----------------------------------------------------------------------------------------

@@ -11,6 +11,7 @@ from firmware_drivers.treads import Treads, TreadSettings, TreadSpeeds
 
 from firmware_runtime.devs.time import MILLISECOND, SECOND
 from firmware_runtime.errors import SettingError
+from firmware_runtime.models.motion import Applied
 from sim_doubles.chips.md25 import Md25Double
 from sim_doubles.faults import AbsentTarget, FaultScript
 from tests.support.scripted_chip import SILENT
@@ -223,6 +224,7 @@ def test_standing_treads_with_encoders_are_looked_after_and_may_not_turn(
     driver.drives = [*([REPORT] * 3), REPORT._replace(left_encoder=900)]
     bench.run(640)
     assert bench.driven == "210:0/0 410:0/0 610:0/0"
+    assert bench.said["applied"] == [(0, Applied.NOTHING), (210, Applied.ALL)]
     bench.run(840)
     assert [fault.kind for fault in bench.faults] == ["Runaway"]
     assert bench.driven.endswith(" 810:stop 820:0/0")

@@ -1,0 +1,96 @@
+"""One DC motor on an H-bridge of a PCA9685's double: commands, stops and what is no command."""
+
+import pytest
+from firmware_drivers.chips.h_bridge import HBridge
+from firmware_drivers.dc_motor import DcMotor, DcMotorSettings
+
+from firmware_runtime.devs.time import NEVER, SECOND
+from firmware_runtime.errors import SettingError
+from tests.support.pca9685_bench import Pca9685Bench
+from tests.support.wire import sentences
+
+PWM, IN1, IN2 = 8, 9, 10
+
+
+class Bench(Pca9685Bench):
+    """A motor whose chip may drive others, too."""
+
+    def __init__(self, timeout: int = NEVER) -> None:
+        settings = DcMotorSettings(frequency_hz=1000.0, timeout=timeout)
+        super().__init__(
+            lambda chip, interlock: DcMotor(
+                "motor", HBridge(chip, PWM, IN1, IN2), settings, interlock
+            )
+        )
+
+    @property
+    def turns(self) -> str:
+        """What PWM, IN1 and IN2 mean."""
+        pwm, *sense = self.double.duties[PWM : IN2 + 1]
+        words: dict[tuple[float, ...], str] = {
+            (1, 0): f"ahead {pwm:.12g}",
+            (0, 1): f"back {pwm:.12g}",
+            (1, 1): "brake",
+            (0, 0): "off",
+        }
+        return words[tuple(sense)]
+
+    @property
+    def reasons(self) -> str:
+        return " ".join(fault.reason for fault in self.faults)
+
+
+@pytest.fixture
+def bench() -> Bench:
+    return Bench()
+
+
+AHEAD = "100 drive=0.25; turns is ahead 0.25"
+
+
+@sentences(
+    {
+        "it stands until it is commanded": "5000; turns is off; phase is still; reasons is ()",
+        "it is driven both ways and brakes": (
+            f"{AHEAD}; 200 drive=-0.5; turns is back 0.5; 300 drive=0.0; turns is brake; "
+            "reasons is ()"
+        ),
+        "full voltage is a command": "100 drive=1.0; turns is ahead 1; 200 drive=-1.0; "
+        "turns is back 1; reasons is ()",
+        "a command during bring-up is kept": "5 drive=0.25; turns is off; 100; turns is ahead 0.25",
+        "a command while outputs are disabled waits for them": (
+            "switch; 100 drive=0.25; 500; turns is off; switch; 530; turns is ahead 0.25"
+        ),
+        "a chip that lost its supply is found in a second and brought up": (
+            f"{AHEAD}; power cycle; 1200; turns is ahead 0.25; consecutive is 1"
+        ),
+    }
+)
+def test_a_motor(bench: Bench, lines: str) -> None:
+    bench.play(lines)
+
+
+@pytest.mark.parametrize("drive", ["1.5", "-1.5", "nan", "inf"])
+def test_a_command_that_is_none_switches_off_and_says_so(bench: Bench, drive: str) -> None:
+    bench.play(AHEAD, f"200 drive={drive}; turns is off")
+    assert bench.reasons == f"motor.drive: drive {drive}, expected -1 to 1; stopped"
+    bench.play("300 drive=0.25; turns is ahead 0.25")
+
+
+def test_a_motor_that_is_commanded_no_more_is_stopped_after_the_timeout() -> None:
+    bench = Bench(timeout=SECOND // 2)
+    bench.play(AHEAD, "599; turns is ahead 0.25; 600; turns is off; 5000; turns is off")
+    assert bench.reasons == "motor: no command for 0.5 s; stopped"
+
+
+def test_the_end_leaves_its_outputs_off_and_the_others_as_they_are(bench: Bench) -> None:
+    bench.play(AHEAD)
+    assert isinstance(bench.actuator, DcMotor)
+    HBridge(bench.actuator.bridge.chip, 0, 1, 2).forward(0.5)
+    assert bench.simulator.exit() == []
+    assert bench.double.duties == (0.5, 1, *(0,) * 14)
+
+
+def test_a_timeout_that_cannot_be_is_refused() -> None:
+    with pytest.raises(SettingError, match=r"motor on H-bridge on channels 8, 9, 10 of PCA9685.*0"):
+        Bench(timeout=0)
