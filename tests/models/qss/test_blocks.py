@@ -142,6 +142,36 @@ def test_a_number_that_is_not_finite_is_refused_by_its_name(
         block()
 
 
+@pytest.mark.parametrize(
+    ("block", "says"),
+    [
+        (lambda: Function("f", "x", ["x"], order=5), "order is 5; expected 1, 2 or 3"),
+        (lambda: Function("f", "x", ["x"], tolerance=0.0), "tolerance is 0.0; expected more than"),
+        (lambda: Function("f", "x", ["x"], tolerance=math.inf), "tolerance is inf; expected"),
+        (lambda: Sum("s", []), "0 inputs; expected 1 or more"),
+        (lambda: Hysteresis("h", 1.0, 1.0), "lower is 1.0; expected less than upper, 1.0"),
+        (lambda: Quantizer("q", 0.0), "step is 0.0; expected more than 0"),
+        (lambda: Quantizer("q", math.inf), "step is inf; expected more than 0"),
+        (lambda: VariableDelay("d", 0.0), "longest_s is 0.0; expected more than 0"),
+        (lambda: VariableDelay("d", math.inf), "longest_s is inf; expected more than 0"),
+        (lambda: SegmentDelay("d", -1), "a delay of -1; expected whole ns, 0 or more"),
+        (lambda: Hold("h", 0), "a period of 0; expected whole ns, 1 or more"),
+        (lambda: Square("q", 1e-9), "period_s is 1e-09; expected 4e-9 or more"),
+        (lambda: Square("q", math.inf), "period_s is inf; expected"),
+        (lambda: Square("q", 1.0, duty=1.5), "duty is 1.5; expected 0 to 1"),
+        (lambda: Square("q", 1.0, duty=-0.5), "duty is -0.5; expected 0 to 1"),
+        (lambda: Samples("s", []), "0 samples; expected 1 or more"),
+        (lambda: Step("s", -1.0), "expected instants of 0 s or more"),
+        (lambda: Step("s", math.inf), "expected instants of 0 s or more"),
+    ],
+)
+def test_a_block_that_could_not_work_is_refused_with_what_is_expected(
+    block: Callable[[], Atomic], says: str
+) -> None:
+    with pytest.raises(ModelError, match=says):
+        block()
+
+
 def test_a_hysteresis_changes_at_its_two_levels() -> None:
     diagram = Diagram()
     triangle = diagram.add(Samples("in", [(0.0, 0.0), (2.0, 2.0), (4.0, 0.0)]))
@@ -194,6 +224,23 @@ def test_a_quantizer_starts_below_its_input_and_takes_one_that_turns_at_an_edge(
     assert sent == [(0.0, 0.0), (0.25, 1.0), (0.5, 2.0), (0.75, 3.0)]
 
 
+@pytest.mark.parametrize(
+    ("source", "step", "sent"),
+    [
+        (Constant("in", 0.75), 0.25, [(0.0, 0.75)]),
+        (Ramp("in", 0.5, start=0.7), 0.1, [(0.0, 0.7), (0.2, 0.8), (0.4, 0.9)]),
+        (Ramp("in", -0.5, start=0.7), 0.1, [(0.0, 0.6), (0.2, 0.5), (0.4, 0.4)]),
+    ],
+)
+def test_a_quantizer_that_begins_at_an_edge_is_on_the_side_to_which_its_input_goes(
+    source: Atomic, step: float, sent: list[tuple[float, float]]
+) -> None:
+    diagram = Diagram()
+    diagram.run(diagram.add(Quantizer("quantizer", step), in_=diagram.add(source)), SECOND // 2)
+    found = [(at / SECOND, each.value) for at, each in diagram.sent]
+    assert found == [pytest.approx(each, abs=1e-6) for each in sent]
+
+
 def test_a_quantizer_sends_nothing_before_its_input_has_come() -> None:
     bench = AtomicBench(quantizer := Quantizer("quantizer", 1.0))
     bench.run(1000)
@@ -239,6 +286,14 @@ def test_a_variable_delay_looks_back_as_far_as_the_signal_says() -> None:
 
     for t in (0.1, 0.19, 0.21, 1.0, 2.1, 2.3, 4.1, 4.3):
         assert at(t) == pytest.approx(exact(t), abs=1e-8)
+
+
+def test_a_variable_delay_sends_where_its_input_turns_and_where_that_is_seen_alone() -> None:
+    diagram = Diagram()
+    triangle = diagram.add(Samples("in", [(0.0, 0.0), (1.0, 1.0), (2.0, 0.0)]))
+    delay = diagram.add(Constant("delay", 0.5))
+    diagram.run(diagram.add(VariableDelay("late", 5.0), in_=triangle, delay=delay))
+    assert [at / SECOND for at, _ in diagram.sent] == [0.0, 0.5, 1.0, 1.5, 2.0, 2.5]
 
 
 def test_a_delay_that_grows_faster_than_time_looks_back_over_what_has_been() -> None:

@@ -154,13 +154,14 @@ def test_leaving_a_band_is_found_for_lines_parabolas_and_cubics() -> None:
     generator = random.Random(5)  # noqa: S311
     for _ in range(300):
         a, b, c, d = (generator.uniform(-1.0, 1.0) for _ in range(4))
-        for found, third in (
-            (leaves_band(1.0, a, b, c), 0.0),
-            (leaves_band(1.0, a, b, c, d), d),
+        for found, second, third in (
+            (leaves_band(1.0, a, b), 0.0, 0.0),
+            (leaves_band(1.0, a, b, c), c, 0.0),
+            (leaves_band(1.0, a, b, c, d), c, d),
         ):
 
             def value(
-                t: float, a: float = a, b: float = b, c: float = c, d: float = third
+                t: float, a: float = a, b: float = b, c: float = second, d: float = third
             ) -> float:
                 return abs(a + t * (b + t * (c + t * d)))
 
