@@ -149,6 +149,16 @@ def test_the_range_of_two_arguments_is_that_of_their_values(
         assert RANGES[name](*one, *other) == pytest.approx((min(values), max(values)))
 
 
+@pytest.mark.parametrize(
+    ("ends", "expected"),
+    [((-3.0, 2.0), (0.0, 9.0)), ((1.0, 2.0), (1.0, 4.0)), ((-3.0, -0.5), (0.25, 9.0))],
+)
+def test_the_range_of_a_square_is_never_below_zero(
+    ends: tuple[float, float], expected: tuple[float, float]
+) -> None:
+    assert RANGES["square_"](*ends) == expected
+
+
 @pytest.mark.parametrize("exponent", [-1.5, 0.5, 2.5])
 def test_the_range_of_a_power_is_that_of_its_values(exponent: float) -> None:
     generator = random.Random(exponent)  # noqa: S311
