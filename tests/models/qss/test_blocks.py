@@ -184,6 +184,14 @@ def test_a_hysteresis_changes_at_its_two_levels() -> None:
     ]
 
 
+def test_a_hysteresis_changes_where_its_input_jumps_to_a_level_and_stays_there() -> None:
+    diagram = Diagram()
+    steps = diagram.add(Samples("in", [(0.0, 0.0), (1.0, 1.5), (2.0, 0.5)], holds=True))
+    diagram.run(diagram.add(Hysteresis("relay", 0.5, 1.5), in_=steps))
+    sent = [(at / SECOND, each.value) for at, each in diagram.sent]
+    assert sent == [(0.0, 0.0), (1.0, 1.0), (2.0, 0.0)]
+
+
 @pytest.mark.parametrize(("begins_at", "sent"), [(1.4, [-1.0]), (1.6, [-1.0, 1.0])])
 def test_a_hysteresis_that_begins_above_its_upper_level_is_on_at_once(
     begins_at: float, sent: list[float]

@@ -89,6 +89,16 @@ def test_a_jump_over_zero_is_a_crossing_at_that_instant() -> None:
     assert watched.events == [(SECOND, True)]
 
 
+@pytest.mark.parametrize(("before", "events"), [(-1.0, [(SECOND, True)]), (1.0, [])])
+def test_a_value_that_comes_to_stand_at_zero_is_above_it(
+    before: float, events: list[tuple[int, bool]]
+) -> None:
+    watched = Watched()
+    watched.feed(0, before)
+    watched.feed(SECOND, 0.0)
+    assert watched.events == events
+
+
 def test_a_value_that_touches_zero_and_turns_back_has_not_crossed() -> None:
     watched = Watched()
     watched.feed(0, 1.0, -2.0, 1.0)
