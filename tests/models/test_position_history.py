@@ -224,6 +224,15 @@ def test_a_yaw_turns_the_axes_and_its_whole_turns_are_of_no_account() -> None:
         assert abs(kept.state.planar.bias) < 0.02
 
 
+def test_two_positions_of_one_instant_count_in_the_order_in_which_they_came() -> None:
+    kept = history()
+    kept.add(Span(0, TICK, Body(0).tick()))
+    fixes = [Taken(TICK, PositionFix(x_m, 2.0, 0.0), may_restart=False) for x_m in (1.0, 1.5)]
+    first, second = kept.insert(fixes)
+    assert (first.innovation_x_m, first.innovation_y_m, first.normalized) == (0.0, 0.0, 0.0)
+    assert (second.innovation_x_m, second.innovation_y_m) == (0.5, 0.0)
+
+
 def test_two_positions_between_two_samples_count_in_the_order_of_their_origin() -> None:
     body, both_ways = Body(6), (history(), history())
     for _ in range(20):

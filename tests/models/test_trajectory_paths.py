@@ -95,9 +95,10 @@ def test_a_circle_keeps_its_radius_and_comes_back_after_a_lap() -> None:
         assert circle.at(t_s + 20.0).x.position == pytest.approx(x.position)
 
 
-def test_a_circle_begins_ahead_of_its_centre_unless_told_otherwise() -> None:
+def test_a_circle_begins_ahead_of_its_centre_and_turns_to_the_left_unless_told_otherwise() -> None:
     x, y, _ = Circle(HERE, 1.5, 20.0).at(0.0)
     assert (x.position, y.position) == (HERE.x_m + 1.5, HERE.y_m)
+    assert (x.rate, y.rate) == pytest.approx((0.0, 1.5 * math.tau / 20.0))
 
 
 def test_a_hold_is_at_rest_where_it_says() -> None:

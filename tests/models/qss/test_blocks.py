@@ -263,6 +263,12 @@ def test_a_hold_samples_at_its_period_and_a_sample_hold_at_its_trigger() -> None
     ramp = diagram.add(Ramp("ramp", 1.0))
     hold = diagram.run(diagram.add(Hold("hold", 300 * MILLISECOND), in_=ramp))
     assert [hold(t) for t in (0.0, 0.29, 0.3, 1.0)] == pytest.approx([0.0, 0.0, 0.3, 0.9])
+    bent = Diagram()
+    triangle = bent.add(Samples("in", [(0.0, 0.0), (1.0, 1.0), (2.0, 0.0)]))
+    bent.run(bent.add(Hold("hold", 300 * MILLISECOND), in_=triangle), 2 * SECOND)
+    assert [at for at, _ in bent.sent] == [n * 300 * MILLISECOND for n in range(7)]
+    values = [each.value for _, each in bent.sent]
+    assert values == pytest.approx([0.0, 0.3, 0.6, 0.9, 0.8, 0.5, 0.2])
     other = Diagram()
     ramp = other.add(Ramp("ramp", 1.0))
     crossing = other.top.add(Crossing("crossing", "x - 2", ["x"]))
@@ -334,6 +340,17 @@ def test_a_delay_counts_as_none_exactly_while_it_is_below_zero() -> None:
 def test_a_delay_that_grows_beyond_the_longest_is_an_error_when_it_does() -> None:
     with pytest.raises(ModelError, match=r"a delay of 2 s; expected 2 s at most"):
         delayed_by(Ramp("d", 1.0))
+
+
+@pytest.mark.parametrize("order", [1, 2, 3])
+def test_a_function_sends_as_many_coefficients_as_its_order_within_its_tolerance(
+    order: int,
+) -> None:
+    diagram = Diagram()
+    power = diagram.add(Function("power", "t * t * t * t", order=order, tolerance=0.1))
+    at = diagram.run(power, 2 * SECOND)
+    assert [at(t) for t in (0.5, 1.0, 1.9)] == pytest.approx([0.0625, 1.0, 13.0321], abs=0.1)
+    assert not any(any(each[order:]) for _, each in diagram.sent)
 
 
 def test_a_function_waits_until_each_input_has_a_value() -> None:

@@ -89,6 +89,15 @@ def test_a_jump_over_zero_is_a_crossing_at_that_instant() -> None:
     assert watched.events == [(SECOND, True)]
 
 
+def test_a_jump_over_zero_is_a_crossing_though_the_value_goes_back_from_there() -> None:
+    watched = Watched()
+    watched.feed(0, -1.0)
+    for at_s in (1, 3):
+        watched.feed(at_s * SECOND, 1.0, -1.0)
+        watched.simulator.run((at_s + 1) * SECOND)
+    assert watched.events == [(at_s * SECOND, at_s % 2 == 1) for at_s in (1, 2, 3, 4)]
+
+
 @pytest.mark.parametrize(("before", "events"), [(-1.0, [(SECOND, True)]), (1.0, [])])
 def test_a_value_that_comes_to_stand_at_zero_is_above_it(
     before: float, events: list[tuple[int, bool]]
