@@ -353,6 +353,15 @@ def test_a_function_sends_as_many_coefficients_as_its_order_within_its_tolerance
     assert not any(any(each[order:]) for _, each in diagram.sent)
 
 
+@pytest.mark.parametrize("divisor", ["x - 1/3", "t - 1/3"])
+def test_a_function_whose_divisor_passes_zero_ends_there(divisor: str) -> None:
+    diagram = Diagram()
+    ramp = diagram.add(Ramp("ramp", 1.0))
+    function = Function("function", f"1 / ({divisor}) + 0 * x", ["x"], tolerance=1e6)
+    with pytest.raises(ModelError, match=r"has no value at 0\.333333334 s.*goes through 0"):
+        diagram.run(diagram.add(function, x=ramp))
+
+
 def test_a_function_waits_until_each_input_has_a_value() -> None:
     diagram = Diagram()
     late = diagram.add(Function("late", "1 / x", ["x"]))
