@@ -78,7 +78,7 @@ def test_a_fix_that_cannot_be_is_refused(fix: PositionFix | PoseFix) -> None:
     port = "position" if isinstance(fix, PositionFix) else "pose"
     estimator.put(1, **{port: fix})
     estimator.sample(TICK)
-    assert [report.reason for report in estimator.reports] == [UNSOUND]
+    assert estimator.reports == [FixReport(False, UNSOUND, 0.0, 0.0, 0.0, 0.0)]
     assert (estimator.x, estimator.model.refused) == ([], 1)
 
 

@@ -203,6 +203,16 @@ def test_the_first_yaw_is_believed_however_narrow_the_gate() -> None:
     assert kept.state.offset_rad == pytest.approx(1.5, abs=0.1)
 
 
+def test_a_second_yaw_of_one_instant_counts_as_much_as_the_first() -> None:
+    kept = history()
+    kept.add(Span(0, TICK, Body(0).tick()._replace(yaw_rad=0.0, yaw_rate_rad_s=0.0)))
+    for yaw_rad in (0.2, 0.3):
+        kept.insert([Taken(TICK, PoseFix(1.0, 2.0, yaw_rad, 0.0), may_restart=False)])
+    assert kept.state is not None
+    assert kept.state.offset_rad == pytest.approx(0.25)
+    assert kept.state.offset_variance == pytest.approx(NOISE.yaw_rad**2 / 2)
+
+
 def test_a_yaw_turns_the_axes_and_its_whole_turns_are_of_no_account() -> None:
     """A body whose attitude began at 0 while it really points to y moves along y."""
     for turns in (0, 1, -2):

@@ -129,6 +129,7 @@ def test_gain_and_sum_are_exact_and_a_product_is_within_its_tolerance() -> None:
     [
         (lambda: Gain("g", math.nan), "weight is nan"),
         (lambda: Sum("s", [1.0, math.inf]), "weight is inf"),
+        (lambda: Gain("g", 10**400), "weight is 10+"),
         (lambda: Sum("s", ["1"]), "weight is '1'"),  # type: ignore[list-item]
         (lambda: Switch("s", math.nan), "threshold is nan"),
         (lambda: Sine("s", math.nan), "frequency_hz is nan"),
@@ -285,6 +286,18 @@ def test_delays_give_what_was_then() -> None:
     triangle = diagram.add(Samples("in", [(0.0, 0.0), (1.0, 1.0), (2.0, 0.0)]))
     at = diagram.run(diagram.add(SegmentDelay("late", 500 * MILLISECOND, -3.0), in_=triangle))
     assert [at(t) for t in (0.4, 1.0, 2.0, 4.0)] == pytest.approx([-3.0, 0.5, 0.5, 0.0])
+
+
+def test_what_a_delay_sends_before_anything_has_come_through_is_zero_unless_told_otherwise() -> (
+    None
+):
+    for delay in (SegmentDelay("late", SECOND), VariableDelay("late", 2.0)):
+        diagram = Diagram()
+        diagram.add(delay, in_=diagram.add(Constant("in", 3.0)))
+        if isinstance(delay, VariableDelay):
+            diagram.top.couple(diagram.add(Constant("delay", 1.0)).out_ports["out"], delay.delay)
+        at = diagram.run(delay)
+        assert [at(t) for t in (0.0, 0.9, 1.1)] == [0.0, 0.0, 3.0]
 
 
 def test_a_variable_delay_looks_back_as_far_as_the_signal_says() -> None:

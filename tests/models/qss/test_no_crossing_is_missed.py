@@ -84,6 +84,11 @@ def test_a_value_stays_on_its_side_for_as_long_as_is_said(text: str, scale: floa
             assert side * value > 0.0
 
 
+def test_what_stands_still_is_never_looked_at_again() -> None:
+    (condition,) = compile_condition(parse("cos(x) - 2"), Layout({"x": 2}, {}), at_zero=True)
+    assert Watch([condition]).settle(0.0, [0.3, 0.0]) == math.inf
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("width", [0.05, 1e-3, 1e-5])
 def test_a_narrow_bell_is_crossed_twice_and_its_area_is_not_lost(width: float) -> None:
