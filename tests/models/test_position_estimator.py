@@ -114,6 +114,7 @@ def test_a_position_given_up_is_given_up() -> None:
     estimator.sample(7 * TICK)
     assert len(estimator.x) == sent
     assert "lost the position" in (estimator.model.unready() or "")
+    assert estimator.model.phase == "given up"
 
 
 def test_while_it_is_lost_it_is_not_ready_and_any_position_is_taken() -> None:

@@ -204,6 +204,14 @@ def test_the_first_yaw_is_believed_however_narrow_the_gate() -> None:
     assert kept.state.offset_rad == pytest.approx(1.5, abs=0.1)
 
 
+def test_a_position_without_a_yaw_is_judged_by_its_place_alone_however_narrow_the_gate() -> None:
+    kept = PositionHistory(60, NOISE, 0.1)
+    kept.add(Span(0, TICK, Body(0).tick()))
+    for _ in range(2):
+        (report,) = kept.insert([Taken(TICK, PositionFix(1.0, 2.0, 0.0), may_restart=False)])
+        assert report.is_taken
+
+
 def test_a_second_yaw_of_one_instant_counts_as_much_as_the_first() -> None:
     kept = history()
     kept.add(Span(0, TICK, Body(0).tick()._replace(yaw_rad=0.0, yaw_rate_rad_s=0.0)))

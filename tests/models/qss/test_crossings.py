@@ -108,6 +108,13 @@ def test_a_value_that_comes_to_stand_at_zero_is_above_it(
     assert watched.events == events
 
 
+def test_a_value_that_stood_at_zero_from_the_start_crosses_it_where_it_jumps_below() -> None:
+    watched = Watched()
+    watched.feed(0, 0.0)
+    watched.feed(SECOND, -1.0)
+    assert watched.events == [(SECOND, False)]
+
+
 def test_a_value_that_touches_zero_and_turns_back_has_not_crossed() -> None:
     watched = Watched()
     watched.feed(0, 1.0, -2.0, 1.0)

@@ -18,6 +18,13 @@ def test_a_state_may_be_its_own_derivative(method: str) -> None:
     assert values["x"] == pytest.approx([math.e], abs=2e-3)
 
 
+@pytest.mark.parametrize("method", METHODS)
+def test_a_rate_may_grow_with_time(method: str) -> None:
+    system = System(states={"x": 1.0}, equations={"x": "-exp(t) * x"}, method=method)
+    _, values = solve(system, times=[1.0])
+    assert values["x"] == pytest.approx([math.exp(1.0 - math.e)], abs=2e-3)
+
+
 @pytest.mark.parametrize(("method", "quantum"), [("QSS2", 1e-6), ("QSS3", 1e-8), ("LIQSS2", 1e-6)])
 def test_a_sine_of_an_input_is_within_the_quantum_however_small(
     method: str, quantum: float
