@@ -234,18 +234,19 @@ def test_a_quantizer_starts_below_its_input_and_takes_one_that_turns_at_an_edge(
 
 
 @pytest.mark.parametrize(
-    ("source", "step", "sent"),
+    ("begins_at", "slope", "step", "sent"),
     [
-        (Constant("in", 0.75), 0.25, [(0.0, 0.75)]),
-        (Ramp("in", 0.5, start=0.7), 0.1, [(0.0, 0.7), (0.2, 0.8), (0.4, 0.9)]),
-        (Ramp("in", -0.5, start=0.7), 0.1, [(0.0, 0.6), (0.2, 0.5), (0.4, 0.4)]),
+        (0.75, 0.0, 0.25, [(0.0, 0.75)]),
+        (0.7, 0.5, 0.1, [(0.0, 0.7), (0.2, 0.8), (0.4, 0.9)]),
+        (0.7, -0.5, 0.1, [(0.0, 0.6), (0.2, 0.5), (0.4, 0.4)]),
     ],
 )
 def test_a_quantizer_that_begins_at_an_edge_is_on_the_side_to_which_its_input_goes(
-    source: Atomic, step: float, sent: list[tuple[float, float]]
+    begins_at: float, slope: float, step: float, sent: list[tuple[float, float]]
 ) -> None:
     diagram = Diagram()
-    diagram.run(diagram.add(Quantizer("quantizer", step), in_=diagram.add(source)), SECOND // 2)
+    ramp = diagram.add(Ramp("ramp", slope, start=begins_at))
+    diagram.run(diagram.add(Quantizer("quantizer", step), in_=ramp), SECOND // 2)
     found = [(at / SECOND, each.value) for at, each in diagram.sent]
     assert found == [pytest.approx(each, abs=1e-6) for each in sent]
 
@@ -264,12 +265,6 @@ def test_a_hold_samples_at_its_period_and_a_sample_hold_at_its_trigger() -> None
     ramp = diagram.add(Ramp("ramp", 1.0))
     hold = diagram.run(diagram.add(Hold("hold", 300 * MILLISECOND), in_=ramp))
     assert [hold(t) for t in (0.0, 0.29, 0.3, 1.0)] == pytest.approx([0.0, 0.0, 0.3, 0.9])
-    bent = Diagram()
-    triangle = bent.add(Samples("in", [(0.0, 0.0), (1.0, 1.0), (2.0, 0.0)]))
-    bent.run(bent.add(Hold("hold", 300 * MILLISECOND), in_=triangle), 2 * SECOND)
-    assert [at for at, _ in bent.sent] == [n * 300 * MILLISECOND for n in range(7)]
-    values = [each.value for _, each in bent.sent]
-    assert values == pytest.approx([0.0, 0.3, 0.6, 0.9, 0.8, 0.5, 0.2])
     other = Diagram()
     ramp = other.add(Ramp("ramp", 1.0))
     crossing = other.top.add(Crossing("crossing", "x - 2", ["x"]))
@@ -281,6 +276,15 @@ def test_a_hold_samples_at_its_period_and_a_sample_hold_at_its_trigger() -> None
     assert [at(t) for t in (1.9, 2.5)] == pytest.approx([-1.0, 2.0])
 
 
+def test_an_input_between_two_samples_of_a_hold_does_not_put_the_next_one_off() -> None:
+    diagram = Diagram()
+    triangle = diagram.add(Samples("in", [(0.0, 0.0), (1.0, 1.0), (2.0, 0.0)]))
+    diagram.run(diagram.add(Hold("hold", 300 * MILLISECOND), in_=triangle), 2 * SECOND)
+    assert [at for at, _ in diagram.sent] == [n * 300 * MILLISECOND for n in range(7)]
+    values = [each.value for _, each in diagram.sent]
+    assert values == pytest.approx([0.0, 0.3, 0.6, 0.9, 0.8, 0.5, 0.2])
+
+
 def test_delays_give_what_was_then() -> None:
     diagram = Diagram()
     triangle = diagram.add(Samples("in", [(0.0, 0.0), (1.0, 1.0), (2.0, 0.0)]))
@@ -288,9 +292,7 @@ def test_delays_give_what_was_then() -> None:
     assert [at(t) for t in (0.4, 1.0, 2.0, 4.0)] == pytest.approx([-3.0, 0.5, 0.5, 0.0])
 
 
-def test_what_a_delay_sends_before_anything_has_come_through_is_zero_unless_told_otherwise() -> (
-    None
-):
+def test_a_delay_sends_zero_until_something_has_come_through_unless_told_otherwise() -> None:
     for delay in (SegmentDelay("late", SECOND), VariableDelay("late", 2.0)):
         diagram = Diagram()
         diagram.add(delay, in_=diagram.add(Constant("in", 3.0)))
