@@ -69,6 +69,12 @@ def test_times_that_do_not_ascend_from_the_start_are_refused(times: list[float])
         solve(System(**SOUND), times=times)
 
 
+@pytest.mark.parametrize("until", [0.0, -1.0, math.inf])
+def test_a_solution_has_a_duration(until: float) -> None:
+    with pytest.raises(ConfigError, match=f"until {until} s, 1001 samples; expected more than 0 s"):
+        solve(System(**SOUND), until)
+
+
 def test_what_is_no_system_cannot_be_solved() -> None:
     with pytest.raises(ConfigError, match="expected a System"):
         solve({"x": "-x"}, 1.0)  # type: ignore[arg-type]  # the mistake
