@@ -188,6 +188,14 @@ def test_a_value_that_moves_by_another_scale_does_not_stand_still(share: float) 
     assert bench.said.get("fault", []) == []
 
 
+def test_the_fault_of_a_value_that_stands_still_says_by_how_much_it_lags_behind() -> None:
+    bench = Bench(WIDELY)
+    bench.turn(0, 1000, true=0.0, said=0.5)
+    bench.run(1000)
+    assert bench.faults[0].value == pytest.approx(-0.3, abs=0.01)
+    assert bench.faults[0].reason.endswith("expected 0.3 at most between both")
+
+
 def test_a_value_that_stood_still_is_believed_again_once_it_moves() -> None:
     bench = Bench(WIDELY)
     bench.turn(0, 800, true=0.0, said=0.5)

@@ -140,6 +140,11 @@ def test_any_text_is_a_finite_number_or_refused(text: str) -> None:
     assert kind in {"", "Malformed", "NotFinite", "TooLong"}
 
 
+@pytest.mark.parametrize("udp_port", [1, 65535])
+def test_the_least_and_the_highest_port_of_udp_are_ports(udp_port: int) -> None:
+    assert SndDover("snd", udp_port).udp_port == udp_port
+
+
 @pytest.mark.parametrize("udp_port", [0, -1, 65536, True])
 def test_a_block_has_a_port_of_udp(udp_port: int) -> None:
     with pytest.raises(ConfigError):

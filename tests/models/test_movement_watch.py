@@ -1,5 +1,7 @@
 """What is driven and does not move is found; what moves, rests or is off is not."""
 
+import pytest
+
 from firmware_runtime.devs.time import MILLISECOND
 from firmware_runtime.models.motion import Applied, Motion
 from firmware_runtime.models.movement_watch import MovementWatch, MovementWatchSettings
@@ -49,6 +51,20 @@ def test_a_command_to_and_fro_adds_up_to_nothing() -> None:
     for begin in range(0, 8000, 400):
         bench.drive(begin, begin + 400, 0.5 if begin % 800 else -0.5)
     assert bench.said["moves"] == []
+
+
+@pytest.mark.parametrize("applied", [Applied.NOTHING, Applied.ALL])
+def test_what_drove_it_before_it_was_off_or_had_no_command_counts_no_more(
+    applied: Applied,
+) -> None:
+    bench = Bench()
+    bench.drive(0, 400, 0.5)
+    bench.put(400, applied=applied)
+    bench.drive(600, 1000, 0.5)
+    bench.put(1000, applied=Applied.ALL)
+    bench.drive(1000, 1400, 0.5)
+    found = [at for at, _ in bench.said["moves"]]
+    assert found == ([] if applied is Applied.NOTHING else [1100])
 
 
 def test_what_is_off_or_has_no_command_is_not_driven() -> None:

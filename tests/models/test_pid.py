@@ -146,6 +146,15 @@ def test_a_setpoint_that_is_too_old_is_none() -> None:
     assert len(loop.commands) == 1
 
 
+def test_time_without_a_setpoint_is_not_integrated() -> None:
+    loop = tracking(ki=1.0)
+    for at_ms in (10, 500):
+        loop.measure(at_ms, 0.0)
+    put(loop, 500, Setpoint(1.0, 0.0, 0.0))
+    loop.measure(600, 0.0)
+    assert loop.commands == [0.1]
+
+
 def test_the_integral_does_not_grow_at_the_limit() -> None:
     loop = tracking(kp=5.0, ki=1.0, limit=1.0)
     put(loop, 10, Setpoint(1.0, 0.0, 0.0))

@@ -78,7 +78,7 @@ def test_a_fix_that_cannot_be_is_refused(fix: PositionFix | PoseFix) -> None:
     port = "position" if isinstance(fix, PositionFix) else "pose"
     estimator.put(1, **{port: fix})
     estimator.sample(TICK)
-    assert [report.reason for report in estimator.reports] == [UNSOUND]
+    assert estimator.reports == [FixReport(False, UNSOUND, 0.0, 0.0, 0.0, 0.0)]
     assert (estimator.x, estimator.model.refused) == ([], 1)
 
 
@@ -114,6 +114,7 @@ def test_a_position_given_up_is_given_up() -> None:
     estimator.sample(7 * TICK)
     assert len(estimator.x) == sent
     assert "lost the position" in (estimator.model.unready() or "")
+    assert estimator.model.phase == "given up"
 
 
 def test_while_it_is_lost_it_is_not_ready_and_any_position_is_taken() -> None:

@@ -1,17 +1,24 @@
 """The filter and its history, fed with spans as a truth with known noise makes them."""
 
+import cmath
 import math
 from random import Random
 
+import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.models.position_filter import (
     OFF_GATE,
     TOO_OLD,
+    Planar,
     PositionHistory,
     Span,
     Taken,
+    corrected,
+    innovation,
+    predicted,
 )
 from firmware_runtime.models.position_fix import FixReport, PoseFix, PositionFix
 from tests.support.tracked_body import NOISE, TICK, Body
@@ -37,6 +44,47 @@ def run(body: Body, fixes_every: int) -> tuple[PositionHistory, list[FixReport],
             off = abs(body.position - planar.position) ** 2 / planar.pp
             squares.append(off)
     return kept, reports, squares
+
+
+KNOWN = Planar(1.0 + 2.0j, 0.3 - 0.1j, 0.02 + 0.05j, 0.5, 0.1 - 0.2j, 0.03j, 0.4, 0.1 + 0.05j, 0.3)
+
+
+def as_matrices(planar: Planar) -> tuple[NDArray[np.complex128], NDArray[np.complex128]]:
+    """The state and its whole covariance."""
+    p, v, b, pp, pv, pb, vv, vb, bb = planar
+    upper = np.array([[pp, pv, pb], [0.0, vv, vb], [0.0, 0.0, bb]])
+    return np.array([p, v, b]), upper + np.triu(upper, 1).conj().T
+
+
+def assert_as_stated(
+    planar: Planar, state: NDArray[np.complex128], covariance: NDArray[np.complex128]
+) -> None:
+    for found, expected in zip(as_matrices(planar), (state, covariance), strict=True):
+        assert found == pytest.approx(expected, abs=1e-12)
+
+
+def test_a_span_takes_the_estimate_on_by_the_matrices_of_its_equations() -> None:
+    state, covariance = as_matrices(KNOWN)
+    span_s, acceleration, turn = 0.5, 0.7 - 0.2j, cmath.rect(1.0, 0.8)
+    by_bias = np.array([-turn * span_s * span_s / 2, -turn * span_s, 0.0])
+    step = np.array([[1.0, span_s, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]], dtype=complex)
+    step[:, 2] += by_bias
+    white, walk = NOISE.acceleration**2, NOISE.bias_walk**2
+    noise = np.diag([white * span_s**3 / 3, white * span_s, walk * span_s]).astype(complex)
+    noise[0, 1] = noise[1, 0] = white * span_s**2 / 2
+    after = predicted(KNOWN, acceleration, turn, span_s, NOISE)
+    expected = step @ covariance @ step.conj().T + noise
+    assert_as_stated(after, step @ state - by_bias * acceleration, expected)
+
+
+def test_a_position_corrects_the_estimate_by_the_matrices_of_the_filter() -> None:
+    state, covariance = as_matrices(KNOWN)
+    off, variance = innovation(KNOWN, 1.5 + 1.7j, NOISE)
+    assert off == pytest.approx(0.5 - 0.3j)
+    assert variance == 0.5 + NOISE.position_m**2
+    gain = covariance[:, :1] / variance
+    after = corrected(KNOWN, off, variance)
+    assert_as_stated(after, state + gain[:, 0] * off, covariance - gain @ covariance[:1])
 
 
 @pytest.mark.slow
@@ -156,6 +204,24 @@ def test_the_first_yaw_is_believed_however_narrow_the_gate() -> None:
     assert kept.state.offset_rad == pytest.approx(1.5, abs=0.1)
 
 
+def test_a_position_without_a_yaw_is_judged_by_its_place_alone_however_narrow_the_gate() -> None:
+    kept = PositionHistory(60, NOISE, 0.1)
+    kept.add(Span(0, TICK, Body(0).tick()))
+    for _ in range(2):
+        (report,) = kept.insert([Taken(TICK, PositionFix(1.0, 2.0, 0.0), may_restart=False)])
+        assert report.is_taken
+
+
+def test_a_second_yaw_of_one_instant_counts_as_much_as_the_first() -> None:
+    kept = history()
+    kept.add(Span(0, TICK, Body(0).tick()._replace(yaw_rad=0.0, yaw_rate_rad_s=0.0)))
+    for yaw_rad in (0.2, 0.3):
+        kept.insert([Taken(TICK, PoseFix(1.0, 2.0, yaw_rad, 0.0), may_restart=False)])
+    assert kept.state is not None
+    assert kept.state.offset_rad == pytest.approx(0.25)
+    assert kept.state.offset_variance == pytest.approx(NOISE.yaw_rad**2 / 2)
+
+
 def test_a_yaw_turns_the_axes_and_its_whole_turns_are_of_no_account() -> None:
     """A body whose attitude began at 0 while it really points to y moves along y."""
     for turns in (0, 1, -2):
@@ -175,6 +241,15 @@ def test_a_yaw_turns_the_axes_and_its_whole_turns_are_of_no_account() -> None:
         assert offset == pytest.approx(0.0, abs=0.01)
         assert kept.state.planar.position == pytest.approx(1j * y, abs=0.02)
         assert abs(kept.state.planar.bias) < 0.02
+
+
+def test_two_positions_of_one_instant_count_in_the_order_in_which_they_came() -> None:
+    kept = history()
+    kept.add(Span(0, TICK, Body(0).tick()))
+    fixes = [Taken(TICK, PositionFix(x_m, 2.0, 0.0), may_restart=False) for x_m in (1.0, 1.5)]
+    first, second = kept.insert(fixes)
+    assert (first.innovation_x_m, first.innovation_y_m, first.normalized) == (0.0, 0.0, 0.0)
+    assert (second.innovation_x_m, second.innovation_y_m) == (0.5, 0.0)
 
 
 def test_two_positions_between_two_samples_count_in_the_order_of_their_origin() -> None:

@@ -221,9 +221,18 @@ BUSY = State("Busy", "short", Arrow("out!1", "Idle"))
         ((IDLE, State("Busy", -1, Arrow("", "Idle"))), "expected whole nanoseconds"),
         ((State("Idle", NEVER, Arrow("first?1 second?1", "Idle")),), "expected one port[?]value"),
         ((State("Idle", "short", Arrow("out=1", "Idle")),), "expected one port[?]value"),
-        ((State("Idle", NEVER, Arrow("third?1", "Idle")),), "third[?]1: no input port 'third'"),
-        ((State("Idle", "short", Arrow("first!1", "Idle")),), "first!1: no output port 'first'"),
-        ((State("Idle", NEVER, Arrow("first?many", "Idle")),), "a number or a declared word"),
+        (
+            (State("Idle", NEVER, Arrow("third?1", "Idle")),),
+            "third[?]1: no input port 'third'; expected one of first, second, message, text",
+        ),
+        (
+            (State("Idle", "short", Arrow("first!1", "Idle")),),
+            "first!1: no output port 'first'; expected one of out, also",
+        ),
+        (
+            (State("Idle", NEVER, Arrow("first?many", "Idle")),),
+            r"a declared word \(number, double, successor, angle\)",
+        ),
         ((State("Idle", NEVER, Arrow("text?1", "Idle")),), "a port of list carries no number"),
         ((State("Idle", "short", Arrow("out!number", "Idle")),), "no input ever keeps a 'number'"),
     ],

@@ -5,7 +5,7 @@ import pytest
 
 from firmware_runtime.models.motion import Path, Profile
 from firmware_runtime.models.trajectory_file import Spline
-from firmware_runtime.models.trajectory_paths import Circle, Hold, Line, Pose
+from firmware_runtime.models.trajectory_paths import Circle, Hold, Line, Pose, RejoinLimits, rejoin
 
 STEP_S = 1e-4
 HERE, THERE = Pose(1.0, -2.0, 0.5), Pose(4.0, 2.0, -1.5)
@@ -95,9 +95,10 @@ def test_a_circle_keeps_its_radius_and_comes_back_after_a_lap() -> None:
         assert circle.at(t_s + 20.0).x.position == pytest.approx(x.position)
 
 
-def test_a_circle_begins_ahead_of_its_centre_unless_told_otherwise() -> None:
+def test_a_circle_begins_ahead_of_its_centre_and_turns_to_the_left_unless_told_otherwise() -> None:
     x, y, _ = Circle(HERE, 1.5, 20.0).at(0.0)
     assert (x.position, y.position) == (HERE.x_m + 1.5, HERE.y_m)
+    assert (x.rate, y.rate) == pytest.approx((0.0, 1.5 * math.tau / 20.0))
 
 
 def test_a_hold_is_at_rest_where_it_says() -> None:
@@ -110,3 +111,33 @@ def test_a_trapezoid_moves_at_constant_speed_in_between() -> None:
     line = PATHS["trapezoid"]
     middle = [line.at(line.duration_s / 2 + n * 0.1) for n in range(-10, 11)]
     assert all(a.x.rate == b.x.rate for a, b in pairwise(middle))
+
+
+BACK = RejoinLimits(0.5, 0.25, 0.75, least_s=0.1, ramp_s=2.0)
+STRAYED = {
+    "far": ((3.0, 0.0), (4.0, 0.0), (0.0, 0.0)),
+    "near": ((0.03, 0.0), (-0.04, 0.0), (0.0, 0.0)),
+    "fast": ((0.0, 0.3), (0.0, -0.4), (0.0, 0.0)),
+    "turned": ((0.0, 0.0), (0.0, 0.0), (-2.0, 0.0)),
+}
+
+
+@pytest.mark.parametrize("offsets", STRAYED.values(), ids=STRAYED)
+def test_the_way_back_to_a_path_exceeds_no_limit_and_reaches_one_of_them(
+    offsets: tuple[tuple[float, float], ...],
+) -> None:
+    back, path = rejoin(offsets, BACK, 0.0), Hold(HERE).at(0.0)
+    points = [back.added_to(path, back.duration_s * n / 1000) for n in range(1000)]
+    shares = (
+        max(math.hypot(x.rate, y.rate) for x, y, _ in points) / 0.5,
+        max(math.hypot(x.acceleration, y.acceleration) for x, y, _ in points) / 0.25,
+        max(abs(yaw.rate) for _, _, yaw in points) / 0.75,
+    )
+    assert 0.998 < max(shares) <= 1.0 + 1e-9
+    for begins, ends, at, (off, rate) in zip(points[0], points[-1], path, offsets, strict=True):
+        assert begins[:2] == pytest.approx((at.position + off, rate))
+        assert ends == pytest.approx((at.position, 0.0, 0.0), abs=1e-2)
+
+
+def test_the_way_back_takes_a_least_time_however_near_the_path_is() -> None:
+    assert rejoin([(1e-6, 0.0), (0.0, 0.0), (0.0, 0.0)], BACK, 0.0).duration_s == 0.1

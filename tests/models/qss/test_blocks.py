@@ -129,6 +129,7 @@ def test_gain_and_sum_are_exact_and_a_product_is_within_its_tolerance() -> None:
     [
         (lambda: Gain("g", math.nan), "weight is nan"),
         (lambda: Sum("s", [1.0, math.inf]), "weight is inf"),
+        (lambda: Gain("g", 10**400), "weight is 10+"),
         (lambda: Sum("s", ["1"]), "weight is '1'"),  # type: ignore[list-item]
         (lambda: Switch("s", math.nan), "threshold is nan"),
         (lambda: Sine("s", math.nan), "frequency_hz is nan"),
@@ -142,6 +143,36 @@ def test_a_number_that_is_not_finite_is_refused_by_its_name(
         block()
 
 
+@pytest.mark.parametrize(
+    ("block", "says"),
+    [
+        (lambda: Function("f", "x", ["x"], order=5), "order is 5; expected 1, 2 or 3"),
+        (lambda: Function("f", "x", ["x"], tolerance=0.0), "tolerance is 0.0; expected more than"),
+        (lambda: Function("f", "x", ["x"], tolerance=math.inf), "tolerance is inf; expected"),
+        (lambda: Sum("s", []), "0 inputs; expected 1 or more"),
+        (lambda: Hysteresis("h", 1.0, 1.0), "lower is 1.0; expected less than upper, 1.0"),
+        (lambda: Quantizer("q", 0.0), "step is 0.0; expected more than 0"),
+        (lambda: Quantizer("q", math.inf), "step is inf; expected more than 0"),
+        (lambda: VariableDelay("d", 0.0), "longest_s is 0.0; expected more than 0"),
+        (lambda: VariableDelay("d", math.inf), "longest_s is inf; expected more than 0"),
+        (lambda: SegmentDelay("d", -1), "a delay of -1; expected whole ns, 0 or more"),
+        (lambda: Hold("h", 0), "a period of 0; expected whole ns, 1 or more"),
+        (lambda: Square("q", 1e-9), "period_s is 1e-09; expected 4e-9 or more"),
+        (lambda: Square("q", math.inf), "period_s is inf; expected"),
+        (lambda: Square("q", 1.0, duty=1.5), "duty is 1.5; expected 0 to 1"),
+        (lambda: Square("q", 1.0, duty=-0.5), "duty is -0.5; expected 0 to 1"),
+        (lambda: Samples("s", []), "0 samples; expected 1 or more"),
+        (lambda: Step("s", -1.0), "expected instants of 0 s or more"),
+        (lambda: Step("s", math.inf), "expected instants of 0 s or more"),
+    ],
+)
+def test_a_block_that_could_not_work_is_refused_with_what_is_expected(
+    block: Callable[[], Atomic], says: str
+) -> None:
+    with pytest.raises(ModelError, match=says):
+        block()
+
+
 def test_a_hysteresis_changes_at_its_two_levels() -> None:
     diagram = Diagram()
     triangle = diagram.add(Samples("in", [(0.0, 0.0), (2.0, 2.0), (4.0, 0.0)]))
@@ -152,6 +183,14 @@ def test_a_hysteresis_changes_at_its_two_levels() -> None:
         (round(1.5 * SECOND), 1.0),
         (round(3.5 * SECOND), -1.0),
     ]
+
+
+def test_a_hysteresis_changes_where_its_input_jumps_to_a_level_and_stays_there() -> None:
+    diagram = Diagram()
+    steps = diagram.add(Samples("in", [(0.0, 0.0), (1.0, 1.5), (2.0, 0.5)], holds=True))
+    diagram.run(diagram.add(Hysteresis("relay", 0.5, 1.5), in_=steps))
+    sent = [(at / SECOND, each.value) for at, each in diagram.sent]
+    assert sent == [(0.0, 0.0), (1.0, 1.0), (2.0, 0.0)]
 
 
 @pytest.mark.parametrize(("begins_at", "sent"), [(1.4, [-1.0]), (1.6, [-1.0, 1.0])])
@@ -194,6 +233,24 @@ def test_a_quantizer_starts_below_its_input_and_takes_one_that_turns_at_an_edge(
     assert sent == [(0.0, 0.0), (0.25, 1.0), (0.5, 2.0), (0.75, 3.0)]
 
 
+@pytest.mark.parametrize(
+    ("begins_at", "slope", "step", "sent"),
+    [
+        (0.75, 0.0, 0.25, [(0.0, 0.75)]),
+        (0.7, 0.5, 0.1, [(0.0, 0.7), (0.2, 0.8), (0.4, 0.9)]),
+        (0.7, -0.5, 0.1, [(0.0, 0.6), (0.2, 0.5), (0.4, 0.4)]),
+    ],
+)
+def test_a_quantizer_that_begins_at_an_edge_is_on_the_side_to_which_its_input_goes(
+    begins_at: float, slope: float, step: float, sent: list[tuple[float, float]]
+) -> None:
+    diagram = Diagram()
+    ramp = diagram.add(Ramp("ramp", slope, start=begins_at))
+    diagram.run(diagram.add(Quantizer("quantizer", step), in_=ramp), SECOND // 2)
+    found = [(at / SECOND, each.value) for at, each in diagram.sent]
+    assert found == [pytest.approx(each, abs=1e-6) for each in sent]
+
+
 def test_a_quantizer_sends_nothing_before_its_input_has_come() -> None:
     bench = AtomicBench(quantizer := Quantizer("quantizer", 1.0))
     bench.run(1000)
@@ -219,11 +276,30 @@ def test_a_hold_samples_at_its_period_and_a_sample_hold_at_its_trigger() -> None
     assert [at(t) for t in (1.9, 2.5)] == pytest.approx([-1.0, 2.0])
 
 
+def test_an_input_between_two_samples_of_a_hold_does_not_put_the_next_one_off() -> None:
+    diagram = Diagram()
+    triangle = diagram.add(Samples("in", [(0.0, 0.0), (1.0, 1.0), (2.0, 0.0)]))
+    diagram.run(diagram.add(Hold("hold", 300 * MILLISECOND), in_=triangle), 2 * SECOND)
+    assert [at for at, _ in diagram.sent] == [n * 300 * MILLISECOND for n in range(7)]
+    values = [each.value for _, each in diagram.sent]
+    assert values == pytest.approx([0.0, 0.3, 0.6, 0.9, 0.8, 0.5, 0.2])
+
+
 def test_delays_give_what_was_then() -> None:
     diagram = Diagram()
     triangle = diagram.add(Samples("in", [(0.0, 0.0), (1.0, 1.0), (2.0, 0.0)]))
     at = diagram.run(diagram.add(SegmentDelay("late", 500 * MILLISECOND, -3.0), in_=triangle))
     assert [at(t) for t in (0.4, 1.0, 2.0, 4.0)] == pytest.approx([-3.0, 0.5, 0.5, 0.0])
+
+
+def test_a_delay_sends_zero_until_something_has_come_through_unless_told_otherwise() -> None:
+    for delay in (SegmentDelay("late", SECOND), VariableDelay("late", 2.0)):
+        diagram = Diagram()
+        diagram.add(delay, in_=diagram.add(Constant("in", 3.0)))
+        if isinstance(delay, VariableDelay):
+            diagram.top.couple(diagram.add(Constant("delay", 1.0)).out_ports["out"], delay.delay)
+        at = diagram.run(delay)
+        assert [at(t) for t in (0.0, 0.9, 1.1)] == [0.0, 0.0, 3.0]
 
 
 def test_a_variable_delay_looks_back_as_far_as_the_signal_says() -> None:
@@ -239,6 +315,14 @@ def test_a_variable_delay_looks_back_as_far_as_the_signal_says() -> None:
 
     for t in (0.1, 0.19, 0.21, 1.0, 2.1, 2.3, 4.1, 4.3):
         assert at(t) == pytest.approx(exact(t), abs=1e-8)
+
+
+def test_a_variable_delay_sends_where_its_input_turns_and_where_that_is_seen_alone() -> None:
+    diagram = Diagram()
+    triangle = diagram.add(Samples("in", [(0.0, 0.0), (1.0, 1.0), (2.0, 0.0)]))
+    delay = diagram.add(Constant("delay", 0.5))
+    diagram.run(diagram.add(VariableDelay("late", 5.0), in_=triangle, delay=delay))
+    assert [at / SECOND for at, _ in diagram.sent] == [0.0, 0.5, 1.0, 1.5, 2.0, 2.5]
 
 
 def test_a_delay_that_grows_faster_than_time_looks_back_over_what_has_been() -> None:
@@ -271,6 +355,26 @@ def test_a_delay_counts_as_none_exactly_while_it_is_below_zero() -> None:
 def test_a_delay_that_grows_beyond_the_longest_is_an_error_when_it_does() -> None:
     with pytest.raises(ModelError, match=r"a delay of 2 s; expected 2 s at most"):
         delayed_by(Ramp("d", 1.0))
+
+
+@pytest.mark.parametrize("order", [1, 2, 3])
+def test_a_function_sends_as_many_coefficients_as_its_order_within_its_tolerance(
+    order: int,
+) -> None:
+    diagram = Diagram()
+    power = diagram.add(Function("power", "t * t * t * t", order=order, tolerance=0.1))
+    at = diagram.run(power, 2 * SECOND)
+    assert [at(t) for t in (0.5, 1.0, 1.9)] == pytest.approx([0.0625, 1.0, 13.0321], abs=0.1)
+    assert not any(any(each[order:]) for _, each in diagram.sent)
+
+
+@pytest.mark.parametrize("divisor", ["x - 1/3", "t - 1/3"])
+def test_a_function_whose_divisor_passes_zero_ends_there(divisor: str) -> None:
+    diagram = Diagram()
+    ramp = diagram.add(Ramp("ramp", 1.0))
+    function = Function("function", f"1 / ({divisor}) + 0 * x", ["x"], tolerance=1e6)
+    with pytest.raises(ModelError, match=r"has no value at 0\.333333334 s.*goes through 0"):
+        diagram.run(diagram.add(function, x=ramp))
 
 
 def test_a_function_waits_until_each_input_has_a_value() -> None:

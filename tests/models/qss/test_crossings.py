@@ -89,6 +89,32 @@ def test_a_jump_over_zero_is_a_crossing_at_that_instant() -> None:
     assert watched.events == [(SECOND, True)]
 
 
+def test_a_jump_over_zero_is_a_crossing_though_the_value_goes_back_from_there() -> None:
+    watched = Watched()
+    watched.feed(0, -1.0)
+    for at_s in (1, 3):
+        watched.feed(at_s * SECOND, 1.0, -1.0)
+        watched.simulator.run((at_s + 1) * SECOND)
+    assert watched.events == [(at_s * SECOND, at_s % 2 == 1) for at_s in (1, 2, 3, 4)]
+
+
+@pytest.mark.parametrize(("before", "events"), [(-1.0, [(SECOND, True)]), (1.0, [])])
+def test_a_value_that_comes_to_stand_at_zero_is_above_it(
+    before: float, events: list[tuple[int, bool]]
+) -> None:
+    watched = Watched()
+    watched.feed(0, before)
+    watched.feed(SECOND, 0.0)
+    assert watched.events == events
+
+
+def test_a_value_that_stood_at_zero_from_the_start_crosses_it_where_it_jumps_below() -> None:
+    watched = Watched()
+    watched.feed(0, 0.0)
+    watched.feed(SECOND, -1.0)
+    assert watched.events == [(SECOND, False)]
+
+
 def test_a_value_that_touches_zero_and_turns_back_has_not_crossed() -> None:
     watched = Watched()
     watched.feed(0, 1.0, -2.0, 1.0)
@@ -154,13 +180,14 @@ def test_leaving_a_band_is_found_for_lines_parabolas_and_cubics() -> None:
     generator = random.Random(5)  # noqa: S311
     for _ in range(300):
         a, b, c, d = (generator.uniform(-1.0, 1.0) for _ in range(4))
-        for found, third in (
-            (leaves_band(1.0, a, b, c), 0.0),
-            (leaves_band(1.0, a, b, c, d), d),
+        for found, second, third in (
+            (leaves_band(1.0, a, b), 0.0, 0.0),
+            (leaves_band(1.0, a, b, c), c, 0.0),
+            (leaves_band(1.0, a, b, c, d), c, d),
         ):
 
             def value(
-                t: float, a: float = a, b: float = b, c: float = c, d: float = third
+                t: float, a: float = a, b: float = b, c: float = second, d: float = third
             ) -> float:
                 return abs(a + t * (b + t * (c + t * d)))
 
@@ -183,6 +210,7 @@ def test_a_fall_below_zero_is_found_or_is_not_there() -> None:
     assert falls_below_zero(-1.0, -1.0, 5.0) == 0.0
     assert falls_below_zero(-1.0, 2.0, -2.0) == 0.5  # where it turns back
     assert falls_below_zero(-1.0, 1.0, -1.0, 0.1) == pytest.approx(0.5445, abs=1e-4)
+    assert falls_below_zero(1.0, -1.0, -1.0, 1.0) == math.inf  # touches zero at 1
 
 
 @pytest.mark.parametrize("restitution", [0.8, 0.05])

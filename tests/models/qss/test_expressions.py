@@ -4,6 +4,7 @@ import ast
 import math
 import random
 from collections.abc import Callable
+from operator import mul, truediv
 
 import pytest
 
@@ -126,6 +127,60 @@ def test_the_range_of_a_function_is_that_of_its_values(
         values = [getattr(math, name)(low + (high - low) * n / 500) for n in range(501)]
         found = RANGES[f"{name}_"](low, high)
         assert found == pytest.approx((min(values), max(values)), abs=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "divisors"),
+    [
+        ("product_", mul, (-4.0, 4.0)),
+        ("quotient_", truediv, (0.1, 4.0)),
+        ("quotient_", truediv, (-4.0, -0.1)),
+    ],
+)
+def test_the_range_of_two_arguments_is_that_of_their_values(
+    name: str, value: Callable[[float, float], float], divisors: tuple[float, float]
+) -> None:
+    generator = random.Random(name)  # noqa: S311
+    for _ in range(30):
+        one, other = (
+            sorted(generator.uniform(*each) for _ in range(2)) for each in ((-4.0, 4.0), divisors)
+        )
+        values = [value(a, b) for a in one for b in other]  # none is beyond those of the ends
+        assert RANGES[name](*one, *other) == pytest.approx((min(values), max(values)))
+
+
+@pytest.mark.parametrize(
+    ("ends", "expected"),
+    [((-3.0, 2.0), (0.0, 9.0)), ((1.0, 2.0), (1.0, 4.0)), ((-3.0, -0.5), (0.25, 9.0))],
+)
+def test_the_range_of_a_square_is_never_below_zero(
+    ends: tuple[float, float], expected: tuple[float, float]
+) -> None:
+    assert RANGES["square_"](*ends) == expected
+
+
+@pytest.mark.parametrize("exponent", [-1.5, 0.5, 2.5])
+def test_the_range_of_a_power_is_that_of_its_values(exponent: float) -> None:
+    generator = random.Random(exponent)  # noqa: S311
+    for _ in range(30):
+        ends = sorted(generator.uniform(0.1, 4.0) for _ in range(2))
+        expected = sorted(each**exponent for each in ends)
+        assert RANGES["power_"](*ends, exponent) == pytest.approx(tuple(expected))
+
+
+@pytest.mark.parametrize(("ends", "most"), [((0.5, 3.0), 2.0), ((-3.0, -0.25), 4.0)])
+def test_a_reciprocal_is_bounded_by_that_of_the_end_next_to_zero(
+    ends: tuple[float, float], most: float
+) -> None:
+    assert RANGES["inverse_"](*ends) == most
+
+
+@pytest.mark.parametrize("ends", [(-1.0, 2.0), (0.0, 2.0), (-2.0, 0.0)])
+def test_what_may_pass_zero_has_no_bound_as_a_divisor(ends: tuple[float, float]) -> None:
+    assert RANGES["inverse_"](*ends) == math.inf
+    assert RANGES["quotient_"](1.0, 1.0, *ends) == (-math.inf, math.inf)
+    if ends[0] < 0.0:
+        assert RANGES["power_"](*ends, 0.5) == (-math.inf, math.inf)
 
 
 def sides_at(program: Program, t: float, flat: list[float]) -> list[bool]:

@@ -63,6 +63,18 @@ def test_an_event_sets_no_state_and_no_discrete_value_beyond_all_numbers(name: s
         solve(System(**SOUND, discrete={"n": 0}, events=[event]), 1.0)
 
 
+@pytest.mark.parametrize("times", [[1.0, 0.5], [-1.0, 0.5]])
+def test_times_that_do_not_ascend_from_the_start_are_refused(times: list[float]) -> None:
+    with pytest.raises(ConfigError, match="times do not ascend; expected instants from 0 s on"):
+        solve(System(**SOUND), times=times)
+
+
+@pytest.mark.parametrize("until", [0.0, -1.0, math.inf])
+def test_a_solution_has_a_duration(until: float) -> None:
+    with pytest.raises(ConfigError, match=f"until {until} s, 1001 samples; expected more than 0 s"):
+        solve(System(**SOUND), until)
+
+
 def test_what_is_no_system_cannot_be_solved() -> None:
     with pytest.raises(ConfigError, match="expected a System"):
         solve({"x": "-x"}, 1.0)  # type: ignore[arg-type]  # the mistake

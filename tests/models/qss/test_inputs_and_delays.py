@@ -5,7 +5,8 @@ import math
 import pytest
 
 from firmware_runtime.errors import ConfigError
-from firmware_runtime.models.qss import Constant, Samples, Sine, System, When, solve
+from firmware_runtime.models.qss import Constant, Samples, Segment, Sine, System, When, solve
+from firmware_runtime.models.qss.sources import Schedule
 
 METHODS = ["QSS1", "QSS2", "QSS3", "LIQSS2"]
 
@@ -15,6 +16,13 @@ def test_a_state_may_be_its_own_derivative(method: str) -> None:
     system = System(states={"x": 1.0}, equations={"x": "x"}, method=method)
     _, values = solve(system, times=[1.0])
     assert values["x"] == pytest.approx([math.e], abs=2e-3)
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_a_rate_may_grow_with_time(method: str) -> None:
+    system = System(states={"x": 1.0}, equations={"x": "-exp(t) * x"}, method=method)
+    _, values = solve(system, times=[1.0])
+    assert values["x"] == pytest.approx([math.exp(1.0 - math.e)], abs=2e-3)
 
 
 @pytest.mark.parametrize(("method", "quantum"), [("QSS2", 1e-6), ("QSS3", 1e-8), ("LIQSS2", 1e-6)])
@@ -35,6 +43,19 @@ def test_a_sine_of_an_input_is_within_the_quantum_however_small(
         for t in times
     ]
     assert values["x"] == pytest.approx(exact, abs=quantum)
+
+
+def test_what_does_not_read_an_input_goes_on_before_that_has_come() -> None:
+    system = System(
+        states={"x": 0.0, "y": 0.0},
+        discrete={"n": 0},
+        equations={"x": "u", "y": "1"},
+        inputs={"u": Schedule("u", [(1.0, Segment(2.0))])},
+        events=[When("y > 0.25", n="n + 1"), When("u > 1", n="n + 10")],
+        outputs=["x", "y", "n"],
+    )
+    _, values = solve(system, times=[0.5, 2.0])
+    assert values == {"x": [0.0, 2.0], "y": [0.5, 2.0], "n": [1.0, 1.0]}
 
 
 @pytest.mark.slow

@@ -239,6 +239,11 @@ def test_a_step_of_less_than_a_nanosecond_is_refused(method: type[Integrator]) -
         Simulation(system).advance(SECOND)
 
 
+@pytest.mark.parametrize("method", [QSS1, QSS2, QSS3, LIQSS2])
+def test_a_method_says_how_many_coefficients_its_derivative_has(method: type[Integrator]) -> None:
+    assert method("x", 0.0, 1e-3).states["x"].order == method.order
+
+
 def test_a_derivative_of_too_high_a_degree_is_refused() -> None:
     top = Coupled("top")
     x = top.add(QSS1("x", 0.0, 1e-3))

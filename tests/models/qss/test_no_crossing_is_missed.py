@@ -1,12 +1,16 @@
 """Every crossing of a function is found, however short it is and however long one solves."""
 
 import math
+import random
 from functools import cache
 from typing import Any
 
 import pytest
 
 from firmware_runtime.models.qss import Sine, System, When, solve
+from firmware_runtime.models.qss.expression import parse
+from firmware_runtime.models.qss.program import Layout, compile_condition
+from firmware_runtime.models.qss.watch import Watch
 
 METHODS = ("QSS1", "QSS2", "QSS3", "LIQSS2")
 
@@ -59,6 +63,30 @@ def test_pulses_of_a_small_share_of_their_period_are_all_found(duty: float, peri
     _, values = solve(system, times=[periods + 0.25])
     assert values["n"] == [periods + 1.0]
     assert values["x"][0] == pytest.approx((periods + 0.5) * duty, abs=2e-9 * periods)
+
+
+@pytest.mark.parametrize("scale", [0.01, 1.0, 1000.0])
+@pytest.mark.parametrize(
+    "text",
+    ["cos(x) + 0.6", "sin(x) * cos(0.7 * x) - 0.1", "x**4 - 20 * x - 2", "exp(-x) - 0.3"],
+)
+def test_a_value_stays_on_its_side_for_as_long_as_is_said(text: str, scale: float) -> None:
+    generator, layout = random.Random(text), Layout({"x": 2}, {})  # noqa: S311
+    (condition,) = compile_condition(parse(f"{scale!r} * ({text})"), layout, at_zero=True)
+    watch = Watch([condition])
+    for _ in range(100):
+        x, rate = generator.uniform(-3.0, 3.0), generator.uniform(-2.0, 2.0)
+        watch.spans = [generator.uniform(0.1, 8.0)]
+        clear = min(watch.settle(0.0, [x, rate]), 100.0)
+        side = 1.0 if watch.sides[0] else -1.0
+        for share in range(1, 20):
+            value, *_ = condition.code(0.0, [], [x + rate * clear * share / 20, rate])
+            assert side * value > 0.0
+
+
+def test_what_stands_still_is_never_looked_at_again() -> None:
+    (condition,) = compile_condition(parse("cos(x) - 2"), Layout({"x": 2}, {}), at_zero=True)
+    assert Watch([condition]).settle(0.0, [0.3, 0.0]) == math.inf
 
 
 @pytest.mark.slow

@@ -22,6 +22,15 @@ def test_a_pole_that_is_passed_between_two_events_ends_the_solution(text: str, m
         solve(system, until=2.0, samples=3)
 
 
+@pytest.mark.parametrize("method", METHODS)
+def test_a_root_of_what_runs_out_is_followed_up_to_the_instant_at_which_it_has_none(
+    method: str,
+) -> None:
+    system = System(states={"y": 0.0}, equations={"y": "sqrt(1 - t)"}, method=method, quantum=0.1)
+    with pytest.raises(ModelError, match=r"has no value at 1\.00000000[01] s"):
+        solve(system, until=2.0, samples=2)
+
+
 @pytest.mark.parametrize("method", ["QSS2", "QSS3", "LIQSS2"])
 def test_a_state_that_runs_into_its_own_pole_ends_there_instead_of_chattering(method: str) -> None:
     system = System(states={"x": 1.0}, equations={"x": "-1/x"}, method=method)
