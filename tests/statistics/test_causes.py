@@ -303,9 +303,13 @@ def test_prometheus_has_it() -> None:
     counts.own[Reason.STALE] = 2
     for index, number in enumerate(counts.row(is_good=True, silences=0)):
         file.cells[LINKED.link + index] = number
+    Histogram(file.cells[LINKED.link_age]).record(1_500_000)
+    Histogram(file.cells[LINKED.round_trip]).record(3_000_000)
     text = exposition("rover.controller", file.statistics())
     assert 'firmware_runtime_link_sent_total{board="rover.controller"} 7.0' in text
     assert 'reason="stale"} 2.0' in text
+    for name, spent_s in (("link_age", 0.0015), ("link_round_trip", 0.003)):
+        assert f'{name}_seconds_sum{{board="rover.controller"}} {spent_s}' in text
     assert "link" not in exposition("rover", file_of(Layout()).statistics())
 
 

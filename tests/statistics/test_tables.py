@@ -92,7 +92,9 @@ def test_kinds_beyond_the_last_are_counted_together() -> None:
 
 def test_one_kind_beyond_the_last_counts_too() -> None:
     kinds = [FaultCount(f"Kind{n}", 1, n, n, "") for n in range(KINDS + 1)]
-    assert [each.count for each in kept(*kinds)] == [1] * (KINDS + 1)
+    assert [(each.count, each.first_at) for each in kept(*kinds)] == [
+        (1, n) for n in range(KINDS + 1)
+    ]
 
 
 def test_what_came_since_a_reading() -> None:
