@@ -282,6 +282,15 @@ def test_a_ring_passed_over_does_not_show_spans_of_a_round_ago() -> None:
     ]
 
 
+def test_of_the_last_seconds_those_passed_over_do_not_count_what_was_a_round_ago() -> None:
+    run = Counted()
+    for at in (7, 126, 128):
+        run.step(at * SECOND, lateness=at)
+    lately = run.timeline.lately(125 * SECOND)
+    assert (lately.begin_ns, lately.activations) == (126 * SECOND, 2)
+    assert lately.lateness_max_ns == 128
+
+
 @given(st.lists(st.integers(1, 400 * SECOND), min_size=1, max_size=60))
 def test_spans_do_not_overlap_and_none_counts_twice(gaps: list[int]) -> None:
     run, at = Counted(), 0
