@@ -30,7 +30,7 @@ from firmware_runtime.statistics.file_header import RunState
 from firmware_runtime.statistics.histogram import Distribution
 from firmware_runtime.statistics.number_formats import milliseconds
 from firmware_runtime.statistics.rows import DeadlineRow
-from firmware_runtime.statistics.run_text import link_text, statistics_text
+from firmware_runtime.statistics.run_text import causes_text, link_text, statistics_text
 from tests.support.written_run import WrittenRun
 
 LATE = (0.1, 13.0)
@@ -180,6 +180,14 @@ def test_they_are_twelve_at_most_and_what_has_no_room_is_counted() -> None:
     assert closing_lines(["did"], wrong[:9], ["off", "on time"]) == [
         *("did", *wrong[:9], "off", "on time")
     ]
+
+
+def test_of_what_an_activation_spent_its_time_on_the_four_longest_are_said() -> None:
+    causes = Causes(3.0, 0.0, 1.0, {"i2c1": {"0x40": 5.0}}, {"imu": 7.0, "yaw": 2.0})
+    assert causes_text(causes) == (
+        "imu 7.0 us, on the wire i2c1 0x40 5.0 us, waking 3.0 us, yaw 2.0 us"
+    )
+    assert causes_text(Causes(0.0, 0.0, 0.0, {}, {})) == "nothing measurable"
 
 
 def test_a_robot_without_words_of_its_own_is_said_to_have_run() -> None:
