@@ -110,6 +110,21 @@ def test_a_model_that_has_not_run_is_shown_with_none_of_its_activations() -> Non
     assert ["compass", "100", "Hz", "0", "-"] in rows
 
 
+@pytest.mark.parametrize(
+    ("run", "reactions", "said"),
+    [(0, 0, ["0", "-"]), (1, 0, ["1", "-"]), (1, 2, ["1", "2"]), (0, 2, ["-", "2"])],
+)
+def test_a_model_that_only_reacts_has_a_dash_for_activations_and_another_for_reactions(
+    run: int, reactions: int, said: list[str]
+) -> None:
+    figures = run_of(0.1)
+    models = dict(figures.models)
+    models["imu"] = replace(models["imu"], run=run, reactions=reactions)
+    rows = [each.split() for each in statistics_text(replace(figures, models=models))]
+    (row,) = (each for each in rows if each[:3] == ["imu", "100", "Hz"])
+    assert row[3:5] == said
+
+
 def test_in_virtual_time_nothing_can_be_late() -> None:
     found = run_of(0.0, clock="VirtualClock")
     assert punctuality(found) == "in virtual time: nothing can be late"

@@ -110,6 +110,14 @@ def test_a_run_is_kept_at_once_each_minute_and_at_its_end(rig: Rig) -> None:
     assert (rig.files, len(rig.reported)) == (["robot-0001.stats"], reported)
 
 
+def test_what_was_kept_is_not_written_again_at_each_look(rig: Rig) -> None:
+    run = rig.begin()
+    rig.poll()
+    run.activation(0, 20_000, 300_000)
+    rig.poll()
+    assert activations(rig.folder / "robot-0001.stats") == 0
+
+
 def test_a_late_activation_is_kept_once_for_a_while(rig: Rig) -> None:
     run = rig.begin()
     rig.poll()
