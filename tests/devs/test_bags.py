@@ -144,6 +144,7 @@ Bags: TypeAlias = tuple[InPort[Any], ...]
     ("feeds", "pools_"),
     [
         pytest.param([(A, B, C), (A, B, C)], [(A, B, C)], id="two ports that feed the same bags"),
+        pytest.param([(A, B), (A, B)], [(A, B)], id="two ports that feed the same two"),
         pytest.param([(A, B), (C, D)], [], id="one port alone"),
         pytest.param([(A, B, C), (A, B, C), (B, C)], [(B, C)], id="those that the same ones feed"),
         pytest.param([(A, B), (A, B), (B, C), (B, C)], [], id="none that the same ones feed"),

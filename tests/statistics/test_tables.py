@@ -108,6 +108,12 @@ def test_what_came_since_a_reading() -> None:
     }
 
 
+def test_a_fault_that_came_once_since_a_reading_is_in_the_difference() -> None:
+    later = reading(NotReady=(4, 1, 9), BusFault=(1, 6, 6))
+    found = difference(later, reading(NotReady=(3, 1, 4))).faults()["imu"]
+    assert {kind: each.count for kind, each in found.items()} == {"NotReady": 1, "BusFault": 1}
+
+
 def test_the_sum_of_runs_has_no_instants() -> None:
     runs = [reading(NotReady=(7, 1, 9)), reading(BusFault=(2, 6, 8), NotReady=(1, 3, 3))]
     found = merged(runs).as_json()["faults"]["imu"]
