@@ -6,7 +6,7 @@ import pytest
 from msgspec import convert
 from msgspec.structs import replace
 
-from firmware_runtime.devs.time import MILLISECOND
+from firmware_runtime.devs.time import MILLISECOND, SECOND
 from firmware_runtime.statistics.blame import ABOUT, Blame, Cause
 from firmware_runtime.statistics.closing_text import (
     MOST,
@@ -28,7 +28,7 @@ from firmware_runtime.statistics.figures import (
 )
 from firmware_runtime.statistics.file_header import RunState
 from firmware_runtime.statistics.histogram import Distribution
-from firmware_runtime.statistics.number_formats import milliseconds
+from firmware_runtime.statistics.number_formats import local, milliseconds
 from firmware_runtime.statistics.rows import DeadlineRow
 from firmware_runtime.statistics.run_text import causes_text, link_text, statistics_text
 from tests.support.written_run import WrittenRun
@@ -108,6 +108,21 @@ def test_of_a_link_each_thing_that_went_wrong_is_said_from_the_first_on(count: i
 def test_a_model_that_has_not_run_is_shown_with_none_of_its_activations() -> None:
     rows = [each.split()[:5] for each in statistics_text(run_of(0.1))]
     assert ["compass", "100", "Hz", "0", "-"] in rows
+
+
+@pytest.mark.parametrize("began", [None, 1_700_000_000 * SECOND])
+def test_when_a_run_began_is_said_where_it_is_known(began: int | None) -> None:
+    figures = run_of(0.1)
+    run = replace(figures.conditions.run, began_ns=began)
+    figures = replace(figures, conditions=replace(figures.conditions, run=run))
+    said = [each for each in statistics_text(figures) if each.startswith("  began")]
+    assert said == ([] if began is None else [f"  began {local(began)}"])
+
+
+def test_of_the_causes_of_late_steps_the_most_frequent_is_said_first() -> None:
+    counted = {Cause.GARBAGE: 1, Cause.BUS: 7, Cause.DISK: 3}
+    lines = statistics_text(replace(run_of(0.1), late_by_cause=counted))
+    assert "  late steps by cause: bus 7, disk 3, garbage 1" in lines
 
 
 @pytest.mark.parametrize(

@@ -197,6 +197,8 @@ def test_a_takeover_by_the_guard_is_kept_too(rig: Rig) -> None:
     rig.begin()
     rig.poll()
     note_takeover(rig.kept, Takeover(1, rig.writer, 1, "no finished step for 205 ms", 10**6))
+    rig.poll()
+    assert rig.pieces == [], "what comes of it is kept too"
     rig.poll(10)
     assert rig.pieces == [("guard", 1)]
     assert rig.reported[-1].endswith("the guard took over")
