@@ -293,7 +293,7 @@ class Weighed:
 class Turned(NamedTuple):
     """A third one."""
 
-    count: int
+    turns: int
     angle: float
 
 
