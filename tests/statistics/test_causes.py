@@ -15,7 +15,7 @@ from firmware_runtime.statistics.blame import BLAME, CAUSES, BlameRow, Cause, se
 from firmware_runtime.statistics.comparison import difference, merged
 from firmware_runtime.statistics.figures import figures_of
 from firmware_runtime.statistics.file import StatisticsFile
-from firmware_runtime.statistics.histogram import Histogram
+from firmware_runtime.statistics.histogram import Histogram, bucket_of, upper_edge
 from firmware_runtime.statistics.history import WorstList
 from firmware_runtime.statistics.late_watch import Late, LateWatch
 from firmware_runtime.statistics.layout import LINK, Layout
@@ -222,6 +222,13 @@ def test_a_run_without_periodic_models_is_never_late() -> None:
     run = WrittenRun(replace(LAYOUT, models=(), deadlines=()))
     watch = LateWatch(LIMIT, run.statistics())
     assert watch.new_in(run.statistics()) is None
+
+
+def test_what_falls_into_the_first_bucket_wholly_over_the_limit_is_late() -> None:
+    run = late_run(5 * MILLISECOND)
+    watch = LateWatch(LIMIT, run.statistics())
+    activation(run, upper_edge(bucket_of(LIMIT)) + 1, kept=False)
+    assert watch.new_in(run.statistics()) == Late("imu", run.elapsed, LIMIT, exact=False)
 
 
 @pytest.mark.slow
