@@ -40,6 +40,16 @@ def test_an_instant_is_advanced_to_and_may_be_again() -> None:
     assert shell.clock.count == 1
 
 
+@pytest.mark.parametrize("kind", [Simulator, ClassicSimulator])
+def test_each_advance_to_an_instant_has_its_number(kind: type[Engine]) -> None:
+    simulator = kind(top(Clock("clock", 10)))
+    visits = []
+    for at in (0, 0, 7, 7, 7, 10):
+        simulator.advance(at)
+        visits.append(simulator.visit)
+    assert visits == [0, 1, 0, 1, 2, 0]
+
+
 def test_an_input_arrives_between_events_with_its_elapsed_time() -> None:
     shell = Shell()
     shell.inject(3, 1, 2)

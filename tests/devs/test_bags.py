@@ -1,7 +1,8 @@
 """What arrives where: bags, fan-out, ports, levels, and bags that share a pool."""
 
+from dataclasses import dataclass
 from math import inf, nan
-from typing import Any, TypeAlias
+from typing import Any, NamedTuple, TypeAlias
 
 import pytest
 from hypothesis import given
@@ -12,7 +13,7 @@ from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.classic import ClassicSimulator
 from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.engine import Engine
-from firmware_runtime.devs.finite import takes
+from firmware_runtime.devs.finite import check_of, takes
 from firmware_runtime.devs.ports import InPort, OutPort, Takes
 from firmware_runtime.devs.simulator import Simulator, pools
 from tests.support.devs_models import Clock, Echo, Log, Scripted, top
@@ -143,6 +144,7 @@ Bags: TypeAlias = tuple[InPort[Any], ...]
     ("feeds", "pools_"),
     [
         pytest.param([(A, B, C), (A, B, C)], [(A, B, C)], id="two ports that feed the same bags"),
+        pytest.param([(A, B), (A, B)], [(A, B)], id="two ports that feed the same two"),
         pytest.param([(A, B), (C, D)], [], id="one port alone"),
         pytest.param([(A, B, C), (A, B, C), (B, C)], [(B, C)], id="those that the same ones feed"),
         pytest.param([(A, B), (A, B), (B, C), (B, C)], [], id="none that the same ones feed"),
@@ -280,6 +282,41 @@ class Measured(Struct):
     value: float
 
 
+@dataclass
+class Weighed:
+    """Another, whose types are stated in words."""
+
+    name: "str"
+    weight: "float"
+
+
+class Turned(NamedTuple):
+    """A third one."""
+
+    turns: int
+    angle: float
+
+
+class Bare(tuple[float, ...]):
+    """A sequence that does not say of what."""
+
+    __slots__ = ()
+
+
+class Counted(Struct):
+    """A record without a float."""
+
+    name: str
+    count: "int"
+
+
+class Numbered(NamedTuple):
+    """Another."""
+
+    number: int
+    name: str
+
+
 @pytest.mark.parametrize(
     ("kind", "value", "is_taken"),
     [
@@ -287,6 +324,12 @@ class Measured(Struct):
         (tuple, (1.0, Measured(nan)), False),
         (tuple, (1, "one", None, Measured(2.0)), True),
         (list, [1.0, [Measured(inf)]], False),
+        (Measured, Measured(nan), False),
+        (Measured, Measured(1.0), True),
+        (Weighed, Weighed("one", inf), False),
+        (Turned, Turned(1, nan), False),
+        (Bare, Bare((1.0, nan)), False),
+        (Numbered, Numbered(1, "one"), True),
         (complex, complex(0.0, nan), False),
         (float, 10**400, False),
         (float, "of another type, for the checked mode to find", True),
@@ -296,3 +339,8 @@ def test_a_number_that_is_not_finite_is_found_however_deep_it_is(
     kind: type[object], value: object, *, is_taken: bool
 ) -> None:
     assert takes(Coupled("top").in_port("in", kind), value) is is_taken
+
+
+@pytest.mark.parametrize("kind", [int, bool, str, Counted, Numbered])
+def test_what_holds_no_float_is_not_checked(kind: type[object]) -> None:
+    assert check_of(Coupled("top").in_port("in", kind)) is None

@@ -123,6 +123,13 @@ def test_a_snapshot_of_an_untouched_model_is_equal_to_the_next() -> None:
     assert snapshot(model) == snapshot(model)
 
 
+def test_state_that_leads_back_to_itself_is_watched_too() -> None:
+    model = Stateful()
+    model.table["itself"] = model.table
+    Simulator(model, checked=True).run(5)
+    assert model.calls == [("internal", 0)]
+
+
 @pytest.mark.parametrize("function", ["on_internal", "on_external"])
 def test_sending_in_a_transition_is_refused(function: str) -> None:
     model = Scripted("model", sigma=5 if function == "on_internal" else NEVER)

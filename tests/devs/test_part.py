@@ -1,6 +1,7 @@
 """Instruments wrap a model's functions; a part behaves as it did in the whole."""
 
 from collections.abc import Callable
+from functools import partial
 
 import pytest
 
@@ -122,24 +123,45 @@ class OwnConfluent(Scripted):
         self.internal()
 
 
-def test_every_function_is_wrapped_and_a_default_confluent_is_the_two_it_stands_for() -> None:
-    notes: list[str] = []
+def meeting() -> Coupled:
+    """A clock that reaches two models as their time runs out, again and again, and one other."""
     clock, own, plain = Clock("clock", 5), OwnConfluent("own", 5), Scripted("plain", 5)
     waiting = Scripted("waiting")
     root = top(clock, own, plain, waiting)
     for model in (own, plain, waiting):
         root.couple(clock.ticks, model.inlet)
-    Simulator(root, instruments=[noting(notes, "i")]).run(5)
-    assert notes == [
-        "i clock.output",
-        "i own.output",
-        "i plain.output",
-        "i clock.internal",
-        "i own.confluent",
-        "i plain.internal",
-        "i plain.external",
-        "i waiting.external",
-    ]
+    for again in (own, plain):
+        again.on_internal = partial(again.hold_in, "again", 5)
+    return root
+
+
+MET = [
+    "i clock.output",
+    "i own.output",
+    "i plain.output",
+    "i clock.internal",
+    "i own.confluent",
+    "i plain.internal",
+    "i plain.external",
+    "i waiting.external",
+]
+
+
+def test_every_function_is_wrapped_and_a_default_confluent_is_the_two_it_stands_for() -> None:
+    notes: list[str] = []
+    Simulator(meeting(), instruments=[noting(notes, "i")]).run(5)
+    assert notes == MET
+
+
+def test_between_two_advances_an_instrument_may_come_and_go() -> None:
+    notes: list[str] = []
+    simulator = Simulator(meeting())
+    simulator.run(5)
+    with simulator.watched(noting(notes, "i")):
+        simulator.run(10)
+    simulator.run(15)
+    assert notes == MET
+    assert simulator.internal_transitions == 9
 
 
 def test_the_first_instrument_is_the_innermost() -> None:

@@ -1,7 +1,11 @@
 """What happens at an instant, and in which order."""
 
+import pytest
+
+from firmware_runtime.devs.classic import ClassicSimulator
+from firmware_runtime.devs.engine import Engine
 from firmware_runtime.devs.simulator import Simulator
-from firmware_runtime.devs.time import MILLISECOND, NEVER
+from firmware_runtime.devs.time import MILLISECOND, NEVER, SECOND
 from tests.support.devs_models import Clock, Echo, Log, Scripted, top, traced
 
 
@@ -153,3 +157,18 @@ def test_a_model_that_was_booked_later_and_becomes_imminent_now_is_not_activated
     model.on_external = lambda _elapsed: model.activate()
     Simulator(root).run(9)
     assert model.calls == [("external", 5), ("internal", 0)]
+
+
+@pytest.mark.parametrize("kind", [Simulator, ClassicSimulator])
+def test_a_timeout_that_every_input_puts_off_does_not_fill_the_memory(kind: type[Engine]) -> None:
+    model = Scripted("model")
+    model.on_external = lambda _elapsed: model.hold_in("waiting", SECOND)
+    root = top(model, Clock("clock", MILLISECOND))
+    inlet = root.in_port("in", int)
+    root.couple(inlet, model.inlet)
+    simulator = kind(root)
+    for at in range(1000):
+        simulator.inject(inlet, 1)
+        simulator.advance(at)
+    assert len(simulator.agenda.heap) < 100
+    assert (simulator.next_at, simulator.due_at(model)) == (MILLISECOND, 999 + SECOND)

@@ -1,6 +1,8 @@
 """The time advance, computed or set, how things stand before a run, and time itself."""
 
 import enum
+import gc
+from collections.abc import Callable, Iterator
 
 import numpy as np
 import pytest
@@ -93,6 +95,30 @@ def test_initial_conditions_hold_and_the_first_instant_is_not_lost() -> None:
     ]
 
 
+@pytest.fixture
+def collecting() -> Iterator[None]:
+    """Garbage is collected again afterwards."""
+    yield
+    gc.enable()
+
+
+@pytest.mark.usefixtures("collecting")
+@pytest.mark.parametrize("switch", [gc.enable, gc.disable])
+def test_no_garbage_is_collected_while_a_model_is_made_ready_and_then_it_is_as_before(
+    switch: Callable[[], None],
+) -> None:
+    collected: list[bool] = []
+
+    class Looking(Log):
+        def initialize(self) -> None:
+            collected.append(gc.isenabled())
+
+    switch()
+    before = gc.isenabled()
+    Simulator(top(Looking("looking")))
+    assert (collected, gc.isenabled()) == ([False], before)
+
+
 def test_a_model_of_passive_models_ends_at_once() -> None:
     simulator = Simulator(top(Log("log")))
     simulator.run(NEVER)
@@ -106,6 +132,7 @@ def test_an_atomic_model_alone_is_state_in_and_state_out() -> None:
     assert (echo.held, echo.phase, echo.sigma) == ([1, 2], "holding", 5)
     echo.external(3)
     assert (echo.phase, echo.sigma) == ("holding", 2)
+    echo.output()
     echo.internal()
     assert (echo.held, echo.phase, echo.sigma) == ([], "passive", NEVER)
 

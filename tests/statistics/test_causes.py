@@ -15,7 +15,7 @@ from firmware_runtime.statistics.blame import BLAME, CAUSES, BlameRow, Cause, se
 from firmware_runtime.statistics.comparison import difference, merged
 from firmware_runtime.statistics.figures import figures_of
 from firmware_runtime.statistics.file import StatisticsFile
-from firmware_runtime.statistics.histogram import Histogram
+from firmware_runtime.statistics.histogram import Histogram, bucket_of, upper_edge
 from firmware_runtime.statistics.history import WorstList
 from firmware_runtime.statistics.late_watch import Late, LateWatch
 from firmware_runtime.statistics.layout import LINK, Layout
@@ -224,6 +224,13 @@ def test_a_run_without_periodic_models_is_never_late() -> None:
     assert watch.new_in(run.statistics()) is None
 
 
+def test_what_falls_into_the_first_bucket_wholly_over_the_limit_is_late() -> None:
+    run = late_run(5 * MILLISECOND)
+    watch = LateWatch(LIMIT, run.statistics())
+    activation(run, upper_edge(bucket_of(LIMIT)) + 1, kept=False)
+    assert watch.new_in(run.statistics()) == Late("imu", run.elapsed, LIMIT, exact=False)
+
+
 @pytest.mark.slow
 @given(st.lists(st.integers(0, 4 * LIMIT), max_size=12), st.booleans())
 def test_the_watch_fires_only_for_lateness_over_the_limit(late: list[int], kept: bool) -> None:  # noqa: FBT001
@@ -303,9 +310,13 @@ def test_prometheus_has_it() -> None:
     counts.own[Reason.STALE] = 2
     for index, number in enumerate(counts.row(is_good=True, silences=0)):
         file.cells[LINKED.link + index] = number
+    Histogram(file.cells[LINKED.link_age]).record(1_500_000)
+    Histogram(file.cells[LINKED.round_trip]).record(3_000_000)
     text = exposition("rover.controller", file.statistics())
     assert 'firmware_runtime_link_sent_total{board="rover.controller"} 7.0' in text
     assert 'reason="stale"} 2.0' in text
+    for name, spent_s in (("link_age", 0.0015), ("link_round_trip", 0.003)):
+        assert f'{name}_seconds_sum{{board="rover.controller"}} {spent_s}' in text
     assert "link" not in exposition("rover", file_of(Layout()).statistics())
 
 

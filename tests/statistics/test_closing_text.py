@@ -6,7 +6,7 @@ import pytest
 from msgspec import convert
 from msgspec.structs import replace
 
-from firmware_runtime.devs.time import MILLISECOND
+from firmware_runtime.devs.time import MILLISECOND, SECOND
 from firmware_runtime.statistics.blame import ABOUT, Blame, Cause
 from firmware_runtime.statistics.closing_text import (
     MOST,
@@ -28,9 +28,9 @@ from firmware_runtime.statistics.figures import (
 )
 from firmware_runtime.statistics.file_header import RunState
 from firmware_runtime.statistics.histogram import Distribution
-from firmware_runtime.statistics.number_formats import milliseconds
+from firmware_runtime.statistics.number_formats import local, milliseconds
 from firmware_runtime.statistics.rows import DeadlineRow
-from firmware_runtime.statistics.run_text import link_text, statistics_text
+from firmware_runtime.statistics.run_text import causes_text, link_text, statistics_text
 from tests.support.written_run import WrittenRun
 
 LATE = (0.1, 13.0)
@@ -110,6 +110,36 @@ def test_a_model_that_has_not_run_is_shown_with_none_of_its_activations() -> Non
     assert ["compass", "100", "Hz", "0", "-"] in rows
 
 
+@pytest.mark.parametrize("began", [None, 1_700_000_000 * SECOND])
+def test_when_a_run_began_is_said_where_it_is_known(began: int | None) -> None:
+    figures = run_of(0.1)
+    run = replace(figures.conditions.run, began_ns=began)
+    figures = replace(figures, conditions=replace(figures.conditions, run=run))
+    said = [each for each in statistics_text(figures) if each.startswith("  began")]
+    assert said == ([] if began is None else [f"  began {local(began)}"])
+
+
+def test_of_the_causes_of_late_steps_the_most_frequent_is_said_first() -> None:
+    counted = {Cause.GARBAGE: 1, Cause.BUS: 7, Cause.DISK: 3}
+    lines = statistics_text(replace(run_of(0.1), late_by_cause=counted))
+    assert "  late steps by cause: bus 7, disk 3, garbage 1" in lines
+
+
+@pytest.mark.parametrize(
+    ("run", "reactions", "said"),
+    [(0, 0, ["0", "-"]), (1, 0, ["1", "-"]), (1, 2, ["1", "2"]), (0, 2, ["-", "2"])],
+)
+def test_a_model_that_only_reacts_has_a_dash_for_activations_and_another_for_reactions(
+    run: int, reactions: int, said: list[str]
+) -> None:
+    figures = run_of(0.1)
+    models = dict(figures.models)
+    models["imu"] = replace(models["imu"], run=run, reactions=reactions)
+    rows = [each.split() for each in statistics_text(replace(figures, models=models))]
+    (row,) = (each for each in rows if each[:3] == ["imu", "100", "Hz"])
+    assert row[3:5] == said
+
+
 def test_in_virtual_time_nothing_can_be_late() -> None:
     found = run_of(0.0, clock="VirtualClock")
     assert punctuality(found) == "in virtual time: nothing can be late"
@@ -180,6 +210,14 @@ def test_they_are_twelve_at_most_and_what_has_no_room_is_counted() -> None:
     assert closing_lines(["did"], wrong[:9], ["off", "on time"]) == [
         *("did", *wrong[:9], "off", "on time")
     ]
+
+
+def test_of_what_an_activation_spent_its_time_on_the_four_longest_are_said() -> None:
+    causes = Causes(3.0, 0.0, 1.0, {"i2c1": {"0x40": 5.0}}, {"imu": 7.0, "yaw": 2.0})
+    assert causes_text(causes) == (
+        "imu 7.0 us, on the wire i2c1 0x40 5.0 us, waking 3.0 us, yaw 2.0 us"
+    )
+    assert causes_text(Causes(0.0, 0.0, 0.0, {}, {})) == "nothing measurable"
 
 
 def test_a_robot_without_words_of_its_own_is_said_to_have_run() -> None:

@@ -153,6 +153,12 @@ def test_conditions_that_differ_are_named() -> None:
     assert conditions == {"board": "differs", "kernel": "6.1", "settings": SETTINGS}
 
 
+def test_one_run_alone_is_its_sum() -> None:
+    run = Counted().count([1_000, 9_000])
+    found = merged([run])
+    assert (found.header, found.figures().lateness_us) == (run.header, run.figures().lateness_us)
+
+
 def test_two_runs_have_no_difference() -> None:
     run = Counted()
     later = run.count([1, 2])

@@ -24,7 +24,7 @@ from firmware_runtime.statistics.takeovers import (
     read_takeovers,
 )
 from firmware_runtime.statistics.trace_file import TraceFile
-from firmware_runtime.statistics.value_table import wide_columns
+from firmware_runtime.statistics.value_table import wide_columns, within_64_bits
 from firmware_runtime.system.atomic_file import (
     OWN_AND_GROUP,
     keep_file,
@@ -189,6 +189,15 @@ def test_a_table_has_a_column_for_each_field_and_one_for_a_value_that_has_none()
     }
     for numbers, kind in (([1, 2], int), ([1, 2.5], float)):
         assert [type(each) for each in wide_columns(numbers)["value"]] == [kind] * 2
+
+
+@pytest.mark.parametrize("beyond", [1 << 63, -(1 << 63) - 1])
+def test_a_whole_number_that_has_no_room_in_64_bits_makes_its_column_one_of_texts(
+    beyond: int,
+) -> None:
+    held = [-(1 << 63), 0, None, (1 << 63) - 1]
+    assert within_64_bits(held) == held
+    assert within_64_bits([7, None, beyond]) == ["7", None, str(beyond)]
 
 
 def test_a_class_is_not_taken_for_one_of_its_objects() -> None:

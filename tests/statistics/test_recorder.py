@@ -110,6 +110,14 @@ def test_a_run_is_kept_at_once_each_minute_and_at_its_end(rig: Rig) -> None:
     assert (rig.files, len(rig.reported)) == (["robot-0001.stats"], reported)
 
 
+def test_what_was_kept_is_not_written_again_at_each_look(rig: Rig) -> None:
+    run = rig.begin()
+    rig.poll()
+    run.activation(0, 20_000, 300_000)
+    rig.poll()
+    assert activations(rig.folder / "robot-0001.stats") == 0
+
+
 def test_a_late_activation_is_kept_once_for_a_while(rig: Rig) -> None:
     run = rig.begin()
     rig.poll()
@@ -189,6 +197,8 @@ def test_a_takeover_by_the_guard_is_kept_too(rig: Rig) -> None:
     rig.begin()
     rig.poll()
     note_takeover(rig.kept, Takeover(1, rig.writer, 1, "no finished step for 205 ms", 10**6))
+    rig.poll()
+    assert rig.pieces == [], "what comes of it is kept too"
     rig.poll(10)
     assert rig.pieces == [("guard", 1)]
     assert rig.reported[-1].endswith("the guard took over")

@@ -89,13 +89,18 @@ def test_no_statistics_anywhere_is_one_sentence(tmp_path: Path) -> None:
         find_statistics()
 
 
+@pytest.mark.parametrize("right", [os.R_OK, os.X_OK])
 def test_a_directory_closed_to_this_user_is_passed_by_and_named_if_nothing_is_found(
-    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, right: int
 ) -> None:
     closed = tmp_path / "run"
     closed.mkdir()
-    real = os.access
-    monkeypatch.setattr(os, "access", lambda path, mode: path != closed and real(path, mode))
+    real, denied = os.access, right | os.W_OK
+
+    def access(path: Path, mode: int) -> bool:
+        return not (path == closed and mode & denied) and real(path, mode)
+
+    monkeypatch.setattr(os, "access", access)
     with pytest.raises(StatisticsFileError, match=r"run is closed to this user.*its group, "):
         find_statistics("tachobot")
     with pytest.raises(StatisticsFileError, match="no statistics of any board"):

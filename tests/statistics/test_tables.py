@@ -92,7 +92,9 @@ def test_kinds_beyond_the_last_are_counted_together() -> None:
 
 def test_one_kind_beyond_the_last_counts_too() -> None:
     kinds = [FaultCount(f"Kind{n}", 1, n, n, "") for n in range(KINDS + 1)]
-    assert [each.count for each in kept(*kinds)] == [1] * (KINDS + 1)
+    assert [(each.count, each.first_at) for each in kept(*kinds)] == [
+        (1, n) for n in range(KINDS + 1)
+    ]
 
 
 def test_what_came_since_a_reading() -> None:
@@ -104,6 +106,12 @@ def test_what_came_since_a_reading() -> None:
             "BusFault": {"count": 2, "first_s": 6.0, "last_s": 8.0, "last": "BusFault at 8"},
         }
     }
+
+
+def test_a_fault_that_came_once_since_a_reading_is_in_the_difference() -> None:
+    later = reading(NotReady=(4, 1, 9), BusFault=(1, 6, 6))
+    found = difference(later, reading(NotReady=(3, 1, 4))).faults()["imu"]
+    assert {kind: each.count for kind, each in found.items()} == {"NotReady": 1, "BusFault": 1}
 
 
 def test_the_sum_of_runs_has_no_instants() -> None:

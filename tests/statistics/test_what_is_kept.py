@@ -105,7 +105,9 @@ def test_a_clock_that_is_set_counts_from_there_on() -> None:
     noted = [(0, DATE), (5 * SECOND, DATE + 5 * SECOND + HOUR), (9 * SECOND, DATE + 9 * SECOND)]
     dates = Dates(None, noted, 1.0)
     assert dates.of(4 * SECOND) == DATE + 4 * SECOND
-    assert dates.of(6 * SECOND) == DATE + 6 * SECOND + HOUR
+    assert dates.of(5 * SECOND - 1) == DATE + 5 * SECOND - 1
+    for at in (5 * SECOND, 6 * SECOND):
+        assert dates.of(at) == DATE + at + HOUR
     assert dates.of(10 * SECOND) == DATE + 10 * SECOND
 
 
@@ -280,6 +282,15 @@ def test_a_ring_passed_over_does_not_show_spans_of_a_round_ago() -> None:
         (0, 15 * SECOND),
         (495 * SECOND, 15 * SECOND),
     ]
+
+
+def test_of_the_last_seconds_those_passed_over_do_not_count_what_was_a_round_ago() -> None:
+    run = Counted()
+    for at in (7, 126, 128):
+        run.step(at * SECOND, lateness=at)
+    lately = run.timeline.lately(125 * SECOND)
+    assert (lately.begin_ns, lately.activations) == (126 * SECOND, 2)
+    assert lately.lateness_max_ns == 128
 
 
 @given(st.lists(st.integers(1, 400 * SECOND), min_size=1, max_size=60))
