@@ -10,7 +10,7 @@ from firmware_runtime.devs.time import MILLISECOND, SECOND
 from firmware_runtime.executive.blame.rules import ENOUGH, RULES, Evidence, verdict
 from firmware_runtime.executive.clocks import MonotonicClock, S
 from firmware_runtime.executive.configuration import Configuration
-from firmware_runtime.statistics.blame import ABOUT, CAUSES, Cause
+from firmware_runtime.statistics.blame import ABOUT, CAUSES, NOT_MEASURED, Cause
 from tests.support.executives import Run
 from tests.support.periodic_models import PERIOD, Robot
 from tests.support.stalling_clock import StallingClock
@@ -140,7 +140,10 @@ def test_another_thread_is_blamed_only_for_what_the_loop_slept_as_the_lock_makes
 
 @pytest.mark.parametrize(
     ("cause", "culprit"),
-    [(Cause.MODEL, 2), (Cause.ASLEEP, 2), (Cause.DISK, 2), (Cause.BUS, 0x68), (Cause.MOVED, -1)],
+    [
+        *[(Cause.MODEL, 2), (Cause.ASLEEP, 2), (Cause.DISK, 2), (Cause.BUS, 0x68)],
+        *[(Cause.MOVED, NOT_MEASURED), (Cause.UNKNOWN, NOT_MEASURED)],
+    ],
 )
 def test_it_names_the_part_of_the_robot_that_it_is(cause: Cause, culprit: int) -> None:
     evidence = next(each for named, each in RECORDED if named is cause)
@@ -229,6 +232,12 @@ def test_who_did_not_go_to_sleep_was_not_asleep() -> None:
     assert named(stolen, written_bytes=4096, disks_ns=8 * MILLISECOND) is Cause.UNKNOWN
     assert named(stolen, bus_ns=5 * MILLISECOND) is Cause.UNKNOWN
     assert named(stolen, stops=1) is Cause.STOPPED
+
+
+def test_what_waited_for_its_processor_was_not_asleep() -> None:
+    waited = structs.replace(LONG, cpu_ns=500_000, run_delay_ns=2_500_000)
+    assert waited.asleep_ns == 2_000_000
+    assert named(waited) is Cause.UNKNOWN
 
 
 def test_what_a_tracer_has_may_have_been_halted_by_it() -> None:

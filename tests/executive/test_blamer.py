@@ -1,6 +1,7 @@
 """When counters are read, what is taken off them, and whose cause a late activation inherits."""
 
 from collections.abc import Iterator
+from itertools import accumulate, cycle
 from unittest.mock import Mock
 
 import pytest
@@ -253,6 +254,48 @@ def test_a_bus_is_blamed_for_what_it_took_of_this_step_beyond_the_mean(counters:
     found.close()
     assert (cause(row.cause), row.culprit) == (Cause.BUS, 0x68)
     assert (row.explained_ns, row.of_ns) == (2 * MILLISECOND, 3 * MILLISECOND)
+
+
+def test_a_bus_that_had_to_ask_again_names_no_device_that_it_was_not_used_for(
+    counters: Counters,
+) -> None:
+    """It asked one beyond those that have a place of their own."""
+    root = Coupled("root")
+    root.add(Atomic("imu"))
+    clock = MonotonicClock()
+    profiler = Profiler(root, clock.now, Configuration())
+    meter = Mock(spec=BusMeter, retries=0, busy_ns=0)
+    meter.addresses.return_value = [0x40, 0x68]
+    found = Blamer(clock, profiler.accounting.accounts, [meter])
+    found.open(0)
+    meter.retries = 1
+    counters.pass_steps(1)
+    counters.voluntary = 1
+    one = structs.replace(late(step=3300 * MICROSECOND), own_times=(0,), spent=[(0, 0)])
+    row = explained(found, one, 1)
+    found.close()
+    assert (cause(row.cause), row.culprit) == (Cause.BUS, NOT_MEASURED)
+
+
+def test_before_the_first_quiet_second_all_that_was_counted_is_evidence(counters: Counters) -> None:
+    root = Coupled("root")
+    root.add(Atomic("imu"))
+    clock = MonotonicClock()
+    found = Blamer(clock, Profiler(root, clock.now, Configuration()).accounting.accounts, ())
+    found.open(0)
+    counters.run_delay_ns += 3 * MILLISECOND
+    row = explained(found, structs.replace(late(wake=3200 * MICROSECOND), own_times=(0,)), 1)
+    found.close()
+    assert (cause(row.cause), row.explained_ns) == (Cause.PREEMPTED, 3 * MILLISECOND)
+    assert row.others_ns == 0
+
+
+def test_a_page_whose_second_touch_took_longer_than_its_first_costs_nothing(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    instants = accumulate(cycle([0, 100, 0, 5_000]))  # before and after each of two touches
+    monkeypatch.setattr(blamer_module, "thread_time_ns", lambda: next(instants))
+    assert blamer_module.fault_ns.__wrapped__() == 0
 
 
 def test_what_slow_steps_took_may_be_theirs_until_counters_are_read(

@@ -11,7 +11,8 @@ from pathlib import Path
 import pytest
 import smbus2.smbus2
 
-from firmware_runtime.hal import linux
+from firmware_runtime.devs.time import MILLISECOND, SECOND
+from firmware_runtime.hal import i2c, linux
 from firmware_runtime.hal.i2c import I2cBus
 from firmware_runtime.hal.linux import check_node
 from firmware_runtime.hal.wire_errors import (
@@ -197,6 +198,14 @@ def test_errno_is_translated_with_bus_and_address(
     kernel.failure = None
     bus.write(0x68, b"\x75")
     assert kernel.wire == [[(0x68, b"\x75")]]
+
+
+def test_a_pause_lasts_as_long_as_it_says(bus: I2cBus, monkeypatch: pytest.MonkeyPatch) -> None:
+    slept_s: list[float] = []
+    monkeypatch.setattr(i2c, "sleep", slept_s.append)
+    bus.pause(15 * MILLISECOND)
+    bus.pause(2 * SECOND)
+    assert slept_s == [0.015, 2.0]
 
 
 def test_an_address_is_claimed_once_before_its_first_transfer(kernel: Kernel, bus: I2cBus) -> None:
