@@ -214,6 +214,14 @@ def test_states_and_throttling_have_no_usual_amount() -> None:
     assert (counted.throttled_ns, counted.continued, counted.khz, counted.cpu_ns) == (5, 1, 7, 0)
 
 
+def test_a_quiet_time_without_a_step_says_nothing_and_one_of_a_single_step_something() -> None:
+    found = Grown(Counted(cpu_ns=10), 2, 3)
+    quiet = Grown(Counted(cpu_ns=4), 0, 1)
+    assert beyond_usual(found, quiet) == found
+    beyond = beyond_usual(found, quiet._replace(steps=1))
+    assert (beyond.counted.cpu_ns, beyond.retries) == (2, 1)
+
+
 def test_a_quieter_time_says_what_is_usual_until_it_is_old(blamer: Blamer) -> None:
     assert blamer._before is not None
     mark = blamer._before
