@@ -324,6 +324,20 @@ def test_a_run_that_is_armed_as_it_begins_has_acknowledged_no_takeover() -> None
     assert (run.executive.cells[ARMED], run.executive.cells[ACKNOWLEDGED]) == (1, 0)
 
 
+def test_a_run_that_is_not_to_be_armed_as_it_begins_is_not() -> None:
+    run = Run(Robot(), VirtualClock(), Configuration(armed_at_start=False))
+    run.executive.run_on(PERIOD)
+    assert run.executive.cells[ARMED] == 0
+
+
+def test_a_run_that_was_disarmed_goes_on_so_after_a_pause() -> None:
+    run = Run(Robot(), VirtualClock())
+    run.executive.run_on(PERIOD)
+    run.executive.arm(armed=False, epoch=3)
+    run.executive.run_on(2 * PERIOD)
+    assert (run.executive.cells[ARMED], run.executive.cells[ACKNOWLEDGED]) == (0, 3)
+
+
 def test_arming_is_no_sign_of_life() -> None:
     run = Run(Robot(), VirtualClock())
     run.until(PERIOD)
