@@ -147,6 +147,21 @@ def test_a_sporadic_model_has_its_events_and_its_reactions() -> None:
     assert counted["lateness_us"]["max"] == 3000
 
 
+def test_an_event_is_one_however_soon_after_its_booking_it_is() -> None:
+    phased = Phased("phased", NEVER, (1, MILLISECOND))
+    run = Run(phased, VirtualClock())
+    run.until(10)
+    assert run.counts("phased") == (2, 2, 0, 0)
+
+
+def test_an_event_is_one_however_soon_after_the_input_that_books_it() -> None:
+    robot, clock = Fed(Sampler("sampler", NEVER, NEVER)), StallingClock()
+    run = Run(robot, clock)
+    clock.at(MILLISECOND, partial(run.executive.inbox.post, robot.command, 1))
+    run.until(SECOND)
+    assert run.counts("sampler") == (1, 1, 0, 0)
+
+
 def test_an_event_that_was_due_when_the_run_ended_is_skipped() -> None:
     class Once(Actuator):
         def initialize(self) -> None:

@@ -298,12 +298,14 @@ def test_before_the_first_quiet_second_all_that_was_counted_is_evidence(counters
     assert row.others_ns == 0
 
 
-def test_a_page_whose_second_touch_took_longer_than_its_first_costs_nothing(
-    monkeypatch: pytest.MonkeyPatch,
+@pytest.mark.parametrize(("first", "second", "found"), [(20_000, 4_000, 1_000), (100, 5_000, 0)])
+def test_a_page_costs_what_its_first_touch_takes_beyond_its_second(
+    monkeypatch: pytest.MonkeyPatch, first: int, second: int, found: int
 ) -> None:
-    instants = accumulate(cycle([0, 100, 0, 5_000]))  # before and after each of two touches
+    instants = accumulate(cycle([0, first, 0, second]))
     monkeypatch.setattr(blamer_module, "thread_time_ns", lambda: next(instants))
-    assert blamer_module.fault_ns.__wrapped__() == 0
+    monkeypatch.setattr(blamer_module, "PAGES", 16)
+    assert blamer_module.fault_ns.__wrapped__() == found
 
 
 def test_what_slow_steps_took_may_be_theirs_until_counters_are_read(

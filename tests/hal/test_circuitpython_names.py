@@ -43,6 +43,15 @@ def test_ours_stand_in_where_there_are_none_and_are_gone_afterwards(folder: Path
         import_module("board")
 
 
+def test_they_may_be_taken_away_before_the_block_ends(folder: Path) -> None:
+    assert folder.is_dir()
+    with StandIns() as stand_ins:
+        import_module("board")
+        stand_ins.remove()
+        with pytest.raises(ModuleNotFoundError):
+            import_module("board")
+
+
 def test_a_board_of_the_users_own_is_left_alone(folder: Path) -> None:
     (folder / "board.py").write_text("mine = True\n")
     with StandIns():
