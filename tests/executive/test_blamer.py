@@ -1,7 +1,10 @@
 """When counters are read, what is taken off them, and whose cause a late activation inherits."""
 
+import errno
+import mmap
 from collections.abc import Iterator
 from itertools import accumulate, cycle
+from typing import NoReturn
 from unittest.mock import Mock
 
 import pytest
@@ -34,13 +37,14 @@ class Counters:
     """Stands in for the kernel: what it counts is set by the test."""
 
     def __init__(self) -> None:
-        self.cpu_ns = self.run_delay_ns = self.minor_faults = self.voluntary = self.reads = 0
+        self.cpu_ns = self.run_delay_ns = self.voluntary = self.reads = 0
+        self.minor_faults = self.major_faults = 0
         self.traced = False
 
     def read(self) -> Reading:
         self.reads += 1
         schedule = b"0 %d 1" % self.run_delay_ns
-        usage = (self.minor_faults, 0, self.voluntary, 0)
+        usage = (self.minor_faults, self.major_faults, self.voluntary, 0)
         return Reading(
             self.cpu_ns, usage, frozenset({0}), 0, 0, schedule, None, None, None, None, []
         )
@@ -130,17 +134,19 @@ def test_a_long_step_is_its_slowest_models(blamer: Blamer, counters: Counters) -
     assert (cause(row.cause), row.culprit) == (Cause.MODEL, 1)
 
 
-def test_a_model_that_takes_as_long_as_usual_is_not_the_slowest(
-    blamer: Blamer, counters: Counters
+@pytest.mark.parametrize(("imu_ms", "slowest"), [(5, 1), (8, 1), (10, 0)])
+def test_the_slowest_model_is_the_one_that_took_the_most_beyond_its_usual_time(
+    blamer: Blamer, counters: Counters, imu_ms: int, slowest: int
 ) -> None:
     imu, _ = blamer._accounts
-    imu.run = 2
-    for _ in range(imu.run):
+    imu.run = imu.reactions = 1
+    for _ in range(2):
         imu.own_time.record(5 * MILLISECOND)
-    counters.cpu_ns += 9 * MILLISECOND
-    own_times = (5 * MILLISECOND, 4 * MILLISECOND)
-    row = explained(blamer, late(step=9 * MILLISECOND, own_times=own_times), 101)  # type: ignore[arg-type] # times
-    assert (cause(row.cause), row.culprit) == (Cause.MODEL, 1)
+    step = (imu_ms + 4) * MILLISECOND
+    counters.cpu_ns += step
+    one = structs.replace(late(step=step), own_times=(imu_ms * MILLISECOND, 4 * MILLISECOND))
+    row = explained(blamer, one, 101)
+    assert (cause(row.cause), row.culprit) == (Cause.MODEL, slowest)
 
 
 @pytest.mark.parametrize(("traced", "found"), [(False, Cause.ASLEEP), (True, Cause.UNKNOWN)])
@@ -306,6 +312,23 @@ def test_a_page_costs_what_its_first_touch_takes_beyond_its_second(
     monkeypatch.setattr(blamer_module, "thread_time_ns", lambda: next(instants))
     monkeypatch.setattr(blamer_module, "PAGES", 16)
     assert blamer_module.fault_ns.__wrapped__() == found
+
+
+def test_where_memory_is_refused_a_page_costs_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
+    def refuse(_descriptor: int, _size: int) -> NoReturn:
+        raise OSError(errno.ENOMEM, "no memory")
+
+    monkeypatch.setattr(mmap, "mmap", refuse)
+    assert blamer_module.fault_ns.__wrapped__() == 0
+
+
+def test_each_page_that_was_fetched_or_made_has_its_price(
+    blamer: Blamer, counters: Counters, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(blamer_module, "fault_ns", lambda: 10 * MICROSECOND)
+    counters.minor_faults, counters.major_faults = 30, 5
+    counters.cpu_ns += 4 * MILLISECOND
+    assert explained(blamer, late(step=4 * MILLISECOND), 101).faults_ns == 350 * MICROSECOND
 
 
 def test_what_slow_steps_took_may_be_theirs_until_counters_are_read(

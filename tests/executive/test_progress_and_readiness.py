@@ -117,6 +117,11 @@ def test_a_stop_of_a_run_whose_device_failed_all_along_is_a_failure() -> None:
     assert [each for each in ("the robot moved", "SIGTERM") if each not in outcome.reason] == []
 
 
+def test_a_device_that_is_ready_as_the_run_is_stopped_has_not_failed() -> None:
+    outcome = run_of(Sensor("imu", SECOND // 10, sentence="moved"), stop="SIGTERM")
+    assert (outcome.state, outcome.reason) == (RunState.STOPPED, "SIGTERM")
+
+
 def test_once_all_were_ready_none_is_looked_at_again() -> None:
     sensor = Sensor("imu", up_after=SECOND)
     run_of(sensor, until=100 * SECOND)
