@@ -117,9 +117,30 @@ def test_a_stop_of_a_run_whose_device_failed_all_along_is_a_failure() -> None:
     assert [each for each in ("the robot moved", "SIGTERM") if each not in outcome.reason] == []
 
 
-def test_a_device_that_is_ready_as_the_run_is_stopped_has_not_failed() -> None:
-    outcome = run_of(Sensor("imu", SECOND // 10, sentence="moved"), stop="SIGTERM")
-    assert (outcome.state, outcome.reason) == (RunState.STOPPED, "SIGTERM")
+class Visitor:
+    """None of the model's: there from an instant on, whether or not anything is due then."""
+
+    path = "visitor"
+
+    def __init__(self, clock: VirtualClock, comes_at: int) -> None:
+        self.clock = clock
+        self.comes_at = comes_at
+
+    def unready(self) -> str | None:
+        return None if self.clock.now() >= self.comes_at else "has not come"
+
+
+@pytest.mark.parametrize(
+    ("comes_at", "state"),
+    [(1050 * MILLISECOND, RunState.ENDED), (1051 * MILLISECOND, RunState.FAILED)],
+)
+def test_a_device_that_is_ready_in_the_last_instant_of_a_run_has_not_failed(
+    comes_at: int, state: RunState
+) -> None:
+    clock = VirtualClock()
+    run = Run(Sensor("imu", 0), clock)
+    run.executive.readiness.require(Visitor(clock, comes_at))
+    assert run.until(1050 * MILLISECOND).state is state
 
 
 def test_once_all_were_ready_none_is_looked_at_again() -> None:
