@@ -10,6 +10,7 @@ from firmware_runtime.devs.time import MILLISECOND, SECOND
 from firmware_runtime.executive.blame.rules import ENOUGH, RULES, Evidence, verdict
 from firmware_runtime.executive.clocks import MonotonicClock, S
 from firmware_runtime.executive.configuration import Configuration
+from firmware_runtime.executive.policy import ActivationPolicy
 from firmware_runtime.statistics.blame import ABOUT, CAUSES, NOT_MEASURED, Cause
 from tests.support.executives import Run
 from tests.support.periodic_models import PERIOD, Robot
@@ -294,6 +295,17 @@ def test_a_clock_that_is_not_the_machines_has_no_causes() -> None:
     run.until(SECOND)
     assert run.figures().late_by_cause == {}
     assert all("blame" not in each for each in run.json()["worst"])
+
+
+def test_where_no_counters_are_read_a_late_step_is_among_the_worst_at_once() -> None:
+    robot, found = Robot(), list[float]()
+    policies = {"imu": ActivationPolicy("catch-up")}
+    run = Run(robot, StallingClock({10: 35 * MILLISECOND}), Configuration(policies=policies))
+    robot.imu.work = lambda number: (
+        found.append(run.figures().worst[0].lateness_us) if number == 11 else None
+    )
+    run.until(SECOND)
+    assert found == [35_000]  # as the next is late, too, and no time is left to it
 
 
 def counters_of(run: Run) -> object:
