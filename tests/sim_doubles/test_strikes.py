@@ -338,6 +338,20 @@ def test_many_strikes_leave_no_long_script_behind() -> None:
         assert len(script.faults) <= 2
 
 
+@pytest.mark.parametrize(
+    ("strike", "span"),
+    [
+        (Strike("nack"), NEVER),
+        (Strike("nack", for_s=0.5), SECOND // 2),
+        (Strike("nack", for_s=0), 0),
+        (Strike("brown-out"), 0),
+    ],
+    ids=["without an end", "for a while", "once", "over at once"],
+)
+def test_how_long_a_fault_lasts(strike: Strike, span: int) -> None:
+    assert strike.span == span
+
+
 def test_a_fault_is_named_with_its_amount_and_its_device() -> None:
     assert str(Strike("nack")) == "nack"
     assert str(Strike("weak", "treads", amount=2.5)) == "weak 2.5 of treads"
