@@ -12,7 +12,7 @@ import pytest
 import smbus2.smbus2
 
 from firmware_runtime.devs.time import MILLISECOND, SECOND
-from firmware_runtime.hal import i2c, linux
+from firmware_runtime.hal import i2c, linux, unopened_lines
 from firmware_runtime.hal.i2c import I2cBus
 from firmware_runtime.hal.linux import check_node
 from firmware_runtime.hal.wire_errors import (
@@ -198,6 +198,13 @@ def test_errno_is_translated_with_bus_and_address(
     kernel.failure = None
     bus.write(0x68, b"\x75")
     assert kernel.wire == [[(0x68, b"\x75")]]
+
+
+def test_a_bus_may_be_opened_without_the_module_of_linux(kernel: Kernel, node: str) -> None:
+    kernel.answers = [b"\x71"]
+    with closing(unopened_lines.open_i2c("i2c-1", node, timeout_ms=20, alone=False)) as bus:
+        assert bus.write_read(0x68, b"\x75", 1) == b"\x71"
+    assert kernel.timeout_10ms == 2
 
 
 def test_a_pause_lasts_as_long_as_it_says(bus: I2cBus, monkeypatch: pytest.MonkeyPatch) -> None:
