@@ -204,7 +204,7 @@ def test_a_bus_may_be_opened_without_the_module_of_linux(kernel: Kernel, node: s
     kernel.answers = [b"\x71"]
     with closing(unopened_lines.open_i2c("i2c-1", node, timeout_ms=20, alone=False)) as bus:
         assert bus.write_read(0x68, b"\x75", 1) == b"\x71"
-    assert kernel.timeout_10ms == 2
+        assert kernel.timeout_10ms == 2
 
 
 def test_a_pause_lasts_as_long_as_it_says(bus: I2cBus, monkeypatch: pytest.MonkeyPatch) -> None:
