@@ -23,9 +23,11 @@ from firmware_runtime.hal.wire_errors import (
     BusFault,
     BusInUse,
     BusTimeout,
+    Fault,
     HalError,
     NoAcknowledge,
     PortClosed,
+    Stuck,
     errno_of,
     from_os_error,
 )
@@ -295,6 +297,14 @@ def test_a_node_that_is_not_there_is_a_sentence(tmp_path: Path) -> None:
 def test_what_an_adapter_reported_is_found_again(number: int) -> None:
     error = from_os_error(OSError(number, os.strerror(number)), "i2c1 0x68")
     assert errno_of(type(error).__name__, str(error)) == number
+
+
+@pytest.mark.parametrize(("period", "duration"), [((), 0), ((MILLISECOND,), 20 * MILLISECOND)])
+def test_a_reading_is_dead_for_as_many_periods_as_it_showed_it(
+    period: tuple[int, ...], duration: int
+) -> None:
+    fault = Fault.of(Stuck("imu", "acceleration upwards", 7, 20), 1, *period)
+    assert (fault.kind, fault.value, fault.duration) == ("Stuck", 7, duration)
 
 
 def test_an_error_without_a_number_is_a_fault_that_says_so() -> None:
