@@ -97,6 +97,34 @@ def test_a_bring_up_that_shifts_the_phase_once_is_no_contradiction() -> None:
     assert run.figures().not_keeping_period == []
 
 
+class Drifting(Sampler):
+    """Comes back a third of a period too late each time, but for a nanosecond in three."""
+
+    def internal(self) -> None:
+        super().internal()
+        self.hold_in("waiting", self.period + self.period // 3)
+
+
+def test_what_a_model_has_slipped_before_an_input_moves_it_is_forgotten() -> None:
+    robot, clock = Fed(Drifting("sampler")), StallingClock()
+    run = Run(robot, clock)
+    clock.at(30 * MILLISECOND, partial(run.executive.inbox.post, robot.command, 20 * MILLISECOND))
+    run.until(95 * MILLISECOND)  # at 0, 13, 27, 50, 63, 77 and 90 ms
+    assert run.counts("sampler") == (7, 7, 0, 0)
+
+
+def test_an_activation_that_an_input_has_a_passive_model_book_is_due_like_any_other() -> None:
+    def fail(_number: int) -> None:
+        raise ValueError
+
+    robot, clock = Fed(Sampler("sampler", offset=NEVER)), StallingClock()
+    robot.sampler.work = fail
+    run = Run(robot, clock)
+    clock.at(3 * MILLISECOND, partial(run.executive.inbox.post, robot.command, 4 * MILLISECOND))
+    run.until(SECOND)
+    assert run.counts("sampler") == (1, 0, 1, 0)
+
+
 def test_a_sporadic_model_has_its_events_and_its_reactions() -> None:
     class Fed(Coupled):
         def __init__(self) -> None:
@@ -119,6 +147,21 @@ def test_a_sporadic_model_has_its_events_and_its_reactions() -> None:
     assert counted["lateness_us"]["max"] == 3000
 
 
+def test_an_event_is_one_however_soon_after_its_booking_it_is() -> None:
+    phased = Phased("phased", NEVER, (1, MILLISECOND))
+    run = Run(phased, VirtualClock())
+    run.until(10)
+    assert run.counts("phased") == (2, 2, 0, 0)
+
+
+def test_an_event_is_one_however_soon_after_the_input_that_books_it() -> None:
+    robot, clock = Fed(Sampler("sampler", NEVER, NEVER)), StallingClock()
+    run = Run(robot, clock)
+    clock.at(MILLISECOND, partial(run.executive.inbox.post, robot.command, 1))
+    run.until(SECOND)
+    assert run.counts("sampler") == (1, 1, 0, 0)
+
+
 def test_an_event_that_was_due_when_the_run_ended_is_skipped() -> None:
     class Once(Actuator):
         def initialize(self) -> None:
@@ -130,6 +173,16 @@ def test_an_event_that_was_due_when_the_run_ended_is_skipped() -> None:
     run = Run(Once("once"), VirtualClock())
     run.until(SECOND)
     assert run.counts("once") == (1, 0, 1, 0)
+
+
+class Fed(Coupled):
+    """A sampler that an input moves."""
+
+    def __init__(self, sampler: Sampler) -> None:
+        super().__init__("robot")
+        self.command = self.in_port("command", int)
+        self.sampler = self.add(sampler)
+        self.couple(self.command, sampler.replan)
 
 
 @st.composite

@@ -10,7 +10,8 @@ from firmware_runtime.devs.time import MILLISECOND, SECOND
 from firmware_runtime.executive.blame.rules import ENOUGH, RULES, Evidence, verdict
 from firmware_runtime.executive.clocks import MonotonicClock, S
 from firmware_runtime.executive.configuration import Configuration
-from firmware_runtime.statistics.blame import ABOUT, CAUSES, Cause
+from firmware_runtime.executive.policy import ActivationPolicy
+from firmware_runtime.statistics.blame import ABOUT, CAUSES, NOT_MEASURED, Cause
 from tests.support.executives import Run
 from tests.support.periodic_models import PERIOD, Robot
 from tests.support.stalling_clock import StallingClock
@@ -106,8 +107,10 @@ def test_less_than_enough_is_unknown_rather_than_a_guess() -> None:
     assert verdict(structs.replace(LATE, run_delay_ns=short - 1)).cause is Cause.UNKNOWN
 
 
-def test_what_is_not_measured_explains_nothing() -> None:
-    blind = Evidence(of_ns=LATE.of_ns)
+@pytest.mark.parametrize("of_ns", [1, LATE.of_ns])
+def test_what_is_not_measured_or_did_not_grow_explains_nothing(of_ns: int) -> None:
+    assert named(LATE, of_ns=of_ns) is Cause.UNKNOWN
+    blind = Evidence(of_ns=of_ns)
     assert verdict(blind).cause is Cause.UNKNOWN
     assert blind.asleep_ns is None
     assert verdict(structs.replace(blind, stops=1)).cause is Cause.UNKNOWN
@@ -140,7 +143,10 @@ def test_another_thread_is_blamed_only_for_what_the_loop_slept_as_the_lock_makes
 
 @pytest.mark.parametrize(
     ("cause", "culprit"),
-    [(Cause.MODEL, 2), (Cause.ASLEEP, 2), (Cause.DISK, 2), (Cause.BUS, 0x68), (Cause.MOVED, -1)],
+    [
+        *[(Cause.MODEL, 2), (Cause.ASLEEP, 2), (Cause.DISK, 2), (Cause.BUS, 0x68)],
+        *[(Cause.MOVED, NOT_MEASURED), (Cause.UNKNOWN, NOT_MEASURED)],
+    ],
 )
 def test_it_names_the_part_of_the_robot_that_it_is(cause: Cause, culprit: int) -> None:
     evidence = next(each for named, each in RECORDED if named is cause)
@@ -231,6 +237,12 @@ def test_who_did_not_go_to_sleep_was_not_asleep() -> None:
     assert named(stolen, stops=1) is Cause.STOPPED
 
 
+def test_what_waited_for_its_processor_was_not_asleep() -> None:
+    waited = structs.replace(LONG, cpu_ns=500_000, run_delay_ns=2_500_000)
+    assert waited.asleep_ns == 2_000_000
+    assert named(waited) is Cause.UNKNOWN
+
+
 def test_what_a_tracer_has_may_have_been_halted_by_it() -> None:
     assert named(LONG) is Cause.ASLEEP
     traced = structs.replace(LONG, is_traced=True)
@@ -283,6 +295,17 @@ def test_a_clock_that_is_not_the_machines_has_no_causes() -> None:
     run.until(SECOND)
     assert run.figures().late_by_cause == {}
     assert all("blame" not in each for each in run.json()["worst"])
+
+
+def test_where_no_counters_are_read_a_late_step_is_among_the_worst_at_once() -> None:
+    robot, found = Robot(), list[float]()
+    policies = {"imu": ActivationPolicy("catch-up")}
+    run = Run(robot, StallingClock({10: 35 * MILLISECOND}), Configuration(policies=policies))
+    robot.imu.work = lambda number: (
+        found.append(run.figures().worst[0].lateness_us) if number == 11 else None
+    )
+    run.until(SECOND)
+    assert found == [35_000]  # as the next is late, too, and no time is left to it
 
 
 def counters_of(run: Run) -> object:

@@ -1,6 +1,10 @@
 """When counters are read, what is taken off them, and whose cause a late activation inherits."""
 
+import errno
+import mmap
 from collections.abc import Iterator
+from itertools import accumulate, cycle
+from typing import NoReturn
 from unittest.mock import Mock
 
 import pytest
@@ -33,13 +37,14 @@ class Counters:
     """Stands in for the kernel: what it counts is set by the test."""
 
     def __init__(self) -> None:
-        self.cpu_ns = self.run_delay_ns = self.minor_faults = self.voluntary = self.reads = 0
+        self.cpu_ns = self.run_delay_ns = self.voluntary = self.reads = 0
+        self.minor_faults = self.major_faults = 0
         self.traced = False
 
     def read(self) -> Reading:
         self.reads += 1
         schedule = b"0 %d 1" % self.run_delay_ns
-        usage = (self.minor_faults, 0, self.voluntary, 0)
+        usage = (self.minor_faults, self.major_faults, self.voluntary, 0)
         return Reading(
             self.cpu_ns, usage, frozenset({0}), 0, 0, schedule, None, None, None, None, []
         )
@@ -129,17 +134,19 @@ def test_a_long_step_is_its_slowest_models(blamer: Blamer, counters: Counters) -
     assert (cause(row.cause), row.culprit) == (Cause.MODEL, 1)
 
 
-def test_a_model_that_takes_as_long_as_usual_is_not_the_slowest(
-    blamer: Blamer, counters: Counters
+@pytest.mark.parametrize(("imu_ms", "slowest"), [(5, 1), (8, 1), (10, 0)])
+def test_the_slowest_model_is_the_one_that_took_the_most_beyond_its_usual_time(
+    blamer: Blamer, counters: Counters, imu_ms: int, slowest: int
 ) -> None:
     imu, _ = blamer._accounts
-    imu.run = 2
-    for _ in range(imu.run):
+    imu.run = imu.reactions = 1
+    for _ in range(2):
         imu.own_time.record(5 * MILLISECOND)
-    counters.cpu_ns += 9 * MILLISECOND
-    own_times = (5 * MILLISECOND, 4 * MILLISECOND)
-    row = explained(blamer, late(step=9 * MILLISECOND, own_times=own_times), 101)  # type: ignore[arg-type] # times
-    assert (cause(row.cause), row.culprit) == (Cause.MODEL, 1)
+    step = (imu_ms + 4) * MILLISECOND
+    counters.cpu_ns += step
+    one = structs.replace(late(step=step), own_times=(imu_ms * MILLISECOND, 4 * MILLISECOND))
+    row = explained(blamer, one, 101)
+    assert (cause(row.cause), row.culprit) == (Cause.MODEL, slowest)
 
 
 @pytest.mark.parametrize(("traced", "found"), [(False, Cause.ASLEEP), (True, Cause.UNKNOWN)])
@@ -213,6 +220,14 @@ def test_states_and_throttling_have_no_usual_amount() -> None:
     assert (counted.throttled_ns, counted.continued, counted.khz, counted.cpu_ns) == (5, 1, 7, 0)
 
 
+def test_a_quiet_time_without_a_step_says_nothing_and_one_of_a_single_step_something() -> None:
+    found = Grown(Counted(cpu_ns=10), 2, 3)
+    quiet = Grown(Counted(cpu_ns=4), 0, 1)
+    assert beyond_usual(found, quiet) == found
+    beyond = beyond_usual(found, quiet._replace(steps=1))
+    assert (beyond.counted.cpu_ns, beyond.retries) == (2, 1)
+
+
 def test_a_quieter_time_says_what_is_usual_until_it_is_old(blamer: Blamer) -> None:
     assert blamer._before is not None
     mark = blamer._before
@@ -253,6 +268,67 @@ def test_a_bus_is_blamed_for_what_it_took_of_this_step_beyond_the_mean(counters:
     found.close()
     assert (cause(row.cause), row.culprit) == (Cause.BUS, 0x68)
     assert (row.explained_ns, row.of_ns) == (2 * MILLISECOND, 3 * MILLISECOND)
+
+
+def test_a_bus_that_had_to_ask_again_names_no_device_that_it_was_not_used_for(
+    counters: Counters,
+) -> None:
+    """It asked one beyond those that have a place of their own."""
+    root = Coupled("root")
+    root.add(Atomic("imu"))
+    clock = MonotonicClock()
+    profiler = Profiler(root, clock.now, Configuration())
+    meter = Mock(spec=BusMeter, retries=0, busy_ns=0)
+    meter.addresses.return_value = [0x40, 0x68]
+    found = Blamer(clock, profiler.accounting.accounts, [meter])
+    found.open(0)
+    meter.retries = 1
+    counters.pass_steps(1)
+    counters.voluntary = 1
+    one = structs.replace(late(step=3300 * MICROSECOND), own_times=(0,), spent=[(0, 0)])
+    row = explained(found, one, 1)
+    found.close()
+    assert (cause(row.cause), row.culprit) == (Cause.BUS, NOT_MEASURED)
+
+
+def test_before_the_first_quiet_second_all_that_was_counted_is_evidence(counters: Counters) -> None:
+    root = Coupled("root")
+    root.add(Atomic("imu"))
+    clock = MonotonicClock()
+    found = Blamer(clock, Profiler(root, clock.now, Configuration()).accounting.accounts, ())
+    found.open(0)
+    counters.run_delay_ns += 3 * MILLISECOND
+    row = explained(found, structs.replace(late(wake=3200 * MICROSECOND), own_times=(0,)), 1)
+    found.close()
+    assert (cause(row.cause), row.explained_ns) == (Cause.PREEMPTED, 3 * MILLISECOND)
+    assert row.others_ns == 0
+
+
+@pytest.mark.parametrize(("first", "second", "found"), [(20_000, 4_000, 1_000), (100, 5_000, 0)])
+def test_a_page_costs_what_its_first_touch_takes_beyond_its_second(
+    monkeypatch: pytest.MonkeyPatch, first: int, second: int, found: int
+) -> None:
+    instants = accumulate(cycle([0, first, 0, second]))
+    monkeypatch.setattr(blamer_module, "thread_time_ns", lambda: next(instants))
+    monkeypatch.setattr(blamer_module, "PAGES", 16)
+    assert blamer_module.fault_ns.__wrapped__() == found
+
+
+def test_where_memory_is_refused_a_page_costs_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
+    def refuse(_descriptor: int, _size: int) -> NoReturn:
+        raise OSError(errno.ENOMEM, "no memory")
+
+    monkeypatch.setattr(mmap, "mmap", refuse)
+    assert blamer_module.fault_ns.__wrapped__() == 0
+
+
+def test_each_page_that_was_fetched_or_made_has_its_price(
+    blamer: Blamer, counters: Counters, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(blamer_module, "fault_ns", lambda: 10 * MICROSECOND)
+    counters.minor_faults, counters.major_faults = 30, 5
+    counters.cpu_ns += 4 * MILLISECOND
+    assert explained(blamer, late(step=4 * MILLISECOND), 101).faults_ns == 350 * MICROSECOND
 
 
 def test_what_slow_steps_took_may_be_theirs_until_counters_are_read(

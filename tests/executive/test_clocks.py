@@ -207,6 +207,16 @@ def test_without_an_alarm_it_sleeps_up_to_its_deadline_too(monkeypatch: pytest.M
     assert clock.now() >= MILLISECOND
 
 
+def test_without_an_alarm_an_input_ends_a_wait_too(
+    bell: Bell, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(clocks, "IS_LINUX", False)
+    clock = MonotonicClock()
+    clock.start(0)
+    bell.ring()
+    assert clock.wait(100 * SECOND, [bell]) == [bell]
+
+
 def test_a_step_on_time_happens_at_its_logical_instant() -> None:
     world = WorldClock(tolerance=100)
     world.begin(1_000, 1_100)

@@ -263,6 +263,7 @@ def test_time_that_passes_in_a_pause_is_none_of_the_run() -> None:
     run.executive.run_on(2 * PERIOD)
     clock.instant += SECOND
     run.executive.run_on(4 * PERIOD)
+    clock.instant += SECOND
     run.executive.end()
     assert robot.thrust.received == [0, 1, 2, 3, 4]
     assert run.counts("imu") == (5, 5, 0, 0)

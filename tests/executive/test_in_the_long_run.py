@@ -20,6 +20,8 @@ from firmware_runtime.executive.policy import ActivationPolicy
 from firmware_runtime.executive.process import ProcessSettings
 from firmware_runtime.hal.wire_errors import Fault
 from firmware_runtime.statistics.fault_table import KINDS, OTHER_KINDS
+from firmware_runtime.statistics.histogram import Cells
+from firmware_runtime.statistics.layout import SEQUENCE
 from sim_doubles.clock import ManualClock
 from tests.support.executives import Run
 from tests.support.periodic_models import PERIOD, Robot
@@ -134,6 +136,38 @@ def test_a_fault_in_the_step_that_fails_is_counted_too() -> None:
 
 def test_a_run_without_faults_has_none() -> None:
     assert faults_of(Failing("imu"), Collecting("sink")) == {}
+
+
+class Watched:
+    """Cells that note what is written into them outside of a section."""
+
+    def __init__(self, cells: Cells) -> None:
+        self.cells = cells
+        self.outside: list[tuple[int, int]] = []
+
+    def __getitem__(self, place: Any) -> Any:  # noqa: ANN401 -- as of a memoryview
+        return self.cells[place]
+
+    def __setitem__(self, place: int, value: int) -> None:
+        sequence = self.cells[SEQUENCE]
+        if value != sequence + 1 if place == SEQUENCE else sequence % 2 == 0:
+            self.outside.append((place, value))
+        self.cells[place] = value
+
+
+def test_whatever_is_written_for_readers_is_within_a_section() -> None:
+    failures = [["no acknowledge"], ["no acknowledge"]]
+    robot, clock = Robot(), StallingClock({5: 50 * MILLISECOND, 120: SECOND})
+    executive = Executive(robot, clock, lambda: failures.pop() if failures else [])
+    executive.run_on(PERIOD)
+    file = executive._ledger.file
+    watched = file.cells = Watched(file.cells)  # type: ignore[assignment]
+    executive.arm(armed=False, epoch=3)
+    executive.give_up_priority()
+    clock.at(155 * MILLISECOND, executive.inbox.wake)
+    executive.run_on(3 * SECOND)
+    executive.end()
+    assert watched.outside == []
 
 
 def test_kinds_alike_as_far_as_the_file_keeps_them_lose_no_fault() -> None:

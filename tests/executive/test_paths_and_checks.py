@@ -152,9 +152,14 @@ def counted_on(robot: Gated) -> dict[str, int]:
     return counted
 
 
-def test_each_sample_of_a_path_that_is_cut_is_a_miss() -> None:
-    # from sample 5 on; that at the very end has not had its time
-    assert counted_on(Gated(0, 5)) == {"misses": 5, "samples": 11, "answers": 5}
+@pytest.mark.parametrize("answers", [1, 5])
+def test_each_sample_of_a_path_that_is_cut_is_a_miss(answers: int) -> None:
+    # that at the very end has not had its time
+    assert counted_on(Gated(0, answers)) == {
+        "misses": 10 - answers,
+        "samples": 11,
+        "answers": answers,
+    }
 
 
 def test_a_path_counts_from_its_first_answer_on() -> None:

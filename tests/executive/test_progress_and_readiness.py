@@ -117,6 +117,32 @@ def test_a_stop_of_a_run_whose_device_failed_all_along_is_a_failure() -> None:
     assert [each for each in ("the robot moved", "SIGTERM") if each not in outcome.reason] == []
 
 
+class Visitor:
+    """None of the model's: there from an instant on, whether or not anything is due then."""
+
+    path = "visitor"
+
+    def __init__(self, clock: VirtualClock, comes_at: int) -> None:
+        self.clock = clock
+        self.comes_at = comes_at
+
+    def unready(self) -> str | None:
+        return None if self.clock.now() >= self.comes_at else "has not come"
+
+
+@pytest.mark.parametrize(
+    ("comes_at", "state"),
+    [(1050 * MILLISECOND, RunState.ENDED), (1051 * MILLISECOND, RunState.FAILED)],
+)
+def test_a_device_that_is_ready_in_the_last_instant_of_a_run_has_not_failed(
+    comes_at: int, state: RunState
+) -> None:
+    clock = VirtualClock()
+    run = Run(Sensor("imu", 0), clock)
+    run.executive.readiness.require(Visitor(clock, comes_at))
+    assert run.until(1050 * MILLISECOND).state is state
+
+
 def test_once_all_were_ready_none_is_looked_at_again() -> None:
     sensor = Sensor("imu", up_after=SECOND)
     run_of(sensor, until=100 * SECOND)
@@ -322,6 +348,20 @@ def test_a_run_that_is_armed_as_it_begins_has_acknowledged_no_takeover() -> None
     run = Run(Robot(), VirtualClock())
     run.executive.run_on(PERIOD)
     assert (run.executive.cells[ARMED], run.executive.cells[ACKNOWLEDGED]) == (1, 0)
+
+
+def test_a_run_that_is_not_to_be_armed_as_it_begins_is_not() -> None:
+    run = Run(Robot(), VirtualClock(), Configuration(armed_at_start=False))
+    run.executive.run_on(PERIOD)
+    assert run.executive.cells[ARMED] == 0
+
+
+def test_a_run_that_was_disarmed_goes_on_so_after_a_pause() -> None:
+    run = Run(Robot(), VirtualClock())
+    run.executive.run_on(PERIOD)
+    run.executive.arm(armed=False, epoch=3)
+    run.executive.run_on(2 * PERIOD)
+    assert (run.executive.cells[ARMED], run.executive.cells[ACKNOWLEDGED]) == (0, 3)
 
 
 def test_arming_is_no_sign_of_life() -> None:

@@ -26,7 +26,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
     for name in MODULES:
         monkeypatch.delitem(sys.modules, name, raising=False)
     yield tmp_path
-    for name in MODULES:
+    for name in (*MODULES, "board.pins"):
         sys.modules.pop(name, None)
 
 
@@ -43,11 +43,27 @@ def test_ours_stand_in_where_there_are_none_and_are_gone_afterwards(folder: Path
         import_module("board")
 
 
+def test_they_may_be_taken_away_before_the_block_ends(folder: Path) -> None:
+    assert folder.is_dir()
+    with StandIns() as stand_ins:
+        import_module("board")
+        stand_ins.remove()
+        with pytest.raises(ModuleNotFoundError):
+            import_module("board")
+
+
 def test_a_board_of_the_users_own_is_left_alone(folder: Path) -> None:
     (folder / "board.py").write_text("mine = True\n")
     with StandIns():
         assert import_module("board").mine
     assert sys.modules["board"] is not board
+
+
+def test_a_folder_of_the_users_own_is_left_alone(folder: Path) -> None:
+    (folder / "board").mkdir()
+    (folder / "board" / "pins.py").write_text("mine = True\n")
+    with StandIns():
+        assert import_module("board.pins").mine
 
 
 def test_blinkas_is_replaced_unless_it_is_kept(folder: Path) -> None:

@@ -11,7 +11,8 @@ from pathlib import Path
 import pytest
 import smbus2.smbus2
 
-from firmware_runtime.hal import linux
+from firmware_runtime.devs.time import MILLISECOND, SECOND
+from firmware_runtime.hal import i2c, linux, unopened_lines
 from firmware_runtime.hal.i2c import I2cBus
 from firmware_runtime.hal.linux import check_node
 from firmware_runtime.hal.wire_errors import (
@@ -22,9 +23,11 @@ from firmware_runtime.hal.wire_errors import (
     BusFault,
     BusInUse,
     BusTimeout,
+    Fault,
     HalError,
     NoAcknowledge,
     PortClosed,
+    Stuck,
     errno_of,
     from_os_error,
 )
@@ -199,6 +202,21 @@ def test_errno_is_translated_with_bus_and_address(
     assert kernel.wire == [[(0x68, b"\x75")]]
 
 
+def test_a_bus_may_be_opened_without_the_module_of_linux(kernel: Kernel, node: str) -> None:
+    kernel.answers = [b"\x71"]
+    with closing(unopened_lines.open_i2c("i2c-1", node, timeout_ms=20, alone=False)) as bus:
+        assert bus.write_read(0x68, b"\x75", 1) == b"\x71"
+        assert kernel.timeout_10ms == 2
+
+
+def test_a_pause_lasts_as_long_as_it_says(bus: I2cBus, monkeypatch: pytest.MonkeyPatch) -> None:
+    slept_s: list[float] = []
+    monkeypatch.setattr(i2c, "sleep", slept_s.append)
+    bus.pause(15 * MILLISECOND)
+    bus.pause(2 * SECOND)
+    assert slept_s == [0.015, 2.0]
+
+
 def test_an_address_is_claimed_once_before_its_first_transfer(kernel: Kernel, bus: I2cBus) -> None:
     for address in (0x40, 0x68, 0x40, 0x00):
         bus.write(address, b"\x00")
@@ -279,6 +297,14 @@ def test_a_node_that_is_not_there_is_a_sentence(tmp_path: Path) -> None:
 def test_what_an_adapter_reported_is_found_again(number: int) -> None:
     error = from_os_error(OSError(number, os.strerror(number)), "i2c1 0x68")
     assert errno_of(type(error).__name__, str(error)) == number
+
+
+@pytest.mark.parametrize(("period", "duration"), [((), 0), ((MILLISECOND,), 20 * MILLISECOND)])
+def test_a_reading_is_dead_for_as_many_periods_as_it_showed_it(
+    period: tuple[int, ...], duration: int
+) -> None:
+    fault = Fault.of(Stuck("imu", "acceleration upwards", 7, 20), 1, *period)
+    assert (fault.kind, fault.value, fault.duration) == ("Stuck", 7, duration)
 
 
 def test_an_error_without_a_number_is_a_fault_that_says_so() -> None:

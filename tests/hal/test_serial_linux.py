@@ -64,6 +64,11 @@ def test_bytes_arrive_unchanged_in_both_directions_in_as_many_parts_as_they_came
     assert port.read_available() == b""
 
 
+def test_a_port_that_belongs_to_no_run_is_never_ahead_of_it(port: LinuxSerialPort) -> None:
+    port.write(bytes(100))
+    assert port.elapsed() == 0
+
+
 def test_reading_waits_for_nothing(port: LinuxSerialPort, monkeypatch: pytest.MonkeyPatch) -> None:
     waited: list[float | None] = []
 

@@ -208,6 +208,19 @@ def test_outputs_are_off_until_the_line_lets_them_through_and_when_it_is_given_u
             line.set(True)
 
 
+def test_a_served_line_that_was_given_up_lets_nothing_through_any_more() -> None:
+    with served_rig("tachobot", *WIRED) as rig:
+        drive(rig)
+        line = ServedEnableLine("output_enable", rig.ask)
+        line.set(True)
+        assert duty(rig) == 1
+        line.close()
+        line.close()
+        with pytest.raises(PortClosed, match="output_enable: used after"):
+            line.set(True)
+        assert duty(rig) == 0
+
+
 def test_without_one_outputs_need_none() -> None:
     with served_rig("tachobot") as rig:
         drive(rig)

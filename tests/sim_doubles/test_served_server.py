@@ -26,6 +26,7 @@ from firmware_runtime.hal.served.packets import (
     read_answer,
 )
 from firmware_runtime.hal.wire_errors import BusAbsent, BusFault, BusInUse, BusTimeout
+from firmware_runtime.system import resources
 from sim_doubles.rigs.board_rig import rig_for
 from sim_doubles.served import server
 from sim_doubles.served.logs import OutputLog, ServingError
@@ -137,6 +138,14 @@ def test_stop_ends_serving_and_takes_the_path_away_and_who_comes_later_finds_non
         connection.ask(Look(), "doubles")
     with pytest.raises(BusAbsent, match="doubles serve BOARD --socket"):
         Connection(rig.path)
+
+
+def test_who_does_not_say_how_long_to_wait_is_told_at_once_that_nothing_is_served(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(resources, "sleep", lambda _span_s: pytest.fail("it waits"))
+    with pytest.raises(BusAbsent, match="doubles serve BOARD --socket"):
+        Connection(tmp_path / "doubles.sock")
 
 
 def test_a_path_that_a_dead_server_left_is_taken(tmp_path: Path) -> None:

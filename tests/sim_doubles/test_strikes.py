@@ -2,6 +2,8 @@
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from pathlib import Path
+from unittest.mock import Mock
 
 import pytest
 
@@ -10,10 +12,12 @@ from firmware_runtime.board.struck_doubles import NoDevices, StruckDoubles
 from firmware_runtime.devs.time import MILLISECOND, NEVER, SECOND
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.hal.i2c import I2cBus
+from firmware_runtime.hal.served import strikes
 from firmware_runtime.hal.served.client import ServedDoubles
+from firmware_runtime.hal.served.connection import Connection
 from firmware_runtime.hal.served.packets import ClearFaults, FaultList, FaultQuestion, ListFaults
 from firmware_runtime.hal.served.strikes import ask_faults
-from firmware_runtime.hal.strike import KINDS, Span, Strike
+from firmware_runtime.hal.strike import KINDS, Span, Strike, Use
 from firmware_runtime.hal.wire_errors import (
     ArbitrationLost,
     BusFault,
@@ -334,9 +338,42 @@ def test_many_strikes_leave_no_long_script_behind() -> None:
         assert len(script.faults) <= 2
 
 
+@pytest.mark.parametrize(
+    ("strike", "span"),
+    [
+        (Strike("nack"), NEVER),
+        (Strike("nack", for_s=0.5), SECOND // 2),
+        (Strike("nack", for_s=0), 0),
+        (Strike("brown-out"), 0),
+    ],
+    ids=["without an end", "for a while", "once", "over at once"],
+)
+def test_how_long_a_fault_lasts(strike: Strike, span: int) -> None:
+    assert strike.span == span
+
+
 def test_a_fault_is_named_with_its_amount_and_its_device() -> None:
     assert str(Strike("nack")) == "nack"
     assert str(Strike("weak", "treads", amount=2.5)) == "weak 2.5 of treads"
+
+
+@pytest.mark.parametrize("reads", [False, True])
+@pytest.mark.parametrize("writes", [False, True])
+def test_a_kind_shows_in_a_use_that_has_what_it_needs(*, reads: bool, writes: bool) -> None:
+    use = Use(0, 0x68, reads, writes)
+    assert use.shows(KINDS["nack"])
+    assert use.shows(KINDS["freeze"]) is reads
+    assert use.shows(KINDS["nack-data"]) is writes
+
+
+def test_a_program_makes_a_fault_that_strikes_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    with robot("tachobot") as tachobot:
+        connection = Mock(spec=Connection, ask=tachobot.rig.ask)
+        monkeypatch.setattr(strikes, "Connection", lambda _path: connection)
+        tachobot.wait(SECOND)
+        (made,) = strikes.strike(Path("doubles.sock"), "zero", "imu").struck
+        assert made.at == SECOND
+        assert tachobot.read(0x68, WHO_AM_I) == b"\x00"
 
 
 def test_every_kind_says_what_it_is() -> None:
