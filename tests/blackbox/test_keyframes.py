@@ -157,6 +157,15 @@ def test_closures_keep_their_variables() -> None:
     assert count(1) == 1
 
 
+def test_what_a_function_has_kept_among_its_defaults_is_set_back() -> None:
+    def seen(value: int, before: list[int] = [], *, last: dict[str, int] = {}) -> None:  # noqa: B006
+        before.append(value)
+        last["value"] = value
+
+    paths = changed_and_restored(Node(see=seen), lambda: seen(5))
+    assert paths == ["node.see[0][0]", "node.see.last['value']"]
+
+
 def test_objects_with_slots_and_unset_ones_are_set_back() -> None:
     slotted = Slotted(1.0)
     node = Node(held=slotted)

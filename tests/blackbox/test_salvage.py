@@ -68,7 +68,8 @@ def saved(content: bytes) -> tuple[Saved, list[bytes]]:
 def test_of_a_whole_one_nothing_is_lost(whole: bytes) -> None:
     done, sections = saved(whole)
     assert (done.lost, sections) == ([], sections_of(whole))
-    assert recording_in(done.content).is_from_start
+    recording = recording_in(done.content)
+    assert (recording.is_from_start, recording.faults()) == (True, [])
     assert len(sections) > 3 * IN_A_CHUNK
 
 

@@ -5,6 +5,7 @@ import io
 import json
 import sys
 from collections import defaultdict
+from collections.abc import Callable
 from importlib import import_module
 from pathlib import Path
 from time import time_ns
@@ -22,7 +23,12 @@ from firmware_runtime.recording.blackbox.reader import Recording, read_recording
 from firmware_runtime.recording.blackbox.section import Kind, Section, encode, sent_of
 from firmware_runtime.recording.board_of_recording import board_of
 from firmware_runtime.recording.exports.mcap_file import _FIELDS, definition_of
-from firmware_runtime.recording.exports.run_file import csv_of, parquet_of, wide_table
+from firmware_runtime.recording.exports.run_file import (
+    csv_of,
+    long_table,
+    parquet_of,
+    wide_table,
+)
 from firmware_runtime.recording.exports.typed_values import (
     Sent,
     entered_in,
@@ -217,6 +223,14 @@ def test_fields_of_any_name_and_size_stand_beside_the_instants() -> None:
     header, first, _ = csv_of(table).decode().splitlines()
     assert header == "t_ns,t_s,utc,value.t_ns,value.utc,port,total"
     assert first == "1000000000,1.0,,7,noon,1,18446744073709551616"
+
+
+@pytest.mark.parametrize("table_of", [long_table, wide_table])
+def test_each_table_has_its_instants_in_nanoseconds_and_in_seconds(
+    table_of: Callable[[list[Sent]], dict[str, Any]],
+) -> None:
+    table = table_of([Sent(SECOND // 2, "yaw_reference", -0.5)])
+    assert (table["t_ns"], table["t_s"], table["value"]) == ([SECOND // 2], [0.5], [-0.5])
 
 
 def test_several_ports_and_fields_are_chosen_by_name(run: Path, tmp_path: Path) -> None:

@@ -17,6 +17,7 @@ from firmware_runtime.hal.wire_errors import NoAcknowledge
 from firmware_runtime.recording.blackbox.layout import CHUNK, PREFIX_SIZE, Chunk, file_of
 from firmware_runtime.recording.blackbox.reader import read_recording
 from firmware_runtime.recording.blackbox.section import decode
+from firmware_runtime.recording.replay.difference import NOTHING, Difference
 from firmware_runtime.recording.replay.stretch import Stretch
 from firmware_runtime.recording.replay.verdict import replay
 from firmware_runtime.runs.session import Session
@@ -173,6 +174,22 @@ def test_a_model_that_ends_the_program_ends_its_replay_as_its_run(
     path = record("tachobot")
     count = iter(range(100))
     check_identical(path)
+
+
+def test_what_ended_a_run_and_is_not_raised_again_is_a_difference(
+    record: Record, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def fails(_: Allocation) -> None:
+        raise ValueError("a bug")
+
+    with monkeypatch.context() as patched:
+        patched.setattr(Allocation, "internal", fails)
+        path = record("tachobot")
+    found: list[Difference] = []
+    replay(*opened(path), listener=found.append)
+    (end,) = (each for each in found if each.what == "end")
+    assert (end.where, end.replayed) == ("failure", NOTHING)
+    assert "ModelFailure of ValueError" in str(end.recorded)
 
 
 def test_a_value_that_its_port_refuses_ends_the_replay_as_the_run(record: Record) -> None:
