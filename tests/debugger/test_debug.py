@@ -122,6 +122,13 @@ def test_instants_go_forwards_and_backwards(debug: Debug) -> None:
     assert again["state"]["phase"] == "waiting"
 
 
+def test_back_at_the_start_it_shows_the_robot_as_it_was_there(debug: Debug) -> None:
+    commands = (f"p {YAW}", "step 30", f"p {YAW}", "rstep 100", f"p {YAW}")
+    start, begin, _, later, back, again = debug(*commands, words=())
+    assert (back["t_ns"], back["event"]) == (start["t_ns"], 0)
+    assert later["state"] != begin["state"] == again["state"]
+
+
 def test_it_stops_where_a_predicate_begins_to_hold_and_the_value_is_there(debug: Debug) -> None:
     commands = ("until controller.yaw.command_n > 0.5", f"print {YAW}.command_n", f"ports {YAW}")
     [_, there, value, ports] = debug(*commands, words=())
