@@ -233,6 +233,11 @@ def test_sections_of_the_lap_before_are_none_of_a_chunk_whose_beginning_is_lost(
     assert done.sections == len(sections) - middle
 
 
+def test_a_replay_goes_on_from_each_chunk_of_a_whole_one_to_the_next(whole: bytes) -> None:
+    (segment,) = recording_in(whole).segments()
+    assert segment.contents == sections_of(whole)
+
+
 def test_a_replay_goes_over_no_gap_behind_a_damaged_section(whole: bytes) -> None:
     *_, (last, _) = [place for place in places(whole) if place[0] < chunks_of(whole)[1]]
     damaged = bytearray(whole)
