@@ -122,6 +122,12 @@ def test_instants_go_forwards_and_backwards(debug: Debug) -> None:
     assert again["state"]["phase"] == "waiting"
 
 
+def test_an_instant_that_is_under_way_is_the_first_that_is_gone_back(debug: Debug) -> None:
+    states = debug("next", "rstep", "next", "rstep 2", "next", "rstep 3")
+    places = [(each["t_ns"] / SECOND, each["event"]) for each in states]
+    assert places == [(6, 0), (6.01, 1), (6, 0), (6.01, 1), (5.99, 0), (6, 1), (5.97, 0)]
+
+
 def test_back_at_the_start_it_shows_the_robot_as_it_was_there(debug: Debug) -> None:
     commands = (f"p {YAW}", "step 30", f"p {YAW}", "rstep 100", f"p {YAW}")
     start, begin, _, later, back, again = debug(*commands, words=())

@@ -22,7 +22,7 @@ from firmware_runtime.devs.time import NEVER, SECOND
 from firmware_runtime.recording.blackbox.reader import Recording, read_recording
 from firmware_runtime.recording.blackbox.section import Kind, Section, encode, sent_of
 from firmware_runtime.recording.board_of_recording import board_of
-from firmware_runtime.recording.exports.mcap_file import _FIELDS, definition_of
+from firmware_runtime.recording.exports.mcap_file import _FIELDS, definition_of, marker_of
 from firmware_runtime.recording.exports.run_file import (
     csv_of,
     long_table,
@@ -313,6 +313,21 @@ def test_without_the_extra_its_name_is_said(
     monkeypatch.setitem(sys.modules, "mcap_ros2.writer", None)
     said = command.refused("export", run, "-o", tmp_path / "x.mcap")
     assert "expected the extra mcap" in said
+
+
+@pytest.mark.parametrize(
+    ("kind", "extra", "marked"),
+    [
+        (Kind.ENDED, {"state": "failed", "reason": "a bug"}, ("ended", "failed: a bug")),
+        (Kind.ENDED, None, ("ended", "")),  # of a file that something has changed
+        (Kind.RETUNED, {"controller": {"kp": 1.0}}, ("settings", "")),
+        (Kind.ARMED, False, ("disarmed", "")),
+        (Kind.GO_ON, None, None),
+    ],
+)
+def test_a_marker_says_how_a_run_ended(kind: Kind, extra: object, marked: object) -> None:
+    section = Section(kind, SECOND, [], [], [], [], msgspec.Raw(b"\x90"), [], [], extra)
+    assert marker_of(section) == marked
 
 
 def test_what_came_in_over_a_link_has_the_name_that_it_crosses_by() -> None:

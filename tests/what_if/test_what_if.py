@@ -30,6 +30,7 @@ from firmware_runtime.recording.replay.verdict import played
 from firmware_runtime.recording.what_if import watch
 from firmware_runtime.recording.what_if.watch import Watched, since
 from firmware_runtime.recording.what_if.what_if import Question, WhatIf, answer
+from firmware_runtime.recording.what_if.what_if_report import what_if_text
 from firmware_runtime.runs.start import start_session
 from tests.support.command import Command
 from tests.support.recorded import record
@@ -81,6 +82,14 @@ def test_another_gain_is_another_command_from_the_start_and_from_a_keyframe(
     assert "i2c1 0x40" in found.outputs  # and so what is written to the outputs' chip
     assert "imu.sample" not in found.outputs  # what enters is what was recorded
     assert found.structure == {}
+
+
+def test_it_is_said_whether_an_output_would_have_been_another(flight: Path) -> None:
+    gains = (read_recording(flight).header.table["controller"]["yaw"]["kp"], 0.8)
+    asked = (_asked(flight, f"controller.yaw.kp={gain}", span_s=1) for gain in gains)
+    (_, same, *_), (_, other, *_) = (what_if_text(found, "kp") for found in asked)
+    assert "no output of" in same
+    assert "outputs and fields of" in other
 
 
 def test_a_keyframe_leaves_what_is_set_otherwise_and_takes_up_the_rest(flight: Path) -> None:
