@@ -156,6 +156,16 @@ def test_the_oldest_make_room_and_what_is_larger_than_all_is_not_kept(
     assert "more than the budget" in rig.reported[-1]
 
 
+def test_what_does_not_fit_beside_the_copy_that_grows_is_not_kept(
+    tmp_path: Path, header: bytes
+) -> None:
+    rig = Rig(tmp_path, header, 6 * CHUNK_SIZE, SECOND)
+    rig.begin(chunks=4).steps(3 * STEPS_IN_A_CHUNK)
+    rig.pieces.poll(0)
+    rig.pieces.keep("late", 1)
+    assert rig.files == ["robot-0001"]
+
+
 def test_the_copy_grows_with_each_sync_and_wraps_as_the_ring_does(
     tmp_path: Path, header: bytes
 ) -> None:

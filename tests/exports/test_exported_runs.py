@@ -19,6 +19,7 @@ from rosbags.typesys import Stores, get_typestore
 from firmware_runtime.cli.main import main
 from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.time import NEVER, SECOND
+from firmware_runtime.models.motion import Applied
 from firmware_runtime.recording.blackbox.reader import Recording, read_recording
 from firmware_runtime.recording.blackbox.section import Kind, Section, encode, sent_of
 from firmware_runtime.recording.board_of_recording import board_of
@@ -125,6 +126,9 @@ def test_other_ports_lines_steps_and_markers_are_in_it(
     read = messages_in(exported(run, tmp_path, ".mcap"), began(run))
     commands = [(at, each.data) for at, each in read["/tachobot/ports/controller/yaw/command_n"]]
     assert commands == recorded(recording, "controller.yaw.command_n")
+    applied = read["/tachobot/ports/thrust_pairs/applied/json"]
+    said = [(at, Applied[json.loads(each.data)]) for at, each in applied]
+    assert said == recorded(recording, "thrust_pairs.applied") != []
     sections = list(sections_between(recording, 0, NEVER))
     transfers = [each for section in sections for each in section.transfers]
     said = read["/tachobot/raw/i2c1"]
