@@ -162,6 +162,13 @@ def test_breakpoints_of_functions_and_predicates(debug: Debug) -> None:
     assert (answers[3]["model"], answers[3]["function"]) == (YAW, "internal")
 
 
+def test_a_breakpoint_of_values_stops_only_where_they_begin_to_be_so(debug: Debug) -> None:
+    text = f"{YAW}.command_n > 0.5"
+    [_, _, first, then] = debug(f"b {text}", "c", "step 5", words=())
+    assert first["reason"] == f"breakpoint 1: {text}, after {YAW} output"
+    assert (then["t_ns"] > first["t_ns"], then["reason"]) == (True, "between two instants")
+
+
 def test_pdb_stops_inside_the_models_function(prompt: Prompt) -> None:
     lines = ["pdb controller.yaw.external", "p self.name", "p elapsed", "q", "where"]
     status, printed, _ = prompt(*lines)
