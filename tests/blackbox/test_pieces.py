@@ -180,6 +180,19 @@ def test_the_copy_grows_with_each_sync_and_wraps_as_the_ring_does(
         assert len(seconds) >= min(second, 3 * STEPS_IN_A_CHUNK)
 
 
+def test_the_copy_has_what_came_behind_its_last_sync_when_the_run_is_over(
+    tmp_path: Path, header: bytes
+) -> None:
+    rig = Rig(tmp_path, header, 1 << 30, 10 * SECOND)
+    run = rig.begin()
+    run.steps(1)
+    rig.pieces.poll(SECOND)
+    run.steps(2)
+    run.end("ended")
+    rig.pieces.over()
+    assert rig.seconds("robot-0001") == [1, 2, 3]
+
+
 def test_between_syncs_nothing_is_written(tmp_path: Path, header: bytes) -> None:
     rig = Rig(tmp_path, header, 1 << 30, 10 * SECOND)
     run = rig.begin()

@@ -143,9 +143,10 @@ def test_a_header_without_a_speed_is_none(record: Record, speed: float) -> None:
         read_recording(path)
 
 
-def test_what_is_no_recording_is_refused_by_a_sentence(tmp_path: Path) -> None:
+@pytest.mark.parametrize("text", ["Dear Sir,", "Friends,", "FWRTBOAT"])
+def test_what_is_no_recording_is_refused_by_a_sentence(tmp_path: Path, text: str) -> None:
     path = tmp_path / "letter.recording"
-    path.write_text("Dear Sir,")
+    path.write_text(text)
     with pytest.raises(ConfigError, match="not a recording of a run"):
         read_recording(path)
     with pytest.raises(ConfigError, match="does not exist"):
