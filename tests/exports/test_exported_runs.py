@@ -127,8 +127,8 @@ def test_other_ports_lines_steps_and_markers_are_in_it(
     commands = [(at, each.data) for at, each in read["/tachobot/ports/controller/yaw/command_n"]]
     assert commands == recorded(recording, "controller.yaw.command_n")
     applied = read["/tachobot/ports/thrust_pairs/applied/json"]
-    said = [(at, Applied[json.loads(each.data)]) for at, each in applied]
-    assert said == recorded(recording, "thrust_pairs.applied") != []
+    names = [(at, Applied[json.loads(each.data)]) for at, each in applied]
+    assert names == recorded(recording, "thrust_pairs.applied") != []
     sections = list(sections_between(recording, 0, NEVER))
     transfers = [each for section in sections for each in section.transfers]
     said = read["/tachobot/raw/i2c1"]
