@@ -7,6 +7,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from enum import Enum, IntFlag
 from functools import partial
+from operator import is_
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -157,6 +158,15 @@ def test_closures_keep_their_variables() -> None:
     assert count(1) == 1
 
 
+def test_what_a_function_has_kept_among_its_defaults_is_set_back() -> None:
+    def seen(value: int, before: list[int] = [], *, last: dict[str, int] = {}) -> None:  # noqa: B006
+        before.append(value)
+        last["value"] = value
+
+    paths = changed_and_restored(Node(see=seen), lambda: seen(5))
+    assert paths == ["node.see[0][0]", "node.see.last['value']"]
+
+
 def test_objects_with_slots_and_unset_ones_are_set_back() -> None:
     slotted = Slotted(1.0)
     node = Node(held=slotted)
@@ -182,6 +192,18 @@ def test_attributes_come_and_go() -> None:
 def test_a_field_may_be_called_as_the_ports_of_a_model_are() -> None:
     node = Node(in_ports=[1])
     assert changed_and_restored(node, lambda: node.in_ports.append(2)) == ["node.in_ports[1]"]
+
+
+def test_any_number_of_things_may_be_held_by_two_places() -> None:
+    node = Node(first=None, second=None)
+    table = StateTable({"node": node})
+    node.first = [[number] for number in range(1500)]
+    node.second = [*node.first]
+    state = table.capture()
+    node.first = node.second = None
+    table.restore(state)
+    assert all(map(is_, node.first, node.second))
+    assert node.first[-1] == [1499]
 
 
 def test_what_two_places_hold_is_one_again() -> None:

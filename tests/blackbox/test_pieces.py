@@ -156,6 +156,16 @@ def test_the_oldest_make_room_and_what_is_larger_than_all_is_not_kept(
     assert "more than the budget" in rig.reported[-1]
 
 
+def test_what_does_not_fit_beside_the_copy_that_grows_is_not_kept(
+    tmp_path: Path, header: bytes
+) -> None:
+    rig = Rig(tmp_path, header, 6 * CHUNK_SIZE, SECOND)
+    rig.begin(chunks=4).steps(3 * STEPS_IN_A_CHUNK)
+    rig.pieces.poll(0)
+    rig.pieces.keep("late", 1)
+    assert rig.files == ["robot-0001"]
+
+
 def test_the_copy_grows_with_each_sync_and_wraps_as_the_ring_does(
     tmp_path: Path, header: bytes
 ) -> None:
@@ -168,6 +178,19 @@ def test_the_copy_grows_with_each_sync_and_wraps_as_the_ring_does(
         assert seconds == list(range(seconds[0], second + 1))
         assert rig.read("robot-0001").faults() == []
         assert len(seconds) >= min(second, 3 * STEPS_IN_A_CHUNK)
+
+
+def test_the_copy_has_what_came_behind_its_last_sync_when_the_run_is_over(
+    tmp_path: Path, header: bytes
+) -> None:
+    rig = Rig(tmp_path, header, 1 << 30, 10 * SECOND)
+    run = rig.begin()
+    run.steps(1)
+    rig.pieces.poll(SECOND)
+    run.steps(2)
+    run.end("ended")
+    rig.pieces.over()
+    assert rig.seconds("robot-0001") == [1, 2, 3]
 
 
 def test_between_syncs_nothing_is_written(tmp_path: Path, header: bytes) -> None:

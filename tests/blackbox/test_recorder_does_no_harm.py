@@ -223,6 +223,16 @@ def test_how_long_a_keyframe_takes_is_known_before_the_first(
     assert captures.captured == len(written) == REHEARSED
 
 
+def test_a_slow_one_is_forgotten_with_time_not_with_each_step(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    schedule = opened(monkeypatch, Captures(then=300 * MICROSECOND), [])
+    schedule.taken(0, 12 * MILLISECOND)
+    due, until = schedule.due_at, 60 * SECOND
+    again = next(at for at in range(due, until, PAUSE) if schedule.has_time(at, PAUSE))
+    assert again - due > SECOND
+
+
 def test_in_virtual_time_there_is_time_for_any(monkeypatch: pytest.MonkeyPatch) -> None:
     captures = Captures(then=10 * MILLISECOND)
     assert opened(monkeypatch, captures, [], real=False).has_time(0, 0)

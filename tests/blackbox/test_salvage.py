@@ -68,7 +68,8 @@ def saved(content: bytes) -> tuple[Saved, list[bytes]]:
 def test_of_a_whole_one_nothing_is_lost(whole: bytes) -> None:
     done, sections = saved(whole)
     assert (done.lost, sections) == ([], sections_of(whole))
-    assert recording_in(done.content).is_from_start
+    recording = recording_in(done.content)
+    assert (recording.is_from_start, recording.faults()) == (True, [])
     assert len(sections) > 3 * IN_A_CHUNK
 
 
@@ -230,6 +231,11 @@ def test_sections_of_the_lap_before_are_none_of_a_chunk_whose_beginning_is_lost(
     damaged[PREFIX_SIZE : PREFIX_SIZE + CHUNK.size] = b"\xff" * CHUNK.size
     done = save(PATH, bytes(damaged))
     assert done.sections == len(sections) - middle
+
+
+def test_a_replay_goes_on_from_each_chunk_of_a_whole_one_to_the_next(whole: bytes) -> None:
+    (segment,) = recording_in(whole).segments()
+    assert segment.contents == sections_of(whole)
 
 
 def test_a_replay_goes_over_no_gap_behind_a_damaged_section(whole: bytes) -> None:

@@ -69,6 +69,8 @@ def test_floats_are_the_same_to_the_bit(make: Callable[[float], object]) -> None
         ({"a": {"b": 1}}, {"a": {"b": 2}}, ("node.value['a']['b']", 1, 2)),
         (np.zeros(3), np.array([0.0, 2.0, 0.0]), ("node.value[1]", 0.0, 2.0)),
         ({1, 2}, {2, 3}, ("node.value", [1, 2], [2, 3])),
+        (np.eye(1), np.zeros((1, 1)), ("node.value", [[1.0]], [[0.0]])),
+        (np.eye(1), None, ("node.value", [[1.0]], None)),
     ],
 )
 def test_the_field_within_a_value_is_named(then: object, now: object, found: object) -> None:

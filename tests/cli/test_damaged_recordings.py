@@ -193,6 +193,18 @@ def test_a_file_that_ends_before_its_last_chunks_is_not_whole(
     assert ended.out.splitlines()[0] == said
 
 
+@pytest.mark.parametrize("left", [CHUNK.size, CHUNK.size + 1])
+def test_a_file_that_ends_as_its_last_chunk_begins_is_not_whole(
+    command: Command, tmp_path: Path, whole: bytes, left: int
+) -> None:
+    _, size, chunks = layout.PREFIX.unpack_from(whole)
+    path = tmp_path / "x.recording"
+    path.write_bytes(whole[: layout.PREFIX_SIZE + (chunks - 1) * size + left])
+    ended = command("replay", path)
+    assert ended.status == 1
+    assert ended.out.startswith("not whole: ")
+
+
 @pytest.mark.parametrize("verb", ["replay", "debug", "mcap"])
 def test_a_recording_of_another_format_is_named_as_one(
     command: Command, tmp_path: Path, whole: bytes, verb: str

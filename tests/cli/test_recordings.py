@@ -23,7 +23,7 @@ from firmware_runtime.statistics.layout import STATE, Layout
 from firmware_runtime.statistics.reader import read_statistics
 from firmware_runtime.system import atomic_file as whole_file
 from tests.support.command import Command, own_process, started
-from tests.support.recorded import every_section, record
+from tests.support.recorded import every_section, in_chunks, record
 from tests.support.waiting import PATIENCE_S, wait_until
 from tests.support.written_run import WrittenRun
 
@@ -64,6 +64,15 @@ def test_the_last_run_is_listed_by_its_board(command: Command, last: Path) -> No
     assert (row["end"], row["why"], row["whole"]) == ("ended", "last run", True)
     assert rows(command, "detective") == [row]
     assert rows(command, "tachobot") == []
+
+
+def test_one_whose_beginning_has_been_written_over_says_since_when_it_is(
+    command: Command, last: Path
+) -> None:
+    last.write_bytes(in_chunks(last, 20))
+    last.write_bytes(file_of(read_recording(last).chunks[1:]))
+    (row,) = rows(command)
+    assert 0 < row["from_s"] < row["to_s"] == 0.2
 
 
 def test_a_kept_one_goes_by_its_name_and_says_why(command: Command, last: Path, kept: Path) -> None:

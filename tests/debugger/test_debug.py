@@ -122,6 +122,19 @@ def test_instants_go_forwards_and_backwards(debug: Debug) -> None:
     assert again["state"]["phase"] == "waiting"
 
 
+def test_an_instant_that_is_under_way_is_the_first_that_is_gone_back(debug: Debug) -> None:
+    states = debug("next", "rstep", "next", "rstep 2", "next", "rstep 3")
+    places = [(each["t_ns"] / SECOND, each["event"]) for each in states]
+    assert places == [(6, 0), (6.01, 1), (6, 0), (6.01, 1), (5.99, 0), (6, 1), (5.97, 0)]
+
+
+def test_back_at_the_start_it_shows_the_robot_as_it_was_there(debug: Debug) -> None:
+    commands = (f"p {YAW}", "step 30", f"p {YAW}", "rstep 100", f"p {YAW}")
+    start, begin, _, later, back, again = debug(*commands, words=())
+    assert (back["t_ns"], back["event"]) == (start["t_ns"], 0)
+    assert later["state"] != begin["state"] == again["state"]
+
+
 def test_it_stops_where_a_predicate_begins_to_hold_and_the_value_is_there(debug: Debug) -> None:
     commands = ("until controller.yaw.command_n > 0.5", f"print {YAW}.command_n", f"ports {YAW}")
     [_, there, value, ports] = debug(*commands, words=())
@@ -147,6 +160,13 @@ def test_breakpoints_of_functions_and_predicates(debug: Debug) -> None:
     answers = debug("break controller.yaw.internal", "continue", "next")
     assert answers[2]["reason"] == f"breakpoint 1, before {YAW} internal"
     assert (answers[3]["model"], answers[3]["function"]) == (YAW, "internal")
+
+
+def test_a_breakpoint_of_values_stops_only_where_they_begin_to_be_so(debug: Debug) -> None:
+    text = f"{YAW}.command_n > 0.5"
+    [_, _, first, then] = debug(f"b {text}", "c", "step 5", words=())
+    assert first["reason"] == f"breakpoint 1: {text}, after {YAW} output"
+    assert (then["t_ns"] > first["t_ns"], then["reason"]) == (True, "between two instants")
 
 
 def test_pdb_stops_inside_the_models_function(prompt: Prompt) -> None:

@@ -22,12 +22,13 @@ class Nose(Atomic):
 
 @pytest.fixture
 def models() -> Models:
-    """A robot with a nose called after a word of Python's, and one of two words."""
+    """A robot with noses called after words of Python's, and one of two words."""
     robot, head = Coupled("robot"), Coupled("head-1")
     robot.add(head)
     head.add(Nose("import"))
     head.add(Nose("nose tip"))
     robot.add(Nose("5"))
+    robot.add(Nose("pass"))
     return Models(robot)
 
 
@@ -43,6 +44,7 @@ def models() -> Models:
         ("head-1.import.angle/rad", False),
         ("'head-1.import.angle/rad' == 'head-1.nose tip'", False),
         ("5.angle == 9", True),
+        ("pass.turns == 3", True),
         ("head-1.import.turns < 5", True),
     ],
 )

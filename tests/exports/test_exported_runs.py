@@ -5,6 +5,7 @@ import io
 import json
 import sys
 from collections import defaultdict
+from collections.abc import Callable
 from importlib import import_module
 from pathlib import Path
 from time import time_ns
@@ -18,11 +19,17 @@ from rosbags.typesys import Stores, get_typestore
 from firmware_runtime.cli.main import main
 from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.time import NEVER, SECOND
+from firmware_runtime.models.motion import Applied
 from firmware_runtime.recording.blackbox.reader import Recording, read_recording
 from firmware_runtime.recording.blackbox.section import Kind, Section, encode, sent_of
 from firmware_runtime.recording.board_of_recording import board_of
-from firmware_runtime.recording.exports.mcap_file import _FIELDS, definition_of
-from firmware_runtime.recording.exports.run_file import csv_of, parquet_of, wide_table
+from firmware_runtime.recording.exports.mcap_file import _FIELDS, definition_of, marker_of
+from firmware_runtime.recording.exports.run_file import (
+    csv_of,
+    long_table,
+    parquet_of,
+    wide_table,
+)
 from firmware_runtime.recording.exports.typed_values import (
     Sent,
     entered_in,
@@ -119,6 +126,9 @@ def test_other_ports_lines_steps_and_markers_are_in_it(
     read = messages_in(exported(run, tmp_path, ".mcap"), began(run))
     commands = [(at, each.data) for at, each in read["/tachobot/ports/controller/yaw/command_n"]]
     assert commands == recorded(recording, "controller.yaw.command_n")
+    applied = read["/tachobot/ports/thrust_pairs/applied/json"]
+    names = [(at, Applied[json.loads(each.data)]) for at, each in applied]
+    assert names == recorded(recording, "thrust_pairs.applied") != []
     sections = list(sections_between(recording, 0, NEVER))
     transfers = [each for section in sections for each in section.transfers]
     said = read["/tachobot/raw/i2c1"]
@@ -219,6 +229,14 @@ def test_fields_of_any_name_and_size_stand_beside_the_instants() -> None:
     assert first == "1000000000,1.0,,7,noon,1,18446744073709551616"
 
 
+@pytest.mark.parametrize("table_of", [long_table, wide_table])
+def test_each_table_has_its_instants_in_nanoseconds_and_in_seconds(
+    table_of: Callable[[list[Sent]], dict[str, Any]],
+) -> None:
+    table = table_of([Sent(SECOND // 2, "yaw_reference", -0.5)])
+    assert (table["t_ns"], table["t_s"], table["value"]) == ([SECOND // 2], [0.5], [-0.5])
+
+
 def test_several_ports_and_fields_are_chosen_by_name(run: Path, tmp_path: Path) -> None:
     words = ("--port", "imu.sample.rate", "--port", "controller.yaw.command_n")
     rows = list(csv.DictReader(exported(run, tmp_path, ".csv", *words).read_text().splitlines()))
@@ -299,6 +317,21 @@ def test_without_the_extra_its_name_is_said(
     monkeypatch.setitem(sys.modules, "mcap_ros2.writer", None)
     said = command.refused("export", run, "-o", tmp_path / "x.mcap")
     assert "expected the extra mcap" in said
+
+
+@pytest.mark.parametrize(
+    ("kind", "extra", "marked"),
+    [
+        (Kind.ENDED, {"state": "failed", "reason": "a bug"}, ("ended", "failed: a bug")),
+        (Kind.ENDED, None, ("ended", "")),  # of a file that something has changed
+        (Kind.RETUNED, {"controller": {"kp": 1.0}}, ("settings", "")),
+        (Kind.ARMED, False, ("disarmed", "")),
+        (Kind.GO_ON, None, None),
+    ],
+)
+def test_a_marker_says_how_a_run_ended(kind: Kind, extra: object, marked: object) -> None:
+    section = Section(kind, SECOND, [], [], [], [], msgspec.Raw(b"\x90"), [], [], extra)
+    assert marker_of(section) == marked
 
 
 def test_what_came_in_over_a_link_has_the_name_that_it_crosses_by() -> None:

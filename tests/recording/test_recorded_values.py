@@ -77,6 +77,12 @@ def test_what_ports_of_boards_carry_comes_back_as_its_own_type(value: object) ->
     assert back is value or not isinstance(value, Flag)
 
 
+@pytest.mark.parametrize("bits", [31, 32, 63, 64, 65])
+def test_whole_numbers_of_any_size_come_back(bits: int) -> None:
+    for value in (sign * (1 << bits) + off for sign in (1, -1) for off in (-1, 0, 1)):
+        assert made(unpack(encoded(value))) == value
+
+
 def test_zero_and_minus_zero_are_not_the_same() -> None:
     assert encoded(0.0) != encoded(-0.0)
     assert encoded(1) != encoded(1.0)

@@ -17,6 +17,7 @@ from firmware_runtime.hal.wire_errors import NoAcknowledge
 from firmware_runtime.recording.blackbox.layout import CHUNK, PREFIX_SIZE, Chunk, file_of
 from firmware_runtime.recording.blackbox.reader import read_recording
 from firmware_runtime.recording.blackbox.section import decode
+from firmware_runtime.recording.replay.difference import NOTHING, Difference
 from firmware_runtime.recording.replay.stretch import Stretch
 from firmware_runtime.recording.replay.verdict import replay
 from firmware_runtime.runs.session import Session
@@ -142,9 +143,10 @@ def test_a_header_without_a_speed_is_none(record: Record, speed: float) -> None:
         read_recording(path)
 
 
-def test_what_is_no_recording_is_refused_by_a_sentence(tmp_path: Path) -> None:
+@pytest.mark.parametrize("text", ["Dear Sir,", "Friends,", "FWRTBOAT"])
+def test_what_is_no_recording_is_refused_by_a_sentence(tmp_path: Path, text: str) -> None:
     path = tmp_path / "letter.recording"
-    path.write_text("Dear Sir,")
+    path.write_text(text)
     with pytest.raises(ConfigError, match="not a recording of a run"):
         read_recording(path)
     with pytest.raises(ConfigError, match="does not exist"):
@@ -173,6 +175,22 @@ def test_a_model_that_ends_the_program_ends_its_replay_as_its_run(
     path = record("tachobot")
     count = iter(range(100))
     check_identical(path)
+
+
+def test_what_ended_a_run_and_is_not_raised_again_is_a_difference(
+    record: Record, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def fails(_: Allocation) -> None:
+        raise ValueError("a bug")
+
+    with monkeypatch.context() as patched:
+        patched.setattr(Allocation, "internal", fails)
+        path = record("tachobot")
+    found: list[Difference] = []
+    replay(*opened(path), listener=found.append)
+    (end,) = (each for each in found if each.what == "end")
+    assert (end.where, end.replayed) == ("failure", NOTHING)
+    assert "ModelFailure of ValueError" in str(end.recorded)
 
 
 def test_a_value_that_its_port_refuses_ends_the_replay_as_the_run(record: Record) -> None:

@@ -15,7 +15,7 @@ from firmware_runtime.recording.blackbox.reader import read_recording
 from firmware_runtime.recording.replay.replay_assertion import assert_replays, difference_of
 from tests.support.allocation import has_attribute
 from tests.support.command import Command
-from tests.support.recorded import in_chunks, record
+from tests.support.recorded import every_section, in_chunks, record
 
 GAIN = "controller.yaw.kp=0.8"
 Write = Callable[..., dict[str, Any]]
@@ -45,6 +45,13 @@ def test_a_stretch_is_kept_from_its_very_beginning_and_replays(write: Write) -> 
     assert (said["until_s"], said["difference"]) == (6.5, None)
     assert 50 <= said["steps"] <= 52
     assert_replays(said["recording"])
+
+
+def test_a_piece_from_the_start_has_all_that_the_run_has_up_to_there(
+    write: Write, flight: Path
+) -> None:
+    piece = every_section(Path(write("--until", 0.2)["recording"]))
+    assert piece == every_section(flight)[: len(piece)]
 
 
 def test_what_a_setting_changes_is_shown_by_one_step(write: Write) -> None:

@@ -5,6 +5,7 @@ import shutil
 import signal
 import subprocess
 import sys
+from collections import Counter
 from collections.abc import Sequence
 from contextlib import closing
 from pathlib import Path
@@ -18,14 +19,22 @@ from firmware_runtime.devs.time import SECOND, format_time
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.executive.clocks import VirtualClock
 from firmware_runtime.recording.blackbox.reader import read_recording
-from firmware_runtime.recording.replay.difference import in_lines
-from firmware_runtime.recording.replay.open_player import _carried
+from firmware_runtime.recording.blackbox.section import Section
+from firmware_runtime.recording.board_of_recording import changed_board
+from firmware_runtime.recording.replay.difference import NOTHING, Difference, in_lines
+from firmware_runtime.recording.replay.open_player import Change, OpenPlayer, _carried
+from firmware_runtime.recording.replay.outputs import Outputs
+from firmware_runtime.recording.replay.player import Player
+from firmware_runtime.recording.replay.stretch import Stretch
+from firmware_runtime.recording.replay.verdict import played
+from firmware_runtime.recording.what_if import watch
 from firmware_runtime.recording.what_if.watch import Watched, since
 from firmware_runtime.recording.what_if.what_if import Question, WhatIf, answer
+from firmware_runtime.recording.what_if.what_if_report import what_if_text
 from firmware_runtime.runs.start import start_session
 from tests.support.command import Command
 from tests.support.recorded import record
-from tests.support.replayed import check_identical
+from tests.support.replayed import check_identical, opened
 
 YAW = "controller.yaw.command_n"
 ROOT = Path(__file__).parents[2]
@@ -75,6 +84,14 @@ def test_another_gain_is_another_command_from_the_start_and_from_a_keyframe(
     assert found.structure == {}
 
 
+def test_it_is_said_whether_an_output_would_have_been_another(flight: Path) -> None:
+    gains = (read_recording(flight).header.table["controller"]["yaw"]["kp"], 0.8)
+    asked = (_asked(flight, f"controller.yaw.kp={gain}", span_s=1) for gain in gains)
+    (_, same, *_), (_, other, *_) = (what_if_text(found, "kp") for found in asked)
+    assert "no output of" in same
+    assert "outputs and fields of" in other
+
+
 def test_a_keyframe_leaves_what_is_set_otherwise_and_takes_up_the_rest(flight: Path) -> None:
     recorded = read_recording(flight).header.table["controller"]["yaw"]["kp"]
     assert _asked(flight, f"controller.yaw.kp={recorded}", begin_s=6).identical
@@ -121,6 +138,21 @@ def test_other_models_run_on_what_there_is_and_it_is_said(flight: Path) -> None:
     written = sum(gone.pop(name) for name in ("i2c1 0x40", "i2c1 0x68"))
     assert found.structure["transfers no longer made"] == written
     assert found.structure["values no longer made"] == sum(gone.values())
+
+
+def test_what_a_step_of_its_own_asks_for_is_of_that_step_s_instant(flight: Path) -> None:
+    recording, board = opened(flight)
+    change = Change(changed_board(recording.header, ["controller.mode=free"]), board)
+    found: list[Difference] = []
+
+    def player(beginning: Section) -> Player:
+        made = OpenPlayer(recording.header, change, Outputs(), Counter(), beginning)
+        made.listeners.append(found.append)
+        return made
+
+    played(recording, player, Stretch(until=SECOND // 10), lambda _: None)
+    steps = {each.at for each in found if each.what == "step" and each.recorded == NOTHING}
+    assert steps & {each.at for each in found if each.what == "write"}
 
 
 @pytest.mark.slow
@@ -219,6 +251,21 @@ def test_a_save_is_seen_and_a_file_of_an_editor_is_not(flight: Path, tmp_path: P
     assert watched.state() == before
     (package / "model.py").write_text("pass\n")
     assert watched.state() != before
+
+
+def test_each_answer_comes_with_how_long_it_took(
+    flight: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    refused = ConfigError.of_one("replay", "no")
+
+    def refuse(*_: object) -> WhatIf:
+        raise refused
+
+    monkeypatch.setattr(watch, "ask", refuse)
+    monkeypatch.setattr(watch, "monotonic_ns", iter((7 * SECOND, 9 * SECOND)).__next__)
+    watched = Watched(None, read_recording(flight).header.code)
+    answered = watch.answers(Question(recording=str(flight)), watched)
+    assert next(answered) == (refused, 2 * SECOND)
 
 
 @pytest.mark.slow
