@@ -67,7 +67,7 @@ class Inbox:
         self._posted: deque[Arrival] = deque()
         self._wake_up = WakeUp()
         self._descriptor = self._wake_up.fileno()
-        weakref.finalize(self, self._wake_up.close)
+        self._release = weakref.finalize(self, self._wake_up.close)
 
     def post(self, port: InPort[T], value: T) -> bool:
         """Hand a value to an input port of the root model; never blocks.
@@ -83,12 +83,17 @@ class Inbox:
 
     def wake(self) -> None:
         """End the loop's wait; safe in a signal handler."""
-        self._wake_up.ring()
+        if self._release.alive:
+            self._wake_up.ring()
         self.is_woken = True  # after it, as `take` does it before: none is forgotten
 
     def fileno(self) -> int:
         """The descriptor that is readable after a post or a wake."""
         return self._descriptor
+
+    def close(self) -> None:
+        """Release the descriptor: nothing waits any more."""
+        self._release()
 
     def take(self) -> list[Arrival]:
         """Everything posted so far, in order."""

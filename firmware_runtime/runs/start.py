@@ -218,7 +218,9 @@ def _executive(
         tap=edge.recorder,
         conditions=hardware.conditions(end),
     )
-    return Executive(model, start.clock, local.make_safe, configuration, hardware.world_now)
+    executive = Executive(model, start.clock, local.make_safe, configuration, hardware.world_now)
+    start.undo.callback(executive.inbox.close)
+    return executive
 
 
 def _dover(start: _Start, executive: Executive, blocks: "DoverBlocks | None") -> None:

@@ -315,7 +315,16 @@ def check_wrong_by_itself(folder: Path, oracle: str, said: str) -> None:
     test = run_path(str(finding.test))
     with pytest.raises(AssertionError, match=said):
         test[Path(str(finding.test)).stem]()
-    assert [(again.fixed, outcome) for again, outcome in rerun_findings(folder)] == [("", oracle)]
+    assert [(again.kept.fixed, again.outcome) for again in rerun_findings(folder)] == [("", oracle)]
+
+
+@pytest.mark.slow
+def test_a_stretch_whose_time_is_over_opens_no_robot(monkeypatch: pytest.MonkeyPatch) -> None:
+    numbers = numbers_of("nack", None)[:2]
+    rows = list(forked(SHORT, numbers, until=0.0, is_first=True))
+    assert len(rows) >= 1
+    monkeypatch.setattr(Mission, "opened", lambda *_: pytest.fail("it was opened"))
+    assert list(forked(SHORT, numbers, until=0.0)) == []
 
 
 @pytest.mark.slow
@@ -335,7 +344,7 @@ def test_what_a_rig_finds_wrong_without_any_fault_is_a_finding(
     check_wrong_by_itself(tmp_path, "own", "it flies")
     monkeypatch.setattr(TachobotRig, "judge", lambda _: None)
     healthy.cache_clear()
-    ((fixed, _),) = rerun_findings(tmp_path)
+    ((fixed, _, _),) = rerun_findings(tmp_path)
     assert fixed.fixed
     healthy.cache_clear()
 

@@ -5,13 +5,14 @@ from pathlib import Path
 import pytest
 from msgspec.structs import replace
 
+from firmware_runtime.cli.main import main
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.hal.strike import Strike
 from firmware_runtime.lab.campaign import campaign_page as page
 from firmware_runtime.lab.campaign import kept_findings
 from firmware_runtime.lab.campaign.campaign_page import campaign_page
-from firmware_runtime.lab.campaign.findings import as_in_rows
+from firmware_runtime.lab.campaign.findings import as_in_rows, text_of_test
 from firmware_runtime.lab.campaign.kept_findings import (
     keep_findings,
     read_findings,
@@ -106,7 +107,7 @@ def test_what_a_campaign_no_longer_finds_is_run_again_and_fixed_when_sound(
     assert read_findings(tmp_path)[0].finding == finding
     assert [each.fixed for each in keep_findings(tmp_path, "tachobot", [])] == [""]
     outcome[0] = REPORTED
-    assert [found for _, found in rerun_findings(tmp_path)] == [SOUND]
+    assert [each.outcome for each in rerun_findings(tmp_path)] == [SOUND]
     (fixed,) = read_findings(tmp_path)
     assert fixed.fixed >= fixed.since
     other = replace(finding, kind="nack")
@@ -116,6 +117,25 @@ def test_what_a_campaign_no_longer_finds_is_run_again_and_fixed_when_sound(
     assert (again.fixed, again.since) == ("", fixed.since)
 
 
+def test_a_finding_that_is_another_one_by_now_is_said_to_be(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    now = replace(FOUND, outcome="held", what="nothing commands it")
+    monkeypatch.setattr(kept_findings, "alone", lambda trial, **_: trial.row(0, now))
+    keep_findings(tmp_path, "tachobot", as_in_rows(ROWS[:1]))
+    assert main(["campaign", "rerun", str(tmp_path)]) == 1
+    first, last = capsys.readouterr().out.splitlines()
+    assert first == "now held, nothing commands it; it was: silent of imu: it turns"
+    assert last == "0 of 1 fixed"
+
+
+def test_the_test_of_a_board_that_is_a_file_finds_it_from_any_folder() -> None:
+    (finding,) = as_in_rows(ROWS[:1])
+    other = replace(finding, mission=replace(finding.mission, board="robots/left.toml"))
+    assert f'assert_sound("{Path.cwd()}/robots/left.toml"' in text_of_test(other, "test_it")
+    assert 'assert_sound("tachobot"' in text_of_test(finding, "test_it")
+
+
 def test_what_an_oracle_of_a_test_has_found_is_not_fixed_without_it(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -123,7 +143,7 @@ def test_what_an_oracle_of_a_test_has_found_is_not_fixed_without_it(
     (found,) = as_in_rows([row(0, replace(FOUND, outcome="own"))])
     finding = replace(found, needs_oracle=True)
     keep_findings(tmp_path, "tachobot", [finding])
-    assert [each.fixed for each, _ in rerun_findings(tmp_path)] == [""]
+    assert [each.kept.fixed for each in rerun_findings(tmp_path)] == [""]
     (fixed,) = keep_findings(tmp_path, "tachobot", [], oracle=lambda _: None)
     assert fixed.fixed
 
@@ -133,7 +153,7 @@ def test_what_a_rigs_own_oracle_has_found_is_fixed_when_it_is_sound(
 ) -> None:
     monkeypatch.setattr(kept_findings, "alone", lambda trial, **_: trial.row(0, REPORTED))
     keep_findings(tmp_path, "tachobot", as_in_rows([row(0, replace(FOUND, outcome="own"))]))
-    assert [bool(each.fixed) for each, _ in rerun_findings(tmp_path)] == [True]
+    assert [bool(each.kept.fixed) for each in rerun_findings(tmp_path)] == [True]
 
 
 def test_a_campaign_without_findings_leaves_a_folder_that_can_be_read(tmp_path: Path) -> None:

@@ -3,6 +3,7 @@
 from collections.abc import Iterator
 from functools import partial
 from itertools import count
+from math import inf, nan
 
 import pytest
 from firmware_boards.tachobot import allocation
@@ -162,7 +163,7 @@ def test_a_control_at_half_its_rate_is_found_and_not_struck(
 
     monkeypatch.setattr(Attitude, "output", every_second)
     found = found_without_fault(3.0)
-    assert found.startswith("paced of world: i2c1 has 152 transactions in a second at the most")
+    assert found.startswith("paced of i2c1: it has 152 transactions a second at the most")
     assert "and 200 by its board's loads" in found
     healthy.cache_clear()
     monkeypatch.setattr(TachobotRig, "unpaced", ("i2c1",), raising=False)
@@ -184,8 +185,11 @@ def test_a_motor_that_is_disarmed_and_brakes_is_not_off(monkeypatch: pytest.Monk
         assert_sound("balancing", [disarmed], for_s=4.5)
 
 
-def test_a_device_that_fails_and_is_not_named_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
-    silence = Strike("nack", "imu", at_s=1.2)
+@pytest.mark.parametrize("kind", ["nack", "absent"])
+def test_a_device_that_fails_and_is_not_named_is_found(
+    monkeypatch: pytest.MonkeyPatch, kind: str
+) -> None:
+    silence = Strike(kind, "imu", at_s=1.2)
 
     def note(_model: Imu, _error: object) -> None:
         """Swallow it."""
@@ -214,6 +218,26 @@ def test_values_that_are_sent_on_though_the_device_has_failed_are_found(
         assert_sound("tachobot", [silence], for_s=1.5)
     with pytest.raises(AssertionError, match=stale.replace("of imu", "of i2c1")):
         assert_sound("tachobot", [Strike("fault", "i2c1", at_s=1.2)], for_s=1.5)
+
+
+@pytest.mark.parametrize(("number", "is_sound"), [(inf, True), (-inf, False), (nan, False)])
+def test_infinity_is_what_a_device_says_that_has_nothing_in_range(
+    monkeypatch: pytest.MonkeyPatch, number: float, *, is_sound: bool
+) -> None:
+    send = ThrustPairs.output
+
+    def output(model: ThrustPairs) -> None:
+        send(model)
+        if model.faults:
+            model.duties_out.send((number,))
+
+    monkeypatch.setattr(ThrustPairs, "output", output)
+    silence = Strike("nack", "thrust_pairs", at_s=1.2, for_s=0.01)
+    if is_sound:
+        assert_sound("tachobot", [silence], for_s=1.5)
+    else:
+        with pytest.raises(AssertionError, match="not-finite"):
+            assert_sound("tachobot", [silence], for_s=1.5)
 
 
 def test_a_warning_of_a_healthy_robot_is_a_finding_unless_its_rig_says_that_it_is_right(

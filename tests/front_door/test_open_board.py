@@ -1,5 +1,6 @@
 """`firmware_runtime.open_board`: a robot in the hands of a test or a notebook."""
 
+import gc
 import os
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -48,6 +49,25 @@ REFUSED = FaultScript([NackAddress(times=None)])
 
 def virtual(board: str = "tachobot", **choices: Any) -> OpenBoard:  # noqa: ANN401
     return open_board(board, doubles=True, clock="virtual", **choices)
+
+
+def descriptors() -> int:
+    """How many this process has open."""
+    return len([*Path("/proc/self/fd").iterdir()])
+
+
+def test_robots_that_were_closed_hold_no_descriptor() -> None:
+    with virtual() as robot:
+        robot.run(0.01)
+    before = descriptors()
+    gc.disable()
+    try:
+        for _ in range(3):
+            with virtual() as robot:
+                robot.run(0.01)
+        assert descriptors() == before
+    finally:
+        gc.enable()
 
 
 @pytest.mark.slow

@@ -25,6 +25,7 @@ from firmware_runtime.lab.campaign.campaign_page import campaign_page
 from firmware_runtime.lab.campaign.campaigning import carry_out, report_of
 from firmware_runtime.lab.campaign.findings import is_same, is_wrong
 from firmware_runtime.lab.campaign.kept_findings import (
+    Again,
     read_findings,
     rerun_findings,
     watched_code,
@@ -187,13 +188,15 @@ def _rerun_findings(arguments: argparse.Namespace) -> int:
         raise ConfigError.of_one("campaign", fault, expected="campaign rerun FOLDER")
     left = 0
     found = []
-    for kept, outcome in rerun_findings(arguments.file):
+    for again in rerun_findings(arguments.file):
+        kept, outcome, what = again
         left += not kept.fixed
+        finding = kept.finding.as_json()
         found.append(
-            {"finding": kept.finding.as_json(), "fixed": kept.fixed or None, "outcome": outcome}
+            {"finding": finding, "fixed": kept.fixed or None, "outcome": outcome, "what": what}
         )
         if not arguments.json:
-            state = f"fixed, {kept.fixed}" if kept.fixed else _still(outcome)
+            state = f"fixed, {kept.fixed}" if kept.fixed else _still(again)
             print(f"{state}: {kept.finding.lines[0]}", flush=True)
     if arguments.json:
         print(json.dumps({"findings": found, "left": left}), flush=True)
@@ -202,9 +205,13 @@ def _rerun_findings(arguments: argparse.Namespace) -> int:
     return Status.MODEL_ERROR if left else Status.OK
 
 
-def _still(outcome: str) -> str:
+def _still(again: Again) -> str:
     """Return the state of a finding that is not known to be fixed, in words."""
-    return "not judged without the oracle of its test" if outcome == SOUND else f"still {outcome}"
+    if again.outcome == SOUND:
+        return "not judged without the oracle of its test"
+    if again.outcome == again.kept.finding.oracle:
+        return f"still {again.outcome}"
+    return f"now {again.outcome}, {again.what}; it was"
 
 
 def _rerun(arguments: argparse.Namespace) -> int:

@@ -12,6 +12,7 @@ from typing import Final
 from msgspec import Struct
 from msgspec.structs import replace
 
+from firmware_runtime.board import installed
 from firmware_runtime.board.assignments import assigned
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.errors import ConfigError
@@ -287,7 +288,12 @@ def text_of_test(finding: Finding, name: str) -> str:
         faults=finding.faults,
         body=[
             *(_ORACLE if finding.needs_oracle else ()),
-            f"assert_sound({quoted(mission.board)}, FAULTS{chosen})",
+            f"assert_sound({quoted(_anywhere(mission.board))}, FAULTS{chosen})",
         ],
     )
     return test.text()
+
+
+def _anywhere(board: str) -> str:
+    """Return a board as it is found in any folder: its name, or the whole path of its file."""
+    return board if board in installed.names() else str(Path(board).absolute())

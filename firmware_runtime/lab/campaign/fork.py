@@ -13,7 +13,7 @@ import signal
 import warnings
 from collections.abc import Callable
 from contextlib import suppress
-from select import select
+from select import POLLIN, poll
 from time import monotonic
 from typing import Final, TypeVar
 
@@ -31,7 +31,7 @@ STILL_S: Final = 60.0
 """How long a child may sleep, s of the machine's clock: nothing in virtual time waits."""
 STILL: Final = "it waited for what did not come, and used no processor time"
 HANGS: Final = (HANG, STILL)
-_LOOK_S: Final = 1.0
+_LOOK_MS: Final = 1000
 _SIGN_OF_LIFE: Final = b" "
 """Goes ahead of an answer in JSON, and is none of it."""
 _answering: int | None = None
@@ -71,8 +71,10 @@ def _answer_of(child: int, reading: int) -> tuple[bytes, int, float, bool]:
     """
     answer, status = bytearray(), None
     lived_at, used, is_still = monotonic(), time_used(child), False
+    poller = poll()
+    poller.register(reading, POLLIN)
     while True:
-        if select([reading], (), (), _LOOK_S)[0]:
+        if poller.poll(_LOOK_MS):
             if not (part := os.read(reading, 1 << 16)):
                 break
             answer += part

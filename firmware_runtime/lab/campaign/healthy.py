@@ -200,7 +200,8 @@ class _Run:
         loads = {name: stated[name] for name in stated.keys() - set(self.stated.unpaced)}
         pace = off_pace(loads, by_line, is_on)
         if self.wrong is None and pace is not None:
-            self.wrong = Wrong("paced", "world", f"{pace}, and no fault was made", until)
+            bus, what = pace
+            self.wrong = Wrong("paced", bus, f"{what}, and no fault was made", until)
 
     def _note(self, watched: Watched, before: int) -> None:
         """Take down the uses since the last time."""

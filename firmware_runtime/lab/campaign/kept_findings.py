@@ -7,7 +7,7 @@ import os
 from collections.abc import Iterator, Sequence
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import Final, TypeAlias
+from typing import Final, NamedTuple
 
 import msgspec
 from msgspec import Struct
@@ -39,8 +39,13 @@ class KeptFinding(Struct, frozen=True, kw_only=True, omit_defaults=True):
     fixed: str = ""
 
 
-Again: TypeAlias = tuple[KeptFinding, str]
-"""A finding as it is now, and the outcome of its run."""
+class Again(NamedTuple):
+    """A finding as it is now, and what became of its run."""
+
+    kept: KeptFinding
+    outcome: str
+    what: str
+    """A sentence about that; empty where it is sound."""
 
 
 def read_findings(folder: Path) -> list[KeptFinding]:
@@ -82,7 +87,7 @@ def keep_findings(
         if again is not None:
             each = replace(each, finding=again, fixed="")  # noqa: PLW2901 -- it is the same one
         elif each.finding.mission.board == board and is_judged:
-            each, _ = _run_again(each, oracle)  # noqa: PLW2901
+            each = _run_again(each, oracle).kept  # noqa: PLW2901
         kept.append(each)
     kept += [KeptFinding(finding=each, since=_today()) for each in now.values()]
     _keep(folder, kept)
@@ -94,7 +99,7 @@ def rerun_findings(folder: Path) -> Iterator[Again]:
     found = []
     for each in read_findings(folder):
         again = _run_again(each)
-        found.append(again[0])
+        found.append(again.kept)
         yield again
     _keep(folder, found)
 
@@ -113,17 +118,18 @@ def watched_code(folder: Path) -> Watched:
 
 def _run_again(kept: KeptFinding, oracle: Oracle | None = None) -> Again:
     """Run one; what a test's own oracle has found is not known to be fixed without it."""
-    outcome = _outcome(kept.finding, oracle)
+    outcome, what = _outcome(kept.finding, oracle)
     is_known = oracle is not None or not kept.finding.needs_oracle
     is_fixed = is_known and outcome == SOUND
-    return replace(kept, fixed=(kept.fixed or _today()) if is_fixed else ""), outcome
+    return Again(replace(kept, fixed=(kept.fixed or _today()) if is_fixed else ""), outcome, what)
 
 
-def _outcome(finding: Finding, oracle: Oracle | None) -> str:
+def _outcome(finding: Finding, oracle: Oracle | None) -> tuple[str, str]:
     if not finding.faults:
         wrong = healthy(finding.mission).wrong
-        return SOUND if wrong is None else wrong.oracle
-    return str(alone(Trial(finding.mission, finding.faults), oracle=oracle)["outcome"])
+        return (SOUND, "") if wrong is None else (wrong.oracle, wrong.what)
+    row = alone(Trial(finding.mission, finding.faults), oracle=oracle)
+    return str(row["outcome"]), str(row["what"])
 
 
 def _keep(folder: Path, kept: Sequence[KeptFinding]) -> None:

@@ -32,10 +32,11 @@ _PACE: Final = 0.15
 
 def off_pace(
     loads: Mapping[str, BusLoad], uses: Iterable[tuple[str, Use]], is_on: Sequence[bool]
-) -> str | None:
-    """Return a sentence about a bus that a driven robot never uses as often as its board states.
+) -> tuple[str, str] | None:
+    """Return a bus that a driven robot never uses as often as its board states, and a sentence.
 
-    Or always more often. Of seconds with outputs on at each look; None where there is none.
+    Or one that it always uses more often. Of seconds with outputs on at each look; None where there
+    is none.
     """
     begins = _begins(is_on, _PACE_LOOKS)
     counted = Counter((line, use.at // EVERY) for line, use in uses)
@@ -45,12 +46,12 @@ def off_pace(
         seconds = [sums[k + _PACE_LOOKS] - sums[k] for k in begins]
         off = max(1.0, _PACE * stated)
         if max(seconds) < stated - off:
-            found = f"{max(seconds)} transactions in a second at the most"
+            found = f"{max(seconds)} transactions a second at the most"
         elif stated and min(seconds) > stated + off:
-            found = f"{min(seconds)} transactions in a second at the least"
+            found = f"{min(seconds)} transactions a second at the least"
         else:
             continue
-        return f"{name} has {found}, and {stated:.0f} by its board's loads"
+        return name, f"it has {found}, and {stated:.0f} by its board's loads"
     return None
 
 

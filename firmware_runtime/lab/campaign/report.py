@@ -102,9 +102,9 @@ class Report(Struct, frozen=True, kw_only=True):
             yield f"{fixed} of {len(self.kept)} that were found here are fixed"
         if self.left_out:
             yield f"left out: {_listed(self.left_out)}"
-        if self.never:
+        if self.never and self.rows:
             yield f"never shown: {_listed(self.never)}"
-        if self.arrows:
+        if self.arrows and self.rows:
             taken = f"{self.arrows - len(self.never_taken)} of {self.arrows} arrows of states taken"
             yield f"{taken}; never: {_listed(self.never_taken)}" if self.never_taken else taken
 

@@ -136,12 +136,13 @@ def forked(
     `until`, an instant of the machine's clock, those that have not begun by then are left; of the
     first trials of a campaign one is run all the same: without any, nothing has been judged.
     """
+    if _is_over(until) and not is_first:
+        return
     space, found = space_of(mission), healthy(mission)
     cases = sorted(((space[number], number) for number in numbers), key=_order)
     with _healthy_again(mission, found) as watched:
         for place, (_, alike) in enumerate(groupby(cases, _course)):
-            is_left = until is not None and time.monotonic() >= until
-            if is_left and not (is_first and place == 0):
+            if _is_over(until) and not (is_first and place == 0):
                 return
             course = [(Trial(mission, case.strikes), number) for case, number in alike]
             before = space[course[0][1]].before
@@ -158,6 +159,10 @@ def forked(
                 if number not in [row["row"] for row in done]:
                     work = partial(_from_here, trial, number, watched, found, oracle)
                     yield _answered(trial, number, in_child(work))
+
+
+def _is_over(until: float | None) -> bool:
+    return until is not None and time.monotonic() >= until
 
 
 def _order(each: tuple[Case, int]) -> tuple[int, int]:

@@ -8,6 +8,7 @@ from collections import deque
 from collections.abc import Collection
 from functools import partial
 from hashlib import blake2b
+from math import inf, isfinite
 from typing import Final
 
 from msgspec import Struct
@@ -17,7 +18,7 @@ from firmware_runtime.devs.component import below_root
 from firmware_runtime.devs.coupled import ports_below
 from firmware_runtime.devs.finite import all_numbers
 from firmware_runtime.devs.model_errors import ModelError
-from firmware_runtime.devs.ports import OutPort
+from firmware_runtime.devs.ports import Check, OutPort
 from firmware_runtime.devs.time import MILLISECOND
 from firmware_runtime.executive.outcome import Device, Outcome
 from firmware_runtime.hal.strike import Breakable, Place
@@ -87,7 +88,8 @@ class Watched:
         for port in ports_below(simulator.root).values():
             is_judged = port.path not in self.asked.ports and port.path not in exempt
             if is_judged and not _is_of_faults(port.type):
-                simulator.listen(port, partial(self._check, port.path))
+                check = _is_measured if isinstance(port.owner, Device) else isfinite
+                simulator.listen(port, partial(self._check, port.path, check))
             if isinstance(port.owner, Device) and not _is_of_faults(port.type):
                 self._sent[port] = deque(maxlen=SENT)
                 simulator.listen(port, partial(_note, self._sent[port]))
@@ -208,13 +210,18 @@ class Watched:
             for arrow in (*state.external, *state.internal)
         }
 
-    def _check(self, path: str, at: int, value: object) -> None:
+    def _check(self, path: str, are_sound: Check, at: int, value: object) -> None:
         try:
-            is_finite = all_numbers(value)
+            is_finite = all_numbers(value, are_sound)
         except (TypeError, OverflowError):  # of a type that has no numbers to look at
             return
         if not is_finite:
             self.not_finite.setdefault(path, at)
+
+
+def _is_measured(value: float) -> bool:
+    """Return whether a device may send it: infinity says that nothing is in its range."""
+    return value > -inf
 
 
 def _note(sent: deque[int], at: int, _value: object) -> None:
