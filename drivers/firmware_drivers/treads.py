@@ -158,6 +158,7 @@ class Treads(Motors):
     def forget_command(self) -> None:
         """Make both treads stand."""
         self.command = STANDING
+        self._is_clipped = False
 
     def is_moving(self) -> bool:
         """Return whether a tread is to turn."""

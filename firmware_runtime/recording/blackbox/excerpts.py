@@ -220,6 +220,8 @@ class Pieces:
         own = set() if self._mirror is None else {self._mirror.path}
         grown = self._ring.size if own and self._ring is not None else 0
         if grown + size > self._budget:
+            beside = f"its {_mebibytes(size)} do not fit beside {_mebibytes(grown)} of the run"
+            self._log(f"{path}: not kept; {beside}; the budget is {_mebibytes(self._budget)}")
             return False
         left = self._budget - size - grown
         for each in make_room(self._stem.parent, left, {path, *own}):
