@@ -170,10 +170,12 @@ def test_a_bus_that_is_not_there_cannot_fail() -> None:
         ask_faults(rig.ask, Strike("stuck", "i2c7", for_s=1.0))
 
 
-def test_where_nothing_is_served_there_is_one_sentence(command: Command, tmp_path: Path) -> None:
-    assert "no doubles are served here" in command.refused(
-        "doubles", "fault", "stuck", "--socket", str(tmp_path / "none"), status=3
-    )
+@pytest.mark.parametrize("span", ["0", "0.5", "1e9", "ever"])
+def test_where_nothing_is_served_there_is_one_sentence_whatever_is_asked(
+    command: Command, tmp_path: Path, span: str
+) -> None:
+    asked = ("doubles", "fault", "stuck", "--for", span, "--socket", str(tmp_path / "none"))
+    assert "no doubles are served here" in command.refused(*asked, status=3)
 
 
 @pytest.mark.slow

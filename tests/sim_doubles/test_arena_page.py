@@ -70,8 +70,7 @@ def test_the_vehicle_ends_on_the_map_where_it_ended_in_the_arena(
     (body,) = shapes(page, "body")
     assert body.points == [(end.x_m, end.y_m)]
     nose = list(shapes(page, "nose"))[-1].points[0]
-    front = end.x_m + body.radius * math.cos(end.heading_rad)
-    assert nose[0] == pytest.approx(front)
+    assert nose == pytest.approx(end.ahead(body.radius))
 
 
 def test_what_stands_in_the_arena_is_on_the_map(page: Page) -> None:
