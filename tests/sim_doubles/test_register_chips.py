@@ -8,7 +8,7 @@ from firmware_drivers.chips.register_chip import RegisterChip
 from firmware_drivers.chips.step import Step
 
 from firmware_runtime.hal.i2c import I2cBus
-from firmware_runtime.hal.wire_errors import NoAcknowledge, WrongDevice
+from firmware_runtime.hal.wire_errors import NoAcknowledge, NotReady, WrongDevice
 from sim_doubles.chips.register_table_double import RegisterTableDouble, World
 from sim_doubles.chips.register_target import ByteOrder, RegisterTarget
 from sim_doubles.clock import ManualClock, Now
@@ -23,7 +23,7 @@ from sim_doubles.faults import StuckSda
 from sim_doubles.i2c_bus import I2cBusDouble
 from sim_doubles.i2c_target import Target
 from sim_doubles.worlds.swinging import swinging
-from tests.support.chip_rows import Ads1115Row
+from tests.support.chip_rows import Ads1115Row, Srf08Row
 from tests.support.table_chip import EIGHT_BITS, WORDS, driver_of, row_of, table_of
 
 ADDRESS = 0x36
@@ -290,6 +290,59 @@ COUNTED = chip.what_the_accounted_bus_counts_is_what_the_wire_saw
 def test_a_driver_that_does_nothing_breaks_it(check: Check) -> None:
     with pytest.raises(AssertionError):
         check(WithoutADriver)
+
+
+class Unsettled(Ads1115Row):
+    """Its settings are never as they should be."""
+
+    def verify(self) -> None:
+        raise NotReady("unsettled", where="at 0x4a on i2c-1", expected="settled")
+
+
+class Objecting(Ads1115Row):
+    """Its double has something to object to."""
+
+    def warnings(self) -> list[str]:
+        return ["noted"]
+
+
+class ObjectingWithoutSettings(Srf08Row):
+    """Likewise."""
+
+    def warnings(self) -> list[str]:
+        return ["noted"]
+
+
+ON_EVERY_ADAPTER = chip.bring_up_and_use_work_on_every_adapter_without_a_warning
+OVER_THE_RANGE = chip.values_come_through_driver_and_double_over_the_whole_range
+POWER_LOST = chip.a_loss_of_power_is_noticed_until_the_chip_is_brought_up_again
+FROM_ANY_STATE = chip.bring_up_works_from_any_state_a_former_program_left
+STUCK = chip.a_stuck_bus_is_noticed_at_once_and_use_goes_on_after_recovery
+
+
+@pytest.mark.parametrize(
+    "check",
+    [ON_EVERY_ADAPTER, STUCK, POWER_LOST, FROM_ANY_STATE, CUT_SHORT],
+    ids=lambda check: check.__name__,
+)
+def test_settings_that_are_wrong_in_the_end_are_noticed(check: Check) -> None:
+    with pytest.raises(NotReady):
+        check(Unsettled)
+
+
+@pytest.mark.parametrize(
+    ("check", "row_type"),
+    [
+        (ON_EVERY_ADAPTER, Objecting),
+        (OVER_THE_RANGE, Objecting),
+        (FROM_ANY_STATE, Objecting),
+        (POWER_LOST, ObjectingWithoutSettings),
+    ],
+    ids=lambda each: each.__name__,
+)
+def test_what_a_double_objects_to_is_noticed(check: Check, row_type: type[Row]) -> None:
+    with pytest.raises(AssertionError, match="protocol warnings"):
+        check(row_type)
 
 
 def test_a_transaction_past_the_accounted_bus_is_noticed() -> None:
