@@ -221,3 +221,8 @@ def test_the_states_of_its_controllers_are_in_the_log_as_they_are_entered(
     driven.clock.advance(SECOND)
     controller.watch("Turn")
     assert driven.rig.log.since(name, ("Turn",)) == driven.clock()
+
+
+def test_a_fault_is_to_be_said_as_soon_as_what_the_treads_turned_is_read_again() -> None:
+    driven = Driven()
+    assert driven.rig.said_within_s == driven.settings.treads.refresh_s
