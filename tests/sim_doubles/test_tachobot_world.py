@@ -118,6 +118,14 @@ def test_what_pushes_a_body_that_turns_leads_it_round_as_the_integral_says() -> 
         push * (-cosine + cosine_before - sine + sine_before),
     )
     assert (moved.vx_m_s, moved.vy_m_s) == pytest.approx(expected, abs=1e-11)
+    radius = push / rate
+    way = (
+        radius * (cosine_before - cosine + sine_before - sine)
+        + 2.0 * push * (cosine_before - sine_before),
+        radius * (sine_before - sine + cosine - cosine_before)
+        + 2.0 * push * (cosine_before + sine_before),
+    )
+    assert (moved.x_m - begun.x_m, moved.y_m - begun.y_m) == pytest.approx(way, abs=1e-11)
 
 
 def test_full_off_leaves_a_turning_body_turning_and_the_platform_pins_x_and_y() -> None:
