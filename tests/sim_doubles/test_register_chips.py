@@ -180,6 +180,15 @@ def test_a_driver_that_is_off_by_a_count_breaks_it() -> None:
         chip.values_come_through_driver_and_double_over_the_whole_range(row_of(other))
 
 
+def test_a_driver_that_reads_a_register_off_by_one_breaks_it(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    read = RegisterChip.read_by_name
+    monkeypatch.setattr(RegisterChip, "read_by_name", lambda chip, name: read(chip, name) + 1)
+    with pytest.raises(AssertionError, match="came through as"):
+        chip.values_come_through_driver_and_double_over_the_whole_range(row_of(WORDS))
+
+
 def test_a_chip_keeps_nothing_where_a_bring_up_leaves_its_registers_as_they_were() -> None:
     as_it_was = EIGHT_BITS.replace("bring_up = 0x81", "bring_up = 0x90")
     keeps_nothing = [row_of(each).keeps_nothing for each in (EIGHT_BITS, as_it_was, WORDS)]
