@@ -5,13 +5,14 @@ from pathlib import Path
 
 import pytest
 
-from firmware_runtime import ConfigError, Strike
+from firmware_runtime import ConfigError, Strike, open_board
 from firmware_runtime.devs.time import MILLISECOND, SECOND
 from firmware_runtime.hal.served.client import ServedDoubles
 from firmware_runtime.hal.served.packets import FaultList, ListFaults
 from firmware_runtime.hal.served.strikes import ask_faults
 from firmware_runtime.runs.fault_test import quoted, source_of
 from sim_doubles.commands.faults_as_test import script_of, text_of_test, what_is_noticed
+from sim_doubles.testing.broken import assert_ends_off, assert_noticed, noticed
 from tests.support.second_choice_board import second_choice_board
 from tests.support.served_rig import ServedRig, served_rig
 
@@ -102,6 +103,25 @@ def test_a_robot_of_ones_own_file_is_opened_by_its_path(tmp_path: Path) -> None:
     assert str(board) in text
     assert noticed is not None
     called(text)
+
+
+def test_a_robot_notices_where_it_reports_a_fault_or_has_all_outputs_off() -> None:
+    with open_board("tachobot", doubles=True, clock="virtual") as robot:
+        assert noticed(robot) == "all outputs are off"
+        robot.run(1.5)
+        robot.strike("push", amount=0.1)
+        robot.run(0.05)
+        assert noticed(robot) is None
+        with pytest.raises(AssertionError, match=r"push of all, and outputs are on: .*pairs': 8"):
+            assert_noticed(robot)
+        robot.strike("nack", "imu")
+        robot.run(0.03)
+        assert noticed(robot) == "imu: NoAcknowledge"
+        robot.run(0.2)
+        said = str(noticed(robot)).split(", ")
+        assert said == ["thrust_pairs: NotReady", "imu: NoAcknowledge", "all outputs are off"]
+        assert_noticed(robot)
+        assert_ends_off(robot)
 
 
 def test_instants_are_those_of_the_run_and_what_was_before_it_is_left_out() -> None:
