@@ -2,11 +2,13 @@
 
 import re
 from collections.abc import Iterator, Sequence
+from itertools import pairwise
 
 import pytest
 from firmware_drivers.chips.register_chip import RegisterChip
 from firmware_drivers.chips.step import Step
 
+from firmware_runtime.devs.time import SECOND
 from firmware_runtime.hal.i2c import I2cBus
 from firmware_runtime.hal.wire_errors import NoAcknowledge, NotReady, WrongDevice
 from sim_doubles.chips.register_table_double import RegisterTableDouble, World
@@ -224,6 +226,14 @@ def test_a_quantity_is_the_worlds_at_its_first_byte_and_a_word_cut_short_is_not_
     bus.write(0x40, b"\x00\x12")
     assert double.word("CONFIG") == 0x399F
     assert len(double.warnings) == 1
+
+
+def test_a_quantity_swings_slowly_through_half_of_its_scale() -> None:
+    world = swinging(table_of(EIGHT_BITS))
+    quarter_n = 0.5 * 0xFFFF / 4
+    swung = [world(tenths * SECOND // 10)["force_n"] + 10.0 for tenths in range(101)]
+    assert swung[::25] == pytest.approx([0.0, quarter_n, 0.0, -quarter_n, 0.0], abs=1.0)
+    assert max(abs(later - sooner) for sooner, later in pairwise(swung)) < 0.07 * quarter_n
 
 
 def test_a_subclass_says_what_follows_from_a_write() -> None:
