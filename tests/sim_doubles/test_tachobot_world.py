@@ -259,6 +259,21 @@ def test_friction_stops_it_for_good_or_leaves_it_turning_under_what_could_not_st
     assert table.rate(SECOND) == pytest.approx(0.02 / INERTIA)
 
 
+@pytest.mark.parametrize("pushes", [(0.5,), (-0.5,), (0.3, -0.5), (-0.3, 0.5), (0.5, -0.3)])
+def test_friction_brakes_a_body_that_was_pushed_until_its_bearing_sticks(
+    pushes: tuple[float, ...],
+) -> None:
+    world = Table(DRY).world
+    for each in pushes:
+        world.push(each)
+    rate, braking = sum(pushes), 0.04 / INERTIA
+    assert world.state(SECOND // 10).yaw_rate_rad_s == pytest.approx(
+        rate - math.copysign(0.1 * braking, rate)
+    )
+    assert world.state(9 * SECOND).yaw_rate_rad_s == 0.0
+    assert world.state(9 * SECOND).yaw_rad == pytest.approx(rate * abs(rate) / (2 * braking))
+
+
 @given(st.floats(0.01, 0.29), st.sampled_from((1, -1)))
 def test_held_exactly_at_static_friction_a_little_more_breaks_it_away(
     static_nm: float, sign: int
