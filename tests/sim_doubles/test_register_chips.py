@@ -230,6 +230,7 @@ def test_a_quantity_is_the_worlds_at_its_first_byte_and_a_word_cut_short_is_not_
 
 def test_a_quantity_swings_slowly_through_half_of_its_scale() -> None:
     world = swinging(table_of(EIGHT_BITS))
+    assert callable(world)
     quarter_n = 0.5 * 0xFFFF / 4
     swung = [world(tenths * SECOND // 10)["force_n"] + 10.0 for tenths in range(101)]
     assert swung[::25] == pytest.approx([0.0, quarter_n, 0.0, -quarter_n, 0.0], abs=1.0)
