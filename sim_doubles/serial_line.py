@@ -83,6 +83,8 @@ class SerialLineDouble(SerialPort):
         self._due: list[tuple[int, Callable[[], None]]] = []
         self._broken: set[str] = set()
         self._broken_outputs: set[str] = set()
+        self._endless: dict[str, int] = {}
+        """When faults begin that have no end yet, by kind."""
         self._to_drop = self._to_garble = 0
         self.struck_at: int | None = None
         """The instant at which a fault made by `strike` began; None before."""
@@ -141,8 +143,12 @@ class SerialLineDouble(SerialPort):
     def strike(self, kind: str, _address: int | None, span: "Span", amount: float) -> None:
         """Make a fault of a kind."""
         self.call_at(span.since, partial(self._break, kind, int(amount)))
-        if kind not in _MOMENTS and span.until < NEVER:
+        if kind in _MOMENTS:
+            return
+        if span.until < NEVER:
             self.call_at(span.until + 1, partial(self._heal, kind))
+        else:
+            self._endless[kind] = span.since
 
     def call_at(self, at: int, action: Callable[[], None]) -> None:
         """Call at `at`, or when the line is next used after it."""
@@ -151,14 +157,15 @@ class SerialLineDouble(SerialPort):
 
     def end_strikes(self, at: int) -> None:
         """Let every fault that has no end be over after `at`, as if it had been made so."""
-        self._catch_up()
-        for kind in (*self._broken, *self._broken_outputs):
-            self.call_at(at + 1, partial(self._heal, kind))
+        endless, self._endless = self._endless, {}
+        for kind, since in endless.items():
+            self.call_at(max(at, since) + 1, partial(self._heal, kind))
 
     def clear_strikes(self) -> None:
         """End every fault that `strike` has made."""
         self._catch_up()
         self._due.clear()
+        self._endless.clear()
         self._to_drop = self._to_garble = 0
         for kind in (*self._broken, *self._broken_outputs):
             self._heal(kind)

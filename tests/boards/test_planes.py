@@ -87,6 +87,14 @@ def test_a_propeller_of_tachobot_pushes_against_its_neighbour() -> None:
         assert second.direction_rad - first.direction_rad == pytest.approx(math.pi)
 
 
+def test_an_arrow_of_tachobot_is_as_long_as_the_duty_of_its_own_propeller() -> None:
+    (robot,) = tachobot_plane(2.0, "free").bodies
+    duties = {f"propeller {number + 1}": 0.1 * number for number in range(8)}
+    values = {"thrust_pairs.duties": [*duties.values()]}
+    drawn = {each.name: number(each.length, values) for each in robot.arrows}
+    assert drawn == duties, "of half an arm"
+
+
 def test_a_tachobot_of_longer_arms_is_drawn_larger() -> None:
     (one,), (two,) = (tachobot_plane(arm_m, "free").bodies for arm_m in (1.0, 2.0))
 

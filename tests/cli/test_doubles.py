@@ -26,7 +26,7 @@ from tests.support.guarded_run import answer_like_chips
 from tests.support.pytest_in_a_folder import run_pytest
 from tests.support.recorded import record
 from tests.support.second_choice_board import second_choice_board
-from tests.support.served_rig import served_rig
+from tests.support.served_rig import SERIAL_SONAR, ServedRig, served_rig
 from tests.support.waiting import PATIENCE_S
 
 
@@ -170,10 +170,91 @@ def test_a_bus_that_is_not_there_cannot_fail() -> None:
         ask_faults(rig.ask, Strike("stuck", "i2c7", for_s=1.0))
 
 
-def test_where_nothing_is_served_there_is_one_sentence(command: Command, tmp_path: Path) -> None:
-    assert "no doubles are served here" in command.refused(
-        "doubles", "fault", "stuck", "--socket", str(tmp_path / "none"), status=3
-    )
+@pytest.mark.parametrize("span", ["0", "0.5", "1e9", "ever"])
+def test_where_nothing_is_served_there_is_one_sentence_whatever_is_asked(
+    command: Command, tmp_path: Path, span: str
+) -> None:
+    asked = ("doubles", "fault", "stuck", "--for", span, "--socket", str(tmp_path / "none"))
+    assert "no doubles are served here" in command.refused(*asked, status=3)
+
+
+class InHand:
+    """In the place of a connection: what is asked goes to doubles in this process."""
+
+    def __init__(self, rig: ServedRig) -> None:
+        self.ask = rig.ask
+
+    def close(self) -> None:
+        """Leave them as they are."""
+
+
+@pytest.fixture
+def detective(monkeypatch: pytest.MonkeyPatch) -> Iterator[ServedRig]:
+    """Its doubles, a second and a half after they were made, wherever they are asked for."""
+    with served_rig("detective", *SERIAL_SONAR) as rig:
+        monkeypatch.setattr(strikes, "Connection", lambda _path: InHand(rig))
+        rig.clock.advance(3 * SECOND // 2)
+        yield rig
+
+
+FAULT = ("doubles", "fault", "--socket", "at hand")
+
+
+@pytest.mark.usefixtures("detective")
+def test_devices_and_lines_are_listed_with_where_they_are(command: Command) -> None:
+    lines = [" ".join(line.split()) for line in command.said(*FAULT, "--list").splitlines()]
+    assert lines[0] == "detective: kinds"
+    begin = lines.index("devices and lines")
+    assert {
+        "radar_motor I2C PCA9685 at 0x40 on i2c1",
+        "body_sonar serial MaxBotix on sonar",
+        "i2c1 I2C all on it",
+        "sonar serial all on it",
+    } < set(lines[begin:])
+    assert any(line.startswith("slow I2C") and "--amount 0.5, ms" in line for line in lines)
+    assert not any("--amount" in line for line in lines if line.startswith("nack"))
+    assert lines[-1] == "nothing was done yet"
+
+
+@pytest.mark.usefixtures("detective")
+@pytest.mark.parametrize(
+    ("words", "made"),
+    [
+        ("nack radar_motor", "radar_motor: nack for 1 s"),
+        ("nack radar_motor --for 2.5", "radar_motor: nack for 2.5 s"),
+        ("nack --for 0", "all: nack once"),
+        ("silent body_sonar --for ever", "body_sonar: silent until it is cleared"),
+        ("brown-out treads", "treads: brown-out"),
+        ("weak treads --amount 1", "treads: weak 1 for 1 s"),
+        ("push --amount 0.5", "push 0.5"),
+    ],
+)
+def test_what_was_broken_is_said_and_listed_with_its_instant(
+    command: Command, words: str, made: str
+) -> None:
+    assert command.said(*FAULT, *words.split()) == f"{made}\n"
+    *_, heading, last = command.said(*FAULT, "--list").splitlines()
+    assert heading == "what was done"
+    assert last.split(maxsplit=2) == ["1.500", "s", made]
+
+
+def test_a_program_gets_all_that_is_listed(command: Command, detective: ServedRig) -> None:
+    document = command.document(*FAULT, "nack", "radar_motor")
+    assert (document["board"], document["at_ns"]) == ("detective", 3 * SECOND // 2)
+    kinds = {each["kind"]: each for each in document["kinds"]}
+    assert kinds["slow"]["amount"] == 0.5
+    assert kinds["slow"]["unit"] == "ms"
+    assert kinds["nack"]["unit"] is None
+    devices = {each["name"]: each for each in document["devices"]}
+    motor, line = devices["radar_motor"], devices["i2c1"]
+    assert (motor["chip"], motor["line"], motor["address"]) == ("PCA9685", "i2c1", 0x40)
+    assert (line["chip"], line["line"], line["address"]) == (None, "i2c1", None)
+    (made,) = document["struck"]
+    assert (made["at_ns"], made["span_ns"], made["amount"]) == (3 * SECOND // 2, SECOND, None)
+    detective.clock.advance(SECOND // 2)
+    (cleared,) = command.document(*FAULT, "clear")["struck"]
+    assert cleared["span_ns"] == SECOND // 2
+    assert command.said(*FAULT, "clear") == "detective: no fault any more\n"
 
 
 @pytest.mark.slow

@@ -10,7 +10,7 @@ from firmware_runtime.devs.time import MILLISECOND, SECOND
 from firmware_runtime.view.parts import Lanes, Page, Plane, Series, Shape, Text
 from sim_doubles.worlds.arena import ArenaParameters
 from sim_doubles.worlds.arena_log import ArenaLog, Stay
-from sim_doubles.worlds.arena_page import arena_page
+from sim_doubles.worlds.arena_page import arena_page, arena_plane
 from tests.support.arena_mission import ArenaMission
 from tests.support.arena_rig import ArenaRig
 
@@ -70,8 +70,7 @@ def test_the_vehicle_ends_on_the_map_where_it_ended_in_the_arena(
     (body,) = shapes(page, "body")
     assert body.points == [(end.x_m, end.y_m)]
     nose = list(shapes(page, "nose"))[-1].points[0]
-    front = end.x_m + body.radius * math.cos(end.heading_rad)
-    assert nose[0] == pytest.approx(front)
+    assert nose == pytest.approx(end.ahead(body.radius))
 
 
 def test_what_stands_in_the_arena_is_on_the_map(page: Page) -> None:
@@ -81,6 +80,20 @@ def test_what_stands_in_the_arena_is_on_the_map(page: Page) -> None:
     wall, obstacle = shapes(page, "thing")
     assert wall.points == [(-3.0, -1.0), (3.0, -1.0)]
     assert (obstacle.points, obstacle.radius) == ([(-2.0, 1.0)], 0.3)
+
+
+def test_a_vehicle_that_moves_is_drawn_round_its_centre_with_nose_and_sonar_at_its_front() -> None:
+    vehicle, head = arena_plane(ArenaParameters()).bodies
+    body, nose = vehicle.shapes
+    (ahead,), (radar,) = vehicle.rays, head.rays
+    assert body.points == [(0.0, 0.0)]
+    assert ahead.at == (body.radius, 0.0)
+    assert nose.points[0] == pytest.approx(ahead.at)
+    assert radar.at == (0.0, 0.0)
+    (pointer,) = head.shapes
+    x_m, y_m = pointer.points[0]
+    assert 0.0 < x_m < body.radius
+    assert y_m == 0.0
 
 
 def test_the_path_is_whole_and_has_the_colours_of_its_states(page: Page) -> None:

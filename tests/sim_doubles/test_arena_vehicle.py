@@ -12,10 +12,11 @@ from scipy.integrate import solve_ivp
 
 from firmware_runtime import open_board
 from firmware_runtime.devs.time import MILLISECOND, SECOND
-from sim_doubles.worlds.arena import ArenaParameters, CompassMounting, Pose
+from sim_doubles.worlds.arena import ArenaParameters, CompassMounting
 from sim_doubles.worlds.arena_log import Stay
 from sim_doubles.worlds.arena_past import KEPT, Past
 from sim_doubles.worlds.arena_quantized import QUANTUM
+from sim_doubles.worlds.arena_vehicle import Pose
 from tests.support.arena_mission import ArenaMission
 from tests.support.arena_rig import M_PER_UNIT_S, ArenaRig
 

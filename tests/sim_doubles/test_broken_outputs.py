@@ -107,6 +107,24 @@ def test_a_motor_does_not_follow_its_chip_on_a_serial_line() -> None:
     assert chip.speeds == (first, second)
 
 
+def test_a_motor_that_is_healed_and_breaks_again_stays_so_for_its_own_time() -> None:
+    now = ManualClock(SECOND)
+    chip = SabertoothDouble(now)
+    line = SerialLineDouble("uart", now, chip)
+    line.write(b"\xaa" + _packet(0, 64) + _packet(4, 64))
+    line.strike("weak", None, Span(now(), now() + SECOND, once=False), 0.0)
+    now.advance(2 * SECOND)
+    line.read_available()
+    line.end_strikes(now() + 2 * SECOND)
+    line.strike("dead", None, Span(now(), now() + 10 * SECOND, once=False), 0.0)
+    for _ in range(5):
+        now.advance(SECOND)
+        line.read_available()
+    first, second = chip.speeds
+    assert first == 0.0
+    assert second > 0.0
+
+
 def _packet(command: int, value: int) -> bytes:
     return bytes([128, command, value, (128 + command + value) & 0x7F])
 

@@ -13,6 +13,7 @@ from sim_doubles.chip_doubles import chip_double, names
 from sim_doubles.chips.cmps12 import Cmps12Double
 from sim_doubles.chips.maxbotix import MaxbotixDouble
 from sim_doubles.chips.md25 import Md25Double
+from sim_doubles.chips.mpu9250 import Mpu9250Double
 from sim_doubles.chips.pca9685 import Pca9685Double
 from sim_doubles.chips.sabertooth import SabertoothDouble
 from sim_doubles.chips.srf08 import Srf08Double
@@ -50,6 +51,17 @@ def test_what_turns_a_chip_without_a_robot_turns_its_field_alike(at: int) -> Non
 
     rate = (angle(MILLISECOND) - angle(-MILLISECOND)) * SECOND / (2 * MILLISECOND)
     assert singles._inertia(at).rate[2] == pytest.approx(rate, abs=1e-6)
+
+
+def test_what_samples_by_itself_is_up_to_now_before_its_world_changes() -> None:
+    clock = ManualClock()
+    made = ChipsRig(placed(["mpu9250"]), clock)
+    chip, *_ = made.buses[BUS].targets
+    assert isinstance(chip, Mpu9250Double)
+    clock.advance(SECOND)
+    assert chip.samples == 0
+    made.catch_up()
+    assert chip.samples > 0
 
 
 def test_a_chip_can_be_at_another_address_beside_one_of_its_kind() -> None:

@@ -1,17 +1,19 @@
 """Faults of served doubles, written as a test: the script, what it asserts, and that it runs."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
 
-from firmware_runtime import ConfigError, Strike
+from firmware_runtime import ConfigError, Strike, open_board
 from firmware_runtime.devs.time import MILLISECOND, SECOND
 from firmware_runtime.hal.served.client import ServedDoubles
 from firmware_runtime.hal.served.packets import FaultList, ListFaults
 from firmware_runtime.hal.served.strikes import ask_faults
 from firmware_runtime.runs.fault_test import quoted, source_of
+from firmware_runtime.runs.open_board import OpenBoard
 from sim_doubles.commands.faults_as_test import script_of, text_of_test, what_is_noticed
+from sim_doubles.testing.broken import assert_ends_off, assert_noticed, noticed
 from tests.support.second_choice_board import second_choice_board
 from tests.support.served_rig import ServedRig, served_rig
 
@@ -102,6 +104,32 @@ def test_a_robot_of_ones_own_file_is_opened_by_its_path(tmp_path: Path) -> None:
     assert str(board) in text
     assert noticed is not None
     called(text)
+
+
+@pytest.fixture
+def tachobot() -> Iterator[OpenBoard]:
+    with open_board("tachobot", doubles=True, clock="virtual") as robot:
+        yield robot
+
+
+def test_a_robot_notices_where_it_reports_a_fault_or_has_all_outputs_off(
+    tachobot: OpenBoard,
+) -> None:
+    assert noticed(tachobot) == "all outputs are off"
+    tachobot.run(0.9)
+    tachobot.strike("push", amount=0.1)
+    tachobot.run(0.05)
+    assert noticed(tachobot) is None
+    with pytest.raises(AssertionError, match=r"push of all, and outputs are on: .*pairs': 8"):
+        assert_noticed(tachobot)
+    tachobot.strike("nack", "imu")
+    tachobot.run(0.03)
+    assert noticed(tachobot) == "imu: NoAcknowledge"
+    tachobot.run(0.2)
+    said = str(noticed(tachobot)).split(", ")
+    assert said == ["thrust_pairs: NotReady", "imu: NoAcknowledge", "all outputs are off"]
+    assert_noticed(tachobot)
+    assert_ends_off(tachobot)
 
 
 def test_instants_are_those_of_the_run_and_what_was_before_it_is_left_out() -> None:

@@ -72,6 +72,12 @@ def test_turn_is_the_sum_over_the_stretches_whatever_the_commands(
     assert pair.turned_rad(at) == pytest.approx(tuple(turned), abs=1e-6)
 
 
+def test_speeds_are_shares_of_full_speed_too() -> None:
+    pair = MotorPair(0, 127, 17.8)
+    pair.drive(0, (127, -64), 127, 0)
+    assert pair.shares(1) == (1.0, -64 / 127)
+
+
 def test_stretches_fill_the_time_without_gap_and_end_in_one_of_rest() -> None:
     pair = MotorPair(0, 127, 127.0)
     pair.drive(0, (2, -1), 1, 10)
@@ -101,6 +107,7 @@ def test_before_change_sees_the_old_future_and_only_real_changes() -> None:
     pair = MotorPair(0, 10, 10.0)
     seen: list[float] = []
     pair.before_change = lambda: seen.append(pair.turned_rad(1_000_000_000)[0])
+    pair.drive(0, (0, 0), 10, 0)
     pair.drive(0, (10, 10), 10, 0)
     pair.drive(500_000_000, (10, 10), 10, 0)
     pair.put_off_stop(500_000_000, NEVER)

@@ -85,6 +85,10 @@ def rig(clock: ManualClock) -> WiredMpu9250:
             "W 25 8c 00 82; W 2e 8c 01 81; W 23 81; W 24 20; W 6a 60; 2 ms; "
             "W 74, R 00 00 48 9a 9a 00 00 48 9a 9a"
         ),
+        "bytes of a slave without its bit, or that writes, enter no FIFO": (
+            "W 25 8c 00 82; W 28 8c 01 81; W 2b 0c 0a 81; W 23 86; W 6a 60; 1 ms; "
+            "W 72, R 00 03; W 74, R 00 00 9a"
+        ),
     }
 )
 def test_the_auxiliary_master(rig: WiredMpu9250, lines: str) -> None:

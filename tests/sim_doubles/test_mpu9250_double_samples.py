@@ -110,6 +110,7 @@ def test_self_test_adds_the_factory_deflection_which_halves_with_each_range(
 
 GYRO_DELAYS_MS = {1: 2.9, 2: 3.9, 3: 5.9, 4: 9.9, 5: 17.85, 6: 33.48}
 FORCE_DELAYS_MS = {0: 1.88, 1: 1.88, 2: 2.88, 3: 4.88, 4: 8.87, 5: 16.83, 6: 32.48, 7: 1.38}
+TEMPERATURE_DELAYS_MS = {1: 1.9, 2: 2.8, 3: 4.8, 4: 8.3, 5: 13.4, 6: 18.6}
 """By the code of the low-pass filter."""
 
 
@@ -139,10 +140,19 @@ def test_thermometer_can_be_stopped_alone_and_starts_again(clock: ManualClock) -
         assert rig.words(RATE)[2] == pytest.approx(131 * 180 / math.pi, abs=10)
 
 
-def test_temperature_has_a_filter_of_its_own(clock: ManualClock) -> None:
-    rig = at_1_khz(clock, ramp(10.0), (0x1A, 6))
+@pytest.mark.parametrize(
+    ("settings", "delay_ms"),
+    [
+        *(((0x1A, code), delay) for code, delay in TEMPERATURE_DELAYS_MS.items()),
+        pytest.param((0x1A, 6, 1), 0.04, id="none while the gyroscope's is bypassed"),
+    ],
+)
+def test_temperature_has_a_filter_of_its_own(
+    clock: ManualClock, settings: Sequence[int], delay_ms: float
+) -> None:
+    rig = at_1_khz(clock, ramp(10.0), settings)
     rig.wait(1500)
-    expected = (10.0 * (1.5 - 0.0186) - 21.0) * 333.87
+    expected = (10.0 * (1.5 - delay_ms / 1000) - 21.0) * 333.87
     assert rig.words(TEMPERATURE, 1)[0] == pytest.approx(expected, abs=0.6)
 
 

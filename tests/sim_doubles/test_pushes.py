@@ -69,6 +69,9 @@ def test_a_push_turns_the_detective_where_it_stands_and_its_compass_sees_it(solv
         )
         seen = robot.world.body_bearing_deg(robot.now)
         assert abs(seen - shown) % 360 == pytest.approx(90.0, abs=3.0)
+        robot.strike("push", amount=0.5)
+        again = robot.world.pose(robot.now).heading_rad
+        assert again - after.heading_rad == pytest.approx(0.5, abs=1e-4)
 
 
 def test_a_head_that_is_pushed_aside_goes_back() -> None:

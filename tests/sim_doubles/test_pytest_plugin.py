@@ -5,6 +5,7 @@ import sys
 import time
 from collections.abc import Callable
 from time import monotonic, sleep
+from types import ModuleType
 from typing import Any
 
 import pytest
@@ -12,13 +13,14 @@ import serial
 import smbus2
 from smbus2 import SMBus
 
+import sim_doubles.busio
 from firmware_runtime.errors import ConfigError
 from sim_doubles.chips.pca9685 import Pca9685Double
 from sim_doubles.faults import FaultScript, NackAddress
 from sim_doubles.i2c_bus import I2cBusDouble
 from sim_doubles.serial_pty import SerialPty
 from sim_doubles.smbus import SMBus as OurSMBus
-from sim_doubles.testing.substitution import substitute
+from sim_doubles.testing.substitution import open_doubles, substitute
 from sim_doubles.testing.virtual_time import VirtualTime
 from sim_doubles.testing.wire_log import WireLog, explained
 
@@ -148,6 +150,23 @@ def test_a_name_imported_by_a_driver_is_found_wherever_it_is(
         substitute(patch, {serial.Serial: SerialPty})
         assert vars(serial)["Serial"] is SerialPty
     assert vars(serial)["Serial"] is not SerialPty
+
+
+@pytest.mark.parametrize(
+    ("name", "of", "ours"), [("smbus", "SMBus", OurSMBus), ("busio", "I2C", sim_doubles.busio.I2C)]
+)
+def test_a_compiled_bus_gives_way_wherever_it_was_imported_by_name(
+    monkeypatch: pytest.MonkeyPatch, name: str, of: str, ours: type
+) -> None:
+    theirs = type(of, (), {})
+    compiled, driver = ModuleType(name), ModuleType("somebodys_driver")
+    vars(compiled)[of] = vars(driver)["Bus"] = theirs
+    for module in (compiled, driver):
+        monkeypatch.setitem(sys.modules, module.__name__, module)
+    with monkeypatch.context() as patch:
+        open_doubles(patch)
+        assert vars(compiled)[of] is vars(driver)["Bus"] is ours
+    assert vars(compiled)[of] is vars(driver)["Bus"] is theirs
 
 
 def test_faults_strike_and_are_counted(i2c_double: Connect, i2c_faults: FaultScript) -> None:

@@ -294,11 +294,14 @@ def test_a_port_on_which_nothing_passed_is_over_from_the_start(serial: Served) -
     assert RecordedPort("sonar", [], rules).is_over
 
 
-def test_a_second_client_that_opens_a_port_takes_no_bytes_with_it(serial: Served) -> None:
+def test_a_second_client_that_opens_a_port_and_goes_takes_no_bytes_with_it(
+    serial: Served,
+) -> None:
     own = ServedPort("sonar", serial.ask)
     serial.client = 2
     ServedPort("sonar", serial.ask)
     serial.client = 1
+    serial.service.release(2)
     every = range(len(recorded(serial, "sonar")))
     found = b"".join(own.read_available() for _ in every)
     assert found == b"".join(e.answer for e in recorded(serial, "sonar") if e.address == READ)

@@ -2,13 +2,15 @@
 
 import re
 from collections.abc import Iterator, Sequence
+from itertools import pairwise
 
 import pytest
 from firmware_drivers.chips.register_chip import RegisterChip
 from firmware_drivers.chips.step import Step
 
+from firmware_runtime.devs.time import SECOND
 from firmware_runtime.hal.i2c import I2cBus
-from firmware_runtime.hal.wire_errors import NoAcknowledge, WrongDevice
+from firmware_runtime.hal.wire_errors import NoAcknowledge, NotReady, WrongDevice
 from sim_doubles.chips.register_table_double import RegisterTableDouble, World
 from sim_doubles.chips.register_target import ByteOrder, RegisterTarget
 from sim_doubles.clock import ManualClock, Now
@@ -23,7 +25,7 @@ from sim_doubles.faults import StuckSda
 from sim_doubles.i2c_bus import I2cBusDouble
 from sim_doubles.i2c_target import Target
 from sim_doubles.worlds.swinging import swinging
-from tests.support.chip_rows import Ads1115Row
+from tests.support.chip_rows import Ads1115Row, Srf08Row
 from tests.support.table_chip import EIGHT_BITS, WORDS, driver_of, row_of, table_of
 
 ADDRESS = 0x36
@@ -180,6 +182,15 @@ def test_a_driver_that_is_off_by_a_count_breaks_it() -> None:
         chip.values_come_through_driver_and_double_over_the_whole_range(row_of(other))
 
 
+def test_a_driver_that_reads_a_register_off_by_one_breaks_it(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    read = RegisterChip.read_by_name
+    monkeypatch.setattr(RegisterChip, "read_by_name", lambda chip, name: read(chip, name) + 1)
+    with pytest.raises(AssertionError, match="came through as"):
+        chip.values_come_through_driver_and_double_over_the_whole_range(row_of(WORDS))
+
+
 def test_a_chip_keeps_nothing_where_a_bring_up_leaves_its_registers_as_they_were() -> None:
     as_it_was = EIGHT_BITS.replace("bring_up = 0x81", "bring_up = 0x90")
     keeps_nothing = [row_of(each).keeps_nothing for each in (EIGHT_BITS, as_it_was, WORDS)]
@@ -215,6 +226,15 @@ def test_a_quantity_is_the_worlds_at_its_first_byte_and_a_word_cut_short_is_not_
     bus.write(0x40, b"\x00\x12")
     assert double.word("CONFIG") == 0x399F
     assert len(double.warnings) == 1
+
+
+def test_a_quantity_swings_slowly_through_half_of_its_scale() -> None:
+    world = swinging(table_of(EIGHT_BITS))
+    assert callable(world)
+    quarter_n = 0.5 * 0xFFFF / 4
+    swung = [world(tenths * SECOND // 10)["force_n"] + 10.0 for tenths in range(101)]
+    assert swung[::25] == pytest.approx([0.0, quarter_n, 0.0, -quarter_n, 0.0], abs=1.0)
+    assert max(abs(later - sooner) for sooner, later in pairwise(swung)) < 0.07 * quarter_n
 
 
 def test_a_subclass_says_what_follows_from_a_write() -> None:
@@ -290,6 +310,59 @@ COUNTED = chip.what_the_accounted_bus_counts_is_what_the_wire_saw
 def test_a_driver_that_does_nothing_breaks_it(check: Check) -> None:
     with pytest.raises(AssertionError):
         check(WithoutADriver)
+
+
+class Unsettled(Ads1115Row):
+    """Its settings are never as they should be."""
+
+    def verify(self) -> None:
+        raise NotReady("unsettled", where="at 0x4a on i2c-1", expected="settled")
+
+
+class Objecting(Ads1115Row):
+    """Its double has something to object to."""
+
+    def warnings(self) -> list[str]:
+        return ["noted"]
+
+
+class ObjectingWithoutSettings(Srf08Row):
+    """Likewise."""
+
+    def warnings(self) -> list[str]:
+        return ["noted"]
+
+
+ON_EVERY_ADAPTER = chip.bring_up_and_use_work_on_every_adapter_without_a_warning
+OVER_THE_RANGE = chip.values_come_through_driver_and_double_over_the_whole_range
+POWER_LOST = chip.a_loss_of_power_is_noticed_until_the_chip_is_brought_up_again
+FROM_ANY_STATE = chip.bring_up_works_from_any_state_a_former_program_left
+STUCK = chip.a_stuck_bus_is_noticed_at_once_and_use_goes_on_after_recovery
+
+
+@pytest.mark.parametrize(
+    "check",
+    [ON_EVERY_ADAPTER, STUCK, POWER_LOST, FROM_ANY_STATE, CUT_SHORT],
+    ids=lambda check: check.__name__,
+)
+def test_settings_that_are_wrong_in_the_end_are_noticed(check: Check) -> None:
+    with pytest.raises(NotReady):
+        check(Unsettled)
+
+
+@pytest.mark.parametrize(
+    ("check", "row_type"),
+    [
+        (ON_EVERY_ADAPTER, Objecting),
+        (OVER_THE_RANGE, Objecting),
+        (FROM_ANY_STATE, Objecting),
+        (POWER_LOST, ObjectingWithoutSettings),
+    ],
+    ids=lambda each: each.__name__,
+)
+def test_what_a_double_objects_to_is_noticed(check: Check, row_type: type[Row]) -> None:
+    with pytest.raises(AssertionError, match="protocol warnings"):
+        check(row_type)
 
 
 def test_a_transaction_past_the_accounted_bus_is_noticed() -> None:

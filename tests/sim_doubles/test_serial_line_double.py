@@ -139,6 +139,18 @@ def test_a_silence_that_is_given_an_end_takes_what_is_sent_at_that_instant(
     assert line.read_available() == b"b"
 
 
+def test_what_was_sent_in_a_silence_does_not_arrive_after_it_was_cleared(
+    line: SerialLineDouble, clock: ManualClock, echo: Echo
+) -> None:
+    line.strike("silent", None, Span(clock(), NEVER, once=False), 0.0)
+    echo.receive(b"a")
+    clock.advance(MILLISECOND)
+    line.clear_strikes()
+    echo.receive(b"b")
+    clock.advance(MILLISECOND)
+    assert line.read_available() == b"b"
+
+
 @pytest.mark.parametrize(
     ("kinds", "arrived"),
     [

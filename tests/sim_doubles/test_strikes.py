@@ -3,6 +3,7 @@
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Literal
 from unittest.mock import Mock
 
 import pytest
@@ -25,6 +26,7 @@ from firmware_runtime.hal.wire_errors import (
     HalError,
     NoAcknowledge,
 )
+from sim_doubles.chip_doubles import chip_double
 from sim_doubles.chips.maxbotix import MaxbotixDouble
 from sim_doubles.chips.pca9685 import Pca9685Double
 from sim_doubles.clock import ManualClock
@@ -417,6 +419,32 @@ def test_one_measured_word_is_another_and_the_others_are_as_they_were(
     assert awake.read(0x68, WHO_AM_I) == b"\x71"
     awake.wait(2 * SECOND)
     assert burst(awake)[UP] == pytest.approx(G, abs=200)
+
+
+@pytest.mark.parametrize(
+    ("name", "first", "registers", "order"),
+    [
+        ("ads1115", 0, (0x00, 0x00), "big"),
+        ("cmps12", 0, (0x02, 0x06, 0x08, 0x0A, 0x02), "big"),
+        ("hmc5883l", 0, (0x03, 0x05, 0x07, 0x03), "big"),
+        ("mpu9250", 0, (0x3B, 0x3D, 0x3F, 0x43, 0x45, 0x47), "big"),
+        ("mpu9250", 6, (0x4A, 0x4C, 0x4E), "little"),
+        ("mpu9250", 9, (0x3B,), "big"),
+        ("srf08", 0, (0x02, 0x02), "big"),
+    ],
+)
+def test_words_are_counted_round_in_the_order_of_the_registers_that_measure(
+    name: str, first: int, registers: tuple[int, ...], order: Literal["big", "little"]
+) -> None:
+    chip, clock = chip_double(name), ManualClock()
+    assert chip.address is not None
+    for number, register in enumerate(registers, first):
+        bus = I2cBusDouble("i2c1", clock, chip.on_bus(clock, chip.address))
+        asked = (bytes([register]), 2)
+        before = int.from_bytes(bus.transaction(chip.address, asked), order, signed=True)
+        bus.strike("offset", chip.address, Span(0, NEVER, once=False), number)
+        after = int.from_bytes(bus.transaction(chip.address, asked), order, signed=True)
+        assert after == before + 2000, number
 
 
 @pytest.mark.parametrize(("number", "other"), [(1, 2), (UP, 0)])

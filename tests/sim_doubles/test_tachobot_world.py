@@ -118,6 +118,14 @@ def test_what_pushes_a_body_that_turns_leads_it_round_as_the_integral_says() -> 
         push * (-cosine + cosine_before - sine + sine_before),
     )
     assert (moved.vx_m_s, moved.vy_m_s) == pytest.approx(expected, abs=1e-11)
+    radius = push / rate
+    way = (
+        radius * (cosine_before - cosine + sine_before - sine)
+        + 2.0 * push * (cosine_before - sine_before),
+        radius * (sine_before - sine + cosine - cosine_before)
+        + 2.0 * push * (cosine_before + sine_before),
+    )
+    assert (moved.x_m - begun.x_m, moved.y_m - begun.y_m) == pytest.approx(way, abs=1e-11)
 
 
 def test_full_off_leaves_a_turning_body_turning_and_the_platform_pins_x_and_y() -> None:
@@ -249,6 +257,21 @@ def test_friction_stops_it_for_good_or_leaves_it_turning_under_what_could_not_st
     table = Table(replace(DRY, mounting="free", yaw_damping_nms=0.1))
     table.push(0, 0.02)
     assert table.rate(SECOND) == pytest.approx(0.02 / INERTIA)
+
+
+@pytest.mark.parametrize("pushes", [(0.5,), (-0.5,), (0.3, -0.5), (-0.3, 0.5), (0.5, -0.3)])
+def test_friction_brakes_a_body_that_was_pushed_until_its_bearing_sticks(
+    pushes: tuple[float, ...],
+) -> None:
+    world = Table(DRY).world
+    for each in pushes:
+        world.push(each)
+    rate, braking = sum(pushes), 0.04 / INERTIA
+    assert world.state(SECOND // 10).yaw_rate_rad_s == pytest.approx(
+        rate - math.copysign(0.1 * braking, rate)
+    )
+    assert world.state(9 * SECOND).yaw_rate_rad_s == 0.0
+    assert world.state(9 * SECOND).yaw_rad == pytest.approx(rate * abs(rate) / (2 * braking))
 
 
 @given(st.floats(0.01, 0.29), st.sampled_from((1, -1)))
