@@ -225,6 +225,24 @@ def test_only_an_end_that_was_no_failure_is_forgotten(
     notices.close()
 
 
+@pytest.mark.parametrize("is_managed", [False, True])
+def test_a_start_without_a_manager_or_without_statistics_is_not_counted(
+    manager: Manager, monkeypatch: pytest.MonkeyPatch, *, is_managed: bool
+) -> None:
+    monkeypatch.delenv("NOTIFY_SOCKET", raising=False)
+    notices = manager.notices(monkeypatch) if is_managed else Notices()
+    place = None if is_managed else manager.statistics
+    given: list[Restarts | None] = []
+
+    def fail(restarts: Restarts | None) -> int:
+        given.append(restarts)
+        return Status.MODEL_ERROR
+
+    assert counted(fail, place, notices, 0) == Status.MODEL_ERROR
+    assert (given, manager.failed) == ([None], None)
+    notices.close()
+
+
 def test_a_manager_learns_of_a_wait_before_it_and_gives_it_the_time(
     manager: Manager, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -16,11 +16,13 @@ from firmware_runtime.devs.time import SECOND
 from firmware_runtime.errors import StatisticsFileError
 from firmware_runtime.executive.clocks import VirtualClock
 from firmware_runtime.recording.blackbox import locations as persisted
+from firmware_runtime.recording.blackbox.layout import size_for
 from firmware_runtime.recording.blackbox.locations import find_recording, recording_of_virtual_run
 from firmware_runtime.recording.blackbox.reader import read_recording
 from firmware_runtime.runs import black_box
 from firmware_runtime.runs.local_robot import SwitchingOff
 from firmware_runtime.runs.outputs import kept_settings
+from firmware_runtime.runs.session import Session
 from firmware_runtime.runs.start import start_session
 from firmware_runtime.runs.watched_run import keep_clear_of_other_runs
 from firmware_runtime.statistics.file_header import STATISTICS, RunState
@@ -236,3 +238,14 @@ def test_a_board_asks_for_no_more_memory_than_its_run_takes(folders: tuple[Path,
     assert path.stat().st_size < 5 << 20
     elsewhere = record(folders[0].parent / "x.recording", "tachobot", 0.3, board)
     assert elsewhere.stat().st_size > 100 << 20
+
+
+def test_a_run_of_a_minute_asks_for_the_memory_of_some_minutes() -> None:
+    path = recording_of_virtual_run("tachobot")
+
+    def stop(session: Session) -> None:
+        session.executive.request_stop("over")
+
+    record(path, "tachobot", 60.0, ["recording.minutes=60"], stop)
+    loads = board_in_force("tachobot", ()).loads.values()
+    assert size_for(loads, 1).bytes < path.stat().st_size < size_for(loads, 10).bytes
