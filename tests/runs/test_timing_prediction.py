@@ -92,10 +92,10 @@ def quick(brief: Statistics, monkeypatch: pytest.MonkeyPatch) -> Statistics:
     return brief
 
 
-def with_steps(recorded: Statistics, took: int) -> Statistics:
+def with_steps(recorded: Statistics, took: int, steps: int = LEAST_STEPS) -> Statistics:
     """The same but for its steps, each of which took so long."""
     histogram = Histogram(empty_cells())
-    for _ in range(LEAST_STEPS):
+    for _ in range(steps):
         histogram.record(took)
     cells = memoryview(bytearray(recorded.cells)).cast("q")
     cells[STEP_HISTOGRAM] = histogram.cells
@@ -112,6 +112,20 @@ def test_what_steps_took_longer_than_their_models_is_added(quick: Statistics) ->
     assert bound(100 * MICROSECOND) == at_once, "its models alone take longer"
     slower = bound(60 * MILLISECOND) - bound(50 * MILLISECOND)
     assert slower == pytest.approx(timing_prediction.MARGIN * 10 * MILLISECOND)
+
+
+def test_the_least_steps_are_enough_and_one_less_is_not(quick: Statistics) -> None:
+    board, least = registry.load("tachobot"), timing_prediction.LEAST_STEPS
+    assert predicted(board, with_steps(quick, 1, least)).response_ns > 0
+    with pytest.raises(ConfigError, match=f"of {least - 1} steps; expected {least} or more"):
+        predicted(board, with_steps(quick, 1, least - 1))
+
+
+@pytest.mark.usefixtures("quick")
+def test_a_step_of_a_timetable_has_the_time_on_the_wire_that_it_takes_itself() -> None:
+    steps = {each.at: each for each in timetable(registry.load("tachobot"), {"imu"})}
+    resets, waits = steps[10 * MILLISECOND], steps[20 * MILLISECOND]
+    assert resets.wire_ns > waits.wire_ns == 0
 
 
 def test_the_period_of_a_prediction_is_the_shortest_of_a_model(quick: Statistics) -> None:
