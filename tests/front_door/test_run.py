@@ -241,6 +241,13 @@ def test_a_run_that_is_over_does_not_go_on() -> None:
     assert opened.close() is None
 
 
+def test_a_run_says_of_itself_whether_it_can_go_on_and_how_far_it_has_come() -> None:
+    with open_model(Sampler("sampler"), clock="virtual") as opened:
+        opened.run(0.02)
+        assert "sampler: open, at 0.02 s" in repr(opened)
+    assert "sampler: over, at 0.02 s" in repr(opened)
+
+
 def test_a_run_that_was_closed_before_it_began_does_not_begin() -> None:
     model = Sampler("sampler")
     opened = open_model(model, clock="virtual")
