@@ -6,16 +6,18 @@ from functools import partial
 import pytest
 
 from firmware_runtime.board import registry
-from firmware_runtime.board.ends import BoardEnd
+from firmware_runtime.board.ends import BoardEnd, end_of
 from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.part import part_of
 from firmware_runtime.devs.time import SECOND
-from firmware_runtime.executive.clocks import VirtualClock
+from firmware_runtime.errors import ConfigError
+from firmware_runtime.executive.clocks import MonotonicClock, VirtualClock
 from firmware_runtime.executive.configuration import Configuration
 from firmware_runtime.executive.executive import Executive
 from firmware_runtime.executive.inbox import Bag
 from firmware_runtime.links.cut import link as module
 from firmware_runtime.runs.end_link import open_link
+from firmware_runtime.runs.start import start_session, way_of
 from tests.support.link_rig import Way
 from tests.support.periodic_models import PERIOD, Actuator, Sampler
 
@@ -60,3 +62,26 @@ def test_what_leaves_an_end_in_a_step_enters_the_model_of_the_other(
         [bag] = mind.speak_to(wheels, at)
         [(port, value)] = bag
         assert (port.name, value) == ("mind:sample", number)
+
+
+@pytest.mark.parametrize(
+    ("role", "link", "refused"),
+    [
+        ("robot", None, "drives nothing without a controller"),
+        (None, "unix:/no/link", "--link without --role"),
+    ],
+)
+def test_an_end_with_hardware_and_a_link_are_refused_without_each_other(
+    role: str | None, link: str | None, refused: str
+) -> None:
+    board = registry.load("tachobot")
+    end = None if role is None else end_of(board, role)
+    with pytest.raises(ConfigError, match=refused):
+        start_session(
+            board,
+            MonotonicClock(),
+            doubles=True,
+            statistics_path=None,
+            end=end,
+            link=way_of(link),
+        )

@@ -114,6 +114,18 @@ def test_what_steps_took_longer_than_their_models_is_added(quick: Statistics) ->
     assert slower == pytest.approx(timing_prediction.MARGIN * 10 * MILLISECOND)
 
 
+def test_one_activation_that_was_late_among_thousands_is_not_the_lateness_that_is_stated(
+    quick: Statistics,
+) -> None:
+    cells = memoryview(bytearray(quick.cells)).cast("q")
+    late = Histogram(cells[quick.layout.lateness(0)])
+    for _ in range(2000):
+        late.record(MILLISECOND)
+    late.record(SECOND)
+    stated = predicted(registry.load("tachobot"), replace(quick, cells=cells)).lateness_ns
+    assert MILLISECOND <= stated < 2 * MILLISECOND
+
+
 def test_the_least_steps_are_enough_and_one_less_is_not(quick: Statistics) -> None:
     board, least = registry.load("tachobot"), timing_prediction.LEAST_STEPS
     assert predicted(board, with_steps(quick, 1, least)).response_ns > 0
