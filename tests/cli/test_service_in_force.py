@@ -11,8 +11,10 @@ from pathlib import Path
 
 import pytest
 
+from firmware_runtime.devs.time import MILLISECOND, SECOND
 from firmware_runtime.errors import ConfigError, Status
-from firmware_runtime.runs.restarts import Restarts, counted, read_starts
+from firmware_runtime.runs import restarts
+from firmware_runtime.runs.restarts import FIRST_PAUSE, Restarts, counted, read_starts
 from firmware_runtime.system.messages import Notices
 from tests.support.command import Command, own_process
 from tests.support.systemd_machine import ACTIVE, GUARD, RUN, SystemdMachine
@@ -220,6 +222,38 @@ def test_only_an_end_that_was_no_failure_is_forgotten(
     Restarts(manager.statistics).begin()
     assert counted(lambda _: status, manager.statistics, notices, 0) == status
     assert manager.failed == failed
+    notices.close()
+
+
+@pytest.mark.parametrize("is_managed", [False, True])
+def test_a_start_without_a_manager_or_without_statistics_is_not_counted(
+    manager: Manager, monkeypatch: pytest.MonkeyPatch, *, is_managed: bool
+) -> None:
+    monkeypatch.delenv("NOTIFY_SOCKET", raising=False)
+    notices = manager.notices(monkeypatch) if is_managed else Notices()
+    place = None if is_managed else manager.statistics
+    given: list[Restarts | None] = []
+
+    def fail(restarts: Restarts | None) -> int:
+        given.append(restarts)
+        return Status.MODEL_ERROR
+
+    assert counted(fail, place, notices, 0) == Status.MODEL_ERROR
+    assert (given, manager.failed) == ([None], None)
+    notices.close()
+
+
+def test_a_manager_learns_of_a_wait_before_it_and_gives_it_the_time(
+    manager: Manager, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(restarts, "pause_after", lambda _failed: FIRST_PAUSE + MILLISECOND)
+    notices = manager.notices(monkeypatch)
+    for _ in range(2):
+        Restarts(manager.statistics).begin()
+    assert counted(lambda _: Status.OK, manager.statistics, notices, SECOND) == Status.OK
+    said = manager.wait_for("EXTEND_TIMEOUT_USEC")
+    assert "the last 2 starts failed: waits 0.001 s, outputs are off" in said
+    assert "EXTEND_TIMEOUT_USEC=1001000" in said
     notices.close()
 
 

@@ -396,9 +396,9 @@ def test_an_operator_in_a_script_disarms_and_arms_again_and_that_replays(tmp_pat
         "tachobot", doubles=True, clock="virtual", faults=script, record=kept, log=said.append
     ) as robot:
         robot.run(1.19)
-        assert robot.armed
+        assert (robot.armed, robot.why_not_armed) == (True, None)
         robot.run(0.02)
-        assert not robot.armed
+        assert (robot.armed, robot.why_not_armed) == (False, "its operator disarmed it")
         assert robot.outputs == {"thrust_pairs": 0}
         robot.run(0.35)
         assert robot.armed
@@ -428,6 +428,16 @@ def test_an_operator_arms_again_once_nothing_in_the_script_disarms_any_more() ->
         robot.clear_faults()
         robot.run(1.0)
         assert robot.armed, "what was cleared does not come"
+
+
+def test_an_operator_who_disarmed_it_for_good_arms_it_again_once_all_faults_have_an_end() -> None:
+    with virtual(faults=[Strike("disarm", at_s=1.1)]) as robot:
+        robot.run(1.2)
+        robot.session.hardware.struck.end(13 * SECOND // 10)
+        robot.run(0.05)
+        assert not robot.armed
+        robot.run(0.1)
+        assert robot.armed
 
 
 def test_a_folder_whose_name_is_no_text_does_not_keep_its_board_from_being_recorded(

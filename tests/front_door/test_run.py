@@ -180,6 +180,12 @@ def test_a_choice_that_is_none_is_refused_before_anything_runs(choices: dict[str
     assert model.activations == 0
 
 
+def test_the_longest_length_that_a_refusal_states_is_taken() -> None:
+    with pytest.raises(ConfigError, match=r"1e\+09 at most"):
+        virtual(Actuator("thrust"), 1.01e9)
+    assert virtual(Actuator("thrust"), 1e9).at_s == 1e9
+
+
 def test_what_is_no_model_is_refused() -> None:
     with pytest.raises(ConfigError):
         run(Sampler)  # type: ignore[arg-type]
@@ -233,6 +239,22 @@ def test_a_run_that_is_over_does_not_go_on() -> None:
     with pytest.raises(RuntimeError):
         opened.run(0.02)
     assert opened.close() is None
+
+
+def test_a_run_says_of_itself_whether_it_can_go_on_and_how_far_it_has_come() -> None:
+    with open_model(Sampler("sampler"), clock="virtual") as opened:
+        opened.run(0.02)
+        assert "sampler: open, at 0.02 s" in repr(opened)
+    assert "sampler: over, at 0.02 s" in repr(opened)
+
+
+def test_a_run_that_was_closed_before_it_began_does_not_begin() -> None:
+    model = Sampler("sampler")
+    opened = open_model(model, clock="virtual")
+    assert opened.close() is None
+    with pytest.raises(RuntimeError):
+        opened.run(0.02)
+    assert model.activations == 0
 
 
 def test_a_request_to_stop_ends_the_run_with_its_reason() -> None:

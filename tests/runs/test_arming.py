@@ -1,6 +1,7 @@
 """When outputs may be driven, and when no longer."""
 
 from collections.abc import Callable
+from contextlib import closing
 from functools import partial
 from pathlib import Path
 from time import monotonic_ns
@@ -19,6 +20,7 @@ from firmware_runtime.executive.outcome import OFF_AGAIN_EVERY
 from firmware_runtime.hal.wire_errors import BusFault, HalError
 from firmware_runtime.runs import arming
 from firmware_runtime.runs.arming import GUARD_TIMEOUT, Arming, Permission, permission_for
+from firmware_runtime.runs.start import start_session
 from firmware_runtime.statistics.layout import ACKNOWLEDGED, ARMED, EPOCH, GUARD
 from tests.support.periodic_models import Robot
 
@@ -447,3 +449,21 @@ def test_what_is_taken_while_a_link_is_bad_is_not_armed_again(epoch: int, by: st
     rig.arming.suspend("silent again")
     rig.arming.between_steps(2 * SECOND, 0)
     assert rig.arming.interlock()
+
+
+@pytest.mark.parametrize(
+    ("permission", "is_driven"),
+    [(None, True), (Permission(at_start=False, demand_guard=False), False)],
+    ids=["free", "on request"],
+)
+def test_inputs_that_may_fall_silent_let_no_run_drive_that_is_to_be_armed_on_request(
+    permission: Permission | None, *, is_driven: bool
+) -> None:
+    board = replace(registry.load("tachobot"), inputs={})
+    session = start_session(
+        board, VirtualClock(), doubles=True, statistics_path=None, permission=permission
+    )
+    with closing(session):
+        session.run(20 * MILLISECOND)
+        assert session.arming is not None
+        assert (session.arming.is_free, session.arming.was_armed) == (is_driven, is_driven)

@@ -17,7 +17,7 @@ from firmware_runtime.errors import StatisticsFileError
 from firmware_runtime.hal.wire_errors import BusAbsent
 from firmware_runtime.runs import guard
 from firmware_runtime.runs.guard import ASK_AGAIN_EVERY, HOLD_AGAIN_AFTER, POLL_EVERY, Guard, Phase
-from firmware_runtime.runs.watched_run import WatchedRun, keep_clear_of_other_runs
+from firmware_runtime.runs.watched_run import WatchedRun, is_readable, keep_clear_of_other_runs
 from firmware_runtime.statistics.file import StatisticsFile
 from firmware_runtime.statistics.file_header import STATISTICS, RunState
 from firmware_runtime.statistics.layout import ACKNOWLEDGED, EPOCH, GUARD, HEARTBEAT, STATE, Layout
@@ -342,6 +342,18 @@ def test_the_end_of_the_process_is_noticed_and_the_next_run_watched(
     StatisticsFile(Layout(), HEADER, path)
     watch.guard.poll()
     assert watch.guard.phase is Phase.WATCHING
+
+
+def test_the_end_of_a_process_wakes_who_waits_for_it(
+    path: Path, other: "subprocess.Popen[bytes]"
+) -> None:
+    run = WatchedRun(path)
+    assert not is_readable(run.ends, 0)
+    other.kill()
+    other.wait()
+    assert is_readable(run.ends, 0)
+    assert run.has_ended
+    assert run.ends == []
 
 
 def test_no_other_run_is_watched_before_the_outputs_of_the_last_one_are_off(

@@ -238,3 +238,14 @@ def test_what_stays_on_is_named_with_the_process_that_drives_it(
         on, by = Watching(monkeypatch, safe_state, ["outputs 0 are on"]).result()
     assert on == "outputs 0 are on"
     assert by.startswith(f"process {process} (cat) has ")
+
+
+def test_a_run_that_is_found_on_loses_its_right_at_once_though_a_guard_took_it_meanwhile(
+    monkeypatch: pytest.MonkeyPatch, board: Board, path: Path, run: StatisticsFile
+) -> None:
+    """Else it drives on under the guard's epoch, if it was armed again."""
+    safe_state = SafeState([board], None, path)
+    safe_state.take_right()
+    run.cells[EPOCH] = 7
+    Watching(monkeypatch, safe_state, ["outputs 0 are on"]).result(signal=True)
+    assert run.cells[EPOCH] < 0

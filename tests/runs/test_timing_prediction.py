@@ -11,7 +11,7 @@ from benchmarks.prediction.machine import Machine, Runs
 from firmware_runtime.board import registry
 from firmware_runtime.devs.component import below_root
 from firmware_runtime.devs.coupled import with_all_below
-from firmware_runtime.devs.time import MILLISECOND, SECOND
+from firmware_runtime.devs.time import MICROSECOND, MILLISECOND, SECOND, seconds
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.executive.clocks import VirtualClock
 from firmware_runtime.runs import timing_prediction
@@ -25,6 +25,7 @@ from firmware_runtime.runs.timing_prediction import (
 )
 from firmware_runtime.statistics.file import save
 from firmware_runtime.statistics.histogram import Histogram, empty_cells
+from firmware_runtime.statistics.layout import STEP_HISTOGRAM
 from firmware_runtime.statistics.statistics import Statistics
 from tests.support.command import Command
 
@@ -77,12 +78,75 @@ def test_own_times_of_a_run_on_chips_hold_the_wire_already(recorded: Statistics)
     assert predicted(slower, chips).response_ns > on_chips + MILLISECOND
 
 
-def test_a_prediction_has_a_margin(monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.fixture(scope="module")
+def brief() -> Statistics:
+    return Runs(registry.load("tachobot"), Machine(MACHINE), 1, 1, wires=False).statistics
+
+
+@pytest.fixture
+def quick(brief: Statistics, monkeypatch: pytest.MonkeyPatch) -> Statistics:
+    """Statistics of few steps, which are enough for a prediction of a few."""
     few = {"LEAST_STEPS": 500, "TIMETABLE": 20, "STRETCH": SECOND // 5, "DRAWN": 100}
     for name, number in few.items():
         monkeypatch.setattr(timing_prediction, name, number)
+    return brief
+
+
+def with_steps(recorded: Statistics, took: int, steps: int = LEAST_STEPS) -> Statistics:
+    """The same but for its steps, each of which took so long."""
+    histogram = Histogram(empty_cells())
+    for _ in range(steps):
+        histogram.record(took)
+    cells = memoryview(bytearray(recorded.cells)).cast("q")
+    cells[STEP_HISTOGRAM] = histogram.cells
+    return replace(recorded, cells=cells)
+
+
+def test_what_steps_took_longer_than_their_models_is_added(quick: Statistics) -> None:
     board = registry.load("tachobot")
-    quick = Runs(board, Machine(MACHINE), 1, 1, wires=False).statistics
+
+    def bound(took: int) -> int:
+        return predicted(board, with_steps(quick, took)).response_ns
+
+    at_once = bound(1)
+    assert bound(100 * MICROSECOND) == at_once, "its models alone take longer"
+    slower = bound(60 * MILLISECOND) - bound(50 * MILLISECOND)
+    assert slower == pytest.approx(timing_prediction.MARGIN * 10 * MILLISECOND)
+
+
+def test_one_activation_that_was_late_among_thousands_is_not_the_lateness_that_is_stated(
+    quick: Statistics,
+) -> None:
+    cells = memoryview(bytearray(quick.cells)).cast("q")
+    late = Histogram(cells[quick.layout.lateness(0)])
+    for _ in range(2000):
+        late.record(MILLISECOND)
+    late.record(SECOND)
+    stated = predicted(registry.load("tachobot"), replace(quick, cells=cells)).lateness_ns
+    assert MILLISECOND <= stated < 2 * MILLISECOND
+
+
+def test_the_least_steps_are_enough_and_one_less_is_not(quick: Statistics) -> None:
+    board, least = registry.load("tachobot"), timing_prediction.LEAST_STEPS
+    assert predicted(board, with_steps(quick, 1, least)).response_ns > 0
+    with pytest.raises(ConfigError, match=f"of {least - 1} steps; expected {least} or more"):
+        predicted(board, with_steps(quick, 1, least - 1))
+
+
+@pytest.mark.usefixtures("quick")
+def test_a_step_of_a_timetable_has_the_time_on_the_wire_that_it_takes_itself() -> None:
+    steps = {each.at: each for each in timetable(registry.load("tachobot"), {"imu"})}
+    resets, waits = steps[10 * MILLISECOND], steps[20 * MILLISECOND]
+    assert resets.wire_ns > waits.wire_ns == 0
+
+
+def test_the_period_of_a_prediction_is_the_shortest_of_a_model(quick: Statistics) -> None:
+    board = registry.load("tachobot")
+    assert predicted(board, quick).period_ns == seconds(board.settings.controller.period_s)
+
+
+def test_a_prediction_has_a_margin(quick: Statistics, monkeypatch: pytest.MonkeyPatch) -> None:
+    board = registry.load("tachobot")
     stated = predicted(board, quick).response_ns
     monkeypatch.setattr(timing_prediction, "MARGIN", 2 * timing_prediction.MARGIN)
     assert predicted(board, quick).response_ns == pytest.approx(2 * stated)

@@ -15,12 +15,15 @@ from firmware_runtime.cli.main import main
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.errors import StatisticsFileError
 from firmware_runtime.executive.clocks import VirtualClock
+from firmware_runtime.hal.wire_errors import BusFault
 from firmware_runtime.recording.blackbox import locations as persisted
+from firmware_runtime.recording.blackbox.layout import size_for
 from firmware_runtime.recording.blackbox.locations import find_recording, recording_of_virtual_run
 from firmware_runtime.recording.blackbox.reader import read_recording
 from firmware_runtime.runs import black_box
 from firmware_runtime.runs.local_robot import SwitchingOff
 from firmware_runtime.runs.outputs import kept_settings
+from firmware_runtime.runs.session import Session
 from firmware_runtime.runs.start import start_session
 from firmware_runtime.runs.watched_run import keep_clear_of_other_runs
 from firmware_runtime.statistics.file_header import STATISTICS, RunState
@@ -96,6 +99,29 @@ def test_settings_are_kept_for_as_long_as_outputs_may_be_on(path: Path) -> None:
     assert off.before_a_run(robot) == []
     off.forget_settings()
     assert kept_settings(path) is None
+
+
+@pytest.mark.parametrize("failing", [[], ["output_enable: line 17 cannot be set"]])
+def test_a_line_switches_all_off_before_chips_are_written_to_which_they_are_whatever_it_does(
+    failing: list[str],
+) -> None:
+    done: list[object] = []
+
+    def enable(*, enabled: bool) -> None:
+        done.append(enabled)
+        if failing:
+            raise BusFault(failing[0])
+
+    def make_safe() -> list[str]:
+        done.append("chips")
+        return []
+
+    hardware: Any = SimpleNamespace(is_outside=True, enable=enable)
+    edge: Any = SimpleNamespace(section=nullcontext)
+    robot: Any = SimpleNamespace(make_safe=make_safe)
+    off = SwitchingOff(board_in_force("tachobot", ()), hardware, edge, None)
+    assert off.all_of(robot) == failing
+    assert done == [False, "chips"]
 
 
 def test_a_folder_in_the_place_of_statistics_is_refused_and_not_said_to_be_replaced(
@@ -236,3 +262,23 @@ def test_a_board_asks_for_no_more_memory_than_its_run_takes(folders: tuple[Path,
     assert path.stat().st_size < 5 << 20
     elsewhere = record(folders[0].parent / "x.recording", "tachobot", 0.3, board)
     assert elsewhere.stat().st_size > 100 << 20
+
+
+def stop(session: Session) -> None:
+    """End its run after the first step."""
+    session.executive.request_stop("over")
+
+
+def test_a_run_of_one_step_is_kept_where_the_least_is(folders: tuple[Path, Path]) -> None:
+    path = recording_of_virtual_run("tachobot")
+    record(path, "tachobot", 60.0, ["recording.keep_mib=1"], stop)
+    [kept] = folders[1].rglob("*.recording")
+    assert kept.stem == read_recording(path).header.run
+
+
+def test_a_run_of_a_minute_asks_for_the_memory_of_some_minutes() -> None:
+    path = recording_of_virtual_run("tachobot")
+
+    record(path, "tachobot", 60.0, ["recording.minutes=60"], stop)
+    loads = board_in_force("tachobot", ()).loads.values()
+    assert size_for(loads, 1).bytes < path.stat().st_size < size_for(loads, 10).bytes
