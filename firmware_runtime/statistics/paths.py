@@ -56,7 +56,7 @@ def find_statistics(board: str | None = None) -> Path:
     is_file = board is not None and os.path.exists(board)  # noqa: PTH110 -- never raises
     hint = f", or --statistics {board} for that file" if is_file else ""
     raise StatisticsFileError(
-        f"{fault}{not_looked_in()}", expected=f"a run to have left some{hint}"
+        f"{fault}{not_looked_in()}", expected=f"a run in real time to have left some{hint}"
     )
 
 

@@ -210,6 +210,17 @@ def test_treads_without_a_new_command_are_stopped_after_the_timeout(
     assert [fault.reason for fault in bench.faults] == ["treads: no command for 0.5 s; stopped"]
 
 
+def test_treads_that_stand_apply_all_of_it_after_speeds_that_were_too_high(
+    driver: ScriptedDriver,
+) -> None:
+    stated = settings(full_counts_s=100_000.0, command_timeout=500 * MILLISECOND)
+    bench = bench_of(driver, stated)
+    driver.drives = [REPORT]
+    bench.put(50, speeds=TreadSpeeds(1.5, 0.5))
+    bench.run(3000)
+    assert bench.said["applied"][-2:] == [(560, Applied.NOTHING), (760, Applied.ALL)]
+
+
 def test_standing_treads_need_no_commands(driver: ScriptedDriver) -> None:
     bench = bench_of(driver, settings(command_timeout=500 * MILLISECOND))
     bench.put(50, right=0, left=0)

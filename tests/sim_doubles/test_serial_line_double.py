@@ -139,6 +139,30 @@ def test_a_silence_that_is_given_an_end_takes_what_is_sent_at_that_instant(
     assert line.read_available() == b"b"
 
 
+@pytest.mark.parametrize(
+    ("span", "is_silent"),
+    [
+        (Span(0, 10 * MILLISECOND, once=False), [True, True, False]),
+        (Span(0, NEVER, once=False), [True, False, False]),
+        (Span(2 * MILLISECOND, NEVER, once=False), [True, False, False]),
+    ],
+    ids=["with an end of its own", "without", "without, from later on"],
+)
+def test_only_a_silence_without_an_end_is_given_one(
+    line: SerialLineDouble, clock: ManualClock, echo: Echo, span: Span, is_silent: list[bool]
+) -> None:
+    line.strike("silent", None, span, 0.0)
+    line.end_strikes(4 * MILLISECOND)
+    heard = []
+    for at in (3, 7, 12):
+        clock.advance(at * MILLISECOND - clock())
+        line.read_available()
+        echo.receive(b"a")
+        clock.advance(MILLISECOND)
+        heard.append(line.read_available() == b"")
+    assert heard == is_silent
+
+
 def test_what_was_sent_in_a_silence_does_not_arrive_after_it_was_cleared(
     line: SerialLineDouble, clock: ManualClock, echo: Echo
 ) -> None:
