@@ -114,12 +114,14 @@ def _networks(kept: Kept) -> Iterator[str]:
 
 
 def _fuzzing(kept: Kept) -> Iterator[str]:
-    yield "| what reads | inputs |"
-    yield "|---|---|"
-    for name, inputs in kept.result.figures.get("targets", {}).items():
-        yield f"| {name} | {inputs:,} |"
-    if findings := kept.result.figures.get("findings"):
-        yield from ("", "Found then:", "", *(f"- {each.partition(' (')[0]}" for each in findings))
+    figures = kept.result.figures
+    yield "| what reads | inputs | of |"
+    yield "|---|---|---|"
+    for name, inputs in figures["targets"].items():
+        yield f"| {name} | {inputs:,} | {figures['commits'][name]} |"
+    if findings := figures["findings"]:
+        said = (f"- {name}: {each.partition(' (')[0]}" for name, each in findings.items())
+        yield from ("", "Found then:", "", *said)
 
 
 def _mutants(kept: Kept) -> Iterator[str]:

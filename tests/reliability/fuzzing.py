@@ -12,15 +12,19 @@ import subprocess
 import sys
 import tempfile
 import time
+from collections.abc import Mapping
 from importlib.util import find_spec
 from pathlib import Path
-from typing import Final
+from typing import Any, Final, TypeAlias
 
 from msgspec import Struct
 
 from tests.reliability.fuzz_seeds import keep_corpus, seeds
 from tests.reliability.fuzz_targets import TARGETS
-from tests.reliability.results import BUILD, ROOT, Result, ends_at
+from tests.reliability.results import BUILD, ROOT, Result, commit, ends_at, read_kept
+
+Figures: TypeAlias = Mapping[str, Mapping[str, Any]]
+"""By what is counted, then by target."""
 
 _LONGEST: Final = 4096
 _OPTIONS: Final = ("-timeout=20", "-rss_limit_mb=2500", "-print_final_stats=1", "-verbosity=0")
@@ -41,6 +45,9 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--inputs", type=int, default=1_000_000, help="of each; default 10^6")
     parser.add_argument("--minutes", type=float, help="for all of them together")
     parser.add_argument("--targets", nargs="+", choices=TARGETS, default=list(TARGETS))
+    parser.add_argument(
+        "--add", action="store_true", help="to what is kept of other targets, each with its commit"
+    )
     parser.add_argument("--keep-corpus", action="store_true", help="into tests/reliability/corpus")
 
 
@@ -61,16 +68,33 @@ def execute(arguments: argparse.Namespace) -> Result:
         )
         sys.stdout.flush()
         found.append(each)
-    inputs, wrong = sum(each.inputs for each in found), [each for each in found if each.finding]
+    figures = {
+        "targets": {each.name: each.inputs for each in found},
+        "findings": {each.name: each.finding for each in found if each.finding},
+        "commits": {each.name: commit() for each in found},
+    }
+    kept = read_kept("fuzzing") if arguments.add else None
+    return result_of(figures if kept is None else added(kept.result.figures, figures))
+
+
+def added(earlier: Figures, figures: Figures) -> Figures:
+    """Return figures of targets beside earlier ones, which are left out where they are of these."""
+    again = figures["targets"]
+    return {
+        name: {key: each for key, each in earlier[name].items() if key not in again} | figures[name]
+        for name in figures
+    }
+
+
+def result_of(figures: Figures) -> Result:
+    """Return the result of all targets in these figures."""
+    inputs, wrong = sum(figures["targets"].values()), len(figures["findings"])
+    tried = f"{len(figures['targets'])} of {len(TARGETS)} targets"
     return Result(
         name="fuzzing",
-        summary=f"{len(found)} of {len(TARGETS)} targets, {inputs:,} inputs, {len(wrong)} findings",
+        summary=f"{tried}, {inputs:,} inputs, {wrong} findings",
         is_sound=not wrong,
-        figures={
-            "inputs": inputs,
-            "targets": {each.name: each.inputs for each in found},
-            "findings": [f"{each.name}: {each.finding}" for each in wrong],
-        },
+        figures={"inputs": inputs, **figures},
     )
 
 

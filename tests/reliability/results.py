@@ -51,7 +51,7 @@ def keep(result: Result, took_s: float, folder: Path = KEPT) -> Path:
     kept = Kept(
         result=result,
         day=datetime.now(UTC).date().isoformat(),
-        commit=_commit(),
+        commit=commit(),
         load=found["load"],
         conditions={name: found[name] for name in ("kernel", "cpu", "cpu_count", "python")},
         took_s=round(took_s, 1),
@@ -68,6 +68,7 @@ def read_kept(name: str, folder: Path = KEPT) -> Kept | None:
     return msgspec.json.decode(path.read_bytes(), type=Kept) if path.exists() else None
 
 
-def _commit() -> str:
+def commit() -> str:
+    """Return the commit that is measured, abbreviated."""
     words = ["git", "-C", str(ROOT), "rev-parse", "--short", "HEAD"]
     return subprocess.run(words, capture_output=True, text=True, check=True).stdout.strip()
