@@ -68,7 +68,7 @@ def execute(arguments: argparse.Namespace) -> Result:
         )
         sys.stdout.flush()
         found.append(each)
-    figures = {
+    figures: Figures = {
         "targets": {each.name: each.inputs for each in found},
         "findings": {each.name: each.finding for each in found if each.finding},
         "commits": {each.name: commit() for each in found},
@@ -80,10 +80,11 @@ def execute(arguments: argparse.Namespace) -> Result:
 def added(earlier: Figures, figures: Figures) -> Figures:
     """Return figures of targets beside earlier ones, which are left out where they are of these."""
     again = figures["targets"]
-    return {
-        name: {key: each for key, each in earlier[name].items() if key not in again} | figures[name]
+    before = {
+        name: {key: each for key, each in earlier[name].items() if key not in again}
         for name in figures
     }
+    return {name: {**before[name], **figures[name]} for name in figures}
 
 
 def result_of(figures: Figures) -> Result:
