@@ -104,6 +104,14 @@ def test_real_time_counts_from_the_start_of_the_run(hardware: Hardware) -> None:
     assert clock.now() == 120
 
 
+def test_a_clock_notes_when_an_instant_that_had_passed_was_waited_for(hardware: Hardware) -> None:
+    clock = MonotonicClock()
+    clock.start(100)
+    hardware.instant += SECOND
+    clock.wait(200, [])
+    assert clock.overdue_at == clock.now() == SECOND + 100
+
+
 class Wait(NamedTuple):
     """A clock, what it waits for, and what the alarm is set to, if it is."""
 

@@ -384,6 +384,8 @@ def test_a_value_cannot_arrive_in_the_past() -> None:
         opened.plan(1.0, model.command, 1)
         with pytest.raises(ConfigError, match=r"0\.5: the run is at 1\.0"):
             opened.plan(0.5, model.command, 2)
+        with pytest.raises(ModelError, match="command"):
+            opened.plan(1.5, model.command, "ahead")  # type: ignore[misc]  # no number
         opened.run(1.0)
     assert model.received == [1]
 
