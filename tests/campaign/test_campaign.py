@@ -47,7 +47,8 @@ UNCHECKED = Mission(
 
 @pytest.fixture
 def planted(monkeypatch: pytest.MonkeyPatch) -> Iterator[Callable[[Callable[..., Any]], None]]:
-    """Puts another `read_sample` into the IMU's driver; no healthy run of it is kept."""
+    """Puts another `read_sample` into the IMU's driver; no healthy run of it is kept, or used."""
+    healthy.cache_clear()
 
     def plant(read_sample: Callable[..., Any]) -> None:
         monkeypatch.setattr(Mpu9250, "read_sample", read_sample)
