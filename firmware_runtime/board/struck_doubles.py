@@ -180,7 +180,7 @@ class StruckDoubles:
             self._operator.end(at)
         if self._held:
             self._held.end(at)
-            self._call_at(at, self._hold)
+            self._call_later(at, self._hold)  # also where a use ends at that instant
         self.struck = [each if each.span is not None else _ended(each, at) for each in self.struck]
 
     def clear(self) -> None:
@@ -215,6 +215,13 @@ class StruckDoubles:
 
     def _call_at(self, at: int, action: Callable[[], None]) -> None:
         """Call once, now or with the first use of any line after `at`; at NEVER not at all."""
+        if at <= self._now():
+            action()
+        elif at != NEVER:
+            self._call_later(at, action)
+
+    def _call_later(self, at: int, action: Callable[[], None]) -> None:
+        """Call once, with the first use of any line after `at`."""
         has_been = False
 
         def happen() -> None:
@@ -223,11 +230,8 @@ class StruckDoubles:
                 has_been = True
                 action()
 
-        if at <= self._now():
-            happen()
-        elif at != NEVER:
-            for line in self._lines.values():
-                line.call_at(at, happen)
+        for line in self._lines.values():
+            line.call_at(at, happen)
 
     def _struck_places(self, strike: Strike) -> list[tuple[Breakable, int | None]]:
         """The lines, and the chip on each. Raises ConfigError if there is none that it fits."""

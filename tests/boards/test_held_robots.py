@@ -146,3 +146,20 @@ def test_a_servo_that_is_held_turns_on_from_there() -> None:
     servo.advance(SECOND)
     servo.hold(is_held=False)
     assert servo.angle_rad(SECOND + 10 * MILLISECOND) == pytest.approx(held + 0.087)
+
+
+def test_a_robot_is_let_go_as_if_the_end_had_been_known_at_first() -> None:
+    """Where a use of its bus ends at the very instant, too."""
+    held = Strike("hold", at_s=0.9)
+    with open_board("tachobot", doubles=True, clock="virtual", faults=[held]) as robot:
+        robot.run(1.0)
+        hardware = robot.session.hardware
+        end = hardware.world_now()
+        assert end > SECOND
+        hardware.struck.end(end)
+        robot.run(0.5)
+        truth = robot.rig.truth()  # type: ignore[union-attr]
+    known = Strike("hold", at_s=0.9, for_s=(end - 900 * MILLISECOND) / SECOND)
+    with open_board("tachobot", doubles=True, clock="virtual", faults=[known]) as robot:
+        robot.run(1.5)
+        assert robot.rig.truth() == truth  # type: ignore[union-attr]
