@@ -12,7 +12,7 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any, Final, TypeAlias
@@ -55,8 +55,8 @@ def execute(arguments: argparse.Namespace) -> Result:
     """Fuzz one target after the other."""
     if find_spec("atheris") is None:
         said = "atheris is not installed; expected the dependency group fuzz; nothing was tried"
-        return Result(name="fuzzing", summary=said, is_sound=True, figures={})
-    found = []
+        return Result(name="fuzzing", summary=said, is_sound=True, figures=_figures([]))
+    found: list[Fuzzed] = []
     share_s = 60 * (arguments.minutes or 0) / len(arguments.targets)
     until = ends_at(arguments.minutes)
     for name in arguments.targets:
@@ -68,13 +68,18 @@ def execute(arguments: argparse.Namespace) -> Result:
         )
         sys.stdout.flush()
         found.append(each)
-    figures: Figures = {
+    figures = _figures(found)
+    kept = read_kept("fuzzing") if arguments.add else None
+    return _result_of(figures if kept is None else added(kept.result.figures, figures))
+
+
+def _figures(found: Sequence[Fuzzed]) -> Figures:
+    of = commit()
+    return {
         "targets": {each.name: each.inputs for each in found},
         "findings": {each.name: each.finding for each in found if each.finding},
-        "commits": {each.name: commit() for each in found},
+        "commits": {each.name: of for each in found},
     }
-    kept = read_kept("fuzzing") if arguments.add else None
-    return result_of(figures if kept is None else added(kept.result.figures, figures))
 
 
 def added(earlier: Figures, figures: Figures) -> Figures:
@@ -87,7 +92,7 @@ def added(earlier: Figures, figures: Figures) -> Figures:
     return {name: {**before[name], **figures[name]} for name in figures}
 
 
-def result_of(figures: Figures) -> Result:
+def _result_of(figures: Figures) -> Result:
     """Return the result of all targets in these figures."""
     inputs, wrong = sum(figures["targets"].values()), len(figures["findings"])
     tried = f"{len(figures['targets'])} of {len(TARGETS)} targets"

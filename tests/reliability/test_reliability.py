@@ -13,6 +13,7 @@ from firmware_runtime.board.local_settings import board_in_force
 from tests.reliability import campaigns, document, dying, networks, planted, soak
 from tests.reliability.fuzz_seeds import seeds
 from tests.reliability.fuzz_targets import TARGETS, built
+from tests.reliability.fuzzing import Figures, added
 from tests.reliability.mutations import mutants_of
 from tests.reliability.results import ROOT, Result, keep, read_kept
 
@@ -137,3 +138,17 @@ def test_a_mistake_that_shows_without_any_fault_is_found_by_a_campaign() -> None
     found = planted.found_in(planted.MISTAKES["the sign of the compass is turned"], runs=1)
     assert found is not None
     assert found[0].startswith("invented of controller.heading_check")
+
+
+def test_what_is_fuzzed_again_takes_the_place_of_what_was_found_before() -> None:
+    earlier: Figures = {
+        "targets": {"keys": 10, "tables": 20},
+        "findings": {"tables": "KeyError", "keys": "ValueError"},
+        "commits": {"keys": "aaaa", "tables": "aaaa"},
+    }
+    now: Figures = {"targets": {"tables": 30}, "findings": {}, "commits": {"tables": "bbbb"}}
+    assert added(earlier, now) == {
+        "targets": {"keys": 10, "tables": 30},
+        "findings": {"keys": "ValueError"},
+        "commits": {"keys": "aaaa", "tables": "bbbb"},
+    }

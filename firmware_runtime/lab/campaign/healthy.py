@@ -196,9 +196,9 @@ class _Run:
         is_on = [look.is_on for look in self.looks[: until // EVERY]]
         by_line = [(each.line, each.use) for each in self.uses]
         self.least_uses = least_uses(self.places, by_line, is_on)
-        stated = robot.board.loads
-        loads = {name: stated[name] for name in stated.keys() - set(self.stated.unpaced)}
-        pace = off_pace(loads, by_line, is_on)
+        loads = robot.board.loads.items()
+        paced = {name: load for name, load in loads if name not in self.stated.unpaced}
+        pace = off_pace(paced, by_line, is_on)
         if self.wrong is None and pace is not None:
             bus, what = pace
             self.wrong = Wrong("paced", bus, f"{what}, and no fault was made", until)

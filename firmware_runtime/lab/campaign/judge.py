@@ -200,12 +200,11 @@ class Judge:
         for device, at, end in self._cause.failing:
             if look.at > end:
                 continue
-            for place in self._healthy.places:
-                is_failing = device in {place.name, place.line}
-                path = self._watched.sends_on(place.name, max(at, self._struck_at))
-                if is_failing and path is not None:
-                    what = f"{path} has sent {SENT} values since {place.name} answered last"
-                    return "stale", what
+            since = max(at, self._struck_at)
+            places = self._healthy.places
+            for name in (each.name for each in places if device in {each.name, each.line}):
+                if (path := self._watched.sends_on(name, since)) is not None:
+                    return "stale", f"{path} has sent {SENT} values since {name} answered last"
         return None
 
     def _late(self, look: Look) -> tuple[str, str] | None:

@@ -86,11 +86,13 @@ class Watched:
         """When ports of devices' models have sent, the last times."""
         simulator = self.session.executive.simulator
         for port in ports_below(simulator.root).values():
-            is_judged = port.path not in self.asked.ports and port.path not in exempt
-            if is_judged and not _is_of_faults(port.type):
-                check = _is_measured if isinstance(port.owner, Device) else isfinite
-                simulator.listen(port, partial(self._check, port.path, check))
-            if isinstance(port.owner, Device) and not _is_of_faults(port.type):
+            if _is_of_faults(port.type):
+                continue
+            is_of_device = isinstance(port.owner, Device)
+            if port.path not in self.asked.ports and port.path not in exempt:
+                are_sound = _is_measured if is_of_device else isfinite
+                simulator.listen(port, partial(self._check, port.path, are_sound))
+            if is_of_device:
                 self._sent[port] = deque(maxlen=SENT)
                 simulator.listen(port, partial(_note, self._sent[port]))
         self._devices = [each for each in simulator.atomics if isinstance(each, Device)]
