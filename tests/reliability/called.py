@@ -84,13 +84,13 @@ def read_calls() -> Mapping[str, Calls]:
     return merged
 
 
-def function_at(path: str, source: str, line: int) -> str | None:
-    """Return the function that a line is in, as it is named here; None: it is in none."""
-    inner = None
-    for name, node in _functions(ast.parse(source), ""):
-        if node.lineno <= line <= (node.end_lineno or node.lineno):
-            inner = f"{path}:{name}"
-    return inner
+def functions_by_line(path: str, tree: ast.AST) -> Mapping[int, str]:
+    """Return the innermost function around each line that is in one, as it is named here."""
+    return {
+        line: f"{path}:{name}"
+        for name, node in _functions(tree, "")
+        for line in range(node.lineno, (node.end_lineno or node.lineno) + 1)
+    }
 
 
 _Function: TypeAlias = ast.FunctionDef | ast.AsyncFunctionDef

@@ -6,7 +6,7 @@ with others; `--again` tries once more what was not noticed, and by the slow tes
 """
 
 import argparse
-import random
+import hashlib
 import re
 import subprocess
 import sys
@@ -22,7 +22,7 @@ from typing import Final
 import msgspec
 from msgspec import Struct
 
-from tests.reliability.called import FOLDER, Calls, function_at, read_calls
+from tests.reliability.called import FOLDER, Calls, read_calls
 from tests.reliability.mutant_server import Answer, Question
 from tests.reliability.mutations import Mutant, mutants_in
 from tests.reliability.results import BUILD, ROOT, Result, ends_at
@@ -89,7 +89,7 @@ def execute(arguments: argparse.Namespace) -> Result:
         chosen = [(each.room, each.mutant) for each in left if each.room in arguments.rooms]
     else:
         chosen = _chosen(arguments.rooms, arguments.count, arguments.seed)
-        chosen = [each for each in chosen if each[1] not in done]
+        chosen = [each for each in chosen if str(each[1]) not in done]
     parts = [chosen[number :: arguments.workers] for number in range(arguments.workers)]
     with ThreadPoolExecutor(arguments.workers) as pool:
         for each in [pool.submit(judge.judge_all, part, until) for part in parts]:
@@ -98,13 +98,16 @@ def execute(arguments: argparse.Namespace) -> Result:
 
 
 def _chosen(rooms: Sequence[str], count: int, seed: int) -> list[tuple[str, Mutant]]:
-    """Return so many, the same number of each room as far as it has them."""
+    """Return so many, the same number of each room as far as it has them.
+
+    They are drawn by their names, so that code which changes elsewhere leaves the others chosen.
+    """
     found = mutants_in(ROOT, {room: ROOMS[room] for room in rooms})
-    chance = random.Random(seed)  # noqa: S311 -- to be repeated
-    drawn = [
-        [(room, each) for each in chance.sample(mutants, len(mutants))]
-        for room, mutants in found.items()
-    ]
+
+    def lot(mutant: Mutant) -> bytes:
+        return hashlib.sha256(f"{seed} {mutant}".encode()).digest()
+
+    drawn = [[(room, each) for each in sorted(mutants, key=lot)] for room, mutants in found.items()]
     return [each for each in chain(*zip_longest(*drawn)) if each is not None][:count]
 
 
@@ -140,7 +143,7 @@ class _Judge:
                 source = (ROOT / mutant.path).read_text(encoding="utf-8")
                 if not mutant.compiles(source):
                     continue
-                tests = self._tests_of(mutant, source)
+                tests = self._tests_of(mutant)
                 answer = Answer("survived", "no test calls it")
                 if tests:
                     question = self._question(mutant, source, tests)
@@ -157,13 +160,12 @@ class _Judge:
         limit_s = _MORE_S + _TIMES * sum(self._calls[file].took_s for file in tests)
         return Question(str(ROOT / mutant.path), mutant.applied(source), words, limit_s)
 
-    def _tests_of(self, mutant: Mutant, source: str) -> list[str]:
+    def _tests_of(self, mutant: Mutant) -> list[str]:
         """Return the test files that call what is changed, of the module's own tests first.
 
         What none calls, as it runs while its module is imported, is judged by all of the module.
         """
-        function = function_at(mutant.path, source, mutant.line)
-        found = self._that_call(mutant.path, function) or self._that_call(mutant.path, None)
+        found = self._that_call(mutant.path, mutant.function) or self._that_call(mutant.path, "")
         name = re.compile(rf"\b{re.escape(Path(mutant.path).stem)}\b")
 
         def order(file: str) -> tuple[bool, float]:
@@ -177,13 +179,13 @@ class _Judge:
                 break
         return chosen
 
-    def _that_call(self, path: str, function: str | None) -> list[str]:
+    def _that_call(self, path: str, function: str) -> list[str]:
         return [file for file, each in self._calls.items() if _is_called(each, path, function)]
 
 
-def _is_called(calls: Calls, path: str, function: str | None) -> bool:
+def _is_called(calls: Calls, path: str, function: str) -> bool:
     """Return whether a function is called; of a line that is in none, any of its module."""
-    if function is not None:
+    if function:
         return function in calls.functions
     return any(each.startswith(f"{path}:") for each in calls.functions)
 
@@ -193,12 +195,12 @@ def _text(file: str) -> str:
     return (ROOT / file).read_text(encoding="utf-8")
 
 
-def _read(log: Path) -> dict[Mutant, Judged]:
-    """Return what is kept; of a mutant that was tried twice the last."""
+def _read(log: Path) -> dict[str, Judged]:
+    """Return what is kept, by names; of a mutant that was tried twice the last."""
     if not log.exists():
         return {}
     found = [msgspec.json.decode(line, type=Judged) for line in log.read_bytes().splitlines()]
-    return {each.mutant: each for each in found}
+    return {str(each.mutant): each for each in found}
 
 
 def _result(judged: Sequence[Judged], *, is_read: bool = False) -> Result:

@@ -6,11 +6,14 @@ messages, annotations, and names.
 """
 
 import ast
+from collections import Counter
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Final
 
 from msgspec import Struct
+
+from tests.reliability.called import functions_by_line
 
 _COMPARED: Final[Mapping[type[ast.cmpop], type[ast.cmpop]]] = {
     ast.Lt: ast.LtE,
@@ -48,15 +51,19 @@ class Mutant(Struct, frozen=True, order=True):
     """One change: the characters of a file from `begin` to `end` become `text`."""
 
     path: str
-    line: int
+    function: str
+    """The function it is in, with its path; empty: it is in none."""
+    number: int
+    """Of those in its function that read alike, from 1."""
     begin: int
     end: int
     before: str
     text: str
 
     def __str__(self) -> str:
-        before, after = (" ".join(each.split()) for each in (self.before, self.text))
-        return f"{self.path}:{self.line}: {before} -> {after}"
+        """Its name, which stays when lines elsewhere come and go."""
+        again = f" ({self.number})" if self.number > 1 else ""
+        return f"{self.function or self.path}: {_change(self.before, self.text)}{again}"
 
     def applied(self, source: str) -> str:
         """Return the source with the change."""
@@ -78,6 +85,8 @@ def mutants_of(path: str, source: str) -> Iterator[Mutant]:
     for line in source.encode().splitlines(keepends=True):
         starts.append(starts[-1] + len(line))
     text = source.encode()
+    functions = functions_by_line(path, tree)
+    alike: Counter[tuple[str, str]] = Counter()
 
     def characters(line: int, column: int) -> int:
         return len(text[: starts[line - 1] + column].decode())
@@ -88,7 +97,13 @@ def mutants_of(path: str, source: str) -> Iterator[Mutant]:
         written = ast.unparse(changed)
         if isinstance(node, ast.expr) and not isinstance(node, ast.Constant):
             written = f"({written})"
-        yield Mutant(path, node.lineno, begin, end, source[begin:end], written)
+        before, function = source[begin:end], functions.get(node.lineno, "")
+        alike[change := (function, _change(before, written))] += 1
+        yield Mutant(path, function, alike[change], begin, end, before, written)
+
+
+def _change(before: str, text: str) -> str:
+    return f"{' '.join(before.split())} -> {' '.join(text.split())}"
 
 
 def _changes(tree: ast.AST) -> Iterator[tuple[ast.expr | ast.stmt, ast.AST]]:

@@ -1,12 +1,13 @@
 """Which function a line is in, and what a test file calls."""
 
+import ast
 from pathlib import Path
 
 import pytest
 
 from firmware_runtime.devs.time import format_time, seconds
 from tests.reliability import called
-from tests.reliability.called import Listener, function_at, read_calls
+from tests.reliability.called import Listener, functions_by_line, read_calls
 
 SOURCE = """
 LIMIT = 3
@@ -39,7 +40,7 @@ def alone() -> None:
     ],
 )
 def test_a_line_is_in_the_innermost_function_around_it(line: int, function: str | None) -> None:
-    assert function_at("x.py", SOURCE, line) == function
+    assert functions_by_line("x.py", ast.parse(SOURCE)).get(line) == function
 
 
 def test_what_the_tests_of_a_file_call_is_kept(

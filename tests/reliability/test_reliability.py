@@ -49,6 +49,18 @@ def test_a_mutant_is_one_change_of_code_and_none_of_words() -> None:
         compile(changed, "x.py", "exec")
 
 
+def test_a_mutant_keeps_its_name_where_lines_come_and_go() -> None:
+    source = "def late() -> bool:\n    return seen(0) and seen(0)\n"
+    names = [str(each) for each in mutants_of("x.py", source)]
+    assert names == [
+        "x.py:late: seen(0) and seen(0) -> (seen(0) or seen(0))",
+        "x.py:late: 0 -> 1",
+        "x.py:late: 0 -> 1 (2)",
+    ]
+    moved = f"LIMIT = LEAST\n\n\n{source}"
+    assert [str(each) for each in mutants_of("x.py", moved)] == names
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("name", TARGETS)
 def test_what_reads_bytes_of_others_raises_nothing_but_its_own_errors(
