@@ -5,12 +5,12 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from typing import Final
 
-from firmware_drivers.actuator import POLL_EVERY
 from firmware_drivers.chips.h_bridge import HBridge
 from firmware_drivers.chips.pca9685 import POLL
 from firmware_drivers.chips.pca9685_registers import duty_burst
 from firmware_drivers.chips.step import Step
 from firmware_drivers.motors import Motors
+from firmware_runtime.devs.time import MILLISECOND
 from firmware_runtime.errors import SettingError
 from firmware_runtime.hal.i2c import Message
 from firmware_runtime.hal.interlock import Interlock, always_enabled
@@ -18,6 +18,9 @@ from firmware_runtime.hal.wire_errors import NotReady
 
 TRAFFIC: Final[tuple[tuple[Message, ...], ...]] = (*POLL, duty_burst(3))
 """Transactions of one command, on neighbouring channels, for the bus-time budget."""
+WRITTEN_EVERY: Final = 250 * MILLISECOND
+"""Ns between two commands that are written to a motor that turns: under a chip that was reset it
+stands until the next one."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,7 +52,7 @@ class BridgeMotor(Motors):
             name,
             bring_up,
             bridge.chip.line,
-            refresh=POLL_EVERY,
+            refresh=WRITTEN_EVERY,
             command_timeout=timeout,
             interlock=interlock,
         )

@@ -18,7 +18,7 @@ from hypothesis import strategies as st
 from firmware_runtime.board import installed as kinds
 from firmware_runtime.board.robot import Ending
 from firmware_runtime.devs.simulator import Simulator
-from firmware_runtime.devs.time import SECOND
+from firmware_runtime.devs.time import MILLISECOND, SECOND
 from firmware_runtime.models.motion import Applied
 from sim_doubles.chips.md25 import Md25Double
 from sim_doubles.faults import AbsentTarget, FaultScript
@@ -205,6 +205,34 @@ def test_a_head_that_stands_may_do_so_at_an_end_stop_until_it_turns_back() -> No
     assert turned(head, 380, [0, 0]) == [(0.0, 0), (-50.0, 0)]
 
 
+@pytest.mark.parametrize(
+    ("body_deg", "motor", "share"),
+    [
+        (1, CLOCKWISE, -50.0),
+        (1, COUNTERCLOCKWISE, 50.0),
+        (350, CLOCKWISE, 0.0),
+        (350, COUNTERCLOCKWISE, 50.0),
+        (330, COUNTERCLOCKWISE, 0.0),
+        (330, CLOCKWISE, -50.0),
+    ],
+)
+def test_a_head_may_stand_near_the_stop_only_that_it_turns_towards(
+    body_deg: int, motor: int, share: float
+) -> None:
+    head = AtomicBench(HeadTurn("commanded_head", 50.0, stop_deg=190.0))
+    head.put(10, motor=motor, applied=Applied.ALL, body=body_deg)
+    found = turned(head, 20, [160, 160, 160])
+    assert [each.rate_deg_s for each in found] == ([0.0, share, share] if share else [])
+
+
+def test_a_head_that_has_turned_back_stands_at_a_stop_for_a_stated_time() -> None:
+    head = AtomicBench(HeadTurn("commanded_head", 50.0, stop_deg=190.0, at_stop=60 * MILLISECOND))
+    head.put(10, motor=COUNTERCLOCKWISE, applied=Applied.ALL, body=0)
+    head.put(20, motor=CLOCKWISE)
+    found = turned(head, 30, [180, 174, 170, 170, 170, 170, 170, 170])
+    assert [each.rate_deg_s for each in found] == [0.0, -50.0, 0.0, 0.0, -50.0]
+
+
 HEARD, NOTHING = ({"distance": 2.1}, {"distance": math.inf})
 
 
@@ -304,7 +332,7 @@ def test_compasses_mounted_the_other_way_up_are_found_at_the_first_turn() -> Non
     robot = virtual_detective("world.compass_mounting=upright")
     robot.run_mission()
     ((at, ending),) = robot.endings
-    assert SECOND < at < 2 * SECOND  # the head's turns first
+    assert 0.6 < at / SECOND < 1.2  # the head's turns first
     assert "turn of the head" in ending.reason
 
 
@@ -328,6 +356,15 @@ def test_a_memory_in_place_of_the_motor_driver_ends_the_mission() -> None:
 def test_treads_that_slip_are_not_contradicted(slip: float) -> None:
     robot = virtual_detective(f"world.right_slip={slip}", f"world.left_slip={slip}")
     assert robot.run_mission()["found"] is True
+    assert robot.faults == []
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("speed_deg_s", [50.0, 60.0])
+def test_a_head_on_a_battery_that_is_low_or_full_is_not_contradicted(speed_deg_s: float) -> None:
+    far = "world.target=[6.0, 6.0]"
+    robot = virtual_detective(f"world.head_speed_deg_s={speed_deg_s}", far)
+    robot.run(60)
     assert robot.faults == []
 
 

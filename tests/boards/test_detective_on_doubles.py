@@ -182,8 +182,9 @@ def test_a_compass_that_hangs_is_contradicted_by_the_turn_before_it_shows(stuck_
 @pytest.mark.parametrize(
     ("at_s", "after_s"),
     [
-        pytest.param(8.0, (1.4, 1.9), id="at once"),
-        pytest.param(5.0, (3.9, 4.6), id="in the first sweep, once it turns back"),
+        pytest.param(5.0, (0.4, 0.7), id="in the first sweep"),
+        pytest.param(8.5, (0.4, 0.7), id="in the next one"),
+        pytest.param(8.0, (1.4, 1.8), id="where it may be at a stop"),
     ],
 )
 def test_a_head_that_its_motor_does_not_turn_ends_the_mission(

@@ -68,15 +68,15 @@ def test_a_signal_that_is_none_switches_off_and_says_so(radar: Radar) -> None:
     assert "motor1.turn: signal 3, expected 0, 1 or 2" in radar.reasons
 
 
-def test_each_signal_is_a_poll_of_two_and_one_burst_and_so_is_each_second_of_turning(
+def test_each_signal_is_a_poll_of_two_and_one_burst_and_so_is_each_quarter_second_of_turning(
     radar: Radar,
 ) -> None:
     radar.play("100 turn=0; 100")
     before = radar.bus.transactions
     radar.play("200 turn=1; 10000")
-    assert radar.bus.transactions == before + 3 * (1 + 9)
+    assert radar.bus.transactions == before + 3 * (1 + 39)
     radar.play("10100 turn=0; 20000")  # braked: nothing turns that could have stopped
-    assert radar.bus.transactions == before + 3 * (1 + 9 + 1)
+    assert radar.bus.transactions == before + 3 * (1 + 39 + 1)
 
 
 def test_a_chip_that_is_reset_under_a_turning_head_is_found_in_a_second(radar: Radar) -> None:

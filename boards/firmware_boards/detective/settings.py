@@ -81,6 +81,17 @@ class TurnCheckTable(Settings, frozen=True):
     """Turn that may be commanded while it does."""
 
 
+class HeadCheckTable(TurnCheckTable, frozen=True):
+    """The same of the head, which has end stops."""
+
+    stop_deg: Positive | None = None
+    """How far they are from straight ahead, to either side. None, where the file does not say: a
+    head that stands is believed until it turns back, and `still_turn_deg` has to leave time for a
+    stop."""
+    at_stop_s: Seconds = 1.0
+    """How long the head may stand at one, where that is known."""
+
+
 class DetectiveSettings(BoardSettings, frozen=True, kw_only=True):
     """The whole file."""
 
@@ -95,7 +106,7 @@ class DetectiveSettings(BoardSettings, frozen=True, kw_only=True):
     treads: TreadTable
     turn_check: TurnCheckTable | None = None
     """Treads against the body's compass. None, where the file has no table: nothing is compared."""
-    head_check: TurnCheckTable | None = None
+    head_check: HeadCheckTable | None = None
     """The head's motor against the radar's compass, likewise."""
     world: ArenaTable
 

@@ -26,6 +26,8 @@ from firmware_runtime.models.motion import Applied
 CIRCLE_DEG: Final = 360.0
 STANDS_DEG: Final = 2.0
 """From one heading to the next less than this is no turn."""
+NEAR_DEG: Final = 10.0
+"""So far from an end stop, by two compasses, a head may be at it; its two may be 20 apart."""
 SENSES: Final = {CLOCKWISE: 1, COUNTERCLOCKWISE: -1}
 """Sense of a motor, a tread's forward positive, by signal; any other signal stops it."""
 TREADS: Final = "turn (degrees, compass less treads' command)"
@@ -120,18 +122,34 @@ class HeadTurn(CommandedTurn):
 
     Where it begins is not known: the run before it may have ended anywhere. So it may be at an end
     stop from the start, or sooner than it turns back, as may one that was stopped amid a sweep:
-    until it turns back nothing is expected of it while it stands.
+    until it turns back nothing is expected of it while it stands, after that it stands at a stop
+    for `at_stop` ns at most. Where `body` tells the heading of what carries it, and `stop_deg` how
+    far from straight ahead its stops are, it may stand near the stop that it turns towards only.
     """
 
-    def __init__(self, name: str, full_deg_s: float) -> None:
+    def __init__(
+        self, name: str, full_deg_s: float, stop_deg: float | None = None, at_stop: int = 0
+    ) -> None:
         super().__init__(name, full_deg_s)
         self.motor = self.in_port("motor", int)
+        self.body = self.in_port("body", float)
+        self.stop_deg = stop_deg
+        self.at_stop = at_stop
         self._sense = 0
         self._may_stand = self._stands = True
+        self._stood_for = 0
         self._seen_deg: float | None = None
+        self._body_deg: float | None = None
+
+    def external(self, elapsed: int) -> None:
+        """The same, with how long it stands."""
+        self._stood_for += elapsed
+        super().external(elapsed)
 
     def take_commands(self) -> None:
         """Keep the newest signal, and whether the head has turned back since it was stopped."""
+        if self.body:
+            self._body_deg = self.body[-1]
         if not self.motor:
             return
         before, self._sense = self._sense, SENSES.get(self.motor[-1], 0)
@@ -140,13 +158,24 @@ class HeadTurn(CommandedTurn):
 
     def share(self) -> float:
         """Return the sense: clockwise is to the right."""
-        return 0.0 if self._may_stand and self._stands else -float(self._sense)
+        return 0.0 if self._stands and self._is_at_a_stop else -float(self._sense)
+
+    @property
+    def _is_at_a_stop(self) -> bool:
+        """Whether a head that stands may do so because of a stop."""
+        if self.stop_deg is None or self._body_deg is None or self._seen_deg is None:
+            return self._may_stand
+        stop_deg = self._body_deg - self._sense * self.stop_deg
+        is_near = abs(math.remainder(self._seen_deg - stop_deg, CIRCLE_DEG)) <= NEAR_DEG
+        return is_near and (self._may_stand or self._stood_for <= self.at_stop)
 
     def _joins(self, heading_deg: float) -> bool:
         """The same, with whether it stands by this heading and the last."""
         seen_deg, self._seen_deg = self._seen_deg, heading_deg
         moved_deg = 0.0 if seen_deg is None else math.remainder(heading_deg - seen_deg, CIRCLE_DEG)
         self._stands = abs(moved_deg) < STANDS_DEG
+        if not self._stands:
+            self._stood_for = 0
         return super()._joins(heading_deg)
 
 

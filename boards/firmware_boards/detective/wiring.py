@@ -17,6 +17,7 @@ from firmware_boards.detective.parameters import Parameters
 from firmware_boards.detective.second_look import SecondLook
 from firmware_boards.detective.settings import (
     DetectiveSettings,
+    HeadCheckTable,
     RadarMotorTable,
     TurnCheckTable,
     event_parameters,
@@ -136,13 +137,15 @@ class DetectiveRobot(Coupled):
         self._add_check(commanded, turn_check("turn_check", TREADS, stated))
         return commanded
 
-    def _add_head_check(self, stated: TurnCheckTable) -> CommandedTurn:
+    def _add_head_check(self, stated: HeadCheckTable) -> CommandedTurn:
         """The same of the head and its compass, as long as the body stands."""
         full_deg_s = stated.full_turn_deg_s * self.radar_motor.settings.duty
-        commanded = self.add(HeadTurn("commanded_head", full_deg_s))
+        stop_deg, at_stop = stated.stop_deg, seconds(stated.at_stop_s)
+        commanded = self.add(HeadTurn("commanded_head", full_deg_s, stop_deg, at_stop))
         self.couple(self.radar_gate.passed, commanded.motor)
         self.couple(self.radar_motor.applied_out, commanded.applied)
         self.couple(self.radar_compass.heading_out, commanded.heading)
+        self.couple(self.body_compass.heading_out, commanded.body)
         self._add_check(commanded, turn_check("head_check", HEAD, stated))
         return commanded
 

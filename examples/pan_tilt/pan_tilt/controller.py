@@ -5,6 +5,7 @@ It knows neither chips nor clocks; the same object runs in simulation and on the
 
 from firmware_drivers.analog_inputs import Voltages
 
+from firmware_runtime.board.robot import Ending
 from firmware_runtime.devs.coupled import Coupled
 from firmware_runtime.devs.time import NEVER, seconds
 from firmware_runtime.models.motion import Applied
@@ -43,7 +44,7 @@ class Controller(Coupled):
     """voltages -> sight -> pan and tilt PIDs -> head -> angles; mode says when to follow.
 
     What the servos apply comes back: applied -> head -> PIDs. A check for each axis says where the
-    head comes no nearer to the light.
+    head comes no nearer to the light, and ends the run where that goes on.
     """
 
     def __init__(self, name: str, settings: PanTiltSettings) -> None:
@@ -52,6 +53,7 @@ class Controller(Coupled):
         self.applied = self.in_port("applied", Applied)
         self.pan_angle = self.out_port("pan", float)
         self.tilt_angle = self.out_port("tilt", float)
+        self.ended = self.out_port("ended", Ending)
         control, servos = settings.controller, settings.servos
         limits = (
             (servos.pan.least_rad, servos.pan.most_rad),
@@ -77,6 +79,7 @@ class Controller(Coupled):
         self.couple(self.head.tilt_effect, self.tilt.applied_in)
         for check in (self.pan_check, self.tilt_check):
             self.couple(self.mode.follow_out, check.follow)
+            self.couple(check.ended, self.ended)
         self.couple(self.sight.aside, self.pan_check.difference)
         self.couple(self.sight.above, self.tilt_check.difference)
         self.couple(self.head.pan_effect, self.pan_check.effect)

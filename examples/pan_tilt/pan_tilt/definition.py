@@ -74,7 +74,7 @@ def build(settings: PanTiltSettings, lines: Lines) -> Robot:
         still_on=(model.pwm_chip.still_on,),
         result=lambda: {"following": model.controller.head.is_following is True},
         result_from=("controller",),
-        ended=None,
+        ended=model.controller.ended,
         ends_on_failure=True,
         retune=model.controller.retune,
         warnings=(),

@@ -2,6 +2,7 @@
 
 from typing import Final
 
+from firmware_runtime.board.robot import Ending
 from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.time import MILLISECOND
 from firmware_runtime.hal.wire_errors import Fault, Implausible
@@ -16,17 +17,23 @@ PATIENCE: Final = 200 * MILLISECOND
 """Ns in which a head far from its light has come nearer; one that follows needs a few readings."""
 
 
+GIVES_UP: Final = 10
+"""Reports in a row, with no moment near the light, after which it is let go."""
+
+
 class FollowCheck(Atomic):
     """Reports an axis that is far from its light, is told to turn there, and comes no nearer.
 
     watching --difference? far--> doubting (PATIENCE) --fault!--> doubting
+    doubting, for the tenth time in a row --fault!, ended!--> doubting
     doubting --difference? nearer--> doubting, for PATIENCE again
     doubting --difference? near, follow? 0--> watching
 
     Nothing is expected of an axis that is disarmed, or at the end of its way, by the last `effect`;
     but one that came to its end without coming nearer does not turn as it is told. A light that
     goes out while the head is far from it, runs away faster than that turns, or is found beyond the
-    end, is reported, too.
+    end, is reported, too. What is reported ten times in a row, for 2 s, ends the run: eyes that lie,
+    or an axis that does not turn, lead nowhere.
     """
 
     def __init__(self, name: str) -> None:
@@ -35,11 +42,12 @@ class FollowCheck(Atomic):
         self.follow = self.in_port("follow", int)
         self.effect = self.in_port("effect", Applied)
         self.fault = self.out_port("fault", Fault)
+        self.ended = self.out_port("ended", Ending)
         self.is_following = False
         self.applied = Applied.NOTHING
         self.far = self.nearest = 0.0
         """How far it is, and was when it came nearer last."""
-        self._doubted_for = 0
+        self._doubted_for = self._reports = 0
 
     def initialize(self) -> None:
         """Watch."""
@@ -49,10 +57,13 @@ class FollowCheck(Atomic):
         """Report."""
         expected = f"nearer than {self.nearest:.3g} in {PATIENCE // MILLISECOND} ms"
         error = Implausible(self.path, "difference to the light", self.far, expected)
-        self.fault.send(Fault.of(error, 1))
+        self.fault.send(Fault.of(error, self._reports + 1))
+        if self._reports + 1 == GIVES_UP:
+            self.ended.send(Ending(str(error), failed=True))
 
     def internal(self) -> None:
         """Doubt on."""
+        self._reports += 1
         self._doubt()
 
     def external(self, elapsed: int) -> None:
@@ -63,7 +74,7 @@ class FollowCheck(Atomic):
         if self.effect:
             self.applied = self.effect[-1]
         if not self.is_following:
-            self.passivate("watching")
+            self._watch()
         elif self.difference:
             self._compare(abs(self.difference[-1].position))
         else:
@@ -74,11 +85,15 @@ class FollowCheck(Atomic):
         is_new = self.phase == "watching"
         has_to_turn = self.applied is Applied.ALL or (self.applied is Applied.PART and not is_new)
         if far <= FAR or not has_to_turn:
-            self.passivate("watching")
+            self._watch()
         elif is_new or far < self.nearest - NEARER:
             self._doubt()
         else:
             self.hold_in("doubting", max(0, PATIENCE - self._doubted_for))
+
+    def _watch(self) -> None:
+        self._reports = 0
+        self.passivate("watching")
 
     def _doubt(self) -> None:
         self.nearest, self._doubted_for = self.far, 0

@@ -6,7 +6,7 @@ import pytest
 from firmware_drivers.servo import Servos
 from pan_tilt.rig import PanTiltRig
 
-from firmware_runtime import SECOND, ConfigError, OpenBoard, Strike, open_board
+from firmware_runtime import SECOND, ConfigError, OpenBoard, RunState, Strike, open_board
 from firmware_runtime.board import registry
 from sim_doubles.faults import FaultScript, NackAddress
 
@@ -66,6 +66,15 @@ def test_a_servo_that_does_not_turn_is_reported_within_half_a_second(output: flo
         assert dict(robot.statistics.faults) == {}
         robot.run(0.5)
         assert set(robot.statistics.faults) & {"controller.pan_check", "controller.tilt_check"}
+
+
+def test_an_axis_that_comes_no_nearer_for_2_s_ends_the_run() -> None:
+    noisy = Strike("noise", "eyes", at_s=5.70166314, amount=5573.0)
+    with open_board("pan_tilt", doubles=True, clock="virtual", faults=[noisy]) as robot:
+        ended = robot.run(10.0)
+        assert ended.state is RunState.FAILED
+        assert "pan_check: difference to the light" in ended.reason
+        assert 2 < ended.at / SECOND - 5.7 < 3
 
 
 def test_in_the_dark_or_when_its_light_goes_out_it_searches_to_and_fro() -> None:
