@@ -176,3 +176,11 @@ def test_the_code_of_the_robot_is_watched(tmp_path: Path) -> None:
     keep_findings(tmp_path, "tachobot", as_in_rows(ROWS[:1]))
     names = {each.name for each in watched_code(tmp_path).folders}
     assert {"firmware_runtime", "firmware_drivers", "firmware_boards"} <= names
+
+
+def test_a_campaign_is_not_sound_where_a_run_was_lost() -> None:
+    lost = report(ROWS[-1:])
+    assert not lost.is_sound
+    with pytest.raises(AssertionError, match=r"1 runs ended in the middle, 0 were others"):
+        lost.check()
+    report(ROWS[2:10]).check()

@@ -103,6 +103,31 @@ def test_parts_under_way_are_not_waited_for_by_one_who_takes_no_more(tmp_path: P
     assert [*tmp_path.iterdir()] == []
 
 
+UNGUARDED = """
+from pathlib import Path
+from firmware_runtime.lab.sweeps.local_pool import run_here
+from tests.sweeps.test_lost_processes import OneQuickPart
+
+print([*run_here(OneQuickPart(Path()), range(4), 2)])
+"""
+
+
+@pytest.mark.slow
+def test_a_script_that_its_processes_would_run_again_is_told_so(tmp_path: Path) -> None:
+    script = tmp_path / "script.py"
+    script.write_text(UNGUARDED)
+    ended = subprocess.run(
+        [sys.executable, script],
+        env=os.environ | {"PYTHONPATH": str(Path(__file__).parents[2])},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert ended.returncode == 1
+    last = ended.stderr.splitlines()[-1]
+    assert "workers: none of its processes could begin; expected in a script a call below" in last
+
+
 def is_running(process: int) -> bool:
     """Whether a process is there and has not ended."""
     try:

@@ -32,8 +32,8 @@ class FollowCheck(Atomic):
     Nothing is expected of an axis that is disarmed, or at the end of its way, by the last `effect`;
     but one that came to its end without coming nearer does not turn as it is told. A light that
     goes out while the head is far from it, runs away faster than that turns, or is found beyond the
-    end, is reported, too. What is reported ten times in a row, for 2 s, ends the run: eyes that lie,
-    or an axis that does not turn, lead nowhere.
+    end, is reported, too. What is reported ten times in a row, for 2 s, ends the run: eyes that
+    lie, or an axis that does not turn, lead nowhere.
     """
 
     def __init__(self, name: str) -> None:

@@ -152,7 +152,7 @@ def _campaign(arguments: argparse.Namespace) -> int:
 
 def _told(report: Report, arguments: argparse.Namespace) -> int:
     print(json.dumps(report.as_json()) if arguments.json else report)
-    return Status.MODEL_ERROR if report.findings or report.flakes else Status.OK
+    return Status.OK if report.is_sound else Status.MODEL_ERROR
 
 
 def _show(arguments: argparse.Namespace) -> int:

@@ -63,6 +63,11 @@ class Report(Struct, frozen=True, kw_only=True):
         return sum(row["outcome"] in _DEAD for row in self.rows)
 
     @property
+    def is_sound(self) -> bool:
+        """Whether nothing was found, no run was lost, and each was the same when run again."""
+        return not (self.findings or self.crashes or self.flakes)
+
+    @property
     def said(self) -> dict[str, int]:
         """How many runs each fault of a model was the first one to be reported in."""
         said = Counter(str(row["said"]) for row in self.rows if row["said"] is not None)
@@ -114,9 +119,12 @@ class Report(Struct, frozen=True, kw_only=True):
     def check(self) -> None:
         """Fail a test with three lines for each finding."""
         __tracebackhide__ = True
-        if self.findings or self.flakes:
+        if not self.is_sound:
             said = [line for each in self.findings for line in each.lines]
-            raise AssertionError("\n".join(said or [f"{self.flakes} runs were others run again"]))
+            summary = (
+                f"{self.crashes} runs ended in the middle, {self.flakes} were others run again"
+            )
+            raise AssertionError("\n".join(said or [summary]))
 
 
 def _listed(names: Sequence[str]) -> str:

@@ -17,7 +17,7 @@ from multiprocessing.connection import Connection
 from multiprocessing.connection import wait as wait_for
 from typing import Final, Protocol, TypeVar
 
-from firmware_runtime.errors import Status
+from firmware_runtime.errors import ConfigError, Status
 from firmware_runtime.system.this_system import allowed_cpus
 
 MOST_LOSSES: Final = 3
@@ -43,7 +43,10 @@ def cores() -> int:
 
 
 def run_here(job: Job[T], numbers: Sequence[int], workers: int) -> Generator[T, None, None]:
-    """Run parts and yield each as it ends, in any order; with one worker in this process."""
+    """Run parts and yield each as it ends, in any order; with one worker in this process.
+
+    Raises ConfigError if none of its processes could begin.
+    """
     if workers == 1 or len(numbers) == 1:
         yield from (job.run(number) for number in numbers)
         return
@@ -65,8 +68,9 @@ def _run_by_pool(
     """Yield what ends before a process is killed; count the parts that were under way then."""
     context = multiprocessing.get_context("spawn")
     goes_on, own_end = context.Pipe(duplex=False)
+    begun, says_so = context.Pipe(duplex=False)
     pool = ProcessPoolExecutor(
-        min(workers, len(numbers)), context, initializer=_begin, initargs=(goes_on,)
+        min(workers, len(numbers)), context, initializer=_begin, initargs=(goes_on, says_so)
     )
     waiting: dict[Future[T], int] = {}
     to_come = iter(numbers)
@@ -80,18 +84,27 @@ def _run_by_pool(
             for future in ended:
                 yield waiting[future], future.result()
                 del waiting[future]
-    except BrokenProcessPool:
+    except BrokenProcessPool as error:
+        if not begun.poll():
+            raise _none_begins() from error
         losses.update(waiting.values())
     finally:
         if waiting:
             own_end.close()
         pool.shutdown(wait=True, cancel_futures=True)
-        own_end.close()
-        goes_on.close()
+        for end in (own_end, goes_on, begun, says_so):
+            end.close()
 
 
-def _begin(goes_on: Connection) -> None:
+def _none_begins() -> ConfigError:
+    what = "none of its processes could begin"
+    expected = 'in a script a call below `if __name__ == "__main__":`, or workers=1'
+    return ConfigError.of_one("workers", what, expected)
+
+
+def _begin(goes_on: Connection, says_so: Connection) -> None:
     """In a process of the pool: its parent sees to Ctrl-C, and it ends with it, or when told."""
+    says_so.send_bytes(b"begun")
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     threading.Thread(target=_end_with_parent, args=(goes_on,), daemon=True).start()
 
