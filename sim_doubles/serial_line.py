@@ -20,6 +20,7 @@ from typing import TYPE_CHECKING, Final, NamedTuple
 from firmware_runtime.devs.time import NEVER
 from firmware_runtime.hal.serial import SerialPort
 from firmware_runtime.hal.wire_errors import BusFault, PortClosed
+from sim_doubles.altered_readings import OF_READINGS, AlteredReadings, HasReadings
 from sim_doubles.clock import Now
 from sim_doubles.outputs import HasOutputs
 
@@ -138,12 +139,17 @@ class SerialLineDouble(SerialPort):
     def fitting(self, _address: int | None) -> Collection[str]:
         """Return the kinds of faults that it knows."""
         has_outputs = isinstance(self._target, HasOutputs)
-        return (*_LASTING, *_MOMENTS, *(_OF_OUTPUTS if has_outputs else ()))
+        of_readings = OF_READINGS if isinstance(self._target, HasReadings) else ()
+        return (*_LASTING, *_MOMENTS, *(_OF_OUTPUTS if has_outputs else ()), *of_readings)
 
     def strike(self, kind: str, _address: int | None, span: "Span", amount: float) -> None:
         """Make a fault of a kind."""
-        self.call_at(span.since, partial(self._break, kind, int(amount)))
-        if kind in _MOMENTS:
+        if isinstance(self._target, HasReadings) and kind in OF_READINGS:
+            begin = partial(self._break_readings, self._target.readings, kind, once=span.once)
+        else:
+            begin = partial(self._break, kind, int(amount))
+        self.call_at(span.since, begin)
+        if kind in _MOMENTS or span.once:
             return
         if span.until < NEVER:
             self.call_at(span.until + 1, partial(self._heal, kind))
@@ -167,7 +173,7 @@ class SerialLineDouble(SerialPort):
         self._due.clear()
         self._endless.clear()
         self._to_drop = self._to_garble = 0
-        for kind in (*self._broken, *self._broken_outputs):
+        for kind in (*self._broken, *self._broken_outputs, *OF_READINGS):
             self._heal(kind)
 
     def _break(self, kind: str, amount: int) -> None:
@@ -186,7 +192,14 @@ class SerialLineDouble(SerialPort):
         elif kind != "silent":
             self._target.power_cycle()
 
+    def _break_readings(self, readings: AlteredReadings, kind: str, *, once: bool) -> None:
+        if self.struck_at is None:
+            self.struck_at = self._now()
+        readings.break_(kind, once=once)
+
     def _heal(self, kind: str) -> None:
+        if isinstance(self._target, HasReadings):
+            self._target.readings.heal(kind)
         if isinstance(self._target, HasOutputs) and kind in self._broken_outputs:
             self._broken_outputs.clear()
             self._target.heal_outputs()

@@ -11,12 +11,12 @@ by model: the text of the banner, sent from power-up on; the first ping 250 ms a
 than the nearest reading shows as that; readings are rounded. Up to 64 frames wait to be fetched.
 """
 
-import math
 from collections import deque
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 from firmware_runtime.devs.time import MILLISECOND, SECOND
+from sim_doubles.altered_readings import AlteredReadings
 from sim_doubles.chips.protocol_warnings import ProtocolWarnings
 from sim_doubles.clock import Now
 from sim_doubles.serial_line import SerialTarget
@@ -44,11 +44,14 @@ class Family:
         """The lines sent at power-up; an R in them starts no reading."""
         return f"{self.name}-MaxSonar-EZ\rMaxBotix Inc.\rRoHS 1.0\r".encode()
 
-    def frame(self, distance_m: float) -> bytes:
-        """Return what is sent for a distance; infinity is no target."""
-        reading = self.no_target
+    def reading(self, distance_m: float) -> int:
+        """Return what is measured at a distance; infinity is no target."""
         if distance_m < self.no_target * self.unit_m:
-            reading = max(self.nearest, round(distance_m / self.unit_m))
+            return max(self.nearest, round(distance_m / self.unit_m))
+        return self.no_target
+
+    def frame(self, reading: int) -> bytes:
+        """Return what is sent."""
         return b"R%0*d\r" % (self.digits, reading)
 
 
@@ -85,10 +88,11 @@ class MaxbotixDouble(SerialTarget):
         self.family = FAMILIES[family]
         self.warnings = ProtocolWarnings(f"{self.family.name}-MaxSonar")
         self.pings = 0
+        self.readings = AlteredReadings(self.family.nearest, self.family.no_target)
         self._now = now
         self._distance = distance
         self._inverted = inverted
-        longest = KEPT_FRAMES * len(self.family.frame(math.inf))
+        longest = KEPT_FRAMES * len(self.family.frame(self.family.no_target))
         self._on_the_way: deque[tuple[int, int]] = deque(maxlen=longest)
         self._power_up()
 
@@ -128,7 +132,8 @@ class MaxbotixDouble(SerialTarget):
         missed = (at - self._next_ping_at) // period + 1 - KEPT_FRAMES
         self._next_ping_at += max(0, missed) * period
         while self._next_ping_at <= at:
-            frame = self.family.frame(self._distance(self._next_ping_at))
+            measured = self.family.reading(self._distance(self._next_ping_at))
+            frame = self.family.frame(self.readings.altered(measured))
             self.pings += 1
             self._next_ping_at += period
             self._send(frame, self._next_ping_at - _bits(len(frame) * BITS_PER_BYTE))

@@ -7,6 +7,7 @@ import msgspec
 from firmware_boards.detective.mission import Mission
 from firmware_boards.detective.settings import DetectiveSettings
 from firmware_boards.detective.wiring import DetectiveRobot
+from firmware_drivers.tables.sonar import MaxbotixTable
 
 from firmware_runtime.devs.component import Component
 from firmware_runtime.devs.coupled import Coupled
@@ -74,9 +75,18 @@ class DetectiveRig(BoardRig):
     push_unit = "rad anticlockwise"
     said_within_s = 0.5
     """What its treads have turned is read so often (`treads.refresh_s`)."""
-    unknowable = ("freeze:radar_sonar", "freeze-axis:radar_sonar")
-    """Where it stays at no echo it may be that there is none: 0 in each unit, and nothing else that
-    the robot has reaches as far. One that stays at an echo is found by its driver."""
+
+    @property
+    def unknowable(self) -> tuple[str, ...]:
+        """Faults of the radar's sonar that may be no target: nothing else reaches as far.
+
+        It stays at no echo; one that stays at an echo is found by its driver. Or it sends the
+        greatest number that it has, where that stands for none.
+        """
+        kinds = ["freeze", "freeze-axis"]
+        if isinstance(self._settings.radar_sonar, MaxbotixTable):
+            kinds.append("full-scale")
+        return tuple(f"{kind}:radar_sonar" for kind in kinds)
 
     @property
     def shown(self) -> OutPort[float]:

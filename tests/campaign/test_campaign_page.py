@@ -10,7 +10,7 @@ from firmware_runtime.devs.time import SECOND
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.hal.strike import Strike
 from firmware_runtime.lab.campaign import campaign_page as page
-from firmware_runtime.lab.campaign import kept_findings
+from firmware_runtime.lab.campaign import findings, kept_findings
 from firmware_runtime.lab.campaign.campaign_page import campaign_page
 from firmware_runtime.lab.campaign.findings import as_in_rows, text_of_test
 from firmware_runtime.lab.campaign.kept_findings import (
@@ -184,3 +184,21 @@ def test_a_campaign_is_not_sound_where_a_run_was_lost() -> None:
     with pytest.raises(AssertionError, match=r"1 runs ended in the middle, 0 were others"):
         lost.check()
     report(ROWS[2:10]).check()
+
+
+def test_a_setting_without_which_there_is_no_board_stays_with_a_finding(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    settings = ("body_sonar.chip=maxbotix", "body_sonar.port=sonar", "world.seed=3")
+    mission = Mission(board="detective", assignments=settings)
+    struck = Trial(mission, (Strike("scale", "body_sonar", 1.0, 0.0),))
+
+    def again(tried: Trial, *, oracle: object) -> Row:
+        assert oracle is None
+        if len(set(settings[:2]) & set(tried.mission.assignments)) == 1:
+            raise ConfigError.of_one("body_sonar", "no such board")
+        return tried.row(0, FOUND)
+
+    monkeypatch.setattr(findings, "alone", again)
+    (finding,) = findings.findings_of([struck.row(0, FOUND)], None, None)
+    assert finding.mission.assignments == settings[:2]

@@ -170,7 +170,10 @@ def _shortened(alike: list[Row], oracle: Oracle | None) -> Finding:
         fewer = replace(
             trial.mission, assignments=tuple(a for a in trial.mission.assignments if a != each)
         )
-        row = alone(replace(trial, mission=fewer), oracle=oracle)
+        try:
+            row = alone(replace(trial, mission=fewer), oracle=oracle)
+        except ConfigError:  # no board without this setting
+            continue
         if _key(row) == _key(first):
             trial, shown = replace(trial, mission=fewer), row
     finding = _finding(first, trial, shown, len(alike))
