@@ -4,6 +4,7 @@ from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
+from firmware_drivers import dc_motor
 from firmware_drivers.chips.pca9685_registers import prescale_for
 from firmware_drivers.hardware import Identifiable, ReadBack
 from firmware_drivers.tables.compass import CompassTable
@@ -17,6 +18,7 @@ from firmware_boards.detective.wiring import DetectiveRobot
 from firmware_runtime.board.definition import BoardDefinition
 from firmware_runtime.board.faults import (
     Device,
+    Recurring,
     SerialDevice,
     bus_loads,
     device_faults,
@@ -44,9 +46,11 @@ def faults(settings: DetectiveSettings) -> list[str]:
 
 
 def loads(settings: DetectiveSettings) -> dict[str, BusLoad]:
-    """Return the load of each bus by sensors and treads."""
+    """Return the load of each bus by sensors, treads, and a head that turns."""
+    bus, every = settings.radar_motor.bus, dc_motor.WRITTEN_EVERY
+    head = Recurring(bus, "radar_motor command", dc_motor.TRAFFIC, every)
     recurring = (each for key, table in _tables(settings) for each in table.recurring(key))
-    return bus_loads(settings.buses, recurring)
+    return bus_loads(settings.buses, (head, *recurring))
 
 
 def event_model(settings: DetectiveSettings, model_file: Path | None) -> Coupled:
