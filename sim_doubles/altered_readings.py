@@ -1,4 +1,4 @@
-"""Readings of a sensor that sends them by itself, as faults of what measures make them."""
+"""Readings of a sensor on a serial line, as faults of what measures make them."""
 
 from typing import Final, Protocol, runtime_checkable
 
@@ -62,7 +62,7 @@ class AlteredReadings:
 
 @runtime_checkable
 class HasReadings(Protocol):
-    """A double that measures one number, and sends it by itself."""
+    """A double that measures one number, and sends it."""
 
     @property
     def readings(self) -> AlteredReadings:

@@ -10,7 +10,8 @@ from underwater.brook.double import BrookDouble
 from underwater.brook.driver import BAUD, Brook, FrameDecoder
 from underwater.brook.meter import Meter
 
-from firmware_runtime import MILLISECOND, Simulator
+from firmware_runtime import MILLISECOND, NEVER, Simulator
+from firmware_runtime.hal.strike import Span
 from sim_doubles.serial_line import SerialLineDouble
 
 PERIOD = 100 * MILLISECOND
@@ -72,3 +73,15 @@ def test_another_program_reads_the_double(serial_double: Callable[..., Any]) -> 
     with Serial(serial_double("brook").path, BAUD, timeout=5) as port:
         port.write(bytes.fromhex("3a 46 b9"))
         assert port.read(5) == bytes.fromhex("3a 46 00 fa bf")
+
+
+def test_a_meter_that_lies_shows_twice_the_flow_until_it_is_well_again() -> None:
+    bench = Bench()
+    bench.run_for(300)
+    bench.port.strike("scale", None, Span(bench.at, NEVER, once=False), 0.0)
+    bench.run_for(300)
+    assert bench.flows[-1][1] == pytest.approx(0.5)
+    bench.port.clear_strikes()
+    bench.run_for(200)
+    assert bench.flows[-1][1] == pytest.approx(0.25)
+    assert bench.faults == []

@@ -6,6 +6,7 @@ the host has set, noise on the line.
 
 from collections.abc import Callable
 
+from sim_doubles.altered_readings import AlteredReadings
 from sim_doubles.clock import Now
 from sim_doubles.serial_line import SerialTarget
 
@@ -18,6 +19,7 @@ class BrookDouble(SerialTarget):
 
     def __init__(self, now: Now, flow_l_s: Callable[[int], float] = lambda _: 0.25) -> None:
         self.warnings: list[str] = []
+        self.readings = AlteredReadings(0, 0xFFFF)
         self._now = now
         self._flow_l_s = flow_l_s
         self.power_cycle()
@@ -40,7 +42,8 @@ class BrookDouble(SerialTarget):
             if command == 0x49:
                 self._send(command, 0x4252)
             elif command == 0x46:
-                self._send(command, round(self._flow_l_s(self._now()) * 1000))
+                measured = round(self._flow_l_s(self._now()) * 1000)
+                self._send(command, self.readings.altered(measured))
             else:
                 self.warnings.append(f"command 0x{command:02x}, which it does not have")
 
