@@ -120,6 +120,15 @@ def test_known_containers_keep_their_identity() -> None:
     assert bag == [0, "again"]
 
 
+def test_a_container_that_is_a_root_itself_is_set_back() -> None:
+    items = [1]
+    table = StateTable({"items": items})
+    state = table.capture()
+    items.append(2)
+    table.restore(state)
+    assert items == [1]
+
+
 def test_a_helper_of_the_robot_is_gone_into_and_stays_the_same_one() -> None:
     inner = Node(rate=1.0)
     node = Node(inner=inner, act=inner.act, rows=[Node(count=0)])

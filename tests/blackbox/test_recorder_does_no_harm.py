@@ -1,6 +1,7 @@
 """A recorder changes nothing of a robot, ends no run, and makes none late."""
 
 from collections.abc import Callable
+from functools import partial
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -9,6 +10,7 @@ import pytest
 
 from firmware_runtime.devs.atomic import Atomic
 from firmware_runtime.devs.coupled import Coupled
+from firmware_runtime.devs.functions import Wrapped
 from firmware_runtime.devs.model_errors import ModelError
 from firmware_runtime.devs.time import MICROSECOND, MILLISECOND, NEVER, SECOND
 from firmware_runtime.executive.clocks import VirtualClock
@@ -43,6 +45,17 @@ class Listener(Atomic):
     def __init__(self, name: str) -> None:
         super().__init__(name)
         self.any = self.in_port("any", list)
+
+
+def test_what_a_model_of_a_world_sends_is_counted_beside_what_the_robot_has_sent() -> None:
+    own, world, recorder = Speaker("own"), Speaker("world"), Recorder(VirtualClock())
+    tap_outputs([own, world], recorder.pending.sent)
+    send = partial(world.word.send, "hello")
+    tapped = recorder.instrument(world, Wrapped(world, send, world.internal, world.external, None))
+    own.word.send("so")
+    tapped.output()
+    assert recorder.pending.sent == [0, "so", 1, "hello"]
+    assert recorder.pending.world == [1]
 
 
 def test_a_value_too_deep_to_be_written_ends_no_run() -> None:
@@ -92,6 +105,22 @@ def test_a_recording_is_filled_ahead_where_there_is_time_until_the_next_step(
     recorder.until = RESERVE - 1  # the run ends before
     recorder.end(0, SECOND)
     assert [each - filled[0] for each in (*filled, ring.filled)] == [0, 0, STEP, STEP]
+    ring.close()
+
+
+def test_a_keyframe_is_taken_only_where_there_is_time_until_the_next_step_and_the_end(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    captures, clock, taken = Captures(then=0), VirtualClock(), list[int]()
+    monkeypatch.setattr(keyframe_schedule, "monotonic_ns", captures.monotonic_ns)
+    clock.start(SECOND)
+    recorder, ring = Recorder(clock), Ring(tmp_path / "x", Size(2 * AHEAD, 2), b"header")
+    recorder.write_into(lambda: ring, [], lambda: captures, list, is_real_time=True)
+    for left, until in ((RESERVE - 1, NEVER), (MILLISECOND, RESERVE - 1), (RESERVE, NEVER)):
+        recorder.go_on(SECOND + until)
+        recorder.end(SECOND, SECOND + left)
+        taken.append(captures.captured - REHEARSED)
+    assert taken == [0, 0, 1]
     ring.close()
 
 

@@ -14,7 +14,11 @@ import pytest
 
 from firmware_runtime.errors import ConfigError
 from firmware_runtime.recording.blackbox.layout import CHUNK, PREFIX_SIZE, SECTION, Chunk, file_of
-from firmware_runtime.recording.blackbox.locations import find_recording, recording_of_virtual_run
+from firmware_runtime.recording.blackbox.locations import (
+    find_recording,
+    kept_recordings,
+    recording_of_virtual_run,
+)
 from firmware_runtime.recording.blackbox.reader import kind_of, read_recording
 from firmware_runtime.recording.blackbox.section import Kind
 from firmware_runtime.statistics.file import StatisticsFile
@@ -90,6 +94,19 @@ def test_a_kept_one_goes_by_its_name_and_says_why(command: Command, last: Path, 
     assert find_recording("detective").parent == kept
     with pytest.raises(ConfigError, match="a name that `recordings list` shows"):
         find_recording("detective-0009-crash-1")
+
+
+def test_what_was_kept_off_the_robot_is_looked_for_unless_one_directory_is_stated(
+    kept: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    off_the_robot = tmp_path / "state" / "firmware-runtime" / "detective"
+    off_the_robot.mkdir(parents=True)
+    for folder in (kept, off_the_robot):
+        (folder / "detective-0001.recording").touch()
+    monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path / "state"))
+    assert [each.parent for each in kept_recordings("detective")] == [kept]
+    monkeypatch.delenv("FIRMWARE_RUNTIME_STATE_DIRECTORY")
+    assert [each.parent for each in kept_recordings("detective")] == [kept, off_the_robot]
 
 
 def test_one_in_another_folder_goes_by_its_path(

@@ -103,6 +103,7 @@ def test_what_cannot_be_written_down_is_refused(value: object) -> None:
         {"firmware_drivers.thrust_pairs:Forces": [1.0]},
         {"firmware_drivers.thrust_pairs:math.pi": []},
         {"no_such_module:Thing": []},
+        {"msgspec.structs:FieldInfo": ["a", "a", 1, 2, 3]},
         {"array": ["|O", [1], b"\0" * 8]},
         {"tests.recording:Colour": ["BLUE"]},
         {},

@@ -223,6 +223,10 @@ def test_other_code_is_given_what_the_world_sent_in_the_order_of_its_ports(
     assert open_feed.world_sent(0, {3}) == (3, 0.7)
 
 
+def test_each_kind_of_section_has_the_number_that_it_has_in_files() -> None:
+    assert list(Kind.__members__.values()) == list(range(15))
+
+
 @pytest.mark.parametrize(
     "of", [(0, 0x68, [b"", 0, 1 << 16]), (0, 0, []), (0, 0x7F, []), (1, DISCARD, b"")]
 )

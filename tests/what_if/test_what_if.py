@@ -33,7 +33,7 @@ from firmware_runtime.recording.what_if.what_if import Question, WhatIf, answer
 from firmware_runtime.recording.what_if.what_if_report import what_if_text
 from firmware_runtime.runs.start import start_session
 from tests.support.command import Command
-from tests.support.recorded import record
+from tests.support.recorded import every_section, record, rewrite
 from tests.support.replayed import check_identical, opened
 
 YAW = "controller.yaw.command_n"
@@ -90,6 +90,16 @@ def test_it_is_said_whether_an_output_would_have_been_another(flight: Path) -> N
     (_, same, *_), (_, other, *_) = (what_if_text(found, "kp") for found in asked)
     assert "no output of" in same
     assert "outputs and fields of" in other
+
+
+def test_a_run_without_a_step_says_nothing_of_what_would_have_been(
+    flight: Path, tmp_path: Path
+) -> None:
+    path = tmp_path / "start.recording"
+    path.write_bytes(flight.read_bytes())
+    rewrite(path, every_section(flight)[:2])  # built, and its chips found
+    found = _asked(path)
+    assert (found.steps, found.differences, found.identical) == (0, 0, False)
 
 
 def test_a_keyframe_leaves_what_is_set_otherwise_and_takes_up_the_rest(flight: Path) -> None:
