@@ -71,6 +71,7 @@ def test_a_section_that_no_chunk_can_hold_is_refused_and_the_next_is_written(
     assert ring.write(b"next") is False
     ring.close()
     assert ring.memory.closed
+    assert ring.path not in {each.resolve() for each in Path("/proc/self/fd").iterdir()}
     content = (tmp_path / "x.recording").read_bytes()
     number, used = CHUNK.unpack_from(content, PREFIX_SIZE)
     assert (number, used) == (1, CHUNK.size + 2 * SECTION.size + len(HEADER) + len(b"next"))

@@ -11,11 +11,12 @@ from firmware_boards.tachobot.allocation import Allocation
 from firmware_drivers.thrust_pairs import Forces
 
 from firmware_runtime.recording.blackbox.layout import file_of
-from firmware_runtime.recording.blackbox.reader import read_recording
+from firmware_runtime.recording.blackbox.reader import kind_of, read_recording
+from firmware_runtime.recording.blackbox.section import Kind
 from firmware_runtime.recording.replay.replay_assertion import assert_replays, difference_of
 from tests.support.allocation import has_attribute
 from tests.support.command import Command
-from tests.support.recorded import every_section, in_chunks, record
+from tests.support.recorded import every_section, in_chunks, record, rewrite
 from tests.support.replayed import check_identical
 
 GAIN = "controller.yaw.kp=0.8"
@@ -46,6 +47,16 @@ def test_a_stretch_is_kept_from_its_very_beginning_and_replays(write: Write) -> 
     assert (said["until_s"], said["difference"]) == (6.5, None)
     assert 50 <= said["steps"] <= 52
     check_identical(Path(said["recording"]))
+
+
+def test_a_stretch_of_a_run_whose_beginning_is_lost_is_compared_as_a_whole(
+    flight: Path, tmp_path: Path, command: Command
+) -> None:
+    path, sections = tmp_path / "late.recording", every_section(flight)
+    path.write_bytes(flight.read_bytes())
+    rewrite(path, sections[[*map(kind_of, sections)].index(Kind.KEYFRAME) :], number=2)
+    words = ("--from", 0.8, "--until", 0.9, "--as-test", tmp_path / "test_late.py")
+    check_identical(Path(command.document("replay", path, *words)["recording"]))
 
 
 def test_a_piece_from_the_start_has_all_that_the_run_has_up_to_there(

@@ -11,6 +11,7 @@ from contextlib import closing
 from pathlib import Path
 from xml.etree.ElementTree import fromstring
 
+import msgspec
 import pytest
 
 from firmware_runtime.board.local_settings import board_in_force
@@ -28,6 +29,7 @@ from firmware_runtime.recording.replay.player import Player
 from firmware_runtime.recording.replay.stretch import Stretch
 from firmware_runtime.recording.replay.verdict import played
 from firmware_runtime.recording.what_if import watch
+from firmware_runtime.recording.what_if.checkout import Answer, ask
 from firmware_runtime.recording.what_if.watch import Watched, since
 from firmware_runtime.recording.what_if.what_if import Question, WhatIf, answer
 from firmware_runtime.recording.what_if.what_if_report import what_if_text
@@ -150,6 +152,14 @@ def test_other_models_run_on_what_there_is_and_it_is_said(flight: Path) -> None:
     assert found.structure["values no longer made"] == sum(gone.values())
 
 
+def test_steps_in_which_a_changed_robot_has_nothing_to_do_are_said(flight: Path) -> None:
+    found = _asked(flight, "controller.period_s=0.02", span_s=0.5)
+    assert found.structure["steps no longer made"] == 25
+    assert found.first_difference is not None
+    first = {name: found.first_difference[name] for name in ("what", "recorded", "replayed")}
+    assert first == {"what": "step", "recorded": "recorded", "replayed": NOTHING}
+
+
 def test_what_a_step_of_its_own_asks_for_is_of_that_step_s_instant(flight: Path) -> None:
     recording, board = opened(flight)
     change = Change(changed_board(recording.header, ["controller.mode=free"]), board)
@@ -202,6 +212,41 @@ def test_other_code_answers_in_a_process_of_its_own(
     assert late["outputs"].keys() == said["outputs"].keys()
     changed.write_text("is no Python")
     assert "SyntaxError" in command.refused(*what)
+
+
+def _with_interpreter(folder: Path, script: str) -> Path:
+    """Let a folder have an environment whose interpreter is that script."""
+    interpreter = folder / ".venv" / "bin" / "python"
+    interpreter.parent.mkdir(parents=True)
+    interpreter.write_text(f"#!/bin/sh\n{script}\n")
+    interpreter.chmod(0o700)
+    return folder
+
+
+@pytest.mark.parametrize(
+    ("script", "said"),
+    [
+        ("kill -9 $$", "ended by signal 9"),
+        ("echo '- no such robot' >&2; exit 3", ": no such robot"),
+        ("exit 3", "without a word"),
+        ("echo Python", "not one of this version"),
+    ],
+)
+def test_a_process_that_gives_no_answer_is_refused_with_what_it_said(
+    flight: Path, tmp_path: Path, script: str, said: str
+) -> None:
+    with pytest.raises(ConfigError, match=said):
+        ask(Question(recording=str(flight)), _with_interpreter(tmp_path, script))
+
+
+def test_an_answer_is_taken_of_a_process_that_used_the_folder(flight: Path, tmp_path: Path) -> None:
+    found, written = _asked(flight, span_s=0.1), tmp_path / "answer"
+    folder = _with_interpreter(tmp_path, f"cat '{written}'")
+    written.write_bytes(msgspec.json.encode(Answer(found, used=1)))
+    assert ask(Question(recording=str(flight)), folder) == found
+    written.write_bytes(msgspec.json.encode(Answer(found, used=0)))
+    with pytest.raises(ConfigError, match="no module of the robot is in it"):
+        ask(Question(recording=str(flight)), folder)
 
 
 @pytest.mark.slow
