@@ -216,15 +216,16 @@ def test_any_number_of_things_may_be_held_by_two_places() -> None:
 
 
 def test_what_two_places_hold_is_one_again() -> None:
-    node = Node(first=None, second=None, pair=None)
+    known = Node()
+    node = Node(known=known, first=None, second=None, pair=None)
     table = StateTable({"node": node})
     shared, track = [Written.HERE_ALONE, 1], Track()
-    node.first, node.second, node.pair = shared, {"same": shared}, (track, track)
+    node.first, node.second, node.pair = shared, {"known": known, "same": shared}, (track, track)
     state = table.capture()
     node.first = node.second = node.pair = None
     table.restore(state)
     node.first.append(2)
-    assert node.second == {"same": [Written.HERE_ALONE, 1, 2]}
+    assert node.second == {"known": known, "same": [Written.HERE_ALONE, 1, 2]}
     assert node.pair[0] is node.pair[1]
 
 
