@@ -93,17 +93,19 @@ def test_a_section_that_words_cannot_say_either_is_said_to_be_missing() -> None:
 def test_a_recording_is_filled_ahead_where_there_is_time_until_the_next_step(
     tmp_path: Path,
 ) -> None:
-    recorder, ring = Recorder(VirtualClock()), Ring(tmp_path / "x", Size(2 * AHEAD, 2), b"header")
+    clock = VirtualClock()
+    clock.start(SECOND)
+    recorder, ring = Recorder(clock), Ring(tmp_path / "x", Size(2 * AHEAD, 2), b"header")
     recorder.write_into(lambda: ring, [], lambda: Captures(then=None), list, is_real_time=False)
-    recorder.go_on(SECOND)
-    recorder.begin(0)
+    recorder.go_on(2 * SECOND)
+    recorder.begin(SECOND)
     ring.write(bytes(3 * STEP))
     filled = [ring.filled]
     for left in (RESERVE - 1, RESERVE):
-        recorder.end(0, left)
+        recorder.end(SECOND, SECOND + left)
         filled.append(ring.filled)
-    recorder.until = RESERVE - 1  # the run ends before
-    recorder.end(0, SECOND)
+    recorder.until = SECOND + RESERVE - 1  # the run ends before
+    recorder.end(SECOND, 2 * SECOND)
     assert [each - filled[0] for each in (*filled, ring.filled)] == [0, 0, STEP, STEP]
     ring.close()
 

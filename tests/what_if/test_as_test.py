@@ -6,16 +6,21 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import msgspec
 import pytest
 from firmware_boards.tachobot.allocation import Allocation
 from firmware_drivers.thrust_pairs import Forces
 
+from firmware_runtime.devs.time import SECOND
 from firmware_runtime.recording.blackbox.layout import file_of
 from firmware_runtime.recording.blackbox.reader import kind_of, read_recording
 from firmware_runtime.recording.blackbox.section import Kind
 from firmware_runtime.recording.replay.replay_assertion import assert_replays, difference_of
+from firmware_runtime.recording.what_if.checkout import Answer
+from firmware_runtime.recording.what_if.what_if import Question, answer
 from tests.support.allocation import has_attribute
 from tests.support.command import Command
+from tests.support.own_interpreter import with_interpreter
 from tests.support.recorded import every_section, in_chunks, record, rewrite
 from tests.support.replayed import check_identical
 
@@ -83,6 +88,16 @@ def test_a_change_in_the_last_digits_is_shown_too(write: Write) -> None:
     assert difference_of(Path(said["recording"]))[0] is None
     first = difference_of(Path(said["recording"]), ["controller.yaw.ki=0.0100001"])[0]
     assert first == said["difference"]
+
+
+def test_what_the_code_of_a_folder_changes_is_asked_of_that_code(
+    write: Write, flight: Path, tmp_path: Path
+) -> None:
+    found = answer(Question(recording=str(flight), assignments=[GAIN], until=SECOND))
+    (tmp_path / "answer").write_bytes(msgspec.json.encode(Answer(found, used=1)))
+    folder = with_interpreter(tmp_path / "checkout", f"cat '{tmp_path / 'answer'}'")
+    said = write("--with", folder, "--until", 1)
+    assert said["difference"] == found.first_difference is not None
 
 
 @pytest.mark.slow

@@ -35,6 +35,7 @@ from firmware_runtime.recording.what_if.what_if import Question, WhatIf, answer
 from firmware_runtime.recording.what_if.what_if_report import what_if_text
 from firmware_runtime.runs.start import start_session
 from tests.support.command import Command
+from tests.support.own_interpreter import with_interpreter
 from tests.support.recorded import every_section, record, rewrite
 from tests.support.replayed import check_identical, opened
 
@@ -214,15 +215,6 @@ def test_other_code_answers_in_a_process_of_its_own(
     assert "SyntaxError" in command.refused(*what)
 
 
-def _with_interpreter(folder: Path, script: str) -> Path:
-    """Let a folder have an environment whose interpreter is that script."""
-    interpreter = folder / ".venv" / "bin" / "python"
-    interpreter.parent.mkdir(parents=True)
-    interpreter.write_text(f"#!/bin/sh\n{script}\n")
-    interpreter.chmod(0o700)
-    return folder
-
-
 @pytest.mark.parametrize(
     ("script", "said"),
     [
@@ -236,12 +228,12 @@ def test_a_process_that_gives_no_answer_is_refused_with_what_it_said(
     flight: Path, tmp_path: Path, script: str, said: str
 ) -> None:
     with pytest.raises(ConfigError, match=said):
-        ask(Question(recording=str(flight)), _with_interpreter(tmp_path, script))
+        ask(Question(recording=str(flight)), with_interpreter(tmp_path, script))
 
 
 def test_an_answer_is_taken_of_a_process_that_used_the_folder(flight: Path, tmp_path: Path) -> None:
     found, written = _asked(flight, span_s=0.1), tmp_path / "answer"
-    folder = _with_interpreter(tmp_path, f"cat '{written}'")
+    folder = with_interpreter(tmp_path, f"cat '{written}'")
     written.write_bytes(msgspec.json.encode(Answer(found, used=1)))
     assert ask(Question(recording=str(flight)), folder) == found
     written.write_bytes(msgspec.json.encode(Answer(found, used=0)))
