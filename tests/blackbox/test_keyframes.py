@@ -233,6 +233,23 @@ class Written(Enum):
     HERE_ALONE = 1
 
 
+class Fixed(np.random.bit_generator.ISeedSequence):
+    """A seed of a model's own, which counts no children."""
+
+    def generate_state(self, n_words: int, dtype: Any = np.uint32) -> Any:  # noqa: ANN401 -- as numpy has it
+        return np.arange(n_words, dtype=dtype)
+
+
+def test_a_generator_by_a_models_own_seed_goes_on_where_it_was() -> None:
+    node = Node(value=None)
+    table = StateTable({"node": node})
+    node.value = np.random.PCG64(Fixed())
+    state = table.capture()
+    drawn = node.value.random_raw()
+    table.restore(state)
+    assert node.value.random_raw() == drawn
+
+
 def test_generators_of_random_numbers_go_on_where_they_were() -> None:
     own, of_numpy = random.Random(1), np.random.default_rng(1)  # noqa: S311 -- to be repeated
     node = Node(own=own, of_numpy=of_numpy, later=None)
