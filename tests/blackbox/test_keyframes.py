@@ -243,7 +243,7 @@ class Fixed(np.random.bit_generator.ISeedSequence):
 def test_a_generator_by_a_models_own_seed_goes_on_where_it_was() -> None:
     node = Node(value=None)
     table = StateTable({"node": node})
-    node.value = np.random.PCG64(Fixed())
+    node.value = np.random.PCG64(Fixed())  # type: ignore[arg-type]  # its stubs know less
     state = table.capture()
     drawn = node.value.random_raw()
     table.restore(state)
