@@ -14,7 +14,7 @@ from firmware_drivers.thrust_pairs import Forces
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.recording.blackbox.layout import file_of
 from firmware_runtime.recording.blackbox.reader import kind_of, read_recording
-from firmware_runtime.recording.blackbox.section import Kind
+from firmware_runtime.recording.blackbox.section import Kind, decode, encode_sent, sent_of
 from firmware_runtime.recording.replay.replay_assertion import assert_replays, difference_of
 from firmware_runtime.recording.what_if.checkout import Answer
 from firmware_runtime.recording.what_if.what_if import Question, answer
@@ -148,6 +148,24 @@ def test_what_can_be_no_test_is_refused_and_nothing_is_written(
     said = command.refused("replay", flight, "--as-test", tmp_path / name, *words)
     assert "expected" in said
     assert list(tmp_path.iterdir()) == []
+
+
+def test_what_a_run_sent_otherwise_in_its_last_step_is_shown_from_a_keyframe(
+    tmp_path: Path, command: Command
+) -> None:
+    path = record(tmp_path / "run.recording", "tachobot", 0.8)
+    number = read_recording(path).header.ports.index("controller.yaw.command_n")
+    sections = [decode(each) for each in every_section(path)]
+    while number not in (sent := dict(sent_of(sections[-1]))):
+        sections.pop()
+    pairs = (sent | {number: "another"}).items()
+    sections[-1].sent = msgspec.Raw(encode_sent([part for pair in pairs for part in pair]))
+    rewrite(path, [msgspec.msgpack.encode(each) for each in sections])
+    said = command.document("replay", path, "--as-test", tmp_path / "test_that_day.py")
+    assert (said["difference"]["field"], said["difference"]["recorded"]) == ("command_n", "another")
+    assert 0.7 < said["until_s"] <= 0.8
+    with pytest.raises(AssertionError, match="another"):
+        assert_replays(said["recording"])
 
 
 def test_a_test_is_not_written_over(write: Write, flight: Path, command: Command) -> None:
