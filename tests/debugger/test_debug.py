@@ -162,6 +162,12 @@ def test_breakpoints_of_functions_and_predicates(debug: Debug) -> None:
     assert (answers[3]["model"], answers[3]["function"]) == (YAW, "internal")
 
 
+def test_behind_an_event_that_was_gone_back_to_breakpoints_are_stopped_at(debug: Debug) -> None:
+    function = f"{YAW}.internal"
+    *_, back, there = debug(f"b {function}", "next 2", "back", "c")
+    assert (back["event"], there["reason"]) == (1, f"breakpoint 1, before {YAW} internal")
+
+
 def test_a_breakpoint_of_values_stops_only_where_they_begin_to_be_so(debug: Debug) -> None:
     text = f"{YAW}.command_n > 0.5"
     [_, _, first, then] = debug(f"b {text}", "c", "step 5", words=())
