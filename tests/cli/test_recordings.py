@@ -130,6 +130,7 @@ def test_how_one_that_is_cut_ended_is_unknown_and_one_that_is_none_is_a_row(
     assert (cut["end"], cut["whole"]) == ("unknown", False)
     assert "the file ends" in cut["faults"][0]
     assert "not a recording" in letter["faults"][0]
+    assert (letter["from_s"], letter["to_s"], letter["bytes"]) == (0.0, 0.0, 0)
     text = command("recordings").out
     assert "detective-0002" in text
 

@@ -69,6 +69,10 @@ class Reading(Struct):
     names: Any = ()
 
 
+class Empty(Struct, frozen=True):
+    pass
+
+
 class Colour(IntEnum):
     RED = 1
 
@@ -368,7 +372,8 @@ def test_classes_are_noted_as_they_change() -> None:
         assert noted.note([3, value]) in ([0, "_"], None)
     assert noted.note([3, 1, 3, 0.5, 3, 2]) == [0, "int", 1, 0, 2, 1]
     assert noted.note([3, 3]) is None
-    assert noted.note([4, Point(1.0, 2.0)]) is not None
+    assert noted.note([5, Empty()]) == [0, f"{__name__}:Empty"]
+    assert noted.note([4, Point(1.0, 2.0)]) == [0, f"~{__name__}:Point(x=_, y=_)"]
     assert noted.note([4, Point(1.0, 3.0)]) is None
     changed = noted.note([4, Point((1, Colour.RED), 3.0)])  # type: ignore[arg-type]
     assert changed is not None

@@ -95,6 +95,12 @@ def test_it_is_said_whether_an_output_would_have_been_another(flight: Path) -> N
     assert "outputs and fields of" in other
 
 
+def test_a_question_that_says_no_more_is_about_the_run_from_its_start(flight: Path) -> None:
+    found = answer(Question(recording=str(flight), until=SECOND // 10))
+    stated = _asked(flight, begin_s=0, span_s=0.1)
+    assert (found.steps, found.events) == (stated.steps, stated.events)
+
+
 def test_a_run_without_a_step_says_nothing_of_what_would_have_been(
     flight: Path, tmp_path: Path
 ) -> None:
