@@ -14,6 +14,7 @@ from firmware_runtime.devs.functions import Wrapped
 from firmware_runtime.devs.model_errors import ModelError
 from firmware_runtime.devs.time import MICROSECOND, MILLISECOND, NEVER, SECOND
 from firmware_runtime.executive.clocks import VirtualClock
+from firmware_runtime.hal.interlock import NotedInterlock
 from firmware_runtime.recording.blackbox import keyframe_schedule
 from firmware_runtime.recording.blackbox.keyframe_schedule import RESERVE, KeyframeSchedule
 from firmware_runtime.recording.blackbox.layout import Size
@@ -72,6 +73,17 @@ def test_answers_of_an_interlock_are_given_and_noted() -> None:
     recorder, answers = Recorder(VirtualClock()), [True, False]
     asked = recorder.interlock(answers.pop)
     assert [asked(), asked()] == recorder.pending.enabled == [False, True]
+
+
+class Enabled(NotedInterlock):
+    def __call__(self) -> bool:
+        return True
+
+
+def test_an_interlock_that_notes_its_answers_itself_is_given_where_to() -> None:
+    recorder, interlock = Recorder(VirtualClock()), Enabled()
+    assert recorder.interlock(interlock) is interlock
+    assert interlock.answers is recorder.pending.enabled
 
 
 def test_a_section_that_words_cannot_say_either_is_said_to_be_missing() -> None:

@@ -13,6 +13,7 @@ from firmware_drivers.thrust_pairs import Forces
 
 from firmware_runtime.devs.time import SECOND
 from firmware_runtime.errors import ConfigError, Status
+from firmware_runtime.models.motion import Applied
 from firmware_runtime.recording.debugger.commands import Commands
 from firmware_runtime.recording.debugger.debugger import Debugger
 from firmware_runtime.recording.debugger.model_state import Models
@@ -96,6 +97,14 @@ def test_the_state_at_an_instant_is_the_same_by_every_way_there(travel: Travel) 
     assert travel.player.table is not None
     assert list(travel.player.table.differences(from_keyframe)) == []
     assert travel.player.first is None
+
+
+def test_at_a_keyframe_the_last_value_of_each_port_is_there_however_long_ago_it_left(
+    travel: Travel,
+) -> None:
+    travel.go_to(travel.index_after(5 * SECOND))
+    assert travel.last["thrust_pairs.applied"] is Applied.ALL
+    assert {"imu.sample", "controller.yaw.command_n"} <= travel.last.keys()
 
 
 def test_events_go_forwards_and_backwards(debug: Debug) -> None:
