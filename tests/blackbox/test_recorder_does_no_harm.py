@@ -80,6 +80,15 @@ class Enabled(NotedInterlock):
         return True
 
 
+def test_what_is_asked_outside_of_a_step_is_a_section_of_its_own() -> None:
+    recorder = Recorder(VirtualClock())
+    recorder.interlock(lambda: True)()
+    recorder.note(Kind.ARMED, extra=True)
+    sections = map(decode, recorder.before_the_run)
+    found = [(each.kind, each.enabled) for each in sections]
+    assert found == [(Kind.OUTSIDE, [True]), (Kind.ARMED, [])]
+
+
 def test_an_interlock_that_notes_its_answers_itself_is_given_where_to() -> None:
     recorder, interlock = Recorder(VirtualClock()), Enabled()
     assert recorder.interlock(interlock) is interlock

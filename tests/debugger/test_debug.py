@@ -156,6 +156,12 @@ def test_it_stops_where_a_predicate_begins_to_hold_and_the_value_is_there(debug:
     assert before["t_s"] == 0.5
 
 
+def test_what_a_port_sent_last_is_printed_and_else_an_attribute(debug: Debug) -> None:
+    _, sample, ports, reference = debug("p imu.sample", "ports imu", f"p {YAW}.reference")
+    assert sample["value"] == ports["ports"]["sample"] is not None
+    assert reference["value"] == 1.0
+
+
 def test_breakpoints_of_functions_and_predicates(debug: Debug) -> None:
     answers = debug("b imu.sample", "c", "break controller.yaw.internal", "delete 1", "d")
     assert answers[2]["reason"] == "breakpoint 1: imu.sample, after imu output"
